@@ -1,0 +1,101 @@
+#include "apps/guarantee/guarantee_report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace qduino::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double microseconds(Nanoseconds duration) { return static_cast<double>(duration.count()) / 1000.0; }
+
+const char* yes_no(bool yes) { return yes ? "yes" : "NO"; }
+
+/// `text` after `prefix`, broken at spaces so that no line passes 80 columns.
+std::string wrapped(std::string_view text, std::string_view prefix) {
+    constexpr std::size_t kColumns = 80;
+    std::string out, line(prefix);
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find(' '), text.size());
+        const std::string_view word = text.substr(0, end);
+        if (line.size() + word.size() + 1 > kColumns && line.size() > prefix.size()) {
+            out += line + '\n';
+            line = prefix;
+        }
+        if (line.size() > prefix.size()) line += ' ';
+        line += word;
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return line.size() > prefix.size() ? out + line + '\n' : out;
+}
+
+std::string loop_line(const board::LoopGuarantee& loop) {
+    char text[120];
+    std::snprintf(text, sizeof text, "  %-4u %-4d %9.0f / %-9.0f %-9s %-9s %s\n",
+                  static_cast<unsigned>(loop.id), loop.core, microseconds(loop.budget),
+                  microseconds(loop.period), yes_no(loop.priority_enforced), yes_no(loop.budget_enforced),
+                  loop.core_owned ? "owned" : "shared");
+    return text + wrapped(loop.shortfall, "         ");
+}
+
+std::string core_line(const board::CoreGuarantee& core) {
+    std::string out = "  core " + std::to_string(core.core) + ":";
+    char text[80];
+    if (core.interrupts_per_second >= 0) {
+        std::snprintf(text, sizeof text, " %.0f interrupts/s,", core.interrupts_per_second);
+        out += text;
+    }
+    if (core.worst_gap.count() >= 0) {
+        std::snprintf(text, sizeof text, " worst gap of a bare spin %.0f us,", microseconds(core.worst_gap));
+        out += text;
+    }
+    out += core.tick_stopped ? " no tick," : " tick,";
+    out += core.throttling_lifted ? " no throttling\n" : " RT throttling\n";
+    return out + wrapped(core.note, "         ");
+}
+
+}  // namespace
+
+std::string guarantee_text(const board::GuaranteeReport& report) {
+    std::string out = "What holds on this board (" + std::string(report.board.view()) + ", memory " +
+                      (report.memory_locked ? "locked" : "NOT locked") + "):\n";
+    out += "  loop core  budget / period (us)   priority  budget    core\n";
+    for (const board::LoopGuarantee& loop : report.loops) out += loop_line(loop);
+    for (const board::CoreGuarantee& core : report.cores) out += core_line(core);
+    return out;
+}
+
+std::string guarantee_json(const board::GuaranteeReport& report) {
+    Json loops = Json::array();
+    for (const board::LoopGuarantee& loop : report.loops) {
+        loops.push_back({{"id", loop.id},
+                         {"core", loop.core},
+                         {"budget_us", microseconds(loop.budget)},
+                         {"period_us", microseconds(loop.period)},
+                         {"priority_enforced", loop.priority_enforced},
+                         {"budget_enforced", loop.budget_enforced},
+                         {"core_owned", loop.core_owned},
+                         {"shortfall", std::string(loop.shortfall.view())}});
+    }
+    Json cores = Json::array();
+    for (const board::CoreGuarantee& core : report.cores) {
+        const bool counted = core.interrupts_per_second >= 0;
+        const bool spun = core.worst_gap.count() >= 0;
+        cores.push_back(
+            {{"core", core.core},
+             {"interrupts_per_second", counted ? Json(core.interrupts_per_second) : Json(nullptr)},
+             {"worst_gap_us", spun ? Json(microseconds(core.worst_gap)) : Json(nullptr)},
+             {"tick_stopped", core.tick_stopped},
+             {"throttling_lifted", core.throttling_lifted},
+             {"note", std::string(core.note.view())}});
+    }
+    const Json out{{"board", std::string(report.board.view())},
+                   {"simulated", report.simulated},
+                   {"memory_locked", report.memory_locked},
+                   {"loops", loops},
+                   {"cores", cores}};
+    return out.dump();
+}
+
+}  // namespace qduino::apps

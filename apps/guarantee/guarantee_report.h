@@ -1,0 +1,18 @@
+// The guarantee report for people (text, 80 columns) and for programs (JSON).
+#pragma once
+
+#include <string>
+
+#include "board/guarantee.h"
+
+namespace qduino::apps {
+
+/// Loop by loop what is enforced and what is not, with the reason and the fix on the next line.
+std::string guarantee_text(const board::GuaranteeReport& report);
+
+/// {"board":…,"simulated":…,"memory_locked":…,"loops":[{"id","core","budget_us","period_us","priority_enforced",
+/// "budget_enforced","core_owned","shortfall"}…],"cores":[{"core","interrupts_per_second","worst_gap_us","tick_stopped",
+/// "throttling_lifted","note"}…]}; what was not measured is null.
+std::string guarantee_json(const board::GuaranteeReport& report);
+
+}  // namespace qduino::apps

@@ -1,0 +1,123 @@
+#include "apps/host/chrome_trace.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include "runtime/plan.h"
+
+namespace qduino::apps {
+
+using board::sim::TraceEvent;
+using board::sim::TraceKind;
+
+namespace {
+
+/// Microseconds, as text: a double would lose nanoseconds after some months.
+struct Microseconds {
+    explicit Microseconds(std::int64_t ns) {
+        std::snprintf(text, sizeof text, "%lld.%03lld", static_cast<long long>(ns / 1000),
+                      static_cast<long long>(ns % 1000));
+    }
+    char text[32];
+};
+
+const char* name_of(TraceKind kind) {
+    switch (kind) {
+        case TraceKind::release:
+            return "release";
+        case TraceKind::run:
+            return "run";
+        case TraceKind::preempt:
+            return "preempt";
+        case TraceKind::block:
+            return "block";
+        case TraceKind::throttle:
+            return "throttle";
+        case TraceKind::replenish:
+            return "replenish";
+        case TraceKind::overrun:
+            return "overrun";
+        case TraceKind::interrupt:
+            return "interrupt";
+        case TraceKind::finish:
+            return "finish";
+    }
+    return "";
+}
+
+constexpr int kInterruptThread = 1000;  // sorts after the VCPUs
+
+}  // namespace
+
+Result<std::unique_ptr<ChromeTrace>> ChromeTrace::create(const std::string& path) {
+    std::FILE* file = std::fopen(path.c_str(), "w");
+    if (!file) {
+        const bool forbidden = errno == EACCES;
+        return make_error(forbidden ? ErrorCode::not_permitted : ErrorCode::unavailable,
+                          path + ": " + std::strerror(errno));
+    }
+    std::fputs("[\n", file);
+    return std::unique_ptr<ChromeTrace>(new ChromeTrace(file));
+}
+
+ChromeTrace::~ChromeTrace() {
+    if (file_) std::fclose(file_);
+}
+
+void ChromeTrace::begin_record() {
+    std::fputs(first_ ? "" : ",\n", file_);
+    first_ = false;
+}
+
+void ChromeTrace::name_thread(const TraceEvent& event) {
+    bool& named = named_[event.core][event.vcpu];
+    if (named || event.kind == TraceKind::interrupt) return;
+    named = true;
+    begin_record();
+    std::fprintf(file_, R"({"ph":"M","name":"thread_name","pid":%d,"tid":%d,"args":{"name":"%s"}})",
+                 event.core, event.vcpu, runtime::vcpu_name(event.vcpu));
+    begin_record();
+    std::fprintf(file_, R"({"ph":"M","name":"process_name","pid":%d,"args":{"name":"core %d"}})", event.core,
+                 event.core);
+}
+
+void ChromeTrace::end_stretch(int core, Instant now) {
+    Running& running = running_[static_cast<std::size_t>(core)];
+    if (running.vcpu == board::kNoVcpu) return;
+    begin_record();
+    std::fprintf(file_, R"({"ph":"X","name":"%s","pid":%d,"tid":%d,"ts":%s,"dur":%s})",
+                 runtime::vcpu_name(running.vcpu), core, running.vcpu,
+                 Microseconds(to_ns(running.since)).text, Microseconds(to_ns(now - running.since)).text);
+    running.vcpu = board::kNoVcpu;
+}
+
+void ChromeTrace::on_event(const TraceEvent& event) {
+    if (!file_) return;
+    name_thread(event);
+    Running& running = running_[event.core];
+    if (event.kind == TraceKind::run) {
+        end_stretch(event.core, event.time);
+        running = {event.vcpu, event.time};
+        return;
+    }
+    const bool leaves = event.kind == TraceKind::preempt || event.kind == TraceKind::block ||
+                        event.kind == TraceKind::throttle || event.kind == TraceKind::finish;
+    if (leaves && running.vcpu == event.vcpu) end_stretch(event.core, event.time);
+    begin_record();
+    const int thread = event.kind == TraceKind::interrupt ? kInterruptThread : event.vcpu;
+    std::fprintf(file_, R"({"ph":"i","s":"t","name":"%s","pid":%d,"tid":%d,"ts":%s})", name_of(event.kind),
+                 event.core, thread, Microseconds(to_ns(event.time)).text);
+}
+
+Result<void> ChromeTrace::finish(Instant now) {
+    for (int core = 0; core < static_cast<int>(running_.size()); ++core) end_stretch(core, now);
+    std::fputs("\n]\n", file_);
+    const bool failed = std::ferror(file_) != 0;
+    const bool closed = std::fclose(file_) == 0;
+    file_ = nullptr;
+    if (failed || !closed)
+        return make_error(ErrorCode::unavailable, "the trace could not be written whole: disk full?");
+    return {};
+}
+
+}  // namespace qduino::apps

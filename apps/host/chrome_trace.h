@@ -1,0 +1,44 @@
+// A run of the simulator as a file for chrome://tracing and ui.perfetto.dev.
+//
+// Format: "Trace Event Format" (Google, JSON array form). A core is a process, a VCPU a thread in it; a stretch on the CPU is a
+// complete event ("X"), everything else an instant ("i"). Times are microseconds with three decimals: the nanosecond is kept.
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "board/sim/trace.h"
+
+namespace qduino::apps {
+
+class ChromeTrace final : public board::sim::TraceSink {
+  public:
+    /// Error: the file cannot be made.
+    static Result<std::unique_ptr<ChromeTrace>> create(const std::string& path);
+    /// Closes the file; what ran then is left open-ended.
+    ~ChromeTrace() override;
+
+    void on_event(const board::sim::TraceEvent& event) override;
+    /// Ends the stretches that are running, at `now`, and closes the file. Error: it could not be written whole.
+    Result<void> finish(Instant now);
+
+  private:
+    explicit ChromeTrace(std::FILE* file) : file_(file) {}
+    void name_thread(const board::sim::TraceEvent& event);
+    void end_stretch(int core, Instant now);
+    void begin_record();
+
+    std::FILE* file_;
+    bool first_ = true;
+    struct Running {
+        board::VcpuId vcpu = board::kNoVcpu;
+        Instant since;
+    };
+    std::array<Running, 64> running_{};  // per core
+    std::array<std::array<bool, board::kVcpuLimit>, 64> named_{};
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,26 @@
+// What is said about a sketch on a terminal: why it was admitted or refused, and how its loops kept their periods.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/loop.h"
+
+namespace qduino::apps {
+
+/// One line for each loop: passes of its body, releases, overruns, dropped, worst lateness, release latency (median, 99.9 %, worst). The loops
+/// have ended, or are those of a simulator between two runs.
+std::string loop_table(const std::vector<const runtime::Loop*>& loops);
+
+/// The loops of a runtime, in order of id.
+template <typename Runtime>
+std::vector<const runtime::Loop*> loops_of(const Runtime& runtime) {
+    std::vector<const runtime::Loop*> loops;
+    for (board::VcpuId id = 1; id <= board::kMaxLoop; ++id) {
+        if (const runtime::Loop* loop = runtime.loop(id); loop && loop->declaration.body)
+            loops.push_back(loop);
+    }
+    return loops;
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,55 @@
+// The inspector's socket: newline-delimited JSON over a unix-domain stream socket, served from a loop that has other work.
+//
+// poll() never blocks and does one bounded piece of work: accept, read, answer, write. A client that sends a line longer
+// than kLineBytes, or does not take its answers, is dropped; the others do not notice.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace qduino::apps {
+
+class InspectServer {
+  public:
+    static constexpr std::size_t kClients = 16;
+    static constexpr std::size_t kLineBytes = 16 * 1024;
+    static constexpr std::size_t kUnsentBytes = 16 * 1024 * 1024;
+
+    using Answer = std::function<std::string(std::string_view)>;
+
+    /// Listens at `path`, replacing a socket that nobody serves any more. The socket is for its owner alone (mode 0600); the
+    /// owner is that of the folder it is in, so that a machine run by root can be asked by the user whose folder it is.
+    /// Errors: already_exists when somebody serves this path; invalid_argument (path too long); not_permitted, unavailable.
+    static Result<InspectServer> listen(const std::string& path, Answer answer);
+
+    InspectServer(InspectServer&& other) noexcept;
+    InspectServer& operator=(InspectServer&&) = delete;
+    ~InspectServer();
+
+    /// Serves whoever asks now. Returns the number of requests answered.
+    std::size_t poll();
+
+  private:
+    struct Client {
+        int fd = -1;
+        std::string received;
+        std::string unsent;
+    };
+    InspectServer(std::string path, int listener, Answer answer);
+    void accept_new();
+    /// False when the client is gone or must go.
+    [[nodiscard]] bool serve(Client& client, std::size_t& answered);
+    [[nodiscard]] static bool send_some(Client& client);
+
+    std::string path_;
+    int listener_;
+    Answer answer_;
+    std::vector<Client> clients_;
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,139 @@
+#include "apps/inspect/inspect_service.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "apps/inspect/prefetch_source.h"
+#include "twin/fault.h"
+#include "twin/report.h"
+
+namespace qduino::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Text that came from outside may not be UTF-8; an answer always is.
+std::string to_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+std::string refusal(std::string_view why) { return to_line({{"ok", false}, {"error", why}}); }
+
+std::string text_of(const Json& request, const char* key) {
+    const auto found = request.find(key);
+    return found != request.end() && found->is_string() ? found->get<std::string>() : std::string{};
+}
+
+// A job's id as one string: 7 and "7" stay different.
+std::string id_of(const Json& request) {
+    const auto found = request.find("job");
+    if (found == request.end() || !(found->is_string() || found->is_number_integer())) return {};
+    return to_line(*found);
+}
+
+template <typename Values>
+Json by_axis(const Values& values) {
+    Json json;
+    for (std::size_t axis = 0; axis < values.size(); ++axis)
+        json[std::string(1, static_cast<char>(twin::kAxisLetter[axis] | 0x20))] = values[axis];
+    return json;
+}
+
+Json heater_json(const twin::PrinterState& state, std::size_t heater) {
+    return {{"c", state.celsius[heater]},
+            {"block_c", state.block_celsius[heater]},
+            {"duty", state.heater_duty[heater]}};
+}
+
+}  // namespace
+
+InspectService::InspectService(twin::Printer& printer, std::function<Instant()> drain)
+    : printer_(printer), drain_(std::move(drain)) {}
+
+std::string InspectService::answer(std::string_view line) {
+    const Json request = Json::parse(line, nullptr, false);
+    if (!request.is_object()) return refusal("a request is one JSON object on one line");
+    const std::string op = text_of(request, "op");
+    if (op == "state") return state();
+    if (op == "fault") return fault(text_of(request, "fault"));
+    if (op == "clear_faults") {
+        printer_.clear_faults(drain_());
+        return to_line({{"ok", true}});
+    }
+    if (op != "job_begin" && op != "job_end")
+        return refusal("known are op: job_begin, job_end, state, fault, clear_faults");
+    const std::string job = id_of(request);
+    if (job.empty()) return refusal("job: a string or a whole number is needed");
+    return op == "job_begin" ? begin(job, text_of(request, "path")) : end(job);
+}
+
+std::string InspectService::begin(const std::string& job, const std::string& path) {
+    if (job_ && job_id_ == job) return to_line({{"ok", true}, {"already", true}});
+    auto source = std::make_unique<PrefetchSource>(path);
+    if (!source->ok()) return refusal("path: the file cannot be read");
+    end_watch();
+    const Instant now = drain_();
+    job_ = std::make_unique<twin::Job>(printer_, std::move(source), now, last_place_);
+    job_id_ = job;
+    return to_line({{"ok", true}, {"already", false}});
+}
+
+std::string InspectService::end(const std::string& job) {
+    if (job_ && job_id_ == job) end_watch();
+    const Ended* ended = find_report(job);
+    if (!ended) return refusal("no such job is or was watched");
+    return R"({"ok":true,"report":)" + ended->report + "}";
+}
+
+void InspectService::end_watch() {
+    if (!job_) return;
+    // The rest of a job that was cut short is not read here: the machine cannot wait for a disk.
+    const twin::Report report = job_->finish(drain_(), false);
+    last_place_ = job_->next_start();
+    job_.reset();
+    std::erase_if(ended_, [&](const Ended& ended) { return ended.job == job_id_; });
+    ended_.push_back({job_id_, twin::to_json(report)});
+    if (ended_.size() > kReportsKept) ended_.pop_front();
+}
+
+const InspectService::Ended* InspectService::find_report(const std::string& job) const {
+    for (const Ended& ended : ended_)
+        if (ended.job == job) return &ended;
+    return nullptr;
+}
+
+std::string InspectService::state() {
+    const Instant now = drain_();
+    const twin::PrinterState state = printer_.state(now);
+    std::array<std::uint64_t, twin::kAxisCount> lost{};
+    std::array<std::uint64_t, twin::kAxisCount> moved{};
+    for (std::size_t axis = 0; axis < lost.size(); ++axis) {
+        lost[axis] = state.counters[axis].lost();
+        moved[axis] = state.counters[axis].moved;
+    }
+    Json json;
+    json["ok"] = true;
+    json["time_s"] = to_seconds(now.time_since_epoch());
+    json["position_mm"] = by_axis(state.position_mm);
+    json["position_steps"] = by_axis(state.position_steps);
+    json["steps"] = by_axis(moved);
+    json["lost_steps"] = by_axis(lost);
+    json["motors_enabled"] = by_axis(state.enabled);
+    json["endstops"] = by_axis(state.pressed);
+    json["hot_end"] = heater_json(state, twin::kHotEnd);
+    json["bed"] = heater_json(state, twin::kBed);
+    json["fan_duty"] = state.fan_duty;
+    json["timing_violations"] = state.timing_violations;
+    json["conversions"] = state.conversions;
+    json["job"] = job_ ? Json::parse(job_id_) : Json(nullptr);
+    json["line"] = job_ ? Json(job_->line()) : Json(nullptr);
+    return to_line(json);
+}
+
+std::string InspectService::fault(const std::string& text) {
+    Result<twin::Fault> fault = twin::parse_fault(text);
+    if (!fault) return refusal(fault.error().message);
+    fault->at = drain_() + fault->at.time_since_epoch();
+    printer_.inject(*fault);
+    return to_line({{"ok", true}});
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,65 @@
+// The inspector as a service: questions about the twin in, answers out, one JSON object on one line each.
+//
+//   {"op":"job_begin","job":ID,"path":"/…/file.gcode"}   watch from now on; a job that is being watched already: no change
+//   {"op":"job_end","job":ID}                            plays what is on its way, ends the watch, answers the report;
+//                                                        asked again, the same report
+//   {"op":"state"}                                       positions, temperatures, duties, losses, switches
+//   {"op":"fault","fault":"sensor_stuck:hot_end@5"}      twin/fault.h; @ counts from now
+//   {"op":"clear_faults"}
+//
+// Answers: {"ok":true, …} or {"ok":false,"error":"…"}. ID is a JSON string or number and means itself.
+//
+// Whoever asks may die and come again at any time: begin and end may be repeated. A begin for another job ends the
+// watch over the one before, and keeps its report. The last kReportsKept reports can be asked for.
+//
+// One thread: the one that drives the twin's pins.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/time.h"
+#include "twin/job.h"
+#include "twin/printer.h"
+
+namespace qduino::apps {
+
+class InspectService {
+  public:
+    static constexpr std::size_t kReportsKept = 16;
+
+    /// `drain` plays everything that has reached the pins so far, and returns the twin's present instant.
+    InspectService(twin::Printer& printer, std::function<Instant()> drain);
+
+    /// Any bytes in, one line of JSON out, without the line's end.
+    [[nodiscard]] std::string answer(std::string_view request);
+
+    [[nodiscard]] bool watching() const { return job_ != nullptr; }
+
+  private:
+    struct Ended {
+        std::string job;
+        std::string report;
+    };
+
+    std::string begin(const std::string& job, const std::string& path);
+    std::string end(const std::string& job);
+    std::string state();
+    std::string fault(const std::string& text);
+    void end_watch();
+    [[nodiscard]] const Ended* find_report(const std::string& job) const;
+
+    twin::Printer& printer_;
+    std::function<Instant()> drain_;
+    std::string job_id_;
+    std::unique_ptr<twin::Job> job_;
+    std::optional<twin::InspectionStart> last_place_;
+    std::deque<Ended> ended_;
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,56 @@
+// The link's shared object as a file: the sketch creates it, the service opens it and notices when it was replaced.
+//
+//   sketch:   write DIR/.name.tmp.PID (zeroes, header, magic last) ── rename ──► DIR/name     a new inode for every run
+//   service:  open DIR/name, check magic, version, size, lock it ── later: is DIR/name still the same inode?
+//
+// Invariants: whoever opens the name sees a complete object or none; the object that a run of the sketch made is never
+// used by another run; at most one service holds an object (an advisory lock that dies with its holder).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "base/result.h"
+#include "printer/link/layout.h"
+
+namespace qduino::apps {
+
+/// A mapped link. Movable; unmaps when destroyed. The pointer stays valid and the same while it lives.
+class LinkFile {
+  public:
+    LinkFile() = default;
+    LinkFile(LinkFile&& other) noexcept;
+    LinkFile& operator=(LinkFile&& other) noexcept;
+    LinkFile(const LinkFile&) = delete;
+    LinkFile& operator=(const LinkFile&) = delete;
+    ~LinkFile();
+
+    /// Null when nothing is mapped.
+    [[nodiscard]] printer::link::LinkLayout* get() const { return layout_; }
+    [[nodiscard]] explicit operator bool() const { return layout_ != nullptr; }
+
+    /// True while `path` still names this very object: false once the sketch was started anew, or removed it.
+    [[nodiscard]] bool is_current(const std::filesystem::path& path) const;
+
+    void close();
+
+  private:
+    friend Result<LinkFile> create_link(const std::filesystem::path&, std::uint64_t);
+    friend Result<LinkFile> open_link(const std::filesystem::path&);
+
+    printer::link::LinkLayout* layout_ = nullptr;
+    int descriptor_ = -1;
+    std::uint64_t device_ = 0;
+    std::uint64_t inode_ = 0;
+};
+
+/// Sketch's side: a fresh object with a random session, renamed over `path`. The folder must exist; its owner and
+/// group may open the object. Not real-time: call it before the loops start.
+/// Errors: unavailable (no space), not_permitted, internal; the message names the path.
+[[nodiscard]] Result<LinkFile> create_link(const std::filesystem::path& path, std::uint64_t started_unix_s);
+
+/// Service's side. Errors: not_found (no sketch has run), corrupt (not a link), unsupported (other version or
+/// size), not_permitted, already_exists (another service holds it).
+[[nodiscard]] Result<LinkFile> open_link(const std::filesystem::path& path);
+
+}  // namespace qduino::apps

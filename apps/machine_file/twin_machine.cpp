@@ -1,0 +1,38 @@
+#include "apps/machine_file/twin_machine.h"
+
+#include <algorithm>
+
+namespace qduino::apps {
+
+twin::Machine twin_machine(const printer::MachineConfig& config) {
+    twin::Machine twin;
+    for (std::size_t i = 0; i < printer::kAxisCount; ++i) {
+        const printer::AxisConfig& from = config.axes[i];
+        twin::AxisSpec& to = twin.axes[i];
+        to.steps_per_mm = from.steps_per_mm;
+        to.step_pin = from.step_pin;
+        to.direction_pin = from.direction_pin;
+        to.enable_pin = from.enable_pin;
+        to.direction_inverted = from.direction_inverted;
+        const double fastest_steps_s = from.max_speed_mm_s * from.steps_per_mm;
+        to.motor.pull_out_steps_s = std::max(to.motor.pull_out_steps_s, 1.25 * fastest_steps_s);
+        to.motor.acceleration_steps_s2 =
+            std::max(to.motor.acceleration_steps_s2, 1.25 * from.max_acceleration_mm_s2 * from.steps_per_mm);
+        if (i == static_cast<std::size_t>(printer::Axis::e)) continue;
+        to.endstop_pin = from.endstop_pin;
+        to.trigger_at_minimum = from.home_towards_minimum;
+        to.trigger_mm = to.home_mm = from.home_position_mm;
+        to.hard_minimum_mm = std::min(from.minimum_mm, from.home_position_mm) - 2;
+        to.hard_maximum_mm = std::max(from.maximum_mm, from.home_position_mm) + 2;
+        to.start_mm = std::clamp(to.start_mm, from.minimum_mm, from.maximum_mm);
+    }
+    twin.heaters[twin::kHotEnd].heater_pin = config.hot_end.heater_pin;
+    twin.heaters[twin::kHotEnd].adc_channel = config.hot_end.adc_channel;
+    twin.heaters[twin::kBed].heater_pin = config.has_bed ? config.bed.heater_pin : twin::kNotWired;
+    twin.heaters[twin::kBed].adc_channel = config.bed.adc_channel;
+    twin.fan_pin = config.fan_pin;
+    twin.adc_address = config.adc_address;
+    return twin;
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,176 @@
+#include "apps/printd/analyzer.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "printer/gcode/parser.h"
+#include "printer/preflight/layer_packer.h"
+#include "printer/preflight/preflight.h"
+
+namespace qduino::printd {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using printer::preflight::Facts;
+using printer::preflight::Finding;
+
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+class File {
+  public:
+    File(const std::filesystem::path& path, int flags) : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0600)) {}
+    ~File() {
+        if (descriptor_ >= 0) ::close(descriptor_);
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+    [[nodiscard]] bool ok() const { return descriptor_ >= 0; }
+    /// Bytes read, 0 at the end, −1 on an error.
+    [[nodiscard]] ssize_t read(std::span<char> bytes) const {
+        ssize_t count = -1;
+        do {
+            count = ::read(descriptor_, bytes.data(), bytes.size());
+        } while (count < 0 && errno == EINTR);
+        return count;
+    }
+    /// All of it; false on an error.
+    [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) const {
+        while (!bytes.empty()) {
+            const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
+            if (count < 0 && errno == EINTR) continue;
+            if (count < 0) return false;
+            bytes = bytes.subspan(static_cast<std::size_t>(count));
+        }
+        return true;
+    }
+
+  private:
+    int descriptor_;
+};
+
+/// Writes packed layers behind one another, and keeps their index.
+class LayerFile final : public printer::preflight::LayerSink {
+  public:
+    explicit LayerFile(const std::filesystem::path& path) : file_(path, O_WRONLY | O_CREAT | O_TRUNC) {}
+
+    void on_layer(const printer::preflight::LayerRecord& record, std::span<const std::uint8_t> bytes) override {
+        failed_ = failed_ || !file_.ok() || !file_.write(bytes);
+        if (!index_.empty()) index_ += ",";
+        index_ += text_of({{"index", count_++},
+                           {"layer", record.layer.index},
+                           {"z_mm", record.layer.z_mm},
+                           {"segments", record.segments},
+                           {"bytes", bytes.size()},
+                           {"first_byte", record.layer.first_byte}});
+    }
+    [[nodiscard]] bool failed() const { return failed_; }
+    [[nodiscard]] std::string index() const { return "[" + index_ + "]"; }
+
+  private:
+    File file_;
+    std::string index_;
+    int count_ = 0;
+    bool failed_ = false;
+};
+
+template <typename Positions>
+Json xyz(const Positions& positions) {
+    return {positions[0].value(), positions[1].value(), positions[2].value()};
+}
+
+std::string sentence_of(const Finding& finding) {
+    std::string text{finding.message.view()};
+    if (finding.advice.empty()) return text;
+    if (!text.empty() && text.back() != '.') text += '.';
+    return text.append(" ").append(finding.advice.view());
+}
+
+Json facts_json(const Facts& facts) {
+    Json warnings = Json::array();
+    for (const Finding& warning : facts.warnings) {
+        warnings.push_back({{"line", warning.line}, {"message", sentence_of(warning)}});
+    }
+    const auto& metadata = facts.metadata;
+    return {{"estimated_s", metadata.estimated ? Json(metadata.estimated->value()) : Json{}},
+            {"filament_mm", facts.filament.value()},
+            {"layers", facts.layers},
+            {"layer_height_mm", facts.layer_height.value()},
+            {"min_mm", xyz(facts.extruding_bounds.minimum)},
+            {"max_mm", xyz(facts.extruding_bounds.maximum)},
+            {"hot_end_c", facts.hot_end_maximum.value()},
+            {"bed_c", facts.bed_maximum.value()},
+            {"lines", facts.lines},
+            {"moves", facts.moves},
+            {"slicer", std::string{metadata.slicer.view()}},
+            {"material", std::string{metadata.material.view()}},
+            {"thumbnail", !facts.thumbnail.png.empty()},
+            {"warnings", std::move(warnings)},
+            {"warnings_count", facts.warnings_count}};
+}
+
+spool::Analysis refusal(const Facts& facts) {
+    spool::Analysis analysis;
+    const bool is_gcode = facts.content == printer::gcode::Content::gcode;
+    analysis.verdict = is_gcode ? spool::Analysis::Verdict::violation : spool::Analysis::Verdict::not_gcode;
+    const Finding& first = facts.errors[0];
+    analysis.message = sentence_of(first);
+    analysis.line = first.line;
+    return analysis;
+}
+
+}  // namespace
+
+Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& gcode,
+                                                   const std::filesystem::path& layers) {
+    const File file{gcode, O_RDONLY};
+    if (!file.ok()) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
+    LayerFile packed{layers};
+    printer::preflight::LayerPacker packer{machine_.filament_diameter_mm, packed};
+    // On the heap: findings and parser state are too large for a thread's stack to be taken for granted.
+    const auto preflight = std::make_unique<printer::preflight::Preflight>(printer::preflight::Options{machine_, 0});
+    preflight->add_sink(packer);
+    std::array<char, 16 * 1024> bytes;
+    ssize_t count = 0;
+    while ((count = file.read(bytes)) > 0) preflight->feed({bytes.data(), static_cast<std::size_t>(count)});
+    if (count < 0) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
+    const Facts& facts = preflight->finish();
+    if (!facts.accepted() && !facts.errors.empty()) return refusal(facts);
+    if (packed.failed()) return make_error(ErrorCode::unavailable, "the disk is full; delete finished jobs or free some space");
+    spool::Analysis analysis;
+    analysis.facts_json = text_of(facts_json(facts));
+    if (facts.metadata.estimated) analysis.estimated_s = facts.metadata.estimated->value();
+    analysis.layers_json = packed.index();
+    analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());
+    return analysis;
+}
+
+Result<void> check_line(const printer::MachineConfig& machine, std::string_view line) {
+    const Result<std::optional<printer::gcode::Command>> parsed = printer::gcode::parse_line(line);
+    if (!parsed.ok()) return parsed.error();
+    if (!parsed->has_value() || (*parsed)->letter != 'M') return {};
+    const printer::gcode::Command& command = **parsed;
+    const bool hot_end = command.number == 104 || command.number == 109;
+    const bool bed = command.number == 140 || command.number == 190;
+    if (!hot_end && !bed) return {};
+    const double highest = target_maximum_celsius(hot_end ? machine.hot_end : machine.bed);
+    for (const char letter : {'S', 'R'}) {
+        const std::optional<double> asked = command.parameters.value(letter);
+        if (!asked || (*asked >= 0 && *asked <= highest)) continue;
+        Error error{ErrorCode::out_of_range, hot_end ? "the hot end's target must be 0 to " : "the bed's target must be 0 to "};
+        error.message.append(std::to_string(static_cast<int>(highest))).append(" °C");
+        return error;
+    }
+    return {};
+}
+
+double target_maximum_celsius(const printer::HeaterConfig& heater) { return heater.maximum_celsius - 15; }
+
+}  // namespace qduino::printd

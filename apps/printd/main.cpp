@@ -1,0 +1,198 @@
+// printd: the print service. A process of its own, without rights, that may be killed at any instant.
+//
+//   LinkWatch ─┐                       ┌─ Server ── sockets
+//   Inspection ┼─► Spool ◄─ Service ◄──┤
+//   Analyzer ──┘      ▲                └─ Publisher ── live stream, log
+//                     └── ticks, on the spool's thread
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sodium/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/machine_file/machine_file.h"
+#include "apps/printd/analyzer.h"
+#include "apps/printd/inspection.h"
+#include "apps/printd/link_watch.h"
+#include "apps/printd/options.h"
+#include "apps/printd/privileges.h"
+#include "web/publisher.h"
+#include "web/server.h"
+
+namespace {
+
+using namespace qduino;
+
+constexpr int kCouldNotStart = 1;
+constexpr int kAlreadyRunning = 3;
+constexpr std::string_view kVersion = "0.1.0";
+
+web::Moment clock_now() {
+    using namespace std::chrono;
+    return {instant_from_ns(duration_cast<nanoseconds>(steady_clock::now().time_since_epoch()).count()),
+            duration_cast<seconds>(system_clock::now().time_since_epoch()).count()};
+}
+
+int fail(const Error& error) {
+    spdlog::error("{}", error.message.view());
+    return error.code == ErrorCode::already_exists ? kAlreadyRunning : kCouldNotStart;
+}
+
+void start_log(bool verbose) {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("printd"));
+    spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e %n %l: %v");
+    spdlog::set_level(verbose ? spdlog::level::debug : spdlog::level::info);
+}
+
+web::api::MachineLimits limits_of(const printer::MachineConfig& machine) {
+    web::api::MachineLimits limits;
+    for (std::size_t axis = 0; axis < 4; ++axis) limits.speed_max_mm_s[axis] = machine.axes[axis].max_speed_mm_s;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        limits.minimum_mm[axis] = machine.axes[axis].minimum_mm;
+        limits.maximum_mm[axis] = machine.axes[axis].maximum_mm;
+    }
+    limits.hot_end_max_c = printd::target_maximum_celsius(machine.hot_end);
+    limits.bed_max_c = printd::target_maximum_celsius(machine.bed);
+    limits.has_bed = machine.has_bed;
+    return limits;
+}
+
+/// What the page needs to know of the machine (docs/api.md, GET /api/v1/config).
+std::string config_json(const printer::MachineConfig& machine, const web::api::MachineLimits& limits) {
+    nlohmann::ordered_json axes;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const printer::AxisConfig& axis = machine.axes[i];
+        nlohmann::ordered_json& json = axes[std::string(1, "xyze"[i])];
+        json = {{"steps_per_mm", axis.steps_per_mm},
+                {"max_speed_mm_s", axis.max_speed_mm_s},
+                {"max_acceleration_mm_s2", axis.max_acceleration_mm_s2}};
+        if (i == 3) continue;
+        json["min_mm"] = axis.minimum_mm;
+        json["max_mm"] = axis.maximum_mm;
+    }
+    const nlohmann::ordered_json json{
+        {"name", std::string{machine.name.view()}},
+        {"version", kVersion},
+        {"axes", axes},
+        {"hot_end", {{"max_c", limits.hot_end_max_c}, {"min_extrude_c", machine.minimum_extrude_celsius}}},
+        {"bed", {{"present", limits.has_bed}, {"max_c", limits.bed_max_c}}},
+        {"nozzle_mm", machine.nozzle_diameter_mm},
+        {"filament_mm", machine.filament_diameter_mm}};
+    return json.dump();
+}
+
+/// Rights, lock and key: everything that must be settled before a thread starts.
+struct Ground {
+    printd::StateLock lock;
+    std::string key;
+};
+
+Result<Ground> prepare(const printd::Options& options) {
+    ::umask(077);
+    std::signal(SIGPIPE, SIG_IGN);
+    if (sodium_init() < 0) return make_error(ErrorCode::internal, "no source of random numbers");
+    if (!options.authentication && !web::is_loopback(options.address)) {
+        return make_error(ErrorCode::not_permitted, "--no-auth is only for a loopback address: anyone could print");
+    }
+    Ground ground;
+    Result<printd::StateLock> lock = printd::StateLock::take(options.state);
+    if (!lock.ok()) return lock.error();
+    ground.lock = std::move(*lock);
+    if (!options.run_as.empty()) {
+        if (const Result<void> done = printd::become(options.run_as, options.state); !done.ok()) return done.error();
+    }
+    Result<std::string> key = web::load_or_make_key(options.state / "api-key");
+    if (!key.ok()) return key.error();
+    if (options.authentication) ground.key = std::move(*key);
+    return ground;
+}
+
+web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& machine) {
+    const web::api::MachineLimits limits = limits_of(machine);
+    return {spool,
+            limits,
+            std::string{machine.name.view()},
+            config_json(machine, limits),
+            std::string{kVersion},
+            [machine](std::string_view line) { return printd::check_line(machine, line); }};
+}
+
+void say_where(const printd::Options& options, std::uint16_t port, const std::string& key) {
+    const bool ipv6 = options.address.find(':') != std::string::npos;
+    const std::string host = ipv6 ? "[" + options.address + "]" : options.address;
+    const std::string address = "http://" + host + ":" + std::to_string(port) + "/";
+    spdlog::info("listening on {}", address);
+    if (!options.authentication) spdlog::warn("authentication is off: whoever can connect can print");
+    if (!options.print_link) return;
+    std::printf("%s%s%s\n", address.c_str(), key.empty() ? "" : "#key=", key.c_str());
+    std::fflush(stdout);
+}
+
+int serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
+    printd::LinkWatch link{options.link};
+    std::optional<printd::Inspection> inspection;
+    if (!options.inspect.empty()) inspection.emplace(options.inspect);
+    spool::SpoolOptions spool_options;
+    spool_options.folder = options.state;
+    spool_options.limits.size_max_bytes = options.upload_max_mib << 20;
+    spool_options.hold_after_failure = options.hold_after_failure;
+    spool_options.confirm_bed = options.confirm_bed;
+    auto spool = spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr);
+    if (!spool.ok()) return fail(spool.error());
+    auto stored = (*spool)->store().load();
+    if (!stored.ok()) return fail(stored.error());
+    web::StaticFiles files;
+    if (!options.ui.empty()) {
+        auto read = web::StaticFiles::read(options.ui);
+        if (!read.ok()) return fail(read.error());
+        files = std::move(*read);
+    }
+    printd::PreflightAnalyzer analyzer{machine};
+    // Last in, first out: the threads end before what their tasks use.
+    std::unique_ptr<web::Service> service;
+    std::unique_ptr<web::Publisher> publisher;
+    web::Threads threads;
+    service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(**spool, machine),
+                                             web::Authenticator{ground.key, std::move(stored->sessions)}, std::move(files),
+                                             analyzer, threads.executors());
+    publisher = std::make_unique<web::Publisher>(**spool, *service, threads.executors().io,
+                                                 [](const std::string& line) { spdlog::info("{}", line); });
+    web::ServerOptions server_options;
+    server_options.address = options.address;
+    server_options.port = options.port;
+    auto server = web::Server::listen(server_options, threads, *service, clock_now);
+    if (!server.ok()) return fail(server.error());
+    say_where(options, (*server)->port(), ground.key);
+    threads.every(web::Publisher::kTickEvery, [&, said = std::string{}]() mutable {
+        publisher->tick(clock_now());
+        if (link.trouble() != said && !link.trouble().empty()) spdlog::warn("{}", link.trouble());
+        said = link.trouble();
+    });
+    threads.stop_on_signals([](int signal) { spdlog::info("stopping on signal {}", signal); });
+    threads.run();
+    threads.join();
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    int exit_status = 0;
+    const std::optional<printd::Options> options = printd::parse_options(argc, argv, exit_status);
+    if (!options) return exit_status;
+    start_log(options->verbose);
+    printer::MachineConfig machine;
+    if (!options->machine.empty()) {
+        const Result<printer::MachineConfig> read = apps::read_machine_file(options->machine);
+        if (!read.ok()) return fail(read.error());
+        machine = *read;
+    }
+    Result<Ground> ground = prepare(*options);
+    if (!ground.ok()) return fail(ground.error());
+    return serve(*options, machine, std::move(*ground));
+}

@@ -1,0 +1,60 @@
+#include "apps/printd/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+namespace qduino::printd {
+
+namespace {
+
+/// "127.0.0.1:8080", "[::1]:8080", "8080".
+bool parse_listen(std::string_view text, Options& options) {
+    const std::size_t colon = text.rfind(':');
+    if (colon != std::string_view::npos) options.address = text.substr(0, colon);
+    if (options.address.size() > 2 && options.address.front() == '[' && options.address.back() == ']') {
+        options.address = options.address.substr(1, options.address.size() - 2);
+    }
+    const std::string_view port = colon == std::string_view::npos ? text : text.substr(colon + 1);
+    const auto [end, failed] = std::from_chars(port.data(), port.data() + port.size(), options.port);
+    return failed == std::errc{} && end == port.data() + port.size() && !options.address.empty();
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
+    Options options;
+    std::string listen = "127.0.0.1:8080";
+    std::string after_failure = "hold";
+    CLI::App app{"The print service: takes jobs over HTTP, keeps their queue, feeds the machine"};
+    app.footer(
+        "Example:\n  printd --state ~/.local/state/qduinomc --link /dev/shm/qduinomc/link --ui web/ui/dist\n\n"
+        "The key that requests must carry is made at the first start, in DIR/api-key.\n"
+        "Exit status: 0 stopped, 1 could not start, 2 wrong command line, 3 already running.");
+    app.add_option("--state", options.state, "folder of jobs, queue and key")->required();
+    app.add_option("--link", options.link, "shared object of the sketch (it may appear later)")->required();
+    app.add_option("--listen", listen, "ADDRESS:PORT to serve; port 0 takes any free one")->capture_default_str();
+    app.add_option("--ui", options.ui, "folder of the page's files");
+    app.add_option("--inspect", options.inspect, "socket of a virtual machine's inspector");
+    app.add_option("--machine", options.machine, "machine file (TOML); the reference machine without");
+    app.add_option("--run-as", options.run_as, "user to become, when started by root");
+    app.add_option("--allow-host", options.hosts, "a name under which browsers may come, besides addresses and localhost");
+    app.add_option("--upload-limit-mib", options.upload_max_mib, "largest file accepted")->capture_default_str()->check(CLI::Range(1, 65536));
+    app.add_option("--after-failure", after_failure, "what the queue does when a job has failed")
+        ->check(CLI::IsMember({"hold", "continue"}))
+        ->capture_default_str();
+    app.add_flag("--confirm-bed", options.confirm_bed, "after each copy wait until a person says that the bed is clear");
+    app.add_flag("!--no-auth", options.authentication, "ask nobody for the key; only on a loopback address");
+    app.add_flag("--print-link", options.print_link, "print the address with the key, for a browser");
+    app.add_flag("--verbose", options.verbose, "log more");
+    try {
+        app.parse(argc, argv);
+        if (!parse_listen(listen, options)) throw CLI::ValidationError{"--listen", "give ADDRESS:PORT"};
+    } catch (const CLI::ParseError& error) {
+        exit_status = app.exit(error) == 0 ? 0 : 2;
+        return std::nullopt;
+    }
+    options.hold_after_failure = after_failure == "hold";
+    return options;
+}
+
+}  // namespace qduino::printd

@@ -1,0 +1,33 @@
+// printd's command line.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace qduino::printd {
+
+struct Options {
+    std::filesystem::path state;
+    std::filesystem::path link;
+    std::string address = "127.0.0.1";
+    std::uint16_t port = 8080;
+    std::filesystem::path ui;             ///< empty: no page
+    std::string inspect;                  ///< socket of the virtual machine's inspector; empty: none
+    std::filesystem::path machine;        ///< empty: the reference machine
+    std::string run_as;                   ///< empty: as who we are
+    std::vector<std::string> hosts;       ///< further names that browsers may use
+    std::uint64_t upload_max_mib = 2048;
+    bool hold_after_failure = true;
+    bool confirm_bed = false;
+    bool authentication = true;
+    bool print_link = false;
+    bool verbose = false;
+};
+
+/// Nothing: `exit_status` says how to leave (help was asked for, or the line was wrong and that has been said).
+[[nodiscard]] std::optional<Options> parse_options(int argc, char** argv, int& exit_status);
+
+}  // namespace qduino::printd

@@ -1,0 +1,91 @@
+#include "apps/printd/privileges.h"
+
+#include <fcntl.h>
+#include <grp.h>
+#include <pwd.h>
+#include <sys/file.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace qduino::printd {
+
+namespace {
+
+Error system_error(std::string_view what, std::string_view which, int number) {
+    Error error{number == EACCES || number == EPERM ? ErrorCode::not_permitted : ErrorCode::internal, {}};
+    error.message.append(what).append(" ").append(which).append(": ").append(std::strerror(number));
+    return error;
+}
+
+bool belongs_to_root(const std::filesystem::path& path) {
+    struct stat found {};
+    return ::lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == 0;
+}
+
+/// Everything in a folder that only root could write to so far: no one can have planted a link in it.
+Result<void> give_away(const std::filesystem::path& folder, uid_t user, gid_t group) {
+    std::error_code failed;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
+        if (::lchown(entry.path().c_str(), user, group) != 0) return system_error("cannot give away", entry.path().native(), errno);
+    }
+    if (failed) return system_error("cannot read", folder.native(), failed.value());
+    if (::lchown(folder.c_str(), user, group) != 0) return system_error("cannot give away", folder.native(), errno);
+    return {};
+}
+
+}  // namespace
+
+StateLock::StateLock(StateLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+StateLock& StateLock::operator=(StateLock&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+}
+
+StateLock::~StateLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<StateLock> StateLock::take(const std::filesystem::path& folder) {
+    std::error_code failed;
+    if (!std::filesystem::exists(folder, failed)) {
+        std::filesystem::create_directories(folder, failed);
+        if (!failed) std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failed);
+    }
+    if (failed) return system_error("cannot make the state folder", folder.native(), failed.value());
+    StateLock lock;
+    lock.descriptor_ = ::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (lock.descriptor_ < 0) return system_error("cannot use the state folder", folder.native(), errno);
+    if (::flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0) {
+        return Error{ErrorCode::already_exists,
+                     FixedString<236>{"a print service is already running with "}.append(folder.native())};
+    }
+    return lock;
+}
+
+Result<void> become(const std::string& user, const std::filesystem::path& state) {
+    if (::geteuid() != 0) return make_error(ErrorCode::not_permitted, "--run-as needs root to begin with");
+    const passwd* found = ::getpwnam(user.c_str());
+    if (!found) return Error{ErrorCode::not_found, FixedString<236>{"--run-as: there is no user "}.append(user)};
+    if (belongs_to_root(state)) {
+        if (const Result<void> given = give_away(state, found->pw_uid, found->pw_gid); !given.ok()) return given;
+    }
+    if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 || ::setuid(found->pw_uid) != 0) {
+        return system_error("cannot become", user, errno);
+    }
+    if (::setuid(0) == 0) return make_error(ErrorCode::internal, "--run-as: root could be had back");
+    ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    if (::access(state.c_str(), R_OK | W_OK | X_OK) != 0) {
+        Error error{ErrorCode::not_permitted, FixedString<236>{"user "}.append(user)};
+        error.message.append(" cannot reach ").append(state.native()).append("; choose another --state, /var/lib/qduinomc for one");
+        return error;
+    }
+    return {};
+}
+
+}  // namespace qduino::printd

@@ -1,0 +1,29 @@
+// One service a state folder, and no more rights than it needs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "base/result.h"
+
+namespace qduino::printd {
+
+/// An advisory lock on DIR/lock that dies with its holder.
+class StateLock {
+  public:
+    StateLock() = default;
+    StateLock(StateLock&& other) noexcept;
+    StateLock& operator=(StateLock&& other) noexcept;
+    ~StateLock();
+    /// Makes the folder (mode 0700) where there is none. Errors: already_exists (another service runs), not_permitted, internal.
+    [[nodiscard]] static Result<StateLock> take(const std::filesystem::path& folder);
+
+  private:
+    int descriptor_ = -1;
+};
+
+/// From root to `user`, for good: groups, ids, and no way back. The state folder becomes the user's first, if it is root's.
+/// Before any thread is started. Errors: not_permitted (not root), not_found (no such user), internal.
+[[nodiscard]] Result<void> become(const std::string& user, const std::filesystem::path& state);
+
+}  // namespace qduino::printd

@@ -1,0 +1,75 @@
+// printer: the printer sketch on the Linux board. Started by qduino-supervisor, which outlives it.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <ctime>
+
+#include "PrinterWiring.h"
+#include "apps/guarantee/guarantee_report.h"
+#include "apps/host/bind_linux.h"
+#include "apps/link/link_file.h"
+#include "apps/machine_file/machine_file.h"
+
+namespace {
+
+using namespace qduino;
+
+int fail(std::string_view message) {
+    std::fprintf(stderr, "printer: %.*s\n", static_cast<int>(message.size()), message.data());
+    return 1;
+}
+
+struct Arguments {
+    board::linux::LinuxConfig board;
+    std::string link_path;
+    std::string machine_path;
+};
+
+Result<printer::MachineConfig> machine_of(const Arguments& arguments) {
+    return arguments.machine_path.empty() ? printer::MachineConfig{}
+                                          : apps::read_machine_file(arguments.machine_path);
+}
+
+int run(Arguments& arguments) {
+    const Result<printer::MachineConfig> machine = machine_of(arguments);
+    if (!machine.ok()) return fail(machine.error().message);
+    auto board = board::linux::LinuxBoard::open(arguments.board);
+    if (!board.ok()) return fail(board.error().message);
+    const auto link = apps::create_link(arguments.link_path, static_cast<std::uint64_t>(std::time(nullptr)));
+    if (!link.ok()) return fail(link.error().message);
+
+    sketches::printer_wiring() = {*machine, link->get()};
+    runtime::Runtime<board::linux::LinuxBoard> runtime(**board);
+    port::bind(&runtime);
+    const Result<void> begun = runtime.begin(runtime::sketch_table());
+    if (!begun.ok()) return fail(begun.error().message);
+
+    const board::GuaranteeReport report = (*board)->guarantee();
+    std::fputs(apps::guarantee_text(report).c_str(), stdout);
+    std::fflush(stdout);
+    printer::link::GuaranteeText text;
+    text.json.assign(apps::guarantee_json(report));
+    link->get()->guarantee.write(text);
+
+    runtime.run(kForever);
+    port::bind(nullptr);
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app{
+        "The printer sketch on the Linux board, on the pins of a virtual machine.\n"
+        "Example: printer --pins /dev/shm/qduino/pins --link /dev/shm/qduino/link"};
+    Arguments arguments;
+    app.add_option("--pins", arguments.board.pins_path, "File of the virtual pins, made by virtual-machine")
+        ->required();
+    app.add_option("--link", arguments.link_path, "File of the link to the print service; made anew")
+        ->required();
+    app.add_option("--machine", arguments.machine_path,
+                   "Machine file (TOML); default: the reference machine");
+    app.add_flag("--isolate", arguments.board.isolate,
+                 "Move everything else off the stepper loop's core; undone at the end (root)");
+    CLI11_PARSE(app, argc, argv);
+    return run(arguments);
+}

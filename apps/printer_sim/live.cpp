@@ -1,0 +1,71 @@
+#include "apps/printer_sim/live.h"
+
+#include <signal.h>
+
+#include <chrono>
+#include <csignal>
+#include <ctime>
+#include <memory>
+#include <thread>
+
+#include "apps/inspect/inspect_server.h"
+#include "apps/inspect/inspect_service.h"
+#include "apps/link/link_file.h"
+#include "apps/printer_sim/sim_printer.h"
+
+namespace qduino::apps {
+namespace {
+
+using WallClock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kWallSlice{5};
+/// Further behind than this, the pace is counted anew from now: a suspended laptop does not sprint when it wakes.
+constexpr std::chrono::milliseconds kBehindMax{250};
+
+volatile std::sig_atomic_t stop_asked = 0;
+void ask_to_stop(int) { stop_asked = 1; }
+
+void stop_on_signals() {
+    struct sigaction action {};
+    action.sa_handler = ask_to_stop;
+    for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+Result<void> run_live(const LiveOptions& options) {
+    auto link = create_link(options.link_path, static_cast<std::uint64_t>(std::time(nullptr)));
+    if (!link.ok()) return link.error();
+    SimPrinter printer(options.machine, *link->get());
+    InspectService inspector(printer.twin(), [&printer] { return printer.now(); });
+    std::unique_ptr<InspectServer> socket;
+    if (!options.inspect_path.empty()) {
+        auto listening = InspectServer::listen(options.inspect_path, [&inspector](std::string_view request) {
+            return inspector.answer(request);
+        });
+        if (!listening.ok()) return listening.error();
+        socket = std::make_unique<InspectServer>(std::move(*listening));
+    }
+    Result<void> begun = printer.begin();
+    if (!begun.ok()) return begun;
+    stop_on_signals();
+
+    WallClock::time_point wall_start = WallClock::now();
+    Instant virtual_start = printer.now();
+    while (stop_asked == 0) {
+        std::this_thread::sleep_for(kWallSlice);
+        const double wall_s = std::chrono::duration<double>(WallClock::now() - wall_start).count();
+        const Instant due = virtual_start + from_seconds(wall_s * options.speed);
+        // In slices of virtual time, so that the inspector and a signal are served while a fast print runs.
+        const Instant end = std::min(due, printer.now() + 500ms);
+        if (!printer.run(end)) return {};
+        if (socket) socket->poll();
+        if (due - end > from_seconds(std::chrono::duration<double>(kBehindMax).count() * options.speed)) {
+            wall_start = WallClock::now();
+            virtual_start = printer.now();
+        }
+    }
+    link->get()->sketch_dead.store(1);
+    return {};
+}
+
+}  // namespace qduino::apps

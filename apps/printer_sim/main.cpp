@@ -1,0 +1,90 @@
+// printer-sim: prints a G-code file in virtual time and says whether what was built is what was asked.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "apps/machine_file/machine_file.h"
+#include "apps/printer_sim/live.h"
+#include "apps/printer_sim/print_file.h"
+
+namespace {
+
+using namespace qduino;
+
+constexpr int kExitMatches = 0;
+constexpr int kExitDiffers = 1;
+constexpr int kExitUsage = 2;
+
+int fail(std::string_view message) {
+    std::fprintf(stderr, "printer-sim: %.*s\n", static_cast<int>(message.size()), message.data());
+    return kExitUsage;
+}
+
+int print(const apps::PrintOptions& options, const std::string& report_path) {
+    const Result<apps::PrintResult> printed = apps::print_file(options);
+    if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r%60s\r", "");
+    if (!printed.ok()) return fail(printed.error().message);
+    std::fputs(apps::summary(*printed).c_str(), stdout);
+    if (!report_path.empty()) {
+        std::ofstream report(report_path);
+        report << apps::to_json(*printed).dump(2) << '\n';
+        if (!report.flush()) return fail(report_path + ": cannot be written");
+    }
+    return printed->success() ? kExitMatches : kExitDiffers;
+}
+
+void show_progress(double fraction, double virtual_s) {
+    std::fprintf(stderr, "\r%5.1f %%  %d:%02d:%02d printed ", fraction * 100,
+                 static_cast<int>(virtual_s) / 3600, static_cast<int>(virtual_s) / 60 % 60,
+                 static_cast<int>(virtual_s) % 60);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app{
+        "Prints a G-code file in virtual time: the printer sketch, the simulated board and the virtual\n"
+        "machine in one process. Ends with 0 only if what was built is what was asked."};
+    apps::PrintOptions options;
+    std::string machine_path, report_path;
+    std::vector<std::string> faults;
+    apps::LiveOptions live;
+    app.footer(
+        "Example: printer-sim benchy.gcode --report report.json\n"
+        "Live:    printer-sim --link /dev/shm/link --speed 20      (what ./run --speed starts)");
+    app.add_option("FILE", options.file, "The G-code file");
+    app.add_option("--link", live.link_path, "Instead of a file: serve a print service through this link");
+    app.add_option("--inspect", live.inspect_path,
+                   "With --link: answer questions about the twin on this socket");
+    app.add_option("--speed", live.speed, "With --link: virtual seconds per second")
+        ->check(CLI::Range(0.01, 10000.0))
+        ->capture_default_str();
+    app.add_option("--machine", machine_path,
+                   "Another printer than the reference machine (TOML, docs/machine.md)");
+    app.add_option("--report", report_path, "Write the report here, as JSON");
+    app.add_option("--steps", options.steps_path, "Write every step here: time_ns,axis,direction");
+    app.add_option("--fault", faults,
+                   "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
+    CLI11_PARSE(app, argc, argv);
+
+    if (!machine_path.empty()) {
+        const Result<printer::MachineConfig> machine = apps::read_machine_file(machine_path);
+        if (!machine.ok()) return fail(machine.error().message);
+        options.machine = *machine;
+    }
+    for (const std::string& text : faults) {
+        const Result<twin::Fault> fault = twin::parse_fault(text);
+        if (!fault.ok()) return fail(fault.error().message);
+        options.faults.push_back(*fault);
+    }
+    if (!live.link_path.empty()) {
+        live.machine = options.machine;
+        const Result<void> ended = apps::run_live(live);
+        return ended.ok() ? 0 : fail(ended.error().message);
+    }
+    if (options.file.empty()) return fail("which file? (printer-sim --help)");
+    if (isatty(STDERR_FILENO)) options.progress = show_progress;
+    return print(options, report_path);
+}

@@ -1,0 +1,130 @@
+#include "apps/printer_sim/print_file.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+
+#include "apps/printer_sim/job_feeder.h"
+#include "apps/printer_sim/private_link.h"
+#include "apps/printer_sim/sim_printer.h"
+#include "apps/printer_sim/step_log.h"
+#include "printer/gcode/content.h"
+#include "printer/link/frame.h"
+#include "twin/job.h"
+
+namespace qduino::apps {
+namespace {
+
+namespace link = printer::link;
+
+constexpr std::uint64_t kJobId = 1;
+constexpr Nanoseconds kSlice = 50ms;
+constexpr Nanoseconds kStallLimit = 30min;  // virtual; the longest wait that a job may ask for is a heat-up
+
+/// What the sketch says while it prints: unknown codes and warnings, each once.
+class ReplyReader {
+  public:
+    void read(link::LinkLayout& from, PrintResult& into) {
+        while (true) {
+            const auto frame = reader_.read(from.replies);
+            if (!frame.ok() || !frame->has_value()) return;
+            const auto reply = link::decode_reply((*frame)->payload);
+            if (!reply.ok() || reply->kind == link::ReplyKind::text) continue;
+            const std::string text(reply->text);
+            const bool unknown = text.find("Unknown command") != std::string::npos;
+            auto& list = unknown ? into.unknown_codes : into.warnings;
+            if (list.size() < kKept && std::find(list.begin(), list.end(), text) == list.end())
+                list.push_back(text);
+        }
+    }
+
+  private:
+    static constexpr std::size_t kKept = 100;
+    link::FrameReader reader_;
+};
+
+Result<std::uint64_t> check_file(std::ifstream& file, const std::string& path) {
+    if (!file) return make_error(ErrorCode::not_found, path + ": cannot be read; check the path");
+    std::array<char, 4096> head{};
+    file.read(head.data(), head.size());
+    const auto content =
+        printer::gcode::look_at_content(std::span{head}.first(static_cast<std::size_t>(file.gcount())));
+    if (content != printer::gcode::Content::gcode) {
+        return make_error(ErrorCode::unsupported,
+                          path + ": " + std::string(printer::gcode::explain(content)));
+    }
+    file.clear();
+    file.seekg(0, std::ios::end);
+    const auto length = static_cast<std::uint64_t>(file.tellg());
+    file.seekg(0);
+    return length;
+}
+
+/// Runs the job until it has an outcome.
+void run_job(SimPrinter& printer, JobFeeder& feeder, ReplyReader& replies, const PrintOptions& options,
+             PrintResult& result) {
+    const Instant began = printer.now();
+    std::uint64_t executed = 0;
+    Instant moved = began;
+    link::JobStatus status;
+    for (int slice = 0;; ++slice) {
+        feeder.feed(printer.link());
+        const bool running = printer.run(printer.now() + kSlice);
+        replies.read(printer.link(), result);
+        status = printer.link().job_status.read();
+        const bool over = status.job_id == kJobId && status.outcome != link::JobOutcome::running;
+        if (over || status.state == link::MachineState::faulted) break;
+        if (status.bytes_executed != executed) moved = printer.now();
+        executed = status.bytes_executed;
+        if (!running || printer.now() - moved > kStallLimit) {
+            status.fault.assign(running ? "nothing has moved for 30 minutes" : "the sketch stopped");
+            break;
+        }
+        if (options.progress && slice % 20 == 0) {
+            options.progress(static_cast<double>(executed) /
+                                 static_cast<double>(std::max<std::uint64_t>(1, status.job_length)),
+                             to_seconds(printer.now() - began));
+        }
+    }
+    result.print_time_s = to_seconds(printer.now() - began);
+    result.job_completed = status.outcome == link::JobOutcome::completed;
+    if (!result.job_completed) result.error = std::string(status.fault.view());
+}
+
+}  // namespace
+
+Result<PrintResult> print_file(const PrintOptions& options) {
+    const auto wall_start = std::chrono::steady_clock::now();
+    std::ifstream file(options.file, std::ios::binary);
+    const Result<std::uint64_t> length = check_file(file, options.file);
+    if (!length.ok()) return length.error();
+    PrivateLink memory;
+    if (!memory.get()) return make_error(ErrorCode::unavailable, "not enough memory for the link (12 MB)");
+
+    std::unique_ptr<StepLog> steps;  // before the printer, whose board writes to it until the end
+    SimPrinter printer(options.machine, *memory.get());
+    if (!options.steps_path.empty()) {
+        steps = std::make_unique<StepLog>(options.steps_path, options.machine, printer.twin());
+        if (!steps->ok())
+            return make_error(ErrorCode::not_permitted, options.steps_path + ": cannot be written");
+    }
+    for (const twin::Fault& fault : options.faults) printer.twin().inject(fault);
+    const Result<void> begun = printer.begin(steps.get());
+    if (!begun.ok()) return begun.error();
+    printer.run(instant_from_ns(0) + 1s);  // the sketch says that it is idle
+
+    PrintResult result;
+    twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(options.file), printer.now());
+    JobFeeder feeder(file, kJobId, *length);
+    ReplyReader replies;
+    run_job(printer, feeder, replies, options, result);
+    printer.run(printer.now() + 500ms);
+    result.motion = memory.get()->motion_status.read();
+    result.built = job.finish(printer.now());
+    if (steps && !steps->close())
+        return make_error(ErrorCode::unavailable, options.steps_path + ": disk full?");
+    result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+    return result;
+}
+
+}  // namespace qduino::apps

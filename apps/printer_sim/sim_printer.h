@@ -1,0 +1,49 @@
+// The whole printer in one process and in virtual time: twin, simulated board, runtime, the unchanged printer sketch.
+//
+//   LinkLayout ◄─► printer.ino ◄─► Runtime ◄─► SimBoard ◄─► [step log] ◄─► twin::Printer
+//
+// One per process: the sketch's own objects are static, as a sketch's are.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "board/sim/sim_board.h"
+#include "printer/link/layout.h"
+#include "printer/machine_config.h"
+#include "runtime/runtime.h"
+#include "twin/printer.h"
+
+namespace qduino::apps {
+
+class SimPrinter {
+  public:
+    /// `front` (may be null) stands between board and twin; it must forward to twin(). `link` is zeroed or a fresh object.
+    SimPrinter(const printer::MachineConfig& config, printer::link::LinkLayout& link);
+    ~SimPrinter();
+    SimPrinter(const SimPrinter&) = delete;
+    SimPrinter& operator=(const SimPrinter&) = delete;
+
+    /// Admits and starts the sketch. `front`: what the board sees as its peripherals; null for the twin itself.
+    Result<void> begin(board::Peripherals* front = nullptr);
+    /// Everything before `until` happens. Returns false when the sketch has stopped.
+    bool run(Instant until);
+    [[nodiscard]] Instant now() const { return now_; }
+
+    [[nodiscard]] twin::Printer& twin() { return twin_; }
+    [[nodiscard]] printer::link::LinkLayout& link() { return link_; }
+    [[nodiscard]] const printer::MachineConfig& config() const { return config_; }
+
+  private:
+    void publish_guarantee();
+
+    printer::MachineConfig config_;
+    printer::link::LinkLayout& link_;
+    twin::Printer twin_;
+    std::unique_ptr<board::sim::SimBoard> board_;
+    std::unique_ptr<runtime::Runtime<board::sim::SimBoard>> runtime_;
+    Instant now_{};
+};
+
+}  // namespace qduino::apps

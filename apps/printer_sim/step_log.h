@@ -1,0 +1,65 @@
+// Every step as a line of CSV: what `printer-sim --steps` writes. Sits between the board and the twin and sees pins alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "board/peripherals.h"
+#include "printer/machine_config.h"
+
+namespace qduino::apps {
+
+/// Forwards everything to `next`, and writes `time_ns,axis,direction` for each rising edge of a STEP pin: nanoseconds since the
+/// board started, X Y Z or E, +1 or −1 in machine coordinates.
+class StepLog final : public board::Peripherals {
+  public:
+    /// Opens `path` (which is emptied). ok() says whether that worked.
+    StepLog(const std::string& path, const printer::MachineConfig& config, board::Peripherals& next);
+    ~StepLog() override;
+    StepLog(const StepLog&) = delete;
+    StepLog& operator=(const StepLog&) = delete;
+
+    /// Everything so far is in the file.
+    [[nodiscard]] bool ok() const { return file_ != nullptr && !failed_; }
+    bool close();
+
+    void pin_written(Instant now, board::PinId pin, board::Level level) override;
+    void pwm_written(Instant now, board::PinId pin, double duty) override {
+        next_.pwm_written(now, pin, duty);
+    }
+    board::Level pin_level(Instant now, board::PinId pin) override { return next_.pin_level(now, pin); }
+    double analog_level(Instant now, board::PinId pin) override { return next_.analog_level(now, pin); }
+    Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
+                              std::span<const std::uint8_t> out, std::span<std::uint8_t> in) override {
+        return next_.i2c_transfer(now, bus, address, out, in);
+    }
+    Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
+                              std::span<std::uint8_t> data) override {
+        return next_.spi_transfer(now, bus, settings, data);
+    }
+    Instant next_event(Instant now) override { return next_.next_event(now); }
+
+  private:
+    enum class Role : std::uint8_t { none, step, direction };
+    struct Wire {
+        Role role = Role::none;
+        std::uint8_t axis = 0;
+    };
+    void write_line(Instant now, std::size_t axis);
+    void flush();
+
+    board::Peripherals& next_;
+    std::FILE* file_;
+    bool failed_ = false;
+    std::array<Wire, board::kPinCount> wires_{};
+    std::array<bool, printer::kAxisCount> high_{};
+    std::array<bool, printer::kAxisCount> positive_{};
+    std::array<bool, printer::kAxisCount> inverted_{};
+    std::vector<char> buffer_;
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,89 @@
+// virtual-machine: the printer that is not there, wired to the Linux board's virtual pins.
+#include <sched.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "apps/machine_file/machine_file.h"
+#include "apps/machine_file/twin_machine.h"
+#include "apps/virtual_machine/virtual_machine.h"
+
+namespace {
+
+volatile std::sig_atomic_t stop_asked = 0;
+
+void ask_to_stop(int) { stop_asked = 1; }
+
+void stop_on_signals() {
+    struct sigaction action {};
+    action.sa_handler = ask_to_stop;
+    for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
+}
+
+/// A real machine is always there; this one asks for a good place in the queue. Asked for, not demanded. `fifo` 0: a
+/// better nice value alone.
+void be_prompt(int fifo) {
+    if (fifo > 0) {
+        sched_param parameters{};
+        parameters.sched_priority = fifo;
+        if (::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) == 0) return;
+    }
+    ::setpriority(PRIO_PROCESS, 0, -10);
+}
+
+int complain(std::string_view what) {
+    std::fprintf(stderr, "virtual-machine: %.*s\n", static_cast<int>(what.size()), what.data());
+    return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace qduino;
+    CLI::App app{
+        "Plays the printer behind the Linux board's virtual pins: motors, switches, heaters, converter. It "
+        "outlives the\n"
+        "sketch, watches what is built, and tells on its socket.\n"
+        "Example: virtual-machine --pins /dev/shm/qduino-pins --inspect /run/qduino/inspect.sock"};
+    apps::VirtualMachineOptions options;
+    std::string machine_file;
+    std::vector<std::string> faults;
+    int fifo = 0;
+    app.add_option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs")->required();
+    app.add_option("--inspect", options.inspect, "unix socket to answer questions on");
+    app.add_option("--machine", machine_file, "machine file (TOML); default: the reference machine");
+    app.add_option("--fault", faults,
+                   "KIND[:WHERE][@SECONDS], such as sensor_stuck:hot_end@120; may be repeated");
+    app.add_option("--fifo", fifo,
+                   "run at this SCHED_FIFO priority; 0: as an ordinary process, a little nicer")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 98));
+    CLI11_PARSE(app, argc, argv);
+
+    if (!machine_file.empty()) {
+        const auto config = apps::read_machine_file(machine_file);
+        if (!config) return complain(config.error().message);
+        options.machine = apps::twin_machine(*config);
+    }
+    for (const std::string& text : faults) {
+        const auto fault = twin::parse_fault(text);
+        if (!fault) return complain(fault.error().message);
+        options.faults.push_back(*fault);
+    }
+    const auto machine = apps::VirtualMachine::create(options);
+    if (!machine) return complain(machine.error().message);
+    stop_on_signals();
+    be_prompt(fifo);
+    std::printf("virtual-machine: pins at %s%s%s\n", options.pins.c_str(),
+                options.inspect.empty() ? "" : ", inspector at ", options.inspect.c_str());
+    std::fflush(stdout);
+    while (stop_asked == 0) machine.value()->pass();
+    ::unlink(options.pins.c_str());  // tmpfs is memory; who still has the pins mapped keeps them
+    return 0;
+}

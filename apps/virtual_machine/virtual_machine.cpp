@@ -1,0 +1,47 @@
+#include "apps/virtual_machine/virtual_machine.h"
+
+#include <utility>
+
+#include "board/linux/clock.h"
+
+namespace qduino::apps {
+
+using board::linux::monotonic_now;
+using board::linux::PinsServer;
+
+VirtualMachine::VirtualMachine(const twin::Machine& machine, PinsServer pins)
+    : pins_(std::move(pins)), printer_(machine), service_(printer_, [this] { return drain(); }) {}
+
+Result<std::unique_ptr<VirtualMachine>> VirtualMachine::create(const VirtualMachineOptions& options) {
+    Result<PinsServer> pins = PinsServer::create(options.pins);
+    if (!pins) return pins.error();
+    std::unique_ptr<VirtualMachine> made(new VirtualMachine(options.machine, std::move(*pins)));
+    if (!options.inspect.empty()) {
+        InspectService& service = made->service_;
+        Result<InspectServer> socket = InspectServer::listen(
+            options.inspect, [&service](std::string_view request) { return service.answer(request); });
+        if (!socket) return socket.error();
+        made->socket_ = std::make_unique<InspectServer>(std::move(*socket));
+    }
+    const Instant start = monotonic_now();
+    for (twin::Fault fault : options.faults) {
+        fault.at = start + fault.at.time_since_epoch();
+        made->printer_.inject(fault);
+    }
+    return made;
+}
+
+void VirtualMachine::pass() {
+    if (pins_.poll(monotonic_now(), printer_) == 0) pins_.wait(kPass);
+    if (socket_) socket_->poll();
+}
+
+Instant VirtualMachine::drain() {
+    const Instant asked = monotonic_now();
+    // A writer that stopped in mid-write holds the horizon back for a few milliseconds, no longer.
+    const Instant patience = asked + Nanoseconds{100'000'000};
+    while (pins_.horizon() < asked && monotonic_now() < patience) pins_.poll(monotonic_now(), printer_);
+    return pins_.horizon();
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,56 @@
+// The virtual machine: the twin behind the Linux board's shared-memory pins, for as long as its owner wants.
+//
+//   sketch ──edges, bus requests──► PinsServer ──► twin::Printer ◄── InspectService ◄── InspectServer ◄── printd, tests
+//
+// As a real machine does, it outlives the sketch: a sketch that dies leaves the carriage where it stands and the heaters
+// as they were, until the supervisor or the next sketch drives the pins.
+//
+// One thread. A pass delivers what has come over the pins, then serves the socket; between passes it sleeps at most
+// kPass, or until a bus request rings.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/inspect/inspect_server.h"
+#include "apps/inspect/inspect_service.h"
+#include "base/result.h"
+#include "base/time.h"
+#include "board/linux/pins_server.h"
+#include "twin/fault.h"
+#include "twin/machine.h"
+#include "twin/printer.h"
+
+namespace qduino::apps {
+
+struct VirtualMachineOptions {
+    std::string pins;     ///< file of the virtual pins; on a tmpfs
+    std::string inspect;  ///< socket of the inspector; empty: none
+    twin::Machine machine{};
+    std::vector<twin::Fault> faults;  ///< their instants count from start-up
+};
+
+class VirtualMachine {
+  public:
+    static constexpr Nanoseconds kPass{1'000'000};
+
+    /// Makes the pins and the socket. Errors: those of PinsServer::create and InspectServer::listen.
+    static Result<std::unique_ptr<VirtualMachine>> create(const VirtualMachineOptions& options);
+
+    /// One pass.
+    void pass();
+    [[nodiscard]] twin::Printer& printer() { return printer_; }
+
+  private:
+    VirtualMachine(const twin::Machine& machine, board::linux::PinsServer pins);
+    /// Plays all that was pushed before the call, and returns the instant up to which the twin is.
+    Instant drain();
+
+    board::linux::PinsServer pins_;
+    twin::Printer printer_;
+    InspectService service_;
+    std::unique_ptr<InspectServer> socket_;
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,20 @@
+// Client: a connection that can be opened, as a Stream. What libraries take; NetClient (Network.h) is one over TCP.
+#pragma once
+
+#include "arduino/IPAddress.h"
+#include "arduino/Stream.h"
+
+class Client : public Stream {
+  public:
+    /// 1 when connected.
+    virtual int connect(IPAddress address, std::uint16_t port) = 0;
+    virtual int connect(const char* host, std::uint16_t port) = 0;
+    using Print::write;
+    using Stream::read;
+    /// Up to `size` bytes that are there; 0 when none are, -1 when none will come.
+    virtual int read(std::uint8_t* buffer, std::size_t size) = 0;
+    virtual void stop() = 0;
+    /// Nonzero while connected, or while there is still something to read.
+    virtual std::uint8_t connected() = 0;
+    virtual explicit operator bool() = 0;
+};

@@ -1,0 +1,77 @@
+#include "arduino/EEPROM.h"
+
+#include <array>
+#include <atomic>
+#include <span>
+
+#include "arduino/core/diagnostics.h"
+#include "arduino/core/lock.h"
+#include "arduino/host/eeprom_file.h"
+
+using qduino::arduino::report_error;
+
+EEPROMClass EEPROM;
+
+namespace {
+
+constexpr std::size_t kSize = E2END + 1;
+
+qduino::arduino::Lock opening;
+std::atomic<std::uint8_t*> bytes{nullptr};  // null until first used
+bool in_file = false;
+
+std::uint8_t* in_memory_alone() {
+    static std::array<std::uint8_t, kSize> memory = [] {
+        std::array<std::uint8_t, kSize> blank;
+        blank.fill(0xff);
+        return blank;
+    }();
+    return memory.data();
+}
+
+/// Maps the file at `path`; where that fails, keeps what there is, or memory alone. Under `opening`.
+bool open_file(const std::string& path) {
+    const auto mapped = qduino::arduino::host::map_eeprom(path, kSize);
+    if (mapped.ok()) {
+        in_file = true;
+        bytes.store(mapped.value().data(), std::memory_order_release);
+        return true;
+    }
+    report_error("EEPROM", 0, mapped.error());
+    if (!bytes.load()) bytes.store(in_memory_alone(), std::memory_order_release);
+    return false;
+}
+
+std::uint8_t* storage() {
+    if (std::uint8_t* there = bytes.load(std::memory_order_acquire)) return there;
+    const qduino::arduino::LockGuard held{opening};
+    if (!bytes.load()) open_file(qduino::arduino::host::default_eeprom_path());
+    return bytes.load();
+}
+
+bool is_index(int index) { return index >= 0 && static_cast<std::size_t>(index) < kSize; }
+
+}  // namespace
+
+EERef::operator std::uint8_t() const { return EEPROM.read(index_); }
+EERef& EERef::operator=(std::uint8_t value) {
+    EEPROM.write(index_, value);
+    return *this;
+}
+
+std::uint8_t EEPROMClass::read(int index) { return is_index(index) ? storage()[index] : 0xff; }
+
+void EEPROMClass::write(int index, std::uint8_t value) {
+    if (is_index(index)) storage()[index] = value;
+}
+
+void EEPROMClass::commit() {
+    std::uint8_t* const memory = storage();
+    if (in_file)
+        qduino::arduino::succeeded("EEPROM.commit", 0, qduino::arduino::host::sync_eeprom({memory, kSize}));
+}
+
+bool EEPROMClass::open(const char* path) {
+    const qduino::arduino::LockGuard held{opening};
+    return open_file(path);
+}

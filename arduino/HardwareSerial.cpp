@@ -1,0 +1,64 @@
+#include "arduino/HardwareSerial.h"
+
+#include "arduino/core/diagnostics.h"
+#include "arduino/host/serial_ports.h"
+
+using qduino::arduino::LockGuard;
+
+HardwareSerial Serial{0};
+HardwareSerial Serial1{1};
+HardwareSerial Serial2{2};
+HardwareSerial Serial3{3};
+
+void HardwareSerial::begin(unsigned long baud, std::uint16_t config) {
+    end();
+    owned_ = qduino::arduino::host::default_serial_port(number_);
+    open(baud, config, owned_.get());
+}
+
+void HardwareSerial::begin(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort& port) {
+    end();
+    open(baud, config, &port);
+}
+
+void HardwareSerial::open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port) {
+    if (qduino::arduino::succeeded("Serial.begin", number_, port->open(baud, config))) {
+        port_ = port;
+    } else {
+        owned_.reset();
+    }
+}
+
+void HardwareSerial::end() {
+    if (port_) port_->close();
+    port_ = nullptr;
+    owned_.reset();
+}
+
+int HardwareSerial::available() {
+    const LockGuard held{lock_};
+    return port_ ? static_cast<int>(port_->available()) : 0;
+}
+int HardwareSerial::read() {
+    const LockGuard held{lock_};
+    return port_ ? port_->read() : -1;
+}
+int HardwareSerial::peek() {
+    const LockGuard held{lock_};
+    return port_ ? port_->peek() : -1;
+}
+int HardwareSerial::availableForWrite() {
+    const LockGuard held{lock_};
+    return port_ ? static_cast<int>(port_->room()) : 0;
+}
+void HardwareSerial::flush() {
+    const LockGuard held{lock_};
+    if (port_) port_->flush();
+}
+
+std::size_t HardwareSerial::write(std::uint8_t value) { return write(&value, 1); }
+
+std::size_t HardwareSerial::write(const std::uint8_t* buffer, std::size_t size) {
+    const LockGuard held{lock_};
+    return port_ ? port_->write({buffer, size}) : 0;
+}

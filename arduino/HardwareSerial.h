@@ -1,0 +1,70 @@
+// Serial: a Stream over a port of bytes. Safe from every loop: each call reaches the port whole.
+//
+//   Serial           standard input and output of the program
+//   Serial1 … 3      what the environment says: QDUINO_SERIAL1=/dev/ttyUSB0, or pty, or pty:/tmp/link (default: pty); the
+//                    pseudo-terminal's name is said on stderr at begin()
+//   Serial.begin(baud, config, port)   any SerialPort of your own
+//
+// Writing puts bytes into a ring; a thread of the system's ordinary class carries them out, so that a slow terminal never
+// stops a loop with a deadline. Only a full ring (64 KB) makes a writer wait.
+#pragma once
+
+#include <memory>
+
+#include "arduino/Stream.h"
+#include "arduino/core/lock.h"
+#include "arduino/core/serial_port.h"
+
+// data bits, parity, stop bits: bits 0–1 = stop bits, 4–5 = parity (0 none, 1 even, 2 odd), 8–11 = data bits
+inline constexpr std::uint16_t SERIAL_5N1 = 0x501, SERIAL_6N1 = 0x601, SERIAL_7N1 = 0x701, SERIAL_8N1 = 0x801;
+inline constexpr std::uint16_t SERIAL_5N2 = 0x502, SERIAL_6N2 = 0x602, SERIAL_7N2 = 0x702, SERIAL_8N2 = 0x802;
+inline constexpr std::uint16_t SERIAL_5E1 = 0x511, SERIAL_6E1 = 0x611, SERIAL_7E1 = 0x711, SERIAL_8E1 = 0x811;
+inline constexpr std::uint16_t SERIAL_5E2 = 0x512, SERIAL_6E2 = 0x612, SERIAL_7E2 = 0x712, SERIAL_8E2 = 0x812;
+inline constexpr std::uint16_t SERIAL_5O1 = 0x521, SERIAL_6O1 = 0x621, SERIAL_7O1 = 0x721, SERIAL_8O1 = 0x821;
+inline constexpr std::uint16_t SERIAL_5O2 = 0x522, SERIAL_6O2 = 0x622, SERIAL_7O2 = 0x722, SERIAL_8O2 = 0x822;
+
+class HardwareSerial : public Stream {
+  public:
+    /// Serial `number`; 0 is the console.
+    explicit HardwareSerial(int number) : number_(number) {}
+    ~HardwareSerial() override { end(); }
+    HardwareSerial(const HardwareSerial&) = delete;
+    HardwareSerial& operator=(const HardwareSerial&) = delete;
+
+    /// Setup-time. Opens the default port, or `port`, which must outlive this object or end().
+    void begin(unsigned long baud, std::uint16_t config = SERIAL_8N1);
+    void begin(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort& port);
+    void end();
+    /// True once begun. A sketch's `while (!Serial)` ends at once.
+    explicit operator bool() const { return port_ != nullptr; }
+
+    int available() override;
+    int read() override;
+    int peek() override;
+    int availableForWrite() override;
+    void flush() override;
+    std::size_t write(std::uint8_t value) override;
+    std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
+    template <typename T>
+    requires std::is_integral_v<T> std::size_t write(T value) {
+        return write(static_cast<std::uint8_t>(value));
+    }
+    using Print::write;
+
+  protected:
+    void hold() override { lock_.lock(); }
+    void release() override { lock_.unlock(); }
+
+  private:
+    void open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port);
+
+    int number_;
+    qduino::arduino::Lock lock_;
+    qduino::arduino::SerialPort* port_ = nullptr;  // null: not begun, what is written is dropped
+    std::unique_ptr<qduino::arduino::SerialPort> owned_;
+};
+
+extern HardwareSerial Serial;
+extern HardwareSerial Serial1;
+extern HardwareSerial Serial2;
+extern HardwareSerial Serial3;

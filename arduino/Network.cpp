@@ -1,0 +1,174 @@
+#include "arduino/Network.h"
+
+#include <algorithm>
+
+#include "arduino/core/diagnostics.h"
+#include "arduino/host/socket.h"
+
+using qduino::arduino::report_error;
+using qduino::arduino::host::Endpoint;
+using qduino::arduino::host::Socket;
+namespace host = qduino::arduino::host;
+
+namespace {
+
+constexpr std::size_t kClientsMax = 16;
+
+}  // namespace
+
+// ---- NetClient ------------------------------------------------------------------------------------------------------
+
+int NetClient::connect(IPAddress address, std::uint16_t port) {
+    auto made = Socket::connect({address, port}, connect_timeout_ms_);
+    socket_ = made.ok() ? made.value() : nullptr;
+    return made.ok() ? 1 : 0;
+}
+
+int NetClient::connect(const char* host_name, std::uint16_t port) {
+    const auto address = host::resolve(host_name);
+    return address ? connect(IPAddress(*address), port) : 0;
+}
+
+std::size_t NetClient::write(std::uint8_t value) { return write(&value, 1); }
+std::size_t NetClient::write(const std::uint8_t* buffer, std::size_t size) {
+    const std::size_t sent = socket_ ? socket_->send({buffer, size}) : 0;
+    if (sent < size) setWriteError();
+    return sent;
+}
+
+int NetClient::available() { return socket_ ? socket_->available() : 0; }
+
+int NetClient::read() {
+    std::uint8_t value;
+    return read(&value, 1) == 1 ? value : -1;
+}
+int NetClient::read(std::uint8_t* buffer, std::size_t size) {
+    return socket_ ? socket_->receive({buffer, size}) : -1;
+}
+int NetClient::peek() {
+    std::uint8_t value;
+    return socket_ && socket_->receive({&value, 1}, true) == 1 ? value : -1;
+}
+
+void NetClient::stop() { socket_.reset(); }
+
+std::uint8_t NetClient::connected() {
+    std::uint8_t value;
+    return socket_ && socket_->receive({&value, 1}, true) >= 0 ? 1 : 0;
+}
+
+IPAddress NetClient::remoteIP() const { return socket_ ? IPAddress(socket_->remote().address) : IPAddress(); }
+std::uint16_t NetClient::remotePort() const { return socket_ ? socket_->remote().port : 0; }
+std::uint16_t NetClient::localPort() const { return socket_ ? socket_->local().port : 0; }
+
+// ---- NetServer ------------------------------------------------------------------------------------------------------
+
+void NetServer::begin() {
+    auto made = Socket::listen(port_);
+    if (!made.ok()) report_error("server.begin", port_, made.error());
+    listener_ = made.ok() ? made.value() : nullptr;
+}
+
+std::uint16_t NetServer::port() const { return listener_ ? listener_->local().port : port_; }
+
+void NetServer::take_new() {
+    std::erase_if(clients_, [](NetClient& client) { return !client.connected(); });
+    while (listener_ && clients_.size() < kClientsMax) {
+        auto socket = listener_->accept();
+        if (!socket) return;
+        clients_.emplace_back(std::move(socket));
+    }
+}
+
+NetClient NetServer::available() {
+    take_new();
+    for (NetClient& client : clients_) {
+        if (client.available() > 0) return client;
+    }
+    return NetClient();
+}
+
+NetClient NetServer::accept() {
+    auto socket = listener_ ? listener_->accept() : nullptr;
+    return socket ? NetClient(std::move(socket)) : NetClient();
+}
+
+std::size_t NetServer::write(std::uint8_t value) { return write(&value, 1); }
+std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
+    take_new();
+    std::size_t most = 0;
+    for (NetClient& client : clients_) most = std::max(most, client.write(buffer, size));
+    return most;
+}
+
+// ---- NetUDP ---------------------------------------------------------------------------------------------------------
+
+std::uint8_t NetUDP::begin(std::uint16_t port) {
+    auto made = Socket::bind_udp(port, std::nullopt);
+    if (!made.ok()) report_error("udp.begin", port, made.error());
+    socket_ = made.ok() ? made.value() : nullptr;
+    return made.ok() ? 1 : 0;
+}
+
+std::uint8_t NetUDP::beginMulticast(IPAddress group, std::uint16_t port) {
+    auto made = Socket::bind_udp(port, static_cast<std::uint32_t>(group));
+    if (!made.ok()) report_error("udp.beginMulticast", port, made.error());
+    socket_ = made.ok() ? made.value() : nullptr;
+    return made.ok() ? 1 : 0;
+}
+
+void NetUDP::stop() {
+    socket_.reset();
+    in_size_ = in_read_ = out_size_ = 0;
+}
+
+int NetUDP::beginPacket(IPAddress address, std::uint16_t port) {
+    to_address_ = address;
+    to_port_ = port;
+    out_size_ = 0;
+    return socket_ ? 1 : 0;
+}
+int NetUDP::beginPacket(const char* host_name, std::uint16_t port) {
+    const auto address = host::resolve(host_name);
+    return address ? beginPacket(IPAddress(*address), port) : 0;
+}
+
+std::size_t NetUDP::write(std::uint8_t value) { return write(&value, 1); }
+std::size_t NetUDP::write(const std::uint8_t* buffer, std::size_t size) {
+    const std::size_t count = std::min(size, kPacketMax - out_size_);
+    std::copy_n(buffer, count, out_.begin() + static_cast<std::ptrdiff_t>(out_size_));
+    out_size_ += count;
+    return count;
+}
+
+int NetUDP::endPacket() {
+    return socket_ && socket_->send_to({to_address_, to_port_}, {out_.data(), out_size_}) ? 1 : 0;
+}
+
+int NetUDP::parsePacket() {
+    in_size_ = in_read_ = 0;
+    if (!socket_) return 0;
+    Endpoint from;
+    const auto size = socket_->receive_from(in_, from);
+    if (!size) return 0;
+    remote_address_ = IPAddress(from.address);
+    remote_port_ = from.port;
+    in_size_ = *size;
+    return static_cast<int>(in_size_);
+}
+
+int NetUDP::peek() { return in_read_ < in_size_ ? in_[in_read_] : -1; }
+int NetUDP::read() { return in_read_ < in_size_ ? in_[in_read_++] : -1; }
+int NetUDP::read(unsigned char* buffer, std::size_t size) {
+    const std::size_t count = std::min(size, in_size_ - in_read_);
+    std::copy_n(in_.begin() + static_cast<std::ptrdiff_t>(in_read_), count, buffer);
+    in_read_ += count;
+    return static_cast<int>(count);
+}
+
+std::uint16_t NetUDP::localPort() const { return socket_ ? socket_->local().port : 0; }
+
+IPAddress networkLocalIP() {
+    const auto address = host::first_local_address();
+    return address ? IPAddress(*address) : IPAddress();
+}

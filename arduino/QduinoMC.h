@@ -1,0 +1,19 @@
+// QduinoMC: what this board has beyond Arduino. Arduino.h includes it; a sketch may name it to say that it needs it.
+//
+//   void loop(id, budget, period [, core]) { … }      core/loops.h      up to 32 loops, each a VCPU
+//   TIME_UNIT(us)                                     core/macros.h     what plain numbers in them count (else ms)
+//   waitForNextPeriod()  overrunPolicy()  safeState() core/releases.h
+//   interruptsVcpu()  attachInterruptVcpu()           core/interrupts.h I/O VCPUs
+//   noInterrupts(device, core)  noTimer(core)  …      core/interrupts.h isolation of a core
+//   delayBusyNanoseconds()  delayBusyUntil()  …       core/timing.h     spinning, to a length or to an instant
+//   RingBuffer<T, N>  Channel<T>  Spinlock            core/channels.h   between loops
+#pragma once
+
+#include "arduino/core/channels.h"
+#include "arduino/core/interrupts.h"
+#include "arduino/core/loops.h"
+#include "arduino/core/releases.h"
+#include "arduino/core/timing.h"
+
+// Last: it defines the macros of the language.
+#include "arduino/core/macros.h"

@@ -1,0 +1,88 @@
+// Wire: an I2C master, over the board's bus.
+//
+// Arduino's calls collect one transaction; the board gets it whole, so that nothing comes between a register address and
+// the bytes read from there:
+//
+//   beginTransmission(a) write(r) endTransmission(false) requestFrom(a, n)   one i2c_transfer: r out, n in
+//   beginTransmission(a) write(…) endTransmission()                          one i2c_transfer: … out
+//   requestFrom(a, n)                                                        one i2c_transfer: n in
+//
+// Each loop has buffers of its own, so several loops use one bus without a lock and without mixing bytes; the board
+// orders whole transactions. No allocation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "arduino/Stream.h"
+#include "board/types.h"
+
+inline constexpr std::size_t BUFFER_LENGTH = 256;  // 32 on the AVR
+
+class TwoWire : public Stream {
+  public:
+    /// Bus `number` of the board.
+    explicit TwoWire(std::uint8_t number) : bus_{number} {}
+
+    void begin() {}
+    /// This board is a master only: being addressed is refused aloud, and what the other calls do is not changed.
+    void begin(int own_address);
+    void end();
+    /// The bus's speed is the board's; accepted and ignored.
+    void setClock(std::uint32_t) {}
+    /// The board has its own timeout; accepted and ignored.
+    void setWireTimeout(std::uint32_t = 25000, bool = false) {}
+    [[nodiscard]] bool getWireTimeoutFlag();
+    void clearWireTimeoutFlag();
+
+    void beginTransmission(int address);
+    /// 0: done (or, with `stop` false, kept for the requestFrom that follows); 1: too long for the buffer; 2: no chip
+    /// answers; 4: another error, which is reported.
+    std::uint8_t endTransmission(bool stop = true);
+    /// Reads `quantity` bytes (at most BUFFER_LENGTH) into the calling loop's buffer; returns how many came, 0 on an error.
+    std::size_t requestFrom(int address, std::size_t quantity, bool stop = true);
+    /// Writes the register address first (`register_size` bytes, highest first), in the same transaction.
+    std::size_t requestFrom(int address, std::size_t quantity, std::uint32_t register_address,
+                            std::uint8_t register_size, bool stop);
+
+    /// Only within beginTransmission … endTransmission; 0 when the buffer is full.
+    std::size_t write(std::uint8_t value) override;
+    std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
+    template <typename T>
+    requires std::is_integral_v<T> std::size_t write(T value) {
+        return write(static_cast<std::uint8_t>(value));
+    }
+    using Print::write;
+
+    int available() override;
+    int read() override;
+    int peek() override;
+
+    void onReceive(void (*handler)(int));
+    void onRequest(void (*handler)());
+
+  private:
+    /// One loop's transaction in the making.
+    struct Transaction {
+        std::array<std::uint8_t, BUFFER_LENGTH> out{};
+        std::array<std::uint8_t, BUFFER_LENGTH> in{};
+        std::size_t out_size = 0;
+        std::size_t in_size = 0;
+        std::size_t in_read = 0;
+        std::uint8_t address = 0;
+        bool collecting = false;  ///< between beginTransmission and endTransmission
+        bool kept = false;        ///< endTransmission(false): out waits for its requestFrom
+        bool overflowed = false;
+        bool timed_out = false;
+    };
+    Transaction& mine();
+    /// Sends what endTransmission(false) kept and no requestFrom took up.
+    void send_kept(Transaction& transaction);
+    std::uint8_t transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size);
+
+    qduino::board::I2cBus bus_;
+    std::array<Transaction, qduino::board::kVcpuLimit> transactions_{};
+};
+
+extern TwoWire Wire;
+extern TwoWire Wire1;

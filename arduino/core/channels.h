@@ -1,0 +1,120 @@
+// Between loops: the ring, the four-slot and the spin lock, in the sketch's words, and Qduino's C-style names for them.
+//
+//   RingBuffer<T, N>   every item, in order; the writer waits (or is refused) only when full, the reader only when empty
+//   Channel<T>         the freshest whole value; neither side ever waits
+//
+// One loop writes, one loop reads. T is plain bytes (trivially copyable). They are put at global scope, cost no heap, and are
+// wait-free but for the waiting that write() and read() are asked to do, which is asleep.
+// (Semi-asynchronous and asynchronous communication as in Qduino: Cheng, Li, West, RTSS 2015.)
+#pragma once
+
+#include <bit>
+#include <cstddef>
+
+#include "arduino/core/lock.h"
+#include "channel/four_slot.h"
+#include "channel/ring_buffer.h"
+#include "runtime/port.h"
+
+/// At most N items.
+template <typename T, std::size_t N>
+class RingBuffer {
+  public:
+    /// Waits while full. False only when the sketch is being stopped.
+    bool write(const T& item) {
+        while (!tryWrite(item)) {
+            if (qduino::port::stop_requested()) return false;
+            wait();
+        }
+        return true;
+    }
+    /// False, and nothing written, when full.
+    [[nodiscard]] bool tryWrite(const T& item) { return ring_.size() < N && ring_.try_push(item); }
+
+    /// Waits while empty. When the sketch is being stopped, a T{}.
+    T read() {
+        T item{};
+        read(item);
+        return item;
+    }
+    /// Waits while empty. False, and `item` unchanged, only when the sketch is being stopped.
+    bool read(T& item) {
+        while (!tryRead(item)) {
+            if (qduino::port::stop_requested()) return false;
+            wait();
+        }
+        return true;
+    }
+    /// False, and `item` unchanged, when empty.
+    [[nodiscard]] bool tryRead(T& item) { return ring_.try_pop(item); }
+
+    /// Items that can be read, and written, now.
+    [[nodiscard]] std::size_t available() const { return ring_.size(); }
+    [[nodiscard]] std::size_t availableForWrite() const { return N - ring_.size(); }
+    static constexpr std::size_t capacity() { return N; }
+    /// Reader only: drops what is held.
+    void clear() { ring_.discard_all(); }
+
+  private:
+    static constexpr qduino::Nanoseconds kWaitStep{50'000};
+    static void wait() { qduino::port::sleep_until(qduino::port::now() + kWaitStep); }
+
+    qduino::channel::RingBuffer<T, std::bit_ceil(N)> ring_;
+};
+
+/// Before the first write, read() gives zeroes.
+template <typename T>
+class Channel {
+  public:
+    void write(const T& value) { slots_.write(value); }
+    [[nodiscard]] T read() const { return slots_.read(); }
+
+  private:
+    qduino::channel::FourSlot<T> slots_;
+};
+
+/// Mutual exclusion between loops. It spins for a moment and then sleeps, so that two loops on one core cannot hang each other.
+class Spinlock {
+  public:
+    void lock();
+    void unlock() { lock_.unlock(); }
+    [[nodiscard]] bool tryLock() { return lock_.try_lock(); }
+
+  private:
+    qduino::arduino::Lock lock_;
+};
+
+// ---- Qduino's names: 0 is success, -1 is full (empty) ----------------------------------------------------------------
+using spinlock_t = Spinlock;
+inline int spinlockInit(Spinlock*) { return 0; }
+inline void spinlockLock(Spinlock* lock) { lock->lock(); }
+inline void spinlockUnlock(Spinlock* lock) { lock->unlock(); }
+
+template <typename T>
+int channelInit(Channel<T>* channel) {
+    channel->write(T{});
+    return 0;
+}
+template <typename T>
+int channelWrite(Channel<T>* channel, const T& value) {
+    channel->write(value);
+    return 0;
+}
+template <typename T>
+int channelRead(const Channel<T>* channel, T* value) {
+    *value = channel->read();
+    return 0;
+}
+template <typename T, std::size_t N>
+int ringbufInit(RingBuffer<T, N>* ring) {
+    ring->clear();
+    return 0;
+}
+template <typename T, std::size_t N>
+int ringbufWrite(RingBuffer<T, N>* ring, const T& item) {
+    return ring->tryWrite(item) ? 0 : -1;
+}
+template <typename T, std::size_t N>
+int ringbufRead(RingBuffer<T, N>* ring, T* item) {
+    return ring->tryRead(*item) ? 0 : -1;
+}

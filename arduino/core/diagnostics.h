@@ -1,0 +1,24 @@
+// Where the Arduino face says what went wrong: its functions return void, the port's do not.
+#pragma once
+
+#include <cstdint>
+
+#include "base/result.h"
+
+namespace qduino::arduino {
+
+/// Called with the name of the Arduino call that failed, the pin (or bus address) it was for, and the error. May run in any
+/// loop: it must not block.
+using ErrorHandler = void (*)(const char* call, int subject, const Error& error);
+
+/// Installs `handler` (null restores the default: the first 32 errors go to stderr, the others are counted).
+ErrorHandler set_error_handler(ErrorHandler handler);
+
+/// Reports `error`; counts it always.
+void report_error(const char* call, int subject, const Error& error);
+/// True when `result` holds; reports it otherwise.
+bool succeeded(const char* call, int subject, const Result<void>& result);
+/// Errors reported since the program began.
+std::uint32_t error_count();
+
+}  // namespace qduino::arduino

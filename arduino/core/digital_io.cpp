@@ -1,0 +1,185 @@
+#include "arduino/core/digital_io.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+
+#include "arduino/core/diagnostics.h"
+#include "arduino/core/make_output.h"
+#include "runtime/port.h"
+
+using qduino::ErrorCode;
+using qduino::make_error;
+using qduino::Nanoseconds;
+using qduino::arduino::report_error;
+using qduino::arduino::succeeded;
+using qduino::board::kPinCount;
+namespace port = qduino::port;
+
+namespace {
+
+std::atomic<int> read_bits{10};
+std::atomic<int> write_bits{8};
+std::array<std::atomic<bool>, kPinCount> pwm_active{};
+std::array<std::atomic<bool>, kPinCount> is_output{};
+
+bool is_pin(const char* call, int pin) {
+    if (pin >= 0 && pin < kPinCount) return true;
+    report_error(call, pin, make_error(ErrorCode::invalid_argument, "no such pin: the board has 0 to 127"));
+    return false;
+}
+
+constexpr port::PinId pin_id(int pin) { return port::PinId{static_cast<std::uint16_t>(pin)}; }
+
+int full_scale(int bits) { return (1 << bits) - 1; }
+
+bool is_resolution(const char* call, int bits) {
+    if (bits >= 1 && bits <= 24) return true;
+    report_error(call, bits, make_error(ErrorCode::invalid_argument, "a resolution is 1 to 24 bits"));
+    return false;
+}
+
+}  // namespace
+
+void pinMode(int pin, int mode) {
+    if (!is_pin("pinMode", pin)) return;
+    using board_mode = port::PinMode;
+    board_mode wanted = board_mode::input;
+    switch (mode) {
+        case INPUT:
+            wanted = board_mode::input;
+            break;
+        case OUTPUT:
+            wanted = board_mode::output;
+            break;
+        case INPUT_PULLUP:
+            wanted = board_mode::input_pullup;
+            break;
+        case INPUT_PULLDOWN:
+            wanted = board_mode::input_pulldown;
+            break;
+        case OUTPUT_OPENDRAIN:
+            wanted = board_mode::output_open_drain;
+            break;
+        default:
+            report_error("pinMode", pin,
+                         make_error(ErrorCode::invalid_argument, "unknown mode; the pin is unchanged"));
+            return;
+    }
+    if (!succeeded("pinMode", pin, port::pin_mode(pin_id(pin), wanted))) return;
+    is_output[static_cast<std::size_t>(pin)].store(mode == OUTPUT, std::memory_order_relaxed);
+}
+
+void qduino::arduino::make_output(int pin) {
+    if (!is_output[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) pinMode(pin, OUTPUT);
+}
+
+void digitalWrite(int pin, int level) {
+    if (!is_pin("digitalWrite", pin)) return;
+    if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) {
+        pwm_active[static_cast<std::size_t>(pin)].store(false, std::memory_order_relaxed);
+        succeeded("digitalWrite", pin, port::pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
+    }
+    port::pin_write(pin_id(pin), level == LOW ? port::Level::low : port::Level::high);
+}
+
+int digitalRead(int pin) {
+    if (!is_pin("digitalRead", pin)) return LOW;
+    return port::pin_read(pin_id(pin)) == port::Level::high ? HIGH : LOW;
+}
+
+int analogRead(int pin) {
+    const int channel = pin >= A0 ? pin - A0 : pin;
+    if (channel < 0 || channel >= NUM_ANALOG_INPUTS) {
+        report_error("analogRead", pin,
+                     make_error(ErrorCode::invalid_argument, "no such input: there are A0 to A15"));
+        return 0;
+    }
+    const auto fraction = port::analog_read(pin_id(A0 + channel));
+    if (!fraction.ok()) {
+        report_error("analogRead", pin, fraction.error());
+        return 0;
+    }
+    const int bits = read_bits.load(std::memory_order_relaxed);
+    const double code =
+        std::clamp(*fraction, 0.0, 1.0) * static_cast<double>(1 << bits);  // one step is 1/2^bits …
+    return std::min(static_cast<int>(code), full_scale(bits));             // … and the last is cut off
+}
+
+void analogWrite(int pin, int value) {
+    if (!is_pin("analogWrite", pin)) return;
+    const int top = full_scale(write_bits.load(std::memory_order_relaxed));
+    const double duty = static_cast<double>(std::clamp(value, 0, top)) / top;
+    pwm_active[static_cast<std::size_t>(pin)].store(true, std::memory_order_relaxed);
+    succeeded("analogWrite", pin, port::pwm_write(pin_id(pin), duty));
+}
+
+void analogReference(int mode) {
+    if (mode == DEFAULT) return;
+    report_error(
+        "analogReference", mode,
+        make_error(ErrorCode::unsupported, "the converter has one reference; readings stay relative to it"));
+}
+
+void analogReadResolution(int bits) {
+    if (is_resolution("analogReadResolution", bits)) read_bits.store(bits, std::memory_order_relaxed);
+}
+
+void analogWriteResolution(int bits) {
+    if (is_resolution("analogWriteResolution", bits)) write_bits.store(bits, std::memory_order_relaxed);
+}
+
+void shiftOut(int data_pin, int clock_pin, BitOrder order, std::uint8_t value) {
+    for (int i = 0; i < 8; ++i) {
+        const int shift = order == LSBFIRST ? i : 7 - i;
+        digitalWrite(data_pin, (value >> shift) & 1);
+        digitalWrite(clock_pin, HIGH);
+        digitalWrite(clock_pin, LOW);
+    }
+}
+
+std::uint8_t shiftIn(int data_pin, int clock_pin, BitOrder order) {
+    unsigned value = 0;
+    for (int i = 0; i < 8; ++i) {
+        const int shift = order == LSBFIRST ? i : 7 - i;
+        digitalWrite(clock_pin, HIGH);
+        value |= static_cast<unsigned>(digitalRead(data_pin)) << shift;
+        digitalWrite(clock_pin, LOW);
+    }
+    return static_cast<std::uint8_t>(value);
+}
+
+namespace {
+
+constexpr Nanoseconds kPulsePollStep{1'000};
+
+/// Polls until the pin is (or is not) at `level`; false at `give_up`. Each look advances time, so that it ends in the
+/// simulator too.
+bool await_level(port::PinId pin, port::Level level, bool wanted, qduino::Instant give_up) {
+    while ((port::pin_read(pin) == level) != wanted) {
+        const qduino::Instant now = port::now();
+        if (now >= give_up) return false;
+        port::busy_until(now + kPulsePollStep);
+    }
+    return true;
+}
+
+}  // namespace
+
+unsigned long pulseIn(int pin, int level, unsigned long timeout_us) {
+    if (!is_pin("pulseIn", pin)) return 0;
+    const port::Level wanted = level == LOW ? port::Level::low : port::Level::high;
+    const auto timeout =
+        std::chrono::microseconds{static_cast<std::int64_t>(std::min(timeout_us, 1UL << 40))};
+    const qduino::Instant give_up = port::now() + timeout;
+    if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;  // a pulse that had begun before
+    if (!await_level(pin_id(pin), wanted, true, give_up)) return 0;
+    const qduino::Instant rise = port::now();
+    if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;
+    return static_cast<unsigned long>(
+        std::chrono::duration_cast<std::chrono::microseconds>(port::now() - rise).count());
+}
+
+unsigned long pulseInLong(int pin, int level, unsigned long timeout_us) {
+    return pulseIn(pin, level, timeout_us);
+}

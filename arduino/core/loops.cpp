@@ -1,0 +1,47 @@
+#include "arduino/core/loops.h"
+
+#include <algorithm>
+
+#include "arduino/HardwareSerial.h"
+
+namespace qduino::arduino {
+
+namespace {
+
+void (*classic_loop)() = nullptr;
+void (*classic_serial_event)() = nullptr;
+
+void run_classic_loop() {
+    classic_loop();
+    if (classic_serial_event && Serial.available() > 0) classic_serial_event();
+}
+
+int lowest_free_id() {
+    const auto& loops = runtime::sketch_table().loops;
+    int id = 1;
+    while (std::any_of(loops.begin(), loops.end(), [&](const auto& declared) { return declared.id == id; }))
+        ++id;
+    return id;
+}
+
+}  // namespace
+
+LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core, void (*body)(),
+                                   const char* file, int line) {
+    runtime::SketchTable& table = runtime::sketch_table();
+    const runtime::LoopDeclaration declaration{
+        static_cast<board::VcpuId>(id), budget, period, core, body, file, line};
+    if (!table.loops.try_push_back(declaration)) ++table.dropped;
+}
+
+SketchRegistration::SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(),
+                                       const char* file) {
+    runtime::sketch_table().setup = setup;
+    if (!loop) return;
+    classic_loop = loop;
+    classic_serial_event = serial_event;
+    LoopRegistration(lowest_free_id(), kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore,
+                     &run_classic_loop, file, 0);
+}
+
+}  // namespace qduino::arduino

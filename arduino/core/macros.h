@@ -1,0 +1,68 @@
+// The macros of the language. Included last: none of our headers uses these words after it.
+//
+// A word that is also a macro here works by the number of its arguments, so that libraries keep it as a name:
+// `client.loop()` and `loop(void)` stay calls and declarations; three or four arguments declare a VCPU.
+// A library with a method loop(a, b, c) must `#undef loop` around it.
+#pragma once
+
+#include "arduino/core/loops.h"
+#include "arduino/core/numbers.h"
+
+// ---- loop(id, budget, period [, core]) ----------------------------------------------------------------------------
+#define QDUINO_SELECT(a0, a1, a2, a3, a4, a5, a6, chosen, ...) chosen
+#define loop(...)                                                                                     \
+    QDUINO_SELECT(__VA_ARGS__ __VA_OPT__(, ) QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP, \
+                  QDUINO_LOOP_ON_CORE, QDUINO_LOOP_ANYWHERE, QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP,    \
+                  QDUINO_PLAIN_LOOP, unused)                                                          \
+    (__VA_ARGS__)
+#define QDUINO_PLAIN_LOOP(...) loop(__VA_ARGS__)
+#define QDUINO_LOOP_ANYWHERE(id, budget, period) \
+    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, ::qduino::runtime::kAnyCore)
+#define QDUINO_LOOP_ON_CORE(id, budget, period, core) \
+    QDUINO_DECLARE_LOOP(__COUNTER__, id, budget, period, core)
+#define QDUINO_DECLARE_LOOP(...) QDUINO_DECLARE_LOOP_NUMBERED(__VA_ARGS__)
+#define QDUINO_DECLARE_LOOP_NUMBERED(n, id, budget, period, core)                                            \
+    static qduino_loop_body_##n();                                                                           \
+    static_assert(::qduino::arduino::is_loop_id(id), "loop(id, budget, period, core): id is 1 to 32");       \
+    static_assert(::qduino::arduino::is_budget(::qduino::arduino::to_duration(qduino_time_unit(0), budget),  \
+                                               ::qduino::arduino::to_duration(qduino_time_unit(0), period)), \
+                  "loop(id, budget, period, core): 0 < budget <= period");                                   \
+    [[maybe_unused]] static const ::qduino::arduino::LoopRegistration qduino_loop_registration_##n{          \
+        id,                                                                                                  \
+        ::qduino::arduino::to_duration(qduino_time_unit(0), budget),                                         \
+        ::qduino::arduino::to_duration(qduino_time_unit(0), period),                                         \
+        core,                                                                                                \
+        &qduino_loop_body_##n,                                                                               \
+        __FILE__,                                                                                            \
+        __LINE__};                                                                                           \
+    static void qduino_loop_body_##n()
+
+/// TIME_UNIT(us) at the top of a sketch: what plain numbers in loop(…) and the …Vcpu calls below it count. One of ns, cycles,
+/// us, ms, s. A semicolon after it is welcome and not needed.
+#define TIME_UNIT(unit)                                                                   \
+    [[maybe_unused]] static constexpr ::qduino::arduino::TimeUnit qduino_time_unit(int) { \
+        return ::qduino::arduino::TimeUnit::unit;                                         \
+    }
+
+/// For a sketch that is a .cpp file: at its end, in place of what the .ino converter writes. With a classic loop():
+/// QDUINO_SKETCH(&setup, &loop); without: QDUINO_SKETCH(&setup, nullptr).
+#define QDUINO_SKETCH(setup_function, loop_function)                                                 \
+    [[maybe_unused]] static const ::qduino::arduino::SketchRegistration qduino_sketch_registration { \
+        setup_function, loop_function, nullptr, __FILE__                                             \
+    }
+
+// ---- interrupts: the device is a bare word, looked up where it cannot collide with a sketch's own names --------------
+#define QDUINO_ROUTE(name, ...)                                                                              \
+    QDUINO_SELECT(__VA_ARGS__ __VA_OPT__(, ) 0, 0, 0, 0, 0, QDUINO_ROUTED, QDUINO_BARE, QDUINO_BARE, unused) \
+    (name, __VA_ARGS__)
+#define QDUINO_BARE(name, ...) name(__VA_ARGS__)
+#define QDUINO_ROUTED(name, device, core) name(::qduino::arduino::device_class::device, core)
+#define noInterrupts(...) QDUINO_ROUTE(noInterrupts, __VA_ARGS__)
+#define interrupts(...) QDUINO_ROUTE(interrupts, __VA_ARGS__)
+#define interruptsVcpu(device, ...) \
+    interruptsVcpu(qduino_time_unit(0), ::qduino::arduino::device_class::device, __VA_ARGS__)
+#define attachInterruptVcpu(...) attachInterruptVcpu(qduino_time_unit(0), __VA_ARGS__)
+
+// ---- the rest -----------------------------------------------------------------------------------------------------
+#define round(x) round(::qduino::arduino::RoundArgument(x))
+#define word(...) makeWord(__VA_ARGS__)

@@ -1,0 +1,68 @@
+#include "arduino/core/number_format.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace qduino::arduino {
+
+namespace {
+
+std::size_t put_text(char* out, const char* text) {
+    const std::size_t size = std::strlen(text);
+    std::memcpy(out, text, size + 1);
+    return size;
+}
+
+}  // namespace
+
+std::size_t format_unsigned(char* out, std::uint64_t value, unsigned base) {
+    if (base < 2 || base > 36) base = 10;
+    char digits[kIntegerTextMax];
+    std::size_t size = 0;
+    do {
+        const auto digit = static_cast<unsigned>(value % base);
+        digits[size++] = static_cast<char>(digit < 10 ? '0' + digit : 'A' + (digit - 10));
+        value /= base;
+    } while (value != 0);
+    std::reverse_copy(digits, digits + size, out);
+    out[size] = '\0';
+    return size;
+}
+
+std::size_t format_signed_decimal(char* out, std::int64_t value) {
+    if (value >= 0) return format_unsigned(out, static_cast<std::uint64_t>(value), 10);
+    out[0] = '-';
+    return 1 + format_unsigned(out + 1, 0 - static_cast<std::uint64_t>(value), 10);
+}
+
+std::size_t format_float(char* out, double value, unsigned decimals) {
+    constexpr double kLargest = 4294967040.0;  // the largest float below 2^32: Arduino prints no more
+    if (std::isnan(value)) return put_text(out, "nan");
+    if (std::isinf(value)) return put_text(out, "inf");
+    if (value > kLargest || value < -kLargest) return put_text(out, "ovf");
+    decimals = std::min(decimals, kDecimalsMax);
+
+    std::size_t size = 0;
+    if (value < 0) {
+        out[size++] = '-';
+        value = -value;
+    }
+    double half = 0.5;
+    for (unsigned i = 0; i < decimals; ++i) half /= 10.0;
+    value += half;
+    const auto whole = static_cast<std::uint64_t>(value);
+    double rest = value - static_cast<double>(whole);
+    size += format_unsigned(out + size, whole, 10);
+    if (decimals > 0) out[size++] = '.';
+    for (unsigned i = 0; i < decimals; ++i) {
+        rest *= 10.0;
+        const int digit = std::min(static_cast<int>(rest), 9);
+        out[size++] = static_cast<char>('0' + digit);
+        rest -= digit;
+    }
+    out[size] = '\0';
+    return size;
+}
+
+}  // namespace qduino::arduino

@@ -1,0 +1,108 @@
+// Arithmetic of the Arduino language: min, max, constrain, map, bits, random.
+//
+// Functions where Arduino's AVR core has macros: an argument is evaluated once, and standard headers stay whole.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <type_traits>
+
+#include "arduino/core/constants.h"
+
+/// Of two types, in the one that arithmetic on both has.
+template <typename A, typename B>
+constexpr std::common_type_t<A, B> min(const A& a, const B& b) {
+    const auto x = static_cast<std::common_type_t<A, B>>(a);
+    const auto y = static_cast<std::common_type_t<A, B>>(b);
+    return y < x ? y : x;
+}
+template <typename A, typename B>
+constexpr std::common_type_t<A, B> max(const A& a, const B& b) {
+    const auto x = static_cast<std::common_type_t<A, B>>(a);
+    const auto y = static_cast<std::common_type_t<A, B>>(b);
+    return x < y ? y : x;
+}
+/// `value`, or the bound that it lies outside of.
+template <typename T, typename L, typename H>
+constexpr T constrain(T value, L low, H high) {
+    if (value < low) return static_cast<T>(low);
+    if (high < value) return static_cast<T>(high);
+    return value;
+}
+template <typename T>
+constexpr auto sq(T value) {
+    return value * value;
+}
+/// The C library has abs() of every signed type; an unsigned value is its own magnitude.
+template <typename T>
+requires std::is_unsigned_v<T>
+constexpr T abs(T value) { return value; }
+
+constexpr double radians(double degrees_angle) { return degrees_angle * DEG_TO_RAD; }
+constexpr double degrees(double radians_angle) { return radians_angle * RAD_TO_DEG; }
+
+/// Re-maps `value` from one range to another in whole numbers, rounding towards zero; it is not held inside the range.
+/// An empty source range yields `to_low` (the AVR divides by zero there).
+constexpr long map(long value, long from_low, long from_high, long to_low, long to_high) {
+    if (from_high == from_low) return to_low;
+    return (value - from_low) * (to_high - to_low) / (from_high - from_low) + to_low;
+}
+
+// ---- random numbers: one sequence for the program, safe from every loop, wait-free ----------------------------------
+/// Starts the sequence at `seed`; 0 is ignored, as the AVR core does.
+void randomSeed(unsigned long seed);
+/// A number in [0, bound); 0 when bound is not positive.
+long random(long bound);
+/// A number in [low, high); `low` when the range is empty.
+long random(long low, long high);
+
+// ---- bits and bytes -----------------------------------------------------------------------------------------------
+constexpr unsigned long bit(unsigned index) { return 1UL << index; }
+template <typename T>
+constexpr int bitRead(const T& value, unsigned index) {
+    return static_cast<int>((value >> index) & 1);
+}
+template <typename T>
+constexpr T bitSet(T& value, unsigned index) {
+    return value = static_cast<T>(value | (std::uint64_t{1} << index));
+}
+template <typename T>
+constexpr T bitClear(T& value, unsigned index) {
+    return value = static_cast<T>(value & ~(std::uint64_t{1} << index));
+}
+template <typename T>
+constexpr T bitToggle(T& value, unsigned index) {
+    return value = static_cast<T>(value ^ (std::uint64_t{1} << index));
+}
+template <typename T, typename B>
+constexpr T bitWrite(T& value, unsigned index, B level) {
+    return level ? bitSet(value, index) : bitClear(value, index);
+}
+constexpr std::uint8_t lowByte(std::uint64_t value) { return static_cast<std::uint8_t>(value & 0xff); }
+constexpr std::uint8_t highByte(std::uint64_t value) {
+    return static_cast<std::uint8_t>((value >> 8) & 0xff);
+}
+constexpr word makeWord(std::uint64_t value) { return static_cast<word>(value); }
+constexpr word makeWord(byte high, byte low) { return static_cast<word>((high << 8) | low); }
+
+namespace qduino::arduino {
+
+/// What makes round(x) a whole number, as in Arduino, and leaves std::round(x) the C++ one: the macro hands round() this
+/// wrapper; unqualified, argument-dependent lookup finds the friend; qualified, the wrapper turns back into its value.
+template <typename T>
+class RoundArgument {
+    using Value = std::conditional_t<std::is_integral_v<T>, double, T>;
+
+  public:
+    explicit constexpr RoundArgument(T value) : value_(static_cast<Value>(value)) {}
+    constexpr operator Value() const { return value_; }  // NOLINT: implicit on purpose
+    friend constexpr long round(RoundArgument argument) {
+        return static_cast<long>(argument.value_ < 0 ? argument.value_ - 0.5 : argument.value_ + 0.5);
+    }
+
+  private:
+    Value value_;
+};
+
+}  // namespace qduino::arduino

@@ -1,0 +1,37 @@
+// What a HardwareSerial talks through: a wire for bytes. Standard input and output, a pseudo-terminal, a real port, or a
+// test's memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/result.h"
+
+namespace qduino::arduino {
+
+/// One side of a serial line. Calls come from one loop at a time (HardwareSerial holds its lock).
+class SerialPort {
+  public:
+    virtual ~SerialPort() = default;
+
+    /// Setup-time. `config` is one of the SERIAL_… words.
+    virtual Result<void> open(unsigned long baud, std::uint16_t config) = 0;
+    virtual void close() = 0;
+
+    /// Bytes that read() would give now, without waiting.
+    [[nodiscard]] virtual std::size_t available() = 0;
+    /// The oldest byte, or -1.
+    virtual int read() = 0;
+    virtual int peek() = 0;
+
+    /// Takes all of `bytes`, waiting for room if there is none (or dropping, where nobody may be listening). Returns
+    /// how many were taken.
+    virtual std::size_t write(std::span<const std::uint8_t> bytes) = 0;
+    /// Bytes that write() would take without waiting.
+    [[nodiscard]] virtual std::size_t room() = 0;
+    /// Waits until what was written has left.
+    virtual void flush() = 0;
+};
+
+}  // namespace qduino::arduino

@@ -1,0 +1,141 @@
+// tone(): a square wave by software, on a loop of its own.
+//
+// The seam's PWM has a duty but no frequency, and a tone must go on while the sketch does other things. So a sketch that
+// calls tone() (and only such a sketch: this file is linked for it alone) has one loop more, id 32, with 500 µs in every
+// 5 ms, admitted and accounted for like every other. It sleeps from edge to edge:
+//
+//   pin    ▔▔▔▔▁▁▁▁▔▔▔▔▁▁▁▁▔▔        edges at absolute instants: a late one does not shift the next
+//   loop   ▌   ▌   ▌   ▌   ▌         awake for a pin write at each edge
+//
+// In setup(), when no loop runs yet, delay() plays.
+//
+// The sketch hands over what to play through a four-slot: neither side waits.
+#include <algorithm>
+
+#include "arduino/core/diagnostics.h"
+#include "arduino/core/digital_io.h"
+#include "arduino/core/lock.h"
+#include "arduino/core/loops.h"
+#include "arduino/core/make_output.h"
+#include "arduino/core/setup_work.h"
+#include "channel/four_slot.h"
+#include "runtime/port.h"
+
+namespace {
+
+using qduino::Instant;
+using qduino::Nanoseconds;
+namespace port = qduino::port;
+
+constexpr int kToneLoop = qduino::board::kMaxLoop;
+constexpr Nanoseconds kToneBudget{500'000};
+constexpr Nanoseconds kTonePeriod{5'000'000};
+constexpr unsigned kLowestHz = 31;
+constexpr unsigned kHighestHz = 65535;
+
+/// What to play. A new `order` is a new wish, even of the same note.
+struct Wish {
+    std::uint64_t order = 0;
+    std::int32_t pin = -1;
+    Nanoseconds half_period{};  // zero: silence
+    Instant end{};
+};
+
+qduino::channel::FourSlot<Wish> wishes;
+qduino::arduino::Lock asking;  // the four-slot has one writer; several loops may call tone()
+Wish asked;                    // what was last written, under `asking`
+
+void ask(int pin, Nanoseconds half_period, Instant end) {
+    asked = Wish{asked.order + 1, pin, half_period, end};
+    wishes.write(asked);
+}
+
+bool is_sounding(Instant now) { return asked.half_period.count() > 0 && now < asked.end; }
+
+/// Plays what was last asked for. One at a time: in setup(), and then on the loop.
+class Player {
+  public:
+    /// Until `until`, or until there is nothing to play. True when something sounded.
+    bool play_until(Instant until) {
+        bool sounded = false;
+        while (true) {
+            const Wish wish = wishes.read();
+            if (wish.order != order_) begin(wish);
+            const Instant now = port::now();
+            if (half_period_.count() == 0 || now >= wish.end || port::stop_requested()) break;
+            if (now >= until) return sounded;  // to be gone on with: the pin stays as it is
+            sounded = true;
+            if (now >= edge_) {
+                put_out(!high_);
+                edge_ += half_period_ * (1 + (now - edge_) / half_period_);  // what was missed is not made up
+            }
+            port::sleep_until(std::min({edge_, wish.end, until}));
+        }
+        begin(Wish{order_});
+        return sounded;
+    }
+
+  private:
+    /// The pin of before is left low.
+    void begin(const Wish& wish) {
+        if (high_) put_out(false);
+        order_ = wish.order;
+        pin_ = port::PinId{static_cast<std::uint16_t>(wish.pin)};
+        half_period_ = wish.half_period;
+        edge_ = port::now();
+    }
+    void put_out(bool high) {
+        high_ = high;
+        port::pin_write(pin_, high ? port::Level::high : port::Level::low);
+    }
+
+    std::uint64_t order_ = 0;
+    port::PinId pin_{};
+    Nanoseconds half_period_{};
+    Instant edge_{};  // the next one
+    bool high_ = false;
+};
+
+Player player;
+
+void tone_loop() {
+    if (!player.play_until(qduino::kForever)) port::wait_for_next_period();
+}
+
+/// Before the loops run there is no tone loop: setup() plays while it waits in delay().
+void play_in_setup(Instant until) { player.play_until(until); }
+
+const bool plays_in_setup = [] {
+    qduino::arduino::set_setup_work(&play_in_setup);
+    return true;
+}();
+
+const qduino::arduino::LoopRegistration tone_registration{
+    kToneLoop, kToneBudget, kTonePeriod, qduino::runtime::kAnyCore, &tone_loop, "tone()", 0};
+
+}  // namespace
+
+void tone(int pin, unsigned frequency_hz, unsigned long duration_ms) {
+    if (pin < 0 || pin >= qduino::board::kPinCount || (frequency_hz != 0 && frequency_hz < kLowestHz) ||
+        frequency_hz > kHighestHz) {
+        qduino::arduino::report_error("tone", pin,
+                                      qduino::make_error(qduino::ErrorCode::invalid_argument,
+                                                         "a tone has a pin below 128 and 31 to 65535 Hz"));
+        return;
+    }
+    const qduino::arduino::LockGuard held{asking};
+    const Instant now = port::now();
+    if (is_sounding(now) && asked.pin != pin) return;
+    qduino::arduino::make_output(pin);
+    const Instant end = duration_ms == 0
+                            ? qduino::kForever
+                            : now + std::chrono::milliseconds{static_cast<std::int64_t>(duration_ms)};
+    const Nanoseconds half_period{frequency_hz == 0 ? 0
+                                                    : 500'000'000 / static_cast<std::int64_t>(frequency_hz)};
+    ask(pin, half_period, end);
+}
+
+void noTone(int pin) {
+    const qduino::arduino::LockGuard held{asking};
+    if (asked.pin == pin) ask(pin, Nanoseconds{}, Instant{});
+}

@@ -1,0 +1,74 @@
+#include "arduino/host/eeprom_file.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+namespace qduino::arduino::host {
+
+namespace {
+
+Error file_error(const std::string& path) {
+    const int number = errno;
+    const ErrorCode code =
+        number == EACCES || number == EROFS ? ErrorCode::not_permitted : ErrorCode::unavailable;
+    return make_error(
+        code, path + ": " + std::strerror(number) + " (set QDUINO_EEPROM to a file that can be written)");
+}
+
+/// Fills from the file's end up to `size` with 0xff. False, with errno, when it cannot.
+bool fill_up(int descriptor, std::size_t size) {
+    struct stat status {};
+    if (fstat(descriptor, &status) != 0) return false;
+    std::array<std::uint8_t, 512> blank;
+    blank.fill(0xff);
+    for (auto at = static_cast<std::size_t>(status.st_size); at < size;) {
+        const std::size_t count = std::min(blank.size(), size - at);
+        const ssize_t written = pwrite(descriptor, blank.data(), count, static_cast<off_t>(at));
+        if (written <= 0) return false;
+        at += static_cast<std::size_t>(written);
+    }
+    return true;
+}
+
+}  // namespace
+
+Result<std::span<std::uint8_t>> map_eeprom(const std::string& path, std::size_t size) {
+    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor < 0) return file_error(path);
+    void* memory = MAP_FAILED;
+    if (fill_up(descriptor, size))
+        memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+    const int number = errno;
+    close(descriptor);
+    errno = number;
+    if (memory == MAP_FAILED) return file_error(path);
+    return std::span<std::uint8_t>{static_cast<std::uint8_t*>(memory), size};
+}
+
+std::string default_eeprom_path() {
+    if (const char* set = std::getenv("QDUINO_EEPROM")) return set;
+    const char* state = std::getenv("XDG_STATE_HOME");
+    const char* home = std::getenv("HOME");
+    const std::filesystem::path root = state  ? std::filesystem::path(state)
+                                       : home ? std::filesystem::path(home) / ".local/state"
+                                              : std::filesystem::path("/var/tmp");
+    std::error_code ignored;  // what cannot be made is said when the file cannot be opened
+    std::filesystem::create_directories(root / "qduino", ignored);
+    const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored).filename();
+    return root / "qduino" / (program.empty() ? "sketch.eeprom" : program.string() + ".eeprom");
+}
+
+Result<void> sync_eeprom(std::span<std::uint8_t> bytes) {
+    if (msync(bytes.data(), bytes.size(), MS_SYNC) != 0) return file_error("EEPROM");
+    return {};
+}
+
+}  // namespace qduino::arduino::host

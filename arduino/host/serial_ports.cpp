@@ -1,0 +1,261 @@
+#include "arduino/host/serial_ports.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace qduino::arduino::host {
+
+namespace {
+
+constexpr int kCarrierPollMs = 50;
+constexpr timespec kNap{
+    0, 200'000};  // of the host's time: in the simulator, waiting for a terminal costs no virtual time
+
+Error system_error(const std::string& what) {
+    const int number = errno;
+    const ErrorCode code = number == ENOENT   ? ErrorCode::not_found
+                           : number == EACCES ? ErrorCode::not_permitted
+                                              : ErrorCode::unavailable;
+    return make_error(code, what + ": " + std::strerror(number));
+}
+
+}  // namespace
+
+// ---- DescriptorPort -------------------------------------------------------------------------------------------------
+
+DescriptorPort::~DescriptorPort() { DescriptorPort::close(); }
+
+Result<void> DescriptorPort::start(int read_descriptor, int write_descriptor) {
+    read_descriptor_ = read_descriptor;
+    write_descriptor_ = write_descriptor;
+    input_begin_ = input_end_ = 0;
+    stopping_ = false;
+    carried_ = ring_->pushed();
+    if (sem_init(&wake_, 0, 0) != 0) return system_error("serial port");
+    carrier_ = std::thread([this] { carry(); });
+    return {};
+}
+
+void DescriptorPort::close() {
+    if (!carrier_.joinable()) return;
+    stopping_ = true;
+    sem_post(&wake_);
+    carrier_.join();
+    sem_destroy(&wake_);
+}
+
+void DescriptorPort::fill() {
+    if (input_begin_ != input_end_ || read_descriptor_ < 0) return;
+    pollfd look{read_descriptor_, POLLIN, 0};
+    if (poll(&look, 1, 0) <= 0 || !(look.revents & (POLLIN | POLLHUP))) return;
+    const ssize_t count = ::read(read_descriptor_, input_.data(), input_.size());
+    input_begin_ = 0;
+    input_end_ = count > 0 ? static_cast<std::size_t>(count) : 0;
+    if (count == 0) read_descriptor_ = -1;  // the end of a file or pipe: nothing more will come
+}
+
+std::size_t DescriptorPort::available() {
+    fill();
+    return input_end_ - input_begin_;
+}
+int DescriptorPort::peek() {
+    fill();
+    return input_begin_ == input_end_ ? -1 : input_[input_begin_];
+}
+int DescriptorPort::read() {
+    const int value = peek();
+    if (value >= 0) ++input_begin_;
+    return value;
+}
+
+std::size_t DescriptorPort::write(std::span<const std::uint8_t> bytes) {
+    std::size_t taken = 0;
+    while (taken < bytes.size()) {
+        const std::size_t count = ring_->push_some(bytes.subspan(taken));
+        taken += count;
+        if (count > 0) sem_post(&wake_);
+        if (taken == bytes.size() || when_full_ == WhenFull::drop) break;
+        if (count == 0) nanosleep(&kNap, nullptr);
+    }
+    return taken;
+}
+
+void DescriptorPort::flush() {
+    const std::uint64_t until = ring_->pushed();
+    while (carrier_.joinable() && carried_.load(std::memory_order_acquire) < until) nanosleep(&kNap, nullptr);
+}
+
+void DescriptorPort::carry() {
+    sigset_t signals;  // all of them are the sketch's; a broken pipe comes back as an error of write(2)
+    sigfillset(&signals);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::array<std::uint8_t, 4096> chunk;
+    bool connected = true;
+    while (true) {
+        while (const std::size_t count = ring_->pop_some(chunk)) {
+            connected = connected && carry_bytes({chunk.data(), count});
+            carried_.fetch_add(count, std::memory_order_release);
+        }
+        if (stopping_.load()) return;
+        while (sem_wait(&wake_) != 0 && errno == EINTR) {
+        }
+    }
+}
+
+bool DescriptorPort::carry_bytes(std::span<const std::uint8_t> bytes) {
+    while (!bytes.empty()) {
+        pollfd look{write_descriptor_, POLLOUT, 0};
+        if (poll(&look, 1, kCarrierPollMs) == 0) {
+            if (stopping_.load())
+                return true;  // the other side does not read: do not hold the program's end up
+            if (when_full_ == WhenFull::drop) return true;
+            continue;
+        }
+        const ssize_t count = ::write(write_descriptor_, bytes.data(), bytes.size());
+        if (count < 0 && errno != EINTR && errno != EAGAIN) return false;
+        if (count > 0) bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
+    return true;
+}
+
+// ---- ConsolePort ----------------------------------------------------------------------------------------------------
+
+Result<void> ConsolePort::open(unsigned long, std::uint16_t) { return start(STDIN_FILENO, STDOUT_FILENO); }
+
+// ---- TerminalPort ---------------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr std::pair<unsigned long, speed_t> kSpeeds[] = {
+    {300, B300},       {600, B600},       {1200, B1200},       {2400, B2400},
+    {4800, B4800},     {9600, B9600},     {19200, B19200},     {38400, B38400},
+    {57600, B57600},   {115200, B115200}, {230400, B230400},   {460800, B460800},
+    {500000, B500000}, {921600, B921600}, {1000000, B1000000}, {2000000, B2000000}};
+
+/// `config` as in HardwareSerial.h.
+void apply_frame(termios& settings, std::uint16_t config) {
+    constexpr tcflag_t kSizes[] = {CS5, CS6, CS7, CS8};
+    const unsigned data_bits = (config >> 8) & 0xf;
+    const unsigned parity = (config >> 4) & 0x3;
+    settings.c_cflag &= ~static_cast<tcflag_t>(CSIZE | PARENB | PARODD | CSTOPB);
+    settings.c_cflag |= kSizes[data_bits >= 5 && data_bits <= 8 ? data_bits - 5 : 3];
+    if (parity != 0) settings.c_cflag |= PARENB;
+    if (parity == 2) settings.c_cflag |= PARODD;
+    if ((config & 0x3) == 2) settings.c_cflag |= CSTOPB;
+}
+
+Result<void> configure(int descriptor, const std::string& path, unsigned long baud, std::uint16_t config) {
+    termios settings{};
+    if (tcgetattr(descriptor, &settings) != 0) return system_error(path);
+    cfmakeraw(&settings);
+    apply_frame(settings, config);
+    settings.c_cflag |= CLOCAL | CREAD;
+    speed_t speed = B0;
+    for (const auto& [rate, word] : kSpeeds) {
+        if (rate == baud) speed = word;
+    }
+    if (speed == B0)
+        return make_error(ErrorCode::invalid_argument, path + ": no such speed, " + std::to_string(baud));
+    cfsetspeed(&settings, speed);
+    if (tcsetattr(descriptor, TCSANOW, &settings) != 0) return system_error(path);
+    return {};
+}
+
+}  // namespace
+
+Result<void> TerminalPort::open(unsigned long baud, std::uint16_t config) {
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor_ < 0) return system_error(path_);
+    const auto configured = configure(descriptor_, path_, baud, config);
+    if (!configured.ok()) {
+        close();
+        return configured.error();
+    }
+    return start(descriptor_, descriptor_);
+}
+
+void TerminalPort::close() {
+    DescriptorPort::close();
+    if (descriptor_ >= 0) ::close(descriptor_);
+    descriptor_ = -1;
+}
+
+// ---- PseudoTerminalPort ---------------------------------------------------------------------------------------------
+
+Result<void> PseudoTerminalPort::open(unsigned long, std::uint16_t config) {
+    master_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+    char name[64];
+    if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0 ||
+        ptsname_r(master_, name, sizeof name) != 0) {
+        return system_error("pseudo-terminal");
+    }
+    name_ = name;
+    slave_ = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (slave_ < 0) return system_error(name_);
+    const auto configured = configure(slave_, name_, 115200, config);
+    if (!configured.ok()) return configured.error();
+    if (!link_.empty()) {
+        unlink(link_.c_str());
+        if (symlink(name, link_.c_str()) != 0) return system_error(link_);
+    }
+    return start(master_, master_);
+}
+
+void PseudoTerminalPort::close() {
+    DescriptorPort::close();
+    if (master_ >= 0) ::close(master_);
+    if (slave_ >= 0) ::close(slave_);
+    if (master_ >= 0 && !link_.empty()) unlink(link_.c_str());
+    master_ = slave_ = -1;
+    name_.clear();
+}
+
+// ---- which port it is -----------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Says where the other end is, as soon as it exists.
+class AnnouncedPseudoTerminal final : public SerialPort {
+  public:
+    AnnouncedPseudoTerminal(int number, std::string link) : number_(number), port_(std::move(link)) {}
+    Result<void> open(unsigned long baud, std::uint16_t config) override {
+        auto opened = port_.open(baud, config);
+        if (opened.ok()) std::fprintf(stderr, "Serial%d is %s\n", number_, port_.name().c_str());
+        return opened;
+    }
+    void close() override { port_.close(); }
+    std::size_t available() override { return port_.available(); }
+    int read() override { return port_.read(); }
+    int peek() override { return port_.peek(); }
+    std::size_t write(std::span<const std::uint8_t> bytes) override { return port_.write(bytes); }
+    std::size_t room() override { return port_.room(); }
+    void flush() override { port_.flush(); }
+
+  private:
+    int number_;
+    PseudoTerminalPort port_;
+};
+
+}  // namespace
+
+std::unique_ptr<SerialPort> default_serial_port(int number) {
+    if (number == 0) return std::make_unique<ConsolePort>();
+    const std::string variable = "QDUINO_SERIAL" + std::to_string(number);
+    const char* setting = std::getenv(variable.c_str());
+    const std::string where = setting ? setting : "pty";
+    if (where == "pty") return std::make_unique<AnnouncedPseudoTerminal>(number, "");
+    if (where.starts_with("pty:")) return std::make_unique<AnnouncedPseudoTerminal>(number, where.substr(4));
+    return std::make_unique<TerminalPort>(where);
+}
+
+}  // namespace qduino::arduino::host

@@ -1,0 +1,190 @@
+#include "arduino/host/socket.h"
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace qduino::arduino::host {
+
+namespace {
+
+constexpr int kSendWaitMs = 1000;
+constexpr int kBacklog = 16;
+
+sockaddr_in system_address(Endpoint endpoint) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = endpoint.address;
+    address.sin_port = htons(endpoint.port);
+    return address;
+}
+
+Endpoint endpoint_of(const sockaddr_in& address) {
+    return {address.sin_addr.s_addr, ntohs(address.sin_port)};
+}
+
+const sockaddr* generic(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
+sockaddr* generic(sockaddr_in& address) { return reinterpret_cast<sockaddr*>(&address); }
+
+Error network_error(const char* what, std::uint16_t port) {
+    const int number = errno;
+    const ErrorCode code = number == EADDRINUSE  ? ErrorCode::already_exists
+                           : number == EACCES    ? ErrorCode::not_permitted
+                           : number == ETIMEDOUT ? ErrorCode::timed_out
+                                                 : ErrorCode::unavailable;
+    return make_error(code,
+                      std::string(what) + " port " + std::to_string(port) + ": " + std::strerror(number));
+}
+
+std::shared_ptr<Socket> make_socket(int type, int& descriptor) {
+    descriptor = socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    return descriptor < 0 ? nullptr : std::make_shared<Socket>(descriptor);
+}
+
+bool wait_for(int descriptor, short events, int timeout_ms) {
+    pollfd look{descriptor, events, 0};
+    return poll(&look, 1, timeout_ms) == 1;
+}
+
+}  // namespace
+
+Socket::~Socket() { close(descriptor_); }
+
+Result<std::shared_ptr<Socket>> Socket::connect(Endpoint to, int timeout_ms) {
+    int descriptor = -1;
+    auto made = make_socket(SOCK_STREAM, descriptor);
+    const sockaddr_in address = system_address(to);
+    if (!made) return network_error("connect to", to.port);
+    if (::connect(descriptor, generic(address), sizeof address) == 0) return made;
+    if (errno != EINPROGRESS) return network_error("connect to", to.port);
+    if (!wait_for(descriptor, POLLOUT, timeout_ms)) {
+        errno = ETIMEDOUT;
+        return network_error("connect to", to.port);
+    }
+    int failure = 0;
+    socklen_t size = sizeof failure;
+    getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &failure, &size);
+    if (failure == 0) return made;
+    errno = failure;
+    return network_error("connect to", to.port);
+}
+
+Result<std::shared_ptr<Socket>> Socket::listen(std::uint16_t port) {
+    int descriptor = -1;
+    auto made = make_socket(SOCK_STREAM, descriptor);
+    if (!made) return network_error("listen on", port);
+    const int yes = 1;
+    setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    const sockaddr_in address = system_address({htonl(INADDR_ANY), port});
+    if (bind(descriptor, generic(address), sizeof address) != 0 || ::listen(descriptor, kBacklog) != 0) {
+        return network_error("listen on", port);
+    }
+    return made;
+}
+
+Result<std::shared_ptr<Socket>> Socket::bind_udp(std::uint16_t port, std::optional<std::uint32_t> group) {
+    int descriptor = -1;
+    auto made = make_socket(SOCK_DGRAM, descriptor);
+    if (!made) return network_error("UDP", port);
+    const int yes = 1;
+    if (group) setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    const sockaddr_in address = system_address({htonl(INADDR_ANY), port});
+    if (bind(descriptor, generic(address), sizeof address) != 0) return network_error("UDP", port);
+    if (!group) return made;
+    ip_mreq membership{};
+    membership.imr_multiaddr.s_addr = *group;
+    membership.imr_interface.s_addr = htonl(INADDR_ANY);
+    if (setsockopt(descriptor, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
+        return network_error("multicast on", port);
+    }
+    return made;
+}
+
+std::shared_ptr<Socket> Socket::accept() {
+    const int descriptor = accept4(descriptor_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    return descriptor < 0 ? nullptr : std::make_shared<Socket>(descriptor);
+}
+
+std::size_t Socket::send(std::span<const std::uint8_t> bytes) {
+    std::size_t sent = 0;
+    while (sent < bytes.size()) {
+        const ssize_t count = ::send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+        if (count > 0) sent += static_cast<std::size_t>(count);
+        if (count >= 0 || errno == EINTR) continue;
+        if (errno != EAGAIN || !wait_for(descriptor_, POLLOUT, kSendWaitMs)) break;
+    }
+    return sent;
+}
+
+bool Socket::send_to(Endpoint to, std::span<const std::uint8_t> bytes) {
+    const sockaddr_in address = system_address(to);
+    return sendto(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL, generic(address), sizeof address) >=
+           0;
+}
+
+int Socket::receive(std::span<std::uint8_t> bytes, bool peek) {
+    const ssize_t count = recv(descriptor_, bytes.data(), bytes.size(), peek ? MSG_PEEK : 0);
+    if (count > 0) return static_cast<int>(count);
+    return count < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
+}
+
+std::optional<std::size_t> Socket::receive_from(std::span<std::uint8_t> bytes, Endpoint& from) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    const ssize_t count = recvfrom(descriptor_, bytes.data(), bytes.size(), 0, generic(address), &size);
+    if (count < 0) return std::nullopt;
+    from = endpoint_of(address);
+    return static_cast<std::size_t>(count);
+}
+
+int Socket::available() const {
+    int count = 0;
+    return ioctl(descriptor_, FIONREAD, &count) == 0 ? count : 0;
+}
+
+Endpoint Socket::local() const {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    return getsockname(descriptor_, generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
+}
+Endpoint Socket::remote() const {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    return getpeername(descriptor_, generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
+}
+
+std::optional<std::uint32_t> resolve(const std::string& host) {
+    addrinfo wanted{};
+    wanted.ai_family = AF_INET;
+    wanted.ai_socktype = SOCK_STREAM;
+    addrinfo* found = nullptr;
+    if (getaddrinfo(host.c_str(), nullptr, &wanted, &found) != 0 || !found) return std::nullopt;
+    sockaddr_in address{};
+    std::memcpy(&address, found->ai_addr, sizeof address);
+    freeaddrinfo(found);
+    return address.sin_addr.s_addr;
+}
+
+std::optional<std::uint32_t> first_local_address() {
+    ifaddrs* all = nullptr;
+    if (getifaddrs(&all) != 0) return std::nullopt;
+    std::optional<std::uint32_t> found;
+    for (const ifaddrs* one = all; one && !found; one = one->ifa_next) {
+        if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
+        sockaddr_in address{};
+        std::memcpy(&address, one->ifa_addr, sizeof address);
+        if ((ntohl(address.sin_addr.s_addr) >> 24) != 127) found = address.sin_addr.s_addr;
+    }
+    freeifaddrs(all);
+    return found;
+}
+
+}  // namespace qduino::arduino::host

@@ -1,0 +1,72 @@
+// An operating error as a value: what was wrong, where, and what to do, in bounded text, without a heap.
+#pragma once
+
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "base/contract.h"
+#include "base/fixed_string.h"
+
+namespace qduino {
+
+/// The broad class of an error: what a caller may decide on. The text is for people.
+enum class ErrorCode : std::uint8_t {
+    invalid_argument,  ///< the input is malformed or out of range; nothing was changed
+    out_of_range,      ///< a machine limit (bounds, temperature, rate) would be broken
+    not_found,
+    already_exists,
+    not_permitted,  ///< the system or the key does not allow it
+    unavailable,    ///< not now: full, busy, not connected; may be tried again
+    timed_out,
+    corrupt,      ///< stored or received bytes fail their check
+    unsupported,  ///< known, but not done by this build or board
+    faulted,      ///< hardware fault: sensor, heater, endstop
+    internal,
+};
+
+/// `message` names what was wrong, where, and what to do.
+struct Error {
+    ErrorCode code = ErrorCode::internal;
+    FixedString<236> message;
+};
+
+/// A value, or an Error. Reading the wrong side is a broken contract.
+template <typename T>
+class [[nodiscard]] Result {
+  public:
+    Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT: implicit by design
+    Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT
+    [[nodiscard]] bool ok() const { return state_.index() == 0; }
+    explicit operator bool() const { return ok(); }
+    T& value() & { return QDUINO_EXPECT(ok()), *std::get_if<0>(&state_); }
+    const T& value() const& { return QDUINO_EXPECT(ok()), *std::get_if<0>(&state_); }
+    T&& value() && { return QDUINO_EXPECT(ok()), std::move(*std::get_if<0>(&state_)); }
+    T& operator*() & { return value(); }
+    const T& operator*() const& { return value(); }
+    T* operator->() { return &value(); }
+    const T* operator->() const { return &value(); }
+    [[nodiscard]] const Error& error() const { return QDUINO_EXPECT(!ok()), *std::get_if<1>(&state_); }
+
+  private:
+    std::variant<T, Error> state_;
+};
+
+/// Success, or an Error.
+template <>
+class [[nodiscard]] Result<void> {
+  public:
+    Result() = default;
+    Result(Error error) : error_(std::move(error)), ok_(false) {}  // NOLINT: implicit by design
+    [[nodiscard]] bool ok() const { return ok_; }
+    explicit operator bool() const { return ok_; }
+    [[nodiscard]] const Error& error() const { return QDUINO_EXPECT(!ok_), error_; }
+
+  private:
+    Error error_{};
+    bool ok_ = true;
+};
+
+inline Error make_error(ErrorCode code, std::string_view message) { return Error{code, message}; }
+
+}  // namespace qduino

@@ -1,0 +1,255 @@
+// bench-channel: the ring against boost::lockfree::spsc_queue, the four-slot against a mutex and a seqlock.
+//
+//   bench-channel [--json] [--rounds N] [--round-ms M]
+//
+// Rivals take turns within each round, so that what else happens on the machine hits them alike; reported is the median
+// of the rounds. Queue figures are items received per second; slot figures are reads and writes per second while the
+// other side goes on at full speed.
+
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bench/channel/contenders.h"
+#include "bench/channel/throughput.h"
+
+namespace qduino::bench {
+namespace {
+
+struct Options {
+    bool json = false;
+    int rounds = 9;
+    int round_ms = 60;
+};
+
+struct Row {
+    std::string who;
+    std::string operation;
+    std::size_t payload_bytes;
+    double ops_per_s;
+};
+
+constexpr std::size_t kBatch = 64;
+
+/// Keeps the compiler from dropping a read whose value nobody uses.
+template <typename T>
+void keep(const T& value) {
+    asm volatile("" : : "r"(&value) : "memory");
+}
+
+// ---- one measurement ------------------------------------------------------------------------------------------
+
+template <typename Queue, typename T>
+double items_one_by_one(CpuPair cpus, std::chrono::milliseconds duration) {
+    const auto queue = std::make_unique<Queue>();
+    T out{}, in{};
+    return run_pair(
+               cpus, duration, [&]() -> std::uint64_t { return ++out.words[0], queue->push(out) ? 1 : 0; },
+               [&]() -> std::uint64_t {
+                   const bool popped = queue->pop(in);
+                   keep(in);
+                   return popped ? 1 : 0;
+               })
+        .second_per_s;
+}
+
+template <typename Queue, typename T>
+double items_in_batches(CpuPair cpus, std::chrono::milliseconds duration) {
+    const auto queue = std::make_unique<Queue>();
+    std::array<T, kBatch> out{}, in{};
+    return run_pair(
+               cpus, duration, [&]() -> std::uint64_t { return ++out[0].words[0], queue->push_some(out); },
+               [&]() -> std::uint64_t {
+                   const std::size_t count = queue->pop_some(in);
+                   keep(in);
+                   return count;
+               })
+        .second_per_s;
+}
+
+template <typename Slot, typename T>
+Throughput writes_and_reads(CpuPair cpus, std::chrono::milliseconds duration) {
+    const auto slot = std::make_unique<Slot>();
+    T out{}, in{};
+    return run_pair(
+        cpus, duration, [&]() -> std::uint64_t { return ++out.words[0], slot->write(out), 1; },
+        [&]() -> std::uint64_t { return slot->read(in), keep(in), 1; });
+}
+
+// ---- all of them ----------------------------------------------------------------------------------------------
+
+/// Rounds of `measures`, in turn; the median of each.
+template <std::size_t N>
+std::array<double, N> in_turn(int rounds,
+                              const std::array<double (*)(CpuPair, std::chrono::milliseconds), N>& measures,
+                              CpuPair cpus, std::chrono::milliseconds duration) {
+    std::array<std::vector<double>, N> seen;
+    for (int round = 0; round < rounds; ++round) {
+        for (std::size_t i = 0; i < N; ++i) seen[i].push_back(measures[i](cpus, duration));
+    }
+    std::array<double, N> medians{};
+    for (std::size_t i = 0; i < N; ++i) medians[i] = median(seen[i]);
+    return medians;
+}
+
+template <std::size_t Bytes>
+void measure_queues(const Options& options, CpuPair cpus, std::vector<Row>& rows) {
+    using T = Payload<Bytes>;
+    using Ours = QduinoRing<T>;
+    using Boost = BoostSpsc<T>;
+    const std::chrono::milliseconds duration{options.round_ms};
+    const auto single =
+        in_turn<2>(options.rounds, {items_one_by_one<Ours, T>, items_one_by_one<Boost, T>}, cpus, duration);
+    const auto batch =
+        in_turn<2>(options.rounds, {items_in_batches<Ours, T>, items_in_batches<Boost, T>}, cpus, duration);
+    rows.push_back({Ours::kName, "single", Bytes, single[0]});
+    rows.push_back({Boost::kName, "single", Bytes, single[1]});
+    rows.push_back({Ours::kName, "batch_64", Bytes, batch[0]});
+    rows.push_back({Boost::kName, "batch_64", Bytes, batch[1]});
+}
+
+template <typename Slot, typename T>
+void measure_slot(const Options& options, CpuPair cpus, std::vector<Row>& rows) {
+    std::vector<double> writes, reads;
+    for (int round = 0; round < options.rounds; ++round) {
+        const Throughput seen = writes_and_reads<Slot, T>(cpus, std::chrono::milliseconds{options.round_ms});
+        writes.push_back(seen.first_per_s);
+        reads.push_back(seen.second_per_s);
+    }
+    rows.push_back({Slot::kName, "write", sizeof(T), median(writes)});
+    rows.push_back({Slot::kName, "read", sizeof(T), median(reads)});
+}
+
+template <std::size_t Bytes>
+void measure_slots(const Options& options, CpuPair cpus, std::vector<Row>& rows) {
+    using T = Payload<Bytes>;
+    measure_slot<QduinoFourSlot<T>, T>(options, cpus, rows);
+    measure_slot<MutexSlot<T>, T>(options, cpus, rows);
+    measure_slot<Seqlock<T>, T>(options, cpus, rows);
+}
+
+// ---- report ---------------------------------------------------------------------------------------------------
+
+std::string machine_name() {
+    std::ifstream cpuinfo{"/proc/cpuinfo"};
+    std::string model = "unknown CPU";
+    for (std::string line; std::getline(cpuinfo, line);) {
+        if (line.rfind("model name", 0) == 0 || line.rfind("Model", 0) == 0)
+            model = line.substr(line.find(':') + 2);
+    }
+    return model + ", " + std::to_string(sysconf(_SC_NPROCESSORS_ONLN)) + " CPUs";
+}
+
+std::string kernel_release() {
+    utsname names{};
+    return uname(&names) == 0 ? std::string{names.sysname} + " " + names.release : "unknown";
+}
+
+std::string commit() {
+    char text[64] = "";
+    if (FILE* git = popen("git -C '" QDUINO_SOURCE_DIR "' rev-parse --short=12 HEAD 2>/dev/null", "r")) {
+        if (!fgets(text, sizeof text, git)) text[0] = '\0';
+        pclose(git);
+    }
+    const std::string_view line{text};
+    return line.empty() ? "unknown" : std::string{line.substr(0, line.find('\n'))};
+}
+
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') result += '\\';
+        if (static_cast<unsigned char>(c) >= 0x20) result += c;
+    }
+    return result + "\"";
+}
+
+std::string guarantee(const Options& options, CpuPair cpus) {
+    const std::string where =
+        cpus.first == cpus.second
+            ? "both threads on CPU " + std::to_string(cpus.first) + " (the only one allowed)"
+            : "threads pinned to CPUs " + std::to_string(cpus.first) + " and " + std::to_string(cpus.second);
+    return where + ", ordinary priority, not isolated; median of " + std::to_string(options.rounds) +
+           " rounds of " + std::to_string(options.round_ms) + " ms in turn";
+}
+
+void print_json(const Options& options, CpuPair cpus, const std::vector<Row>& rows) {
+    std::printf(
+        "{\n  \"machine\": %s,\n  \"kernel\": %s,\n  \"compiler\": %s,\n  \"commit\": %s,\n  \"guarantee\": "
+        "%s,\n"
+        "  \"results\": [\n",
+        quoted(machine_name()).c_str(), quoted(kernel_release()).c_str(), quoted(__VERSION__).c_str(),
+        quoted(commit()).c_str(), quoted(guarantee(options, cpus)).c_str());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        std::printf(
+            "    {\"who\": \"%s\", \"operation\": \"%s\", \"payload_bytes\": %zu, \"ops_per_s\": %.0f}%s\n",
+            rows[i].who.c_str(), rows[i].operation.c_str(), rows[i].payload_bytes, rows[i].ops_per_s,
+            i + 1 < rows.size() ? "," : "");
+    }
+    std::printf("  ]\n}\n");
+}
+
+void print_table(const Options& options, CpuPair cpus, const std::vector<Row>& rows) {
+    std::printf("%s, %s, commit %s\n%s\n\n%-18s %-9s %8s %14s\n", machine_name().c_str(),
+                kernel_release().c_str(), commit().c_str(), guarantee(options, cpus).c_str(), "who",
+                "operation", "bytes", "per second");
+    for (const Row& row : rows) {
+        std::printf("%-18s %-9s %8zu %14.0f\n", row.who.c_str(), row.operation.c_str(), row.payload_bytes,
+                    row.ops_per_s);
+    }
+}
+
+/// A whole number > 0 after an option, or 0.
+int positive(const char* text) {
+    char* end = nullptr;
+    const long number = text ? std::strtol(text, &end, 10) : 0;
+    return text && *end == '\0' && number > 0 && number <= 100'000 ? static_cast<int>(number) : 0;
+}
+
+int usage(int status) {
+    std::fprintf(
+        status == 0 ? stdout : stderr,
+        "usage: bench-channel [--json] [--rounds N] [--round-ms M]\n"
+        "Ring buffer against boost::lockfree::spsc_queue, four-slot against a mutex and a seqlock.\n");
+    return status;
+}
+
+int run(int argc, char** argv) {
+    Options options;
+    for (int i = 1; i < argc; ++i) {
+        const std::string_view argument = argv[i];
+        if (argument == "--help") return usage(0);
+        if (argument == "--json") {
+            options.json = true;
+        } else if (argument == "--rounds" && positive(argv[i + 1]) > 0) {
+            options.rounds = positive(argv[++i]);
+        } else if (argument == "--round-ms" && positive(argv[i + 1]) > 0) {
+            options.round_ms = positive(argv[++i]);
+        } else {
+            return usage(2);
+        }
+    }
+    const CpuPair cpus = choose_cpus();
+    std::vector<Row> rows;
+    measure_queues<8>(options, cpus, rows);
+    measure_queues<64>(options, cpus, rows);
+    measure_queues<256>(options, cpus, rows);
+    measure_slots<8>(options, cpus, rows);
+    measure_slots<64>(options, cpus, rows);
+    measure_slots<256>(options, cpus, rows);
+    (options.json ? print_json : print_table)(options, cpus, rows);
+    return 0;
+}
+
+}  // namespace
+}  // namespace qduino::bench
+
+int main(int argc, char** argv) { return qduino::bench::run(argc, argv); }

@@ -1,0 +1,45 @@
+// The guarantee report: what a board holds of what a sketch asked, per loop and per core, said and never
+// silent.
+#pragma once
+
+#include <cstdint>
+
+#include "base/fixed_string.h"
+#include "base/fixed_vector.h"
+#include "base/time.h"
+#include "board/types.h"
+
+namespace qduino::board {
+
+/// One line per loop.
+struct LoopGuarantee {
+    VcpuId id = kNoVcpu;
+    int core = 0;
+    Nanoseconds budget{};
+    Nanoseconds period{};
+    bool priority_enforced =
+        false;                     ///< runs above everything but higher loops (SCHED_FIFO, or the simulator)
+    bool budget_enforced = false;  ///< cannot take more than its budget
+    bool core_owned = false;       ///< no other task, movable interrupt or throttling on its core
+    FixedString<200> shortfall;    ///< why not, and the fix; empty when everything holds
+};
+
+/// One line per core in use.
+struct CoreGuarantee {
+    int core = 0;
+    double interrupts_per_second = -1;  ///< residual; -1: not measured
+    Nanoseconds worst_gap{-1};          ///< worst gap that a bare spin saw; -1: not measured
+    bool tick_stopped = false;
+    bool throttling_lifted = false;
+    FixedString<200> note;
+};
+
+struct GuaranteeReport {
+    FixedString<64> board;  ///< "linux, SCHED_FIFO" …
+    bool simulated = false;
+    bool memory_locked = false;
+    FixedVector<LoopGuarantee, kVcpuLimit> loops;
+    FixedVector<CoreGuarantee, 64> cores;
+};
+
+}  // namespace qduino::board

@@ -1,0 +1,179 @@
+#include "board/linux/budget_keeper.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "base/contract.h"
+#include "board/linux/clock.h"
+#include "board/linux/system_error.h"
+
+// glibc names the field only from 2.38 on.
+#ifndef sigev_notify_thread_id
+#define sigev_notify_thread_id _sigev_un._tid
+#endif
+
+namespace qduino::board::linux {
+namespace {
+
+int budget_signal() { return SIGRTMIN + 3; }
+
+/// Splinters of budget shorter than this are joined to the next refill: enforcing one costs more than it.
+constexpr Nanoseconds kShortestRun = 20us;
+/// The timer is never set shorter: the signal alone takes as long.
+constexpr Nanoseconds kShortestTimer = 2us;
+
+long voluntary_switches() {
+    rusage usage{};
+    ::getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_nvcsw;
+}
+
+}  // namespace
+
+thread_local BudgetKeeper* BudgetKeeper::mine_ = nullptr;
+
+// ---- the server, whichever it is ------------------------------------------------------------------------
+
+Nanoseconds BudgetKeeper::available(Instant now) const {
+    return std::visit([now](const auto& server) { return server.available(now); }, server_);
+}
+Instant BudgetKeeper::next_replenishment() const {
+    return std::visit([](const auto& server) { return server.next_replenishment(); }, server_);
+}
+void BudgetKeeper::server_block(Instant now) {
+    if (auto* main = std::get_if<sched::SporadicServer>(&server_)) main->block(now);
+    if (auto* io = std::get_if<sched::Pibs>(&server_)) io->finish(now);
+}
+void BudgetKeeper::server_unblock(Instant now) {
+    if (auto* main = std::get_if<sched::SporadicServer>(&server_)) main->unblock(now);
+    if (auto* io = std::get_if<sched::Pibs>(&server_)) io->activate(now, period_);
+}
+
+// ---- start and stop -------------------------------------------------------------------------------------
+
+Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
+    QDUINO_EXPECT(!running_ && mine_ == nullptr);
+    struct sigaction action {};
+    action.sa_sigaction = &BudgetKeeper::on_timer;
+    action.sa_flags = SA_SIGINFO | SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    ::sigaction(budget_signal(), &action, nullptr);
+
+    sigevent event{};
+    event.sigev_notify = SIGEV_THREAD_ID;
+    event.sigev_signo = budget_signal();
+    event.sigev_notify_thread_id = static_cast<pid_t>(::syscall(SYS_gettid));
+    if (::timer_create(CLOCK_MONOTONIC, &event, &timer_) != 0) return system_error("make", "a budget timer");
+
+    const sched::VcpuParameters parameters{spec.budget, spec.period};
+    const Instant now = monotonic_now();
+    if (spec.kind == VcpuKind::io) {
+        server_ = sched::Pibs{parameters, now};
+    } else {
+        sched::SporadicServerOptions options;
+        options.shortest_run = std::min(kShortestRun, spec.budget / 4);
+        server_ = sched::SporadicServer{parameters, now, options};
+    }
+    period_ = spec.period;
+    server_unblock(now);
+    cpu_before_ = thread_cpu_time();
+    switches_before_ = voluntary_switches();
+    settled_at_ = now;
+    mine_ = this;
+    running_ = true;
+    arm(available(now));
+    return {};
+}
+
+void BudgetKeeper::stop() {
+    if (!running_) return;
+    running_ = false;
+    ::timer_delete(timer_);
+    mine_ = nullptr;
+}
+
+// ---- the account ----------------------------------------------------------------------------------------
+
+/// Charges what was used since the last settlement.
+void BudgetKeeper::settle(Instant now) {
+    const Nanoseconds cpu = thread_cpu_time();
+    // The two clocks are read one after the other: never charge more than the time that passed.
+    const Nanoseconds used = std::clamp(cpu - cpu_before_, Nanoseconds{0}, now - settled_at_);
+    const long switches = voluntary_switches();
+    if (switches != switches_before_) {  // it waited for something, unannounced
+        server_block(settled_at_);
+        server_unblock(std::max(settled_at_, now - used));
+    }
+    std::visit([&](auto& server) { static_cast<void>(server.consume(now, used)); }, server_);
+    cpu_before_ += used;
+    switches_before_ = switches;
+    settled_at_ = now;
+    charged_ns_.store(charged_ns_.load(std::memory_order_relaxed) + to_ns(used), std::memory_order_relaxed);
+}
+
+void BudgetKeeper::arm(Nanoseconds in) {
+    itimerspec when{};
+    if (in > Nanoseconds{0}) when.it_value = to_timespec(to_ns(std::max(in, kShortestTimer)));
+    ::timer_settime(timer_, 0, &when, nullptr);
+}
+
+/// Sleeps until there is budget, if there is none, and sets the timer to its end.
+void BudgetKeeper::throttle_and_arm() {
+    Instant now = monotonic_now();
+    while (available(now) <= Nanoseconds{0}) {
+        throttled_.store(throttled_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+        block_until(next_replenishment());
+        now = monotonic_now();
+        // This sleep is the account's own and no wait of the thread's; the instructions around it are charged as any.
+        const Nanoseconds cpu = thread_cpu_time();
+        const Nanoseconds used = std::clamp(cpu - cpu_before_, Nanoseconds{0}, now - settled_at_);
+        std::visit([&](auto& server) { static_cast<void>(server.consume(now, used)); }, server_);
+        cpu_before_ += used;
+        settled_at_ = now;
+        switches_before_ = voluntary_switches();
+    }
+    arm(available(now));
+}
+
+void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
+    BudgetKeeper* self = mine_;
+    if (!self || !self->running_) return;  // a shot that was on its way when the keeper stopped
+    if (self->busy_ != 0) {
+        self->missed_ = 1;
+        return;
+    }
+    const int saved_errno = errno;
+    self->settle(monotonic_now());
+    self->throttle_and_arm();
+    errno = saved_errno;
+}
+
+// ---- announced waits ------------------------------------------------------------------------------------
+
+void BudgetKeeper::before_block() {
+    if (!running_) return;
+    busy_ = 1;
+    const Instant now = monotonic_now();
+    settle(now);
+    server_block(now);
+    arm(Nanoseconds{0});  // disarmed: while it waits it needs no timer
+}
+
+void BudgetKeeper::after_block() {
+    if (!running_) return;
+    const Instant now = monotonic_now();
+    settled_at_ =
+        now;  // nothing ran in between but the way into the wait and out of it: charged with what follows
+    switches_before_ = voluntary_switches();
+    server_unblock(now);
+    missed_ = 0;
+    throttle_and_arm();
+    busy_ = 0;
+    if (missed_ != 0) on_timer(0, nullptr, nullptr);  // the budget ended between the last two lines
+}
+
+}  // namespace qduino::board::linux

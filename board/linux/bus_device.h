@@ -1,0 +1,43 @@
+// Real buses: /dev/i2c-N and /dev/spidevB.C, through the kernel's ioctls. Each transaction is one ioctl, which the kernel
+// makes atomic on its bus: several loops may share one.
+#pragma once
+
+#include "board/linux/linux_config.h"
+#include "board/linux/pin_driver.h"
+#include "board/linux/unique_fd.h"
+
+namespace qduino::board::linux {
+
+class I2cDevice final : public I2cDriver {
+  public:
+    /// Error: not_found, not_permitted; unsupported when the adapter cannot do plain I2C or SMBus word reads.
+    Result<void> open(const I2cPort& port);
+    /// Writes `out`, then, after a repeated start, reads `in`. Blocks for the duration on the bus.
+    /// On an adapter that only speaks SMBus, transactions of 1 + 1, 1 + 2, 1 + 0 and 2 + 0 bytes are translated; others
+    /// are unsupported. Error: timed_out when no chip answers.
+    Result<void> transfer(VcpuId vcpu, I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
+                          std::span<std::uint8_t> in) override;
+
+  private:
+    Result<void> transfer_messages(I2cAddress address, std::span<const std::uint8_t> out,
+                                   std::span<std::uint8_t> in);
+    Result<void> transfer_smbus(I2cAddress address, std::span<const std::uint8_t> out,
+                                std::span<std::uint8_t> in);
+
+    UniqueFd fd_;
+    unsigned adapter_ = 0;
+    bool smbus_only_ = false;
+};
+
+class SpiDevice final : public SpiDriver {
+  public:
+    /// Error: not_found, not_permitted.
+    Result<void> open(const SpiPort& port);
+    Result<void> transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
+                          std::span<std::uint8_t> data) override;
+
+  private:
+    UniqueFd fd_;
+};
+
+}  // namespace qduino::board::linux

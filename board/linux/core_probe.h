@@ -1,0 +1,31 @@
+// What is left on a core: interrupts per second, and the worst gap that a bare spin sees. Measured, not assumed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/time.h"
+#include "board/linux/cpu_list.h"
+
+namespace qduino::board::linux {
+
+/// Interrupts of all kinds that `core` has served since boot (/proc/interrupts). Nothing: it cannot be read. `root`
+/// precedes /proc (tests).
+std::optional<std::uint64_t> interrupts_of(int core, const std::string& root = "");
+
+/// Cores whose tick stops while one task runs on them (booted with nohz_full).
+CpuList tickless_cores(const std::string& root = "");
+
+struct CoreProbe {
+    bool real_time = false;             ///< the probe had the priority it asked for
+    double interrupts_per_second = -1;  ///< −1: not readable
+    Nanoseconds worst_gap{0};
+};
+
+/// Spins for `duration` on `core` at SCHED_FIFO `priority` (0: as it is), in a thread of its own; `enter` runs on it
+/// first (to get into the core's cpuset). Blocks for as long. Setup-time.
+CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::function<void()>& enter = {});
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,108 @@
+#include "board/linux/fatal_signals.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+
+#include "base/contract.h"
+
+namespace qduino::board::linux {
+namespace {
+
+constexpr std::array kFatal{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
+constexpr std::array kStop{SIGINT, SIGTERM, SIGALRM};
+constexpr std::size_t kSignalStackBytes = 64 * 1024;
+
+Will g_will;
+std::atomic<bool> g_will_done{false};
+std::atomic<bool> g_stop_asked{false};
+std::array<struct sigaction, kFatal.size()> g_fatal_before;
+std::array<struct sigaction, kStop.size()> g_stop_before;
+ContractHandler g_contract_before = nullptr;
+
+void carry_out_will() {
+    if (g_will.last_will && !g_will_done.exchange(true)) g_will.last_will(g_will.context);
+}
+
+extern "C" void on_fatal(int signal) {
+    carry_out_will();
+    ::signal(signal,
+             SIG_DFL);  // die of what one died of: the parent sees the signal, a core is dumped if asked for
+    ::raise(signal);
+}
+
+extern "C" void on_stop(int signal) {
+    const bool again = g_stop_asked.exchange(true);
+    if (!again && signal != SIGALRM) {
+        if (g_will.stop) g_will.stop(g_will.context);
+        ::alarm(kStopGraceSeconds);
+        return;
+    }
+    carry_out_will();
+    ::_exit(128 + (signal == SIGALRM ? SIGTERM : signal));
+}
+
+void on_broken_contract(const char* condition, const char* file, int line) {
+    carry_out_will();
+    if (g_contract_before) g_contract_before(condition, file, line);
+}
+
+void install(int signal, void (*handler)(int), struct sigaction& before) {
+    struct sigaction action {};
+    action.sa_handler = handler;
+    action.sa_flags = SA_ONSTACK | SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    ::sigaction(signal, &action, &before);
+}
+
+}  // namespace
+
+FatalSignals::FatalSignals(Will will) {
+    QDUINO_EXPECT(g_will.last_will == nullptr);
+    g_will = will;
+    g_will_done = false;
+    g_stop_asked = false;
+    for (std::size_t i = 0; i < kFatal.size(); ++i) install(kFatal[i], on_fatal, g_fatal_before[i]);
+    for (std::size_t i = 0; i < kStop.size(); ++i) install(kStop[i], on_stop, g_stop_before[i]);
+    g_contract_before = set_contract_handler(on_broken_contract);
+}
+
+FatalSignals::~FatalSignals() {
+    ::alarm(0);
+    set_contract_handler(g_contract_before);
+    for (std::size_t i = 0; i < kFatal.size(); ++i) ::sigaction(kFatal[i], &g_fatal_before[i], nullptr);
+    for (std::size_t i = 0; i < kStop.size(); ++i) ::sigaction(kStop[i], &g_stop_before[i], nullptr);
+    g_will = {};
+}
+
+SignalStack::SignalStack() {
+    void* memory = ::mmap(nullptr, kSignalStackBytes, PROT_READ | PROT_WRITE,
+                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+    if (memory == MAP_FAILED) return;
+    memory_ = memory;
+    stack_t stack{};
+    stack.ss_sp = memory;
+    stack.ss_size = kSignalStackBytes;
+    ::sigaltstack(&stack, nullptr);
+}
+
+SignalStack::~SignalStack() {
+    if (!memory_) return;
+    stack_t none{};
+    none.ss_flags = SS_DISABLE;
+    ::sigaltstack(&none, nullptr);
+    ::munmap(memory_, kSignalStackBytes);
+}
+
+StopSignalsBlocked::StopSignalsBlocked() {
+    sigset_t stop;
+    sigemptyset(&stop);
+    for (const int signal : kStop) sigaddset(&stop, signal);
+    ::pthread_sigmask(SIG_BLOCK, &stop, &before_);
+}
+
+StopSignalsBlocked::~StopSignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+}  // namespace qduino::board::linux

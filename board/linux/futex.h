@@ -1,0 +1,39 @@
+// Waiting for a word of (shared) memory to change: the futex(2) system call, which works across processes.
+#pragma once
+
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <climits>
+#include <cstdint>
+
+#include "base/time.h"
+
+namespace qduino::board::linux {
+
+static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t) &&
+              std::atomic<std::uint32_t>::is_always_lock_free);
+
+/// Sleeps until `word` no longer holds `expected`, somebody wakes it, a signal comes, or CLOCK_MONOTONIC
+/// reaches `deadline`: the caller looks again. Sleeps not at all when `word` differs already.
+inline void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
+                             Instant deadline) {
+    const std::int64_t ns = to_ns(deadline);
+    timespec until{};
+    until.tv_sec = ns / 1'000'000'000;
+    until.tv_nsec = ns % 1'000'000'000;
+    // FUTEX_WAIT_BITSET takes an absolute time of CLOCK_MONOTONIC, so a signal in between does not stretch
+    // the wait.
+    ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, expected, deadline == kForever ? nullptr : &until, nullptr,
+              FUTEX_BITSET_MATCH_ANY);
+}
+
+/// Wakes everybody who waits on `word`. Async-signal-safe.
+inline void futex_wake_all(const std::atomic<std::uint32_t>& word) {
+    ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+}
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,52 @@
+// Real pins: lines of the kernel's GPIO chips, through the v2 character-device interface (linux/gpio.h).
+//
+// Each pin is one line request, so that loops that drive different pins share nothing. A write is one ioctl.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <vector>
+
+#include "base/result.h"
+#include "board/linux/linux_config.h"
+#include "board/linux/pin_driver.h"
+#include "board/linux/pins_layout.h"
+#include "board/linux/unique_fd.h"
+
+namespace qduino::board::linux {
+
+class GpioPin final : public PinDriver {
+  public:
+    explicit GpioPin(GpioLine line) : line_(line) {}
+
+    /// Requests the line as an input. Error: not_found, not_permitted, or unavailable (somebody else has the line).
+    Result<void> open();
+
+    Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) override;
+    void write(VcpuId vcpu, PinId pin, Level level) override;
+    Level read(VcpuId vcpu, PinId pin) override;
+    Result<void> set_safe_state(PinId pin, Level level) override;
+    void force_safe_states() override;
+    Result<void> watch_edges(PinId pin) override;
+    EdgeCounts edges(PinId pin) override;
+    int edge_descriptor(PinId) override { return fd_.get(); }
+
+    [[nodiscard]] const GpioLine& line() const { return line_; }
+
+  private:
+    Result<void> configure(std::uint64_t flags);
+
+    GpioLine line_;
+    UniqueFd fd_;
+    PinMode mode_ = PinMode::input;
+    std::atomic<Level> latch_{Level::low};
+    bool watching_ = false;
+    EdgeCounts counts_;
+    std::atomic<std::uint8_t> safe_{0};  // 0: none; else 1 + Level
+};
+
+/// Takes over the lines of a dead sketch that have a safe state (OutputPin::line, OutputPin::safe) and drives them to
+/// it. The lines are held for as long as the descriptors live. For the supervisor. `failed` counts those it could not get.
+std::vector<UniqueFd> take_over_safe_lines(const PinsLayout& layout, int& failed);
+
+}  // namespace qduino::board::linux

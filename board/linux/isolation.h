@@ -1,0 +1,82 @@
+// Taking a core for one loop: everything else that can be moved is moved off it, and put back at the end.
+//
+//   order                                          why then
+//   1. cpusets      tasks off the core             the loop's thread enters its own set
+//   2. interrupts   IRQs, their default            what is left: the tick, and what is bound to the core
+//      RPS, XPS     network softirqs
+//      workqueues, watchdog, vmstat                kernel threads that would come back
+//   3. governor, idle states                       no wake-up from deep sleep, no slow clock
+//   4. RT throttling, fair server                  last: only when 1 succeeded is nobody left on the core to starve
+//
+// Undone in the opposite order (machine_settings.h). What the machine does not have or refuses is a note, not a failure.
+//
+// Two generations of cpusets. v1: everything in the root set moves to `qduino-system` (all other cores), the core gets a
+// set `qduino-core<N>` of its own, exclusive, and the root stops balancing over both. v2: a threaded child of the
+// root becomes an isolated partition; by that alone all others lose the core.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "base/fixed_string.h"
+#include "base/result.h"
+#include "base/time.h"
+#include "board/linux/cpu_list.h"
+#include "board/linux/machine_settings.h"
+
+namespace qduino::board::linux {
+
+struct IsolationOptions {
+    std::vector<int> cores;  ///< to be owned
+    int cpus = 1;            ///< of the machine
+    bool lift_throttling = true;
+    std::string root;  ///< precedes /proc, /sys and /dev (tests)
+};
+
+class Isolation {
+  public:
+    Isolation() = default;  ///< owns nothing
+
+    /// Makes the changes, through `settings`, which undoes them. Setup-time. Error: out_of_range (no core would be left for
+    /// the rest).
+    static Result<Isolation> begin(MachineSettings& settings, const IsolationOptions& options);
+
+    /// Puts the thread `tid` of this process into the owned core's set; it must pin itself afterwards.
+    Result<void> adopt(int core, pid_t tid) const;
+
+    [[nodiscard]] bool owns(int core) const { return owned_.has(core); }
+    /// Nobody else's task can run on the owned cores.
+    [[nodiscard]] bool exclusive() const { return cpusets_ != Cpusets::none; }
+    [[nodiscard]] bool throttling_lifted() const { return throttling_lifted_; }
+    [[nodiscard]] int interrupts_moved() const { return interrupts_moved_; }
+    /// What could not be had, each with why.
+    [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+
+  private:
+    enum class Cpusets { none, v1, v2 };
+
+    void take_cores_v1(MachineSettings& settings);
+    void take_cores_v2(MachineSettings& settings);
+    void shrink_other_sets_v1(MachineSettings& settings, const std::string& top);
+    void move_interrupts(MachineSettings& settings);
+    void move_network(MachineSettings& settings);
+    void move_kernel_work(MachineSettings& settings);
+    void stay_awake(MachineSettings& settings);
+    void lift_throttling(MachineSettings& settings);
+    bool try_change(MachineSettings& settings, const std::string& path, std::string_view text,
+                    std::string_view what);
+    [[nodiscard]] std::string at(std::string_view path) const { return options_.root + std::string{path}; }
+
+    IsolationOptions options_;
+    CpuList owned_;
+    CpuList rest_;
+    UniqueFd latency_;  // /dev/cpu_dma_latency, held open
+    Cpusets cpusets_ = Cpusets::none;
+    bool throttling_lifted_ = false;
+    int interrupts_moved_ = 0;
+    std::vector<std::string> notes_;
+};
+
+}  // namespace qduino::board::linux

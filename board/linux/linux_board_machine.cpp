@@ -1,0 +1,208 @@
+// What the Linux board does to the machine, and what it says of it: owned cores, routed interrupts, the guarantee.
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <string>
+
+#include "board/linux/device_interrupts.h"
+#include "board/linux/linux_board.h"
+#include "board/linux/overheads.h"
+
+namespace qduino::board::linux {
+namespace {
+
+void join(FixedString<200>& text, std::string_view more) {
+    if (more.empty()) return;
+    if (!text.empty()) text.append("; ");
+    text.append(more);
+}
+
+/// The kernel never stops real-time threads to let ordinary ones run.
+bool throttling_is_off(const std::string& root) {
+    const auto text = read_small_file(root + "/proc/sys/kernel/sched_rt_runtime_us");
+    return text && text->rfind("-1", 0) == 0;
+}
+
+}  // namespace
+
+// ---- changes to the machine -----------------------------------------------------------------------------
+
+Result<void> LinuxBoard::open_settings() {
+    if (settings_.active()) return {};
+    auto opened = MachineSettings::open(config_.settings_state);
+    if (!opened) return opened.error();
+    settings_ = std::move(*opened);
+    return {};
+}
+
+/// Notes the cores in use; isolates and probes those that a loop owns.
+void LinuxBoard::take_cores(std::span<const VcpuSpec> specs) {
+    IsolationOptions options;
+    options.cpus = core_count_;
+    options.lift_throttling = config_.lift_throttling;
+    options.root = config_.sysfs_root;
+    for (const VcpuSpec& spec : specs) {
+        const auto known = [&](const UsedCore& used) { return used.core == spec.core; };
+        if (std::none_of(cores_.begin(), cores_.end(), known)) {
+            cores_.push_back({spec.core, spec.owns_core, {}, interrupts_of(spec.core, config_.sysfs_root)});
+        }
+        if (spec.owns_core) options.cores.push_back(spec.core);
+    }
+    if (config_.isolate && !options.cores.empty()) {
+        Result<void> done = open_settings();
+        if (done) {
+            auto begun = Isolation::begin(settings_, options);
+            if (begun) isolation_ = std::move(*begun);
+            if (!begun) done = begun.error();
+        }
+        if (!done) isolation_shortfall_ = done.error().message.view();
+    }
+    const bool probe = config_.real_time && config_.probe_duration > Nanoseconds{0};
+    for (UsedCore& used : cores_) {
+        if (!used.owned || !probe) continue;
+        const auto enter = [&] {
+            if (isolation_.owns(used.core)) {
+                static_cast<void>(isolation_.adopt(used.core, static_cast<pid_t>(::syscall(SYS_gettid))));
+            }
+        };
+        used.probe = probe_core(used.core, config_.probe_duration, config_.priority_highest, enter);
+        used.interrupts_at_start = interrupts_of(used.core, config_.sysfs_root);
+    }
+}
+
+Result<void> LinuxBoard::serve_interrupts(DeviceClass device, VcpuId io) {
+    for (std::size_t i = 0; i < served_by_.size(); ++i) {
+        if (device == DeviceClass::all || i == static_cast<std::size_t>(device)) served_by_[i] = io;
+    }
+    return {};
+}
+
+void LinuxBoard::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
+    for (std::size_t i = 0; i < served_by_.size(); ++i) {
+        if (served_by_[i] == kNoVcpu) continue;
+        const auto spec =
+            std::find_if(specs.begin(), specs.end(), [&](const auto& s) { return s.id == served_by_[i]; });
+        if (spec == specs.end()) continue;
+        const auto device = static_cast<DeviceClass>(i);
+        FixedString<160>& note = served_note_[i];
+        note.append(name_of(device)).append(": ");
+        const auto threads = bottom_halves_of(device, config_.sysfs_root);
+        if (threads.empty()) {
+            note.append("its bottom halves are no threads of this kernel: boot with threadirqs");
+            if (device == DeviceClass::nic) note.append(", or set threaded in /sys/class/net/DEV");
+            continue;
+        }
+        Result<void> done = open_settings();
+        for (const BottomHalf& thread : threads) {
+            if (done)
+                done =
+                    settings_.schedule_thread(thread.tid, std::max(1, priority_of(*spec, specs)), spec->core);
+        }
+        if (done) {
+            note.append(std::to_string(threads.size()))
+                .append(" kernel threads at its priority; budget not enforced");
+        } else {
+            note.append(done.error().message.view());
+        }
+    }
+}
+
+Result<void> LinuxBoard::route_interrupts(DeviceClass device, int core, bool allowed) {
+    if (core < 0 || core >= core_count_) return make_error(ErrorCode::invalid_argument, "no such core");
+    const std::string name = name_of(device);
+    if (interrupts_of_class(device, config_.sysfs_root).empty()) {
+        return make_error(ErrorCode::not_found, name + ": no interrupt of this device class on this machine");
+    }
+    if (auto opened = open_settings(); !opened) return opened;
+    int stuck = 0;
+    const int moved = route_class(settings_, device, core, core_count_, allowed, stuck, config_.sysfs_root);
+    if (stuck == 0 || moved > 0) return {};
+    return make_error(ErrorCode::not_permitted,
+                      name + ": the kernel does not let its interrupts be moved (not root, or managed)");
+}
+
+Result<void> LinuxBoard::core_timer(int core, bool enabled) {
+    const bool tickless = tickless_cores(config_.sysfs_root).has(core);
+    if (tickless != enabled) return {};  // as it is
+    const std::string number = std::to_string(core);
+    return make_error(
+        ErrorCode::unsupported,
+        tickless ? "the kernel was booted to stop the tick of core " + number + " by itself"
+                 : "the tick of core " + number + " stops only when booted with nohz_full=" + number);
+}
+
+sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
+    if (!overheads_) overheads_ = measure_overheads();
+    return *overheads_;
+}
+
+// ---- what holds -----------------------------------------------------------------------------------------
+
+LoopGuarantee LinuxBoard::guarantee_of(const VcpuThread& thread) const {
+    const VcpuSpec& spec = thread.spec();
+    LoopGuarantee loop;
+    loop.id = spec.id;
+    loop.core = spec.core;
+    loop.budget = spec.budget;
+    loop.period = spec.period;
+    loop.priority_enforced = thread.real_time() && thread.pinned();
+    loop.budget_enforced = thread.budget_kept() || spec.owns_core;
+    const bool alone = isolation_.owns(spec.core) && isolation_.exclusive() && loop.priority_enforced;
+    loop.core_owned = spec.owns_core && alone && throttling_is_off(config_.sysfs_root);
+    join(loop.shortfall, thread.shortfall().view());
+    if (!config_.real_time) join(loop.shortfall, "SCHED_FIFO was not asked for");
+    if (!config_.enforce_budgets && !spec.owns_core)
+        join(loop.shortfall, "budgets are not enforced, as configured");
+    if (spec.owns_core && !config_.isolate) {
+        join(loop.shortfall, "its core is open to others: let the board isolate it, as root");
+    } else if (spec.owns_core && !isolation_shortfall_.empty()) {
+        join(loop.shortfall, isolation_shortfall_);
+    } else if (spec.owns_core && !loop.core_owned) {
+        join(loop.shortfall,
+             alone ? "RT throttling may take 50 ms of each second" : "others may run on its core");
+    }
+    for (std::size_t i = 0; i < served_by_.size(); ++i) {
+        if (served_by_[i] == spec.id) join(loop.shortfall, served_note_[i].view());
+    }
+    return loop;
+}
+
+CoreGuarantee LinuxBoard::guarantee_of_core(int core) const {
+    const auto used =
+        std::find_if(cores_.begin(), cores_.end(), [&](const UsedCore& u) { return u.core == core; });
+    CoreGuarantee report;
+    report.core = core;
+    report.tick_stopped = used->owned && tickless_cores(config_.sysfs_root).has(core);
+    report.throttling_lifted = throttling_is_off(config_.sysfs_root);
+    const auto interrupts = interrupts_of(core, config_.sysfs_root);
+    const Nanoseconds running = monotonic_now() - started_at_;
+    if (used->probe) {
+        report.worst_gap = used->probe->worst_gap;
+        report.interrupts_per_second = used->probe->interrupts_per_second;
+    }
+    if (interrupts && used->interrupts_at_start &&
+        running > 100ms) {  // what really came since, once that says something
+        report.interrupts_per_second =
+            static_cast<double>(*interrupts - *used->interrupts_at_start) / to_seconds(running);
+    }
+    if (!used->owned) return report;
+    if (!report.tick_stopped) {
+        report.note.append("to stop its tick, boot with nohz_full=").append(std::to_string(core));
+    }
+    for (const std::string& note : isolation_.notes()) join(report.note, note);
+    return report;
+}
+
+GuaranteeReport LinuxBoard::guarantee() {
+    GuaranteeReport report;
+    report.board = config_.real_time ? "linux, SCHED_FIFO" : "linux, best effort";
+    report.memory_locked = memory_locked_;
+    for (const auto& thread : threads_) report.loops.push_back(guarantee_of(*thread));
+    for (const UsedCore& used : cores_) {
+        if (!report.cores.full()) report.cores.push_back(guarantee_of_core(used.core));
+    }
+    return report;
+}
+
+}  // namespace qduino::board::linux

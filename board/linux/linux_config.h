@@ -1,0 +1,78 @@
+// What the Linux board is told when it opens: which devices are behind its pins and buses, how far it may go
+// with the machine. Plain data; an app fills it in.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+#include "board/types.h"
+
+namespace qduino::board::linux {
+
+/// A pin that is a line of a kernel GPIO chip.
+struct GpioLine {
+    PinId pin;
+    unsigned chip = 0;  ///< N of /dev/gpiochipN
+    unsigned line = 0;  ///< offset on that chip
+};
+/// A pin whose PWM is made by a kernel PWM channel.
+struct PwmChannel {
+    PinId pin;
+    unsigned chip = 0;  ///< N of /sys/class/pwm/pwmchipN
+    unsigned channel = 0;
+    Nanoseconds period = 1ms;
+};
+/// An analog pin that is a channel of a kernel IIO device.
+struct AnalogChannel {
+    PinId pin;
+    unsigned device = 0;   ///< N of /sys/bus/iio/devices/iio:deviceN
+    unsigned channel = 0;  ///< in_voltageN_raw
+    double full_scale = 4095;
+};
+/// I2C bus `bus` of the sketch is /dev/i2c-`adapter`.
+struct I2cPort {
+    I2cBus bus;
+    unsigned adapter = 0;
+};
+/// SPI bus `bus` of the sketch is /dev/spidev`controller`.`chip_select`.
+struct SpiPort {
+    SpiBus bus;
+    unsigned controller = 0;
+    unsigned chip_select = 0;
+};
+
+struct LinuxConfig {
+    /// File of virtual pins (pins_layout.h); empty: none. Pins and buses not named below are virtual.
+    std::string pins_path;
+    std::vector<GpioLine> gpio;
+    std::vector<PwmChannel> pwm;
+    std::vector<AnalogChannel> analog;
+    std::vector<I2cPort> i2c;
+    std::vector<SpiPort> spi;
+
+    bool real_time = true;        ///< ask for SCHED_FIFO; what is refused is in the guarantee report
+    bool lock_memory = true;      ///< mlockall: no page fault after start
+    bool enforce_budgets = true;  ///< a loop that has spent its budget sleeps until its replenishment
+    int priority_highest = 80;    ///< of the shortest period; 1…99
+    int priority_lowest = 40;     ///< longer periods than there are priorities share this one
+    std::size_t stack_bytes = std::size_t{1} << 20;  ///< of each VCPU, faulted in before it starts
+
+    bool handle_signals =
+        true;  ///< SIGINT, SIGTERM stop the board; fatal signals force the safe states first
+    /// A loop is taken for hung when it was neither heard of for so long, nor said it would sleep or spin
+    /// longer.
+    Nanoseconds heartbeat_bound = 500ms;
+
+    /// Take everything else off the cores that loops own (isolation.h). Changes the machine; undone at the end.
+    bool isolate = false;
+    /// Lift the kernel's limit of 95 % real-time per second, and its fair server, while a core is owned and empty.
+    bool lift_throttling = true;
+    /// Where changes to the machine are recorded, for the supervisor and `qduino restore`.
+    std::string settings_state = "/run/qduino/settings.state";
+    /// Each owned core is probed by a bare spin of so long before its loop starts; 0: not.
+    Nanoseconds probe_duration = 100ms;
+    std::string sysfs_root;  ///< prefix of /sys and /proc, for tests
+};
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,84 @@
+#include "board/linux/overheads.h"
+
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+
+#include "board/linux/clock.h"
+
+// glibc names the field only from 2.38 on.
+#ifndef sigev_notify_thread_id
+#define sigev_notify_thread_id _sigev_un._tid
+#endif
+
+namespace qduino::board::linux {
+namespace {
+
+constexpr std::size_t kSamples = 33;
+using Samples = std::array<Nanoseconds, kSamples>;
+
+Nanoseconds median(Samples& samples) {
+    std::nth_element(samples.begin(), samples.begin() + kSamples / 2, samples.end());
+    return samples[kSamples / 2];
+}
+
+/// CPU time of the way into a sleep and out of it again.
+Nanoseconds sleep_cost() {
+    Samples samples;
+    for (Nanoseconds& sample : samples) {
+        const Nanoseconds before = thread_cpu_time();
+        block_until(monotonic_now() + 100us);
+        sample = thread_cpu_time() - before;
+    }
+    return median(samples);
+}
+
+extern "C" void on_sample(int) {}
+
+/// The gap that a timer's signal to the thread itself makes in a spin.
+Nanoseconds signal_cost() {
+    const int signal = SIGRTMIN + 4;
+    struct sigaction action {};
+    struct sigaction before {};
+    action.sa_handler = on_sample;
+    sigemptyset(&action.sa_mask);
+    ::sigaction(signal, &action, &before);
+    sigevent event{};
+    event.sigev_notify = SIGEV_THREAD_ID;
+    event.sigev_signo = signal;
+    event.sigev_notify_thread_id = static_cast<pid_t>(::syscall(SYS_gettid));
+    timer_t timer{};
+    Samples samples{};
+    if (::timer_create(CLOCK_MONOTONIC, &event, &timer) == 0) {
+        for (Nanoseconds& sample : samples) {
+            itimerspec soon{};
+            soon.it_value.tv_nsec = 30'000;
+            ::timer_settime(timer, 0, &soon, nullptr);
+            const Instant end = monotonic_now() + 100us;
+            for (Instant last = monotonic_now(); last < end;) {
+                const Instant now = monotonic_now();
+                sample = std::max(sample, now - last);
+                last = now;
+            }
+        }
+        ::timer_delete(timer);
+    }
+    ::sigaction(signal, &before, nullptr);
+    return median(samples);
+}
+
+}  // namespace
+
+sched::PlatformOverheads measure_overheads() {
+    sched::PlatformOverheads overheads;
+    overheads.release_cost = sleep_cost();
+    overheads.enforcement_cost =
+        signal_cost() + overheads.release_cost;  // the signal, then a sleep in its handler
+    return overheads;
+}
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,13 @@
+// What the platform takes of a loop's budget, measured on this machine: for admission (sched/admission.h).
+#pragma once
+
+#include "sched/admission.h"
+
+namespace qduino::board::linux {
+
+/// Medians over some 10 ms of sleeping and of timer signals on the calling thread. The kernel's fair server is left out:
+/// it runs above real-time threads only on a core where ordinary ones have found no room for a second, and the budgets that
+/// are enforced leave them that (DESIGN §5 admits no shared core to 100 % of all time).
+[[nodiscard]] sched::PlatformOverheads measure_overheads();
+
+}  // namespace qduino::board::linux

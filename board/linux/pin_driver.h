@@ -1,0 +1,75 @@
+// What stands behind a pin or a bus on the Linux board: virtual devices in shared memory, or the kernel's
+// real ones.
+//
+//   LinuxBoard ──► PinDriver   VirtualPins · GpioPin · PwmPin · AnalogPin
+//              ──► I2cDriver   VirtualPins · I2cDevice
+//              ──► SpiDriver   VirtualPins · SpiDevice
+//
+// Which pin has which driver is decided once, when the board opens; a call costs one indirect jump.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "base/result.h"
+#include "board/types.h"
+
+namespace qduino::board::linux {
+
+/// What the board says of a pin that has no driver.
+inline Error nothing_at(PinId pin) {
+    Error error{ErrorCode::invalid_argument, "pin "};
+    error.message.append(std::to_string(pin.number));
+    error.message.append(" is connected to nothing: name its line, or use virtual pins");
+    return error;
+}
+
+/// Edges that a pin has ever seen; counts wrap.
+struct EdgeCounts {
+    std::uint32_t rising = 0;
+    std::uint32_t falling = 0;
+};
+
+/// What a pin driver says to what its pin cannot do.
+inline Error pin_cannot(std::string_view what) {
+    Error error{ErrorCode::unsupported, "this pin has no "};
+    error.message.append(what).append(": use another pin, or name a device for it");
+    return error;
+}
+
+/// Real-time safe after set_mode(), unless a driver says otherwise. `vcpu` is the caller.
+class PinDriver {
+  public:
+    virtual ~PinDriver() = default;
+    virtual Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) = 0;  ///< setup-time
+    virtual void write(VcpuId vcpu, PinId pin, Level level) = 0;
+    [[nodiscard]] virtual Level read(VcpuId vcpu, PinId pin) = 0;
+    virtual Result<void> write_pwm(VcpuId, PinId, double) { return pin_cannot("PWM"); }
+    [[nodiscard]] virtual Result<double> read_analog(VcpuId, PinId) { return pin_cannot("analog input"); }
+    /// From now on edges are counted. Setup-time.
+    virtual Result<void> watch_edges(PinId) { return pin_cannot("interrupts"); }
+    /// Edges counted so far. From one thread.
+    [[nodiscard]] virtual EdgeCounts edges(PinId) { return {}; }
+    /// Becomes readable when edges() would change; −1: none, VirtualPins::wait_input_change() tells instead.
+    [[nodiscard]] virtual int edge_descriptor(PinId) { return -1; }
+    /// Remembers the level that the pin is forced to. Setup-time.
+    virtual Result<void> set_safe_state(PinId pin, Level level) = 0;
+    /// Forces every pin with a safe state. Async-signal-safe, at most once per process.
+    virtual void force_safe_states() = 0;
+};
+
+class I2cDriver {
+  public:
+    virtual ~I2cDriver() = default;
+    virtual Result<void> transfer(VcpuId vcpu, I2cBus bus, I2cAddress address,
+                                  std::span<const std::uint8_t> out, std::span<std::uint8_t> in) = 0;
+};
+
+class SpiDriver {
+  public:
+    virtual ~SpiDriver() = default;
+    virtual Result<void> transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
+                                  std::span<std::uint8_t> data) = 0;
+};
+
+}  // namespace qduino::board::linux

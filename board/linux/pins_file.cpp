@@ -1,0 +1,126 @@
+#include "board/linux/pins_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <new>
+
+#include "base/contract.h"
+#include "board/linux/clock.h"
+#include "board/linux/system_error.h"
+
+namespace qduino::board::linux {
+namespace {
+
+const char* name_of(PinsRole role) {
+    switch (role) {
+        case PinsRole::machine:
+            return "machine";
+        case PinsRole::sketch:
+            return "sketch";
+        case PinsRole::supervisor:
+            return "supervisor";
+    }
+    return "?";
+}
+
+/// Takes the role's byte of the file. The lock belongs to the open file description: it ends with the
+/// process.
+Result<void> take_role(int fd, PinsRole role, const std::string& path) {
+    struct flock lock {};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    lock.l_start = static_cast<off_t>(role);
+    lock.l_len = 1;
+    if (::fcntl(fd, F_OFD_SETLK, &lock) == 0) return {};
+    if (errno != EAGAIN && errno != EACCES) return system_error("lock", path);
+    Error error{ErrorCode::unavailable, "another "};
+    error.message.append(name_of(role)).append(" is alive on the pins ").append(path);
+    error.message.append(": stop it first, or use another file");
+    return error;
+}
+
+Error not_a_pins_file(const std::string& path, std::string_view why) {
+    Error error{ErrorCode::corrupt, std::string_view{path}};
+    error.message.append(" is not a file of virtual pins: ").append(why);
+    return error;
+}
+
+Result<void> check_head(const PinsLayout& layout, std::size_t file_bytes, const std::string& path) {
+    if (layout.magic.load(std::memory_order_acquire) != kPinsMagic)
+        return not_a_pins_file(path, "wrong magic");
+    if (layout.version != kPinsVersion) {
+        Error error{ErrorCode::unsupported, std::string_view{path}};
+        error.message.append(" has another version of the pins layout: rebuild, and restart the machine");
+        return error;
+    }
+    if (layout.size != kPinsFileSize || file_bytes != kPinsFileSize)
+        return not_a_pins_file(path, "wrong size");
+    return {};
+}
+
+}  // namespace
+
+Result<Mapping> map_shared(int fd, std::size_t offset, std::size_t bytes, bool populate) {
+    void* address = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | (populate ? MAP_POPULATE : 0),
+                           fd, static_cast<off_t>(offset));
+    if (address == MAP_FAILED) return system_error("map", "shared memory");
+    return Mapping{address, bytes};
+}
+
+Result<PinsFile> PinsFile::create(const std::string& path) {
+    {  // A living machine on this path keeps it.
+        const UniqueFd old{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
+        if (old.valid()) {
+            if (auto taken = take_role(old.get(), PinsRole::machine, path); !taken) return taken.error();
+        }
+    }
+    const std::string fresh = path + "." + std::to_string(::getpid());
+    PinsFile file;
+    file.fd_ = UniqueFd{::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)};
+    if (!file.fd_.valid()) return system_error("create", fresh);
+    if (::ftruncate(file.fd_.get(), static_cast<off_t>(kPinsFileSize)) != 0)
+        return system_error("size", fresh);
+    if (auto taken = take_role(file.fd_.get(), PinsRole::machine, path); !taken) return taken.error();
+    auto head = map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true);
+    if (!head) return head.error();
+    file.head_ = std::move(*head);
+
+    auto* layout = new (file.head_.as<void>()) PinsLayout;
+    layout->version = kPinsVersion;
+    layout->size = kPinsFileSize;
+    layout->machine_session = static_cast<std::uint64_t>(to_ns(monotonic_now()));
+    layout->machine_pid = static_cast<std::uint32_t>(::getpid());
+    layout->magic.store(kPinsMagic, std::memory_order_release);
+    if (::rename(fresh.c_str(), path.c_str()) != 0) {
+        const Error error = system_error("rename", fresh);
+        ::unlink(fresh.c_str());
+        return error;
+    }
+    return file;
+}
+
+Result<PinsFile> PinsFile::open(const std::string& path, PinsRole role) {
+    PinsFile file;
+    file.fd_ = UniqueFd{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
+    if (!file.fd_.valid()) return system_error("open the virtual pins", path);
+    struct stat status {};
+    if (::fstat(file.fd_.get(), &status) != 0) return system_error("look at", path);
+    const auto bytes = static_cast<std::size_t>(status.st_size);
+    if (bytes < sizeof(PinsLayout)) return not_a_pins_file(path, "too short");
+    auto head = map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true);
+    if (!head) return head.error();
+    file.head_ = std::move(*head);
+    if (auto checked = check_head(file.layout(), bytes, path); !checked) return checked.error();
+    if (auto taken = take_role(file.fd_.get(), role, path); !taken) return taken.error();
+    return file;
+}
+
+Result<Mapping> PinsFile::map_ring(int writer, bool populate) const {
+    QDUINO_EXPECT(writer >= 0 && writer < kWriterCount);
+    return map_shared(fd_.get(), ring_offset(writer), ring_bytes(writer), populate);
+}
+
+}  // namespace qduino::board::linux

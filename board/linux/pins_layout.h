@@ -1,0 +1,199 @@
+// The virtual hardware between a sketch and a virtual machine: one shared-memory file, laid out here and
+// nowhere else.
+//
+//        sketch process                      shared file                          machine process (twin)
+//   ┌───────────────────┐        ┌──────────────────────────────┐            ┌────────────────────────────┐
+//   │ loop 1 ── edges ──┼───────►│ ring of VCPU 1               │            │                            │
+//   │ loop 2 ── edges ──┼───────►│ ring of VCPU 2 (wide: owner) ├─ merged ──►│ Peripherals::pin_written … │
+//   │ loop 3 ── edges ──┼───────►│ ring of VCPU 3               │  by time   │                            │
+//   │        pin_read ◄─┼────────┤ input levels, edge counts    │◄───────────┤ Peripherals::pin_level     │
+//   │  i2c / spi / adc ◄┼───────►│ mailbox of each VCPU         │◄──────────►│ Peripherals::i2c_transfer …│
+//   └───────────────────┘        │ output latches, safe states, │            └────────────────────────────┘
+//   ┌───────────────────┐        │ heartbeats                   │
+//   │ supervisor ─ edges┼───────►│ ring of the supervisor       │
+//   └───────────────────┘        └──────────────────────────────┘
+//
+// The machine side creates the file and outlives the sketch. Every writer has its own single-writer ring, so
+// no loop can ever wait for another; a full ring loses the edge and counts it, and the writer goes on.
+//
+// Order across rings. Events carry CLOCK_MONOTONIC, common to all processes. A writer raises `writing`
+// *before* it reads the clock and lowers it after the push:
+//
+//   writer   ──[writing:=1]──(t := now)──[push t]──[writing:=0]──
+//   machine  ──(h := now)──[writing == 0?]──[drain the ring up to h]──
+//
+// If the machine, having read h, sees `writing` low, then whatever is not yet in the ring will carry a time
+// after h: the merge up to h is exact, without a guessed safety lag. (The store of `writing` and the reading
+// of the clock must not pass each other: the store is sequentially consistent and the vDSO's clock read is
+// ordered.) A writer that is preempted, throttled or killed in between holds the horizon back for at most
+// kWriterHold, then the others go on without it.
+//
+// Whose file: the machine holds an OFD lock on byte 0, the sketch on byte 1, the supervisor on byte 2. The
+// kernel drops them with the process, however it died: a second sketch is refused while one lives, never
+// after.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/time.h"
+#include "board/types.h"
+#include "channel/ring_buffer.h"
+
+namespace qduino::board::linux {
+
+inline constexpr std::uint32_t kPinsMagic = 0x51445049;  // "QDPI"
+inline constexpr std::uint32_t kPinsVersion = 1;
+
+enum class PinEventKind : std::uint8_t { level = 1, pwm = 2 };
+
+struct PinEvent {
+    std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
+    std::uint16_t pin = 0;
+    PinEventKind kind = PinEventKind::level;
+    Level level = Level::low;  ///< of kind level
+    float duty = 0;            ///< of kind pwm, 0…1
+};
+static_assert(sizeof(PinEvent) == 16);
+
+/// 2 MB: 1.3 s at 100 000 edges/s. Every VCPU has one.
+using NarrowRing = channel::RingBuffer<PinEvent, std::size_t{1} << 17>;
+/// 16 MB: 10 s at 100 000 edges/s. For loops that own a core and play pulses.
+using WideRing = channel::RingBuffer<PinEvent, std::size_t{1} << 20>;
+
+// Writers: one per VCPU, the sketch's last will (its fatal-signal handler), the supervisor, and the wide
+// ones.
+inline constexpr int kWillWriter = kVcpuLimit;
+inline constexpr int kSupervisorWriter = kVcpuLimit + 1;
+inline constexpr int kNarrowWriters = kVcpuLimit + 2;
+inline constexpr int kWideWriters = 4;
+inline constexpr int kWriterCount = kNarrowWriters + kWideWriters;
+
+/// How long a writer that stopped in the middle of a write holds the others back.
+inline constexpr Nanoseconds kWriterHold = 5ms;
+/// How long a bus transaction waits for the machine before it fails with timed_out.
+inline constexpr Nanoseconds kBusTimeout = 50ms;
+
+struct alignas(channel::kCacheLine) WriterSlot {
+    std::atomic<std::uint32_t> in_use{
+        0};  ///< 0: never; else 1 + VcpuId. Its ring is touched only once this is set
+    std::atomic<std::uint32_t> writing{0};  ///< between reading the clock and the push
+    std::atomic<std::uint64_t> lost{0};     ///< edges that found the ring full
+};
+
+/// Written by the sketch (and the supervisor).
+struct OutputPin {
+    std::atomic<std::uint8_t> mode{0};   ///< 0: never set; else 1 + PinMode
+    std::atomic<std::uint8_t> level{0};  ///< the output latch
+    std::atomic<std::uint8_t> pwm{0};    ///< 1: the last write was a PWM duty
+    std::atomic<std::uint8_t> safe{0};   ///< 0: none; else 1 + Level
+    /// The kernel line behind this pin when it is real, so that a supervisor can take it over: 0, or
+    /// 1 + line + (chip << 16).
+    std::atomic<std::uint32_t> line{0};
+};
+
+/// Written by the machine.
+struct InputPin {
+    std::atomic<std::uint32_t> level{0};
+    std::atomic<std::uint32_t> rising{0};  ///< edges ever published
+    std::atomic<std::uint32_t> falling{0};
+};
+
+/// A promise of a loop: "you will hear of me by then".
+struct alignas(channel::kCacheLine) Heartbeat {
+    std::atomic<std::int64_t> expected_by_ns{0};  ///< CLOCK_MONOTONIC; 0: this loop is not watched
+    std::atomic<std::uint64_t> count{0};
+};
+
+inline constexpr std::size_t kMailBytes = 1024;  ///< largest bus transaction, each way
+inline constexpr std::size_t kMailWords = kMailBytes / sizeof(std::uint64_t);
+
+enum class MailKind : std::uint8_t { sync = 1, i2c = 2, spi = 3, analog = 4 };
+
+/// What precedes the bytes of a request. Trivially copyable; crosses as words.
+struct MailHead {
+    MailKind kind = MailKind::sync;
+    std::uint8_t bus = 0;
+    std::uint8_t address = 0;
+    std::uint8_t spi_mode = 0;
+    std::uint32_t spi_clock_hz = 0;
+    std::uint16_t pin = 0;
+    std::uint16_t out_size = 0;
+    std::uint16_t in_size = 0;
+    std::uint8_t spi_lsb_first = 0;
+    std::uint8_t reserved = 0;
+};
+static_assert(sizeof(MailHead) == 16);
+
+/// One transaction at a time of one VCPU. Even sequence numbers only: odd means that the request is being
+/// written. Bytes are copied as relaxed atomic words and the sequence is looked at again after the copy (a
+/// seqlock), because a client that gave up may write its next request while the machine still reads the last.
+struct alignas(channel::kCacheLine) Mailbox {
+    std::atomic<std::uint32_t> request{0};  ///< sequence of the latest request
+    std::array<std::atomic<std::uint64_t>, 2> head{};
+    std::array<std::atomic<std::uint64_t>, kMailWords> out{};
+
+    alignas(channel::kCacheLine) std::atomic<std::uint32_t> reply{0};  ///< sequence that `in` answers; futex
+    std::atomic<std::uint32_t> failed{0};       ///< 0, or 1 + ErrorCode; then `in` holds the error's text …
+    std::atomic<std::uint32_t> text_size{0};    ///< … of so many bytes
+    std::atomic<std::uint64_t> analog_bits{0};  ///< the double of an analog reply
+    std::array<std::atomic<std::uint64_t>, kMailWords> in{};
+};
+
+/// Why a sketch is no more.
+enum class SketchDeath : std::uint32_t { none = 0, died = 1, hung = 2 };
+
+/// The head of the file. The rings follow it, each mapped only by who uses it (ring_offset()).
+struct PinsLayout {
+    std::atomic<std::uint32_t> magic{0};  ///< written last by the creator
+    std::uint32_t version = 0;
+    std::uint64_t size = 0;  ///< of the whole file
+    std::uint64_t machine_session = 0;
+    std::atomic<std::uint32_t> machine_pid{0};
+    std::atomic<std::int64_t> machine_alive_ns{0};  ///< CLOCK_MONOTONIC of the machine's last poll
+
+    std::atomic<std::uint32_t> sketch_pid{0};
+    std::atomic<std::uint64_t> sketch_session{0};  ///< counts sketches that attached
+    std::atomic<std::uint32_t> sketch_dead{
+        0};  ///< SketchDeath; set by the supervisor, cleared by the next sketch
+    /// Shortest bound of a heartbeat; set by the supervisor before it starts the sketch. 0: nobody watches.
+    std::atomic<std::int64_t> heartbeat_bound_ns{0};
+
+    alignas(channel::kCacheLine) std::atomic<std::uint32_t> doorbell{0};  ///< futex: a request has come
+    alignas(channel::kCacheLine) std::atomic<std::uint32_t> input_changes{
+        0};  ///< futex: an input pin changed
+    std::atomic<std::uint32_t> input_waiters{0};
+
+    alignas(channel::kCacheLine) std::array<OutputPin, kPinCount> outputs{};
+    alignas(channel::kCacheLine) std::array<InputPin, kPinCount> inputs{};
+    std::array<Heartbeat, kVcpuLimit> heartbeats{};
+    std::array<WriterSlot, kWriterCount> writers{};
+    std::array<Mailbox, kVcpuLimit> mail{};
+};
+
+static_assert(std::atomic<std::uint8_t>::is_always_lock_free &&
+              std::atomic<std::int64_t>::is_always_lock_free);
+
+// ---- where the rings are --------------------------------------------------------------------------------
+inline constexpr std::size_t kPinsPage = std::size_t{1}
+                                         << 16;  // a multiple of every page size in use (4–64 KiB)
+constexpr std::size_t round_to_page(std::size_t bytes) {
+    return (bytes + kPinsPage - 1) / kPinsPage * kPinsPage;
+}
+
+constexpr bool is_wide(int writer) { return writer >= kNarrowWriters; }
+constexpr std::size_t ring_bytes(int writer) {
+    return round_to_page(is_wide(writer) ? sizeof(WideRing) : sizeof(NarrowRing));
+}
+constexpr std::size_t ring_offset(int writer) {
+    const std::size_t first = round_to_page(sizeof(PinsLayout));
+    if (!is_wide(writer)) return first + static_cast<std::size_t>(writer) * ring_bytes(0);
+    return first + kNarrowWriters * ring_bytes(0) +
+           static_cast<std::size_t>(writer - kNarrowWriters) * ring_bytes(kNarrowWriters);
+}
+/// The file is sparse: only rings that are used take memory.
+inline constexpr std::size_t kPinsFileSize = ring_offset(kWriterCount);
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,236 @@
+#include "board/linux/pins_server.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "board/linux/clock.h"
+#include "board/linux/futex.h"
+#include "board/linux/mail_words.h"
+
+namespace qduino::board::linux {
+namespace {
+
+/// A writer is between its flag and its push for some 30 ns: looking again a few times nearly always finds it
+/// done.
+bool seen_quiet(const WriterSlot& slot) {
+    for (int look = 0; look < 64; ++look) {
+        if (slot.writing.load(std::memory_order_seq_cst) == 0) return true;
+    }
+    return false;
+}
+
+bool is_input(std::uint8_t mode) {
+    if (mode == 0) return false;
+    const auto asked = static_cast<PinMode>(mode - 1);
+    return asked == PinMode::input || asked == PinMode::input_pullup || asked == PinMode::input_pulldown;
+}
+
+/// A copy of a request, or false when it changed under the hands.
+struct Request {
+    MailHead head;
+    std::array<std::uint8_t, kMailBytes> out{};
+};
+bool take_request(const Mailbox& mail, std::uint32_t sequence, Request& request) {
+    std::array<std::uint8_t, sizeof(MailHead)> bytes{};
+    load_words(mail.head, bytes);
+    std::memcpy(&request.head, bytes.data(), sizeof request.head);
+    if (request.head.out_size > kMailBytes || request.head.in_size > kMailBytes) return false;
+    load_words(mail.out, {request.out.data(), request.head.out_size});
+    return mail.request.load(std::memory_order_relaxed) == sequence;
+}
+
+}  // namespace
+
+// ---- sources --------------------------------------------------------------------------------------------
+
+const PinEvent* PinsServer::Source::front() {
+    return wide ? ring.as<WideRing>()->front() : ring.as<NarrowRing>()->front();
+}
+void PinsServer::Source::pop() { wide ? ring.as<WideRing>()->pop() : ring.as<NarrowRing>()->pop(); }
+
+Result<PinsServer> PinsServer::create(const std::string& path) {
+    auto file = PinsFile::create(path);
+    if (!file) return file.error();
+    PinsServer server;
+    server.file_ = std::move(*file);
+    return server;
+}
+
+void PinsServer::find_new_sources(Instant now) {
+    for (int writer = 0; writer < kWriterCount; ++writer) {
+        const auto index = static_cast<std::size_t>(writer);
+        WriterSlot& slot = layout().writers[index];
+        if (known_[index] || slot.in_use.load(std::memory_order_acquire) == 0) continue;
+        auto ring = file_.map_ring(writer, false);
+        if (!ring) continue;  // no memory now: tried again at the next poll, nothing is lost meanwhile
+        known_[index] = true;
+        sources_[source_count_++] = Source{std::move(*ring), &slot, is_wide(writer), std::max(horizon_, now)};
+    }
+}
+
+/// Up to which instant everything that will ever be pushed is in the rings already.
+Instant PinsServer::exact_until(Instant now) {
+    Instant until = now;
+    for (std::size_t i = 0; i < source_count_; ++i) {
+        Source& source = sources_[i];
+        if (seen_quiet(*source.slot)) {
+            source.quiet_since = now;
+        } else if (now - source.quiet_since < kWriterHold) {
+            until = std::min(until, source.quiet_since);
+        }
+    }
+    return std::max(until, horizon_);
+}
+
+// ---- delivery -------------------------------------------------------------------------------------------
+
+std::size_t PinsServer::poll(Instant now, Peripherals& peripherals) {
+    layout().machine_alive_ns.store(to_ns(now), std::memory_order_relaxed);
+    doorbell_seen_ = layout().doorbell.load(std::memory_order_acquire);
+    find_new_sources(now);
+    const Instant until = exact_until(now);
+    const std::size_t events = deliver(until, peripherals);
+    if (events < kBatch) horizon_ = std::max(horizon_, until);
+    publish_inputs(peripherals);
+    return events + serve_mail(peripherals);
+}
+
+std::size_t PinsServer::deliver(Instant until, Peripherals& peripherals) {
+    std::size_t delivered = 0;
+    while (delivered < kBatch) {
+        Source* earliest = nullptr;
+        std::int64_t time_ns = to_ns(until);
+        for (std::size_t i = 0; i < source_count_; ++i) {
+            const PinEvent* event = sources_[i].front();
+            // Strictly before what was found; on a tie the first source wins, so the order is always the
+            // same.
+            if (event && (event->time_ns < time_ns || (!earliest && event->time_ns == time_ns))) {
+                earliest = &sources_[i];
+                time_ns = event->time_ns;
+            }
+        }
+        if (!earliest) break;
+        const PinEvent event = *earliest->front();
+        earliest->pop();
+        hand_over(event, peripherals);
+        ++delivered;
+    }
+    return delivered;
+}
+
+void PinsServer::hand_over(const PinEvent& event, Peripherals& peripherals) {
+    const bool known_kind = event.kind == PinEventKind::level || event.kind == PinEventKind::pwm;
+    if (event.pin >= kPinCount || !known_kind) {
+        ++faults_.malformed;
+        return;
+    }
+    const Instant time = instant_from_ns(event.time_ns);
+    if (time < horizon_) ++faults_.disordered;
+    horizon_ = std::max(horizon_, time);
+    if (event.kind == PinEventKind::pwm) {
+        const double duty = event.duty >= 0 && event.duty <= 1 ? static_cast<double>(event.duty) : 0.0;
+        peripherals.pwm_written(horizon_, PinId{event.pin}, duty);
+    } else {
+        peripherals.pin_written(horizon_, PinId{event.pin},
+                                event.level == Level::low ? Level::low : Level::high);
+    }
+}
+
+void PinsServer::publish_inputs(Peripherals& peripherals) {
+    bool changed = false;
+    for (std::uint16_t number = 0; number < kPinCount; ++number) {
+        if (!is_input(layout().outputs[number].mode.load(std::memory_order_acquire))) continue;
+        InputPin& input = layout().inputs[number];
+        const auto level = static_cast<std::uint32_t>(peripherals.pin_level(horizon_, PinId{number}));
+        if (input.level.load(std::memory_order_relaxed) == level) continue;
+        input.level.store(level, std::memory_order_release);
+        (level ? input.rising : input.falling).fetch_add(1, std::memory_order_release);
+        changed = true;
+    }
+    if (!changed) return;
+    layout().input_changes.fetch_add(1);
+    if (layout().input_waiters.load() != 0) futex_wake_all(layout().input_changes);
+}
+
+// ---- bus requests ---------------------------------------------------------------------------------------
+
+std::size_t PinsServer::serve_mail(Peripherals& peripherals) {
+    std::size_t served = 0;
+    for (auto& mail : layout().mail) {
+        const std::uint32_t sequence = mail.request.load(std::memory_order_acquire);
+        if ((sequence & 1u) != 0 || sequence == mail.reply.load(std::memory_order_relaxed)) continue;
+        serve(mail, sequence, peripherals);
+        ++served;
+    }
+    return served;
+}
+
+void PinsServer::serve(Mailbox& mail, std::uint32_t sequence, Peripherals& peripherals) {
+    Request request;
+    if (!take_request(mail, sequence, request)) return;  // its sketch gave up: the newer request comes next
+    const MailHead& head = request.head;
+    std::array<std::uint8_t, kMailBytes> in{};
+    const std::span<const std::uint8_t> out{request.out.data(), head.out_size};
+    Result<void> done;
+    switch (head.kind) {
+        case MailKind::sync:
+            break;
+        case MailKind::i2c:
+            done = peripherals.i2c_transfer(horizon_, I2cBus{head.bus}, I2cAddress{head.address}, out,
+                                            {in.data(), head.in_size});
+            break;
+        case MailKind::spi: {
+            std::copy(out.begin(), out.end(), in.begin());
+            const SpiSettings settings{head.spi_clock_hz, head.spi_mode, head.spi_lsb_first != 0};
+            done = peripherals.spi_transfer(horizon_, SpiBus{head.bus}, settings, {in.data(), head.out_size});
+            break;
+        }
+        case MailKind::analog:
+            if (head.pin >= kPinCount) {
+                done = make_error(ErrorCode::invalid_argument, "no such analog pin");
+            } else {
+                mail.analog_bits.store(
+                    std::bit_cast<std::uint64_t>(peripherals.analog_level(horizon_, PinId{head.pin})),
+                    std::memory_order_relaxed);
+            }
+            break;
+        default:
+            done = make_error(ErrorCode::invalid_argument, "unknown kind of bus request");
+            break;
+    }
+    if (done) {
+        mail.failed.store(0, std::memory_order_relaxed);
+        store_words(mail.in, {in.data(), head.in_size});
+    } else {
+        const std::string_view text = done.error().message;
+        mail.failed.store(1 + static_cast<std::uint32_t>(done.error().code), std::memory_order_relaxed);
+        mail.text_size.store(static_cast<std::uint32_t>(text.size()), std::memory_order_relaxed);
+        store_words(mail.in, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    }
+    mail.reply.store(sequence, std::memory_order_release);
+    futex_wake_all(mail.reply);
+}
+
+// ---- the rest -------------------------------------------------------------------------------------------
+
+void PinsServer::wait(Nanoseconds limit) {
+    futex_wait_until(layout().doorbell, doorbell_seen_, monotonic_now() + limit);
+}
+
+PinsFaults PinsServer::faults() const {
+    PinsFaults all = faults_;
+    for (const auto& slot : layout().writers) all.lost += slot.lost.load(std::memory_order_relaxed);
+    return all;
+}
+
+std::uint64_t PinsServer::sketch_session() const {
+    return layout().sketch_session.load(std::memory_order_acquire);
+}
+
+SketchDeath PinsServer::sketch_death() const {
+    return static_cast<SketchDeath>(
+        std::min<std::uint32_t>(layout().sketch_dead.load(std::memory_order_acquire), 2));
+}
+
+}  // namespace qduino::board::linux

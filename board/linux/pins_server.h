@@ -1,0 +1,88 @@
+// The machine's side of the virtual hardware (pins_layout.h): turns what crosses the pins into calls of
+// Peripherals.
+//
+//   loop of an app that plays the machine:
+//       server.wait(1ms);                       sleeps until a bus request comes, at most so long
+//       server.poll(monotonic_now());           edges in order of time, bus requests, inputs published
+//
+// One thread. A sketch may die at any instruction and another attach: the server goes on, and what the dead
+// one had pushed is still played.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "base/fixed_vector.h"
+#include "base/result.h"
+#include "board/linux/pins_file.h"
+#include "board/peripherals.h"
+
+namespace qduino::board::linux {
+
+/// What went wrong on the way; all 0 in a healthy run.
+struct PinsFaults {
+    std::uint64_t lost = 0;  ///< edges dropped by writers whose ring was full (this sketch's)
+    std::uint64_t disordered =
+        0;  ///< edges that came after the horizon had passed them; delivered with a later time
+    std::uint64_t malformed = 0;  ///< edges of no pin or no kind; dropped
+};
+
+class PinsServer {
+  public:
+    /// Makes the file at `path` (on a tmpfs: /dev/shm/…) and serves it. Errors: PinsFile::create.
+    static Result<PinsServer> create(const std::string& path);
+
+    PinsServer(PinsServer&&) = default;
+    PinsServer& operator=(PinsServer&&) = default;
+
+    /// Delivers all events up to `now` that can be ordered, then the bus requests, then publishes the input
+    /// pins. `now` must have been read from CLOCK_MONOTONIC before the call. Calls of `peripherals` carry
+    /// non-decreasing times. Returns how many events and requests were served; at most kBatch events a call,
+    /// so that requests are not starved.
+    std::size_t poll(Instant now, Peripherals& peripherals);
+
+    /// Sleeps until a bus request comes, at most `limit`.
+    void wait(Nanoseconds limit);
+
+    /// Time of the latest call of Peripherals.
+    [[nodiscard]] Instant horizon() const { return horizon_; }
+    [[nodiscard]] PinsFaults faults() const;
+    /// Sketches that have attached so far; a change means a new one.
+    [[nodiscard]] std::uint64_t sketch_session() const;
+    [[nodiscard]] SketchDeath sketch_death() const;
+    [[nodiscard]] PinsLayout& layout() const { return file_.layout(); }
+
+    static constexpr std::size_t kBatch = 50'000;
+
+  private:
+    /// A ring that has been in use.
+    struct Source {
+        Mapping ring;
+        WriterSlot* slot = nullptr;
+        bool wide = false;
+        Instant quiet_since{};  ///< the latest `now` at which the writer was seen not to be writing
+
+        [[nodiscard]] const PinEvent* front();
+        void pop();
+    };
+
+    PinsServer() = default;
+    void find_new_sources(Instant now);
+    [[nodiscard]] Instant exact_until(Instant now);
+    std::size_t deliver(Instant until, Peripherals& peripherals);
+    void hand_over(const PinEvent& event, Peripherals& peripherals);
+    void publish_inputs(Peripherals& peripherals);
+    std::size_t serve_mail(Peripherals& peripherals);
+    void serve(Mailbox& mail, std::uint32_t sequence, Peripherals& peripherals);
+
+    PinsFile file_;
+    std::array<bool, kWriterCount> known_{};
+    std::array<Source, kWriterCount> sources_;
+    std::size_t source_count_ = 0;
+    Instant horizon_{};
+    std::uint32_t doorbell_seen_ = 0;
+    PinsFaults faults_;
+};
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,74 @@
+#include "board/linux/real_time_thread.h"
+
+#include <malloc.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "board/linux/system_error.h"
+
+namespace qduino::board::linux {
+
+Result<void> pin_to_core(int core) {
+    if (core < 0 || core >= CPU_SETSIZE) return make_error(ErrorCode::invalid_argument, "no such core");
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(core), &set);
+    if (const int error = ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set); error != 0) {
+        return system_error("pin a thread to core", std::to_string(core), error);
+    }
+    return {};
+}
+
+Result<void> become_real_time(int priority) {
+    sched_param parameters{};
+    parameters.sched_priority = priority;
+    if (const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters); error != 0) {
+        return system_error("get SCHED_FIFO priority", std::to_string(priority), error);
+    }
+    return {};
+}
+
+void name_thread(std::string_view name) {
+    std::array<char, 16> cut{};
+    std::copy_n(name.begin(), std::min(name.size(), cut.size() - 1), cut.begin());
+    ::pthread_setname_np(::pthread_self(), cut.data());
+}
+
+void touch_stack() {
+    pthread_attr_t attributes;
+    if (::pthread_getattr_np(::pthread_self(), &attributes) != 0) return;
+    void* lowest = nullptr;
+    std::size_t bytes = 0;
+    ::pthread_attr_getstack(&attributes, &lowest, &bytes);
+    ::pthread_attr_destroy(&attributes);
+    // From well below this frame (nobody's yet) down to the end of the stack; the guard page lies beyond it.
+    constexpr std::uintptr_t kStep = 4096;
+    const auto end = reinterpret_cast<std::uintptr_t>(lowest);
+    const auto here = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0));
+    for (std::uintptr_t page = here - 2 * kStep; page > end; page -= kStep) {
+        *reinterpret_cast<volatile char*>(page) = 0;
+    }
+}
+
+Result<void> lock_memory() {
+    // Freed memory stays with the process: a later allocation does not fault pages in again.
+    ::mallopt(M_TRIM_THRESHOLD, -1);
+    ::mallopt(M_MMAP_MAX, 0);
+    if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return system_error("lock", "memory");
+    return {};
+}
+
+int cpu_count() {
+    const long count = ::sysconf(_SC_NPROCESSORS_CONF);
+    return static_cast<int>(std::clamp(count, 1L, static_cast<long>(CPU_SETSIZE)));
+}
+
+}  // namespace qduino::board::linux

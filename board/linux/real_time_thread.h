@@ -1,0 +1,26 @@
+// What a thread needs to be real-time on stock Linux: a core, a priority, memory that is there, a name.
+//
+// Each call does one thing to the calling thread and says whether it worked; what was refused becomes a line
+// of the guarantee report, never silence.
+#pragma once
+
+#include <string_view>
+
+#include "base/result.h"
+
+namespace qduino::board::linux {
+
+/// Error: invalid_argument when the core does not exist or this process may not use it.
+Result<void> pin_to_core(int core);
+/// SCHED_FIFO at `priority` (1…99). Error: not_permitted without CAP_SYS_NICE and without RLIMIT_RTPRIO.
+Result<void> become_real_time(int priority);
+/// The name in ps and top, cut to 15 bytes.
+void name_thread(std::string_view name);
+/// Touches the whole rest of the calling thread's stack, so that none of it faults later.
+void touch_stack();
+/// Keeps every page that the process has or will have in memory. Error: not_permitted.
+Result<void> lock_memory();
+/// CPUs of this machine, from 0 on; those that are offline count too.
+int cpu_count();
+
+}  // namespace qduino::board::linux

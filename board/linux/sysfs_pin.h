@@ -1,0 +1,60 @@
+// Pins behind the kernel's sysfs: PWM channels and IIO analog inputs. A call is one write or one read of an open file.
+#pragma once
+
+#include <string>
+
+#include "board/linux/linux_config.h"
+#include "board/linux/pin_driver.h"
+#include "board/linux/unique_fd.h"
+
+namespace qduino::board::linux {
+
+/// PWM made by hardware: /sys/class/pwm/pwmchipN/pwmM. digitalWrite() is duty 0 or 1.
+class PwmPin final : public PinDriver {
+  public:
+    /// `root` precedes /sys (tests).
+    PwmPin(PwmChannel channel, std::string root) : channel_(channel), root_(std::move(root)) {}
+
+    /// Exports the channel, sets its period, duty 0, enables it. Error: not_found, not_permitted, unavailable.
+    Result<void> open();
+
+    Result<void> set_mode(VcpuId, PinId, PinMode mode) override;
+    void write(VcpuId, PinId, Level level) override;
+    Level read(VcpuId, PinId) override { return duty_ns_ > 0 ? Level::high : Level::low; }
+    Result<void> write_pwm(VcpuId, PinId, double duty) override;
+    Result<void> set_safe_state(PinId, Level level) override;
+    void force_safe_states() override;
+
+  private:
+    void set_duty(std::int64_t duty_ns);
+
+    PwmChannel channel_;
+    std::string root_;
+    UniqueFd duty_file_;
+    std::int64_t duty_ns_ = 0;
+    int safe_ = -1;  // −1: none; else the level
+};
+
+/// One channel of an IIO analog-to-digital converter.
+class AnalogPin final : public PinDriver {
+  public:
+    AnalogPin(AnalogChannel channel, std::string root) : channel_(channel), root_(std::move(root)) {}
+
+    Result<void> open();  ///< Error: not_found, not_permitted
+
+    Result<void> set_mode(VcpuId, PinId, PinMode) override { return {}; }
+    void write(VcpuId, PinId, Level) override {}
+    /// High from half of the scale on.
+    Level read(VcpuId vcpu, PinId pin) override;
+    /// Blocks for one conversion. Error: faulted when the converter gives none.
+    Result<double> read_analog(VcpuId, PinId) override;
+    Result<void> set_safe_state(PinId, Level) override { return pin_cannot("output"); }
+    void force_safe_states() override {}
+
+  private:
+    AnalogChannel channel_;
+    std::string root_;
+    UniqueFd file_;
+};
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,86 @@
+#include "board/linux/vcpu_thread.h"
+
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "board/linux/fatal_signals.h"
+#include "board/linux/futex.h"
+#include "board/linux/real_time_thread.h"
+#include "board/linux/system_error.h"
+
+namespace qduino::board::linux {
+
+thread_local VcpuThread* VcpuThread::current_ = nullptr;
+
+Result<void> VcpuThread::create() {
+    pthread_attr_t attributes;
+    ::pthread_attr_init(&attributes);
+    ::pthread_attr_setstacksize(&attributes, options_.stack_bytes);
+    const int error = ::pthread_create(&thread_, &attributes, &VcpuThread::main, this);
+    ::pthread_attr_destroy(&attributes);
+    if (error != 0) return system_error("make the thread of loop", std::to_string(spec_.id), error);
+    created_ = true;
+    return {};
+}
+
+void VcpuThread::join() {
+    if (created_) ::pthread_join(thread_, nullptr);
+    created_ = false;
+}
+
+void VcpuThread::prepare() {
+    name_thread((spec_.kind == VcpuKind::io ? "io " : "loop ") + std::to_string(spec_.id));
+    if (options_.isolation) {
+        const auto entered = options_.isolation->adopt(spec_.core, static_cast<pid_t>(::syscall(SYS_gettid)));
+        if (!entered) add_shortfall(entered.error().message.view());
+    }
+    if (auto pinned = pin_to_core(spec_.core); pinned) {
+        pinned_ = true;
+    } else {
+        add_shortfall(pinned.error().message.view());
+    }
+    touch_stack();
+    if (options_.priority != 0) {
+        if (auto real_time = become_real_time(options_.priority); real_time) {
+            real_time_ = true;
+        } else {
+            add_shortfall("no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
+        }
+    }
+    if (options_.enforce_budget) {
+        if (auto kept = keeper_.start(spec_); kept) {
+            budget_kept_ = true;
+        } else {
+            add_shortfall(kept.error().message.view());
+        }
+    }
+}
+
+void VcpuThread::add_shortfall(std::string_view text) {
+    if (!shortfall_.empty()) shortfall_.append("; ");
+    shortfall_.append(text);
+}
+
+void* VcpuThread::main(void* self) {
+    auto& thread = *static_cast<VcpuThread*>(self);
+    const SignalStack signal_stack;
+    current_ = &thread;
+    thread.prepare();
+    StartGate& gate = *thread.options_.gate;
+    gate.ready.fetch_add(1);
+    futex_wake_all(gate.ready);
+    thread.before_block();
+    while (gate.state.load(std::memory_order_acquire) == 0) futex_wait_until(gate.state, 0, kForever);
+    thread.after_block();
+    if (gate.state.load() == 1) thread.spec_.entry(thread.spec_.context);
+    thread.keeper_.stop();
+    thread.finished_.store(true, std::memory_order_release);
+    thread.options_.returned->fetch_add(1);
+    futex_wake_all(*thread.options_.returned);
+    current_ = nullptr;
+    return nullptr;
+}
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,82 @@
+// One VCPU as a thread: made, pinned, given its priority, held at a gate until all are ready, run once,
+// joined.
+#pragma once
+
+#include <pthread.h>
+
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+
+#include "base/fixed_string.h"
+#include "base/result.h"
+#include "board/linux/budget_keeper.h"
+#include "board/linux/isolation.h"
+#include "board/types.h"
+
+namespace qduino::board::linux {
+
+/// Threads wait here until all of them are ready. A futex: 0 shut, 1 open, 2 given up.
+struct StartGate {
+    std::atomic<std::uint32_t> state{0};
+    std::atomic<std::uint32_t> ready{0};
+};
+
+/// What a thread is asked to be.
+struct VcpuThreadOptions {
+    int priority = 0;  ///< SCHED_FIFO; 0: do not ask
+    std::size_t stack_bytes = std::size_t{1} << 20;
+    bool enforce_budget = false;
+    const Isolation* isolation = nullptr;            ///< whose core it enters; null: none
+    StartGate* gate = nullptr;                       ///< outlives the thread
+    std::atomic<std::uint32_t>* returned = nullptr;  ///< futex; counted up when the entry has returned
+};
+
+class VcpuThread {
+  public:
+    VcpuThread(const VcpuSpec& spec, const VcpuThreadOptions& options) : spec_(spec), options_(options) {}
+    ~VcpuThread() { join(); }
+    VcpuThread(const VcpuThread&) = delete;
+    VcpuThread& operator=(const VcpuThread&) = delete;
+
+    /// Makes the thread. It prepares itself and waits at the gate. Error: unavailable.
+    Result<void> create();
+    void join();
+
+    [[nodiscard]] const VcpuSpec& spec() const { return spec_; }
+    [[nodiscard]] bool returned() const { return finished_.load(std::memory_order_acquire); }
+
+    // Known once the thread is at the gate:
+    [[nodiscard]] bool pinned() const { return pinned_; }
+    [[nodiscard]] bool real_time() const { return real_time_; }
+    [[nodiscard]] bool budget_kept() const { return budget_kept_; }
+    [[nodiscard]] const FixedString<160>& shortfall() const { return shortfall_; }
+
+    /// The calling thread is about to wait, or has waited: its budget is told. No effect without enforcement.
+    void before_block() { keeper_.before_block(); }
+    void after_block() { keeper_.after_block(); }
+    [[nodiscard]] const BudgetKeeper& keeper() const { return keeper_; }
+
+    /// The VCPU that the caller is; kNoVcpu on any other thread.
+    [[nodiscard]] static VcpuId current_id() { return current_ ? current_->spec_.id : kNoVcpu; }
+    [[nodiscard]] static VcpuThread* current() { return current_; }
+
+  private:
+    static void* main(void* self);
+    void prepare();
+    void add_shortfall(std::string_view text);
+
+    VcpuSpec spec_;
+    VcpuThreadOptions options_;
+    pthread_t thread_{};
+    bool created_ = false;
+    bool pinned_ = false;
+    bool real_time_ = false;
+    bool budget_kept_ = false;
+    BudgetKeeper keeper_;
+    FixedString<160> shortfall_;
+    std::atomic<bool> finished_{false};
+    static thread_local VcpuThread* current_;
+};
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,305 @@
+#include "board/linux/virtual_pins.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "base/contract.h"
+#include "board/linux/futex.h"
+#include "board/linux/mail_words.h"
+
+namespace qduino::board::linux {
+namespace {
+
+std::size_t index_of(PinId pin) {
+    QDUINO_EXPECT(pin.number < kPinCount);
+    return pin.number;
+}
+
+bool is_input(PinMode mode) {
+    return mode == PinMode::input || mode == PinMode::input_pullup || mode == PinMode::input_pulldown;
+}
+
+/// `stored` as in OutputPin::mode.
+bool is_output(std::uint8_t stored) { return stored != 0 && !is_input(static_cast<PinMode>(stored - 1)); }
+
+/// Writes a request into the mailbox and returns its sequence number.
+std::uint32_t post(Mailbox& mail, const MailHead& head, std::span<const std::uint8_t> out) {
+    const std::uint32_t even = (mail.request.load(std::memory_order_relaxed) + 1) & ~1u;
+    mail.request.store(even + 1, std::memory_order_relaxed);  // odd: being written
+    std::array<std::uint8_t, sizeof head> bytes{};
+    std::memcpy(bytes.data(), &head, sizeof head);
+    store_words(mail.head, bytes);
+    store_words(mail.out, out);
+    mail.request.store(even + 2, std::memory_order_release);
+    return even + 2;
+}
+
+bool wait_for_reply(const Mailbox& mail, std::uint32_t sequence, Instant deadline) {
+    for (;;) {
+        const std::uint32_t answered = mail.reply.load(std::memory_order_acquire);
+        if (answered == sequence) return true;
+        if (monotonic_now() >= deadline) return false;
+        futex_wait_until(mail.reply, answered, deadline);
+    }
+}
+
+/// The machine's answer to a transaction: success, or its error with its words.
+Result<void> what_machine_said(const Mailbox& mail) {
+    const std::uint32_t failed = mail.failed.load(std::memory_order_relaxed);
+    if (failed == 0) return {};
+    std::array<std::uint8_t, decltype(Error::message)::kCapacity> text{};
+    const std::size_t size =
+        std::min<std::size_t>(mail.text_size.load(std::memory_order_relaxed), text.size());
+    load_words(mail.in, {text.data(), size});
+    constexpr auto kLast = static_cast<std::uint32_t>(ErrorCode::internal);
+    return make_error(static_cast<ErrorCode>(std::min(failed - 1, kLast)),
+                      {reinterpret_cast<const char*>(text.data()), size});
+}
+
+}  // namespace
+
+Result<void> VirtualPins::attach(const std::string& path) {
+    auto opened = PinsFile::open(path, PinsRole::sketch);
+    if (!opened) return opened.error();
+    file_ = std::move(*opened);
+    PinsLayout& layout = file_.layout();
+    for (auto& slot : layout.writers) slot.lost.store(0, std::memory_order_relaxed);
+    for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0, std::memory_order_relaxed);
+    for (auto& output :
+         layout.outputs) {  // a fresh sketch has asked for nothing yet; the levels stay as they are
+        output.mode.store(0, std::memory_order_relaxed);
+        output.safe.store(0, std::memory_order_relaxed);
+        output.line.store(0, std::memory_order_relaxed);
+    }
+    for (int wide = kNarrowWriters; wide < kWriterCount; ++wide) {
+        // Given out anew in this session; what the last owner left in the ring is still played: the machine
+        // goes on reading every ring that it has ever seen in use.
+        layout.writers[static_cast<std::size_t>(wide)].in_use.store(0, std::memory_order_relaxed);
+    }
+    layout.input_waiters.store(0, std::memory_order_relaxed);
+    layout.sketch_pid.store(static_cast<std::uint32_t>(::getpid()), std::memory_order_relaxed);
+    layout.sketch_dead.store(0, std::memory_order_relaxed);
+    layout.sketch_session.fetch_add(1, std::memory_order_release);
+    if (auto opened_will = will_.open(file_, kWillWriter, kNoVcpu); !opened_will) return opened_will;
+    return open_writer(kNoVcpu, false);
+}
+
+Result<void> VirtualPins::open_writer(VcpuId vcpu, bool wide) {
+    QDUINO_EXPECT(vcpu < kVcpuLimit);
+    PinWriter& writer = writers_[vcpu];
+    if (writer.is_open()) return {};
+    for (int slot = kNarrowWriters; wide && slot < kWriterCount; ++slot) {
+        if (file_.layout().writers[static_cast<std::size_t>(slot)].in_use.load() == 0) {
+            return writer.open(file_, slot, vcpu);
+        }
+    }
+    return writer.open(file_, vcpu, vcpu);
+}
+
+PinWriter& VirtualPins::writer_of(VcpuId vcpu) {
+    QDUINO_EXPECT(vcpu < kVcpuLimit && writers_[vcpu].is_open());
+    return writers_[vcpu];
+}
+
+// ---- pins -----------------------------------------------------------------------------------------------
+
+Result<void> VirtualPins::set_mode(VcpuId vcpu, PinId pin, PinMode mode) {
+    OutputPin& output = layout().outputs[index_of(pin)];
+    output.mode.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(mode)), std::memory_order_release);
+    if (!is_input(mode)) {  // from now on the latch drives the pin
+        write(vcpu, pin, output.level.load(std::memory_order_relaxed) ? Level::high : Level::low);
+        return {};
+    }
+    return ask(vcpu, MailHead{}, {}, {},
+               nullptr);  // kind sync: answered after the next publication of inputs
+}
+
+void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
+    OutputPin& output = layout().outputs[index_of(pin)];
+    output.level.store(static_cast<std::uint8_t>(level), std::memory_order_relaxed);
+    if (output.pwm.load(std::memory_order_relaxed)) output.pwm.store(0, std::memory_order_relaxed);
+    if (!is_output(output.mode.load(std::memory_order_relaxed)))
+        return;  // the latch alone: nothing is driven
+    if (vcpu == kNoVcpu) {
+        const std::lock_guard lock{shared_by_non_vcpus_};
+        writer_of(vcpu).write_level(pin, level);
+    } else {
+        writer_of(vcpu).write_level(pin, level);
+    }
+}
+
+Level VirtualPins::read(VcpuId, PinId pin) {
+    OutputPin& output = layout().outputs[index_of(pin)];
+    const std::uint8_t mode = output.mode.load(std::memory_order_relaxed);
+    // Read without pinMode(): an input, as on an Arduino; the machine publishes its level from now on.
+    if (mode == 0)
+        output.mode.store(1 + static_cast<std::uint8_t>(PinMode::input), std::memory_order_release);
+    const bool high = is_output(mode)
+                          ? output.level.load(std::memory_order_relaxed) != 0
+                          : layout().inputs[pin.number].level.load(std::memory_order_acquire) != 0;
+    return high ? Level::high : Level::low;
+}
+
+Result<void> VirtualPins::write_pwm(VcpuId vcpu, PinId pin, double duty) {
+    OutputPin& output = layout().outputs[index_of(pin)];
+    if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
+    if (!is_output(output.mode.load(std::memory_order_relaxed))) {  // analogWrite() needs no pinMode()
+        output.mode.store(1 + static_cast<std::uint8_t>(PinMode::output), std::memory_order_release);
+    }
+    output.pwm.store(1, std::memory_order_relaxed);
+    output.level.store(duty >= 0.5 ? 1 : 0, std::memory_order_relaxed);
+    if (vcpu == kNoVcpu) {
+        const std::lock_guard lock{shared_by_non_vcpus_};
+        writer_of(vcpu).write_pwm(pin, duty);
+    } else {
+        writer_of(vcpu).write_pwm(pin, duty);
+    }
+    return {};
+}
+
+Result<double> VirtualPins::read_analog(VcpuId vcpu, PinId pin) {
+    MailHead head;
+    head.kind = MailKind::analog;
+    head.pin = static_cast<std::uint16_t>(index_of(pin));
+    double value = 0;
+    if (auto asked = ask(vcpu, head, {}, {}, &value); !asked) return asked.error();
+    return value;
+}
+
+Result<void> VirtualPins::set_safe_state(PinId pin, Level level) {
+    publish_safe_state(pin, level);
+    return {};
+}
+
+void VirtualPins::publish_safe_state(PinId pin, Level level) {
+    layout().outputs[index_of(pin)].safe.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(level)),
+                                               std::memory_order_release);
+}
+
+void VirtualPins::publish_line(PinId pin, unsigned chip, unsigned line) {
+    QDUINO_EXPECT(chip < 0xffff && line < 0xffff);
+    layout().outputs[index_of(pin)].line.store(1 + line + (chip << 16), std::memory_order_release);
+}
+
+void VirtualPins::force_safe_states() {
+    if (attached()) linux::force_safe_states(layout(), will_);
+}
+
+int force_safe_states(PinsLayout& layout, PinWriter& writer) {
+    int forced = 0;
+    for (std::uint16_t number = 0; number < kPinCount; ++number) {
+        OutputPin& output = layout.outputs[number];
+        const std::uint8_t safe = output.safe.load(std::memory_order_acquire);
+        if (safe == 0) continue;
+        const Level level = safe > 1 ? Level::high : Level::low;
+        if (output.pwm.load()) writer.write_pwm(PinId{number}, level == Level::high ? 1.0 : 0.0);
+        writer.write_level(PinId{number}, level);
+        output.pwm.store(0);
+        output.level.store(static_cast<std::uint8_t>(level));
+        ++forced;
+    }
+    return forced;
+}
+
+// ---- buses ----------------------------------------------------------------------------------------------
+
+Result<void> VirtualPins::ask(VcpuId vcpu, const MailHead& head, std::span<const std::uint8_t> out,
+                              std::span<std::uint8_t> in, double* analog) {
+    QDUINO_EXPECT(vcpu < kVcpuLimit);
+    if (out.size() > kMailBytes || in.size() > kMailBytes) {
+        return make_error(ErrorCode::out_of_range,
+                          "a bus transaction carries at most 1024 bytes each way: split it");
+    }
+    std::unique_lock lock{shared_by_non_vcpus_, std::defer_lock};
+    if (vcpu == kNoVcpu) lock.lock();
+    Mailbox& mail = layout().mail[vcpu];
+    const Instant deadline = monotonic_now() + kBusTimeout;
+    const std::uint32_t sequence = post(mail, head, out);
+    layout().doorbell.fetch_add(1, std::memory_order_release);
+    futex_wake_all(layout().doorbell);
+    if (!wait_for_reply(mail, sequence, deadline)) {
+        return make_error(ErrorCode::timed_out, "the virtual machine does not answer: is it running?");
+    }
+    if (auto said = what_machine_said(mail); !said) return said;
+    load_words(mail.in, in);
+    if (analog) *analog = std::bit_cast<double>(mail.analog_bits.load(std::memory_order_relaxed));
+    return {};
+}
+
+Result<void> VirtualPins::transfer(VcpuId vcpu, I2cBus bus, I2cAddress address,
+                                   std::span<const std::uint8_t> out, std::span<std::uint8_t> in) {
+    MailHead head;
+    head.kind = MailKind::i2c;
+    head.bus = bus.number;
+    head.address = address.value;
+    head.out_size = static_cast<std::uint16_t>(std::min(out.size(), kMailBytes));
+    head.in_size = static_cast<std::uint16_t>(std::min(in.size(), kMailBytes));
+    return ask(vcpu, head, out, in, nullptr);
+}
+
+Result<void> VirtualPins::transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
+                                   std::span<std::uint8_t> data) {
+    MailHead head;
+    head.kind = MailKind::spi;
+    head.bus = bus.number;
+    head.spi_mode = settings.mode;
+    head.spi_clock_hz = settings.clock_hz;
+    head.spi_lsb_first = settings.least_significant_first ? 1 : 0;
+    head.out_size = head.in_size = static_cast<std::uint16_t>(std::min(data.size(), kMailBytes));
+    return ask(vcpu, head, data, data, nullptr);
+}
+
+// ---- inputs that change ---------------------------------------------------------------------------------
+
+std::uint32_t VirtualPins::input_changes() const {
+    return layout().input_changes.load(std::memory_order_acquire);
+}
+
+void VirtualPins::wait_input_change(std::uint32_t seen, Instant deadline) {
+    layout().input_waiters.fetch_add(1);
+    futex_wait_until(layout().input_changes, seen, deadline);
+    layout().input_waiters.fetch_sub(1);
+}
+
+void VirtualPins::wake_input_waiters() {
+    layout().input_changes.fetch_add(1);
+    futex_wake_all(layout().input_changes);
+}
+
+Result<void> VirtualPins::watch_edges(PinId pin) {
+    // The machine counts the edges of every input: the pin only has to be one.
+    if (layout().outputs[index_of(pin)].mode.load(std::memory_order_relaxed) != 0) return {};
+    return set_mode(kNoVcpu, pin, PinMode::input);
+}
+
+EdgeCounts VirtualPins::edges(PinId pin) {
+    const InputPin& input = layout().inputs[index_of(pin)];
+    return {input.rising.load(std::memory_order_acquire), input.falling.load(std::memory_order_acquire)};
+}
+
+// ---- being watched --------------------------------------------------------------------------------------
+
+void VirtualPins::promise(VcpuId vcpu, Instant expected_by) {
+    Heartbeat& beat = layout().heartbeats[vcpu];
+    beat.expected_by_ns.store(to_ns(expected_by), std::memory_order_relaxed);
+    beat.count.store(beat.count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void VirtualPins::end_promise(VcpuId vcpu) {
+    layout().heartbeats[vcpu].expected_by_ns.store(0, std::memory_order_relaxed);
+}
+
+Nanoseconds VirtualPins::heartbeat_bound() const {
+    return Nanoseconds{layout().heartbeat_bound_ns.load(std::memory_order_relaxed)};
+}
+
+std::uint64_t VirtualPins::lost_edges() const {
+    std::uint64_t lost = 0;
+    for (const auto& slot : layout().writers) lost += slot.lost.load(std::memory_order_relaxed);
+    return lost;
+}
+
+}  // namespace qduino::board::linux

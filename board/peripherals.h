@@ -1,0 +1,71 @@
+// What is wired to a board's pins when they are virtual: chips, motors, a whole printer.
+//
+// A virtual board calls these with the instant at which the electrical event happens. Calls come in the order
+// of their instants, from one thread. Nothing but pins and buses crosses here: that is what makes a twin a
+// proof.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/result.h"
+#include "board/types.h"
+
+namespace qduino::board {
+
+/// Where peripherals report what the board did not ask for.
+class PinEdgeSink {
+  public:
+    virtual ~PinEdgeSink() = default;
+    /// What the outside drives onto `pin` changed to `level` at `now` (the instant of the call being served, or of the
+    /// event that next_event() announced). Only from inside a call that the board made to its peripherals.
+    virtual void pin_edge(Instant now, PinId pin, Level level) = 0;
+};
+
+class Peripherals {
+  public:
+    virtual ~Peripherals() = default;
+
+    /// Gives the peripherals a place to report edges to, before any other call. True: every change of an input will be
+    /// reported. False: the board must look at inputs itself, and will, at its polling interval.
+    [[nodiscard]] virtual bool report_edges_to(PinEdgeSink& sink) { return static_cast<void>(sink), false; }
+    /// Advances the physics to `now`, an instant that next_event() announced.
+    virtual void advance(Instant now) { static_cast<void>(now); }
+
+    /// The board drives `pin` to `level` (called on every write, changed or not).
+    virtual void pin_written(Instant now, PinId pin, Level level) = 0;
+    /// The board's PWM output on `pin` has this duty (0…1) from now on.
+    virtual void pwm_written(Instant now, PinId pin, double duty) = 0;
+    /// What the outside drives onto `pin`.
+    [[nodiscard]] virtual Level pin_level(Instant now, PinId pin) = 0;
+    /// Voltage on an analog pin as a fraction (0…1) of the reference.
+    [[nodiscard]] virtual double analog_level(Instant now, PinId pin) = 0;
+    /// One I2C transaction: writes `out`, then, after a repeated start, reads `in.size()` bytes.
+    /// Error: timed_out when no chip answers the address.
+    [[nodiscard]] virtual Result<void> i2c_transfer(Instant now, I2cBus bus, I2cAddress address,
+                                                    std::span<const std::uint8_t> out,
+                                                    std::span<std::uint8_t> in) = 0;
+    /// One full-duplex SPI transfer in place.
+    [[nodiscard]] virtual Result<void> spi_transfer(Instant now, SpiBus bus, SpiSettings settings,
+                                                    std::span<std::uint8_t> data) = 0;
+    /// The latest instant up to which the physics must be advanced even if no pin changes; kForever when
+    /// nothing is due.
+    [[nodiscard]] virtual Instant next_event(Instant now) { return static_cast<void>(now), kForever; }
+};
+
+/// A board with nothing wired to it: inputs read low, no chip answers.
+class NoPeripherals final : public Peripherals {
+  public:
+    void pin_written(Instant, PinId, Level) override {}
+    void pwm_written(Instant, PinId, double) override {}
+    Level pin_level(Instant, PinId) override { return Level::low; }
+    double analog_level(Instant, PinId) override { return 0.0; }
+    Result<void> i2c_transfer(Instant, I2cBus, I2cAddress, std::span<const std::uint8_t>,
+                              std::span<std::uint8_t>) override {
+        return make_error(ErrorCode::timed_out,
+                          "no chip answers at this I2C address: check wiring and address");
+    }
+    Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override { return {}; }
+};
+
+}  // namespace qduino::board

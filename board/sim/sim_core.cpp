@@ -1,0 +1,124 @@
+#include "board/sim/sim_core.h"
+
+#include "base/contract.h"
+#include "board/sim/sim_board.h"
+
+namespace qduino::board::sim {
+
+bool SimCore::add(Vcpu& vcpu, Instant now) {
+    const sched::VcpuParameters parameters{vcpu.spec.budget, vcpu.spec.period};
+    const bool added = vcpu.spec.kind == VcpuKind::io ? scheduler_.add_io(vcpu.spec.id, parameters, now)
+                                                      : scheduler_.add(vcpu.spec.id, parameters, now,
+                                                                       {.owns_core = vcpu.spec.owns_core});
+    if (!added) return false;
+    vcpu.core = this;
+    const auto place = std::find_if(vcpus_.begin(), vcpus_.end(),
+                                    [&](const Vcpu* other) { return other->spec.id > vcpu.spec.id; });
+    vcpus_.insert(place, &vcpu);
+    accounted_ = now;
+    settle_soon(now);
+    return true;
+}
+
+const Vcpu* SimCore::owner() const {
+    return vcpus_.size() == 1 && vcpus_.front()->spec.owns_core ? vcpus_.front() : nullptr;
+}
+
+Vcpu* SimCore::find(VcpuId id) const {
+    const auto found =
+        std::find_if(vcpus_.begin(), vcpus_.end(), [&](const Vcpu* vcpu) { return vcpu->spec.id == id; });
+    QDUINO_EXPECT(found != vcpus_.end());
+    return *found;
+}
+
+void SimCore::steal(Instant now, Nanoseconds cost) {
+    if (cost <= Nanoseconds{0}) return;
+    account(now);
+    stolen_until_ = std::max(stolen_until_, now) + cost;
+    stolen_total_ += cost;
+    static_cast<void>(interrupted(now));
+}
+
+void SimCore::account(Instant now) {
+    if (now <= accounted_) return;
+    const Nanoseconds passed = now - accounted_;
+    const Nanoseconds stolen = std::clamp(stolen_until_ - accounted_, Nanoseconds{0}, passed);
+    scheduler_.account(now, board_.config_.charge_interrupts_to_victim ? Nanoseconds{0} : stolen);
+    if (running_) running_->work_left = std::max(running_->work_left - (passed - stolen), Nanoseconds{0});
+    accounted_ = now;
+}
+
+void SimCore::give_up(Vcpu& vcpu, Instant now) {
+    account(now);
+    scheduler_.block(vcpu.spec.id, now);
+    board_.emit(number_, vcpu.spec.id,
+                vcpu.state == VcpuState::finished ? TraceKind::finish : TraceKind::block);
+    running_ = nullptr;
+    ready_ = false;
+    settle_soon(now);
+}
+
+bool SimCore::interrupted(Instant now) {
+    if (stolen_until_ <= now) return false;
+    ready_ = false;
+    done_at_ = kForever;
+    disturbed_at_ = stolen_until_;
+    return true;
+}
+
+void SimCore::settle(Instant now) {
+    account(now);
+    if (interrupted(now)) return;  // decided when the interrupt is over
+    if (!running_ || running_->done_at(now) > now) return decide(now);
+    ready_ = true;  // what else is due here stays due: the code's next wish for time comes back to decide()
+}
+
+void SimCore::decide(Instant now) {
+    account(now);
+    if (interrupted(now)) return;
+    wake_sleepers(now);
+    const sched::Decision decision = scheduler_.decide(now);
+    turn_to(decision.vcpu ? find(*decision.vcpu) : nullptr, now);
+    trace_throttling(now);
+    if (interrupted(now)) return;  // turning to it cost time
+
+    done_at_ = running_ ? running_->done_at(now) : kForever;
+    ready_ = done_at_ <= now;
+    disturbed_at_ = decision.until;
+    for (const Vcpu* vcpu : vcpus_) {
+        if (vcpu->state == VcpuState::sleeping) disturbed_at_ = std::min(disturbed_at_, vcpu->wake);
+    }
+}
+
+void SimCore::wake_sleepers(Instant now) {
+    for (Vcpu* vcpu : vcpus_) {
+        if (vcpu->state != VcpuState::sleeping || vcpu->wake > now) continue;
+        vcpu->state = VcpuState::ready;
+        scheduler_.wake(vcpu->spec.id, now);
+        if (vcpu->has_fault) board_.apply_loop_faults(*vcpu);
+        if (vcpu->spec.kind == VcpuKind::io) board_.emit(number_, vcpu->spec.id, TraceKind::release);
+    }
+}
+
+void SimCore::turn_to(Vcpu* next, Instant now) {
+    if (next == running_) return;
+    if (running_ && scheduler_.available(running_->spec.id, now) > Nanoseconds{0}) {
+        board_.emit(number_, running_->spec.id, TraceKind::preempt);
+    }
+    running_ = next;
+    if (!running_) return;
+    board_.emit(number_, running_->spec.id, TraceKind::run);
+    steal(now, board_.config_.costs.context_switch);
+}
+
+void SimCore::trace_throttling(Instant now) {
+    for (Vcpu* vcpu : vcpus_) {
+        const bool throttled =
+            vcpu->state == VcpuState::ready && scheduler_.available(vcpu->spec.id, now) == Nanoseconds{0};
+        if (throttled == vcpu->throttled) continue;
+        vcpu->throttled = throttled;
+        board_.emit(number_, vcpu->spec.id, throttled ? TraceKind::throttle : TraceKind::replenish);
+    }
+}
+
+}  // namespace qduino::board::sim

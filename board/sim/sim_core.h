@@ -1,0 +1,76 @@
+// One simulated core: sched::CoreScheduler decides who runs; this class keeps the core's accounts between two decisions.
+//
+//   accounted_                     now
+//   ──|█████████████████|▒▒▒▒▒▒▒▒▒▒▒▒|──►      █ the running VCPU's, charged to its budget and taken off its work_left
+//                       └ steal() ───┘         ▒ taken by interrupts: delays it; charged to it only on request
+//
+// Invariants: every stretch of time is charged once; while time is stolen no VCPU code goes on and no decision is made.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "base/time.h"
+#include "board/sim/vcpu.h"
+#include "sched/core_scheduler.h"
+
+namespace qduino::board::sim {
+
+class SimBoard;
+
+class SimCore {
+  public:
+    SimCore(SimBoard& board, int number) : board_(board), number_(number) {}
+
+    /// Setup-time. False when the scheduler's table refuses it.
+    [[nodiscard]] bool add(Vcpu& vcpu, Instant now);
+
+    /// Interrupts take `cost` of this core from `now` on, after those already doing so.
+    void steal(Instant now, Nanoseconds cost);
+    /// Charges the running VCPU up to `now`.
+    void account(Instant now);
+    /// What is due here is done: charges; when the running VCPU has got what it asked for its code goes on first
+    /// (ready()), for it takes no time and may give the CPU up; else decides.
+    void settle(Instant now);
+    /// Wakes sleepers whose instant has come and decides who runs. Also due after the running VCPU's code went on.
+    void decide(Instant now);
+    /// The running VCPU left the CPU: it sleeps or its entry returned.
+    void give_up(Vcpu& vcpu, Instant now);
+    /// A VCPU of this core was given work: settle() is to be called at `now`.
+    void settle_soon(Instant now) { disturbed_at_ = std::min(disturbed_at_, now); }
+
+    /// The next instant at which settle() is due.
+    [[nodiscard]] Instant next_due() const { return ready_ ? kForever : std::min(disturbed_at_, done_at_); }
+    /// The earliest instant at which something other than the running VCPU's own demand is due here.
+    [[nodiscard]] Instant disturbed_at() const { return disturbed_at_; }
+    /// The running VCPU's code may go on now.
+    [[nodiscard]] bool ready() const { return ready_; }
+    [[nodiscard]] Vcpu* running() const { return running_; }
+    /// The loop that has this core for itself, or null.
+    [[nodiscard]] const Vcpu* owner() const;
+
+    [[nodiscard]] int number() const { return number_; }
+    [[nodiscard]] Nanoseconds stolen_total() const { return stolen_total_; }
+    [[nodiscard]] Nanoseconds cpu_time(VcpuId id) const { return scheduler_.consumed(id); }
+
+  private:
+    [[nodiscard]] bool interrupted(Instant now);
+    void wake_sleepers(Instant now);
+    void turn_to(Vcpu* next, Instant now);
+    void trace_throttling(Instant now);
+    [[nodiscard]] Vcpu* find(VcpuId id) const;
+
+    SimBoard& board_;
+    int number_;
+    sched::CoreScheduler scheduler_;
+    std::vector<Vcpu*> vcpus_;  // in order of id
+    Vcpu* running_ = nullptr;
+    bool ready_ = false;
+    Instant accounted_ = kEpoch;
+    Instant stolen_until_ = kEpoch;
+    Nanoseconds stolen_total_{};
+    Instant disturbed_at_ = kForever;
+    Instant done_at_ = kForever;
+};
+
+}  // namespace qduino::board::sim

@@ -1,0 +1,68 @@
+// The words of the seam: pins, buses, and what a board is told of a VCPU.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+
+#include "base/time.h"
+
+namespace qduino::board {
+
+/// A pin by its Arduino number; which line of which chip that is, the board knows.
+struct PinId {
+    std::uint16_t number = 0;
+    constexpr auto operator<=>(const PinId&) const = default;
+};
+inline constexpr std::uint16_t kPinCount = 128;
+
+enum class Level : std::uint8_t { low = 0, high = 1 };
+enum class PinMode : std::uint8_t { input, input_pullup, input_pulldown, output, output_open_drain };
+enum class Edge : std::uint8_t { rising, falling, both };
+
+struct I2cBus {
+    std::uint8_t number = 0;
+};
+/// 7-bit address.
+struct I2cAddress {
+    std::uint8_t value = 0;
+};
+struct SpiBus {
+    std::uint8_t number = 0;
+};
+struct SpiSettings {
+    std::uint32_t clock_hz = 4'000'000;
+    std::uint8_t mode = 0;  ///< 0…3: CPOL·2 + CPHA
+    bool least_significant_first = false;
+};
+
+/// Device classes whose interrupts can be routed, and whose bottom halves an I/O VCPU can carry.
+enum class DeviceClass : std::uint8_t { gpio, i2c, spi, uart, nic, disk, all };
+inline constexpr int kDeviceClassCount = 6;  ///< without `all`
+
+/// 1…32 is a sketch's loop; 0 is setup() and whatever else is not a VCPU; I/O VCPUs count from kFirstIoVcpu.
+using VcpuId = std::uint8_t;
+inline constexpr VcpuId kNoVcpu = 0;
+inline constexpr VcpuId kMaxLoop = 32;
+inline constexpr VcpuId kFirstIoVcpu = 33;
+inline constexpr VcpuId kVcpuLimit = 64;
+
+enum class VcpuKind : std::uint8_t {
+    main,  ///< sporadic server
+    io,    ///< priority-inheriting bandwidth-preserving server (PIBS)
+};
+
+/// What a board is given to run: already admitted, its core decided.
+struct VcpuSpec {
+    VcpuId id = kNoVcpu;
+    VcpuKind kind = VcpuKind::main;
+    Nanoseconds budget{};  ///< CPU time per period; 0 < budget <= period
+    Nanoseconds period{};
+    int core = 0;            ///< 0 … core_count()-1
+    bool owns_core = false;  ///< budget == period: never throttled, alone on its core
+    const char* name = "";   ///< for reports; static storage
+    void (*entry)(void*) =
+        nullptr;  ///< runs on the VCPU until the board stops; returns when stop_requested()
+    void* context = nullptr;
+};
+
+}  // namespace qduino::board

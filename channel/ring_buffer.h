@@ -1,0 +1,155 @@
+// Ring buffer: one writer, one reader, lossless, wait-free, placeable in shared memory.
+//
+//              tail (reader)          head (writer)
+//                v                      v
+//   [ . . . . . | A | B | C | D | E | . . . . ]      head - tail = items held, at most N
+//
+// Head and tail count items ever written and read; the slot is the count modulo N (a power of two), so full
+// and empty need no spare slot and no flag. Each side keeps a copy of the other's counter and looks again
+// only when the copy says full (or empty), which keeps the cache line of the counter from travelling on every
+// item.
+//
+// Memory order: a slot is written before head is released, read after head is acquired; freed by releasing
+// tail, reused after acquiring it. Nothing else orders anything.
+//
+// The object holds no pointer; a zeroed object is an empty ring, so a mapped file of zeroes is one too. A
+// writer that dies between writing slots and releasing head leaves the ring as it was before.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+namespace qduino::channel {
+
+inline constexpr std::size_t kCacheLine = 64;
+
+template <typename T, std::size_t N>
+class RingBuffer {
+    static_assert(std::has_single_bit(N), "the capacity is a power of two");
+    static_assert(std::is_trivially_copyable_v<T>, "items cross threads and processes by their bytes");
+    static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+
+  public:
+    static constexpr std::size_t kCapacity = N;
+
+    // ---- writer's side
+    // -------------------------------------------------------------------------------------
+
+    /// False, and nothing changed, when full. Wait-free.
+    [[nodiscard]] bool try_push(const T& item) {
+        const std::uint64_t head = head_.load(std::memory_order_relaxed);
+        if (head - cached_tail_ >= N) {
+            cached_tail_ = tail_.load(std::memory_order_acquire);
+            if (head - cached_tail_ >= N) return false;
+        }
+        slots_[head & (N - 1)] = item;
+        head_.store(head + 1, std::memory_order_release);
+        return true;
+    }
+
+    /// Pushes as many of `items` as fit, in order, and returns how many; they appear to the reader all at once.
+    std::size_t push_some(std::span<const T> items) {
+        const std::uint64_t head = head_.load(std::memory_order_relaxed);
+        if (N - held(head, cached_tail_) < items.size()) cached_tail_ = tail_.load(std::memory_order_acquire);
+        const std::size_t count = std::min(items.size(), N - held(head, cached_tail_));
+        const std::size_t at = static_cast<std::size_t>(head & (N - 1));
+        const std::size_t before_wrap = std::min(count, N - at);
+        std::copy_n(items.data(), before_wrap, slots_.data() + at);
+        std::copy_n(items.data() + before_wrap, count - before_wrap, slots_.data());
+        head_.store(head + count, std::memory_order_release);
+        return count;
+    }
+
+    /// Pushes all of `items`, or none and false. A frame written so is never seen in part.
+    [[nodiscard]] bool try_push_all(std::span<const T> items) {
+        return free() >= items.size() && push_some(items) == items.size();
+    }
+
+    /// Slots free now; the reader may free more at any time.
+    [[nodiscard]] std::size_t free() const {
+        return N - held(head_.load(std::memory_order_relaxed), tail_.load(std::memory_order_acquire));
+    }
+
+    // ---- reader's side
+    // -------------------------------------------------------------------------------------
+
+    /// The oldest item, or null when empty. Stays valid until pop().
+    [[nodiscard]] const T* front() { return peek(0); }
+
+    /// The item `ahead` places behind the oldest, or null when fewer are held.
+    [[nodiscard]] const T* peek(std::size_t ahead) {
+        const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+        if (cached_head_ - tail <= ahead) cached_head_ = head_.load(std::memory_order_acquire);
+        if (cached_head_ - tail <= ahead) return nullptr;
+        return &slots_[(tail + ahead) & (N - 1)];
+    }
+
+    /// Drops the oldest item. Only after front() returned one.
+    void pop() { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+
+    /// False, and `item` unchanged, when empty.
+    [[nodiscard]] bool try_pop(T& item) {
+        const T* oldest = front();
+        if (!oldest) return false;
+        item = *oldest;
+        pop();
+        return true;
+    }
+
+    /// Moves up to `items.size()` of the oldest out, and returns how many.
+    std::size_t pop_some(std::span<T> items) {
+        const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+        if (cached_head_ - tail < items.size()) cached_head_ = head_.load(std::memory_order_acquire);
+        const std::size_t count = std::min(items.size(), held(cached_head_, tail));
+        const std::size_t at = static_cast<std::size_t>(tail & (N - 1));
+        const std::size_t before_wrap = std::min(count, N - at);
+        std::copy_n(slots_.data() + at, before_wrap, items.data());
+        std::copy_n(slots_.data(), count - before_wrap, items.data() + before_wrap);
+        tail_.store(tail + count, std::memory_order_release);
+        return count;
+    }
+
+    /// Drops everything held now.
+    void discard_all() {
+        cached_head_ = head_.load(std::memory_order_acquire);  // or the copy would lie behind the new tail
+        tail_.store(cached_head_, std::memory_order_release);
+    }
+
+    // ---- either side
+    // ---------------------------------------------------------------------------------------
+
+    /// Items held, at one instant in the recent past. Counters outside 0…N (a damaged shared page) read as N.
+    [[nodiscard]] std::size_t size() const {
+        const std::uint64_t tail = tail_.load(std::memory_order_acquire);
+        return held(head_.load(std::memory_order_acquire), tail);
+    }
+    [[nodiscard]] bool empty() const { return size() == 0; }
+    /// Items ever pushed, and ever popped.
+    [[nodiscard]] std::uint64_t pushed() const { return head_.load(std::memory_order_acquire); }
+    [[nodiscard]] std::uint64_t popped() const { return tail_.load(std::memory_order_acquire); }
+
+    /// For a writer that takes over from one that died: forget the copies it kept.
+    void adopt_writer() { cached_tail_ = tail_.load(std::memory_order_acquire); }
+    /// The same for a reader.
+    void adopt_reader() { cached_head_ = tail_.load(std::memory_order_relaxed); }
+
+  private:
+    /// At most N, whatever the counters of a damaged shared page say: no count ever reaches outside the slots.
+    static std::size_t held(std::uint64_t head, std::uint64_t tail) {
+        return static_cast<std::size_t>(std::min<std::uint64_t>(head - tail, N));
+    }
+
+    alignas(kCacheLine) std::atomic<std::uint64_t> head_{0};
+    std::uint64_t cached_tail_ = 0;  // the writer's
+    alignas(kCacheLine) std::atomic<std::uint64_t> tail_{0};
+    std::uint64_t cached_head_ = 0;  // the reader's
+    alignas(kCacheLine) std::array<T, N> slots_{};
+};
+
+}  // namespace qduino::channel

@@ -1,0 +1,105 @@
+# What every target of the project shares: language level, warnings, sanitizers, where programs land, how a test,
+# a benchmark and a fuzz target are declared.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+
+set(QDUINO_SANITIZE "" CACHE STRING "Sanitizers for the whole build, as -fsanitize= takes them")
+option(QDUINO_FUZZ "Build the libFuzzer targets (clang)" OFF)
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+find_package(Threads REQUIRED)
+enable_testing()
+
+add_library(qduino_options INTERFACE)
+target_include_directories(qduino_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(qduino_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                       -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+target_link_libraries(qduino_options INTERFACE Threads::Threads)
+if(QDUINO_SANITIZE)
+  target_compile_options(qduino_options INTERFACE -fsanitize=${QDUINO_SANITIZE} -fno-omit-frame-pointer
+                         -fno-sanitize-recover=all)
+  target_link_options(qduino_options INTERFACE -fsanitize=${QDUINO_SANITIZE})
+endif()
+if(QDUINO_FUZZ)
+  target_compile_options(qduino_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+# qduino_library(NAME sources… LINK other libraries…): a folder of the house. Header-only when it has no sources.
+function(qduino_library name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  if(arg_UNPARSED_ARGUMENTS)
+    add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${name} PUBLIC qduino_options ${arg_LINK})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE qduino_options ${arg_LINK})
+  endif()
+endfunction()
+
+# qduino_program(NAME sources… LINK libraries…): an executable in build/<preset>/bin.
+function(qduino_program name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK})
+endfunction()
+
+# The sets that ./test builds under a sanitizer, and the fuzz targets.
+add_custom_target(sanitized-tests)
+add_custom_target(lock-free-tests)
+add_custom_target(fuzz-targets)
+
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [LOCK_FREE] [NOT_SANITIZED]): a GoogleTest program;
+# each TEST is one ctest test. LOCK_FREE: also run under the thread sanitizer. NOT_SANITIZED: too slow for, or
+# not meaningful in, the short address-sanitizer run of ./test (the preset still builds it).
+function(qduino_test name)
+  cmake_parse_arguments(arg "LOCK_FREE;NOT_SANITIZED" "TIMEOUT" "LINK;LABELS" ${ARGN})
+  if(QDUINO_FUZZ)
+    return()
+  endif()
+  find_package(GTest REQUIRED)
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK} GTest::gmock GTest::gtest_main)
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  if(NOT arg_NOT_SANITIZED)
+    list(APPEND arg_LABELS sanitized)
+    add_dependencies(sanitized-tests ${name})
+  endif()
+  if(arg_LOCK_FREE)
+    list(APPEND arg_LABELS lock-free)
+    add_dependencies(lock-free-tests ${name})
+  endif()
+  # One label with all words in it: lists do not survive test discovery, and ctest -L matches a part.
+  string(REPLACE ";" " " arg_LABELS "${arg_LABELS}")
+  include(GoogleTest)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+                       PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+endfunction()
+
+# qduino_fuzz(NAME sources… LINK libraries…): a libFuzzer target, only in the fuzz preset. Seeds in corpus/NAME beside it.
+function(qduino_fuzz name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  if(NOT QDUINO_FUZZ)
+    return()
+  endif()
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fuzz)
+  target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK} -fsanitize=fuzzer)
+  add_dependencies(fuzz-targets ${name})
+endfunction()
+
+# qduino_bench(NAME sources… LINK libraries…): a benchmark program, run by hand.
+function(qduino_bench name)
+  qduino_program(${name} ${ARGN})
+endfunction()

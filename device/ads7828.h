@@ -1,0 +1,57 @@
+// ADS7828: the driver's side of a 12-bit, 8-channel analog-to-digital converter on I2C.
+//
+// Source: Texas Instruments, ADS7828 data sheet (SBAS181), "Address byte", "Command byte", "Reading data".
+//
+//   one conversion on the wire:
+//     S  1001 0 A1 A0 W  A   SD C2 C1 C0 PD1 PD0 x x  A   Sr  1001 0 A1 A0 R  A   0 0 0 0 D11…D8  A   D7…D0
+//     N  P
+//                            └──── command byte ────┘                             └────── two result bytes
+//                            ──────┘
+//
+// The channel number is not written as it is: the lowest bit of the channel goes to C2, the upper two to C1
+// C0 (channels are grouped in differential pairs, and C2 picks the side of the pair).
+//
+// Invariant: channel_of(command_byte(channel, mode)) == channel. Nothing here does I/O; the caller owns the
+// bus.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "base/contract.h"
+
+namespace qduino::device::ads7828 {
+
+inline constexpr int kChannelCount = 8;
+inline constexpr int kFullScale = 4096;              ///< a result r means r / kFullScale of the reference
+inline constexpr double kInternalReferenceV = 2.5;   ///< the chip's own reference
+inline constexpr std::uint8_t kFirstAddress = 0x48;  ///< A1 = A0 = 0; the pins add 0…3
+
+/// Bits PD1 PD0: what stays powered between conversions. PD1 also decides the reference.
+enum class PowerMode : std::uint8_t {
+    down_between_conversions =
+        0b00,             ///< external reference; the converter sleeps in between (the usual choice)
+    converter_on = 0b01,  ///< external reference, converter stays on
+    reference_on = 0b10,  ///< internal reference, converter sleeps in between
+    reference_and_converter_on = 0b11,
+};
+
+/// Whether results in this mode are fractions of the internal 2.5 V, rather than of the REF pin.
+constexpr bool uses_internal_reference(PowerMode mode) { return (static_cast<unsigned>(mode) & 0b10u) != 0; }
+
+/// The command byte that starts a single-ended conversion of `channel` (0…7) against COM.
+constexpr std::uint8_t command_byte(int channel, PowerMode mode = PowerMode::down_between_conversions) {
+    QDUINO_EXPECT(channel >= 0 && channel < kChannelCount);
+    const unsigned c = static_cast<unsigned>(channel);
+    const unsigned select = ((c & 1u) << 2) | (c >> 1);
+    return static_cast<std::uint8_t>(0x80u | (select << 4) | (static_cast<unsigned>(mode) << 2));
+}
+
+/// The 12-bit result in the two bytes read; the four leading bits are zero on the wire and ignored here.
+constexpr int decode(std::span<const std::uint8_t, 2> bytes) { return ((bytes[0] & 0x0F) << 8) | bytes[1]; }
+
+/// The result as a fraction of the reference, at the middle of its step: never exactly 0 or 1.
+constexpr double fraction(int result) { return (static_cast<double>(result) + 0.5) / kFullScale; }
+
+}  // namespace qduino::device::ads7828

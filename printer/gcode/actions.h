@@ -1,0 +1,123 @@
+// What G-code asks of a machine: the only way out of the interpreter.
+//
+//   bytes ─► LineReader ─► Parser ─► Command ─► Interpreter ──► Actions      (this file)
+//                                               modal state      machine, pre-flight, a test's recorder
+//
+// Units, coordinates and modes are resolved before anything arrives here: millimetres, seconds, machine
+// coordinates, factors applied, ranges checked against the machine. An implementation knows nothing of G90
+// or inches.
+//
+// No action blocks. One that takes time (a move, a wait, a homing) is queued by the machine, which feeds
+// the next command when it has room or when the wait is over. An action may refuse (a cold nozzle, a
+// latched fault): the interpreter then hands the error on and its modal state is as it was before the
+// command.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "base/quantity.h"
+#include "base/result.h"
+#include "printer/gcode/position.h"
+#include "printer/gcode/source.h"
+
+namespace qduino::printer::gcode {
+
+enum class MoveKind : std::uint8_t {
+    travel,    ///< the tool moves, no filament does
+    print,     ///< the tool moves and filament with it, either way
+    filament,  ///< E alone: retraction, priming
+};
+
+/// A straight line in machine coordinates. `from` differs from `to` always; both are finite and inside the
+/// bounds.
+struct Move {
+    Position from;
+    Position to;
+    /// Asked speed, after M220, above 0: along X, Y, Z together; of the filament when E moves alone. The
+    /// machine's own limits are not applied yet: that is the planner's work.
+    MillimetresPerSecond feedrate;
+    MoveKind kind = MoveKind::travel;
+    bool firmware_retract = false;  ///< G10 or G11 made it
+    Source source;                  ///< the line that asked for it; the pieces of an arc share theirs
+};
+
+enum class Heater : std::uint8_t { hot_end, bed };
+
+enum class WaitFor : std::uint8_t {
+    heating,             ///< M109 S: done as soon as the temperature is not below the target
+    heating_or_cooling,  ///< M109 R: done when the target is reached from either side
+};
+
+/// M201, M203, M204, M205: what is not given stays as it is. Never above the machine's own configuration.
+struct LimitChange {
+    std::array<std::optional<MillimetresPerSecond2>, kAxisCount> axis_acceleration{};
+    std::array<std::optional<MillimetresPerSecond>, kAxisCount> axis_speed{};
+    std::array<std::optional<MillimetresPerSecond>, kAxisCount> axis_instantaneous_speed{};
+    std::optional<MillimetresPerSecond2> print_acceleration{};
+    std::optional<MillimetresPerSecond2> filament_acceleration{};
+    std::optional<MillimetresPerSecond2> travel_acceleration{};
+    std::optional<Millimetres> junction_deviation{};
+};
+
+enum class Report : std::uint8_t {
+    temperatures,
+    position,
+    firmware
+};  ///< M105, M114, M115 (reports.h formats them)
+
+enum class PauseReason : std::uint8_t { requested, filament_change };  ///< M0 M1 M601; M600
+
+enum class NoteKind : std::uint8_t {
+    echo,          ///< M118: text for the host
+    unknown_code,  ///< no such code; it was skipped
+    not_done,      ///< a known code that this version does not carry out; it was skipped
+    warning,       ///< carried out, but look at this
+};
+
+/// M73. What is not given stays as it is.
+struct Progress {
+    std::optional<double> percent{};     ///< 0…100
+    std::optional<Seconds> remaining{};  ///< not negative
+};
+
+/// Implemented by the machine. Called from Interpreter::execute and ::proceed alone, in the order of the
+/// job.
+class Actions {
+  public:
+    virtual ~Actions() = default;
+
+    virtual Result<void> move(const Move& move) = 0;
+    /// After all moves so far have been carried out, waits `duration`. Zero (G4 S0, M400) only waits for
+    /// the moves.
+    virtual Result<void> dwell(Seconds duration) = 0;
+    /// Homes `axes` (X, Y, Z; never empty). Afterwards each of them stands at its
+    /// AxisConfig::home_position_mm: the interpreter assumes so at once, and Interpreter::set_position
+    /// corrects it if the homing fails.
+    virtual Result<void> home(AxisSet axes) = 0;
+    /// `target` is 0 °C (off) up to 15 °C below the heater's maximum. Takes effect in the order of the
+    /// moves.
+    virtual Result<void> set_temperature(Heater heater, Celsius target) = 0;
+    /// Sets the target, then holds the job until it is reached.
+    virtual Result<void> wait_temperature(Heater heater, Celsius target, WaitFor direction) = 0;
+    /// `duty` 0…1. Fan 0 is the part cooling fan.
+    virtual Result<void> set_fan(std::uint8_t index, double duty) = 0;
+    /// The axes may be moved by hand from here on, so the tool axes among them are no longer homed.
+    virtual Result<void> motors_off(AxisSet axes) = 0;
+    virtual Result<void> set_limits(const LimitChange& change) = 0;
+    /// M220, M221: to show; moves come with both applied.
+    virtual void factors(double speed, double flow) = 0;
+    /// M117; empty clears it. UTF-8, without control characters.
+    virtual void message(std::string_view text) = 0;
+    virtual void progress(const Progress& progress) = 0;
+    virtual void report(Report what) = 0;
+    virtual Result<void> pause(PauseReason reason, std::string_view text) = 0;
+    /// M112. At once, and never refused.
+    virtual void emergency_stop() = 0;
+    /// Text for people, on one line; `source` is the line that caused it.
+    virtual void note(NoteKind kind, std::string_view text, const Source& source) = 0;
+};
+
+}  // namespace qduino::printer::gcode

@@ -1,0 +1,115 @@
+#include "printer/gcode/arc.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace qduino::printer::gcode {
+namespace {
+
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+struct Centre {
+    double x_mm, y_mm;
+};
+
+/// G2/G3 R: of the two circles of that radius through both ends, the one whose arc in the wanted direction
+/// is the shorter (R above 0) or the longer (below 0).
+///
+///     centre = middle of the chord ± h · (unit normal of the chord), h = √(r² − (chord/2)²)
+Result<Centre> centre_by_radius(const Position& from, const Position& to, const ArcGeometry& geometry) {
+    const double x = (to[Axis::x] - from[Axis::x]).value();
+    const double y = (to[Axis::y] - from[Axis::y]).value();
+    const double chord = std::hypot(x, y);
+    const double radius = std::abs(geometry.radius_mm);
+    if (chord == 0) {
+        return make_error(ErrorCode::invalid_argument,
+                          "an arc with R needs an end that differs from its start");
+    }
+    if (chord > 2 * radius + kArcRadiusMismatchMm) {
+        return make_error(ErrorCode::invalid_argument, "R is too small to reach from the start to the end");
+    }
+    const double half = std::min(chord / 2, radius);
+    double height = std::sqrt(radius * radius - half * half);
+    // The normal to the left of the chord holds the centre of a short counterclockwise arc.
+    if ((geometry.direction == ArcDirection::clockwise) != (geometry.radius_mm < 0)) height = -height;
+    return Centre{from[Axis::x].value() + x / 2 - y / chord * height,
+                  from[Axis::y].value() + y / 2 + x / chord * height};
+}
+
+Result<Centre> centre_of(const Position& from, const Position& to, const ArcGeometry& geometry) {
+    if (geometry.by_radius) return centre_by_radius(from, to, geometry);
+    return Centre{from[Axis::x].value() + geometry.centre_dx_mm,
+                  from[Axis::y].value() + geometry.centre_dy_mm};
+}
+
+/// Radians from start to end in the arc's direction; a whole turn when both are the same point.
+double sweep_of(double angle_from, double angle_to, bool same_point, const ArcGeometry& geometry) {
+    const bool counterclockwise = geometry.direction == ArcDirection::counterclockwise;
+    double sweep = counterclockwise ? angle_to - angle_from : angle_from - angle_to;
+    sweep = std::fmod(sweep, kTwoPi);
+    // Ends that differ in radius alone: rounding must not turn their sweep of nothing into a whole turn.
+    if (std::abs(sweep) < 1e-9) sweep = 0;
+    if (sweep < 0) sweep += kTwoPi;
+    if (same_point) sweep = geometry.turns > 0 ? 0 : kTwoPi;
+    sweep += kTwoPi * geometry.turns;
+    return counterclockwise ? sweep : -sweep;
+}
+
+std::uint32_t chords_for(double sweep, double radius_mm) {
+    // At least four to a turn: below a radius of 0.017 mm the tolerance alone would allow fewer.
+    const double cosine = std::max(1 - kArcToleranceMm / radius_mm, 0.7071067811865476);
+    const double step = 2 * std::acos(cosine);
+    return static_cast<std::uint32_t>(std::max(1.0, std::ceil(std::abs(sweep) / step)));
+}
+
+}  // namespace
+
+Result<ArcPath> ArcPath::make(const Position& from, const Position& to, const ArcGeometry& geometry) {
+    const Result<Centre> centre = centre_of(from, to, geometry);
+    if (!centre) return centre.error();
+    const double from_x = from[Axis::x].value() - centre->x_mm;
+    const double from_y = from[Axis::y].value() - centre->y_mm;
+    const double to_x = to[Axis::x].value() - centre->x_mm;
+    const double to_y = to[Axis::y].value() - centre->y_mm;
+    ArcPath arc;
+    arc.from_ = from;
+    arc.to_ = to;
+    arc.centre_x_mm_ = centre->x_mm;
+    arc.centre_y_mm_ = centre->y_mm;
+    arc.radius_from_mm_ = std::hypot(from_x, from_y);
+    arc.radius_to_mm_ = std::hypot(to_x, to_y);
+    const double radius_max = std::max(arc.radius_from_mm_, arc.radius_to_mm_);
+    if (!(radius_max > 0))
+        return make_error(ErrorCode::invalid_argument, "an arc needs a centre that is not its start");
+    if (!(radius_max <= kArcRadiusMaxMm)) {
+        return make_error(ErrorCode::out_of_range, "the radius of the arc is above 100 m");
+    }
+    if (std::abs(arc.radius_from_mm_ - arc.radius_to_mm_) > kArcRadiusMismatchMm) {
+        return make_error(ErrorCode::invalid_argument,
+                          "the ends of the arc are not equally far from its centre");
+    }
+    const bool same_point = from[Axis::x] == to[Axis::x] && from[Axis::y] == to[Axis::y];
+    arc.angle_from_ = std::atan2(from_y, from_x);
+    arc.sweep_ = sweep_of(arc.angle_from_, std::atan2(to_y, to_x), same_point, geometry);
+    arc.chords_ = chords_for(arc.sweep_, radius_max);
+    return arc;
+}
+
+Position ArcPath::point(std::uint32_t index) const {
+    QDUINO_EXPECT(index < chords_);
+    if (index + 1 == chords_) return to_;
+    const double along = static_cast<double>(index + 1) / chords_;
+    const double radius = radius_from_mm_ + (radius_to_mm_ - radius_from_mm_) * along;
+    const double angle = angle_from_ + sweep_ * along;
+    Position point;
+    point[Axis::x] = Millimetres{centre_x_mm_ + radius * std::cos(angle)};
+    point[Axis::y] = Millimetres{centre_y_mm_ + radius * std::sin(angle)};
+    point[Axis::z] = from_[Axis::z] + (to_[Axis::z] - from_[Axis::z]) * along;
+    point[Axis::e] = from_[Axis::e] + (to_[Axis::e] - from_[Axis::e]) * along;
+    return point;
+}
+
+Position ArcPath::peek() const { return point(next_); }
+
+}  // namespace qduino::printer::gcode

@@ -1,0 +1,26 @@
+// Is this G-code at all? A look at the first bytes of an upload, before anything is made of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace qduino::printer::gcode {
+
+enum class Content : std::uint8_t {
+    gcode,
+    empty,
+    binary_gcode,  ///< Prusa's .bgcode, magic `GCDE`
+    binary,        ///< a picture, an archive, an STL …: NUL bytes, or most of it not text
+    other_text,    ///< text, but no line of it looks like a command or a `;` comment
+};
+
+/// Judges by the first `bytes` of a file; 4 KiB are plenty, fewer will do.
+Content look_at_content(std::span<const char> bytes);
+
+inline bool looks_like_gcode(std::span<const char> bytes) { return look_at_content(bytes) == Content::gcode; }
+
+/// For people: what it is and what to do; empty for gcode.
+std::string_view explain(Content content);
+
+}  // namespace qduino::printer::gcode

@@ -1,0 +1,37 @@
+// The line protocol of a serial host: numbers and check sums, and the answer to a line that was lost or
+// broken.
+//
+//   host:    N5 G1 X10*97        N6 … (lost)       N7 G1 X30*98
+//   answer:  ok                                    Error:Line Number is not Last Line Number+1, Last Line: 5
+//                                                  Resend: 6
+//                                                  ok
+//
+// The words are Marlin's, as hosts parse them. A line without a number passes unchecked, as in Marlin.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/fixed_string.h"
+#include "printer/gcode/parser.h"
+
+namespace qduino::printer::gcode {
+
+struct HostVerdict {
+    bool accepted = true;
+    FixedString<160> reply;  ///< when refused: lines to send, each ended by LF but for the last
+};
+
+class HostSession {
+  public:
+    /// Judges a parsed line. Only an accepted line may be executed. M110 N sets the number of the last
+    /// line.
+    HostVerdict accept(const Line& line);
+    [[nodiscard]] std::uint64_t last_line() const { return last_line_; }
+
+  private:
+    HostVerdict refuse(const char* what) const;
+    std::uint64_t last_line_ = 0;
+};
+
+}  // namespace qduino::printer::gcode

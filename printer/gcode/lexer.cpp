@@ -1,0 +1,142 @@
+#include "printer/gcode/lexer.h"
+
+#include "printer/gcode/command_table.h"
+#include "printer/gcode/text.h"
+
+namespace qduino::printer::gcode {
+namespace {
+
+constexpr std::uint64_t kNumberMax = 99'999;
+
+void skip_spaces(std::string_view& text) {
+    while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+}
+
+Error malformed(std::string_view what, std::string_view around) {
+    FixedString<236> text{what};
+    text.append(" at '");
+    append_printable(text, around.substr(0, 24));
+    return make_error(ErrorCode::invalid_argument, text.append("'"));
+}
+
+/// Digits of a code's number or subcode.
+std::optional<std::uint32_t> take_code_number(std::string_view& text) {
+    std::string_view rest = text;
+    const auto number = take_integer(rest);
+    if (!number || *number > kNumberMax) return std::nullopt;
+    text = rest;
+    return static_cast<std::uint32_t>(*number);
+}
+
+/// `G92.1`: letter, number, subcode.
+Result<void> take_code(std::string_view& rest, Command& command) {
+    const std::string_view start = rest;
+    command.letter = to_upper(rest.front());
+    rest.remove_prefix(1);
+    skip_spaces(rest);
+    const auto number = take_code_number(rest);
+    if (!number) return malformed("a command needs a number behind its letter,", start);
+    command.number = *number;
+    if (!rest.empty() && rest.front() == '.') {
+        rest.remove_prefix(1);
+        const auto subcode = take_code_number(rest);
+        if (!subcode || *subcode > 0xFFFF) return malformed("a subcode is not a number", start);
+        command.subcode = static_cast<std::uint16_t>(*subcode);
+    }
+    return {};
+}
+
+/// `"…"` behind a letter: the letter is present, the string becomes the command's text.
+Result<void> take_string(std::string_view& rest, Command& command) {
+    const std::size_t end = rest.find('"', 1);
+    if (end == std::string_view::npos) return malformed("a quote without its end", rest);
+    if (command.text.empty()) command.text_cut = !append_printable(command.text, rest.substr(1, end - 1));
+    rest.remove_prefix(end + 1);
+    return {};
+}
+
+/// One parameter: a letter, and what may stand behind it.
+Result<void> take_parameter(std::string_view& rest, Command& command) {
+    const std::string_view start = rest;
+    const char letter = to_upper(rest.front());
+    if (!is_letter(letter)) return malformed("expected a letter", rest);
+    if (command.parameters.has(letter)) return malformed("the same letter twice on a line,", rest);
+    if (letter == 'G' || letter == 'M') return malformed("more than one command on a line,", rest);
+    rest.remove_prefix(1);
+    skip_spaces(rest);
+    if (!rest.empty() && rest.front() == '"') {
+        command.parameters.add(letter);
+        return take_string(rest, command);
+    }
+    if (rest.empty() || is_letter(rest.front())) {
+        command.parameters.add(letter);
+        return {};
+    }
+    const auto value = take_number(rest);
+    if (!value) return malformed("not a number", start);
+    command.parameters.add(letter, *value);
+    return {};
+}
+
+Result<void> take_parameters(std::string_view rest, Command& command) {
+    for (skip_spaces(rest); !rest.empty(); skip_spaces(rest)) {
+        if (auto taken = take_parameter(rest, command); !taken) return taken;
+    }
+    return {};
+}
+
+bool take_text(std::string_view tail, Command& command) {
+    command.text_cut = !append_printable(command.text, trim(tail));
+    return true;
+}
+
+void take_word(std::string_view code, Command& command) {
+    std::size_t end = 0;
+    while (end < code.size() && (is_letter(code[end]) || is_digit(code[end]) || code[end] == '_')) {
+        command.word.push_back(to_upper(code[end++]));
+    }
+    take_text(code.substr(end), command);
+}
+
+}  // namespace
+
+bool is_word_command(std::string_view code) {
+    return code.size() >= 2 && is_letter(code[0]) && (is_letter(code[1]) || code[1] == '_');
+}
+
+LeadingCode leading_code(std::string_view code) {
+    if (code.empty() || !is_letter(code.front())) return {};
+    const char letter = to_upper(code.front());
+    code.remove_prefix(1);
+    skip_spaces(code);
+    const auto number = take_code_number(code);
+    return number ? LeadingCode{letter, *number} : LeadingCode{};
+}
+
+Result<bool> parse_words(std::string_view code, Command& command) {
+    command.letter = '\0';
+    command.number = 0;
+    command.subcode.reset();
+    command.parameters.clear();
+    command.text.clear();
+    command.text_cut = false;
+    command.word.clear();
+    std::string_view rest = trim(code);
+    if (rest.empty() || rest == "%") return false;  // RS274's mark of a tape's ends
+    if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);
+    if (is_word_command(rest)) {
+        take_word(rest, command);
+        return true;
+    }
+    if (auto code_taken = take_code(rest, command); !code_taken) return code_taken.error();
+    if (takes_free_text(command.letter, command.number)) return take_text(rest, command);
+    const std::string_view tail = rest;
+    const Result<void> taken = take_parameters(rest, command);
+    if (taken) return true;
+    if (must_be_words(command.letter, command.number)) return taken.error();
+    command.parameters.clear();
+    command.text.clear();
+    return take_text(tail, command);
+}
+
+}  // namespace qduino::printer::gcode

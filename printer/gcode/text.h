@@ -1,0 +1,86 @@
+// Characters and bounded text, free of the locale: what the parts of the G-code reader share.
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "base/fixed_string.h"
+
+namespace qduino::printer::gcode {
+
+constexpr bool is_space(char c) { return c == ' ' || c == '\t'; }
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
+constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+constexpr char to_upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
+
+constexpr std::string_view trim(std::string_view text) {
+    while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+    while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+    return text;
+}
+
+/// True and cut off when `text` starts with `prefix`.
+constexpr bool skip_prefix(std::string_view& text, std::string_view prefix) {
+    if (!text.starts_with(prefix)) return false;
+    text.remove_prefix(prefix.size());
+    return true;
+}
+
+/// Takes a decimal number off the front of `text`: sign, digits, at most one point; no exponent, no
+/// hexadecimal, no "inf" or "nan". Correctly rounded (std::from_chars) and always finite. None, and nothing
+/// taken, when there is none.
+std::optional<double> take_number(std::string_view& text);
+
+/// Takes decimal digits off the front. None, and nothing taken, when there are none or they exceed 64 bits.
+std::optional<std::uint64_t> take_integer(std::string_view& text);
+
+/// Appends `value` with `decimals` digits behind the point; never an exponent. For |value| < 1e15.
+template <std::size_t N>
+FixedString<N>& append_number(FixedString<N>& out, double value, int decimals = 2) {
+    char digits[64];
+    const auto [end, error] =
+        std::to_chars(digits, digits + sizeof digits, value, std::chars_format::fixed, decimals);
+    return error == std::errc{} ? out.append({digits, static_cast<std::size_t>(end - digits)})
+                                : out.append("?");
+}
+
+/// Appends `value` in as few digits as tell it apart: 150, 0.2, 1000000; beyond 1e15 with an exponent.
+template <std::size_t N>
+FixedString<N>& append_shortest(FixedString<N>& out, double value) {
+    char digits[64];
+    const bool plain = (value >= 1e-6 && value < 1e15) || (value <= -1e-6 && value > -1e15) || value == 0;
+    const auto format = plain ? std::chars_format::fixed : std::chars_format::scientific;
+    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value, format);
+    return error == std::errc{} ? out.append({digits, static_cast<std::size_t>(end - digits)})
+                                : out.append("?");
+}
+
+template <std::size_t N>
+FixedString<N>& append_integer(FixedString<N>& out, std::int64_t value) {
+    char digits[24];
+    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
+    return error == std::errc{} ? out.append({digits, static_cast<std::size_t>(end - digits)})
+                                : out.append("?");
+}
+
+/// Length of the valid UTF-8 sequence at the front of `text` that stands for a printable character; 0 when
+/// the first byte begins none (a control character, an overlong form, a surrogate, a stray byte).
+std::size_t printable_sequence(std::string_view text);
+
+/// Appends what of `text` is printable UTF-8, and `?` for each other byte; never cuts a character in two.
+/// So that what came from a file may go into JSON, a log and a terminal. False when it did not fit whole.
+template <std::size_t N>
+bool append_printable(FixedString<N>& out, std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t count = printable_sequence(text);
+        const std::string_view piece = count == 0 ? std::string_view{"?"} : text.substr(0, count);
+        if (out.size() + piece.size() > N) return false;
+        out.append(piece);
+        text.remove_prefix(count == 0 ? 1 : count);
+    }
+    return true;
+}
+
+}  // namespace qduino::printer::gcode

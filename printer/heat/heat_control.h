@@ -1,0 +1,81 @@
+// Loop 3's work: two heaters and the part fan, one sample at a time.
+//
+//   targets (four-slot, loop 1 writes) ─►┐
+//   readings (converter, by the sketch) ─►  watch → PID ─► duties (the sketch drives the pins) + status
+//   (four-slots)
+//
+// It depends on nothing but loop 3 itself: with loops 1 and 2 dead or the service gone it goes on watching.
+// When the sketch itself is gone, the supervisor's safe states have the heaters (board/linux/supervisor).
+#pragma once
+
+#include <atomic>
+#include <optional>
+
+#include "base/quantity.h"
+#include "base/time.h"
+#include "channel/four_slot.h"
+#include "printer/heat/heater_watch.h"
+#include "printer/heat/pid.h"
+#include "printer/link/layout.h"
+#include "printer/machine_config.h"
+
+namespace qduino::printer::heat {
+
+/// What loop 1 asks for. Sequence numbers let a repeated request be told from an old one.
+struct HeatTargets {
+    Celsius hot_end{};  ///< 0: off
+    Celsius bed{};
+    double fan_duty = 0;
+    std::uint32_t clear_faults = 0;  ///< a new number clears latched faults
+};
+
+struct HeatReadings {
+    std::optional<Celsius> hot_end;
+    std::optional<Celsius> bed;
+};
+
+/// What the sketch drives onto the pins; 0 … 1.
+struct HeatDuties {
+    double hot_end = 0;
+    double bed = 0;
+    double fan = 0;
+};
+
+class HeatControl {
+  public:
+    explicit HeatControl(const MachineConfig& config);
+
+    /// Loop 1. Wait-free.
+    void set_targets(const HeatTargets& targets) { targets_.write(targets); }
+    /// Loop 1. Wait-free; the freshest sample's result.
+    [[nodiscard]] link::HeatStatus status() const { return status_.read(); }
+
+    /// Loop 3, once per sample. `cut` is the emergency stop: heat off whatever is asked.
+    [[nodiscard]] HeatDuties sample(Instant now, const HeatReadings& readings, bool cut);
+
+    /// Loop 3: where the status also goes, for the service. May be null.
+    void publish_to(channel::FourSlot<link::HeatStatus>* link) { link_ = link; }
+
+  private:
+    struct Heater {
+        Pid pid;
+        HeaterWatch watch;
+        Celsius last_target{};
+        Celsius shown{};  // last good reading
+    };
+    double drive(Heater& heater, Instant now, std::optional<Celsius> reading, Celsius target, double dt_s,
+                 bool cut);
+    void publish(const HeatTargets& targets, const HeatDuties& duties);
+
+    Heater hot_end_;
+    Heater bed_;
+    bool has_bed_;
+    channel::FourSlot<HeatTargets> targets_;
+    channel::FourSlot<link::HeatStatus> status_;
+    channel::FourSlot<link::HeatStatus>* link_ = nullptr;
+    std::uint64_t samples_ = 0;
+    std::uint32_t cleared_ = 0;
+    Instant last_{};
+};
+
+}  // namespace qduino::printer::heat

@@ -1,0 +1,83 @@
+// PID control of one heater.
+//
+//   output = Kp·e + Ki·∫e dt − Kd·dT/dt          e = target − T,  output 0 … 255 (Marlin's units), returned
+//   as 0 … 1
+//
+// - The derivative acts on the measurement, so a new target gives no kick, and is low-passed: one step of a
+// 12-bit
+//   converter is about 0.3 °C at 200 °C, which over an 8 ms sample would look like 37 °C/s.
+// - The integral works only near the target (|e| < `functional_range`), where it is clamped so that it alone
+// can ask
+//   for no more than full power, and stops growing while the output is saturated in its own direction
+//   (conditional integration, Åström & Hägglund).
+// Gains are those of the reference machine's firmware (ANCHORS in docs/sources.md): 22.2 / 1.08 / 114 for its
+// hot end.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace qduino::printer::heat {
+
+struct PidGains {
+    double kp = 0, ki = 0, kd = 0;     ///< output units (0…255) per °C, per °C·s, per °C/s
+    double functional_range = 10;      ///< °C: outside, full power or none
+    /// Integrate also while the output is saturated. A bed's integral gain is so small that what it needs to hold its
+    /// temperature must gather while it heats up; a hot end would overshoot.
+    bool integrate_saturated = false;
+    double derivative_filter_s = 3.0;  ///< time constant of the derivative's low pass
+};
+
+class Pid {
+  public:
+    explicit Pid(PidGains gains) : gains_(gains) {}
+
+    void set_gains(PidGains gains) { gains_ = gains; }
+    [[nodiscard]] PidGains gains() const { return gains_; }
+
+    /// Forgets the past: call when the target goes from off to on.
+    void reset() {
+        integral_ = 0;
+        derivative_ = 0;
+        primed_ = false;
+    }
+
+    /// One sample, `dt_s` > 0 seconds after the last one. Returns the duty, 0 … 1.
+    [[nodiscard]] double update(double target_celsius, double celsius, double dt_s) {
+        const double error = target_celsius - celsius;
+        if (!primed_) {
+            smoothed_ = celsius;
+            primed_ = true;
+        }
+        const double weight = 1.0 - std::exp(-dt_s / gains_.derivative_filter_s);
+        const double before = smoothed_;
+        smoothed_ += weight * (celsius - smoothed_);
+        derivative_ = (smoothed_ - before) / dt_s;
+
+        if (error > gains_.functional_range) {
+            integral_ = 0;
+            return 1.0;
+        }
+        if (error < -gains_.functional_range) {
+            integral_ = 0;
+            return 0.0;
+        }
+        const double proportional = gains_.kp * error - gains_.kd * derivative_;
+        const double wanted = proportional + gains_.ki * integral_;
+        const bool pushing_out = (wanted > kFull && error > 0) || (wanted < 0 && error < 0);
+        if ((gains_.integrate_saturated || !pushing_out) && gains_.ki > 0) {
+            integral_ = std::clamp(integral_ + error * dt_s, 0.0, kFull / gains_.ki);
+        }
+        return std::clamp((proportional + gains_.ki * integral_) / kFull, 0.0, 1.0);
+    }
+
+  private:
+    static constexpr double kFull = 255.0;
+    PidGains gains_;
+    double integral_ = 0;    // °C·s
+    double smoothed_ = 0;    // °C
+    double derivative_ = 0;  // °C/s
+    bool primed_ = false;
+};
+
+}  // namespace qduino::printer::heat

@@ -1,0 +1,163 @@
+// The link between the sketch and the print service: one shared-memory object, laid out here and nowhere
+// else.
+//
+//   service ── jobs (ring of frames) ──────► sketch        job bytes, acknowledged by offset
+//   service ── commands (ring of frames) ──► sketch        pause, resume, cancel, typed G-code lines …
+//   service ── emergency (one atomic) ─────► sketch        read by loops 2 and 3 directly: waits for nothing
+//   sketch  ── replies (ring of frames) ───► service       console text; dropped when full, and counted
+//   sketch  ── status (four-slots) ────────► service       machine, motion, heat: always the freshest whole
+//   value
+//
+// The sketch creates a fresh object for every run (new session number, then renamed over the old name), so
+// nothing stale is ever read. The service attaches and may die and return at any time: the sketch prints on
+// with what it holds.
+//
+// Whatever crosses is untrusted on the other side: every frame has a magic, a bounded length, a check sum;
+// every field is range-checked by its reader (frame.h). A job's bytes carry their offset, so a returning
+// service may send again from `JobStatus::bytes_accepted` (or from anything below): what is already held is
+// dropped, a gap is refused.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "base/histogram.h"
+#include "channel/four_slot.h"
+#include "channel/ring_buffer.h"
+#include "printer/machine_config.h"
+
+namespace qduino::printer::link {
+
+inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
+inline constexpr std::uint32_t kVersion = 1;
+
+inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
+inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
+inline constexpr std::size_t kReplyRingBytes = std::size_t{1} << 16;
+inline constexpr std::size_t kMaxPayload = 4096;
+
+enum class FrameType : std::uint8_t {
+    job_begin = 1,  ///< payload: u64 job id, u64 length in bytes
+    job_bytes = 2,  ///< payload: u64 job id, u64 offset, then the bytes
+    job_end = 3,    ///< payload: u64 job id; after it the job's last byte has been sent
+    command = 4,    ///< payload: u8 Command, then its text (gcode: one line)
+    reply = 5,      ///< payload: u8 ReplyKind, then text
+};
+
+enum class Command : std::uint8_t {
+    pause = 1,
+    resume = 2,
+    cancel = 3,
+    gcode = 4,  ///< one line, run between moves when no job runs, or queued behind the job's planned moves
+    clear_fault = 5,  ///< after a fault or emergency stop: back to idle if the cause is gone
+};
+
+enum class ReplyKind : std::uint8_t { text = 1, warning = 2, error = 3 };
+
+/// `emergency` holds the number of emergency stops asked for; the sketch stops when it differs from what it
+/// last served.
+enum class MachineState : std::uint8_t {
+    starting = 0,
+    idle = 1,
+    printing = 2,
+    pausing = 3,
+    paused = 4,
+    cancelling = 5,
+    faulted = 6,  ///< heaters off, motors idle; `fault` says why; clear_fault leaves it
+};
+
+enum class JobOutcome : std::uint8_t { none = 0, running = 1, completed = 2, cancelled = 3, failed = 4 };
+
+/// Written by loop 1.
+struct JobStatus {
+    std::uint64_t heartbeat = 0;  ///< counts loop 1's releases; standing still means the sketch hangs
+    MachineState state = MachineState::starting;
+    JobOutcome outcome = JobOutcome::none;
+    std::uint64_t job_id = 0;  ///< the job of `outcome`; 0: none yet in this session
+    std::uint64_t job_length = 0;
+    std::uint64_t bytes_accepted = 0;  ///< job bytes taken off the ring, in order: resume feeding here
+    std::uint64_t bytes_planned = 0;   ///< … parsed and planned
+    std::uint64_t bytes_executed = 0;  ///< … whose moves have been played
+    std::uint64_t line = 0;            ///< line number in the job, executed
+    std::uint32_t unknown_codes = 0;
+    std::uint32_t warnings = 0;
+    std::uint32_t layer = 0;      ///< from layer comments, 0 when there are none
+    double progress_slicer = -1;  ///< M73 P, 0…100; −1: none
+    double feed_factor = 1;       ///< M220
+    double flow_factor = 1;       ///< M221
+    double fan_duty = 0;
+    double print_time_s = 0;                       ///< time of the running or last job, pauses excluded
+    std::array<double, kAxisCount> position_mm{};  ///< planned G-code position
+    std::array<bool, 3> homed{};
+    /// Pulse counts at machine position 0: position in mm = (MotionStatus::steps − this) / steps per mm.
+    std::array<std::int64_t, kAxisCount> origin_steps{};
+    FixedString<128> message;  ///< M117
+    FixedString<236> fault;    ///< why faulted, or why the last job failed
+    std::uint64_t replies_dropped = 0;
+};
+
+/// Written by loop 2.
+struct MotionStatus {
+    std::uint64_t heartbeat = 0;
+    std::array<std::int64_t, kAxisCount> steps{};    ///< machine position in microsteps, as pulses went out
+    std::array<std::uint64_t, kAxisCount> pulses{};  ///< pulses ever sent
+    std::uint64_t late_steps = 0;                    ///< steps whose lateness moved the time line
+    std::int64_t shift_ns = 0;  ///< how far the time line has moved in this session, and only lateness did it
+    std::uint64_t starved = 0;  ///< times the ring ran dry in mid-move
+    Histogram lateness_ns;      ///< of every step in this session
+    std::uint32_t last_marker = 0;
+    std::uint32_t ring_fill = 0;
+    std::int64_t timeline_ns = 0;                 ///< how far the print's own time line has been played
+    std::uint32_t stops_served = 0;               ///< the last stop request that loop 2 has carried out
+    std::array<std::uint32_t, 3> endstop_hits{};  ///< homing runs of X, Y, Z that ended at the switch
+    bool moving = false;
+};
+
+struct HeaterStatus {
+    double celsius = 0;
+    double target_celsius = 0;  ///< 0: off
+    double duty = 0;
+    bool fault = false;
+};
+
+/// Written by loop 3.
+struct HeatStatus {
+    std::uint64_t heartbeat = 0;
+    HeaterStatus hot_end;
+    HeaterStatus bed;
+    double fan_duty = 0;
+    FixedString<160> fault;  ///< empty when none
+};
+
+/// What the sketch could be promised at start: the text of the guarantee report as JSON, for the page.
+struct GuaranteeText {
+    FixedString<8000> json;
+};
+
+/// The shared object. Zeroed memory plus the header fields is a valid, empty link.
+struct LinkLayout {
+    std::atomic<std::uint32_t> magic{0};  ///< written last by the creator
+    std::uint32_t version = 0;
+    std::uint64_t size = 0;     ///< sizeof(LinkLayout)
+    std::uint64_t session = 0;  ///< random, not 0
+    std::uint64_t started_unix_s = 0;
+    std::uint32_t sketch_pid = 0;
+    std::atomic<std::uint32_t> sketch_dead{
+        0};  ///< set by the supervisor when the sketch has died (1) or hung (2)
+    std::atomic<std::uint32_t> emergency{0};  ///< incremented by the service
+    std::atomic<std::uint64_t> service_heartbeat{
+        0};  ///< incremented by the service; its silence stops nothing
+    std::atomic<std::uint32_t> service_pid{
+        0};  ///< who feeds; a second feeder must not start while this one lives
+
+    channel::RingBuffer<std::uint8_t, kJobRingBytes> jobs;
+    channel::RingBuffer<std::uint8_t, kCommandRingBytes> commands;
+    channel::RingBuffer<std::uint8_t, kReplyRingBytes> replies;
+    channel::FourSlot<JobStatus> job_status;
+    channel::FourSlot<MotionStatus> motion_status;
+    channel::FourSlot<HeatStatus> heat_status;
+    channel::FourSlot<GuaranteeText> guarantee;
+};
+
+}  // namespace qduino::printer::link

@@ -1,0 +1,134 @@
+// What the service asks for: pause, resume, cancel, clear a fault, and lines that a person typed.
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "printer/machine/machine.h"
+
+namespace qduino::printer::machine {
+
+using link::Command;
+using link::MachineState;
+using link::ReplyKind;
+
+void Machine::serve_commands() {
+    for (int i = 0; i < kCommandsPerPlan; ++i) {
+        const Result<std::optional<link::FrameView>> frame = command_reader_.read(link_.commands);
+        if (!frame.ok()) {
+            reply(ReplyKind::error, frame.error().message);
+            continue;
+        }
+        if (!frame->has_value()) return;
+        if ((*frame)->type != link::FrameType::command) continue;
+        const Result<link::CommandText> command = link::decode_command((*frame)->payload);
+        if (command.ok()) {
+            serve(*command);
+        } else {
+            reply(ReplyKind::error, command.error().message);
+        }
+    }
+}
+
+void Machine::serve(const link::CommandText& command) {
+    switch (command.command) {
+        case Command::pause:
+            return pause_job();
+        case Command::resume:
+            return resume_job();
+        case Command::cancel:
+            return cancel_job();
+        case Command::clear_fault:
+            return clear_fault();
+        case Command::gcode:
+            break;
+    }
+    if (command.text.size() > gcode::kCommandBytesMax) {
+        return reply(ReplyKind::error, "the line is longer than 256 bytes: it was not taken");
+    }
+    if (!typed_.try_push_back(FixedString<gcode::kCommandBytesMax>{command.text})) {
+        reply(ReplyKind::error, "busy: sixteen lines are waiting already; try again when they are done");
+    }
+}
+
+void Machine::pause_job() {
+    if (status_.state != MachineState::printing) return;
+    status_.state = MachineState::pausing;
+    pause_at_end_ = false;
+}
+
+void Machine::resume_job() {
+    if (status_.state != MachineState::paused && status_.state != MachineState::pausing) return;
+    if (pipe_.planner().held()) pipe_.planner().resume();
+    pause_at_end_ = false;
+    status_.state = MachineState::printing;
+}
+
+void Machine::cancel_job() {
+    const bool something =
+        status_.state != MachineState::faulted && status_.state != MachineState::cancelling &&
+        (status_.state != MachineState::idle || wait_ != Wait::nothing || !pipe_.drained());
+    if (something) stop_job(link::JobOutcome::cancelled, "cancelled");
+}
+
+void Machine::clear_fault() {
+    if (status_.state != MachineState::faulted || stop_running_) return;
+    heat_off();
+    ++targets_.clear_faults;
+    heat_.set_targets(targets_);
+    heat_seen_.fault.clear();
+    status_.fault.clear();
+    status_.state = MachineState::idle;
+    reply(ReplyKind::text, "fault cleared: home the axes before the next move");
+}
+
+/// While a job runs, only what does not move anything may be typed; while faulted, only questions.
+Result<void> Machine::may_type(const gcode::Command& command) const {
+    struct Code {
+        char letter;
+        std::uint32_t number;
+        bool in_fault;
+    };
+    static constexpr std::array kAlways{
+        Code{'M', 105, true},  Code{'M', 114, true},  Code{'M', 115, true},  Code{'M', 112, true},
+        Code{'M', 117, true},  Code{'M', 104, false}, Code{'M', 140, false}, Code{'M', 106, false},
+        Code{'M', 107, false}, Code{'M', 220, false}, Code{'M', 221, false}, Code{'M', 73, true},
+    };
+    const bool faulted = status_.state == MachineState::faulted;
+    if (!faulted && !job_running()) return {};
+    const bool allowed = std::any_of(kAlways.begin(), kAlways.end(), [&](const Code& code) {
+        return code.letter == command.letter && code.number == command.number && (code.in_fault || !faulted);
+    });
+    if (allowed) return {};
+    FixedString<236> text{command.name().view()};
+    text.append(
+        faulted ? " was not done: the machine has a fault; clear it first"
+                : " was not done: a job runs; only temperatures, fan, M220, M221 and questions are taken");
+    return Error{ErrorCode::unavailable, text};
+}
+
+/// While a job runs or a fault is latched, what may be typed needs no room in the planner and waits for nothing.
+void Machine::answer_typed_lines() {
+    const bool moves_are_refused = job_running() || status_.state == MachineState::faulted;
+    while (moves_are_refused && !typed_.empty() && !interpreter_.pending()) run_typed_line();
+}
+
+void Machine::run_typed_line() {
+    const FixedString<gcode::kCommandBytesMax> text = typed_.front();
+    typed_.erase(0);
+    const Result<std::optional<gcode::Command>> parsed = gcode::parse_line(text);
+    if (!parsed.ok()) return reply(ReplyKind::error, parsed.error().message);
+    if (!parsed->has_value()) return;
+    Result<void> done = may_type(**parsed);
+    if (done.ok()) {
+        from_console_ = true;
+        done = interpreter_.execute(**parsed, 4);
+        from_console_ = false;
+    }
+    if (done.ok()) {
+        reply(ReplyKind::text, "ok");
+    } else {
+        reply(ReplyKind::error, done.error().message);
+    }
+}
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,54 @@
+#include "printer/motion/junction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace qduino::printer::motion {
+namespace {
+
+constexpr int kZ = index_of(Axis::z);
+constexpr int kE = index_of(Axis::e);
+
+constexpr double squared(double x) { return x * x; }
+
+/// s² and c² of the corner (see the head of junction.h), in space or, for two E-only moves, along E.
+struct HalfAngle {
+    double sin2 = 0;
+    double cos2 = 0;
+};
+HalfAngle half_angle(const MoveGeometry& before, const MoveGeometry& after) {
+    HalfAngle half;
+    const int first = after.extrude_only ? kE : 0;
+    const int last = after.extrude_only ? kE : kZ;
+    for (int i = first; i <= last; ++i) {
+        half.sin2 += 0.25 * squared(before.direction[i] + after.direction[i]);
+        half.cos2 += 0.25 * squared(before.direction[i] - after.direction[i]);
+    }
+    return half;
+}
+
+}  // namespace
+
+double junction_speed_squared(const MoveGeometry& before, const MoveGeometry& after,
+                              const AxisVector& instantaneous_speed_mm_s) {
+    if (before.extrude_only != after.extrude_only) return 0;
+    double limit2 = squared(std::min(before.speed_mm_s, after.speed_mm_s));
+    const HalfAngle half = half_angle(before, after);
+    if (half.cos2 > 0) {
+        const double sine = std::sqrt(half.sin2);
+        const double cosine = std::sqrt(half.cos2);
+        const double deviation = std::min(before.acceleration_mm_s2 * before.deviation_mm,
+                                          after.acceleration_mm_s2 * after.deviation_mm);
+        limit2 = std::min(limit2, deviation * sine * (1 + sine) / half.cos2);
+        const double reach = std::min(before.acceleration_mm_s2 * before.length_mm,
+                                      after.acceleration_mm_s2 * after.length_mm);
+        limit2 = std::min(limit2, 0.5 * reach * sine / cosine);
+    }
+    for (const int axis : {kZ, kE}) {
+        const double change = std::abs(after.direction[axis] - before.direction[axis]);
+        if (change > 0) limit2 = std::min(limit2, squared(instantaneous_speed_mm_s[axis] / change));
+    }
+    return limit2;
+}
+
+}  // namespace qduino::printer::motion

@@ -1,0 +1,242 @@
+#include "printer/motion/planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/contract.h"
+
+namespace qduino::printer::motion {
+
+Planner::Planner(const MotionSettings& settings, const AxisVector& position_mm)
+    : settings_(settings), position_mm_(position_mm) {}
+
+// ---- in --------------------------------------------------------------------------------------------------
+
+MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, const Move& move) const {
+    MoveGeometry geometry;
+    geometry.length_mm = length_mm;
+    geometry.speed_mm_s = std::max(move.speed_mm_s, kSpeedMin_mm_s);
+    geometry.acceleration_mm_s2 = move.acceleration_mm_s2;
+    geometry.deviation_mm =
+        junction_deviation_mm(settings_.square_corner_speed_mm_s, move.acceleration_mm_s2);
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        geometry.direction[i] = delta_mm[i] / length_mm;
+        const double share = std::abs(geometry.direction[i]);
+        if (share == 0) continue;
+        const double step_rate_speed = 1 / (settings_.step_interval_s_min * settings_.steps_per_mm[i]);
+        const double axis_speed = std::min(settings_.max_speed_mm_s[i], step_rate_speed);
+        geometry.speed_mm_s = std::min(geometry.speed_mm_s, axis_speed / share);
+        geometry.acceleration_mm_s2 =
+            std::min(geometry.acceleration_mm_s2, settings_.max_acceleration_mm_s2[i] / share);
+    }
+    return geometry;
+}
+
+bool Planner::append(const Move& move) {
+    QDUINO_EXPECT(std::isfinite(move.speed_mm_s + move.filament_mm) && move.acceleration_mm_s2 > 0);
+    QDUINO_EXPECT(std::isfinite(move.end_mm[0] + move.end_mm[1] + move.end_mm[2]));
+    if (full()) return false;
+    const AxisVector end_mm{move.end_mm[0], move.end_mm[1], move.end_mm[2],
+                            position_mm_[3] + move.filament_mm};
+    AxisVector delta_mm{};
+    for (std::size_t i = 0; i < kAxisCount; ++i) delta_mm[i] = end_mm[i] - position_mm_[i];
+    const double space_mm =
+        std::sqrt(delta_mm[0] * delta_mm[0] + delta_mm[1] * delta_mm[1] + delta_mm[2] * delta_mm[2]);
+    const bool extrude_only = space_mm < kLengthMin_mm;
+    const double length_mm = extrude_only ? std::abs(delta_mm[3]) : space_mm;
+    if (length_mm < kLengthMin_mm) return true;
+
+    MoveGeometry geometry = geometry_of(delta_mm, length_mm, move);
+    geometry.extrude_only = extrude_only;
+    const double limit2 =
+        end_at_rest_ ? 0 : junction_speed_squared(last_move_, geometry, settings_.instantaneous_speed_mm_s);
+    Entry& added = push(SegmentKind::move, limit2, 2 * geometry.acceleration_mm_s2 * length_mm);
+    added.end_mm = end_mm;
+    added.geometry = geometry;
+    added.job = move.job;
+    position_mm_ = end_mm;
+    last_move_ = geometry;
+    end_at_rest_ = false;
+    return true;
+}
+
+Planner::Entry& Planner::push(SegmentKind kind, double limit2, double gain2) {
+    node(tail_) = Node{limit2, gain2, 0, 0, 0};
+    Entry& added = entry(tail_);
+    added = Entry{};
+    added.kind = kind;
+    added.start_mm = position_mm_;
+    added.end_mm = position_mm_;
+    ++tail_;
+    dirty_ = true;
+    return added;
+}
+
+bool Planner::push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s) {
+    if (full()) return false;
+    Entry& added = push(kind, 0, 0);
+    added.axis = axis;
+    added.value = value;
+    added.dwell_s = dwell_s;
+    end_at_rest_ = true;
+    return true;
+}
+
+bool Planner::append_dwell(double duration_s, JobPosition job) {
+    QDUINO_EXPECT(duration_s >= 0 && std::isfinite(duration_s));
+    if (!push_standstill(SegmentKind::dwell, Axis::x, 0, duration_s)) return false;
+    entry(tail_ - 1).job = job;
+    return true;
+}
+
+bool Planner::append_homing(Axis axis, bool on) {
+    QDUINO_EXPECT(axis != Axis::e);
+    return push_standstill(SegmentKind::homing, axis, on ? 1 : 0, 0);
+}
+
+bool Planner::append_position(const AxisVector& position_mm) {
+    if (!push_standstill(SegmentKind::position, Axis::x, 0, 0)) return false;
+    position_mm_ = position_mm;
+    entry(tail_ - 1).end_mm = position_mm;
+    return true;
+}
+
+bool Planner::append_marker(std::uint32_t value, JobPosition job) {
+    if (full()) return false;
+    const double nominal2 = last_move_.speed_mm_s * last_move_.speed_mm_s;
+    Entry& added = push(SegmentKind::marker, end_at_rest_ ? 0 : nominal2, 0);
+    added.value = value;
+    added.job = job;
+    return true;
+}
+
+void Planner::flush() {
+    end_at_rest_ = true;
+    dirty_ = true;
+}
+
+// ---- planning --------------------------------------------------------------------------------------------
+
+void Planner::plan() {
+    const std::uint64_t end = plan_end();
+    plan_backward(end);
+    plan_forward(end);
+    dirty_ = false;
+}
+
+void Planner::plan_backward(std::uint64_t end) {
+    const bool must_stop = held_ || end_at_rest_;
+    double safe2 = 0;
+    double hopeful2 = must_stop ? 0 : last_move_.speed_mm_s * last_move_.speed_mm_s;
+    for (std::uint64_t i = end; i-- > head_;) {
+        Node& here = node(i);
+        safe2 = here.safe2 = std::min(here.limit2, safe2 + here.gain2);
+        hopeful2 = here.hopeful2 = std::min(here.limit2, hopeful2 + here.gain2);
+    }
+}
+
+void Planner::plan_forward(std::uint64_t end) {
+    const bool must_stop = held_ || end_at_rest_;
+    const double last2 = must_stop ? 0 : last_move_.speed_mm_s * last_move_.speed_mm_s;
+    double safe2 = entry2_;
+    double hopeful2 = entry2_;
+    ready_ = head_;
+    for (std::uint64_t i = head_; i < end; ++i) {
+        const bool is_last = i + 1 == end;
+        safe2 = std::min(is_last ? 0 : node(i + 1).safe2, safe2 + node(i).gain2);
+        hopeful2 = std::min(is_last ? last2 : node(i + 1).hopeful2, hopeful2 + node(i).gain2);
+        node(i).exit2 = safe2;
+        if (ready_ == i && safe2 == hopeful2) ready_ = i + 1;
+    }
+}
+
+// ---- out -------------------------------------------------------------------------------------------------
+
+bool Planner::next(Segment& out) {
+    if (head_ == plan_end()) return false;
+    if (head_ >= ready_ && dirty_) plan();
+    if (head_ >= ready_ && !full()) return false;
+    release(out);
+    return true;
+}
+
+void Planner::release(Segment& out) {
+    const Entry& oldest = entry(head_);
+    const double exit2 = node(head_).exit2;
+    out.kind = oldest.kind;
+    out.axis = oldest.axis;
+    out.value = oldest.value;
+    out.job = oldest.job;
+    out.start_mm = oldest.start_mm;
+    out.end_mm = oldest.end_mm;
+    out.start = clock_;
+    if (oldest.kind == SegmentKind::move) {
+        const double exit_speed = std::sqrt(exit2);
+        out.shape = make_trapezoid(oldest.geometry.length_mm, entry_speed_mm_s_, oldest.geometry.speed_mm_s,
+                                   exit_speed, oldest.geometry.acceleration_mm_s2);
+        clock_.advance_s(out.shape.duration_s());
+        entry_speed_mm_s_ = exit_speed;
+        entry2_ = exit2;
+    } else {
+        out.shape = Trapezoid{};
+        out.shape.entry_speed_mm_s = out.shape.exit_speed_mm_s = entry_speed_mm_s_;
+        clock_.advance_s(oldest.dwell_s);
+    }
+    out.end = clock_;
+    ++head_;
+}
+
+// ---- pause and cancel ------------------------------------------------------------------------------------
+
+void Planner::hold() {
+    if (held_) return;
+    hold_ = earliest_stop();
+    held_ = true;
+    dirty_ = true;
+    ready_ = head_;
+}
+
+/// The first node at which the speed at the head can be brought to rest. Bounds on the way need no look: the
+/// speed at the head was planned below them. Markers at the stop are still reported: their moves are done.
+std::uint64_t Planner::earliest_stop() {
+    for (std::uint64_t stop = head_; stop < tail_; ++stop) {
+        if (entry(stop).kind == SegmentKind::marker) continue;
+        double reachable2 = 0;
+        for (std::uint64_t i = stop; i-- > head_ && reachable2 < entry2_;) reachable2 += node(i).gain2;
+        if (reachable2 >= entry2_) return stop;
+    }
+    return tail_;
+}
+
+void Planner::resume() {
+    if (!held_) return;
+    held_ = false;
+    dirty_ = true;
+    if (hold_ == tail_) {
+        end_at_rest_ = true;
+    } else {
+        node(hold_).limit2 = 0;
+    }
+}
+
+void Planner::discard_held() {
+    QDUINO_EXPECT(held_);
+    if (hold_ != tail_) position_mm_ = entry(hold_).start_mm;
+    tail_ = hold_;
+    held_ = false;
+    end_at_rest_ = true;
+    dirty_ = true;
+}
+
+void Planner::reset(const AxisVector& position_mm, const TimelineInstant& at) {
+    clock_ = at;
+    head_ = ready_ = tail_;
+    held_ = false;
+    dirty_ = false;
+    end_at_rest_ = true;
+    entry_speed_mm_s_ = 0;
+    entry2_ = 0;
+    position_mm_ = position_mm;
+}
+
+}  // namespace qduino::printer::motion

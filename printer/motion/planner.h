@@ -1,0 +1,158 @@
+// The look-ahead: takes moves in, gives segments out whose speeds are as high as all limits allow, together.
+//
+// Nodes are the places where moves meet. Node i, where move i begins, has an upper bound V_i for the square
+// of its speed (junction.h). With g_i = 2·a_i·L_i, what acceleration can change within move i, the speeds
+// wanted are the greatest w with
+//
+//      w_i <= V_i          w_i <= w_{i+1} + g_i  (can brake)          w_{i+1} <= w_i + g_i  (can accelerate)
+//
+// One pass backward (braking) and one forward (accelerating) find them. The end of the queue must be taken as
+// a standstill, as nobody may follow; but what follows can only ever raise a speed. So both passes are made
+// twice: with the queue's end at rest, and with it as fast as the last move may be. Where the two agree,
+// nothing that is yet to come can change the speed any more: everything before that node is released (lazily:
+// only then).
+//
+//   speed²                                   . . . hopeful: the end of the queue in full motion
+//     ^      V  V       V                      ----- safe: the end of the queue at rest
+//     |      /--.     /---. . . . . . .
+//     |     /    '---'     '-.
+//     |    /                  '-.
+//     +---'----------------------'---> nodes
+//         |<-- released -->|<-- kept: more may come
+//
+// A queue that is full of moves not yet certain releases the oldest at its safe speed.
+//
+// Dwells, markers and the rest pass through the same queue, in order, as entries of no length. A marker is
+// transparent (V is the nominal speed of the move before it, g = 0); the others stand still on both sides (V
+// = 0).
+//
+// The result does not depend on when next() is called, as long as the queue is emptied as far as it goes
+// whenever it is full, and flush() is called at the same places.
+//
+// Pure; no heap; not for use from two loops. About 110 KB: give it static storage.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "printer/motion/junction.h"
+#include "printer/motion/segment.h"
+
+namespace qduino::printer::motion {
+
+class Planner {
+  public:
+    static constexpr std::size_t kCapacity = 512;
+
+    /// At rest at `position_mm`, at 0 on the time line.
+    explicit Planner(const MotionSettings& settings, const AxisVector& position_mm = {});
+
+    /// Limits for what is appended from now on.
+    void set_settings(const MotionSettings& settings) { settings_ = settings; }
+    [[nodiscard]] const MotionSettings& settings() const { return settings_; }
+
+    // ---- in: each returns false, and changes nothing, when the queue is full -----------------------------
+
+    /// Contract: the move's numbers are finite and its acceleration is above 0.
+    [[nodiscard]] bool append(const Move& move);
+    /// Stands still for `duration_s` >= 0.
+    [[nodiscard]] bool append_dwell(double duration_s, JobPosition job = {});
+    /// The player reports `value` when it has played everything before. Does not slow the motion.
+    [[nodiscard]] bool append_marker(std::uint32_t value, JobPosition job = {});
+    /// Steps of `axis` between on and off end when its endstop is pressed (step/player.h). Contract: X, Y or Z.
+    [[nodiscard]] bool append_homing(Axis axis, bool on);
+    /// The machine is at `position_mm` from now on, by definition, without moving (after homing).
+    [[nodiscard]] bool append_position(const AxisVector& position_mm);
+
+    /// Nothing may follow for a while: everything appended so far is planned down to a standstill and
+    /// released.
+    void flush();
+
+    // ---- out ---------------------------------------------------------------------------------------------
+
+    /// False, and `out` unchanged, when no segment is final yet.
+    [[nodiscard]] bool next(Segment& out);
+
+    // ---- pause and cancel --------------------------------------------------------------------------------
+
+    /// Comes to rest at the earliest end of a move where that can still be done, and keeps what is behind it.
+    void hold();
+    [[nodiscard]] bool held() const { return held_; }
+    /// True when held, and everything before the stop has been handed out.
+    [[nodiscard]] bool stopped() const { return held_ && head_ == hold_; }
+    /// Goes on from the stop.
+    void resume();
+    /// Forgets everything behind the stop (and the hold): the position is that of the stop. Contract: held().
+    void discard_held();
+    /// Forgets everything, at once, and is at rest at `position_mm`. For emergency stops: whoever plays must
+    /// stop too.
+    void reset(const AxisVector& position_mm) { reset(position_mm, clock_); }
+    /// … and goes on at `at` on the time line: where the player was stopped, say, which is before what was handed out.
+    void reset(const AxisVector& position_mm, const TimelineInstant& at);
+
+    // ---- what there is -----------------------------------------------------------------------------------
+
+    /// Where the machine is after all that has been appended.
+    [[nodiscard]] const AxisVector& position_mm() const { return position_mm_; }
+    /// How far the time line is planned and handed out.
+    [[nodiscard]] const TimelineInstant& released_until() const { return clock_; }
+    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(tail_ - head_); }
+    [[nodiscard]] bool empty() const { return size() == 0; }
+    [[nodiscard]] bool full() const { return size() == kCapacity; }
+    [[nodiscard]] std::size_t free() const { return kCapacity - size(); }
+    /// What was handed out ends at rest, and nothing more can be handed out for now: empty, or held.
+    [[nodiscard]] bool resting() const { return head_ == plan_end() && entry_speed_mm_s_ == 0; }
+
+  private:
+    /// The planning of one entry; squares of speeds in mm²/s².
+    struct Node {
+        double limit2 = 0;    ///< V: bound of the speed at which the entry begins
+        double gain2 = 0;     ///< g = 2·a·L
+        double safe2 = 0;     ///< backward pass with the queue's end at rest
+        double hopeful2 = 0;  ///< … and in full motion
+        double exit2 = 0;     ///< planned, where the entry ends
+    };
+    struct Entry {
+        SegmentKind kind = SegmentKind::move;
+        Axis axis = Axis::x;
+        std::uint32_t value = 0;
+        double dwell_s = 0;
+        AxisVector start_mm{};
+        AxisVector end_mm{};
+        MoveGeometry geometry;
+        JobPosition job;
+    };
+
+    Node& node(std::uint64_t number) { return nodes_[number % kCapacity]; }
+    Entry& entry(std::uint64_t number) { return entries_[number % kCapacity]; }
+    [[nodiscard]] MoveGeometry geometry_of(const AxisVector& delta_mm, double length_mm,
+                                           const Move& move) const;
+    Entry& push(SegmentKind kind, double limit2, double gain2);
+    [[nodiscard]] bool push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s);
+    void stop_behind_tail();
+    [[nodiscard]] std::uint64_t plan_end() const { return held_ ? hold_ : tail_; }
+    void plan();
+    void plan_backward(std::uint64_t end);
+    void plan_forward(std::uint64_t end);
+    [[nodiscard]] std::uint64_t earliest_stop();
+    void release(Segment& out);
+
+    MotionSettings settings_;
+    AxisVector position_mm_{};
+    TimelineInstant clock_;
+    double entry_speed_mm_s_ = 0;  // of the head: the exit of what was handed out last
+    double entry2_ = 0;            // its square, as planned
+    std::uint64_t head_ = 0;       // entries ever handed out
+    std::uint64_t ready_ = 0;      // … final: head <= ready <= tail
+    std::uint64_t tail_ = 0;       // … appended
+    std::uint64_t hold_ = 0;       // while held: the first entry kept back
+    bool held_ = false;
+    bool dirty_ = false;       // appended, held or flushed since the last plan()
+    bool end_at_rest_ = true;  // what is at the tail stops there, whatever follows
+    MoveGeometry last_move_;   // the geometry of the last move appended
+    std::array<Node, kCapacity> nodes_{};
+    std::array<Entry, kCapacity> entries_{};
+};
+
+}  // namespace qduino::printer::motion

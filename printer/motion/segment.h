@@ -1,0 +1,50 @@
+// What the planner hands on: a move whose speeds are final, or something that happens between two moves.
+#pragma once
+
+#include <cstdint>
+
+#include "printer/motion/move.h"
+#include "printer/motion/trapezoid.h"
+
+namespace qduino::printer::motion {
+
+/// An instant on the print's own time line: whole nanoseconds, and the part of one that is left. Adding
+/// durations to it does not drift: what is lost is the rounding of a double within one segment, 1e-7 ns in a
+/// second.
+struct TimelineInstant {
+    std::int64_t ns = 0;
+    double fraction_ns = 0;  ///< 0 <= fraction < 1
+
+    void advance_s(double duration_s) {
+        const double sum_ns = fraction_ns + duration_s * 1e9;
+        const auto whole_ns = static_cast<std::int64_t>(sum_ns);
+        ns += whole_ns;
+        fraction_ns = sum_ns - static_cast<double>(whole_ns);
+    }
+    /// The nearest nanosecond to this instant plus `offset_s` >= 0.
+    [[nodiscard]] std::int64_t ns_after(double offset_s) const {
+        return ns + static_cast<std::int64_t>(fraction_ns + offset_s * 1e9 + 0.5);
+    }
+};
+
+enum class SegmentKind : std::uint8_t {
+    move,    ///< everything below counts
+    dwell,   ///< time passes from `start` to `end` at `start_mm`, at rest
+    marker,  ///< `value` is to be reported when all before it has been played; in full motion, takes no time
+    homing,  ///< endstop watching of `axis` on (value 1) or off (0); at rest
+    position,  ///< the machine is at `end_mm` from now on, by definition and without moving; at rest
+};
+
+struct Segment {
+    SegmentKind kind = SegmentKind::move;
+    Axis axis = Axis::x;
+    std::uint32_t value = 0;
+    TimelineInstant start;
+    TimelineInstant end;
+    AxisVector start_mm{};
+    AxisVector end_mm{};
+    Trapezoid shape;  ///< along X, Y, Z, or along E when nothing else moves
+    JobPosition job;
+};
+
+}  // namespace qduino::printer::motion

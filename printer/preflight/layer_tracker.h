@@ -1,0 +1,42 @@
+// Which layer a move belongs to, by the slicer's comments where there are any, and by Z where there are
+// none.
+//
+// With comments, a layer begins at `;LAYER_CHANGE` or `;LAYER:n`, whatever Z does (a spiral vase rises all
+// the time). What is extruded before the first of them (a priming line) belongs to the first layer. Without
+// comments (Slic3r), a layer begins with the first extrusion whose Z differs from that of its layer by at
+// least kImplicitStepMm: a spiral then falls into slices of that height, and not into one layer for each of
+// its segments.
+#pragma once
+
+#include "printer/gcode/actions.h"
+#include "printer/gcode/annotation.h"
+#include "printer/preflight/move_sink.h"
+
+namespace qduino::printer::preflight {
+
+class LayerTracker {
+  public:
+    static constexpr double kImplicitStepMm = 0.04;
+
+    void on_annotation(const gcode::Annotation& annotation, const gcode::Source& source);
+    /// The context of `move`, up to date with it.
+    const MoveContext& on_move(const gcode::Move& move);
+
+    /// Layers with an extrusion in them.
+    [[nodiscard]] std::uint32_t layers() const { return layers_; }
+    [[nodiscard]] const Layer& layer() const { return context_.layer; }
+
+  private:
+    void begin(double z_mm, std::uint64_t first_byte);
+
+    MoveContext context_;
+    gcode::LayerCounter comments_;
+    std::uint32_t layers_ = 0;
+    std::uint64_t change_offset_ = 0;
+    bool change_pending_ = false;  ///< a comment has begun a layer that has no extrusion yet
+    bool by_comment_ = false;      ///< the current layer was begun by one
+    double commented_height_mm_ = 0;
+    double z_below_mm_ = 0;  ///< of the layer before
+};
+
+}  // namespace qduino::printer::preflight

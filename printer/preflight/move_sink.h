@@ -1,0 +1,42 @@
+// Who looks at a job's moves while it is read before it is printed: the layer packer, an estimator of time,
+// a drawing.
+#pragma once
+
+#include <cstdint>
+
+#include "printer/gcode/actions.h"
+#include "printer/gcode/annotation.h"
+
+namespace qduino::printer::preflight {
+
+/// A layer is there once something has been extruded in it.
+struct Layer {
+    std::uint32_t index = 0;       ///< from 0
+    double z_mm = 0;               ///< of the first extrusion in it
+    double height_mm = 0;          ///< by comment, else above the layer before; 0: not known
+    std::uint64_t first_byte = 0;  ///< of the comment or move that began it
+};
+
+/// What the file's comments say about a move.
+struct MoveContext {
+    Layer layer;  ///< meaningful from the first extruding move on
+    gcode::Feature feature = gcode::Feature::unknown;
+    double width_mm = 0;    ///< of the extrusion, by comment; 0: not known
+    bool extrudes = false;  ///< the tool moves and pushes filament forward
+};
+
+/// Called in the order of the file. All but on_move may be left as they are.
+class MoveSink {
+  public:
+    virtual ~MoveSink() = default;
+    /// `context.layer` changes with the first extruding move of a layer.
+    virtual void on_move(const gcode::Move& move, const MoveContext& context) = 0;
+    virtual void on_dwell(Seconds) {}
+    virtual void on_home(gcode::AxisSet) {}
+    virtual void on_wait(gcode::Heater, Celsius) {}
+    virtual void on_limits(const gcode::LimitChange&) {}
+    /// The job has ended. `bytes` is its length.
+    virtual void on_end(std::uint64_t /*bytes*/) {}
+};
+
+}  // namespace qduino::printer::preflight

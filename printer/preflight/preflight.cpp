@@ -1,0 +1,273 @@
+#include "printer/preflight/preflight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "printer/gcode/text.h"
+
+namespace qduino::printer::preflight {
+namespace {
+
+using gcode::append_integer;
+using gcode::append_shortest;
+
+constexpr std::string_view kSliceAgain = "Slice the model again with this printer's profile.";
+
+std::string_view advice_for(ErrorCode code, std::string_view message) {
+    if (code == ErrorCode::corrupt) return "The file was damaged on its way: send it again.";
+    if (code == ErrorCode::unsupported)
+        return "Slice for a printer with one tool, and only with what this one has.";
+    if (code != ErrorCode::out_of_range) return "Look at this line: the file may be damaged, or no G-code.";
+    if (message.find("°C") != std::string_view::npos)
+        return "Lower this temperature in the filament's settings.";
+    if (message.find("would go to") != std::string_view::npos) {
+        return "Move or scale the model on the bed, and slice it with this printer's profile.";
+    }
+    return kSliceAgain;
+}
+
+}  // namespace
+
+void Bounds::include(const gcode::Position& position) {
+    for (std::size_t i = 0; i < minimum.size(); ++i) {
+        minimum[i] = empty ? position.axes[i] : std::min(minimum[i], position.axes[i]);
+        maximum[i] = empty ? position.axes[i] : std::max(maximum[i], position.axes[i]);
+    }
+    empty = false;
+}
+
+Preflight::Preflight(const Options& options) : options_(options), interpreter_(options_.machine, *this) {
+    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
+        speed_max_mm_s_[i] = options_.machine.axes[i].max_speed_mm_s;
+    }
+}
+
+void Preflight::add_sink(MoveSink& sink) {
+    QDUINO_EXPECT(facts_.bytes == 0);
+    sinks_.push_back(&sink);
+}
+
+void Preflight::feed(std::span<const char> bytes) {
+    look(bytes);
+    facts_.bytes += bytes.size();
+    if (!refused_) parser_.feed(bytes, *this);
+}
+
+const Facts& Preflight::finish() {
+    if (!judged_) judge_content();
+    if (!refused_) {
+        parser_.finish(*this);
+        check_whole();
+    }
+    facts_.metadata = metadata_.metadata();
+    facts_.thumbnail = thumbnail_.best();
+    facts_.layers = layers_.layers();
+    for (MoveSink* sink : sinks_) sink->on_end(facts_.bytes);
+    return facts_;
+}
+
+void Preflight::look(std::span<const char> bytes) {
+    if (judged_) return;
+    const std::size_t count = std::min(bytes.size(), head_.size() - head_count_);
+    std::memcpy(head_.data() + head_count_, bytes.data(), count);
+    head_count_ += count;
+    if (head_count_ == head_.size()) judge_content();
+}
+
+void Preflight::judge_content() {
+    judged_ = true;
+    facts_.content = gcode::look_at_content({head_.data(), head_count_});
+    if (facts_.content == gcode::Content::gcode) return;
+    refused_ = true;
+    line_ = nullptr;
+    // What its bytes happened to say as G-code is of no interest.
+    facts_.errors.clear();
+    facts_.warnings.clear();
+    facts_.errors_count = facts_.warnings_count = 0;
+    add_error(gcode::explain(facts_.content), "Send the .gcode file that the slicer exports.");
+}
+
+void Preflight::on_line(const gcode::Line& line) {
+    line_ = &line;
+    ++facts_.lines;
+    if (line.error) {
+        add_error(line.error->message, advice_for(line.error->code, line.error->message));
+    } else if (line.command != nullptr) {
+        ++facts_.commands;
+        if (auto done = interpreter_.execute(*line.command); !done) {
+            add_error(done.error().message, advice_for(done.error().code, done.error().message));
+        }
+    } else if (!line.comment.empty()) {
+        on_comment(line);
+    }
+    line_ = nullptr;
+}
+
+void Preflight::on_comment(const gcode::Line& line) {
+    if (thumbnail_.on_comment(line.comment)) return;
+    const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
+    if (annotation.kind == gcode::AnnotationKind::none) {
+        metadata_.on_comment(line.comment);
+    } else {
+        layers_.on_annotation(annotation, line.source);
+    }
+}
+
+Result<void> Preflight::move(const gcode::Move& move) {
+    ++facts_.moves;
+    facts_.bounds.include(move.to);
+    const MoveContext& context = layers_.on_move(move);
+    if (context.extrudes) {
+        facts_.extruding_bounds.include(move.from);
+        facts_.extruding_bounds.include(move.to);
+        measure_layers(context);
+    }
+    filament_end_ = std::max(filament_end_, move.to[Axis::e]);
+    facts_.filament = filament_end_;
+    check_extrusion(move);
+    check_step_rate(move);
+    for (MoveSink* sink : sinks_) sink->on_move(move, context);
+    return {};
+}
+
+void Preflight::measure_layers(const MoveContext& context) {
+    const Layer& layer = context.layer;
+    if (layer.index == 0) {
+        first_layer_z_mm_ = layer.z_mm;
+        facts_.first_layer_height = Millimetres{layer.height_mm > 0 ? layer.height_mm : layer.z_mm};
+    } else if (layer.z_mm > top_layer_z_mm_) {
+        facts_.layer_height = Millimetres{(layer.z_mm - first_layer_z_mm_) / layer.index};
+    }
+    top_layer_z_mm_ = std::max(top_layer_z_mm_, layer.z_mm);
+}
+
+void Preflight::check_extrusion(const gcode::Move& move) {
+    if (move.from[Axis::e] == move.to[Axis::e]) return;
+    const double needed = options_.machine.minimum_extrude_celsius;
+    if (hot_end_target_.value() >= needed) return;
+    FixedString<236> text{"filament is moved while the hot end is set to "};
+    append_shortest(text, hot_end_target_.value()).append(" °C; it takes ");
+    append_shortest(text, needed).append(" °C");
+    if (!was_hot_) {
+        add_error(text, "Heat first: M109 S200, or what the filament needs, before this line.");
+    } else if (move.to[Axis::e] > move.from[Axis::e]) {
+        // It cools slowly, so a last wipe after M104 S0 is common and works; more than that may not.
+        add_warning("filament is pushed after the hot end was set below extrusion temperature",
+                    "Switch the hot end off after the last extrusion.");
+    }
+}
+
+void Preflight::check_step_rate(const gcode::Move& move) {
+    double tool_mm2 = 0;
+    for (const Axis axis : gcode::kToolAxes) {
+        const double distance = (move.to[axis] - move.from[axis]).value();
+        tool_mm2 += distance * distance;
+    }
+    const double e_mm = std::abs((move.to[Axis::e] - move.from[Axis::e]).value());
+    const double length_mm = tool_mm2 > 0 ? std::sqrt(tool_mm2) : e_mm;
+    // As the planner does: the whole move is slowed until no axis is above its own limit.
+    double duration_s = length_mm / move.feedrate.value();
+    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
+        const double distance = std::abs((move.to.axes[i] - move.from.axes[i]).value());
+        duration_s = std::max(duration_s, distance / speed_max_mm_s_[i]);
+    }
+    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
+        const double distance = std::abs((move.to.axes[i] - move.from.axes[i]).value());
+        const double rate_hz = distance * options_.machine.axes[i].steps_per_mm / duration_s;
+        facts_.step_rate_maximum_hz = std::max(facts_.step_rate_maximum_hz, rate_hz);
+        if (options_.step_rate_max_hz <= 0 || rate_hz <= options_.step_rate_max_hz * (1 + 1e-9)) continue;
+        FixedString<236> text;
+        text.push_back(kAxisLetter[i]).append(" would need ");
+        append_integer(text, std::llround(rate_hz)).append(" steps/s; this board plays at most ");
+        append_integer(text, std::llround(options_.step_rate_max_hz));
+        add_error(text, "Lower the speed in the slicer, or the axis' largest speed with M203.");
+    }
+}
+
+Result<void> Preflight::dwell(Seconds duration) {
+    for (MoveSink* sink : sinks_) sink->on_dwell(duration);
+    return {};
+}
+
+Result<void> Preflight::home(gcode::AxisSet axes) {
+    for (MoveSink* sink : sinks_) sink->on_home(axes);
+    return {};
+}
+
+Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
+    if (heater == gcode::Heater::bed) {
+        facts_.bed_maximum = std::max(facts_.bed_maximum, target);
+        return {};
+    }
+    facts_.hot_end_maximum = std::max(facts_.hot_end_maximum, target);
+    hot_end_target_ = target;
+    was_hot_ = was_hot_ || target.value() >= options_.machine.minimum_extrude_celsius;
+    return {};
+}
+
+Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor) {
+    for (MoveSink* sink : sinks_) sink->on_wait(heater, target);
+    return set_temperature(heater, target);
+}
+
+Result<void> Preflight::set_limits(const gcode::LimitChange& change) {
+    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
+        if (change.axis_speed[i]) speed_max_mm_s_[i] = change.axis_speed[i]->value();
+    }
+    for (MoveSink* sink : sinks_) sink->on_limits(change);
+    return {};
+}
+
+void Preflight::emergency_stop() {
+    add_error("M112, the emergency stop, would end this job here",
+              "Remove it from the slicer's custom G-code.");
+}
+
+void Preflight::note(gcode::NoteKind kind, std::string_view text, const gcode::Source&) {
+    switch (kind) {
+        case gcode::NoteKind::echo:
+            return;
+        case gcode::NoteKind::unknown_code:
+            return add_warning(text, "It will be skipped.");
+        case gcode::NoteKind::not_done:
+            return add_warning(text, "The print goes on without it.");
+        case gcode::NoteKind::warning:
+            return add_warning(text, {});
+    }
+}
+
+void Preflight::check_whole() {
+    line_ = nullptr;
+    facts_.unknown_codes = interpreter_.unknown_codes();
+    facts_.codes_not_done = interpreter_.codes_not_done();
+    if (facts_.commands == facts_.unknown_codes && facts_.errors_count == 0) {
+        add_error("the file holds no command that this printer knows", kSliceAgain);
+    }
+}
+
+Finding Preflight::finding(std::string_view message, std::string_view advice) const {
+    Finding found;
+    if (line_ != nullptr) {
+        found.line = line_->source.line;
+        found.offset = line_->source.offset;
+        gcode::append_printable(found.text, line_->text);
+    }
+    found.message.assign(message);
+    found.advice.assign(advice);
+    return found;
+}
+
+void Preflight::add_error(std::string_view message, std::string_view advice) {
+    ++facts_.errors_count;
+    if (!facts_.errors.full()) facts_.errors.push_back(finding(message, advice));
+}
+
+void Preflight::add_warning(std::string_view message, std::string_view advice) {
+    ++facts_.warnings_count;
+    const auto same = [&](const Finding& held) { return held.message == message; };
+    if (facts_.warnings.full() || std::any_of(facts_.warnings.begin(), facts_.warnings.end(), same)) return;
+    facts_.warnings.push_back(finding(message, advice));
+}
+
+}  // namespace qduino::printer::preflight

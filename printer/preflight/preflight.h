@@ -1,0 +1,110 @@
+// Reads a whole job before anything is heated: would it stay inside of this machine's bounds, temperatures,
+// step rate?
+//
+//   chunks ─► Parser ─┬─ comments ─► Metadata, Thumbnail, LayerTracker
+//                     └─ commands ─► Interpreter ─► (as Actions) checks, bounds ─► MoveSinks: layers, time
+//                        the same as in the machine
+//
+// Because lexer, parser and interpreter are those that print, what passes here is understood the same way
+// there.
+//
+// Sans I/O. Memory does not depend on the length of the file: a few kilobytes and the thumbnail (at most 1
+// MB while it is read). After feed() of bytes that are no G-code nothing more is parsed. Not for real-time
+// loops (a thumbnail is on the heap).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "base/fixed_vector.h"
+#include "printer/gcode/actions.h"
+#include "printer/gcode/interpreter.h"
+#include "printer/gcode/parser.h"
+#include "printer/preflight/facts.h"
+#include "printer/preflight/layer_tracker.h"
+#include "printer/preflight/move_sink.h"
+
+namespace qduino::printer::preflight {
+
+struct Options {
+    MachineConfig machine;
+    double step_rate_max_hz = 0;  ///< what the player can play on one axis; 0: not checked
+};
+
+class Preflight final : private gcode::LineSink, private gcode::Actions {
+  public:
+    static constexpr std::size_t kSinksMax = 4;
+
+    explicit Preflight(const Options& options);
+    Preflight(const Preflight&) = delete;
+    Preflight& operator=(const Preflight&) = delete;
+
+    /// Before the first feed(). `sink` must outlive the pre-flight. Contract: at most kSinksMax.
+    void add_sink(MoveSink& sink);
+
+    /// The next bytes of the file, in any pieces.
+    void feed(std::span<const char> bytes);
+    /// The file has ended. Call once.
+    const Facts& finish();
+    /// So far.
+    [[nodiscard]] const Facts& facts() const { return facts_; }
+
+  private:
+    static constexpr std::size_t kLookBytes = 4096;
+
+    // gcode::LineSink
+    void on_line(const gcode::Line& line) override;
+
+    // gcode::Actions
+    Result<void> move(const gcode::Move& move) override;
+    Result<void> dwell(Seconds duration) override;
+    Result<void> home(gcode::AxisSet axes) override;
+    Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
+    Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
+    Result<void> set_fan(std::uint8_t, double) override { return {}; }
+    Result<void> motors_off(gcode::AxisSet) override { return {}; }
+    Result<void> set_limits(const gcode::LimitChange& change) override;
+    void factors(double, double) override {}
+    void message(std::string_view) override {}
+    void progress(const gcode::Progress&) override {}
+    void report(gcode::Report) override {}
+    Result<void> pause(gcode::PauseReason, std::string_view) override { return {}; }
+    void emergency_stop() override;
+    void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
+
+    void look(std::span<const char> bytes);
+    void judge_content();
+    void on_comment(const gcode::Line& line);
+    void check_extrusion(const gcode::Move& move);
+    void check_step_rate(const gcode::Move& move);
+    void check_whole();
+    void measure_layers(const MoveContext& context);
+    void add_error(std::string_view message, std::string_view advice);
+    void add_warning(std::string_view message, std::string_view advice);
+    [[nodiscard]] Finding finding(std::string_view message, std::string_view advice) const;
+
+    Options options_;
+    Facts facts_;
+    gcode::Parser parser_;
+    gcode::Interpreter interpreter_;
+    MetadataReader metadata_;
+    ThumbnailReader thumbnail_;
+    LayerTracker layers_;
+    FixedVector<MoveSink*, kSinksMax> sinks_;
+    std::array<double, kAxisCount> speed_max_mm_s_{};
+    Celsius hot_end_target_{};
+    bool was_hot_ = false;        ///< the hot end has been asked to be warm enough to extrude
+    Millimetres filament_end_{};  ///< the furthest that E has been
+    double top_layer_z_mm_ = 0;
+    double first_layer_z_mm_ = 0;
+    const gcode::Line* line_ = nullptr;  ///< in hand, during on_line
+
+    std::array<char, kLookBytes> head_{};
+    std::size_t head_count_ = 0;
+    bool judged_ = false;
+    bool refused_ = false;  ///< no G-code: nothing more is parsed
+};
+
+}  // namespace qduino::printer::preflight

@@ -1,0 +1,453 @@
+// The player, loop 2's body: turns step events into pulses on pins, each at its instant.
+//
+//   time line        e1         e2                  e3 (the other way)
+//                    |          |                   |
+//   STEP X   ________/‾‾\_______/‾‾\________________/‾‾\____
+//                    |<>|<----->|  :                |          high at least 1 µs, low at least 1 µs
+//   DIR X    ----------------------.''''''''''''''''''''''''   changed as soon as the last pulse the old way has
+//                                  |<-- set-up ---->|          ended: its 200 ns never delay a step
+//   STEP Y   ______________/‾‾\_____________________________   axes overlap freely: none waits for another's pulse
+//                          |  |
+//   actions          r  f  r  f r  f                r  f       always the earlier of: next rise, oldest fall
+//
+// Falls come due in the order of their rises, because all pulses are equally long: a queue of at most one per
+// axis. Directions come from looking ahead in the ring by up to kLookAhead events; of each axis at most one
+// change of direction is waiting.
+//
+// Lateness. The instant of an event is `anchor + event.time`. A step that is raised later than that by more
+// than `late_threshold` moves the anchor by its lateness: what follows keeps its distance, steps are never
+// bunched. (Below the threshold a distance may shrink by as much.) Every step's lateness goes into the
+// histogram, the sum of what moved the time line into shift_ns.
+//
+// Running dry. When the ring was empty and the next event is due before now, the time line starts again
+// `lead` after now. In motion (no rest event was the last) this is starvation: counted, and added to
+// shift_ns. At rest it is idleness.
+//
+// Homing. Between homing on and off, each step of that axis first reads its endstop; once it is pressed, the
+// steps of that axis are dropped: the counter stays at what was pulsed, so that it differs from what was
+// planned exactly when the switch was found. When all axes in homing have been pressed, what is left is
+// skipped without waiting for its time.
+//
+// A template over the pins, so that on a board and in the simulator the calls are direct. Real-time safe: no
+// heap, no locks; all methods are for loop 2 alone.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstdint>
+
+#include "base/time.h"
+#include "printer/link/layout.h"
+#include "printer/step/step_event.h"
+
+namespace qduino::printer::step {
+
+/// What the player needs: a clock, and per axis two outputs and a switch. `positive` is in machine
+/// coordinates: inversion is the pins' business.
+template <class P>
+concept StepPins = requires(P& pins, Instant t, int axis, bool on) {
+    { pins.now() } -> std::same_as<Instant>;
+    { pins.busy_until(t) } -> std::same_as<void>;  // never returns early
+    { pins.set_step(axis, on) } -> std::same_as<void>;
+    { pins.set_direction(axis, on) } -> std::same_as<void>;
+    { pins.endstop_pressed(axis) } -> std::same_as<bool>;
+};
+
+struct PlayerSettings {
+    std::int64_t pulse_ns = 1'000;           ///< STEP high at least
+    std::int64_t low_ns = 1'000;             ///< STEP low at least
+    std::int64_t direction_ns = 200;         ///< DIR unchanged before and after a rising edge, at least
+    std::int64_t late_threshold_ns = 1'000;  ///< lateness up to this does not move the time line
+    std::int64_t lead_ns = 2'000'000;        ///< from the first event after running dry to its step
+};
+
+inline PlayerSettings player_settings(const MachineConfig& config) {
+    PlayerSettings settings;
+    settings.pulse_ns = to_ns(from_seconds(config.step_pulse_s));
+    settings.low_ns = to_ns(from_seconds(config.step_low_s));
+    settings.direction_ns = to_ns(from_seconds(config.direction_setup_s));
+    return settings;
+}
+
+template <StepPins Pins, class Ring>
+class Player {
+  public:
+    /// Both outlive the player. Sets every STEP low and every DIR positive.
+    Player(Pins& pins, Ring& ring, const PlayerSettings& settings = {});
+
+    /// Does everything due before `horizon`, waiting for each instant, and returns when the next is at or
+    /// after it (at once when there is nothing to do). Late by at most one action.
+    void play_until(Instant horizon);
+
+    /// The instant of the next action; kForever when there is none. For a caller that would rather sleep.
+    [[nodiscard]] Instant next_due();
+
+    /// Emergency: no pulse after this, until allow_motion(). Ends a pulse that is high, drops all events, and whatever is
+    /// still pushed. Positions stay what was pulsed.
+    void stop_now();
+    [[nodiscard]] bool stopped() const { return stopped_; }
+    /// After stop_now(): what is pushed from now on is played, what was pushed before is dropped. Whoever feeds must
+    /// have started afresh from steps() (Planner::reset, Solver::reset).
+    void allow_motion();
+
+    /// Brings the status up to date and counts the heartbeat; valid until the next call of any method. Call
+    /// it seldom (every 10 ms, say): it is 5 KB to copy.
+    [[nodiscard]] const link::MotionStatus& publish();
+
+    /// Steps dropped because an endstop was pressed, ever.
+    [[nodiscard]] std::uint64_t steps_dropped() const { return steps_dropped_; }
+    /// Microsteps per axis as pulsed.
+    [[nodiscard]] const std::array<std::int64_t, kAxisCount>& steps() const { return status_.steps; }
+    [[nodiscard]] bool moving() const { return status_.moving; }
+    /// The last marker played; 0 before the first.
+    [[nodiscard]] std::uint32_t last_marker() const { return status_.last_marker; }
+    /// How often each endstop has ended a homing run.
+    [[nodiscard]] const std::array<std::uint32_t, 3>& endstop_hits() const { return status_.endstop_hits; }
+    /// How far the print's own time line has been played: between the last event and the next it runs on with the
+    /// board's time; it stands still while the ring is empty.
+    [[nodiscard]] std::int64_t timeline_ns();
+
+  private:
+    static constexpr std::size_t kLookAhead = 8;
+    static constexpr int kSkipsPerCall = 1024;
+    static constexpr std::int64_t kNever = to_ns(kForever);
+
+    struct AxisState {
+        std::int64_t rise_ns_min = 0;  // low time after the last pulse, set-up after the last change of DIR
+        std::uint32_t seen = 0;        // steps looked at and not yet played
+        std::uint32_t seen_before_turn = 0;  // … of them before the waiting change of direction
+        std::int8_t direction = 1;           // on the pin
+        bool high = false;
+        bool turning = false;  // a change of direction waits
+    };
+    struct Fall {
+        std::int64_t due_ns = 0;
+        int axis = 0;
+    };
+
+    [[nodiscard]] std::int64_t now_ns() { return to_ns(pins_.now()); }
+    void wait_until(std::int64_t ns) { pins_.busy_until(instant_from_ns(ns)); }
+    [[nodiscard]] std::int64_t next_fall_ns() const;
+    [[nodiscard]] std::int64_t next_event_ns();
+    void restart_if_late(const StepEvent& event);
+    [[nodiscard]] bool skips(const StepEvent& event) const;
+    void skip(const StepEvent& event);
+
+    void look_ahead();
+    [[nodiscard]] bool look_at(const StepEvent& event);
+    void turn(int axis);
+
+    void play(const StepEvent& event);
+    void play_step(const StepEvent& event);
+    void drop_step(int axis);
+    void drop_all();
+    void raise(int axis, int direction, std::int64_t due_ns);
+    void end_oldest_pulse();
+    void settle_lateness(std::int64_t lateness_ns);
+    void switch_homing(int axis, bool on);
+    [[nodiscard]] bool endstop_ends(int axis);
+
+    Pins& pins_;
+    Ring& ring_;
+    PlayerSettings settings_;
+    std::array<AxisState, kAxisCount> axes_{};
+    std::array<Fall, kAxisCount> falls_{};  // ring of at most one per axis, oldest at falls_begin_
+    std::uint32_t falls_begin_ = 0;
+    std::uint32_t falls_end_ = 0;
+    std::size_t looked_ = 0;      // events looked at, from the front of the ring
+    std::int64_t anchor_ns_ = 0;  // board time of 0 on the time line
+    std::int64_t played_ns_ = 0;  // on the time line: the last event taken
+    bool stopped_ = false;        // by stop_now(): nothing is played
+    bool started_ = false;        // the anchor means something
+    bool dry_ = true;             // the ring was found empty since the last event
+    unsigned homing_ = 0;         // bit per axis
+    unsigned pressed_ = 0;
+    std::uint64_t steps_dropped_ = 0;
+    link::MotionStatus status_;
+};
+
+template <StepPins Pins, class Ring>
+Player<Pins, Ring>::Player(Pins& pins, Ring& ring, const PlayerSettings& settings)
+    : pins_(pins), ring_(ring), settings_(settings) {
+    settings_.pulse_ns =
+        std::max(settings_.pulse_ns, settings_.direction_ns);  // DIR may change when a pulse ends
+    const std::int64_t now = now_ns();
+    for (int axis = 0; axis < kAxisCount; ++axis) {
+        pins_.set_step(axis, false);
+        pins_.set_direction(axis, true);
+        axes_[axis].rise_ns_min = now + std::max(settings_.low_ns, settings_.direction_ns);
+    }
+}
+
+// ---- what is next ----------------------------------------------------------------------------------------
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::play_until(Instant horizon) {
+    if (stopped_) return drop_all();
+    const std::int64_t horizon_ns = to_ns(horizon);
+    int skips_left = kSkipsPerCall;
+    while (true) {
+        const std::int64_t event_ns = next_event_ns();
+        const std::int64_t fall_ns = next_fall_ns();
+        if (std::min(event_ns, fall_ns) >= horizon_ns) return;
+        if (fall_ns <= event_ns) {
+            wait_until(fall_ns);
+            end_oldest_pulse();
+        } else if (const StepEvent event = *ring_.front(); skips(event)) {
+            if (skips_left-- == 0) return;
+            skip(event);
+        } else {
+            wait_until(event_ns);
+            play(event);
+        }
+    }
+}
+
+template <StepPins Pins, class Ring>
+Instant Player<Pins, Ring>::next_due() {
+    if (stopped_) return kForever;
+    return instant_from_ns(std::min(next_event_ns(), next_fall_ns()));
+}
+
+template <StepPins Pins, class Ring>
+std::int64_t Player<Pins, Ring>::next_fall_ns() const {
+    return falls_begin_ == falls_end_ ? kNever : falls_[falls_begin_ % kAxisCount].due_ns;
+}
+
+/// When the event at the front may be played: at its time on the time line, or when its axis is ready for it.
+template <StepPins Pins, class Ring>
+std::int64_t Player<Pins, Ring>::next_event_ns() {
+    const StepEvent* event = ring_.front();
+    if (!event) {
+        dry_ = true;
+        return kNever;
+    }
+    if (dry_) restart_if_late(*event);
+    look_ahead();
+    const std::int64_t due_ns = anchor_ns_ + event->time_ns;
+    if (event->kind != EventKind::step) return due_ns;
+    if (skips(*event)) return std::min(due_ns, now_ns());
+    return std::max(due_ns, axes_[event->axis].rise_ns_min);
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::restart_if_late(const StepEvent& event) {
+    dry_ = false;
+    const std::int64_t now = now_ns();
+    const std::int64_t late_ns = now - (anchor_ns_ + event.time_ns);
+    if (started_ && late_ns <= settings_.late_threshold_ns) return;
+    if (status_.moving) {
+        ++status_.starved;
+        status_.shift_ns += late_ns + settings_.lead_ns;
+    }
+    anchor_ns_ = now + settings_.lead_ns - event.time_ns;
+    started_ = true;
+}
+
+// ---- looking ahead ---------------------------------------------------------------------------------------
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::look_ahead() {
+    while (looked_ < kLookAhead) {
+        const StepEvent* event = ring_.peek(looked_);
+        if (!event || (event->kind == EventKind::step && !look_at(*event))) return;
+        ++looked_;
+    }
+}
+
+/// False when the step needs a change of direction behind another that still waits: look again later.
+template <StepPins Pins, class Ring>
+bool Player<Pins, Ring>::look_at(const StepEvent& event) {
+    AxisState& axis = axes_[event.axis];
+    const int direction_before = axis.turning ? -axis.direction : axis.direction;
+    if (event.direction != direction_before) {
+        if (axis.turning) return false;
+        axis.turning = true;
+        axis.seen_before_turn = axis.seen;
+        if (axis.seen == 0 && !axis.high) turn(event.axis);
+    }
+    ++axis.seen;
+    return true;
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::turn(int axis) {
+    AxisState& state = axes_[axis];
+    state.turning = false;
+    state.direction = static_cast<std::int8_t>(-state.direction);
+    pins_.set_direction(axis, state.direction > 0);
+    state.rise_ns_min = std::max(state.rise_ns_min, now_ns() + settings_.direction_ns);
+}
+
+// ---- playing ---------------------------------------------------------------------------------------------
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::play(const StepEvent& event) {
+    ring_.pop();
+    --looked_;
+    played_ns_ = event.time_ns;
+    switch (event.kind) {
+        case EventKind::step:
+            play_step(event);
+            break;
+        case EventKind::marker:
+            status_.last_marker = event.value;
+            break;
+        case EventKind::homing:
+            switch_homing(event.axis, event.value != 0);
+            break;
+        case EventKind::rest:
+            status_.moving = false;
+            break;
+        case EventKind::position:
+            status_.steps[event.axis] = static_cast<std::int32_t>(event.value);
+            break;
+    }
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::play_step(const StepEvent& event) {
+    status_.moving = true;
+    if (endstop_ends(event.axis)) {
+        drop_step(event.axis);
+        return;
+    }
+    AxisState& axis = axes_[event.axis];
+    --axis.seen;
+    if (axis.turning) --axis.seen_before_turn;
+    raise(event.axis, event.direction, anchor_ns_ + event.time_ns);
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::raise(int axis, int direction, std::int64_t due_ns) {
+    pins_.set_step(axis, true);
+    const std::int64_t now = now_ns();
+    AxisState& state = axes_[axis];
+    state.high = true;
+    state.rise_ns_min = now + settings_.pulse_ns + settings_.low_ns;
+    falls_[falls_end_++ % kAxisCount] = {now + settings_.pulse_ns, axis};
+    status_.steps[axis] += direction;
+    ++status_.pulses[axis];
+    settle_lateness(now - due_ns);
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::settle_lateness(std::int64_t lateness_ns) {
+    status_.lateness_ns.record(lateness_ns);
+    if (lateness_ns <= settings_.late_threshold_ns) return;
+    ++status_.late_steps;
+    status_.shift_ns += lateness_ns;
+    anchor_ns_ += lateness_ns;
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::end_oldest_pulse() {
+    const int axis = falls_[falls_begin_++ % kAxisCount].axis;
+    pins_.set_step(axis, false);
+    AxisState& state = axes_[axis];
+    state.high = false;
+    state.rise_ns_min = now_ns() + settings_.low_ns;
+    if (state.turning && state.seen_before_turn == 0) turn(axis);
+}
+
+// ---- homing ----------------------------------------------------------------------------------------------
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::switch_homing(int axis, bool on) {
+    const unsigned bit = 1u << axis;
+    homing_ = on ? homing_ | bit : homing_ & ~bit;
+    pressed_ &= ~bit;
+}
+
+template <StepPins Pins, class Ring>
+bool Player<Pins, Ring>::endstop_ends(int axis) {
+    const unsigned bit = 1u << axis;
+    if ((homing_ & bit) == 0) return false;
+    if ((pressed_ & bit) == 0 && pins_.endstop_pressed(axis)) {
+        pressed_ |= bit;
+        ++status_.endstop_hits[static_cast<std::size_t>(axis)];
+    }
+    return (pressed_ & bit) != 0;
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::drop_step(int axis) {
+    AxisState& state = axes_[axis];
+    ++steps_dropped_;
+    --state.seen;
+    if (!state.turning) return;
+    --state.seen_before_turn;
+    if (state.seen_before_turn == 0 && !state.high) turn(axis);
+}
+
+/// True for a step that will be dropped and that nobody need wait for.
+template <StepPins Pins, class Ring>
+bool Player<Pins, Ring>::skips(const StepEvent& event) const {
+    return homing_ != 0 && pressed_ == homing_ && event.kind == EventKind::step &&
+           (homing_ >> event.axis & 1u) != 0 && falls_begin_ == falls_end_;
+}
+
+/// Drops the step at the front now; the time line comes forward with it.
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::skip(const StepEvent& event) {
+    anchor_ns_ = std::min(anchor_ns_, now_ns() - event.time_ns);
+    ring_.pop();
+    --looked_;
+    played_ns_ = event.time_ns;
+    drop_step(event.axis);
+}
+
+// ---- stop and status -------------------------------------------------------------------------------------
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::stop_now() {
+    for (int axis = 0; axis < kAxisCount; ++axis) {
+        if (axes_[axis].high) pins_.set_step(axis, false);
+    }
+    const std::int64_t ready_ns = now_ns() + std::max(settings_.low_ns, settings_.direction_ns);
+    for (AxisState& axis : axes_) {
+        const std::int8_t direction = axis.direction;
+        axis = AxisState{};
+        axis.direction = direction;
+        axis.rise_ns_min = ready_ns;
+    }
+    falls_begin_ = falls_end_;
+    homing_ = pressed_ = 0;
+    status_.moving = false;
+    stopped_ = true;
+    drop_all();
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::drop_all() {
+    ring_.discard_all();
+    ring_.adopt_reader();  // its copy of the writer's counter may be older than what was just dropped
+    looked_ = 0;
+    started_ = false;
+    dry_ = true;
+}
+
+template <StepPins Pins, class Ring>
+void Player<Pins, Ring>::allow_motion() {
+    if (!stopped_) return;
+    drop_all();
+    stopped_ = false;
+}
+
+template <StepPins Pins, class Ring>
+std::int64_t Player<Pins, Ring>::timeline_ns() {
+    const StepEvent* next = ring_.front();
+    if (!next || dry_) return played_ns_;  // dry: the anchor may be of a motion long past
+    return std::clamp(now_ns() - anchor_ns_, played_ns_, std::max(played_ns_, next->time_ns));
+}
+
+template <StepPins Pins, class Ring>
+const link::MotionStatus& Player<Pins, Ring>::publish() {
+    ++status_.heartbeat;
+    status_.ring_fill = static_cast<std::uint32_t>(ring_.size());
+    status_.timeline_ns = timeline_ns();
+    return status_;
+}
+
+}  // namespace qduino::printer::step

@@ -1,0 +1,59 @@
+// One loop at run time: its release clock, its policy, and what is counted about it.
+//
+// wait_for_next_period() ends a release:
+//
+//      body returns to the call ── now ──► late? ── no ───────────────────────────► wait ──► next release
+//                                            │ yes                                   ▲
+//                                            └► count, then by policy: skip, catch_up, keep_phase,
+//                                               call_back (the handler first), stop ─┘
+//
+// The counters are written by the loop alone; who else reads them while it runs gets each one whole, but not all of the same
+// instant. The histogram is to be read when the loop has ended.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "base/histogram.h"
+#include "base/time.h"
+#include "runtime/release_clock.h"
+#include "runtime/sketch.h"
+
+namespace qduino::runtime {
+
+/// Called on the loop that overran, before its next release, with how late it ended.
+using OverrunHandler = void (*)(board::VcpuId loop, Nanoseconds lateness);
+
+/// A number that one thread counts and any thread may read. No read-modify-write: one writer needs none.
+class Counter {
+  public:
+    void add(std::int64_t amount) { value_.store(get() + amount, std::memory_order_relaxed); }
+    void raise_to(std::int64_t value) {
+        if (value > get()) value_.store(value, std::memory_order_relaxed);
+    }
+    [[nodiscard]] std::int64_t get() const { return value_.load(std::memory_order_relaxed); }
+
+  private:
+    std::atomic<std::int64_t> value_{0};
+};
+
+struct LoopStatistics {
+    Counter passes;                ///< times the body was called
+    Counter releases;              ///< releases begun; under keep_phase without those that ended late
+    Counter overruns;              ///< releases that ended after the next was due
+    Counter dropped;               ///< releases that were never run
+    Counter lateness_ns_max;       ///< worst end after the next was due
+    Histogram release_latency_ns;  ///< from when a release was due to when its code went on
+};
+
+struct Loop {
+    LoopDeclaration declaration;
+    bool owns_core = false;
+    ReleaseClock clock;
+    OverrunPolicy policy = OverrunPolicy::skip;
+    OverrunHandler on_overrun = nullptr;
+    bool waited = false;  ///< wait_for_next_period() was called in this pass of the body
+    LoopStatistics statistics;
+};
+
+}  // namespace qduino::runtime

@@ -1,0 +1,62 @@
+// The plan of a sketch: its loops and I/O VCPUs, admitted and placed on cores, or the reason why not.
+//
+//   SketchTable ──► add_loops() ┐
+//   interruptsVcpu(), attach… ──► add_io() ┴─► sched::admit_all ──► core_of(id), or a refusal in words
+//
+// Invariant: what is in the plan is admitted as a whole; a request that is refused leaves it as it was.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "board/types.h"
+#include "runtime/sketch.h"
+#include "sched/explain.h"
+#include "sched/placement.h"
+
+namespace qduino::runtime {
+
+/// Setup-time only; allocates.
+class Plan {
+  public:
+    /// `overheads` has an entry for each core. `enforce` false: everything is placed, whatever admission says of it.
+    Plan(std::vector<sched::PlatformOverheads> overheads, sched::Placement placement, bool enforce);
+
+    /// Takes the loops of a sketch. Error: the first refusal, naming the loop and where it is declared; explanation()
+    /// has it at length.
+    Result<void> add_loops(const SketchTable& table);
+    /// Adds an I/O VCPU and returns its number. Error: the refusal; unavailable when all numbers are taken.
+    Result<board::VcpuId> add_io(Nanoseconds budget, Nanoseconds period, int core);
+
+    /// Takes an I/O VCPU back out: nothing will run on it.
+    void remove_io(board::VcpuId id);
+
+    /// What the board is to be given, without entries and contexts, loops first.
+    [[nodiscard]] std::vector<board::VcpuSpec> specs() const;
+    /// The loop that has `core` for itself (budget == period, core named, nothing else there); kNoVcpu: none.
+    [[nodiscard]] board::VcpuId owner_of(int core) const;
+    /// What was said to the last request: the admission table, or the refusal at length.
+    [[nodiscard]] const sched::Explanation& explanation() const { return explanation_; }
+    /// The admission table of every core in use, as the plan stands.
+    [[nodiscard]] sched::Explanation admission_table() const;
+    [[nodiscard]] bool admitted() const { return admission_->admitted; }
+    [[nodiscard]] const sched::MachineAdmission& admission() const { return *admission_; }
+
+  private:
+    Result<void> check_declarations(const SketchTable& table) const;
+    Result<void> admit(const LoopDeclaration* declarations, std::size_t count);
+
+    std::vector<sched::PlatformOverheads> overheads_;
+    sched::Placement placement_;
+    bool enforce_;
+    std::vector<sched::VcpuRequest> requests_;
+    std::unique_ptr<sched::MachineAdmission> admission_;
+    sched::Explanation explanation_;
+};
+
+/// "loop 1" … "loop 32", "io 33" … "io 63": static storage.
+[[nodiscard]] const char* vcpu_name(board::VcpuId id);
+
+}  // namespace qduino::runtime

@@ -1,0 +1,221 @@
+#include "sched/admission.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "sched/completion_time.h"
+#include "sched/exact.h"
+
+namespace qduino::sched {
+namespace {
+
+// ---- fixed point: 56 bits behind the point, every rounding named ----------------------------------------------
+
+constexpr int kFractionBits = 56;
+constexpr std::int64_t kOne = std::int64_t{1} << kFractionBits;
+constexpr std::int64_t kTwo = 2 * kOne;
+constexpr std::int64_t kSumLimit = 64 * kOne;  // beyond it nobody counts
+
+/// a/b, never less than it is; anything above 2 reads as 2 (it is refused either way).
+std::int64_t ratio_up(Nanoseconds a, Nanoseconds b) {
+    if (a >= 2 * b) return kTwo;
+    return mul_div_ceil(a.count(), kOne, b.count());
+}
+
+std::int64_t add_saturated(std::int64_t a, std::int64_t b) { return std::min(a + b, kSumLimit); }
+
+/// (1 + u/n)^n <= 2, that is u <= n(2^(1/n) − 1). Each rounding is upwards, so the power is never below the
+/// true one: what is within the bound here is within it in truth.
+bool within_bound(std::int64_t utilisation, std::size_t n) {
+    if (utilisation > kOne || n == 0) return utilisation <= kOne;
+    const std::int64_t base = kOne + div_ceil(utilisation, static_cast<std::int64_t>(n));
+    std::int64_t power = kOne;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (power > kTwo) return false;
+        power = mul_div_ceil(power, base, kOne);
+    }
+    return power <= kTwo;
+}
+
+/// Greatest u in millionths that is within the bound.
+std::int64_t bound_in_ppm(std::size_t n) {
+    std::int64_t within = 0;
+    std::int64_t beyond = 1'000'001;
+    while (beyond - within > 1) {
+        const std::int64_t middle = (within + beyond) / 2;
+        (within_bound(mul_div_ceil(middle, kOne, 1'000'000), n) ? within : beyond) = middle;
+    }
+    return within;
+}
+
+Nanoseconds overhead_of(const CoreLoad& load) {
+    return load.overheads.release_cost + load.overheads.enforcement_cost;
+}
+
+// ---- the tests ------------------------------------------------------------------------------------------------
+
+Nanoseconds shortest_period(const CoreLoad& load) {
+    Nanoseconds shortest = kPeriodMax;
+    for (const VcpuRequest& main : load.mains) shortest = std::min(shortest, main.parameters.period);
+    return shortest;
+}
+
+/// Left side of the bound, rounded up, with what the platform takes.
+std::int64_t utilisation_of(const CoreLoad& load) {
+    const Nanoseconds overhead = overhead_of(load);
+    std::int64_t sum = 0;
+    std::int64_t blocking = 0;
+    for (const VcpuRequest& main : load.mains) {
+        const Nanoseconds period = main.parameters.period;
+        sum = add_saturated(sum, ratio_up(main.parameters.budget + overhead, period));
+        blocking = std::max(blocking, ratio_up(platform_interference(load.overheads, period), period));
+    }
+    // An I/O VCPU pays its overhead once per service, at worst once in every shortest client period.
+    const std::int64_t io_overhead = ratio_up(overhead, shortest_period(load));
+    for (const VcpuRequest& io : load.ios) {
+        const std::int64_t share =
+            std::min(kOne, add_saturated(ratio_up(io.parameters.budget, io.parameters.period), io_overhead));
+        sum = add_saturated(sum, mul_div_ceil(kTwo - share, share, kOne));
+    }
+    return add_saturated(sum, blocking);
+}
+
+bool io_overload(const CoreLoad& load) {
+    std::int64_t sum = 0;
+    for (const VcpuRequest& io : load.ios) {
+        sum += mul_div_floor(io.parameters.budget.count(), kOne / kIoVcpuLimit, io.parameters.period.count());
+    }
+    return sum > kOne / static_cast<std::int64_t>(kIoVcpuLimit);
+}
+
+bool owns_core(const VcpuRequest& request) {
+    return !request.io && request.parameters.whole_core() && request.core != kAnyCore;
+}
+
+const VcpuRequest* owner_of(const CoreLoad& load) {
+    for (const VcpuRequest& main : load.mains) {
+        if (owns_core(main)) return &main;
+    }
+    return nullptr;
+}
+
+const VcpuRequest& nth(const CoreLoad& load, std::size_t n) {
+    return n < load.mains.size() ? load.mains[n] : load.ios[n - load.mains.size()];
+}
+
+/// Refusals that need no analysis.
+Refusal refuse_by_shape(const CoreLoad& load) {
+    Refusal refusal;
+    const auto refuse = [&](RefusedBecause because, const VcpuRequest& request, VcpuId other) {
+        refusal.because = because;
+        refusal.id = request.id;
+        refusal.io = request.io;
+        refusal.other = other;
+        refusal.parameters = request.parameters;
+        return refusal;
+    };
+    const std::size_t count = load.mains.size() + load.ios.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        const VcpuRequest& request = nth(load, i);
+        if (!request.parameters.valid()) return refuse(RefusedBecause::bad_parameters, request, request.id);
+        for (std::size_t j = 0; j < i; ++j) {
+            if (nth(load, j).id == request.id)
+                return refuse(RefusedBecause::duplicate_id, request, request.id);
+        }
+    }
+    if (const VcpuRequest* owner = owner_of(load); owner && count > 1) {
+        const VcpuRequest& second = &nth(load, 0) == owner ? nth(load, 1) : nth(load, 0);
+        return refuse(RefusedBecause::core_owned, second, owner->id);
+    }
+    if (load.mains.empty() && io_overload(load)) {
+        return refuse(RefusedBecause::io_overload, load.ios.back(), load.ios.back().id);
+    }
+    return refusal;
+}
+
+std::size_t index_of(const CompletionTime& analysis, VcpuId id) {
+    std::size_t i = 0;
+    while (i < analysis.size() && analysis.loop(i).id != id) ++i;
+    QDUINO_EXPECT(i < analysis.size());
+    return i;
+}
+
+LoopResponse response_of(const CompletionTime& analysis, std::size_t i) {
+    const Nanoseconds period = analysis.period(i);
+    const Nanoseconds response = analysis.response(i, kResponseLimit * period);
+    return {analysis.loop(i).id, response, period, response <= period};
+}
+
+Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
+                                  const LoopResponse& response) {
+    Refusal refusal;
+    refusal.because = RefusedBecause::completion_time;
+    refusal.id = response.id;
+    refusal.parameters = analysis.loop(i).parameters;
+    refusal.response = response;
+    refusal.shares = analysis.shares(i, response.period);
+    return refusal;
+}
+
+}  // namespace
+
+PlatformInterferer kernel_fair_server(Nanoseconds runtime, Nanoseconds period) {
+    return {"kernel fair server", runtime, period, period - runtime};
+}
+
+bool admitted_by_bound(const CoreLoad& load) { return within_bound(utilisation_of(load), load.mains.size()); }
+
+LoopResponse completion_time(const CoreLoad& load, VcpuId id) {
+    const CompletionTime analysis{load};
+    return response_of(analysis, index_of(analysis, id));
+}
+
+Shares shares_in_window(const CoreLoad& load, VcpuId id, Nanoseconds window) {
+    const CompletionTime analysis{load};
+    return analysis.shares(index_of(analysis, id), window);
+}
+
+Admission admit_without_remedy(const CoreLoad& load) {
+    Admission admission;
+    admission.core = load.core;
+    admission.refusal = refuse_by_shape(load);
+    if (admission.refusal.because != RefusedBecause::none) return admission;
+
+    const std::int64_t utilisation = utilisation_of(load);
+    admission.utilisation_ppm = mul_div_floor(utilisation + kOne / 2'000'000, 1'000'000, kOne);
+    admission.bound_ppm = bound_in_ppm(load.mains.size());
+    const bool owned = owner_of(load) != nullptr;
+    const bool by_bound = within_bound(utilisation, load.mains.size());
+    admission.by = owned ? AdmittedBy::owned : by_bound ? AdmittedBy::bound : AdmittedBy::completion_time;
+
+    const CompletionTime analysis{load};
+    for (std::size_t i = 0; i < analysis.size(); ++i) {
+        LoopResponse response = response_of(analysis, i);
+        // Proven to meet its period, by other means than the equation: its R is then no more than an upper limit.
+        if (owned || by_bound) {
+            response.response = std::min(response.response, response.period);
+            response.meets = true;
+        }
+        admission.loops.push_back(response);
+        if (!response.meets && admission.refusal.because == RefusedBecause::none) {
+            admission.refusal = refuse_by_completion_time(analysis, i, response);
+        }
+    }
+    admission.admitted = admission.refusal.because == RefusedBecause::none;
+    return admission;
+}
+
+Admission admit(const CoreLoad& load) {
+    Admission admission = admit_without_remedy(load);
+    if (admission.refusal.because == RefusedBecause::completion_time) {
+        admission.refusal.remedy = smallest_change(load, admission.refusal.id);
+    }
+    return admission;
+}
+
+bool is_admissible(const CoreLoad& load) {
+    if (refuse_by_shape(load).because != RefusedBecause::none) return false;
+    return owner_of(load) || admitted_by_bound(load) || CompletionTime{load}.every_loop_meets();
+}
+
+}  // namespace qduino::sched

@@ -1,0 +1,196 @@
+#include "sched/core_scheduler.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+
+namespace qduino::sched {
+
+CoreScheduler::CoreScheduler() { slots_.fill(kNoSlot); }
+
+// ---- the table ------------------------------------------------------------------------------------------------
+
+bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainVcpuOptions options) {
+    if (!parameters.valid() || contains(id) || main_count_ == kMainVcpuLimit) return false;
+    if (options.owns_core && !parameters.whole_core()) return false;
+    Vcpu vcpu;
+    vcpu.id = id;
+    vcpu.owns_core = options.owns_core;
+    vcpu.background = options.background;
+    vcpu.server = SporadicServer{parameters, now, options.server};
+    insert(vcpu);
+    ++main_count_;
+    return true;
+}
+
+bool CoreScheduler::add_io(VcpuId id, VcpuParameters parameters, Instant now) {
+    if (!parameters.valid() || contains(id) || io_count_ == kIoVcpuLimit) return false;
+    Vcpu vcpu;
+    vcpu.id = id;
+    vcpu.io = true;
+    vcpu.pibs = Pibs{parameters, now};
+    insert(vcpu);
+    ++io_count_;
+    return true;
+}
+
+void CoreScheduler::insert(const Vcpu& vcpu) {
+    slots_[vcpu.id] = static_cast<std::uint8_t>(vcpus_.size());
+    vcpus_.push_back(vcpu);
+}
+
+CoreScheduler::Vcpu& CoreScheduler::at(VcpuId id) {
+    QDUINO_EXPECT(contains(id));
+    return vcpus_[slots_[id]];
+}
+
+const CoreScheduler::Vcpu& CoreScheduler::at(VcpuId id) const {
+    QDUINO_EXPECT(contains(id));
+    return vcpus_[slots_[id]];
+}
+
+// ---- one VCPU, of either kind ---------------------------------------------------------------------------------
+
+bool CoreScheduler::has_work(const Vcpu& vcpu) {
+    return vcpu.io ? !vcpu.pibs.idle() : !vcpu.server.blocked();
+}
+
+Nanoseconds CoreScheduler::priority_period(const Vcpu& vcpu) {
+    return vcpu.io ? vcpu.pibs.client_period() : vcpu.server.parameters().period;
+}
+
+bool CoreScheduler::before(const Vcpu& a, const Vcpu& b) {
+    const Nanoseconds period_a = priority_period(a);
+    const Nanoseconds period_b = priority_period(b);
+    return period_a != period_b ? period_a < period_b : a.id < b.id;
+}
+
+Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) {
+    if (vcpu.owns_core) return Nanoseconds::max();
+    return vcpu.io ? vcpu.pibs.available(now) : vcpu.server.available(now);
+}
+
+Instant CoreScheduler::replenishment(const Vcpu& vcpu) {
+    return vcpu.io ? vcpu.pibs.next_replenishment() : vcpu.server.next_replenishment();
+}
+
+void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
+    if (vcpu.owns_core) {
+        vcpu.owned_consumed += used;
+    } else if (vcpu.io) {
+        vcpu.pibs.consume(now, used);
+    } else {
+        vcpu.server.consume(now, used);
+    }
+}
+
+// ---- what happens ---------------------------------------------------------------------------------------------
+
+void CoreScheduler::wake(VcpuId id, Instant now) {
+    const Vcpu& vcpu = at(id);
+    if (vcpu.io) return wake_io(id, now, vcpu.pibs.parameters().period);
+    account(now);
+    at(id).server.unblock(now);
+}
+
+void CoreScheduler::wake_io(VcpuId id, Instant now, Nanoseconds client_period) {
+    QDUINO_EXPECT(at(id).io);
+    account(now);
+    at(id).pibs.activate(now, client_period);
+}
+
+void CoreScheduler::wake_io_for(VcpuId id, VcpuId client, Instant now) {
+    QDUINO_EXPECT(!at(client).io);
+    wake_io(id, now, at(client).server.parameters().period);
+}
+
+void CoreScheduler::block(VcpuId id, Instant now) {
+    account(now);
+    Vcpu& vcpu = at(id);
+    if (vcpu.io) {
+        vcpu.pibs.finish(now);
+    } else {
+        vcpu.server.block(now);
+    }
+    if (running_ == slots_[id]) running_ = kNoSlot;
+}
+
+void CoreScheduler::account(Instant now, Nanoseconds stolen) {
+    QDUINO_EXPECT(now >= accounted_until_);
+    if (running_ != kNoSlot) {
+        const Nanoseconds used = now - accounted_until_ - stolen;
+        QDUINO_EXPECT(stolen >= Nanoseconds{0} && used >= Nanoseconds{0});
+        if (!running_in_background_ && used > Nanoseconds{0}) charge(vcpus_[running_], now, used);
+    }
+    accounted_until_ = now;
+}
+
+// ---- the decision ---------------------------------------------------------------------------------------------
+
+Decision CoreScheduler::decide(Instant now) {
+    account(now);
+    const Vcpu* chosen = highest(now);
+    const Instant until = next_change(chosen, now);
+    running_in_background_ = chosen == nullptr;
+    if (!chosen) chosen = highest_background();
+    running_ = chosen ? slots_[chosen->id] : kNoSlot;
+    if (!chosen) return {std::nullopt, until, false};
+    return {chosen->id, until, running_in_background_};
+}
+
+const CoreScheduler::Vcpu* CoreScheduler::highest(Instant now) const {
+    const Vcpu* best = nullptr;
+    for (const Vcpu& vcpu : vcpus_) {
+        if (!has_work(vcpu) || available(vcpu, now) == Nanoseconds{0}) continue;
+        if (!best || before(vcpu, *best)) best = &vcpu;
+    }
+    return best;
+}
+
+const CoreScheduler::Vcpu* CoreScheduler::highest_background() const {
+    const Vcpu* best = nullptr;
+    for (const Vcpu& vcpu : vcpus_) {
+        if (vcpu.background && has_work(vcpu) && (!best || before(vcpu, *best))) best = &vcpu;
+    }
+    return best;
+}
+
+/// The end of the chosen one's budget, or before it the replenishment of a throttled VCPU that would preempt it.
+Instant CoreScheduler::next_change(const Vcpu* chosen, Instant now) const {
+    Instant until = kForever;
+    if (chosen && !chosen->owns_core) until = now + available(*chosen, now);
+    for (const Vcpu& vcpu : vcpus_) {
+        const bool throttled = has_work(vcpu) && available(vcpu, now) == Nanoseconds{0};
+        if (throttled && (!chosen || before(vcpu, *chosen))) until = std::min(until, replenishment(vcpu));
+    }
+    return until;
+}
+
+// ---- questions ------------------------------------------------------------------------------------------------
+
+std::optional<VcpuId> CoreScheduler::running() const {
+    if (running_ == kNoSlot) return std::nullopt;
+    return vcpus_[running_].id;
+}
+
+bool CoreScheduler::runnable(VcpuId id) const { return has_work(at(id)); }
+
+Nanoseconds CoreScheduler::available(VcpuId id, Instant now) const { return available(at(id), now); }
+
+Instant CoreScheduler::next_replenishment(VcpuId id) const { return replenishment(at(id)); }
+
+Nanoseconds CoreScheduler::consumed(VcpuId id) const {
+    const Vcpu& vcpu = at(id);
+    if (vcpu.owns_core) return vcpu.owned_consumed;
+    return vcpu.io ? vcpu.pibs.consumed() : vcpu.server.consumed();
+}
+
+const SporadicServer* CoreScheduler::main_server(VcpuId id) const {
+    return contains(id) && !at(id).io ? &at(id).server : nullptr;
+}
+
+const Pibs* CoreScheduler::io_server(VcpuId id) const {
+    return contains(id) && at(id).io ? &at(id).pibs : nullptr;
+}
+
+}  // namespace qduino::sched

@@ -1,0 +1,89 @@
+#include "sched/pibs.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "sched/exact.h"
+
+namespace qduino::sched {
+
+Pibs::Pibs(VcpuParameters parameters, Instant start)
+    : parameters_(parameters), eligible_from_(start), charged_from_(start) {
+    QDUINO_EXPECT(parameters.valid());
+}
+
+Nanoseconds Pibs::budget_for(Nanoseconds client_period) const {
+    const std::int64_t share =
+        mul_div_floor(parameters_.budget.count(), client_period.count(), parameters_.period.count());
+    return Nanoseconds{std::max<std::int64_t>(share, 1)};
+}
+
+Nanoseconds Pibs::recovery_of(Nanoseconds used) const {
+    return Nanoseconds{mul_div_ceil(used.count(), parameters_.period.count(), parameters_.budget.count())};
+}
+
+Nanoseconds Pibs::client_period() const {
+    QDUINO_EXPECT(active_);
+    return client_period_;
+}
+
+Nanoseconds Pibs::available(Instant now) const {
+    return active_ && eligible_from_ <= now ? remaining_ : Nanoseconds{0};
+}
+
+void Pibs::activate(Instant now, Nanoseconds client_period) {
+    QDUINO_EXPECT(client_period > Nanoseconds{0} && client_period <= kPeriodMax);
+    if (!active_) {
+        active_ = true;
+        client_period_ = client_period;
+        open_service(now);
+    } else if (client_period < client_period_) {
+        raise(now, client_period);
+    }
+}
+
+void Pibs::raise(Instant now, Nanoseconds client_period) {
+    client_period_ = client_period;
+    remaining_ = std::min(remaining_, budget_for(client_period));
+    if (eligible_from_ > now) return;
+    // What it uses from here on counts at the new priority, and from here on: charging it from an older instant
+    // would give it back too soon for those whom it now delays.
+    charged_from_ = std::max(now, charged_from_ + recovery_of(used_));
+    used_ = Nanoseconds{0};
+}
+
+void Pibs::open_service(Instant now) {
+    eligible_from_ = std::max(eligible_from_, now);
+    charged_from_ = eligible_from_;
+    remaining_ = budget_for(client_period_);
+    used_ = Nanoseconds{0};
+}
+
+void Pibs::close_service() {
+    eligible_from_ = charged_from_ + recovery_of(used_);
+    charged_from_ = eligible_from_;
+    remaining_ = used_ = Nanoseconds{0};
+}
+
+void Pibs::finish(Instant) {
+    if (!active_) return;
+    active_ = false;
+    close_service();
+}
+
+void Pibs::consume(Instant now_end, Nanoseconds used) {
+    QDUINO_EXPECT(used >= Nanoseconds{0});
+    consumed_ += used;
+    used_ += used;
+    if (!active_) {
+        close_service();
+    } else if (used < remaining_) {
+        remaining_ -= used;
+    } else {
+        close_service();
+        open_service(now_end);
+    }
+    QDUINO_EXPECT(!active_ || (remaining_ > Nanoseconds{0} && remaining_ <= budget_for(client_period_)));
+}
+
+}  // namespace qduino::sched

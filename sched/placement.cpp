@@ -1,0 +1,193 @@
+#include "sched/placement.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "sched/exact.h"
+
+namespace qduino::sched {
+namespace {
+
+bool same_id_before(std::span<const VcpuRequest> requests, std::size_t index) {
+    return std::any_of(requests.begin(), requests.begin() + static_cast<std::ptrdiff_t>(index),
+                       [&](const VcpuRequest& earlier) { return earlier.id == requests[index].id; });
+}
+
+/// Refusals that no core can lift.
+Refusal refuse_by_shape(std::span<const VcpuRequest> requests, std::size_t core_count) {
+    Refusal refusal;
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const VcpuRequest& request = requests[i];
+        refusal.id = refusal.other = request.id;
+        refusal.io = request.io;
+        refusal.parameters = request.parameters;
+        if (!request.parameters.valid()) {
+            refusal.because = RefusedBecause::bad_parameters;
+        } else if (same_id_before(requests, i)) {
+            refusal.because = RefusedBecause::duplicate_id;
+        } else if (request.core != kAnyCore &&
+                   (request.core < 0 || request.core >= static_cast<int>(core_count))) {
+            refusal.because = RefusedBecause::no_such_core;
+        }
+        if (refusal.because != RefusedBecause::none) return refusal;
+    }
+    return Refusal{};
+}
+
+bool more_utilisation(const VcpuRequest& a, const VcpuRequest& b) {
+    const Int128 left = Int128{a.parameters.budget.count()} * b.parameters.period.count();
+    const Int128 right = Int128{b.parameters.budget.count()} * a.parameters.period.count();
+    return left != right ? left > right : a.id < b.id;
+}
+
+bool takes(const CoreLoad& load, const VcpuRequest& request) {
+    CoreLoad trial = load;
+    return trial.try_add(request) && is_admissible(trial);
+}
+
+/// Utilisation of a core for the choice between cores alone, in millionths.
+std::int64_t load_in_ppm(const CoreLoad& load) {
+    std::int64_t sum = 0;
+    const auto add = [&](const VcpuRequest& request) {
+        sum += mul_div_ceil(request.parameters.budget.count(), 1'000'000, request.parameters.period.count());
+    };
+    for (const VcpuRequest& main : load.mains) add(main);
+    for (const VcpuRequest& io : load.ios) add(io);
+    return sum;
+}
+
+int choose_core(const FixedVector<CoreLoad, kCoreLimit>& loads, const VcpuRequest& request,
+                Placement placement) {
+    const CoreLoad* best = nullptr;
+    for (const CoreLoad& load : loads) {
+        if (!takes(load, request)) continue;
+        if (!best || load_in_ppm(load) < load_in_ppm(*best)) best = &load;
+        if (placement == Placement::first_fit) break;
+    }
+    return best ? best->core : kAnyCore;
+}
+
+bool remove(CoreLoad& load, VcpuId id) {
+    const auto drop = [id](auto& list) {
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            if (list[i].id == id) return list.erase(i), true;
+        }
+        return false;
+    };
+    return drop(load.mains) || drop(load.ios);
+}
+
+/// The lowest other core that takes the refused VCPU, if its own core is admissible without it.
+std::optional<int> other_core_for(const MachineAdmission& result, const VcpuRequest& request) {
+    CoreLoad without = result.loads[static_cast<std::size_t>(request.core)];
+    if (!remove(without, request.id) || !is_admissible(without)) return std::nullopt;
+    for (const CoreLoad& load : result.loads) {
+        VcpuRequest moved = request;
+        moved.core = load.core;
+        if (load.core != request.core && takes(load, moved)) return load.core;
+    }
+    return std::nullopt;
+}
+
+/// Puts what names its core there. False when a core refuses.
+bool place_pinned(std::span<const VcpuRequest> requests, MachineAdmission& result) {
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const VcpuRequest& request = requests[i];
+        if (request.core == kAnyCore) continue;
+        CoreLoad& load = result.loads[static_cast<std::size_t>(request.core)];
+        if (!load.try_add(request)) {
+            result.refusal.because = RefusedBecause::too_many;
+            result.refusal.id = request.id;
+            result.refusal.io = request.io;
+            result.refusal.parameters = request.parameters;
+            result.refused_core = request.core;
+            return false;
+        }
+        result.placed[i].core = request.core;
+    }
+    for (const CoreLoad& load : result.loads) {
+        if (is_admissible(load)) continue;
+        result.refusal = admit(load).refusal;
+        result.refused_core = load.core;
+        for (const VcpuRequest& request : requests) {
+            if (request.id == result.refusal.id) {
+                result.refusal.remedy.other_core = other_core_for(result, request);
+            }
+        }
+        return false;
+    }
+    return true;
+}
+
+/// No core takes `request`: the refusal of the one that would need the smallest cut of its budget.
+void refuse_everywhere(const VcpuRequest& request, MachineAdmission& result) {
+    std::optional<Nanoseconds> least;
+    for (const CoreLoad& load : result.loads) {
+        CoreLoad trial = load;
+        if (!trial.try_add(request)) continue;
+        const Remedy remedy = smallest_change(trial, request.id);
+        const bool nearer = remedy.budget_less_by && (!least || *remedy.budget_less_by < *least);
+        if (result.refused_core != kAnyCore && !nearer) continue;
+        if (remedy.budget_less_by) least = remedy.budget_less_by;
+        const Admission admission = admit_without_remedy(trial);
+        result.refusal = admission.refusal;
+        result.refusal.remedy = remedy;
+        result.refused_core = load.core;
+    }
+    result.refusal.because = RefusedBecause::no_core_fits;
+    result.refusal.id = request.id;
+    result.refusal.io = request.io;
+    result.refusal.parameters = request.parameters;
+}
+
+bool place_floating(std::span<const VcpuRequest> requests, Placement placement, MachineAdmission& result) {
+    FixedVector<std::size_t, kRequestLimit> order;
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        if (requests[i].core == kAnyCore) order.push_back(i);
+    }
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return more_utilisation(requests[a], requests[b]); });
+    for (const std::size_t i : order) {
+        const int core = choose_core(result.loads, requests[i], placement);
+        if (core == kAnyCore) {
+            refuse_everywhere(requests[i], result);
+            return false;
+        }
+        static_cast<void>(result.loads[static_cast<std::size_t>(core)].try_add(requests[i]));
+        result.placed[i].core = core;
+    }
+    return true;
+}
+
+}  // namespace
+
+int MachineAdmission::core_of(VcpuId id) const {
+    for (const PlacedVcpu& vcpu : placed) {
+        if (vcpu.request.id == id) return vcpu.core;
+    }
+    return kAnyCore;
+}
+
+void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOverheads> overheads,
+               Placement placement, MachineAdmission& result) {
+    QDUINO_EXPECT(!overheads.empty() && overheads.size() <= kCoreLimit);
+    QDUINO_EXPECT(requests.size() <= kRequestLimit);
+    result.admitted = false;
+    result.placed.clear();
+    result.cores.clear();
+    result.loads.clear();
+    result.refused_core = kAnyCore;
+    for (const VcpuRequest& request : requests) result.placed.push_back({request, kAnyCore});
+    for (const PlatformOverheads& overhead : overheads) {
+        CoreLoad load;
+        load.core = static_cast<int>(result.loads.size());
+        load.overheads = overhead;
+        result.loads.push_back(load);
+    }
+    result.refusal = refuse_by_shape(requests, overheads.size());
+    result.admitted = result.refusal.because == RefusedBecause::none && place_pinned(requests, result) &&
+                      place_floating(requests, placement, result);
+    for (const CoreLoad& load : result.loads) result.cores.push_back(admit_without_remedy(load));
+}
+
+}  // namespace qduino::sched

@@ -1,0 +1,40 @@
+// The words of the scheduling theory: what a VCPU is given, how it is named.
+//
+// sched/ is pure and freestanding: no clock, no heap, no operating system, no exceptions. Time is a
+// parameter, in integer nanoseconds. The same code schedules board/sim and keeps the accounts of board/linux.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/time.h"
+
+namespace qduino::sched {
+
+/// A VCPU's name, unique on its machine. sched/ gives no meaning to the number but this: at equal periods the
+/// lower number has the higher priority.
+using VcpuId = std::uint8_t;
+
+inline constexpr std::size_t kMainVcpuLimit = 32;  ///< main VCPUs (loops) per core
+inline constexpr std::size_t kIoVcpuLimit = 31;    ///< I/O VCPUs (bottom halves) per core
+inline constexpr int kAnyCore = -1;
+
+/// Longer periods are refused: it keeps every sum of the analysis far from the end of 64 bits.
+inline constexpr Nanoseconds kPeriodMax = std::chrono::hours{24};
+
+/// `budget` of CPU time in every `period`. For an I/O VCPU only their ratio, its utilisation, matters to its
+/// service: its budget and priority at any instant follow from the main VCPU that it serves (pibs.h).
+struct VcpuParameters {
+    Nanoseconds budget{};
+    Nanoseconds period{};
+
+    /// 0 < budget <= period <= kPeriodMax.
+    [[nodiscard]] constexpr bool valid() const {
+        return budget > Nanoseconds{0} && budget <= period && period <= kPeriodMax;
+    }
+    /// budget == period: with a core of its own it is never throttled.
+    [[nodiscard]] constexpr bool whole_core() const { return budget == period; }
+    constexpr bool operator==(const VcpuParameters&) const = default;
+};
+
+}  // namespace qduino::sched

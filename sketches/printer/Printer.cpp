@@ -1,0 +1,162 @@
+#include "Printer.h"
+
+#include <Arduino.h>
+#include <Wire.h>
+
+#include "PrinterWiring.h"
+#include "device/ads7828.h"
+#include "runtime/port.h"
+
+namespace qduino::sketches {
+
+using board::Level;
+using board::PinId;
+
+// ---- pins ----------------------------------------------------------------------------------------------------
+
+Instant StepperPins::now() { return port::now(); }
+void StepperPins::busy_until(Instant t) { port::busy_until(t); }
+
+void StepperPins::set_step(int axis, bool high) {
+    port::pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].step_pin},
+                    high ? Level::high : Level::low);
+}
+
+void StepperPins::set_direction(int axis, bool positive) {
+    const printer::AxisConfig& a = config_.axes[static_cast<std::size_t>(axis)];
+    port::pin_write(PinId{a.direction_pin}, positive != a.direction_inverted ? Level::high : Level::low);
+}
+
+bool StepperPins::endstop_pressed(int axis) {
+    return port::pin_read(PinId{config_.axes[static_cast<std::size_t>(axis)].endstop_pin}) == Level::high;
+}
+
+void EnablePins::switch_motor(printer::Axis axis, bool on) {
+    port::pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].enable_pin},
+                    on ? Level::low : Level::high);
+}
+
+// ---- start ---------------------------------------------------------------------------------------------------
+
+struct Printer::Parts {
+    explicit Parts(const PrinterWiring& wiring)
+        : config(wiring.config),
+          enables(config),
+          machine(config, *wiring.link, enables),
+          stepper_pins(config),
+          player(stepper_pins, machine.step_ring(), printer::step::player_settings(config)),
+          link(*wiring.link) {}
+
+    printer::MachineConfig config;
+    EnablePins enables;
+    printer::machine::Machine machine;
+    StepperPins stepper_pins;
+    StepPlayer player;
+    printer::link::LinkLayout& link;
+};
+
+void Printer::begin() {
+    const PrinterWiring& wiring = printer_wiring();
+    for (std::size_t i = 0; i < printer::kAxisCount; ++i) {
+        const printer::AxisConfig& axis = wiring.config.axes[i];
+        pinMode(axis.step_pin, OUTPUT);
+        pinMode(axis.direction_pin, OUTPUT);
+        pinMode(axis.enable_pin, OUTPUT);
+        digitalWrite(axis.enable_pin, HIGH);
+        safeState(axis.enable_pin, HIGH);
+        safeState(axis.step_pin, LOW);
+        if (i < 3) pinMode(axis.endstop_pin, INPUT_PULLUP);
+    }
+    for (const std::uint16_t pin :
+         {wiring.config.hot_end.heater_pin, wiring.config.bed.heater_pin, wiring.config.fan_pin}) {
+        pinMode(pin, OUTPUT);
+        analogWrite(pin, 0);
+        safeState(pin, LOW);
+    }
+    Wire.begin();
+    stops_served_ = 0;
+    publish_due_ = kEpoch;
+    parts_ = std::make_shared<Parts>(wiring);
+}
+
+// ---- loop 1 --------------------------------------------------------------------------------------------------
+
+void Printer::plan() {
+    parts_->machine.plan(port::now());
+    if (parts_->machine.heat_silent()) drive_heaters(0, 0, 0);  // loop 3 cannot: it has fallen silent
+}
+
+// ---- loop 2 --------------------------------------------------------------------------------------------------
+
+void Printer::serve_stops() {
+    const std::uint32_t asked = parts_->machine.stop_asked();
+    if (asked == stops_served_ && !parts_->machine.emergency_pending()) return;
+    parts_->player.stop_now();
+    // Allowed again before loop 1 hears that it was served: what it pushes after that is meant to be played.
+    if (!parts_->machine.emergency_pending()) parts_->player.allow_motion();
+    stops_served_ = asked;
+    publish_due_ = kEpoch;  // loop 1 waits for the answer
+}
+
+void Printer::publish_motion(Instant now) {
+    publish_due_ = now + kPublishEvery;
+    // Before the status: what was taken off the ring after this line is not yet claimed as played.
+    const std::uint64_t events_taken = parts_->machine.step_ring().popped();
+    printer::link::MotionStatus status = parts_->player.publish();
+    status.stops_served = stops_served_;
+    printer::machine::MotionFeedback feedback;
+    feedback.steps = status.steps;
+    feedback.endstop_hits = status.endstop_hits;
+    feedback.events_taken = events_taken;
+    feedback.timeline_ns = status.timeline_ns;
+    feedback.last_marker = status.last_marker;
+    feedback.stops_served = stops_served_;
+    feedback.moving = status.moving;
+    parts_->machine.feed_back(feedback);
+    parts_->link.motion_status.write(status);
+}
+
+void Printer::step() {
+    serve_stops();
+    const Instant start = port::now();
+    if (start >= publish_due_) publish_motion(start);
+    parts_->player.play_until(start + kSlice);
+    const Instant due = parts_->player.next_due();
+    const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
+    if (nap_end > start + kSlice) {
+        port::sleep_until(nap_end);
+    } else {
+        port::busy_until(std::min(due, start + kSlice));
+    }
+}
+
+// ---- loop 3 --------------------------------------------------------------------------------------------------
+
+std::optional<Celsius> Printer::read_thermistor(std::uint8_t channel) {
+    Wire.beginTransmission(parts_->config.adc_address);
+    Wire.write(device::ads7828::command_byte(channel));
+    if (Wire.endTransmission(false) != 0) return std::nullopt;
+    if (Wire.requestFrom(parts_->config.adc_address, std::uint8_t{2}) != 2) return std::nullopt;
+    std::array<std::uint8_t, 2> bytes{};
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(Wire.read());
+    const double fraction = device::ads7828::fraction(device::ads7828::decode(bytes));
+    const Result<Celsius> celsius = thermistor_.celsius(fraction);
+    return celsius.ok() ? std::optional{*celsius} : std::nullopt;
+}
+
+void Printer::drive_heaters(double hot_end, double bed, double fan) {
+    const auto duty = [](double value) { return static_cast<int>(value * 255.0 + 0.5); };
+    analogWrite(parts_->config.hot_end.heater_pin, duty(hot_end));
+    if (parts_->config.has_bed) analogWrite(parts_->config.bed.heater_pin, duty(bed));
+    analogWrite(parts_->config.fan_pin, duty(fan));
+}
+
+void Printer::heat() {
+    printer::heat::HeatReadings readings;
+    readings.hot_end = read_thermistor(parts_->config.hot_end.adc_channel);
+    if (parts_->config.has_bed) readings.bed = read_thermistor(parts_->config.bed.adc_channel);
+    const printer::heat::HeatDuties duties = parts_->machine.heat_sample(port::now(), readings);
+    drive_heaters(duties.hot_end, duties.bed, duties.fan);
+}
+
+}  // namespace qduino::sketches

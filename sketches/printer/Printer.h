@@ -1,0 +1,76 @@
+// The printer as an Arduino library: the pure machine (printer/machine) on real pins and buses.
+//
+//   loop 1  plan()   commands, G-code, look-ahead, steps into the ring            30 of 100 ms
+//   loop 2  step()   pulses out of the ring, each at its instant                  its own core
+//   loop 3  heat()   two thermistors through the ADS7828, PID, heaters and fan    1 of 8 ms
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "base/quantity.h"
+#include "base/time.h"
+#include "device/thermistor.h"
+#include "printer/machine/machine.h"
+#include "printer/step/player.h"
+
+namespace qduino::sketches {
+
+/// The player's pins: per axis STEP, DIR and endstop.
+class StepperPins {
+  public:
+    explicit StepperPins(const printer::MachineConfig& config) : config_(config) {}
+    [[nodiscard]] Instant now();
+    void busy_until(Instant t);
+    void set_step(int axis, bool high);
+    void set_direction(int axis, bool positive);
+    [[nodiscard]] bool endstop_pressed(int axis);
+
+  private:
+    const printer::MachineConfig& config_;
+};
+
+/// The drivers' ENABLE pins; low enables.
+class EnablePins final : public printer::machine::MotorSwitch {
+  public:
+    explicit EnablePins(const printer::MachineConfig& config) : config_(config) {}
+    void switch_motor(printer::Axis axis, bool on) override;
+
+  private:
+    const printer::MachineConfig& config_;
+};
+
+class Printer {
+  public:
+    /// In setup(): pins to their start levels, safe states declared, the machine made. Takes printer_wiring().
+    void begin();
+
+    void plan();  ///< one release of loop 1
+    void step();  ///< one slice of loop 2: spins through what is due, sleeps while nothing is
+    void heat();  ///< one release of loop 3
+
+  private:
+    static constexpr Nanoseconds kSlice = 100us;          // one call of step() in motion
+    static constexpr Nanoseconds kSleepBelowDue = 500us;  // woken so long before a step, the rest is spun
+    static constexpr Nanoseconds kIdleNap = 1ms;
+    static constexpr Nanoseconds kPublishEvery = 10ms;
+    using StepPlayer = printer::step::Player<StepperPins, printer::machine::StepRing>;
+
+    /// Everything that exists from begin() on, made once.
+    struct Parts;
+
+    void serve_stops();
+    void publish_motion(Instant now);
+    [[nodiscard]] std::optional<Celsius> read_thermistor(std::uint8_t channel);
+    void drive_heaters(double hot_end, double bed, double fan);
+
+    std::shared_ptr<Parts> parts_;
+    std::uint32_t stops_served_ = 0;
+    Instant publish_due_{};
+    device::Thermistor thermistor_;
+};
+
+}  // namespace qduino::sketches
+
+using qduino::sketches::Printer;

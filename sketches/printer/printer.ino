@@ -1,0 +1,31 @@
+// A web-connected 3D printer in three loops, with the budgets of the paper (RTAS 2017, section IV).
+//
+// Jobs come from the print service through shared memory (printer/link): no loop here touches a socket or a disk.
+#include <QduinoMC.h>
+
+#include "Printer.h"
+
+Printer printer;
+
+void setup() {
+    printer.begin();
+    noInterrupts(ALL, 1);  // core 1 is for the stepper pulses alone
+    noTimer(1);
+}
+
+// G-code in, steps out, a few seconds ahead of the motors.
+void loop(1, 30, 100, 0) {
+    printer.plan();
+    waitForNextPeriod();
+}
+
+// Every pulse at its instant, on a core of its own.
+void loop(2, 100us, 100us, 1) {
+    printer.step();
+}
+
+// Two thermistors, PID, heaters and fan.
+void loop(3, 1, 8, 0) {
+    printer.heat();
+    waitForNextPeriod();
+}

@@ -1,0 +1,104 @@
+#include "spool/feeder.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include "printer/link/frame.h"
+
+namespace qduino::spool {
+
+using printer::link::LinkLayout;
+
+Feeder::Feeder(int descriptor, std::uint64_t run_id, std::uint64_t length)
+    : descriptor_(descriptor), run_id_(run_id), length_(length) {}
+
+Feeder::Feeder(Feeder&& other) noexcept : Feeder(-1, 0, 0) { *this = std::move(other); }
+
+Feeder& Feeder::operator=(Feeder&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    run_id_ = other.run_id_;
+    length_ = other.length_;
+    sent_ = other.sent_;
+    accepted_ = other.accepted_;
+    feeding_ = other.feeding_;
+    begin_sent_ = other.begin_sent_;
+    end_sent_ = other.end_sent_;
+    progress_at_ = other.progress_at_;
+    return *this;
+}
+
+Feeder::~Feeder() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<Feeder> Feeder::open(const std::filesystem::path& file, std::uint64_t run_id, std::uint64_t length) {
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return make_error(ErrorCode::not_found, "the job's file cannot be opened");
+    Feeder feeder{descriptor, run_id, length};
+    struct stat found {};
+    if (::fstat(descriptor, &found) != 0 || static_cast<std::uint64_t>(found.st_size) != length) {
+        return make_error(ErrorCode::corrupt, "the job's file has not the length that was uploaded");
+    }
+    return feeder;
+}
+
+Result<void> Feeder::begin(LinkLayout& link, Instant now) {
+    const bool repeat = begin_sent_ && link.jobs.empty() && now - progress_at_ >= kRepeatAfter;
+    if (!begin_sent_ || repeat) {
+        if (!try_push(link.jobs, printer::link::encode(printer::link::JobBegin{run_id_, length_}))) return {};
+        begin_sent_ = true;
+        end_sent_ = false;
+        sent_ = 0;
+        progress_at_ = now;
+    }
+    return push_bytes(link);
+}
+
+Result<void> Feeder::feed(LinkLayout& link, std::uint64_t accepted, Instant now) {
+    if (accepted != accepted_) progress_at_ = now;
+    accepted_ = accepted;
+    if (!feeding_ && !begin_sent_) {  // taken over from a feeder that died
+        sent_ = accepted;
+        progress_at_ = now;
+    }
+    feeding_ = true;
+    sent_ = std::max(sent_, accepted);
+    if (accepted < sent_ && link.jobs.empty() && now - progress_at_ >= kRepeatAfter) {
+        sent_ = accepted;
+        progress_at_ = now;
+    }
+    const Result<void> pushed = push_bytes(link);
+    if (pushed.ok() && accepted == length_) push_end(link, now);
+    return pushed;
+}
+
+Result<void> Feeder::push_bytes(LinkLayout& link) {
+    std::array<std::uint8_t, printer::link::kMaxJobBytes> buffer;
+    while (sent_ < length_) {
+        const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), length_ - sent_));
+        if (link.jobs.free() < printer::link::kFrameMaxBytes) return {};
+        const ssize_t read = ::pread(descriptor_, buffer.data(), count, static_cast<off_t>(sent_));
+        if (read < 0 && errno == EINTR) continue;
+        if (read <= 0) return make_error(ErrorCode::corrupt, "the job's file cannot be read to its end");
+        const std::span<const std::uint8_t> bytes = std::span{buffer}.first(static_cast<std::size_t>(read));
+        if (!try_push(link.jobs, printer::link::encode(printer::link::JobBytes{run_id_, sent_, bytes}))) return {};
+        sent_ += static_cast<std::uint64_t>(read);
+    }
+    return {};
+}
+
+/// Only after the last byte is acknowledged: a job_end that overtakes a dropped frame would be dropped itself.
+void Feeder::push_end(LinkLayout& link, Instant now) {
+    if (end_sent_ && !(link.jobs.empty() && now - progress_at_ >= kRepeatAfter)) return;
+    if (!try_push(link.jobs, printer::link::encode(printer::link::JobEnd{run_id_}))) return;
+    end_sent_ = true;
+    progress_at_ = now;
+}
+
+}  // namespace qduino::spool

@@ -1,0 +1,57 @@
+// The feeder: moves one run's bytes from its file into the link's job ring, keeping the ring full.
+//
+//   file  0 ────────── accepted ──────────── sent ───────────────── length
+//                      (sketch has them)     (in the ring)   (still to read)
+//
+// Stateless towards the sketch: everything up to `sent` may be sent again at any time, the sketch drops what it has
+// (frame.h, rules 2–4). So whatever is in doubt is simply repeated: job_begin until the sketch names the run, bytes from
+// `accepted` when the ring ran empty and `accepted` still stands behind `sent` (a frame was dropped), job_end until
+// the sketch reports an outcome. Memory: one frame.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "printer/link/layout.h"
+
+namespace qduino::spool {
+
+class Feeder {
+  public:
+    /// How long the sketch may be silent with an empty ring before what is in doubt is sent again.
+    static constexpr Nanoseconds kRepeatAfter = std::chrono::milliseconds{500};
+
+    /// Opens the file. Errors: not_found, corrupt (its size is not `length`).
+    [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& file, std::uint64_t run_id,
+                                             std::uint64_t length);
+    Feeder(Feeder&& other) noexcept;
+    Feeder& operator=(Feeder&& other) noexcept;
+    ~Feeder();
+
+    /// The sketch has not named the run yet: job_begin and the bytes from the start, as far as they fit.
+    /// Error: corrupt, when the file cannot be read.
+    [[nodiscard]] Result<void> begin(printer::link::LinkLayout& link, Instant now);
+    /// The sketch holds the run and has taken `accepted` bytes: as many of the others as fit. Error: corrupt.
+    [[nodiscard]] Result<void> feed(printer::link::LinkLayout& link, std::uint64_t accepted, Instant now);
+
+    [[nodiscard]] std::uint64_t sent() const { return sent_; }
+
+  private:
+    Feeder(int descriptor, std::uint64_t run_id, std::uint64_t length);
+    [[nodiscard]] Result<void> push_bytes(printer::link::LinkLayout& link);
+    void push_end(printer::link::LinkLayout& link, Instant now);
+
+    int descriptor_;
+    std::uint64_t run_id_;
+    std::uint64_t length_;
+    std::uint64_t sent_ = 0;
+    std::uint64_t accepted_ = 0;
+    bool feeding_ = false;    // feed() was called: sent_ continues what the sketch holds
+    bool begin_sent_ = false;
+    bool end_sent_ = false;
+    Instant progress_at_{};   // when the sketch last took something, or something was repeated
+};
+
+}  // namespace qduino::spool

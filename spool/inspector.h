@@ -1,0 +1,25 @@
+// Who compares the printed thing with what was asked (on a virtual machine: the twin). Optional.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace qduino::spool {
+
+/// Calls return at once; answers are asked for again on the next tick. From the spool's thread only.
+class Inspector {
+  public:
+    virtual ~Inspector() = default;
+    /// Announces `run`, whose file is `gcode`. Repeated until begun().
+    virtual void begin(std::uint64_t run, const std::filesystem::path& gcode) = 0;
+    /// True once the inspector looks, or is known not to answer: the first byte may cross.
+    [[nodiscard]] virtual bool begun(std::uint64_t run) = 0;
+    /// The run has ended.
+    virtual void end(std::uint64_t run) = 0;
+    /// The report as a JSON object; an empty string when there will be none; nothing while it is awaited.
+    [[nodiscard]] virtual std::optional<std::string> report(std::uint64_t run) = 0;
+};
+
+}  // namespace qduino::spool

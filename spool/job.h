@@ -1,0 +1,52 @@
+// A job: bytes that were stored whole, facts read from them, and a place in the queue.
+//
+//               ┌──────── hold ⇄ release ───────┐
+//   upload ──► queued ──► printing ──► done  (the last copy; before it: queued again)
+//                ▲            ├──────► cancelled
+//                │            └──────► failed
+//                └── start ──────────────┘            (printed again, as a new copy)
+//
+// Invariants: 0 ≤ copies_done ≤ copies; a queued job has copies_done < copies; at most one job is printing.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace qduino::spool {
+
+/// Seconds since 1970, UTC. Handed in by the caller, as all time is.
+using UnixSeconds = std::int64_t;
+using JobId = std::int64_t;
+
+/// As stored. `held` and `paused`, which people see, are `queued` with `hold` and `printing` on a paused machine.
+enum class JobState : std::uint8_t { queued = 1, printing = 2, done = 3, cancelled = 4, failed = 5 };
+
+/// The word used in the store and in the HTTP interface.
+[[nodiscard]] std::string_view to_word(JobState state);
+
+struct Job {
+    JobId id = 0;
+    std::string name;            ///< for people; never part of a path
+    std::uint64_t size = 0;      ///< bytes
+    std::string sha256;          ///< 64 hexadecimal digits; names the blob
+    JobState state = JobState::queued;
+    bool hold = false;
+    int copies = 1;              ///< 1 … kMaxCopies
+    int copies_done = 0;
+    int priority = 0;            ///< −kMaxPriority … kMaxPriority; higher first
+    std::int64_t order = 0;      ///< within a priority, lower first
+    UnixSeconds created_s = 0;
+    UnixSeconds started_s = 0;   ///< of the running or last copy; 0: never
+    UnixSeconds ended_s = 0;     ///< of the last copy; 0: never
+    std::string error;           ///< why it failed; empty otherwise
+    std::string facts_json;      ///< an object, as the analyzer made it
+    double estimated_s = 0;      ///< of one copy; 0: unknown
+    bool has_layers = false;
+    bool has_thumbnail = false;
+};
+
+inline constexpr int kMaxCopies = 1000;
+inline constexpr int kMaxPriority = 1000;
+
+}  // namespace qduino::spool

@@ -1,0 +1,71 @@
+#include "spool/machine_view.h"
+
+#include <cstddef>
+#include <cstring>
+
+namespace qduino::spool {
+
+using namespace printer::link;
+
+namespace {
+
+/// The byte of a one-byte field, read as a byte: reading it as its own type would be undefined if it is damaged.
+template <typename Field>
+std::uint8_t byte_of(const Field& field) {
+    static_assert(sizeof(Field) == 1);
+    std::uint8_t byte = 0;
+    std::memcpy(&byte, &field, 1);
+    return byte;
+}
+
+void make_bool(bool& field) {
+    const bool value = byte_of(field) != 0;
+    std::memcpy(&field, &value, 1);
+}
+
+/// Out of range reads as `fallback`.
+template <typename Enum>
+void make_enum(Enum& field, Enum last, Enum fallback) {
+    if (byte_of(field) > static_cast<std::uint8_t>(last)) std::memcpy(&field, &fallback, 1);
+}
+
+}  // namespace
+
+JobStatus checked(const JobStatus& raw) {
+    JobStatus status;
+    std::memcpy(static_cast<void*>(&status), &raw, sizeof status);
+    // An unknown state must not look ready for a job, an unknown outcome not like an end.
+    make_enum(status.state, MachineState::faulted, MachineState::faulted);
+    make_enum(status.outcome, JobOutcome::failed, JobOutcome::running);
+    for (bool& homed : status.homed) make_bool(homed);
+    return status;
+}
+
+MotionStatus checked(const MotionStatus& raw) {
+    MotionStatus status;
+    std::memcpy(static_cast<void*>(&status), &raw, sizeof status);
+    make_bool(status.moving);
+    return status;
+}
+
+HeatStatus checked(const HeatStatus& raw) {
+    HeatStatus status;
+    std::memcpy(static_cast<void*>(&status), &raw, sizeof status);
+    make_bool(status.hot_end.fault);
+    make_bool(status.bed.fault);
+    return status;
+}
+
+MachineView read_machine(const LinkLayout& layout) {
+    MachineView view;
+    view.connected = true;
+    view.session = layout.session;
+    const std::uint32_t dead = layout.sketch_dead.load(std::memory_order_acquire);
+    view.life = dead == 0 ? SketchLife::alive : dead == 2 ? SketchLife::hung : SketchLife::died;
+    view.job = checked(layout.job_status.read());
+    view.motion = checked(layout.motion_status.read());
+    view.heat = checked(layout.heat_status.read());
+    return view;
+}
+
+}  // namespace qduino::spool

@@ -1,0 +1,444 @@
+#include "spool/spool.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <set>
+
+namespace qduino::spool {
+
+using printer::link::Command;
+using printer::link::LinkLayout;
+using printer::link::MachineState;
+
+namespace {
+
+constexpr Nanoseconds kRepeatCancelAfter = std::chrono::seconds{1};
+
+std::string describe(const Job& job) { return "job " + std::to_string(job.id) + " (" + job.name + ")"; }
+
+std::string_view outcome_word(CopyOutcome outcome) {
+    switch (outcome) {
+        case CopyOutcome::completed: return "completed";
+        case CopyOutcome::cancelled: return "cancelled";
+        case CopyOutcome::failed: return "failed";
+    }
+    return "failed";
+}
+
+}  // namespace
+
+// ---- emergency line --------------------------------------------------------------------------------------------
+
+Result<void> EmergencyLine::stop() {
+    const std::scoped_lock lock{mutex_};
+    if (!link_) return make_error(ErrorCode::unavailable, "no machine is connected");
+    link_->emergency.fetch_add(1, std::memory_order_release);
+    return {};
+}
+
+void EmergencyLine::attach(LinkLayout* link) {
+    const std::scoped_lock lock{mutex_};
+    link_ = link;
+}
+
+// ---- start -----------------------------------------------------------------------------------------------------
+
+Spool::Spool(SpoolOptions options, LinkSource& link, Inspector* inspector)
+    : options_(std::move(options)), link_(link), inspector_(inspector) {}
+
+Spool::~Spool() { emergency_.attach(nullptr); }
+
+Result<std::unique_ptr<Spool>> Spool::open(SpoolOptions options, LinkSource& link, Inspector* inspector) {
+    std::unique_ptr<Spool> spool{new Spool{std::move(options), link, inspector}};
+    const Result<void> loaded = spool->load();
+    if (!loaded.ok()) return loaded.error();
+    return spool;
+}
+
+Result<void> Spool::load() {
+    Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(options_.folder, options_.limits);
+    if (!blobs.ok()) return blobs.error();
+    blobs_ = std::move(*blobs);
+    const std::filesystem::path journal = options_.journal_in_memory ? ":memory:" : options_.folder / "journal.sqlite";
+    Result<std::unique_ptr<Store>> store = Store::open(journal);
+    if (!store.ok()) return store.error();
+    store_ = std::move(*store);
+    Result<StoredState> state = store_->load();
+    if (!state.ok()) return state.error();
+
+    std::set<std::string> wanted;
+    for (const Job& job : state->jobs) wanted.insert(job.sha256);
+    blobs_->sweep(wanted);
+    queue_ = Queue{std::move(state->jobs), state->next_job_id};
+    gate_ = state->gate;
+    run_ = state->active_run;
+    awaited_report_ = state->awaited_report;
+    last_run_id_ = state->last_run_id;
+    if (run_) log("carrying on with run " + std::to_string(run_->id) + " of job " + std::to_string(run_->job));
+    return {};
+}
+
+// ---- jobs ------------------------------------------------------------------------------------------------------
+
+Result<void> Spool::commit_jobs(Result<Change> change) {
+    if (!change.ok()) return change.error();
+    Commit commit;
+    commit.jobs = *change;
+    const Result<void> done = store_->commit(commit);
+    if (!done.ok()) return done;
+    queue_.apply(*change);
+    ++revision_;
+    return {};
+}
+
+Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJob& wanted, UnixSeconds now_s) {
+    Job job;
+    job.name = wanted.name;
+    job.copies = wanted.copies;
+    job.priority = wanted.priority;
+    job.hold = wanted.hold;
+    job.size = file.size();
+    job.sha256 = file.sha256();
+    job.created_s = now_s;
+    job.facts_json = analysis.facts_json.empty() ? "{}" : analysis.facts_json;
+    job.estimated_s = analysis.estimated_s;
+    job.has_layers = !analysis.layers_json.empty();
+    job.has_thumbnail = !analysis.thumbnail.empty();
+    Result<Change> change = queue_.plan_add(job);
+    if (!change.ok()) return change.error();
+    const Result<void> adopted = blobs_->adopt(file, analysis.layers_json, analysis.thumbnail);
+    if (!adopted.ok()) return adopted.error();
+    const JobId id = change->put.front().id;
+    const Result<void> committed = commit_jobs(std::move(change));
+    if (!committed.ok()) {
+        if (!queue_.blob_shared(job)) blobs_->remove(job.sha256);
+        return committed.error();
+    }
+    log("queued " + describe(*queue_.find(id)) + ", " + std::to_string(job.size) + " bytes");
+    return id;
+}
+
+Result<void> Spool::patch(JobId id, const JobPatch& patch) { return commit_jobs(queue_.plan_patch(id, patch)); }
+
+Result<void> Spool::start(JobId id) { return commit_jobs(queue_.plan_start(id)); }
+
+Result<void> Spool::remove(JobId id) {
+    const Job* found = queue_.find(id);
+    const Job job = found ? *found : Job{};
+    const Result<void> done = commit_jobs(queue_.plan_remove(id));
+    if (!done.ok()) return done;
+    if (!queue_.blob_shared(job)) blobs_->remove(job.sha256);
+    log("deleted " + describe(job));
+    return {};
+}
+
+// ---- what printing waits for -----------------------------------------------------------------------------------
+
+Result<void> Spool::commit_gate(QueueGate gate) {
+    Commit commit;
+    commit.gate = gate;
+    const Result<void> done = store_->commit(commit);
+    if (!done.ok()) return done;
+    gate_ = std::move(gate);
+    ++revision_;
+    return {};
+}
+
+Result<void> Spool::hold_queue(std::string reason) {
+    QueueGate gate = gate_;
+    gate.hold_reason = reason.empty() ? "held" : std::move(reason);
+    return commit_gate(std::move(gate));
+}
+
+Result<void> Spool::release_queue() {
+    QueueGate gate = gate_;
+    gate.hold_reason.clear();
+    return commit_gate(std::move(gate));
+}
+
+Result<void> Spool::bed_cleared() {
+    QueueGate gate = gate_;
+    gate.bed_occupied = false;
+    return commit_gate(std::move(gate));
+}
+
+// ---- the machine -----------------------------------------------------------------------------------------------
+
+Result<void> Spool::check_connected() const {
+    if (!machine_.connected) return make_error(ErrorCode::unavailable, "no machine is connected");
+    if (machine_.life != SketchLife::alive) {
+        return make_error(ErrorCode::unavailable, "the machine's program has died; start it anew");
+    }
+    if (!machine_.responding) return make_error(ErrorCode::unavailable, "the machine does not answer");
+    return {};
+}
+
+Result<void> Spool::push_command(Command command, std::string_view text) {
+    LinkLayout* link = link_.current();
+    if (!link || !try_push(link->commands, printer::link::encode(printer::link::CommandText{command, text}))) {
+        return make_error(ErrorCode::unavailable, "the machine takes no more commands now; try again");
+    }
+    return {};
+}
+
+Result<void> Spool::pause() {
+    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    if (machine_.job.state != MachineState::printing) {
+        return make_error(ErrorCode::not_permitted, "nothing is printing");
+    }
+    return push_command(Command::pause, {});
+}
+
+Result<void> Spool::resume() {
+    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    if (machine_.job.state != MachineState::paused && machine_.job.state != MachineState::pausing) {
+        return make_error(ErrorCode::not_permitted, "nothing is paused");
+    }
+    return push_command(Command::resume, {});
+}
+
+Result<void> Spool::cancel() {
+    if (!run_) {
+        // A job that this journal knows nothing of: its service is gone, and the machine still waits for its bytes.
+        const bool stray = machine_.connected && machine_.job.outcome == printer::link::JobOutcome::running;
+        return stray ? push_command(Command::cancel, {})
+                     : Result<void>{make_error(ErrorCode::not_permitted, "nothing is printing")};
+    }
+    Run changed = *run_;
+    changed.cancel_asked = true;
+    Commit commit;
+    commit.run_changed = changed;
+    const Result<void> done = store_->commit(commit);
+    if (!done.ok()) return done;
+    run_ = changed;
+    cancel_sent_at_.reset();  // sent by the next tick, and again until it is obeyed
+    return {};
+}
+
+Result<void> Spool::clear_fault() {
+    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    if (machine_.job.state != MachineState::faulted) {
+        return make_error(ErrorCode::not_permitted, "the machine has no fault");
+    }
+    return push_command(Command::clear_fault, {});
+}
+
+Result<void> Spool::gcode(std::span<const std::string> lines) {
+    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    LinkLayout* link = link_.current();
+    std::size_t needed = 0;
+    for (const std::string& line : lines) {
+        if (line.empty() || line.size() > 256 || line.find_first_of("\r\n") != std::string::npos) {
+            return make_error(ErrorCode::invalid_argument, "a command is one line of 1 to 256 bytes");
+        }
+        needed += printer::link::kFrameHeaderBytes + 1 + line.size();
+    }
+    if (!link || link->commands.free() < needed) {
+        return make_error(ErrorCode::unavailable, "the machine takes no more commands now; try again");
+    }
+    for (const std::string& line : lines) {
+        const Result<void> pushed = push_command(Command::gcode, line);
+        if (!pushed.ok()) return pushed;
+    }
+    return {};
+}
+
+std::string Spool::guarantee() {
+    LinkLayout* link = link_.current();
+    return link ? std::string{link->guarantee.read().json.view()} : std::string{};
+}
+
+// ---- time ------------------------------------------------------------------------------------------------------
+
+void Spool::tick(Instant now, UnixSeconds now_s) {
+    // Asked before looking: if the link was replaced, its sketch is gone, and what is seen now is its last word.
+    const bool replaced = link_.is_replaced();
+    LinkLayout* link = link_.current();
+    machine_ = link ? read_machine(*link) : MachineView{};
+    if (link) {
+        link->service_heartbeat.fetch_add(1, std::memory_order_relaxed);
+        watch_heartbeat(now);
+        read_replies();
+    }
+    if (run_) advance_run(now, now_s);
+    if (awaited_report_) await_report();
+    if (!replaced && may_begin()) {
+        begin_next(now_s);
+        if (run_) advance_run(now, now_s);
+    }
+    if (replaced) attach_link();
+}
+
+void Spool::watch_heartbeat(Instant now) {
+    if (machine_.job.heartbeat != heartbeat_ || heartbeat_at_ == Instant{}) heartbeat_at_ = now;
+    heartbeat_ = machine_.job.heartbeat;
+    machine_.responding = now - heartbeat_at_ < kSilentAfter;
+}
+
+/// The same line again and again (a full disk, say) is one line.
+void Spool::log(std::string line) {
+    if (line == last_log_) return;
+    last_log_ = line;
+    log_.push_back(std::move(line));
+}
+
+void Spool::attach_link() {
+    emergency_.attach(nullptr);
+    feeder_.reset();
+    link_.reopen();
+    LinkLayout* link = link_.current();
+    if (!link) return;
+    // An earlier service may have written to these rings and read from them.
+    link->jobs.adopt_writer();
+    link->commands.adopt_writer();
+    link->replies.adopt_reader();
+    link->service_pid.store(static_cast<std::uint32_t>(::getpid()), std::memory_order_release);
+    emergency_.attach(link);
+    log("connected to the machine");
+}
+
+void Spool::read_replies() {
+    LinkLayout* link = link_.current();
+    for (int frames = 0; frames < 256; ++frames) {  // bounded: a sketch that floods must not stop the tick
+        const Result<std::optional<printer::link::FrameView>> frame = reply_reader_.read(link->replies);
+        if (!frame.ok()) {
+            log(std::string{frame.error().message.view()});
+            continue;
+        }
+        if (!frame->has_value()) return;
+        const Result<printer::link::ReplyText> reply = printer::link::decode_reply((*frame)->payload);
+        if ((*frame)->type != printer::link::FrameType::reply || !reply.ok()) continue;
+        if (replies_.size() < kRepliesHeld) replies_.push_back({reply->kind, std::string{reply->text}});
+    }
+}
+
+void Spool::advance_run(Instant now, UnixSeconds now_s) {
+    const RunAction action = decide(*run_, machine_);
+    switch (action.kind) {
+        case RunAction::Kind::wait: return;
+        case RunAction::Kind::begin:
+        case RunAction::Kind::feed: feed_run(action, now, now_s); return;
+        case RunAction::Kind::completed: finish_run(CopyOutcome::completed, {}, now_s); return;
+        case RunAction::Kind::cancelled: finish_run(CopyOutcome::cancelled, {}, now_s); return;
+        case RunAction::Kind::failed: finish_run(CopyOutcome::failed, action.reason, now_s); return;
+    }
+}
+
+void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
+    const Job* job = queue_.find(run_->job);
+    QDUINO_EXPECT(job != nullptr);
+    const std::filesystem::path file = blobs_->path(job->sha256, BlobPart::gcode);
+    const bool begin = action.kind == RunAction::Kind::begin;
+    if (begin && inspector_ && run_->inspected && !inspector_->begun(run_->id)) {
+        inspector_->begin(run_->id, file);
+        return;
+    }
+    if (!feeder_) {
+        Result<Feeder> opened = Feeder::open(file, run_->id, run_->length);
+        if (!opened.ok()) {
+            // The machine may hold a part of it: it has to let go before the run can end.
+            if (begin) return finish_run(CopyOutcome::failed, std::string{opened.error().message.view()}, now_s);
+            repeat_cancel(now);
+            return;
+        }
+        feeder_.emplace(std::move(*opened));
+    }
+    LinkLayout& link = *link_.current();
+    const Result<void> fed = begin ? feeder_->begin(link, now) : feeder_->feed(link, action.offset, now);
+    if (!fed.ok() && !run_->cancel_asked) {
+        log(std::string{fed.error().message.view()});
+        static_cast<void>(cancel());
+    }
+    if (run_->cancel_asked) repeat_cancel(now);
+}
+
+/// Repeated because the machine ignores a cancellation that overtakes its job; harmless, since the next run begins
+/// only when this one has ended and the command ring is empty.
+void Spool::repeat_cancel(Instant now) {
+    if (cancel_sent_at_ && now - *cancel_sent_at_ < kRepeatCancelAfter) return;
+    if (push_command(Command::cancel, {}).ok()) cancel_sent_at_ = now;
+}
+
+void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSeconds now_s) {
+    Result<Change> change = queue_.plan_end_copy(run_->job, outcome, reason, now_s);
+    QDUINO_EXPECT(change.ok());
+    Commit commit;
+    commit.jobs = *change;
+    commit.run_ended = Commit::RunEnd{run_->id, std::string{outcome_word(outcome)}, now_s};
+    QueueGate gate = gate_;
+    const Job& job = change->put.front();
+    if (outcome == CopyOutcome::failed && options_.hold_after_failure) {
+        gate.hold_reason = describe(job) + " failed: " + reason;
+    }
+    if (options_.confirm_bed) gate.bed_occupied = true;
+    commit.gate = gate;
+    const Result<void> done = store_->commit(commit);
+    if (!done.ok()) {  // nothing is lost: the link still says how it ended, and the next tick tries again
+        log(std::string{done.error().message.view()});
+        return;
+    }
+    log(describe(job) + " " + std::string{outcome_word(outcome)} + (reason.empty() ? "" : ": " + reason));
+    queue_.apply(*change);
+    gate_ = gate;
+    ++revision_;
+    if (run_->inspected) awaited_report_ = run_;
+    run_.reset();
+    feeder_.reset();
+    cancel_sent_at_.reset();
+}
+
+void Spool::await_report() {
+    std::optional<std::string> report = std::string{};
+    if (inspector_) {
+        inspector_->end(awaited_report_->id);
+        report = inspector_->report(awaited_report_->id);
+    }
+    if (!report) return;
+    Commit commit;
+    commit.report.emplace(awaited_report_->id, std::move(*report));
+    if (!store_->commit(commit).ok()) return;  // next tick
+    awaited_report_.reset();
+    ++revision_;
+}
+
+bool Spool::may_begin() {
+    LinkLayout* link = link_.current();
+    return link && !run_ && !awaited_report_ && gate_.hold_reason.empty() && !gate_.bed_occupied &&
+           is_ready(machine_) && link->commands.empty() && queue_.next() != nullptr;
+}
+
+void Spool::begin_next(UnixSeconds now_s) {
+    const Job* next = queue_.next();
+    Result<Change> change = queue_.plan_begin_copy(next->id, now_s);
+    QDUINO_EXPECT(change.ok());
+    Run run;
+    // Above what this journal gave out, and above what this sketch has seen: the state folder may be a new one.
+    run.id = std::max(last_run_id_, machine_.job.job_id) + 1;
+    run.job = next->id;
+    run.session = machine_.session;
+    run.length = next->size;
+    run.inspected = inspector_ != nullptr;
+    Commit commit;
+    commit.jobs = *change;
+    commit.run_begun = run;
+    const Result<void> done = store_->commit(commit);
+    if (!done.ok()) {
+        log(std::string{done.error().message.view()});
+        return;
+    }
+    log("printing " + describe(*next) + ", copy " + std::to_string(next->copies_done + 1) + " of " +
+        std::to_string(next->copies) + ", run " + std::to_string(run.id));
+    queue_.apply(*change);
+    ++revision_;
+    last_run_id_ = run.id;
+    run_ = run;
+    feeder_.reset();
+    cancel_sent_at_.reset();
+}
+
+std::vector<Reply> Spool::take_replies() { return std::exchange(replies_, {}); }
+
+std::vector<std::string> Spool::take_log() { return std::exchange(log_, {}); }
+
+}  // namespace qduino::spool

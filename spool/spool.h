@@ -1,0 +1,169 @@
+// The spool: jobs in, copies out. Ties the pure parts (queue, run) to the journal, the files and the link.
+//
+//          add, patch, start …            tick, 50 times a second
+//                │                              │
+//                ▼                              ▼
+//   Queue ── plan ──► Store.commit ──► apply    read the machine → decide(run) → feed | record the outcome | begin
+//
+// All of it on one thread, "the spool's thread", which may block on the disk. Nobody who must not wait (the web's I/O
+// thread, an emergency stop) calls in here directly: EmergencyLine is the one exception, and thread-safe.
+//
+// Invariants: what a call reported as done is durable; at most one run is active; a run is durable before its first
+// byte crosses the link; the next begins only after the last one's outcome is durable, and its inspection is over.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "printer/link/frame.h"
+#include "spool/analyzer.h"
+#include "spool/blob_store.h"
+#include "spool/feeder.h"
+#include "spool/inspector.h"
+#include "spool/link_source.h"
+#include "spool/machine_view.h"
+#include "spool/queue.h"
+#include "spool/run.h"
+#include "spool/store.h"
+
+namespace qduino::spool {
+
+struct SpoolOptions {
+    std::filesystem::path folder;
+    BlobLimits limits;
+    bool journal_in_memory = false;     ///< for fuzzing: nothing survives
+    bool hold_after_failure = true;     ///< a failed job holds the queue until a person releases it
+    bool confirm_bed = false;           ///< after a copy, wait for a person to clear the bed
+};
+
+/// Text from the machine.
+struct Reply {
+    printer::link::ReplyKind kind = printer::link::ReplyKind::text;
+    std::string text;
+};
+
+/// The way of an emergency stop to the machine: one atomic, never behind a disk. Any thread.
+class EmergencyLine {
+  public:
+    /// Error: unavailable, when no machine is connected.
+    [[nodiscard]] Result<void> stop();
+
+  private:
+    friend class Spool;
+    void attach(printer::link::LinkLayout* link);
+    std::mutex mutex_;  // held for one store, or for one pointer swap
+    printer::link::LinkLayout* link_ = nullptr;
+};
+
+/// What an uploader asks for.
+struct NewJob {
+    std::string name;
+    int copies = 1;
+    int priority = 0;
+    bool hold = false;
+};
+
+class Spool {
+  public:
+    /// `link` and `inspector` (may be null) outlive the spool. Errors: as Store::open and BlobStore::open.
+    [[nodiscard]] static Result<std::unique_ptr<Spool>> open(SpoolOptions options, LinkSource& link,
+                                                             Inspector* inspector);
+    ~Spool();
+
+    // ---- jobs ----------------------------------------------------------------------------------------------
+    /// A sealed and analyzed file becomes a job: durable when this returns. Errors: invalid_argument, unavailable.
+    [[nodiscard]] Result<JobId> add(StagedFile& file, const Analysis& analysis, const NewJob& wanted,
+                                    UnixSeconds now_s);
+    [[nodiscard]] Result<void> patch(JobId id, const JobPatch& patch);
+    [[nodiscard]] Result<void> remove(JobId id);
+    [[nodiscard]] Result<void> start(JobId id);
+    [[nodiscard]] const Queue& queue() const { return queue_; }
+    [[nodiscard]] const BlobStore& blobs() const { return *blobs_; }
+    [[nodiscard]] Store& store() { return *store_; }
+    /// Grows whenever the jobs or the gate change.
+    [[nodiscard]] std::uint64_t revision() const { return revision_; }
+
+    // ---- what printing waits for ---------------------------------------------------------------------------
+    [[nodiscard]] const QueueGate& gate() const { return gate_; }
+    [[nodiscard]] Result<void> hold_queue(std::string reason);
+    [[nodiscard]] Result<void> release_queue();
+    [[nodiscard]] Result<void> bed_cleared();
+
+    // ---- the machine ---------------------------------------------------------------------------------------
+    // Errors: unavailable (not connected, or its ring is full), not_permitted (does not apply now).
+    [[nodiscard]] Result<void> pause();
+    [[nodiscard]] Result<void> resume();
+    /// Durable: repeated until the machine has obeyed, also by a service that is started anew.
+    [[nodiscard]] Result<void> cancel();
+    [[nodiscard]] Result<void> clear_fault();
+    /// All lines or none, in order. Errors: also invalid_argument (too long, or no single line).
+    [[nodiscard]] Result<void> gcode(std::span<const std::string> lines);
+    [[nodiscard]] EmergencyLine& emergency() { return emergency_; }
+    /// As of the last tick.
+    [[nodiscard]] const MachineView& machine() const { return machine_; }
+    [[nodiscard]] const std::optional<Run>& active_run() const { return run_; }
+    /// The guarantee report that the sketch published, JSON; empty when not connected.
+    [[nodiscard]] std::string guarantee();
+
+    /// Everything that time brings. `now` is monotonic, `now_s` the calendar's.
+    void tick(Instant now, UnixSeconds now_s);
+    /// What came since the last call, oldest first; at most kRepliesHeld.
+    [[nodiscard]] std::vector<Reply> take_replies();
+    /// Lines for the log since the last call.
+    [[nodiscard]] std::vector<std::string> take_log();
+
+    static constexpr std::size_t kRepliesHeld = 1000;
+    /// A sketch whose heartbeat stands still for so long is given nothing; only its supervisor may call it dead.
+    static constexpr Nanoseconds kSilentAfter = std::chrono::seconds{3};
+
+  private:
+    Spool(SpoolOptions options, LinkSource& link, Inspector* inspector);
+    [[nodiscard]] Result<void> load();
+    [[nodiscard]] Result<void> commit_jobs(Result<Change> change);
+    [[nodiscard]] Result<void> commit_gate(QueueGate gate);
+    void attach_link();
+    void read_replies();
+    void advance_run(Instant now, UnixSeconds now_s);
+    void feed_run(const RunAction& action, Instant now, UnixSeconds now_s);
+    void repeat_cancel(Instant now);
+    void finish_run(CopyOutcome outcome, const std::string& reason, UnixSeconds now_s);
+    void await_report();
+    [[nodiscard]] bool may_begin();
+    void begin_next(UnixSeconds now_s);
+    [[nodiscard]] Result<void> check_connected() const;
+    [[nodiscard]] Result<void> push_command(printer::link::Command command, std::string_view text);
+    void log(std::string line);
+    void watch_heartbeat(Instant now);
+
+    SpoolOptions options_;
+    LinkSource& link_;
+    Inspector* inspector_;
+    std::unique_ptr<BlobStore> blobs_;
+    std::unique_ptr<Store> store_;
+    Queue queue_;
+    QueueGate gate_;
+    std::optional<Run> run_;
+    std::optional<Run> awaited_report_;
+    std::optional<Feeder> feeder_;
+    std::uint64_t last_run_id_ = 0;
+    std::uint64_t revision_ = 1;
+    MachineView machine_;
+    EmergencyLine emergency_;
+    printer::link::FrameReader reply_reader_;
+    std::optional<Instant> cancel_sent_at_;
+    std::vector<Reply> replies_;
+    std::uint64_t heartbeat_ = 0;
+    Instant heartbeat_at_{};  // when it last changed
+    std::vector<std::string> log_;
+    std::string last_log_;
+};
+
+}  // namespace qduino::spool

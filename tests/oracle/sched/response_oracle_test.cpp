@@ -1,0 +1,169 @@
+// Completion-time analysis and the utilisation bound against naive ways to the same answer.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "sched/admission.h"
+#include "tests/oracle/sched/naive_response.h"
+
+namespace qduino::sched::oracle {
+namespace {
+
+struct NaiveSet {
+    std::vector<NaiveLoop> loops;  // by priority
+    std::vector<NaiveLoop> ios;
+};
+
+NaiveSet random_set(std::mt19937_64& random, int most_ios) {
+    const auto pick = [&](std::int64_t low, std::int64_t high) {
+        return std::uniform_int_distribution<std::int64_t>{low, high}(random);
+    };
+    NaiveSet set;
+    const std::int64_t count = pick(1, 6);
+    for (std::int64_t i = 0; i < count; ++i) {
+        const std::int64_t period = pick(2, 200);
+        set.loops.push_back({pick(1, std::max<std::int64_t>(1, period * 2 / count)), period});
+        set.loops.back().budget = std::min(set.loops.back().budget, period);
+    }
+    std::stable_sort(set.loops.begin(), set.loops.end(),
+                     [](const NaiveLoop& a, const NaiveLoop& b) { return a.period < b.period; });
+    for (std::int64_t k = pick(0, most_ios); k > 0; --k) set.ios.push_back({pick(1, 3), pick(10, 60)});
+    return set;
+}
+
+CoreLoad load_of(const NaiveSet& set) {
+    CoreLoad load;
+    VcpuId id = 0;
+    for (const NaiveLoop& loop : set.loops) {
+        load.mains.push_back({++id, {Nanoseconds{loop.budget}, Nanoseconds{loop.period}}, kAnyCore, false});
+    }
+    id = 32;
+    for (const NaiveLoop& io : set.ios) {
+        load.ios.push_back({++id, {Nanoseconds{io.budget}, Nanoseconds{io.period}}, kAnyCore, true});
+    }
+    return load;
+}
+
+TEST(ResponseOracle, WithoutIoTheEquationSaysWhatIsSeen) {
+    std::mt19937_64 random{1};
+    for (int round = 0; round < 3000; ++round) {
+        const NaiveSet set = random_set(random, 0);
+        const CoreLoad load = load_of(set);
+        for (std::size_t i = 0; i < set.loops.size(); ++i) {
+            const std::int64_t period = set.loops[i].period;
+            const std::int64_t seen = watched_response(set.loops, i, period);
+            const LoopResponse response = completion_time(load, static_cast<VcpuId>(i + 1));
+            ASSERT_EQ(response.meets, seen <= period) << "round " << round << ", loop " << i;
+            if (!response.meets) continue;
+            ASSERT_EQ(response.response.count(), seen) << "round " << round << ", loop " << i;
+        }
+    }
+}
+
+TEST(ResponseOracle, WithIoTheIterationFindsTheLeastSolution) {
+    std::mt19937_64 random{2};
+    int found = 0;
+    for (int round = 0; round < 2000; ++round) {
+        const NaiveSet set = random_set(random, 3);
+        const CoreLoad load = load_of(set);
+        for (std::size_t i = 0; i < set.loops.size(); ++i) {
+            const std::int64_t limit = kResponseLimit * set.loops[i].period;
+            const std::int64_t solved = solved_response(set.loops, set.ios, i, limit);
+            const LoopResponse response = completion_time(load, static_cast<VcpuId>(i + 1));
+            ASSERT_EQ(response.response.count() <= limit, solved <= limit)
+                << "round " << round << ", loop " << i;
+            if (solved > limit) continue;
+            ++found;
+            ASSERT_EQ(response.response.count(), solved) << "round " << round << ", loop " << i;
+        }
+    }
+    EXPECT_GT(found, 1000);
+}
+
+TEST(ResponseOracle, TheBoundNeverAdmitsWhatRealArithmeticRefuses) {
+    std::mt19937_64 random{3};
+    int admitted = 0;
+    int close = 0;
+    for (int round = 0; round < 200'000; ++round) {
+        const NaiveSet set = random_set(random, 1);
+        long double utilisation = 0;
+        for (const NaiveLoop& loop : set.loops) {
+            utilisation += static_cast<long double>(loop.budget) / static_cast<long double>(loop.period);
+        }
+        for (const NaiveLoop& io : set.ios) {
+            const long double u = static_cast<long double>(io.budget) / static_cast<long double>(io.period);
+            utilisation += (2 - u) * u;
+        }
+        const long double n = static_cast<long double>(set.loops.size());
+        const long double bound = n * (std::pow(2.0L, 1 / n) - 1);
+        const bool decided = admitted_by_bound(load_of(set));
+        admitted += decided ? 1 : 0;
+        if (std::fabs(utilisation - bound) < 1e-12L) {
+            ++close;  // too close for long double to judge
+            continue;
+        }
+        ASSERT_EQ(decided, utilisation <= bound) << "round " << round;
+    }
+    EXPECT_GT(admitted, 1000);
+    EXPECT_LT(close, 20'000);
+}
+
+TEST(ResponseOracle, WithoutIoTheBoundAdmitsNothingThatCompletionTimeRefuses) {
+    std::mt19937_64 random{4};
+    int admitted = 0;
+    for (int round = 0; round < 100'000; ++round) {
+        const NaiveSet set = random_set(random, 0);
+        const CoreLoad load = load_of(set);
+        if (!admitted_by_bound(load)) continue;
+        ++admitted;
+        for (std::size_t i = 0; i < set.loops.size(); ++i) {
+            ASSERT_TRUE(completion_time(load, static_cast<VcpuId>(i + 1)).meets) << "round " << round;
+        }
+    }
+    EXPECT_GT(admitted, 1000);
+}
+
+/// The smallest change is the smallest: tried one microsecond at a time from nothing.
+TEST(ResponseOracle, TheRemedyIsTheLeast) {
+    std::mt19937_64 random{5};
+    int budgets = 0;
+    int periods = 0;
+    for (int round = 0; round < 400; ++round) {
+        NaiveSet set = random_set(random, round % 2);
+        for (auto* list : {&set.loops, &set.ios}) {
+            for (NaiveLoop& vcpu : *list) vcpu = {vcpu.budget * 1000, vcpu.period * 1000};
+        }
+        const CoreLoad load = load_of(set);
+        const Admission admission = admit(load);
+        if (admission.admitted) continue;
+        const std::size_t i = admission.refusal.id - 1u;
+        const auto admits = [&](Nanoseconds less, Nanoseconds more) {
+            CoreLoad trial = load;
+            trial.mains[i].parameters.budget -= less;
+            trial.mains[i].parameters.period += more;
+            return is_admissible(trial);
+        };
+        const std::int64_t budget_us = set.loops[i].budget / 1000;
+        std::int64_t less = 1;
+        while (less < budget_us && !admits(less * 1us, 0us)) ++less;
+        const Remedy& remedy = admission.refusal.remedy;
+        ASSERT_EQ(remedy.budget_less_by.has_value(), less < budget_us) << "round " << round;
+        if (remedy.budget_less_by) {
+            ASSERT_EQ(*remedy.budget_less_by, less * 1us) << "round " << round;
+            ++budgets;
+        }
+        if (!remedy.period_more_by) continue;
+        std::int64_t more = 1;
+        while (!admits(0us, more * 1us)) ++more;
+        ASSERT_EQ(*remedy.period_more_by, more * 1us) << "round " << round;
+        ++periods;
+    }
+    EXPECT_GT(budgets, 20);
+    EXPECT_GT(periods, 20);
+}
+
+}  // namespace
+}  // namespace qduino::sched::oracle

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""What the compiler says of sketches: errors point into the .ino, wrong declarations of loops do not compile, with the reason.
+
+    compile_test.py COMPILER SOURCE_DIR
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+COMPILER, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+del sys.argv[1:3]
+
+
+class Compiling(unittest.TestCase):
+    def compile(self, text):
+        """(ok, messages) of a sketch."""
+        with tempfile.TemporaryDirectory() as temporary:
+            folder = pathlib.Path(temporary) / 'bad'
+            folder.mkdir()
+            (folder / 'bad.ino').write_text(text)
+            cpp = folder / 'bad.cpp'
+            subprocess.run([sys.executable, SOURCE / 'tools/ino/ino_to_cpp.py', folder, '-o', cpp], check=True)
+            done = subprocess.run([COMPILER, '-std=c++20', '-Wall', '-Wextra', '-Wpedantic', '-Wshadow', '-Werror', '-fsyntax-only',
+                                   f'-I{SOURCE}', f'-I{SOURCE}/arduino', cpp], capture_output=True, text=True)
+            return done.returncode == 0, done.stderr
+
+    def refused(self, text, *expected):
+        ok, messages = self.compile(text)
+        self.assertFalse(ok)
+        for words in expected:
+            self.assertIn(words, messages)
+
+    def test_a_sketch_is_clean_under_all_warnings(self):
+        ok, messages = self.compile('TIME_UNIT(us);\nvoid setup() { helper(F("x")); }\n'
+                                    'void loop(1, 100, 100, 1) { delayBusyNanoseconds(100000); }\nvoid loop() {}\n'
+                                    'void helper(const __FlashStringHelper* s) { Serial.println(s); }\n')
+        self.assertTrue(ok, messages)
+
+    def test_an_error_points_into_the_ino(self):
+        self.refused('void setup() {\n  int x = 1;\n  no_such_thing(x);\n}\nvoid loop() {}\n', 'bad.ino:3:', 'no_such_thing')
+
+    def test_id(self):
+        self.refused('void setup() {}\nvoid loop(33, 1, 10) {}\n', 'id is 1 to 32', 'bad.ino:2:')
+        self.refused('void setup() {}\nvoid loop(0, 1, 10) {}\n', 'id is 1 to 32')
+
+    def test_budget(self):
+        self.refused('void setup() {}\nvoid loop(1, 11, 10) {}\n', '0 < budget <= period')
+        self.refused('void setup() {}\nvoid loop(1, 0, 10) {}\n', '0 < budget <= period')
+        self.refused('void setup() {}\nvoid loop(1, 5ms, 100us) {}\n', '0 < budget <= period')
+
+    def test_no_such_device_or_unit(self):
+        self.refused('void setup() { noInterrupts(TOASTER, 1); }\nvoid loop() {}\n', 'TOASTER')
+        self.refused('TIME_UNIT(weeks);\nvoid setup() {}\nvoid loop() {}\n', 'weeks')
+
+
+if __name__ == '__main__':
+    unittest.main()

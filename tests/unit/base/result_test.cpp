@@ -1,0 +1,64 @@
+#include "base/result.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+namespace qduino {
+namespace {
+
+Result<int> half(int number) {
+    if (number % 2 != 0) return make_error(ErrorCode::invalid_argument, "7 is odd: give an even number");
+    return number / 2;
+}
+
+TEST(Result, HoldsAValue) {
+    const Result<int> result = half(8);
+    EXPECT_TRUE(result.ok());
+    EXPECT_TRUE(static_cast<bool>(result));
+    EXPECT_EQ(*result, 4);
+}
+
+TEST(Result, HoldsAnError) {
+    const Result<int> result = half(7);
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().code, ErrorCode::invalid_argument);
+    EXPECT_EQ(result.error().message, "7 is odd: give an even number");
+}
+
+TEST(Result, MovesOutWhatOnlyMoves) {
+    Result<std::unique_ptr<int>> result{std::make_unique<int>(5)};
+    const std::unique_ptr<int> taken = std::move(result).value();
+    EXPECT_EQ(*taken, 5);
+}
+
+TEST(Result, ReachesMembers) {
+    Result<std::string> result{std::string{"abc"}};
+    result->push_back('d');
+    EXPECT_EQ(result.value(), "abcd");
+}
+
+TEST(Result, OfNothing) {
+    const Result<void> fine;
+    EXPECT_TRUE(fine.ok());
+    const Result<void> failed = make_error(ErrorCode::unavailable, "full");
+    EXPECT_FALSE(failed.ok());
+    EXPECT_EQ(failed.error().code, ErrorCode::unavailable);
+}
+
+TEST(Result, AnErrorTextIsCutNotOverrun) {
+    const Error error = make_error(ErrorCode::internal, std::string(1000, 'x'));
+    EXPECT_EQ(error.message.size(), 236u);
+}
+
+TEST(ResultDeathTest, ReadingTheWrongSideIsABrokenContract) {
+    Result<int> failed = half(7);
+    const Result<int> fine = half(8);
+    EXPECT_DEATH(static_cast<void>(failed.value()), "contract broken");
+    EXPECT_DEATH(static_cast<void>(fine.error()), "contract broken");
+    EXPECT_DEATH(static_cast<void>(Result<void>{}.error()), "contract broken");
+}
+
+}  // namespace
+}  // namespace qduino

@@ -1,0 +1,476 @@
+// The contract suite: what board.h promises, asked of every board in the same words.
+//
+// A board joins with a bench, a class that has
+//     using BoardType = …;                 satisfies board::Board
+//     BoardType& board();                  with ContractWires connected
+//     const ContractWires& finish();       the board has stopped: all that it wrote has arrived
+//     int current_core();                  of the calling VCPU
+// and one line: INSTANTIATE_TYPED_TEST_SUITE_P(Name, BoardContract, Bench);
+//
+// The same tests run in virtual and in real time, so nothing here asserts how long anything took.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <limits>
+#include <list>
+#include <vector>
+
+#include "board/board.h"
+#include "tests/unit/board/contract_wires.h"
+
+namespace qduino::board::contract {
+
+template <typename Bench>
+class BoardContract : public ::testing::Test {
+  protected:
+    using Body = std::function<void()>;
+
+    auto& board() { return bench_.board(); }
+
+    void add_loop(VcpuId id, int core, Body body, Nanoseconds budget = 20ms, Nanoseconds period = 100ms) {
+        bodies_.push_back(std::move(body));
+        VcpuSpec spec;
+        spec.id = id;
+        spec.budget = budget;
+        spec.period = period;
+        spec.core = core;
+        spec.name = "contract";
+        spec.entry = [](void* context) { (*static_cast<Body*>(context))(); };
+        spec.context = &bodies_.back();
+        specs_.push_back(spec);
+    }
+    void add_io(VcpuId id, int core) {
+        VcpuSpec spec;
+        spec.id = id;
+        spec.kind = VcpuKind::io;
+        spec.budget = 10ms;
+        spec.period = 100ms;
+        spec.core = core;
+        spec.name = "contract io";
+        specs_.push_back(spec);
+    }
+    Result<void> start() { return board().start(specs_); }
+
+    /// One loop that does `body`, then stops the board; returns what the wires saw.
+    const ContractWires& run_one(Body body) {
+        add_loop(1, 0, [this, body] {
+            body();
+            board().request_stop();
+        });
+        const Result<void> started = start();
+        EXPECT_TRUE(started) << (started ? "" : started.error().message.view());
+        board().run(kForever);
+        return bench_.finish();
+    }
+
+    /// Asks until it is so; a board whose wires are in another process answers late. False after 5 s.
+    bool eventually(const std::function<bool()>& condition) {
+        for (int tries = 0; tries < 5000; ++tries) {
+            if (condition()) return true;
+            board().sleep_until(board().now() + 1ms);
+        }
+        return condition();
+    }
+
+    Bench bench_;
+    std::list<Body> bodies_;
+    std::vector<VcpuSpec> specs_;
+};
+
+TYPED_TEST_SUITE_P(BoardContract);
+
+// ---- time --------------------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, BusyUntilAndSleepUntilAreNeverEarly) {
+    this->run_one([this] {
+        auto& board = this->board();
+        for (int i = 0; i < 200; ++i) {
+            const Instant target = board.now() + Nanoseconds{i * 997 - 20'000};  // some are in the past
+            i % 2 == 0 ? board.busy_until(target) : board.sleep_until(target);
+            ASSERT_GE(board.now(), target) << i;
+        }
+    });
+}
+
+TYPED_TEST_P(BoardContract, TimeNeverRunsBackwardsAndIsOneForAllVcpus) {
+    auto& board = this->board();
+    const int cores = board.core_count();
+    std::atomic<std::int64_t> latest{to_ns(board.now())};
+    std::atomic<int> running{2};
+    for (VcpuId id = 1; id <= 2; ++id) {
+        this->add_loop(id, (id - 1) % cores, [&] {
+            for (int i = 0; i < 500; ++i) {
+                const std::int64_t before = latest.load();  // handed out already, to whomever
+                const std::int64_t mine = to_ns(board.now());
+                ASSERT_GE(mine, before);
+                std::int64_t seen = before;
+                while (seen < mine && !latest.compare_exchange_weak(seen, mine)) {
+                }
+                board.busy_until(instant_from_ns(mine) + 3us);
+            }
+            if (--running == 0) board.request_stop();
+        });
+    }
+    ASSERT_TRUE(this->start());
+    board.run(kForever);
+    EXPECT_GE(to_ns(board.now()), latest.load());
+}
+
+// ---- entries ---------------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, EveryEntryRunsOnceOnItsVcpuAndCore) {
+    auto& board = this->board();
+    const int cores = board.core_count();
+    EXPECT_EQ(board.current_vcpu(), kNoVcpu);
+    constexpr VcpuId kLoops = 5;
+    std::array<std::atomic<int>, kLoops + 1> runs{};
+    std::atomic<int> left{kLoops};
+    for (VcpuId id = 1; id <= kLoops; ++id) {
+        this->add_loop(
+            id, id % cores,
+            [&, id] {
+                ++runs[id];
+                EXPECT_EQ(board.current_vcpu(), id);
+                EXPECT_EQ(this->bench_.current_core(), id % cores);
+                board.sleep_until(board.now() + 1ms);
+                EXPECT_EQ(board.current_vcpu(), id);
+                EXPECT_EQ(this->bench_.current_core(), id % cores);
+                if (--left == 0) board.request_stop();
+            },
+            5ms, 100ms + 10ms * id);
+    }
+    ASSERT_TRUE(this->start());
+    board.run(kForever);
+    for (VcpuId id = 1; id <= kLoops; ++id) EXPECT_EQ(runs[id], 1) << int{id};
+    EXPECT_EQ(board.current_vcpu(), kNoVcpu);
+}
+
+TYPED_TEST_P(BoardContract, RunReturnsAtUntilAndGoesOnWhenCalledAgain) {
+    auto& board = this->board();
+    std::atomic<int> turns{0};
+    this->add_loop(1, 0, [&] {
+        while (!board.stop_requested()) {
+            ++turns;
+            board.sleep_until(board.now() + 1ms);
+        }
+    });
+    ASSERT_TRUE(this->start());
+    int turns_before = 0;
+    for (int i = 0; i < 5; ++i) {
+        const Instant until = board.now() + 5ms;
+        board.run(until);
+        EXPECT_GE(board.now(), until);
+        EXPECT_FALSE(board.stop_requested());
+        ASSERT_TRUE(turns > turns_before || i == 0);
+        turns_before = turns;
+    }
+    board.request_stop();
+    EXPECT_TRUE(board.stop_requested());
+    board.run(kForever);
+    EXPECT_GE(turns, 2);
+}
+
+TYPED_TEST_P(BoardContract, AStopIsSeenByEveryLoopAndRunWaitsForAll) {
+    auto& board = this->board();
+    std::atomic<int> ended{0};
+    for (VcpuId id = 1; id <= 3; ++id) {
+        this->add_loop(
+            id, id % board.core_count(),
+            [&, id] {
+                while (!board.stop_requested()) board.sleep_until(board.now() + 1ms);
+                board.sleep_until(board.now() + id * 2ms);  // run() must wait for the slowest
+                ++ended;
+            },
+            5ms, 100ms);
+    }
+    this->add_loop(
+        4, 0, [&] { board.request_stop(); }, 5ms, 50ms);
+    EXPECT_FALSE(board.stop_requested());
+    ASSERT_TRUE(this->start());
+    board.run(kForever);
+    EXPECT_EQ(ended, 3);
+}
+
+TYPED_TEST_P(BoardContract, BadSpecsAreRefusedAndNothingRuns) {
+    auto& board = this->board();
+    std::atomic<int> runs{0};
+    const auto refused = [&](auto change) {
+        this->specs_.clear();
+        this->add_loop(1, 0, [&] { ++runs; });
+        this->add_loop(2, 0, [&] { ++runs; });
+        change(this->specs_.back());
+        const Result<void> started = this->start();
+        return !started && !started.error().message.empty();
+    };
+    EXPECT_TRUE(refused([&](VcpuSpec& spec) { spec.core = board.core_count(); }));
+    EXPECT_TRUE(refused([](VcpuSpec& spec) { spec.core = -1; }));
+    EXPECT_TRUE(refused([](VcpuSpec& spec) { spec.id = 1; }));
+    EXPECT_TRUE(refused([](VcpuSpec& spec) { spec.id = kNoVcpu; }));
+    EXPECT_TRUE(refused([](VcpuSpec& spec) { spec.budget = Nanoseconds{0}; }));
+    EXPECT_TRUE(refused([](VcpuSpec& spec) { spec.budget = spec.period + 1ns; }));
+    EXPECT_TRUE(refused([](VcpuSpec& spec) { spec.entry = nullptr; }));
+    EXPECT_EQ(runs, 0);
+}
+
+TYPED_TEST_P(BoardContract, TheGuaranteeNamesEveryLoop) {
+    auto& board = this->board();
+    this->add_loop(1, 0, [] {});
+    this->add_loop(
+        7, 0, [&] { board.request_stop(); }, 10ms, 200ms);
+    ASSERT_TRUE(this->start());
+    board.run(kForever);
+    const GuaranteeReport report = board.guarantee();
+    ASSERT_EQ(report.loops.size(), 2u);
+    EXPECT_EQ(report.loops[0].id, 1);
+    EXPECT_EQ(report.loops[1].id, 7);
+    EXPECT_EQ(report.loops[1].budget, Nanoseconds{10ms});
+    EXPECT_EQ(report.loops[1].period, Nanoseconds{200ms});
+    for (const LoopGuarantee& loop : report.loops) {  // never silent: what is not enforced has its reason
+        EXPECT_TRUE((loop.priority_enforced && loop.budget_enforced) || !loop.shortfall.empty());
+    }
+}
+
+// ---- pins ------------------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, WritesReachTheWiresInOrderAndAtTheirTime) {
+    auto& board = this->board();
+    std::vector<Instant> before, after;
+    const ContractWires& wires = this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kLamp, PinMode::output));
+        for (int i = 0; i < 100; ++i) {
+            before.push_back(board.now());
+            board.pin_write(kLamp, i % 3 == 0 ? Level::high : Level::low);
+            after.push_back(board.now());
+            board.busy_until(board.now() + 2us);
+        }
+    });
+    std::vector<ContractWires::PinWrite> lamp;
+    for (const auto& write : wires.pin_writes) {
+        if (write.pin == kLamp) lamp.push_back(write);
+    }
+    ASSERT_GE(lamp.size(), 100u);  // becoming an output may write its level once
+    lamp.erase(lamp.begin(), lamp.end() - 100);
+    for (std::size_t i = 0; i < 100; ++i) {
+        EXPECT_EQ(lamp[i].level, i % 3 == 0 ? Level::high : Level::low) << i;
+        EXPECT_GE(lamp[i].time, before[i]) << i;
+        EXPECT_LE(lamp[i].time, after[i]) << i;
+    }
+}
+
+TYPED_TEST_P(BoardContract, AnOutputReadsBackWhatWasWritten) {
+    auto& board = this->board();
+    this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kLamp, PinMode::output));
+        for (int i = 0; i < 20; ++i) {
+            const Level level = i % 2 == 0 ? Level::high : Level::low;
+            board.pin_write(kLamp, level);
+            EXPECT_EQ(board.pin_read(kLamp), level);
+        }
+    });
+}
+
+TYPED_TEST_P(BoardContract, AnInputReadsItsWire) {
+    auto& board = this->board();
+    this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kSensor, PinMode::input));
+        ASSERT_TRUE(board.pin_mode(kLoose, PinMode::input));
+        ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
+        EXPECT_EQ(board.pin_read(kSensor), Level::low);
+        for (int i = 0; i < 6; ++i) {
+            const Level level = i % 2 == 0 ? Level::high : Level::low;
+            board.pin_write(kDriver, level);
+            EXPECT_TRUE(this->eventually([&] { return board.pin_read(kSensor) == level; })) << i;
+            EXPECT_EQ(board.pin_read(kLoose), Level::low);
+        }
+    });
+}
+
+TYPED_TEST_P(BoardContract, PinsStartAsInputsAndDriveNothing) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        board.pin_write(kDriver, Level::high);
+        ASSERT_TRUE(board.pin_mode(kSensor, PinMode::input));
+        board.sleep_until(board.now() + 5ms);
+        EXPECT_EQ(board.pin_read(kSensor), Level::low);
+    });
+    EXPECT_TRUE(wires.levels_of(kDriver).empty());
+}
+
+TYPED_TEST_P(BoardContract, PinsThatAreNotThereAreRefused) {
+    auto& board = this->board();
+    constexpr PinId kNone{kPinCount};
+    const ContractWires& wires = this->run_one([&] {
+        EXPECT_FALSE(board.pin_mode(kNone, PinMode::output));
+        board.pin_write(kNone, Level::high);
+        EXPECT_EQ(board.pin_read(kNone), Level::low);
+        EXPECT_FALSE(board.pwm_write(kNone, 0.5));
+        EXPECT_FALSE(board.analog_read(kNone));
+        EXPECT_FALSE(board.safe_state(kNone, Level::low));
+        EXPECT_FALSE(board.attach_edge(
+            kNone, Edge::both, [](void*) {}, nullptr, kFirstIoVcpu));
+        board.detach_edge(kNone);
+    });
+    EXPECT_TRUE(wires.pin_writes.empty());
+}
+
+TYPED_TEST_P(BoardContract, PwmArrivesAsItsDutyAndOnlyWithinBounds) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kHeater, PinMode::output));
+        EXPECT_TRUE(board.pwm_write(kHeater, 0.25));
+        EXPECT_TRUE(board.pwm_write(kHeater, 1.0));
+        EXPECT_TRUE(board.pwm_write(kHeater, 0.0));
+        EXPECT_FALSE(board.pwm_write(kHeater, -0.01));
+        EXPECT_FALSE(board.pwm_write(kHeater, 1.01));
+        EXPECT_FALSE(board.pwm_write(kHeater, std::numeric_limits<double>::quiet_NaN()));
+    });
+    ASSERT_EQ(wires.pwm_writes.size(), 3u);
+    EXPECT_DOUBLE_EQ(wires.pwm_writes[0].duty, 0.25);
+    EXPECT_DOUBLE_EQ(wires.pwm_writes[1].duty, 1.0);
+    EXPECT_DOUBLE_EQ(wires.pwm_writes[2].duty, 0.0);
+    for (const auto& write : wires.pwm_writes) EXPECT_EQ(write.pin, kHeater);
+}
+
+// ---- buses -----------------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, I2cCarriesExactBytesBothWays) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        const std::array<std::uint8_t, 3> out{0x84, 0x00, 0xff};
+        std::array<std::uint8_t, 4> in{};
+        ASSERT_TRUE(board.i2c_transfer(kI2c, kChip, out, in));
+        EXPECT_EQ(in, (std::array<std::uint8_t, 4>{0x7b, 0xff, 0x00, 0x7b}));
+        ASSERT_TRUE(board.i2c_transfer(kI2c, kChip, out, std::span<std::uint8_t>{}));
+        ASSERT_TRUE(board.i2c_transfer(kI2c, kChip, std::span<const std::uint8_t>{}, in));
+    });
+    ASSERT_EQ(wires.i2c_transfers.size(), 3u);
+    EXPECT_EQ(wires.i2c_transfers[0].address.value, kChip.value);
+    EXPECT_EQ(wires.i2c_transfers[0].out, (std::vector<std::uint8_t>{0x84, 0x00, 0xff}));
+    EXPECT_EQ(wires.i2c_transfers[0].in, 4u);
+    EXPECT_EQ(wires.i2c_transfers[1].in, 0u);
+    EXPECT_TRUE(wires.i2c_transfers[2].out.empty());
+}
+
+TYPED_TEST_P(BoardContract, AnAddressWithoutAChipTimesOut) {
+    auto& board = this->board();
+    this->run_one([&] {
+        std::array<std::uint8_t, 2> in{0xaa, 0xaa};
+        const Result<void> read = board.i2c_transfer(kI2c, kNobody, std::span<const std::uint8_t>{}, in);
+        ASSERT_FALSE(read);
+        EXPECT_EQ(read.error().code, ErrorCode::timed_out);
+    });
+}
+
+TYPED_TEST_P(BoardContract, SpiIsFullDuplexInPlace) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        std::array<std::uint8_t, 3> data{1, 2, 0xff};
+        ASSERT_TRUE(board.spi_transfer(
+            kSpi, {.clock_hz = 1'000'000, .mode = 3, .least_significant_first = true}, data));
+        EXPECT_EQ(data, (std::array<std::uint8_t, 3>{2, 3, 0}));
+    });
+    ASSERT_EQ(wires.spi_transfers.size(), 1u);
+    EXPECT_EQ(wires.spi_transfers[0].data, (std::vector<std::uint8_t>{1, 2, 0xff}));
+    EXPECT_EQ(wires.spi_transfers[0].settings.clock_hz, 1'000'000u);
+    EXPECT_EQ(wires.spi_transfers[0].settings.mode, 3);
+    EXPECT_TRUE(wires.spi_transfers[0].settings.least_significant_first);
+}
+
+TYPED_TEST_P(BoardContract, AnAnalogPinReadsItsVoltage) {
+    auto& board = this->board();
+    this->run_one([&] {
+        const Result<double> level = board.analog_read(kVoltage);
+        ASSERT_TRUE(level);
+        EXPECT_DOUBLE_EQ(level.value(), kVoltageLevel);
+    });
+}
+
+// ---- edges -----------------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, EdgesRunTheirHandlerOnItsIoVcpu) {
+    auto& board = this->board();
+    struct Seen {
+        TypeParam* bench = nullptr;
+        std::atomic<int> rising{0};
+        std::atomic<int> wrong_vcpu{0};
+    } seen;
+    seen.bench = &this->bench_;
+    this->add_io(40, board.core_count() - 1);
+    this->run_one([&] {
+        const auto count = [](void* context) {
+            auto& s = *static_cast<Seen*>(context);
+            if (s.bench->board().current_vcpu() != 40) ++s.wrong_vcpu;
+            ++s.rising;
+        };
+        ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
+        ASSERT_TRUE(board.pin_mode(kSensor, PinMode::input));
+        ASSERT_TRUE(board.attach_edge(kSensor, Edge::rising, count, &seen, 40));
+        for (int i = 1; i <= 5; ++i) {
+            board.pin_write(kDriver, Level::high);
+            ASSERT_TRUE(this->eventually([&] { return seen.rising == i; })) << i;
+            board.pin_write(kDriver, Level::low);
+            ASSERT_TRUE(this->eventually([&] { return board.pin_read(kSensor) == Level::low; })) << i;
+            board.sleep_until(board.now() + 1ms);  // a board that polls its inputs may miss a shorter pulse
+        }
+        EXPECT_EQ(seen.rising, 5);  // and none for the falling ones
+        board.detach_edge(kSensor);
+        board.pin_write(kDriver, Level::high);
+        ASSERT_TRUE(this->eventually([&] { return board.pin_read(kSensor) == Level::high; }));
+        board.sleep_until(board.now() + 5ms);
+        EXPECT_EQ(seen.rising, 5);
+    });
+    EXPECT_EQ(seen.wrong_vcpu, 0);
+}
+
+TYPED_TEST_P(BoardContract, AnEdgeNeedsAHandlerAndAnIoVcpu) {
+    auto& board = this->board();
+    this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kSensor, PinMode::input));
+        EXPECT_FALSE(board.attach_edge(kSensor, Edge::both, nullptr, nullptr, 40));
+        EXPECT_FALSE(board.attach_edge(
+            kSensor, Edge::both, [](void*) {}, nullptr, 1));
+    });
+}
+
+// ---- safe states -----------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, AStoppedBoardLeavesItsPinsInTheirSafeStates) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kLamp, PinMode::output));
+        ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
+        ASSERT_TRUE(board.pin_mode(kHeater, PinMode::output));
+        ASSERT_TRUE(board.safe_state(kLamp, Level::low));
+        ASSERT_TRUE(board.safe_state(kDriver, Level::high));
+        ASSERT_TRUE(board.safe_state(kHeater, Level::low));
+        board.pin_write(kLamp, Level::high);
+        board.pin_write(kDriver, Level::low);
+        ASSERT_TRUE(board.pwm_write(kHeater, 0.8));
+    });
+    ASSERT_FALSE(wires.levels_of(kLamp).empty());
+    EXPECT_EQ(wires.levels_of(kLamp).back(), Level::low);
+    ASSERT_FALSE(wires.levels_of(kDriver).empty());
+    EXPECT_EQ(wires.levels_of(kDriver).back(), Level::high);
+    // A heater on PWM is off when its duty is 0, or when its pin is driven low after the last duty.
+    const auto driven = wires.levels_of(kHeater);
+    const bool duty_is_off = !wires.pwm_writes.empty() && wires.pwm_writes.back().duty == 0.0;
+    EXPECT_TRUE(duty_is_off || (!driven.empty() && driven.back() == Level::low));
+}
+
+REGISTER_TYPED_TEST_SUITE_P(BoardContract, BusyUntilAndSleepUntilAreNeverEarly,
+                            TimeNeverRunsBackwardsAndIsOneForAllVcpus, EveryEntryRunsOnceOnItsVcpuAndCore,
+                            RunReturnsAtUntilAndGoesOnWhenCalledAgain,
+                            AStopIsSeenByEveryLoopAndRunWaitsForAll, BadSpecsAreRefusedAndNothingRuns,
+                            TheGuaranteeNamesEveryLoop, WritesReachTheWiresInOrderAndAtTheirTime,
+                            AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire,
+                            PinsStartAsInputsAndDriveNothing, PinsThatAreNotThereAreRefused,
+                            PwmArrivesAsItsDutyAndOnlyWithinBounds, I2cCarriesExactBytesBothWays,
+                            AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage,
+                            EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu,
+                            AStoppedBoardLeavesItsPinsInTheirSafeStates);
+
+}  // namespace qduino::board::contract

@@ -1,0 +1,135 @@
+#include "printer/gcode/command_table.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "printer/gcode/interpreter.h"
+#include "printer/gcode/lexer.h"
+#include "recorder.h"
+
+namespace qduino::printer::gcode {
+namespace {
+
+const CodeInfo* find(std::string_view code) {
+    Command command;
+    return parse_words(code, command).ok() ? find_code(command) : nullptr;
+}
+
+TEST(CommandTable, NoCodeStandsTwice) {
+    std::set<std::string> seen;
+    for (const CodeInfo& code : known_codes()) {
+        const std::string key = std::string(1, code.letter == '\0' ? '-' : code.letter) +
+                                std::to_string(code.number) + "." + std::to_string(code.subcode) +
+                                std::string(code.word);
+        EXPECT_TRUE(seen.insert(key).second) << key;
+        EXPECT_FALSE(code.name.empty()) << key;
+        for (const char letter : code.parameters) EXPECT_TRUE(letter >= 'A' && letter <= 'Z') << key;
+    }
+}
+
+TEST(CommandTable, WhatIsExecutedHasAHandlerAndNothingElseHas) {
+    for (const CodeInfo& code : known_codes()) {
+        EXPECT_EQ(Interpreter::has_handler(code), code.status == CodeStatus::executed)
+            << code.letter << code.number << ' ' << code.name;
+    }
+}
+
+/// Every code that slicers and hosts of the Marlin dialect are known to emit.
+TEST(CommandTable, KnowsTheWholeDialect) {
+    for (const char* code : {"G0",
+                             "G1",
+                             "G2",
+                             "G3",
+                             "G4",
+                             "G10",
+                             "G11",
+                             "G20",
+                             "G21",
+                             "G28",
+                             "G29",
+                             "G80",
+                             "G90",
+                             "G91",
+                             "G92",
+                             "M82",
+                             "M83",
+                             "M104",
+                             "M109",
+                             "M140",
+                             "M190",
+                             "M141",
+                             "M191",
+                             "M106",
+                             "M107",
+                             "M201",
+                             "M203",
+                             "M204",
+                             "M205",
+                             "M73",
+                             "M117",
+                             "M300",
+                             "M0",
+                             "M1",
+                             "M600",
+                             "M601",
+                             "M220",
+                             "M221",
+                             "M900",
+                             "M572",
+                             "M486",
+                             "M84",
+                             "M18",
+                             "M92",
+                             "T0",
+                             "T1",
+                             "M862.1",
+                             "M862.3",
+                             "M862.6",
+                             "M115",
+                             "M105",
+                             "M110",
+                             "M112",
+                             "M114",
+                             "M155",
+                             "M108",
+                             "M410",
+                             "G92.1",
+                             "EXCLUDE_OBJECT_DEFINE",
+                             "EXCLUDE_OBJECT_START",
+                             "EXCLUDE_OBJECT_END"}) {
+        EXPECT_NE(find(code), nullptr) << code;
+    }
+}
+
+TEST(CommandTable, DoesNotKnowWhatIsNotThere) {
+    for (const char* code :
+         {"G999", "M99999", "G1.5", "G92.7", "X10", "FOO_BAR", "T100", "M104.1", "EXCLUDE_OBJECTS"}) {
+        EXPECT_EQ(find(code), nullptr) << code;
+    }
+}
+
+TEST(CommandTable, EveryAcknowledgedCodeIsAnsweredByNameAndDoesNothing) {
+    for (const CodeInfo& code : known_codes()) {
+        if (code.status != CodeStatus::acknowledged) continue;
+        std::string text{code.word};
+        if (text.empty()) text = std::string(1, code.letter) + std::to_string(code.number);
+        Bench bench;
+        const auto log = bench.run(text + "\n");
+        ASSERT_EQ(log.size(), 1U) << text;
+        EXPECT_EQ(log[0].rfind("not done line 1: " + text, 0), 0U) << log[0];
+        EXPECT_NE(log[0].find(code.name), std::string::npos) << log[0];
+        EXPECT_EQ(bench.interpreter.codes_not_done(), 1U);
+        EXPECT_EQ(bench.interpreter.unknown_codes(), 0U);
+    }
+}
+
+TEST(CommandTable, FreeText) {
+    EXPECT_TRUE(takes_free_text('M', 117));
+    EXPECT_FALSE(takes_free_text('G', 117));
+    EXPECT_FALSE(takes_free_text('M', 104));
+}
+
+}  // namespace
+}  // namespace qduino::printer::gcode

@@ -1,0 +1,66 @@
+#include "printer/gcode/host_session.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace qduino::printer::gcode {
+namespace {
+
+std::string summed(const std::string& line) {
+    unsigned sum = 0;
+    for (const char c : line) sum ^= static_cast<unsigned char>(c);
+    return line + "*" + std::to_string(sum) + "\n";
+}
+
+class Session {
+  public:
+    /// The session's reply to one line; "accepted" when it has none.
+    std::string say(const std::string& text) {
+        std::span<const char> input{text.data(), text.size()};
+        const HostVerdict verdict = session.accept(*parser.next(input));
+        return verdict.accepted ? "accepted" : std::string(verdict.reply.view());
+    }
+    Parser parser;
+    HostSession session;
+};
+
+TEST(HostSession, NumbersMustFollowEachOther) {
+    Session s;
+    EXPECT_EQ(s.say(summed("N0 M110 N0")), "accepted");
+    EXPECT_EQ(s.say(summed("N1 G28")), "accepted");
+    EXPECT_EQ(s.say(summed("N2 G1 X10")), "accepted");
+    EXPECT_EQ(s.say(summed("N4 G1 X30")),
+              "Error:Line Number is not Last Line Number+1, Last Line: 2\nResend: 3\nok");
+    EXPECT_EQ(s.say(summed("N2 G1 X10")),
+              "Error:Line Number is not Last Line Number+1, Last Line: 2\nResend: 3\nok");
+    EXPECT_EQ(s.say(summed("N3 G1 X20")), "accepted");
+    EXPECT_EQ(s.session.last_line(), 3U);
+}
+
+TEST(HostSession, CheckSumsMustBeThereAndRight) {
+    Session s;
+    EXPECT_EQ(s.say(summed("N1 G28")), "accepted");
+    EXPECT_EQ(s.say("N2 G1 X10*1\n"), "Error:checksum mismatch, Last Line: 1\nResend: 2\nok");
+    EXPECT_EQ(s.say("N2 G1 X10\n"), "Error:No Checksum with line number, Last Line: 1\nResend: 2\nok");
+    EXPECT_EQ(s.say(summed("N2 G1 X10")), "accepted");
+}
+
+TEST(HostSession, ALineWithoutNumberPasses) {
+    Session s;
+    EXPECT_EQ(s.say("M105\n"), "accepted");
+    EXPECT_EQ(s.session.last_line(), 0U);
+}
+
+TEST(HostSession, M110SetsTheNumber) {
+    Session s;
+    EXPECT_EQ(s.say(summed("N7 M110 N99")), "accepted");
+    EXPECT_EQ(s.say(summed("N100 G28")), "accepted");
+    EXPECT_EQ(s.say(summed("N50 M110")), "accepted");
+    EXPECT_EQ(s.say(summed("N51 G28")), "accepted");
+    EXPECT_EQ(s.say(summed("N5 M110 N-3")), "accepted");
+    EXPECT_EQ(s.session.last_line(), 5U);
+}
+
+}  // namespace
+}  // namespace qduino::printer::gcode

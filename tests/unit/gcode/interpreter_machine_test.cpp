@@ -1,0 +1,159 @@
+// Heaters, fans, limits, messages, pauses: a program in, the actions it asks for out.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "recorder.h"
+
+namespace qduino::printer::gcode {
+namespace {
+
+using Log = std::vector<std::string>;
+
+struct Case {
+    const char* program;
+    Log expected;
+};
+
+void check(const std::vector<Case>& cases) {
+    for (const Case& c : cases) {
+        Bench bench;
+        EXPECT_EQ(bench.run(c.program), c.expected) << c.program;
+    }
+}
+
+TEST(InterpreterMachine, Temperatures) {
+    check({
+        {"M104 S209\n", {"set hot end 209"}},
+        {"M104 S0\n", {"set hot end 0"}},
+        {"M104 T0 S200.5\n", {"set hot end 200.5"}},
+        {"M109 S215\n", {"wait hot end 215 heating"}},
+        {"M109 R180\n", {"wait hot end 180 either way"}},
+        {"M140 S60\n", {"set bed 60"}},
+        {"M190 S60\n", {"wait bed 60 heating"}},
+        {"M190 R40\n", {"wait bed 40 either way"}},
+        {"M104 S260\n", {"set hot end 260"}},
+        {"M140 S110\n", {"set bed 110"}},
+    });
+}
+
+TEST(InterpreterMachine, TemperaturesOutOfRangeNameTheLimit) {
+    check({
+        {"M104 S999\n", {"error: line 1, M104: S999 is outside of 0 to 260 °C, what the hot end may have"}},
+        {"M109 S261\n", {"error: line 1, M109: S261 is outside of 0 to 260 °C, what the hot end may have"}},
+        {"M109 R-1\n", {"error: line 1, M109: R-1 is outside of 0 to 260 °C, what the hot end may have"}},
+        {"M140 S111\n", {"error: line 1, M140: S111 is outside of 0 to 110 °C, what the bed may have"}},
+        {"M190 S1000\n", {"error: line 1, M190: S1000 is outside of 0 to 110 °C, what the bed may have"}},
+        {"M104\n", {"error: line 1, M104: needs S or R, a temperature"}},
+        {"M104 S\n", {"error: line 1, M104: S needs a number behind it"}},
+        {"M104 S200 T1\n", {"error: line 1, M104: this machine has one tool, T0"}},
+    });
+}
+
+TEST(InterpreterMachine, WithoutABedOnlyOffIsAccepted) {
+    MachineConfig config;
+    config.has_bed = false;
+    Bench bench{config};
+    EXPECT_EQ(bench.run("M140 S0\nM190 S0\n"), Log{});
+    EXPECT_EQ(bench.run("M140 S60\n"), Log{"error: line 1, M140: this machine has no heated bed"});
+}
+
+TEST(InterpreterMachine, Fans) {
+    check({
+        {"M106 S255\n", {"fan 0 1"}},
+        {"M106 S127.5\n", {"fan 0 0.5"}},
+        {"M106\n", {"fan 0 1"}},
+        {"M106 S0\n", {"fan 0 0"}},
+        {"M106 P1 S255\n", {"fan 1 1"}},
+        {"M107\n", {"fan 0 0"}},
+        {"M107 P2\n", {"fan 2 0"}},
+        {"M106 S256\n", {"error: line 1, M106: S256 is outside of 0 to 255 "}},
+        {"M106 S-1\n", {"error: line 1, M106: S-1 is outside of 0 to 255 "}},
+        {"M106 P99\n", {"error: line 1, M106: P99 is outside of 0 to 15 (the fan's number)"}},
+    });
+}
+
+TEST(InterpreterMachine, MotorsOff) {
+    check({
+        {"M84\n", {"off XYZE"}},
+        {"M18\n", {"off XYZE"}},
+        {"M84 X Y E\n", {"off XYE"}},
+        {"M84 S60\n", {"warning line 1: the idle time S of M18 and M84 is not yet done: skipped"}},
+    });
+    Bench bench;
+    (void)bench.run("G28\nM84 X Y E\n");
+    EXPECT_FALSE(bench.interpreter.homed(Axis::x));
+    EXPECT_TRUE(bench.interpreter.homed(Axis::z));
+}
+
+TEST(InterpreterMachine, Limits) {
+    check({
+        {"M201 X1000 Y1000 Z20 E5000\n", {"limits aX1000 aY1000 aZ20 aE5000"}},
+        {"M203 X100 Z4.5\n", {"limits vX100 vZ4.5"}},
+        {"M204 P800 R1500 T1200\n", {"limits print800 filament1500 travel1200"}},
+        {"M204 S1000\n", {"limits print1000 travel1000"}},
+        {"M205 X8 Y8 Z.4 E1.5\n", {"limits jX8 jY8 jZ0.4 jE1.5"}},
+        {"M205 J0.02\n", {"limits deviation0.02"}},
+        {"M205 X0\n", {"limits jX0"}},
+        {"G20\nM203 X1\n", {"limits vX25.4"}},
+        {"M201 X0\n", {"error: line 1, M201: X0 is outside of 0.1 to 2000 mm/s²"}},
+        {"M203 X100 Y-1\n", {"error: line 1, M203: Y-1 is outside of 0.001 to 125 mm/s"}},
+        {"M204 P0\n", {"error: line 1, M204: P0 is outside of 0.1 to 1000000 mm/s²"}},
+        {"M205 J1\n", {"error: line 1, M205: J1 is outside of 0 to 0.5 mm"}},
+    });
+}
+
+TEST(InterpreterMachine, AJobCannotMakeTheMachineFasterThanItIs) {
+    check({
+        {"M203 X500 Y100 E200\n",
+         {"warning line 1: M203 X kept at 125 E kept at 14: this machine does no more",
+          "limits vX125 vY100 vE14"}},
+        {"M201 Z9000\n", {"warning line 1: M201 Z kept at 30: this machine does no more", "limits aZ30"}},
+        {"M205 X99\n", {"warning line 1: M205 X kept at 20: this machine does no more", "limits jX20"}},
+    });
+}
+
+TEST(InterpreterMachine, MessagesProgressAndReports) {
+    check({
+        {"M117 Printing 5%\n", {"message [Printing 5%]"}},
+        {"M117\n", {"message []"}},
+        {"M118 hello\n", {"echo line 1: hello"}},
+        {"M73 P50 R12\n", {"progress 50% 720s"}},
+        {"M73 R0\n", {"progress 0s"}},
+        {"M73 P101\n", {"error: line 1, M73: P101 is outside of 0 to 100 percent"}},
+        {"M105\nM114\nM115\n", {"report temperatures", "report position", "report firmware"}},
+        {"M115 U3.9.1\n", {}},
+        {"M115 u6.0.4+14924\n", {}},
+        {"M110 N5\n", {}},
+        {"M112\n", {"emergency stop"}},
+    });
+}
+
+TEST(InterpreterMachine, Pauses) {
+    check({
+        {"M0\n", {"pause []"}},
+        {"M1 Change the plate\n", {"pause [Change the plate]"}},
+        {"M0 S10\n", {"dwell 10"}},
+        {"M0 P500\n", {"dwell 0.5"}},
+        {"M0 Stop here\n", {"pause [Stop here]"}},
+        {"M0 S-5\n", {"pause [S-5]"}},
+        {"M0 S999999\n", {"error: line 1, M0: S999999 is outside of 0 to 86400 s"}},
+        {"M600\n", {"filament change []"}},
+        {"M601\n", {"pause []"}},
+    });
+}
+
+TEST(InterpreterMachine, RefusalsAreHandedOn) {
+    for (const char* line : {"M104 S200", "M109 S200", "M106", "M107", "M84", "M201 X1", "M203 X1", "M204 S1",
+                             "M205 X1", "G4 S1", "G28", "M0", "M600", "M601", "M400"}) {
+        Bench bench;
+        bench.recorder.refuse_after = 0;
+        const Log log = bench.run(std::string(line) + "\n");
+        ASSERT_EQ(log.size(), 1U) << line;
+        EXPECT_NE(log[0].find("the machine refuses"), std::string::npos) << line;
+    }
+}
+
+}  // namespace
+}  // namespace qduino::printer::gcode

@@ -1,0 +1,42 @@
+#include "printer/gcode/reports.h"
+
+#include <gtest/gtest.h>
+
+namespace qduino::printer::gcode {
+namespace {
+
+TEST(Reports, Temperatures) {
+    TemperatureReport report;
+    report.hot_end = {Celsius{201.5}, Celsius{210}, 0.5};
+    EXPECT_EQ(format_temperatures(report).view(), "T:201.50 /210.00 @:64");
+    report.bed = {Celsius{59.8}, Celsius{60}, 0.25};
+    report.has_bed = true;
+    EXPECT_EQ(format_temperatures(report).view(), "T:201.50 /210.00 B:59.80 /60.00 @:64 B@:32");
+}
+
+TEST(Reports, Position) {
+    PositionReport report;
+    report.programmed[Axis::y] = Millimetres{127};
+    report.programmed[Axis::z] = Millimetres{145};
+    report.steps = {0, 10160, 116000, 7};
+    EXPECT_EQ(format_position(report).view(), "X:0.00 Y:127.00 Z:145.00 E:0.00 Count X:0 Y:10160 Z:116000");
+}
+
+TEST(Reports, Firmware) {
+    FirmwareReport report;
+    report.version = "0.2";
+    report.machine = "Printrbot\nSimple Metal";
+    report.uuid = "cede2a2f-41a2-4748-9b12-c55c62f367ff";
+    const ReportText text = format_firmware(report);
+    EXPECT_EQ(text.view().substr(0, text.view().find('\n')),
+              "FIRMWARE_NAME:QduinoMC 0.2 PROTOCOL_VERSION:1.0 MACHINE_TYPE:Printrbot?Simple Metal "
+              "EXTRUDER_COUNT:1 "
+              "UUID:cede2a2f-41a2-4748-9b12-c55c62f367ff");
+    EXPECT_NE(text.view().find("\nCap:AUTOREPORT_TEMP:0"), std::string_view::npos);
+    EXPECT_NE(text.view().find("\nCap:EMERGENCY_PARSER:1"), std::string_view::npos);
+    report.auto_report = true;
+    EXPECT_NE(format_firmware(report).view().find("\nCap:AUTOREPORT_TEMP:1"), std::string_view::npos);
+}
+
+}  // namespace
+}  // namespace qduino::printer::gcode

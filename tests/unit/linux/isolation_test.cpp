@@ -1,0 +1,381 @@
+// Changes to the machine and their undoing: on a machine made of files, and, for root, on the real one.
+#include "board/linux/isolation.h"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <random>
+#include <thread>
+
+#include "board/linux/core_probe.h"
+#include "board/linux/device_interrupts.h"
+#include "board/linux/real_time_thread.h"
+#include "tests/unit/linux/fake_machine.h"
+
+namespace qduino::board::linux::test {
+namespace {
+
+MachineSettings open_settings(const std::string& state) {
+    auto opened = MachineSettings::open(state);
+    EXPECT_TRUE(opened.ok()) << opened.error().message.view();
+    return opened ? std::move(*opened) : MachineSettings{};
+}
+
+// ---- settings -----------------------------------------------------------------------------------------------
+
+TEST(MachineSettings, AreRecordedBeforeTheyAreChangedAndUndoneInReverse) {
+    FakeMachine machine;
+    machine.put("/a", "1");
+    machine.put("/b", "x");
+    {
+        MachineSettings settings = open_settings(machine.state());
+        ASSERT_TRUE(settings.change(machine.path("/a"), "2").ok());
+        ASSERT_TRUE(settings.change(machine.path("/a"), "3").ok());
+        ASSERT_TRUE(settings.change(machine.path("/b"), "x").ok());  // as it is already
+        EXPECT_EQ(machine.get("/a"), "3");
+        const std::string recorded = machine.get("/run/settings.state");
+        EXPECT_NE(recorded.find("write\t" + machine.path("/a") + "\t1"), std::string::npos);
+        EXPECT_EQ(recorded.find(machine.path("/b")), std::string::npos);
+    }
+    EXPECT_EQ(machine.get("/a"), "1");
+    EXPECT_EQ(machine.get("/run/settings.state"), "");
+}
+
+TEST(MachineSettings, WhatCannotBeChangedIsAnErrorAndLeavesNoTrace) {
+    FakeMachine machine;
+    MachineSettings settings = open_settings(machine.state());
+    const std::string before = machine.get("/run/settings.state");
+    EXPECT_EQ(settings.change(machine.path("/missing"), "1").error().code, ErrorCode::not_found);
+    EXPECT_EQ(machine.get("/run/settings.state"), before);
+}
+
+TEST(MachineSettings, BelongToOneLivingProcessAtATime) {
+    FakeMachine machine;
+    MachineSettings settings = open_settings(machine.state());
+    EXPECT_EQ(MachineSettings::open(machine.state()).error().code, ErrorCode::unavailable);
+    EXPECT_EQ(restore_settings(machine.state()).error().code, ErrorCode::unavailable);
+    ASSERT_TRUE(settings.undo().ok());
+    EXPECT_TRUE(MachineSettings::open(machine.state()).ok());
+}
+
+TEST(MachineSettings, ThoseOfADeadProcessAreUndoneByRestoreAndByTheNextStart) {
+    for (const bool by_restore : {true, false}) {
+        FakeMachine machine;
+        machine.put("/a", "1");
+        const pid_t child = ::fork();
+        if (child == 0) {
+            auto settings = MachineSettings::open(machine.state());
+            static_cast<void>(settings->change(machine.path("/a"), "2"));
+            ::kill(::getpid(), SIGKILL);
+        }
+        ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+        ASSERT_EQ(machine.get("/a"), "2");
+        if (by_restore) {
+            const auto restored = restore_settings(machine.state());
+            ASSERT_TRUE(restored.ok()) << restored.error().message.view();
+            EXPECT_EQ(*restored, Restored::undone);
+            EXPECT_EQ(*restore_settings(machine.state()), Restored::nothing_to_do);
+        } else {
+            const MachineSettings next = open_settings(machine.state());
+        }
+        EXPECT_EQ(machine.get("/a"), "1");
+    }
+}
+
+TEST(MachineSettings, ALineCutShortByAKillIsIgnored) {
+    FakeMachine machine;
+    machine.put("/a", "1");
+    machine.put("/b", "1");
+    { MachineSettings settings = open_settings(machine.state()); }
+    const std::string boot = [] {
+        const auto id = read_small_file("/proc/sys/kernel/random/boot_id");
+        return id ? id->substr(0, id->find('\n')) : std::string{"?"};
+    }();
+    std::ofstream{machine.state()} << "qduino-settings 1 " << boot << "\nwrite\t" << machine.path("/a")
+                                   << "\t0\nwrite\t" << machine.path("/b") << "\t0";
+    EXPECT_TRUE(restore_settings(machine.state()).ok());
+    EXPECT_EQ(machine.get("/a"), "0");
+    EXPECT_EQ(machine.get("/b"), "1");
+}
+
+TEST(MachineSettings, OfAnEarlierBootAreForgotten) {
+    FakeMachine machine;
+    machine.put("/a", "1");
+    { MachineSettings settings = open_settings(machine.state()); }
+    std::ofstream{machine.state()} << "qduino-settings 1 another-boot\nwrite\t" << machine.path("/a")
+                                   << "\t0\n";
+    EXPECT_TRUE(restore_settings(machine.state()).ok());
+    EXPECT_EQ(machine.get("/a"), "1");
+}
+
+TEST(MachineSettings, AKillAtAnyMomentLeavesAMachineThatRestorePutsBack) {
+    const auto seed = static_cast<std::uint64_t>(std::random_device{}());
+    std::mt19937_64 random{seed};
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    FakeMachine machine;
+    for (int i = 0; i < 40; ++i) machine.put("/setting" + std::to_string(i), "old");
+    const auto before = machine.everything();
+    for (int round = 0; round < 20; ++round) {
+        const pid_t child = ::fork();
+        if (child == 0) {
+            for (;;) {
+                auto settings = MachineSettings::open(machine.state());
+                for (int i = 0; i < 40; ++i) {
+                    static_cast<void>(settings->change(machine.path("/setting" + std::to_string(i)), "new"));
+                }
+            }
+        }
+        std::this_thread::sleep_for(std::chrono::microseconds{500 + random() % 5000});
+        ::kill(child, SIGKILL);
+        ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+        ASSERT_TRUE(restore_settings(machine.state()).ok());
+        // A write of a file that is no kernel setting may be cut between truncation and write; the real ones are not.
+        ASSERT_EQ(machine.everything(), before) << "round " << round;
+    }
+}
+
+// ---- isolation ----------------------------------------------------------------------------------------------
+
+IsolationOptions third_core_of(const FakeMachine& machine) {
+    IsolationOptions options;
+    options.cores = {3};
+    options.cpus = 4;
+    options.root = machine.root();
+    return options;
+}
+
+TEST(Isolation, MovesEverythingThatCanBeMovedAndPutsItBack) {
+    FakeMachine machine;
+    machine.furnish();
+    const auto before = machine.everything();
+    {
+        MachineSettings settings = open_settings(machine.state());
+        auto begun = Isolation::begin(settings, third_core_of(machine));
+        ASSERT_TRUE(begun.ok());
+        EXPECT_TRUE(begun->owns(3));
+        EXPECT_FALSE(begun->owns(2));
+        EXPECT_TRUE(begun->exclusive());
+        EXPECT_TRUE(begun->throttling_lifted());
+        EXPECT_EQ(begun->interrupts_moved(), 2);
+        EXPECT_EQ(machine.get("/proc/irq/default_smp_affinity"), "7");
+        EXPECT_EQ(machine.get("/proc/irq/10/smp_affinity_list"), "0-2");
+        EXPECT_EQ(machine.get("/proc/irq/11/smp_affinity_list"), "0-2");  // it had been on core 3 alone
+        EXPECT_EQ(machine.get("/proc/irq/12/smp_affinity_list"), "0-1");
+        EXPECT_EQ(machine.get("/sys/class/net/eth0/queues/rx-0/rps_cpus"), "7");
+        EXPECT_EQ(machine.get("/sys/class/net/eth0/queues/tx-0/xps_cpus"), "7");
+        EXPECT_EQ(machine.get("/sys/devices/virtual/workqueue/cpumask"), "7");
+        EXPECT_EQ(machine.get("/proc/sys/kernel/sched_rt_runtime_us"), "-1");
+        EXPECT_EQ(machine.get("/sys/devices/system/cpu/cpu3/cpufreq/scaling_governor"), "performance");
+        EXPECT_EQ(machine.get("/sys/kernel/debug/sched/fair_server/cpu3/runtime"), "0");
+        EXPECT_EQ(machine.get("/sys/fs/cgroup/cpuset/docker/cpuset.cpus"), "0-2");
+        EXPECT_EQ(machine.get("/sys/fs/cgroup/cpuset/qduino-system/cpuset.cpus"), "0-2");
+        EXPECT_EQ(machine.get("/sys/fs/cgroup/cpuset/qduino-core3/cpuset.cpus"), "3");
+        EXPECT_EQ(machine.get("/sys/fs/cgroup/cpuset/qduino-core3/cpuset.cpu_exclusive"), "1");
+        ASSERT_TRUE(begun->adopt(3, 1234).ok());
+        EXPECT_EQ(machine.get("/sys/fs/cgroup/cpuset/qduino-core3/tasks"), "1234");
+    }
+    auto after = machine.everything();
+    for (auto files : {&after}) {  // a folder of files stays where the kernel would remove a cgroup
+        for (auto at = files->begin(); at != files->end();) {
+            const bool by_the_kernel = at->first.find("/qduino-") != std::string::npos ||
+                                       at->first == "/dev/cpu_dma_latency" ||
+                                       at->first == "/sys/fs/cgroup/cpuset/tasks";
+            at = by_the_kernel ? files->erase(at) : std::next(at);
+        }
+    }
+    for (const auto& [file, text] : after) EXPECT_EQ(text, before.at(file)) << file;
+}
+
+TEST(Isolation, LiftsNoThrottlingWhileOthersMayRunOnTheCore) {
+    FakeMachine machine;
+    machine.furnish();
+    std::filesystem::remove_all(machine.path("/sys/fs/cgroup"));
+    MachineSettings settings = open_settings(machine.state());
+    const auto begun = Isolation::begin(settings, third_core_of(machine));
+    ASSERT_TRUE(begun.ok());
+    EXPECT_FALSE(begun->exclusive());
+    EXPECT_FALSE(begun->throttling_lifted());
+    EXPECT_EQ(machine.get("/proc/sys/kernel/sched_rt_runtime_us"), "950000");
+    EXPECT_FALSE(begun->notes().empty());
+}
+
+TEST(Isolation, UsesAPartitionWhereCgroupsAreOfTheSecondVersion) {
+    FakeMachine machine;
+    machine.furnish();
+    std::filesystem::remove_all(machine.path("/sys/fs/cgroup"));
+    machine.put("/sys/fs/cgroup/cgroup.controllers", "cpuset cpu io");
+    machine.put("/sys/fs/cgroup/cgroup.subtree_control", "");
+    machine.put("/sys/fs/cgroup/cgroup.procs", "");
+    for (const char* file : {"cgroup.type", "cgroup.threads", "cpuset.cpus", "cpuset.cpus.partition"}) {
+        machine.put(std::string{"/sys/fs/cgroup/qduino-core3/"} + file, "");
+    }
+    MachineSettings settings = open_settings(machine.state());
+    const auto begun = Isolation::begin(settings, third_core_of(machine));
+    ASSERT_TRUE(begun.ok());
+    EXPECT_TRUE(begun->exclusive());
+    EXPECT_EQ(machine.get("/sys/fs/cgroup/cgroup.subtree_control"), "+cpuset");
+    EXPECT_EQ(machine.get("/sys/fs/cgroup/qduino-core3/cgroup.type"), "threaded");
+    EXPECT_EQ(machine.get("/sys/fs/cgroup/qduino-core3/cpuset.cpus.partition"), "isolated");
+    ASSERT_TRUE(begun->adopt(3, 77).ok());
+    EXPECT_EQ(machine.get("/sys/fs/cgroup/qduino-core3/cgroup.threads"), "77");
+    EXPECT_EQ(machine.get("/sys/fs/cgroup/cgroup.procs"), std::to_string(::getpid()));
+}
+
+TEST(Isolation, LeavesTheRestOfTheMachineACore) {
+    FakeMachine machine;
+    machine.furnish();
+    MachineSettings settings = open_settings(machine.state());
+    IsolationOptions options = third_core_of(machine);
+    options.cores = {0, 1, 2, 3};
+    EXPECT_EQ(Isolation::begin(settings, options).error().code, ErrorCode::out_of_range);
+}
+
+// ---- interrupts of a class ----------------------------------------------------------------------------------
+
+TEST(DeviceInterrupts, AreFoundByDeviceAndByHandlerAndRouted) {
+    FakeMachine machine;
+    machine.put("/sys/devices/pci0/virtio2/x", "");
+    std::filesystem::create_directories(machine.path("/sys/class/net/eth0"));
+    std::filesystem::create_directory_symlink(machine.path("/sys/devices/pci0/virtio2"),
+                                              machine.path("/sys/class/net/eth0/device"));
+    machine.put("/sys/devices/pci0/msi_irqs/37", "msix");
+    machine.put("/sys/kernel/irq/40/actions", "fe205000.I2C");
+    machine.put("/sys/kernel/irq/41/actions", "virtio1-req.0");
+    machine.put("/proc/irq/37/smp_affinity_list", "0-1");
+    machine.put("/proc/irq/40/smp_affinity_list", "1");
+    machine.put("/proc/irq/41/smp_affinity_list", "0-1");
+    EXPECT_EQ(interrupts_of_class(DeviceClass::nic, machine.root()), std::set<int>{37});
+    EXPECT_EQ(interrupts_of_class(DeviceClass::i2c, machine.root()), std::set<int>{40});
+    EXPECT_EQ(interrupts_of_class(DeviceClass::spi, machine.root()), std::set<int>{});
+    EXPECT_EQ(interrupts_of_class(DeviceClass::all, machine.root()), (std::set<int>{37, 40, 41}));
+
+    MachineSettings settings = open_settings(machine.state());
+    int stuck = 0;
+    EXPECT_EQ(route_class(settings, DeviceClass::nic, 1, 2, false, stuck, machine.root()), 1);
+    EXPECT_EQ(machine.get("/proc/irq/37/smp_affinity_list"), "0");
+    EXPECT_EQ(route_class(settings, DeviceClass::i2c, 1, 2, false, stuck, machine.root()), 1);
+    EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0");  // it lived on core 1 alone
+    EXPECT_EQ(route_class(settings, DeviceClass::i2c, 1, 2, true, stuck, machine.root()), 1);
+    EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0-1");
+    EXPECT_EQ(route_class(settings, DeviceClass::nic, 1, 2, false, stuck, machine.root()),
+              0);  // there already
+    ASSERT_TRUE(settings.undo().ok());
+    EXPECT_EQ(machine.get("/proc/irq/37/smp_affinity_list"), "0-1");
+    EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "1");
+}
+
+TEST(DeviceInterrupts, FindTheKernelThreadsOfAClass) {
+    FakeMachine machine;
+    machine.put("/sys/kernel/irq/40/actions", "fe205000.i2c");
+    machine.put("/proc/50/comm", "irq/40-fe205000");
+    machine.put("/proc/51/comm", "irq/41-mmc0");
+    machine.put("/proc/52/comm", "napi/eth0-3");
+    machine.put("/proc/53/comm", "bash");
+    const auto i2c = bottom_halves_of(DeviceClass::i2c, machine.root());
+    ASSERT_EQ(i2c.size(), 1u);
+    EXPECT_EQ(i2c[0].tid, 50);
+    const auto nic = bottom_halves_of(DeviceClass::nic, machine.root());
+    ASSERT_EQ(nic.size(), 1u);
+    EXPECT_EQ(nic[0].name, "napi/eth0-3");
+}
+
+TEST(CoreProbe, CountsTheInterruptsOfOneCore) {
+    FakeMachine machine;
+    machine.put("/proc/interrupts",
+                "           CPU0       CPU2\n 24:   1   20  IO-APIC   5-edge   name\nLOC: 300 4000 Local "
+                "timer interrupts\nERR: 7");
+    EXPECT_EQ(interrupts_of(0, machine.root()), 1u + 300u + 7u);
+    EXPECT_EQ(interrupts_of(2, machine.root()), 4020u);
+    EXPECT_FALSE(interrupts_of(1, machine.root()));  // not online
+    EXPECT_FALSE(interrupts_of(0, machine.root() + "/nowhere"));
+    EXPECT_TRUE(tickless_cores(machine.root()).empty());
+    machine.put("/sys/devices/system/cpu/nohz_full", "1-2");
+    EXPECT_TRUE(tickless_cores(machine.root()).has(2));
+}
+
+// ---- the real machine ---------------------------------------------------------------------------------------
+
+/// All that isolation touches, as text. (Interrupts that come and go with devices do not matter: only the files of both.)
+std::map<std::string, std::string> real_settings() {
+    std::map<std::string, std::string> all;
+    const auto note = [&all](const std::string& path) {
+        if (const auto text = read_small_file(path)) all[path] = *text;
+    };
+    for (const char* path :
+         {"/proc/irq/default_smp_affinity", "/sys/devices/virtual/workqueue/cpumask",
+          "/proc/sys/kernel/watchdog_cpumask", "/proc/sys/vm/stat_interval",
+          "/proc/sys/kernel/sched_rt_runtime_us", "/sys/fs/cgroup/cpuset/cpuset.sched_load_balance"}) {
+        note(path);
+    }
+    std::error_code error;
+    for (const auto& irq : std::filesystem::directory_iterator{"/proc/irq", error}) {
+        if (irq.is_directory()) note(irq.path().string() + "/smp_affinity_list");
+    }
+    for (const auto& set : std::filesystem::directory_iterator{"/sys/fs/cgroup/cpuset", error}) {
+        if (set.is_directory()) all[set.path().string()] = "cpuset";
+    }
+    return all;
+}
+
+/// The cores that process 1 may run on: moved by isolation, and to be as before afterwards.
+std::string cores_of_init() {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    ::sched_getaffinity(1, sizeof set, &set);
+    CpuList cpus;
+    for (int cpu = 0; cpu < cpu_count(); ++cpu) {
+        if (CPU_ISSET(static_cast<std::size_t>(cpu), &set)) cpus.add(cpu);
+    }
+    return cpus.to_list();
+}
+
+TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
+    if (::geteuid() != 0 || cpu_count() < 2) GTEST_SKIP() << "needs root and two cores";
+    // The place that all programs use, so that none of them is at work meanwhile.
+    const std::string state = kDefaultSettingsState;
+    {
+        const auto mine = MachineSettings::open(state);
+        if (!mine.ok()) GTEST_SKIP() << mine.error().message.view();
+    }
+    IsolationOptions options;
+    options.cores = {cpu_count() - 1};
+    options.cpus = cpu_count();
+    options.lift_throttling = false;
+    const auto before = real_settings();
+    const std::string init_before = cores_of_init();
+    {
+        MachineSettings settings = open_settings(state);
+        const auto begun = Isolation::begin(settings, options);
+        ASSERT_TRUE(begun.ok()) << begun.error().message.view();
+        if (begun->exclusive()) {
+            EXPECT_NE(cores_of_init(), init_before);
+        }
+    }
+    EXPECT_EQ(real_settings(), before);
+    EXPECT_EQ(cores_of_init(), init_before);
+
+    const auto seed = static_cast<std::uint64_t>(std::random_device{}());
+    std::mt19937_64 random{seed};
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    for (int round = 0; round < 4; ++round) {
+        const pid_t child = ::fork();
+        if (child == 0) {
+            auto settings = MachineSettings::open(state);
+            if (!settings) ::_exit(1);
+            const auto begun = Isolation::begin(*settings, options);
+            ::pause();
+        }
+        std::this_thread::sleep_for(std::chrono::microseconds{random() % 30'000});
+        ::kill(child, SIGKILL);
+        ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+        const auto restored = restore_settings(state);
+        ASSERT_TRUE(restored.ok()) << restored.error().message.view();
+        EXPECT_EQ(real_settings(), before);
+        EXPECT_EQ(cores_of_init(), init_before);
+    }
+}
+
+}  // namespace
+}  // namespace qduino::board::linux::test

@@ -1,0 +1,274 @@
+// The Linux board on virtual pins: what it refuses, what it runs, what it reports. Without real-time priorities, so that no
+// test can hold up the machine; timing is no matter here.
+#include "board/linux/linux_board.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <functional>
+
+#include "tests/unit/linux/pins_fixture.h"
+
+namespace qduino::board::linux::test {
+namespace {
+
+LinuxConfig modest(const std::string& pins) {
+    LinuxConfig config;
+    config.pins_path = pins;
+    config.real_time = false;
+    config.lock_memory = false;
+    config.handle_signals = false;
+    return config;
+}
+
+std::unique_ptr<LinuxBoard> open(const LinuxConfig& config) {
+    auto opened = LinuxBoard::open(config);
+    EXPECT_TRUE(opened.ok()) << opened.error().message.view();
+    return opened ? std::move(*opened) : nullptr;
+}
+
+VcpuSpec loop(VcpuId id, Nanoseconds budget, Nanoseconds period, std::function<void()>* body) {
+    VcpuSpec spec;
+    spec.id = id;
+    spec.kind = id < kFirstIoVcpu ? VcpuKind::main : VcpuKind::io;
+    spec.budget = budget;
+    spec.period = period;
+    if (body) spec.entry = [](void* function) { (*static_cast<std::function<void()>*>(function))(); };
+    spec.context = body;
+    return spec;
+}
+
+TEST(LinuxBoard, WithoutPinsSaysThatNothingIsConnected) {
+    const auto board = open(modest(""));
+    EXPECT_EQ(board->pin_mode(PinId{3}, PinMode::output).error().code, ErrorCode::invalid_argument);
+    EXPECT_EQ(board->i2c_transfer(I2cBus{0}, I2cAddress{0x48}, {}, {}).error().code, ErrorCode::unsupported);
+    EXPECT_EQ(board->pin_read(PinId{200}), Level::low);
+    board->pin_write(PinId{200}, Level::high);  // no effect, no fault
+}
+
+TEST(LinuxBoard, NamesADeviceThatIsNotThere) {
+    LinuxConfig config = modest("");
+    config.gpio.push_back({PinId{1}, 250, 4});
+    const auto opened = LinuxBoard::open(config);
+    ASSERT_FALSE(opened.ok());
+    EXPECT_EQ(opened.error().code, ErrorCode::not_found);
+    EXPECT_NE(opened.error().message.view().find("/dev/gpiochip250"), std::string_view::npos);
+
+    LinuxConfig with_bus = modest("");
+    with_bus.i2c.push_back({I2cBus{1}, 250});
+    EXPECT_EQ(LinuxBoard::open(with_bus).error().code, ErrorCode::not_found);
+}
+
+TEST(LinuxBoard, RefusesMalformedSpecsAndRunsNothing) {
+    const auto board = open(modest(""));
+    bool ran = false;
+    std::function<void()> body = [&ran] { ran = true; };
+    const VcpuSpec good = loop(1, 1ms, 10ms, &body);
+    VcpuSpec no_core = good;
+    no_core.core = board->core_count();
+    VcpuSpec no_body = good;
+    no_body.entry = nullptr;
+    VcpuSpec over_full = good;
+    over_full.budget = 11ms;
+    for (const VcpuSpec& bad : {no_core, no_body, over_full}) {
+        const auto refused = board->start(std::array{bad});
+        ASSERT_FALSE(refused.ok());
+        EXPECT_EQ(refused.error().code, ErrorCode::invalid_argument);
+    }
+    EXPECT_FALSE(board->start(std::array{good, good}).ok());  // the same id twice
+    EXPECT_FALSE(ran);
+}
+
+TEST(LinuxBoard, RefusesABudgetThatCannotBeEnforcedOnASharedCore) {
+    const auto board = open(modest(""));
+    std::function<void()> body = [&board] { static_cast<void>(board->now()); };
+    const VcpuSpec tiny = loop(1, 50us, 1ms, &body);
+    const VcpuSpec other = loop(2, 1ms, 10ms, &body);
+    const auto refused = board->start(std::array{tiny, other});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::out_of_range);
+    EXPECT_NE(refused.error().message.view().find("its own core"), std::string_view::npos);
+}
+
+TEST(LinuxBoard, RunsEachLoopOnceOnItsVcpuAndReturnsWhenAllHave) {
+    const auto board = open(modest(""));
+    std::atomic<int> runs{0};
+    std::array<std::atomic<int>, 4> who{};
+    std::array<std::function<void()>, 3> bodies;
+    std::vector<VcpuSpec> specs;
+    for (VcpuId id = 1; id <= 3; ++id) {
+        bodies[id - 1u] = [&, id] {
+            who[id] = board->current_vcpu();
+            ++runs;
+            while (!board->stop_requested()) board->sleep_until(board->now() + 1ms);
+        };
+        specs.push_back(loop(id, 1ms, 10ms, &bodies[id - 1u]));
+    }
+    EXPECT_EQ(board->current_vcpu(), kNoVcpu);
+    ASSERT_TRUE(board->start(specs).ok());
+    const Instant until = board->now() + 20ms;
+    board->run(until);
+    EXPECT_GE(board->now(), until);
+    EXPECT_FALSE(board->stop_requested());
+    board->request_stop();
+    board->run(kForever);
+    EXPECT_EQ(runs, 3);
+    for (VcpuId id = 1; id <= 3; ++id) EXPECT_EQ(who[id], id);
+}
+
+TEST(LinuxBoard, NeitherWaitReturnsEarly) {
+    const auto board = open(modest(""));
+    for (const Nanoseconds wait :
+         {Nanoseconds{-5}, Nanoseconds{0}, Nanoseconds{1}, Nanoseconds{700us}, Nanoseconds{3ms}}) {
+        const Instant busy = board->now() + wait;
+        board->busy_until(busy);
+        EXPECT_GE(board->now(), busy);
+        const Instant asleep = board->now() + wait;
+        board->sleep_until(asleep);
+        EXPECT_GE(board->now(), asleep);
+    }
+}
+
+TEST(LinuxBoard, ForcesTheSafeStatesWhenItStops) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    {
+        const auto board = open(modest(file.path()));
+        ASSERT_TRUE(board->pin_mode(PinId{3}, PinMode::output).ok());
+        board->pin_write(PinId{3}, Level::high);
+        ASSERT_TRUE(board->safe_state(PinId{3}, Level::low).ok());
+        std::function<void()> body = [&board] {
+            while (!board->stop_requested()) board->sleep_until(board->now() + 1ms);
+            board->pin_write(PinId{3}, Level::high);  // a last write of the loop does not have the last word
+        };
+        ASSERT_TRUE(board->start(std::array{loop(1, 1ms, 10ms, &body)}).ok());
+        board->request_stop();
+        board->run(kForever);
+    }
+    running.stop();
+    EXPECT_EQ(running.machine.seen.back().pin, 3);
+    EXPECT_EQ(running.machine.seen.back().value, 0.0);
+}
+
+TEST(LinuxBoard, RunsTheHandlerOfEachEdgeOnItsIoVcpu) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    const auto board = open(modest(file.path()));
+    struct Heard {
+        LinuxBoard* board;
+        std::atomic<int> rising{0}, both{0}, vcpu{0};
+    } heard{board.get()};
+    constexpr PinId kPin{4};
+    constexpr PinId kSecond{5};
+    const EdgeHandler on_rising = [](void* context) {
+        auto& to = *static_cast<Heard*>(context);
+        to.vcpu = to.board->current_vcpu();
+        ++to.rising;
+    };
+    ASSERT_TRUE(board->pin_mode(kPin, PinMode::input).ok());
+    ASSERT_TRUE(board->attach_edge(kPin, Edge::rising, on_rising, &heard, kFirstIoVcpu).ok());
+    ASSERT_TRUE(board
+                    ->attach_edge(
+                        kSecond, Edge::both, [](void* context) { ++static_cast<Heard*>(context)->both; },
+                        &heard, kFirstIoVcpu)
+                    .ok());
+    EXPECT_FALSE(board->attach_edge(kPin, Edge::rising, nullptr, nullptr, kFirstIoVcpu).ok());
+    EXPECT_FALSE(board->attach_edge(kPin, Edge::rising, on_rising, nullptr, 1).ok());
+    ASSERT_TRUE(board->attach_edge(kPin, Edge::rising, on_rising, &heard, kFirstIoVcpu).ok());
+    ASSERT_TRUE(board->start(std::array{loop(kFirstIoVcpu, 1ms, 10ms, nullptr)}).ok());
+
+    const auto drive = [&](PinId pin, bool high) {
+        const EdgeCounts before{running.server().layout().inputs[pin.number].rising,
+                                running.server().layout().inputs[pin.number].falling};
+        running.machine.outside[pin.number] = high;
+        auto& input = running.server().layout().inputs[pin.number];
+        while ((high ? input.rising.load() : input.falling.load()) ==
+               (high ? before.rising : before.falling)) {
+            std::this_thread::sleep_for(200us);
+        }
+    };
+    for (int i = 0; i < 5; ++i) {
+        drive(kPin, true);
+        drive(kPin, false);
+        drive(kSecond, true);
+        drive(kSecond, false);
+    }
+    while (heard.rising < 5 || heard.both < 10) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(heard.vcpu, kFirstIoVcpu);
+    board->detach_edge(kPin);
+    drive(kPin, true);
+    drive(kSecond, true);
+    while (heard.both < 11) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(heard.rising, 5);
+    EXPECT_EQ(heard.both, 11);
+}
+
+TEST(LinuxBoard, KeepsALoopThatNeverWaitsToItsBudget) {
+    const auto board = open(modest(""));
+    std::atomic<std::int64_t> consumed{0};
+    std::function<void()> greedy = [&] {
+        while (!board->stop_requested()) {
+        }
+        consumed = to_ns(thread_cpu_time());
+    };
+    std::function<void()> other = [&] {
+        while (!board->stop_requested()) board->sleep_until(board->now() + 10ms);
+    };
+    const Instant before = board->now();
+    ASSERT_TRUE(board->start(std::array{loop(1, 2ms, 20ms, &greedy), loop(2, 1ms, 10ms, &other)}).ok());
+    board->run(before + 400ms);
+    board->request_stop();
+    board->run(kForever);
+    const Nanoseconds took = board->now() - before;
+    // 2 of 20 ms, and one budget more at either end of the window. Left to itself it would have taken all there was.
+    EXPECT_LE(consumed, to_ns(took) / 10 + 3 * 2'000'000);
+    EXPECT_GT(consumed, 0);
+    const GuaranteeReport report = board->guarantee();
+    ASSERT_EQ(report.loops.size(), 2u);
+    EXPECT_TRUE(report.loops[0].budget_enforced);
+    EXPECT_FALSE(report.loops[0].priority_enforced);
+}
+
+TEST(LinuxBoard, ALoopThatSleepsUnannouncedDoesNotSaveUpBudget) {
+    const auto board = open(modest(""));
+    std::atomic<std::int64_t> consumed{0};
+    Instant woke{};
+    std::function<void()> sleeper = [&] {
+        std::this_thread::sleep_for(200ms);  // not through the board: ten periods
+        woke = board->now();
+        const Nanoseconds from = thread_cpu_time();
+        while (board->now() < woke + 60ms) {
+        }
+        consumed = to_ns(thread_cpu_time() - from);
+    };
+    std::function<void()> other = [] {};
+    ASSERT_TRUE(board->start(std::array{loop(1, 2ms, 20ms, &sleeper), loop(2, 1ms, 10ms, &other)}).ok());
+    board->request_stop();
+    board->run(kForever);
+    // Three periods of its own, one more at each end; had it saved up, another twenty milliseconds.
+    const double periods = static_cast<double>((board->now() - woke).count()) / 20e6;
+    EXPECT_LE(consumed, static_cast<std::int64_t>((periods + 2) * 2e6));
+}
+
+TEST(LinuxBoard, StopsOnSigtermAndGivesTheHandlersBack) {
+    struct sigaction before {};
+    ::sigaction(SIGTERM, nullptr, &before);
+    {
+        LinuxConfig config = modest("");
+        config.handle_signals = true;
+        const auto board = open(config);
+        std::function<void()> body = [&] {
+            while (!board->stop_requested()) board->sleep_until(board->now() + 1ms);
+        };
+        ASSERT_TRUE(board->start(std::array{loop(1, 1ms, 10ms, &body)}).ok());
+        ::kill(::getpid(), SIGTERM);
+        board->run(kForever);
+        EXPECT_TRUE(board->stop_requested());
+    }
+    struct sigaction after {};
+    ::sigaction(SIGTERM, nullptr, &after);
+    EXPECT_EQ(after.sa_handler, before.sa_handler);
+}
+
+}  // namespace
+}  // namespace qduino::board::linux::test

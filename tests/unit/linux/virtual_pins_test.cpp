@@ -1,0 +1,346 @@
+// Both ends of the virtual pins: in one process, and across fork with a sketch that dies at any moment.
+#include "board/linux/virtual_pins.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <fstream>
+#include <random>
+
+#include "tests/unit/linux/pins_fixture.h"
+
+namespace qduino::board::linux::test {
+namespace {
+
+constexpr PinId kPin{7};
+constexpr PinId kOther{8};
+
+void attach(VirtualPins& pins, const std::string& path) {
+    const auto attached = pins.attach(path);
+    ASSERT_TRUE(attached.ok()) << attached.error().message.view();
+}
+
+TEST(VirtualPins, CarryEdgesInOrderWithTheirInstants) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    ASSERT_TRUE(pins.set_mode(0, kPin, PinMode::output).ok());
+    const Instant before = monotonic_now();
+    for (int i = 0; i < 1000; ++i) pins.write(0, kPin, i % 2 ? Level::low : Level::high);
+    const Instant after = monotonic_now();
+    running.stop();
+
+    const auto& seen = running.machine.seen;
+    ASSERT_EQ(seen.size(), 1001u);  // pinMode(OUTPUT) drives the latch once
+    EXPECT_EQ(seen[0].value, 0.0);
+    for (std::size_t i = 1; i < seen.size(); ++i) {
+        EXPECT_EQ(seen[i].value, i % 2 ? 1.0 : 0.0);
+        EXPECT_GE(seen[i].time, std::max(before, seen[i - 1].time));
+        EXPECT_LE(seen[i].time, after);
+    }
+    EXPECT_EQ(running.server().faults().disordered, 0u);
+}
+
+TEST(VirtualPins, AWriteToAPinThatIsNoOutputStaysInTheLatch) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    pins.write(0, kPin, Level::high);
+    ASSERT_TRUE(pins.set_mode(0, kPin, PinMode::output).ok());
+    EXPECT_EQ(pins.read(0, kPin), Level::high);
+    running.stop();
+    ASSERT_EQ(running.machine.seen.size(), 1u);
+    EXPECT_EQ(running.machine.seen[0].value, 1.0);
+}
+
+TEST(VirtualPins, PwmKeepsItsDutyAndRefusesOneOutOfRange) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    EXPECT_TRUE(pins.write_pwm(0, kPin, 0.25).ok());
+    for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+        const auto refused = pins.write_pwm(0, kPin, wrong);
+        ASSERT_FALSE(refused.ok());
+        EXPECT_EQ(refused.error().code, ErrorCode::out_of_range);
+    }
+    running.stop();
+    ASSERT_EQ(running.machine.seen.size(), 1u);
+    EXPECT_TRUE(running.machine.seen[0].pwm);
+    EXPECT_DOUBLE_EQ(running.machine.seen[0].value, 0.25);
+}
+
+TEST(VirtualPins, MergeSeveralWritersByTime) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    constexpr int kWriters = 6;
+    constexpr int kEdges = 20'000;
+    for (VcpuId vcpu = 1; vcpu <= kWriters; ++vcpu) {
+        ASSERT_TRUE(pins.open_writer(vcpu, vcpu == 2).ok());
+        ASSERT_TRUE(pins.set_mode(0, PinId{vcpu}, PinMode::output).ok());
+    }
+    std::vector<std::thread> threads;
+    for (VcpuId vcpu = 1; vcpu <= kWriters; ++vcpu) {
+        threads.emplace_back([&pins, vcpu] {
+            for (int i = 0; i < kEdges; ++i) pins.write(vcpu, PinId{vcpu}, i % 2 ? Level::high : Level::low);
+        });
+    }
+    for (auto& thread : threads) thread.join();
+    running.stop();
+
+    const auto& seen = running.machine.seen;
+    EXPECT_EQ(seen.size(), static_cast<std::size_t>(kWriters * (kEdges + 1)));
+    std::array<int, kWriters + 1> count{};
+    Instant last{};
+    for (const Seen& event : seen) {
+        EXPECT_GE(event.time, last);
+        last = event.time;
+        int& edges = count[event.pin];
+        if (edges > 0) {  // each writer's own order is kept, whatever happened to the others
+            EXPECT_EQ(event.value, (edges - 1) % 2 ? 1.0 : 0.0);
+        }
+        ++edges;
+    }
+    EXPECT_EQ(running.server().faults().lost, 0u);
+    EXPECT_EQ(running.server().faults().malformed, 0u);
+}
+
+TEST(VirtualPins, CountEdgesThatFindTheRingFullAndGoOn) {
+    TemporaryPins file;
+    auto server = PinsServer::create(file.path());
+    ASSERT_TRUE(server.ok());
+    VirtualPins pins;
+    attach(pins, file.path());
+    ASSERT_TRUE(pins.open_writer(1, false).ok());
+    ASSERT_TRUE(pins.set_mode(1, kPin, PinMode::output).ok());  // one edge
+    for (std::size_t i = 0; i < NarrowRing::kCapacity + 9; ++i) pins.write(1, kPin, Level::high);
+    EXPECT_EQ(pins.lost_edges(), 10u);
+    RecordingMachine machine;
+    std::size_t served = 0;
+    for (std::size_t batch = 0; (batch = server->poll(monotonic_now(), machine)) != 0;) served += batch;
+    EXPECT_EQ(served, NarrowRing::kCapacity);
+    EXPECT_EQ(server->faults().lost, 10u);
+    pins.write(1, kPin, Level::low);
+    server->poll(monotonic_now(), machine);
+    EXPECT_EQ(machine.seen.back().value, 0.0);  // there is room again
+}
+
+TEST(VirtualPins, InputsAreKnownWhenPinModeReturnsAndFollowTheOutside) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    running.machine.outside[kPin.number] = true;
+    VirtualPins pins;
+    attach(pins, file.path());
+    EXPECT_EQ(pins.read(0, kOther), Level::low);
+    ASSERT_TRUE(pins.set_mode(0, kPin, PinMode::input).ok());
+    EXPECT_EQ(pins.read(0, kPin), Level::high);
+    EXPECT_EQ(pins.edges(kPin).rising, 1u);
+
+    const std::uint32_t seen = pins.input_changes();
+    running.machine.outside[kPin.number] = false;
+    while (pins.input_changes() == seen) pins.wait_input_change(seen, monotonic_now() + 1s);
+    EXPECT_EQ(pins.read(0, kPin), Level::low);
+    EXPECT_EQ(pins.edges(kPin).falling, 1u);
+}
+
+TEST(VirtualPins, CarryBusTransactions) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    const std::array<std::uint8_t, 3> out{1, 2, 3};
+    std::array<std::uint8_t, 4> in{};
+    ASSERT_TRUE(pins.transfer(0, I2cBus{1}, I2cAddress{0x48}, out, in).ok());
+    EXPECT_EQ(in, (std::array<std::uint8_t, 4>{2, 3, 4, 0xEE}));
+
+    const auto nobody = pins.transfer(0, I2cBus{1}, I2cAddress{0x49}, out, in);
+    ASSERT_FALSE(nobody.ok());
+    EXPECT_EQ(nobody.error().code, ErrorCode::timed_out);
+    EXPECT_EQ(nobody.error().message.view(), "nobody at this address");
+
+    std::vector<std::uint8_t> data(kMailBytes, 0x0F);
+    ASSERT_TRUE(pins.transfer(0, SpiBus{0}, SpiSettings{}, data).ok());
+    EXPECT_EQ(data, std::vector<std::uint8_t>(kMailBytes, 0xF0));
+    data.push_back(0);
+    EXPECT_EQ(pins.transfer(0, SpiBus{0}, SpiSettings{}, data).error().code, ErrorCode::out_of_range);
+
+    const auto level = pins.read_analog(0, PinId{64});
+    ASSERT_TRUE(level.ok());
+    EXPECT_DOUBLE_EQ(*level, 0.25);
+}
+
+TEST(VirtualPins, SeveralLoopsUseTheBusAtOnce) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    std::atomic<int> wrong{0};
+    std::vector<std::thread> threads;
+    for (VcpuId vcpu : {1, 2, 3, 0, 0}) {  // 0 is shared by whoever is not a loop
+        threads.emplace_back([&, vcpu] {
+            for (int i = 0; i < 200; ++i) {
+                const std::array<std::uint8_t, 2> out{static_cast<std::uint8_t>(i), vcpu};
+                std::array<std::uint8_t, 2> in{};
+                const bool done = pins.transfer(vcpu, I2cBus{0}, I2cAddress{0x48}, out, in).ok();
+                if (!done || in[0] != static_cast<std::uint8_t>(i + 1) || in[1] != vcpu + 1) ++wrong;
+            }
+        });
+    }
+    for (auto& thread : threads) thread.join();
+    EXPECT_EQ(wrong, 0);
+}
+
+TEST(VirtualPins, ABusThatNobodyServesTimesOutAndTheNextAnswerIsTheRightOne) {
+    TemporaryPins file;
+    auto server = PinsServer::create(file.path());
+    ASSERT_TRUE(server.ok());
+    VirtualPins pins;
+    attach(pins, file.path());
+    const std::array<std::uint8_t, 1> first{10};
+    std::array<std::uint8_t, 1> in{};
+    const Instant before = monotonic_now();
+    const auto silent = pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, first, in);
+    ASSERT_FALSE(silent.ok());
+    EXPECT_EQ(silent.error().code, ErrorCode::timed_out);
+    EXPECT_GE(monotonic_now() - before, kBusTimeout);
+
+    RecordingMachine machine;
+    server->poll(monotonic_now(), machine);  // answers the transaction that was given up
+    std::atomic<bool> stop{false};
+    std::thread serving{[&] {
+        while (!stop) {
+            server->wait(1ms);
+            server->poll(monotonic_now(), machine);
+        }
+    }};
+    const std::array<std::uint8_t, 1> second{20};
+    EXPECT_TRUE(pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, second, in).ok());
+    EXPECT_EQ(in[0], 21);
+    stop = true;
+    serving.join();
+}
+
+TEST(VirtualPins, ATransactionComesAfterTheEdgesThatWereWrittenBeforeIt) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    ASSERT_TRUE(pins.set_mode(0, kPin, PinMode::output).ok());
+    for (int i = 0; i < 100; ++i) {
+        pins.write(0, kPin, Level::high);
+        std::array<std::uint8_t, 1> in{};
+        ASSERT_TRUE(pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, {}, in).ok());
+        ASSERT_EQ(running.machine.edges, static_cast<std::size_t>(i + 2));
+        EXPECT_LE(running.machine.last_edge_ns, running.machine.last_transaction_ns);
+    }
+}
+
+TEST(VirtualPins, RefuseASecondSketchAndASecondMachine) {
+    TemporaryPins file;
+    auto server = PinsServer::create(file.path());
+    ASSERT_TRUE(server.ok());
+    VirtualPins first;
+    attach(first, file.path());
+    VirtualPins second;
+    const auto refused = second.attach(file.path());
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::unavailable);
+    const auto other = PinsServer::create(file.path());
+    ASSERT_FALSE(other.ok());
+    EXPECT_EQ(other.error().code, ErrorCode::unavailable);
+}
+
+TEST(VirtualPins, RefuseAFileThatIsNone) {
+    TemporaryPins file;
+    VirtualPins pins;
+    EXPECT_EQ(pins.attach(file.path()).error().code, ErrorCode::not_found);
+    { std::ofstream{file.path()} << "short"; }
+    EXPECT_EQ(pins.attach(file.path()).error().code, ErrorCode::corrupt);
+    { std::ofstream{file.path()} << std::string(kPinsFileSize / 64, 'x'); }
+    EXPECT_EQ(pins.attach(file.path()).error().code, ErrorCode::corrupt);
+}
+
+TEST(VirtualPins, ForceEachSafePinAndNoOther) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    VirtualPins pins;
+    attach(pins, file.path());
+    ASSERT_TRUE(pins.write_pwm(0, kPin, 0.75).ok());
+    ASSERT_TRUE(pins.set_safe_state(kPin, Level::low).ok());
+    ASSERT_TRUE(pins.set_mode(0, kOther, PinMode::output).ok());
+    ASSERT_TRUE(pins.set_safe_state(kOther, Level::high).ok());
+    ASSERT_TRUE(pins.set_mode(0, PinId{9}, PinMode::output).ok());
+    pins.write(0, PinId{9}, Level::high);
+    pins.force_safe_states();
+    running.stop();
+
+    std::array<double, 10> last{};
+    for (const Seen& event : running.machine.seen) last[event.pin] = event.value;
+    EXPECT_EQ(last[7], 0.0);
+    EXPECT_EQ(last[8], 1.0);
+    EXPECT_EQ(last[9], 1.0);
+    EXPECT_FALSE(running.machine.seen.back().pwm);
+    EXPECT_EQ(pins.read(0, kPin), Level::low);
+}
+
+// A sketch process that counts up on PWM pins for ever, as two loops would. (One thread plays both: a process forked from
+// one with threads may make none under the thread sanitizer.)
+[[noreturn]] void count_until_killed(const std::string& path) {
+    VirtualPins pins;
+    if (!pins.attach(path)) ::_exit(3);
+    for (VcpuId vcpu : {1, 2}) {
+        if (!pins.open_writer(vcpu, vcpu == 2)) ::_exit(4);
+    }
+    for (int i = 0;; ++i) {
+        for (VcpuId vcpu : {1, 2}) static_cast<void>(pins.write_pwm(vcpu, PinId{vcpu}, (i & 1023) / 1024.0));
+        std::array<std::uint8_t, 8> in{};
+        if (i % 64 == 0) static_cast<void>(pins.transfer(1, I2cBus{0}, I2cAddress{0x48}, {}, in));
+    }
+}
+
+TEST(VirtualPins, ASketchKilledAtAnyMomentLeavesNothingTornAndTheNextOneTakesOver) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    const auto seed = static_cast<std::uint64_t>(std::random_device{}());
+    std::mt19937_64 random{seed};
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    constexpr int kLives = 12;
+    for (int life = 0; life < kLives; ++life) {
+        const pid_t child = ::fork();
+        ASSERT_GE(child, 0);
+        if (child == 0) count_until_killed(file.path());
+        std::this_thread::sleep_for(std::chrono::microseconds{2000 + random() % 15'000});
+        ::kill(child, SIGKILL);
+        int status = 0;
+        ASSERT_EQ(::waitpid(child, &status, 0), child);
+        ASSERT_TRUE(WIFSIGNALED(status)) << "the sketch left by itself with " << WEXITSTATUS(status);
+    }
+    running.stop();
+
+    EXPECT_GE(running.server().sketch_session(), 1u);  // one that was killed early has not attached
+    EXPECT_LE(running.server().sketch_session(), static_cast<std::uint64_t>(kLives));
+    EXPECT_EQ(running.server().faults().malformed, 0u);
+    std::array<int, 3> next{};
+    int restarts = 0;
+    for (const Seen& event :
+         running.machine.seen) {  // each count goes up by one, or starts again with a new life
+        ASSERT_LE(event.pin, 2);
+        const int count = static_cast<int>(event.value * 1024);
+        if (count != next[event.pin]) {
+            ASSERT_EQ(count, 0) << "on pin " << event.pin;
+            ++restarts;
+        }
+        next[event.pin] = (count + 1) & 1023;
+    }
+    EXPECT_LE(restarts, 2 * kLives);
+    EXPECT_FALSE(running.machine.seen.empty());
+}
+
+}  // namespace
+}  // namespace qduino::board::linux::test

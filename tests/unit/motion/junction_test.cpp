@@ -1,0 +1,97 @@
+#include "printer/motion/junction.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace qduino::printer::motion {
+namespace {
+
+constexpr AxisVector kUnlimited{1e9, 1e9, 1e9, 1e9};
+
+MoveGeometry heading(double degrees, double length_mm = 100) {
+    const double angle = degrees * M_PI / 180;
+    MoveGeometry move;
+    move.direction = {std::cos(angle), std::sin(angle), 0, 0};
+    move.length_mm = length_mm;
+    move.acceleration_mm_s2 = 3000;
+    move.deviation_mm = junction_deviation_mm(20, 3000);
+    move.speed_mm_s = 100;
+    return move;
+}
+
+double speed(const MoveGeometry& before, const MoveGeometry& after,
+             const AxisVector& instantaneous = kUnlimited) {
+    return std::sqrt(junction_speed_squared(before, after, instantaneous));
+}
+
+TEST(Junction, square_corner_at_the_square_corner_speed) {
+    EXPECT_NEAR(speed(heading(0), heading(90)), 20, 1e-9);
+    EXPECT_NEAR(speed(heading(30), heading(-60)), 20, 1e-9);
+}
+
+TEST(Junction, straight_on_at_the_lower_nominal_speed) {
+    MoveGeometry slow = heading(0);
+    slow.speed_mm_s = 40;
+    EXPECT_DOUBLE_EQ(speed(heading(0), heading(0)), 100);
+    EXPECT_DOUBLE_EQ(speed(heading(0), slow), 40);
+    EXPECT_DOUBLE_EQ(speed(slow, heading(0)), 40);
+    EXPECT_NEAR(speed(heading(0), heading(1e-7)), 100, 1e-9);
+}
+
+TEST(Junction, turning_back_is_a_standstill) { EXPECT_NEAR(speed(heading(0), heading(180)), 0, 1e-5); }
+
+TEST(Junction, follows_the_textbook_formula_at_every_angle) {
+    for (int turn = 5; turn < 175; turn += 5) {
+        const double theta = (180 - turn) * M_PI / 180;
+        const double s = std::sqrt((1 - std::cos(theta)) / 2);
+        const double deviation = 400 * (std::sqrt(2.0) - 1) / 3000;
+        EXPECT_NEAR(speed(heading(10), heading(10 + turn)),
+                    std::min(100.0, std::sqrt(3000 * deviation * s / (1 - s))), 1e-9)
+            << turn;
+    }
+}
+
+TEST(Junction, short_moves_are_held_to_the_arc_that_fits_in_them) {
+    const double half = 0.5 * (180 - 10) * M_PI / 180;
+    EXPECT_NEAR(speed(heading(0, 0.01), heading(10, 0.01)), std::sqrt(0.5 * 0.01 * 3000 * std::tan(half)),
+                1e-9);
+    EXPECT_NEAR(speed(heading(0, 100), heading(10, 0.01)), std::sqrt(0.5 * 0.01 * 3000 * std::tan(half)),
+                1e-9);
+}
+
+TEST(Junction, the_slower_acceleration_counts) {
+    MoveGeometry weak = heading(90);
+    weak.acceleration_mm_s2 = 750;
+    EXPECT_NEAR(speed(heading(0), weak), 10, 1e-9);
+    EXPECT_NEAR(speed(weak, heading(0)), 10, 1e-9);
+}
+
+TEST(Junction, extruder_and_z_have_their_own_limit) {
+    MoveGeometry printing = heading(0);
+    printing.direction[3] = 0.05;
+    EXPECT_NEAR(speed(heading(0), printing, {1e9, 1e9, 0.4, 2.5}), 50, 1e-9);
+    MoveGeometry rising = heading(0);
+    rising.direction[2] = 0.01;
+    EXPECT_NEAR(speed(heading(0), rising, {0, 0, 0.4, 2.5}), 40, 1e-9);
+    EXPECT_NEAR(speed(printing, printing, {0, 0, 0, 0}), 100, 1e-9);
+}
+
+TEST(Junction, extrude_only_meets_motion_at_rest_and_itself_in_motion) {
+    MoveGeometry retract;
+    retract.direction = {0, 0, 0, -1};
+    retract.extrude_only = true;
+    retract.length_mm = 1;
+    retract.acceleration_mm_s2 = 1000;
+    retract.deviation_mm = 0.01;
+    retract.speed_mm_s = 30;
+    EXPECT_EQ(speed(heading(0), retract), 0);
+    EXPECT_EQ(speed(retract, heading(0)), 0);
+    EXPECT_DOUBLE_EQ(speed(retract, retract), 30);
+    MoveGeometry prime = retract;
+    prime.direction[3] = 1;
+    EXPECT_EQ(speed(retract, prime), 0);
+}
+
+}  // namespace
+}  // namespace qduino::printer::motion

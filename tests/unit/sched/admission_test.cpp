@@ -1,0 +1,198 @@
+#include "sched/admission.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/sched/make.h"
+
+namespace qduino::sched {
+namespace {
+
+Nanoseconds sum_of(const Shares& shares) {
+    Nanoseconds sum{0};
+    for (const Share& share : shares) sum += share.amount;
+    return sum;
+}
+
+CoreLoad golden() {
+    return load_of({loop_of(1, 30ms, 100ms), loop_of(2, 20ms, 100ms), loop_of(3, 4ms, 10ms)});
+}
+
+TEST(Admission, GoldenSetIsRefusedByTheBoundAndAdmittedByCompletionTime) {
+    const Admission admission = admit(golden());
+    EXPECT_FALSE(admitted_by_bound(golden()));
+    EXPECT_TRUE(admission.admitted);
+    EXPECT_EQ(admission.by, AdmittedBy::completion_time);
+    EXPECT_EQ(admission.utilisation_ppm, 900'000);
+    EXPECT_EQ(admission.bound_ppm, 779'763);
+    ASSERT_EQ(admission.loops.size(), 3u);
+    EXPECT_EQ(admission.loops[0].id, 3);
+    EXPECT_EQ(admission.loops[0].response, 4ms);
+    EXPECT_EQ(admission.loops[1].id, 1);
+    EXPECT_EQ(admission.loops[1].response, 50ms);
+    EXPECT_EQ(admission.loops[2].id, 2);
+    EXPECT_EQ(admission.loops[2].response, 86ms);
+}
+
+TEST(Admission, GoldenSetWithTenMoreMillisecondsJustFits) {
+    CoreLoad load = golden();
+    ASSERT_TRUE(load.try_add(loop_of(4, 10ms, 100ms)));
+    const Admission admission = admit(load);
+    EXPECT_TRUE(admission.admitted);
+    EXPECT_EQ(admission.by, AdmittedBy::completion_time);
+    EXPECT_EQ(admission.loops.back().id, 4);
+    EXPECT_EQ(admission.loops.back().response, 100ms);
+}
+
+TEST(Admission, OneMicrosecondMoreIsRefusedAndTheRemedyTakesItBack) {
+    CoreLoad load = golden();
+    ASSERT_TRUE(load.try_add(loop_of(4, 10ms + 1us, 100ms)));
+    const Admission admission = admit(load);
+    EXPECT_FALSE(admission.admitted);
+    const Refusal& refusal = admission.refusal;
+    EXPECT_EQ(refusal.because, RefusedBecause::completion_time);
+    EXPECT_EQ(refusal.id, 4);
+    EXPECT_GT(refusal.response.response, 100ms);
+    EXPECT_EQ(refusal.response.period, 100ms);
+    EXPECT_EQ(sum_of(refusal.shares), 100ms + 1us);
+    ASSERT_TRUE(refusal.remedy.budget_less_by);
+    EXPECT_EQ(*refusal.remedy.budget_less_by, 1us);
+    ASSERT_TRUE(refusal.remedy.period_more_by);
+    load.mains[3].parameters.period += *refusal.remedy.period_more_by;
+    EXPECT_TRUE(admit(load).admitted);
+    load.mains[3].parameters.period -= 1us;
+    EXPECT_FALSE(admit(load).admitted);
+}
+
+TEST(Admission, OneLoopMayTakeTheWholeCore) {
+    const Admission admission = admit(load_of({loop_of(1, 100us, 100us, kAnyCore)}));
+    EXPECT_TRUE(admission.admitted);
+    EXPECT_EQ(admission.by, AdmittedBy::bound);
+    EXPECT_EQ(admission.loops[0].response, 100us);
+}
+
+TEST(Admission, BudgetEqualToPeriodWithACoreOwnsIt) {
+    const Admission alone = admit(load_of({loop_of(2, 100us, 100us, 1)}));
+    EXPECT_TRUE(alone.admitted);
+    EXPECT_EQ(alone.by, AdmittedBy::owned);
+
+    const Admission shared = admit(load_of({loop_of(2, 100us, 100us, 1), loop_of(5, 1us, 100ms, 1)}));
+    EXPECT_FALSE(shared.admitted);
+    EXPECT_EQ(shared.refusal.because, RefusedBecause::core_owned);
+    EXPECT_EQ(shared.refusal.id, 5);
+    EXPECT_EQ(shared.refusal.other, 2);
+
+    const Admission io = admit(load_of({io_of(40, 1us, 100ms, 1), loop_of(2, 100us, 100us, 1)}));
+    EXPECT_EQ(io.refusal.because, RefusedBecause::core_owned);
+    EXPECT_EQ(io.refusal.id, 40);
+    EXPECT_TRUE(io.refusal.io);
+}
+
+TEST(Admission, RefusesWhatIsNoVcpu) {
+    for (const VcpuParameters bad : {VcpuParameters{0ns, 1ms}, VcpuParameters{2ms, 1ms},
+                                     VcpuParameters{-1ns, 1ms}, VcpuParameters{1ms, kPeriodMax + 1ns}}) {
+        const Admission admission = admit(load_of({{1, bad, 0, false}}));
+        EXPECT_FALSE(admission.admitted);
+        EXPECT_EQ(admission.refusal.because, RefusedBecause::bad_parameters);
+    }
+    const Admission twice = admit(load_of({loop_of(1, 1ms, 10ms), loop_of(1, 1ms, 10ms)}));
+    EXPECT_EQ(twice.refusal.because, RefusedBecause::duplicate_id);
+}
+
+TEST(Admission, AnEmptyCoreIsAdmitted) { EXPECT_TRUE(admit(CoreLoad{}).admitted); }
+
+TEST(Admission, IoVcpusAloneAreAdmittedUpToTheWholeCore) {
+    EXPECT_TRUE(admit(load_of({io_of(33, 5ms, 10ms), io_of(34, 5ms, 10ms)})).admitted);
+    const Admission over = admit(load_of({io_of(33, 5ms, 10ms), io_of(34, 6ms, 10ms)}));
+    EXPECT_EQ(over.refusal.because, RefusedBecause::io_overload);
+}
+
+TEST(Admission, IoVcpuCountsAsTwoMinusUTimesU) {
+    // (2 − 0.1)·0.1 = 0.19; with 0.81 of the loop it is exactly 1 = the bound of one loop.
+    EXPECT_TRUE(admitted_by_bound(load_of({loop_of(1, 80ms, 100ms), io_of(33, 1ms, 10ms)})));
+    EXPECT_FALSE(admitted_by_bound(load_of({loop_of(1, 81ms + 1us, 100ms), io_of(33, 1ms, 10ms)})));
+}
+
+TEST(Admission, CompletionTimeWithAnIoVcpu) {
+    // R = 40 + (1 + ⌈(R − 10)/100⌉)·10 ms: 40 → 60 → 60.
+    const CoreLoad load = load_of({loop_of(1, 40ms, 100ms), io_of(33, 1ms, 10ms)});
+    EXPECT_EQ(completion_time(load, 1).response, 60ms);
+}
+
+TEST(Admission, IoVcpuTakesTheWorstOfItsClients) {
+    // Serving loop 1 (T = 10): (1 + ⌈(R − 1)/10⌉)·1; serving loop 2 (T = 100): (1 + ⌈(R − 10)/100⌉)·10.
+    // For loop 2: R = 30 + ⌈R/10⌉·2 + max(…): R = 62: 30 + 14 + max(8, 20) = 64; R = 64 is the fixed point.
+    const CoreLoad load = load_of({loop_of(1, 2ms, 10ms), loop_of(2, 30ms, 100ms), io_of(33, 1ms, 10ms)});
+    EXPECT_EQ(completion_time(load, 2).response, 64ms);
+    EXPECT_EQ(completion_time(load, 1).response, 4ms);
+    EXPECT_EQ(sum_of(shares_in_window(load, 2, 64ms)), 64ms);
+}
+
+TEST(Admission, PlatformOverheadsAreInTheAnalysis) {
+    CoreLoad load = golden();
+    load.overheads.release_cost = 10us;
+    load.overheads.enforcement_cost = 5us;
+    // Loop 2 sees its own activation, one of loop 1 and nine of loop 3: eleven times 15 us more.
+    EXPECT_EQ(completion_time(load, 2).response, 86ms + 165us);
+    EXPECT_EQ(sum_of(shares_in_window(load, 2, 86ms + 165us)), 86ms + 165us);
+
+    load.overheads.interferers.push_back({"irq/40-nic", 100us, 10ms, 0ns});
+    EXPECT_EQ(completion_time(load, 2).response, 86ms + 165us + 900us);
+}
+
+TEST(Admission, TheFairServerRulesOutShortPeriods) {
+    CoreLoad load = load_of({loop_of(3, 1ms, 8ms)});
+    EXPECT_TRUE(admit(load).admitted);
+    load.overheads.interferers.push_back(kernel_fair_server());
+    const Admission admission = admit(load);
+    EXPECT_FALSE(admission.admitted);
+    EXPECT_EQ(admission.refusal.id, 3);
+    EXPECT_EQ(admission.refusal.response.response,
+              101ms);  // both ends of two server periods meet: 2 · 50 ms + C
+    EXPECT_FALSE(admission.refusal.remedy.budget_less_by);
+    EXPECT_TRUE(admission.refusal.remedy.period_more_by);
+}
+
+TEST(Admission, ALoopThatStarvesIsRefusedAndSaysSo) {
+    const CoreLoad load = load_of({loop_of(1, 10ms, 10ms, kAnyCore), loop_of(2, 1ms, 100ms)});
+    const Admission admission = admit(load);
+    EXPECT_FALSE(admission.admitted);
+    EXPECT_EQ(admission.refusal.id, 2);
+    EXPECT_GT(admission.refusal.response.response, 16 * 100ms);
+    EXPECT_FALSE(admission.refusal.remedy.budget_less_by);
+}
+
+TEST(Admission, ThePapersPrinterSketchFits) {
+    EXPECT_TRUE(admit(load_of({loop_of(1, 30ms, 100ms), loop_of(3, 1ms, 8ms), io_of(33, 1ms, 100ms),
+                               io_of(34, 1ms, 100ms)}))
+                    .admitted);
+}
+
+TEST(Admission, BoundInMillionthsIsTheLiuLaylandBound) {
+    CoreLoad load;
+    for (VcpuId n = 1; n <= kMainVcpuLimit; ++n) {
+        ASSERT_TRUE(load.try_add(loop_of(n, 1us, 1s)));
+        const double exact = n * (std::pow(2.0, 1.0 / n) - 1.0) * 1e6;
+        const std::int64_t bound = admit(load).bound_ppm;
+        EXPECT_LE(static_cast<double>(bound), exact + 1e-3);
+        EXPECT_GT(static_cast<double>(bound), exact - 1.001);
+    }
+}
+
+TEST(Admission, FullTablesAreStillExact) {
+    CoreLoad load;
+    for (int i = 0; i < static_cast<int>(kMainVcpuLimit); ++i) {
+        ASSERT_TRUE(load.try_add(loop_of(static_cast<VcpuId>(1 + i), 1ms, 64ms)));
+    }
+    for (int i = 0; i < static_cast<int>(kIoVcpuLimit); ++i) {
+        ASSERT_TRUE(load.try_add(io_of(static_cast<VcpuId>(33 + i), 1us, 1ms)));
+    }
+    EXPECT_FALSE(load.try_add(loop_of(99, 1ms, 64ms)));
+    EXPECT_TRUE(admit(load).admitted);
+    // The lowest loop: 32 · 1 ms, and two services of 64 us by each I/O VCPU.
+    EXPECT_EQ(admit(load).loops.back().response, 32ms + 31 * 2 * 64us);
+}
+
+}  // namespace
+}  // namespace qduino::sched

@@ -1,0 +1,160 @@
+#include "sched/core_scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/sched/make.h"
+
+namespace qduino::sched {
+namespace {
+
+constexpr Decision run(VcpuId id, std::int64_t until_ns) { return {id, instant_from_ns(until_ns), false}; }
+constexpr Decision idle(Instant until) { return {std::nullopt, until, false}; }
+
+TEST(CoreScheduler, NobodyRunsWithoutWork) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {2ns, 10ns}));
+    EXPECT_EQ(core.decide(at_ns(0)), idle(kForever));
+    EXPECT_FALSE(core.running());
+}
+
+TEST(CoreScheduler, TheShorterPeriodPreempts) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {5ns, 20ns}));
+    ASSERT_TRUE(core.add(2, {2ns, 10ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 5));
+    core.wake(2, at_ns(3));
+    EXPECT_EQ(core.consumed(1), 3ns);
+    EXPECT_EQ(core.decide(at_ns(3)), run(2, 5));
+    EXPECT_EQ(core.decide(at_ns(5)), run(1, 7));
+    EXPECT_EQ(core.decide(at_ns(7)), idle(at_ns(13)));
+    EXPECT_EQ(core.next_replenishment(2), at_ns(13));
+    EXPECT_EQ(core.next_replenishment(1), at_ns(20));
+}
+
+TEST(CoreScheduler, AReplenishmentOfHigherPriorityEndsTheDecision) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {2ns, 10ns}));
+    ASSERT_TRUE(core.add(2, {50ns, 100ns}));
+    core.wake(1, at_ns(0));
+    core.wake(2, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 2));
+    EXPECT_EQ(core.decide(at_ns(2)), run(2, 10));
+    EXPECT_EQ(core.decide(at_ns(10)), run(1, 12));
+}
+
+TEST(CoreScheduler, EqualPeriodsGoByTheLowerId) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(7, {2ns, 10ns}));
+    ASSERT_TRUE(core.add(3, {2ns, 10ns}));
+    core.wake(7, at_ns(0));
+    core.wake(3, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(3, 2));
+    EXPECT_EQ(core.decide(at_ns(2)), run(7, 4));
+}
+
+TEST(CoreScheduler, BlockingLeavesTheCore) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {5ns, 20ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 5));
+    core.block(1, at_ns(2));
+    EXPECT_FALSE(core.running());
+    EXPECT_FALSE(core.runnable(1));
+    EXPECT_EQ(core.decide(at_ns(2)), idle(kForever));
+    EXPECT_EQ(core.consumed(1), 2ns);
+    EXPECT_EQ(core.available(1, at_ns(2)), 3ns);
+}
+
+TEST(CoreScheduler, AnOwningVcpuIsNeverThrottled) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {10ns, 10ns}, kEpoch, {.owns_core = true}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), (Decision{VcpuId{1}, kForever, false}));
+    EXPECT_EQ(core.decide(at_ns(1'000'000)), (Decision{VcpuId{1}, kForever, false}));
+    EXPECT_EQ(core.consumed(1), 1'000'000ns);
+}
+
+TEST(CoreScheduler, AnIoVcpuHasThePriorityOfItsClient) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {20ns, 100ns}));
+    ASSERT_TRUE(core.add(2, {200ns, 1000ns}));
+    ASSERT_TRUE(core.add_io(33, {1ns, 10ns}));
+    core.wake(1, at_ns(0));
+    core.wake_io_for(33, 2, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 20));
+    EXPECT_EQ(core.decide(at_ns(20)), run(33, 100));  // U·T = 100, until loop 1 comes back
+    core.wake_io_for(33, 1, at_ns(30));               // raised above, clamped to U·100
+    EXPECT_EQ(core.available(33, at_ns(30)), 10ns);
+    EXPECT_EQ(core.decide(at_ns(30)), run(33, 40));
+    core.block(33, at_ns(35));
+    EXPECT_EQ(core.decide(at_ns(35)), idle(at_ns(100)));
+    EXPECT_EQ(core.consumed(33), 15ns);
+}
+
+TEST(CoreScheduler, AnIoVcpuMayServeAnotherCoresLoop) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {20ns, 100ns}));
+    ASSERT_TRUE(core.add_io(33, {1ns, 10ns}));
+    core.wake(1, at_ns(0));
+    core.wake_io(33, at_ns(0), 50ns);
+    EXPECT_EQ(core.decide(at_ns(0)), run(33, 5));
+    EXPECT_EQ(core.decide(at_ns(5)), run(1, 25));
+}
+
+TEST(CoreScheduler, StolenTimeIsNotCharged) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {10ns, 100ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 10));
+    core.account(at_ns(8), 5ns);
+    EXPECT_EQ(core.consumed(1), 3ns);
+    EXPECT_EQ(core.decide(at_ns(8)), run(1, 15));
+}
+
+TEST(CoreScheduler, BackgroundRunsOnlyWhenAskedAndIsNotCharged) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {2ns, 10ns}, kEpoch, {.background = true}));
+    ASSERT_TRUE(core.add(2, {1ns, 5ns}));
+    core.wake(1, at_ns(0));
+    core.wake(2, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(2, 1));
+    EXPECT_EQ(core.decide(at_ns(1)), run(1, 3));
+    EXPECT_EQ(core.decide(at_ns(3)), (Decision{VcpuId{1}, at_ns(5), true}));
+    EXPECT_EQ(core.decide(at_ns(5)), run(2, 6));
+    EXPECT_EQ(core.consumed(1), 2ns);
+    core.block(1, at_ns(6));
+    EXPECT_EQ(core.decide(at_ns(6)), idle(at_ns(10)));
+}
+
+TEST(CoreScheduler, RefusesWhatItCannotHold) {
+    CoreScheduler core;
+    EXPECT_FALSE(core.add(1, {0ns, 10ns}));
+    EXPECT_FALSE(core.add(1, {9ns, 10ns}, kEpoch, {.owns_core = true}));
+    EXPECT_FALSE(core.contains(1));
+    for (int i = 1; i <= 32; ++i) EXPECT_TRUE(core.add(static_cast<VcpuId>(i), {1ns, 1us}));
+    EXPECT_FALSE(core.add(200, {1ns, 1us}));
+    for (int i = 33; i <= 63; ++i) EXPECT_TRUE(core.add_io(static_cast<VcpuId>(i), {1ns, 1us}));
+    EXPECT_FALSE(core.add_io(201, {1ns, 1us}));
+    EXPECT_FALSE(core.add_io(33, {1ns, 1us}));
+    EXPECT_NE(core.main_server(1), nullptr);
+    EXPECT_EQ(core.main_server(33), nullptr);
+    EXPECT_NE(core.io_server(33), nullptr);
+    EXPECT_EQ(core.io_server(200), nullptr);
+}
+
+TEST(CoreSchedulerDeathTest, ContractsHold) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {5ns, 10ns}));
+    ASSERT_TRUE(core.add_io(33, {5ns, 10ns}));
+    core.wake(1, at_ns(5));
+    static_cast<void>(core.decide(at_ns(5)));
+    EXPECT_DEATH(core.wake(2, at_ns(6)), "contract broken");
+    EXPECT_DEATH(core.wake_io(1, at_ns(6), 10ns), "contract broken");
+    EXPECT_DEATH(core.wake_io_for(33, 33, at_ns(6)), "contract broken");
+    EXPECT_DEATH(static_cast<void>(core.decide(at_ns(4))), "contract broken");
+    EXPECT_DEATH(core.account(at_ns(6), 2ns), "contract broken");
+}
+
+}  // namespace
+}  // namespace qduino::sched

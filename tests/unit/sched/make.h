@@ -1,0 +1,28 @@
+// Short ways to write down VCPUs and instants in tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+
+#include "sched/admission.h"
+
+namespace qduino::sched {
+
+constexpr Instant at_ns(std::int64_t ns) { return instant_from_ns(ns); }
+
+inline VcpuRequest loop_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int core = 0) {
+    return {id, {budget, period}, core, false};
+}
+
+inline VcpuRequest io_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int core = 0) {
+    return {id, {budget, period}, core, true};
+}
+
+inline CoreLoad load_of(std::initializer_list<VcpuRequest> requests) {
+    CoreLoad load;
+    for (const VcpuRequest& request : requests) EXPECT_TRUE(load.try_add(request));
+    return load;
+}
+
+}  // namespace qduino::sched

@@ -1,0 +1,107 @@
+#include "sched/pibs.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/sched/make.h"
+
+namespace qduino::sched {
+namespace {
+
+/// The drawing at the head of pibs.h: U = 1/4, a client of period 16.
+TEST(Pibs, UsedAllComesBackOnePeriodAfterItBecameEligible) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(100), 16ns);
+    EXPECT_EQ(server.client_period(), 16ns);
+    EXPECT_EQ(server.available(at_ns(100)), 4ns);
+    server.consume(at_ns(104), 4ns);
+    EXPECT_EQ(server.available(at_ns(115)), 0ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(116));
+    EXPECT_EQ(server.available(at_ns(116)), 4ns);
+}
+
+TEST(Pibs, UsedInPartComesBackSooner) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(100), 16ns);
+    server.consume(at_ns(101), 1ns);
+    EXPECT_EQ(server.available(at_ns(101)), 3ns);
+    server.finish(at_ns(101));
+    EXPECT_TRUE(server.idle());
+    server.activate(at_ns(102), 16ns);
+    EXPECT_EQ(server.available(at_ns(103)), 0ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(104));
+    EXPECT_EQ(server.available(at_ns(104)), 4ns);
+}
+
+TEST(Pibs, IdleTimeIsNotSavedUp) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(1000), 16ns);
+    server.consume(at_ns(1004), 4ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(1016));
+}
+
+TEST(Pibs, AShorterClientRaisesAndClamps) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 400ns);
+    EXPECT_EQ(server.available(at_ns(0)), 100ns);
+    server.consume(at_ns(10), 10ns);
+    server.activate(at_ns(10), 40ns);
+    EXPECT_EQ(server.client_period(), 40ns);
+    EXPECT_EQ(server.available(at_ns(10)), 10ns);
+    server.consume(at_ns(20), 10ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(80));  // 10/U for the old client, then 10/U for the new one
+}
+
+TEST(Pibs, ARaiseNeverAddsBudget) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 400ns);
+    server.consume(at_ns(97), 97ns);
+    server.activate(at_ns(97), 40ns);
+    EXPECT_EQ(server.available(at_ns(97)), 3ns);
+}
+
+TEST(Pibs, AServiceHeldUpForLongIsChargedFromItsRaise) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 400ns);
+    server.activate(at_ns(300), 40ns);  // nothing run since 0: at the new priority it is a fresh start
+    server.consume(at_ns(310), 10ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(340));
+}
+
+TEST(Pibs, ALongerClientChangesNothing) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 40ns);
+    server.activate(at_ns(1), 400ns);
+    EXPECT_EQ(server.client_period(), 40ns);
+    EXPECT_EQ(server.available(at_ns(1)), 10ns);
+}
+
+TEST(Pibs, AnOverrunMovesTheReplenishment) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 16ns);
+    server.consume(at_ns(7), 7ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(28));
+    server.finish(at_ns(7));
+    EXPECT_EQ(server.next_replenishment(), at_ns(28));
+    server.consume(at_ns(8), 1ns);  // on its way to sleep
+    EXPECT_EQ(server.next_replenishment(), at_ns(32));
+    EXPECT_EQ(server.consumed(), 8ns);
+}
+
+TEST(Pibs, RoundsAgainstTheServer) {
+    const Pibs server{{1ns, 3ns}};
+    EXPECT_EQ(server.budget_for(10ns), 3ns);
+    EXPECT_EQ(server.budget_for(2ns), 1ns);
+    EXPECT_EQ(server.recovery_of(3ns), 9ns);
+    const Pibs odd{{3ns, 10ns}};
+    EXPECT_EQ(odd.recovery_of(1ns), 4ns);
+}
+
+TEST(PibsDeathTest, ContractsHold) {
+    EXPECT_DEATH((Pibs{{2ns, 1ns}}), "contract broken");
+    EXPECT_DEATH((Pibs{{1ns, 2ns}}.activate(at_ns(0), 0ns)), "contract broken");
+    EXPECT_DEATH(static_cast<void>(Pibs{{1ns, 2ns}}.client_period()), "contract broken");
+    EXPECT_DEATH((Pibs{{1ns, 2ns}}.consume(at_ns(0), -1ns)), "contract broken");
+}
+
+}  // namespace
+}  // namespace qduino::sched

@@ -1,0 +1,121 @@
+#include "sched/placement.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "tests/unit/sched/make.h"
+
+namespace qduino::sched {
+namespace {
+
+std::unique_ptr<MachineAdmission> admit_on(std::size_t cores, const std::vector<VcpuRequest>& requests,
+                                           Placement placement = Placement::first_fit) {
+    const std::vector<PlatformOverheads> overheads(cores);
+    auto result = std::make_unique<MachineAdmission>();
+    admit_all(requests, overheads, placement, *result);
+    return result;
+}
+
+TEST(Placement, ThePapersPrinterSketch) {
+    const auto machine =
+        admit_on(2, {loop_of(1, 30ms, 100ms, 0), loop_of(2, 100us, 100us, 1), loop_of(3, 1ms, 8ms, 0),
+                     io_of(33, 1ms, 100ms, 0), io_of(34, 1ms, 100ms, 0)});
+    EXPECT_TRUE(machine->admitted);
+    EXPECT_EQ(machine->cores[0].by, AdmittedBy::bound);
+    EXPECT_EQ(machine->cores[1].by, AdmittedBy::owned);
+    EXPECT_EQ(machine->core_of(2), 1);
+    EXPECT_EQ(machine->core_of(34), 0);
+    EXPECT_EQ(machine->core_of(99), kAnyCore);
+}
+
+TEST(Placement, FirstFitFillsTheLowestCore) {
+    const auto machine = admit_on(2, {loop_of(1, 2ms, 10ms, kAnyCore), loop_of(2, 3ms, 10ms, kAnyCore)});
+    EXPECT_TRUE(machine->admitted);
+    EXPECT_EQ(machine->core_of(1), 0);
+    EXPECT_EQ(machine->core_of(2), 0);
+}
+
+TEST(Placement, WorstFitSpreads) {
+    const auto machine = admit_on(
+        2,
+        {loop_of(1, 2ms, 10ms, kAnyCore), loop_of(2, 3ms, 10ms, kAnyCore), loop_of(3, 4ms, 10ms, kAnyCore)},
+        Placement::worst_fit);
+    EXPECT_TRUE(machine->admitted);
+    EXPECT_EQ(machine->core_of(3), 0);  // the biggest first
+    EXPECT_EQ(machine->core_of(2), 1);
+    EXPECT_EQ(machine->core_of(1), 1);  // 0.3 is less than 0.4
+}
+
+TEST(Placement, WhatNamesItsCoreGoesFirst) {
+    const auto machine = admit_on(2, {loop_of(1, 9ms, 10ms, kAnyCore), loop_of(2, 5ms, 10ms, 0)});
+    EXPECT_TRUE(machine->admitted);
+    EXPECT_EQ(machine->core_of(1), 1);
+}
+
+TEST(Placement, NothingGoesToAnOwnedCore) {
+    const auto machine = admit_on(2, {loop_of(1, 100us, 100us, 0), loop_of(2, 1ms, 10ms, kAnyCore)});
+    EXPECT_TRUE(machine->admitted);
+    EXPECT_EQ(machine->core_of(2), 1);
+
+    const auto refused = admit_on(1, {loop_of(1, 100us, 100us, 0), loop_of(2, 1ms, 10ms, kAnyCore)});
+    EXPECT_FALSE(refused->admitted);
+    EXPECT_EQ(refused->refusal.because, RefusedBecause::no_core_fits);
+    EXPECT_EQ(refused->refusal.id, 2);
+}
+
+TEST(Placement, ARefusalNamesAnotherCoreThatWouldTakeIt) {
+    const auto machine =
+        admit_on(3, {loop_of(1, 30ms, 100ms, 0), loop_of(2, 20ms, 100ms, 0), loop_of(3, 4ms, 10ms, 0),
+                     loop_of(4, 10001us, 100ms, 0), loop_of(5, 100us, 100us, 1)});
+    EXPECT_FALSE(machine->admitted);
+    EXPECT_EQ(machine->refused_core, 0);
+    EXPECT_EQ(machine->refusal.id, 4);
+    ASSERT_TRUE(machine->refusal.remedy.other_core);
+    EXPECT_EQ(*machine->refusal.remedy.other_core, 2);
+    ASSERT_TRUE(machine->refusal.remedy.budget_less_by);
+    EXPECT_EQ(*machine->refusal.remedy.budget_less_by, 1us);
+}
+
+TEST(Placement, WhenNoCoreFitsTheNearestIsNamed) {
+    const auto machine =
+        admit_on(2, {loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1), loop_of(3, 6ms, 10ms, kAnyCore)});
+    EXPECT_FALSE(machine->admitted);
+    EXPECT_EQ(machine->refusal.because, RefusedBecause::no_core_fits);
+    EXPECT_EQ(machine->refusal.id, 3);
+    EXPECT_EQ(machine->refused_core, 1);
+    ASSERT_TRUE(machine->refusal.remedy.budget_less_by);
+    EXPECT_EQ(*machine->refusal.remedy.budget_less_by, 1ms);
+    EXPECT_EQ(machine->core_of(3), kAnyCore);
+}
+
+TEST(Placement, RefusesWhatNoCoreCanLift) {
+    EXPECT_EQ(admit_on(2, {loop_of(1, 1ms, 10ms, 2)})->refusal.because, RefusedBecause::no_such_core);
+    EXPECT_EQ(admit_on(2, {loop_of(1, 1ms, 10ms, -2)})->refusal.because, RefusedBecause::no_such_core);
+    EXPECT_EQ(admit_on(2, {loop_of(1, 0ms, 10ms)})->refusal.because, RefusedBecause::bad_parameters);
+    EXPECT_EQ(admit_on(2, {loop_of(1, 1ms, 10ms, 0), loop_of(1, 1ms, 10ms, 1)})->refusal.because,
+              RefusedBecause::duplicate_id);
+}
+
+TEST(Placement, TooManyForOneCore) {
+    std::vector<VcpuRequest> requests;
+    for (int i = 1; i <= 33; ++i) requests.push_back(loop_of(static_cast<VcpuId>(i), 1us, 1s, 0));
+    const auto machine = admit_on(2, requests);
+    EXPECT_EQ(machine->refusal.because, RefusedBecause::too_many);
+    EXPECT_EQ(machine->refusal.id, 33);
+}
+
+TEST(Placement, EachCoreHasItsOwnOverheads) {
+    std::array<PlatformOverheads, 2> overheads;
+    overheads[0].interferers.push_back(kernel_fair_server());
+    const std::array<VcpuRequest, 1> requests{loop_of(1, 1ms, 8ms, kAnyCore)};
+    const auto machine = std::make_unique<MachineAdmission>();
+    admit_all(requests, overheads, Placement::first_fit, *machine);
+    EXPECT_TRUE(machine->admitted);
+    EXPECT_EQ(machine->core_of(1), 1);
+}
+
+}  // namespace
+}  // namespace qduino::sched

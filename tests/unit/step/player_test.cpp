@@ -1,0 +1,443 @@
+#include "printer/step/player.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "channel/ring_buffer.h"
+#include "tests/unit/step/virtual_pins.h"
+
+namespace qduino::printer::step {
+namespace {
+
+using test::VirtualPins;
+using SmallRing = channel::RingBuffer<StepEvent, 4096>;
+
+constexpr std::int64_t kLead = 2'000'000;
+constexpr int kX = 0, kY = 1, kZ = 2;
+
+class PlayerTest : public ::testing::Test {
+  protected:
+    PlayerTest() : player_(std::make_unique<Player<VirtualPins, SmallRing>>(pins_, ring_)) {}
+
+    void step(std::int64_t time_ns, int axis, int direction = 1) {
+        push({time_ns, EventKind::step, static_cast<std::uint8_t>(axis), static_cast<std::int8_t>(direction),
+              0, 0});
+    }
+    void tell(std::int64_t time_ns, EventKind kind, int axis = 0, std::uint32_t value = 0) {
+        push({time_ns, kind, static_cast<std::uint8_t>(axis), 1, 0, value});
+    }
+    void push(const StepEvent& event) { ASSERT_TRUE(ring_.try_push(event)); }
+    void play_until_ns(std::int64_t ns) { player_->play_until(instant_from_ns(ns)); }
+    void play_all() { play_until_ns(std::int64_t{1} << 50); }
+
+    VirtualPins pins_;
+    SmallRing ring_;
+    std::unique_ptr<Player<VirtualPins, SmallRing>> player_;
+};
+
+TEST_F(PlayerTest, idle_costs_nothing_and_moves_nothing) {
+    play_until_ns(1'000'000'000);
+    EXPECT_EQ(pins_.now_ns, 0);
+    EXPECT_TRUE(pins_.edges.empty());
+    EXPECT_EQ(player_->next_due(), kForever);
+}
+
+TEST_F(PlayerTest, the_first_step_comes_after_the_lead_and_the_rest_keep_their_distance) {
+    pins_.now_ns = 5'000;
+    for (int i = 0; i < 10; ++i) step(70'000 + 100'000 * i, kX);
+    play_all();
+    const auto rises = pins_.rises(kX);
+    ASSERT_EQ(rises.size(), 10u);
+    EXPECT_EQ(rises[0], 5'000 + kLead);
+    for (std::size_t i = 1; i < rises.size(); ++i) EXPECT_EQ(rises[i] - rises[i - 1], 100'000);
+    EXPECT_EQ(player_->steps()[kX], 10);
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 0u);
+    EXPECT_EQ(player_->publish().shift_ns, 0);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerTest, pulses_are_as_wide_as_asked_for) {
+    step(0, kX);
+    step(100'000, kX);
+    play_all();
+    EXPECT_EQ(pins_.falls(kX)[0] - pins_.rises(kX)[0], 1'000);
+}
+
+TEST_F(PlayerTest, pulses_of_different_axes_overlap_freely) {
+    for (int i = 0; i < 50; ++i) {
+        step(100'000 * i, kX);
+        step(100'000 * i + 300, kY);
+        step(100'000 * i + 600, kZ);
+        step(100'000 * i + 1'100, 3);
+    }
+    play_all();
+    for (const int axis : {0, 1, 2, 3}) ASSERT_EQ(pins_.rises(axis).size(), 50u);
+    EXPECT_EQ(pins_.rises(kY)[7] - pins_.rises(kX)[7], 300);
+    EXPECT_EQ(pins_.rises(kZ)[7] - pins_.rises(kX)[7], 600);
+    EXPECT_EQ(pins_.rises(3)[7] - pins_.rises(kX)[7], 1'100);
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 0u);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerTest, the_horizon_is_kept_and_nothing_is_lost_at_it) {
+    for (int i = 0; i < 1000; ++i) step(10'000 * i, i % 2);
+    for (std::int64_t horizon = 0; horizon < kLead + 10'100'000; horizon += 100'000) {
+        play_until_ns(horizon);
+        ASSERT_LE(pins_.now_ns, horizon);
+        pins_.now_ns = horizon;
+    }
+    EXPECT_EQ(player_->steps()[kX] + player_->steps()[kY], 1000);
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 0u);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerTest, direction_is_set_before_it_is_needed_and_never_costs_time) {
+    for (int i = 0; i < 100; ++i) step(10'000 * i, kX, i / 3 % 2 ? -1 : 1);
+    for (int i = 0; i < 100; ++i)
+        step(1'000'000 + 2'400 * i, kX, i % 2 ? -1 : 1);  // as near as reversals may be
+    play_all();
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 0u);
+    EXPECT_EQ(pins_.broken_rules(), "");
+    EXPECT_EQ(pins_.position(kX), player_->steps()[kX]);
+}
+
+TEST_F(PlayerTest, direction_is_set_ahead_though_other_axes_step_in_between) {
+    for (int i = 0; i < 50; ++i) {
+        const int direction = i % 2 ? -1 : 1;
+        step(20'000 * i, kX, direction);
+        step(20'000 * i + 5'000, kY);
+        step(20'000 * i + 10'000, kY);
+        step(20'000 * i + 19'950, kY);  // 50 ns before X steps the other way
+    }
+    play_all();
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 0u);
+    EXPECT_EQ(pins_.broken_rules(), "");
+    EXPECT_EQ(pins_.position(kX), 0);
+}
+
+TEST_F(PlayerTest, a_first_step_backwards_waits_for_its_set_up) {
+    step(0, kX, -1);
+    play_all();
+    EXPECT_EQ(pins_.position(kX), -1);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerTest, a_step_backwards_that_was_not_foreseen_still_has_its_set_up) {
+    step(0, kX);
+    play_until_ns(kLead + 50'000);
+    pins_.now_ns = kLead + 99'950;
+    step(100'000, kX, -1);
+    play_all();
+    EXPECT_EQ(pins_.broken_rules(), "");
+    EXPECT_EQ(pins_.rises(kX)[1], kLead + 99'950 + 200);
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 150u);
+}
+
+TEST_F(PlayerTest, lateness_moves_the_time_line_and_never_bunches_steps) {
+    for (int i = 0; i < 20; ++i) step(100'000 * i, kX);
+    pins_.oversleep_at(kLead + 500'000, 330'000);  // three steps would be due meanwhile
+    play_all();
+    const auto rises = pins_.rises(kX);
+    ASSERT_EQ(rises.size(), 20u);
+    EXPECT_EQ(rises[5] - rises[4], 430'000);
+    for (std::size_t i = 6; i < rises.size(); ++i) EXPECT_EQ(rises[i] - rises[i - 1], 100'000);
+    const link::MotionStatus& status = player_->publish();
+    EXPECT_EQ(status.late_steps, 1u);
+    EXPECT_EQ(status.shift_ns, 330'000);
+    EXPECT_EQ(status.lateness_ns.max(), 330'000u);
+    EXPECT_EQ(status.lateness_ns.count(), 20u);
+    EXPECT_EQ(status.starved, 0u);
+}
+
+TEST_F(PlayerTest, lateness_below_the_threshold_is_recorded_but_not_carried_on) {
+    for (int i = 0; i < 20; ++i) step(100'000 * i, kX);
+    pins_.oversleep_at(kLead + 500'000, 900);
+    play_all();
+    EXPECT_EQ(pins_.rises(kX)[6], kLead + 600'000);
+    EXPECT_EQ(player_->publish().shift_ns, 0);
+    EXPECT_EQ(player_->publish().late_steps, 0u);
+    EXPECT_EQ(player_->publish().lateness_ns.max(), 900u);
+}
+
+TEST_F(PlayerTest, lateness_keeps_the_axes_together) {
+    for (int i = 0; i < 20; ++i) {
+        step(100'000 * i, kX);
+        step(100'000 * i + 5'000, kY);
+    }
+    pins_.oversleep_at(kLead + 500'000, 250'000);
+    play_all();
+    for (std::size_t i = 0; i < 20; ++i) EXPECT_EQ(pins_.rises(kY)[i] - pins_.rises(kX)[i], 5'000);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerTest, a_wide_pulse_does_not_make_the_low_time_short) {
+    for (int i = 0; i < 20; ++i) step(3'000 * i, kX);
+    pins_.oversleep_at(kLead + 10'000, 2'000);  // at a fall: the pulse is 3 µs long
+    play_all();
+    EXPECT_EQ(pins_.broken_rules(), "");
+    EXPECT_EQ(player_->steps()[kX], 20);
+    const auto rises = pins_.rises(kX);
+    for (std::size_t i = 1; i < rises.size(); ++i) EXPECT_GE(rises[i] - rises[i - 1], 2'000);
+}
+
+TEST_F(PlayerTest, pins_that_take_time_keep_every_rule) {
+    pins_.write_cost_ns = 130;
+    for (int i = 0; i < 300; ++i) {
+        step(20'000 * i, kX, i / 2 % 2 ? -1 : 1);
+        step(20'000 * i, kY, i / 5 % 2 ? -1 : 1);
+        step(20'000 * i + 40, kZ);
+    }
+    play_all();
+    EXPECT_EQ(pins_.broken_rules(), "");
+    EXPECT_EQ(player_->publish().late_steps, 0u);
+    EXPECT_EQ(pins_.position(kX), player_->steps()[kX]);
+    EXPECT_EQ(pins_.position(kY), player_->steps()[kY]);
+}
+
+TEST_F(PlayerTest, running_dry_in_motion_is_starvation) {
+    step(0, kX);
+    step(100'000, kX);
+    play_until_ns(kLead + 300'000);
+    EXPECT_TRUE(player_->moving());
+    pins_.now_ns = kLead + 700'000;
+    step(200'000, kX);
+    step(300'000, kX);
+    play_all();
+    const auto rises = pins_.rises(kX);
+    EXPECT_EQ(rises[2], kLead + 700'000 + kLead);
+    EXPECT_EQ(rises[3] - rises[2], 100'000);
+    const link::MotionStatus& status = player_->publish();
+    EXPECT_EQ(status.starved, 1u);
+    EXPECT_EQ(status.shift_ns, 500'000 + kLead);
+}
+
+TEST_F(PlayerTest, running_dry_is_no_harm_when_the_next_step_comes_in_time) {
+    step(0, kX);
+    play_until_ns(kLead + 50'000);
+    step(100'000, kX);
+    play_all();
+    EXPECT_EQ(pins_.rises(kX)[1] - pins_.rises(kX)[0], 100'000);
+    EXPECT_EQ(player_->publish().starved, 0u);
+}
+
+TEST_F(PlayerTest, running_dry_at_rest_is_idleness) {
+    step(0, kX);
+    tell(50'000, EventKind::rest);
+    play_until_ns(kLead + 60'000);
+    EXPECT_FALSE(player_->moving());
+    pins_.now_ns = 60'000'000'000;
+    step(150'000, kX);
+    play_all();
+    EXPECT_EQ(pins_.rises(kX)[1], 60'000'000'000 + kLead);
+    EXPECT_EQ(player_->publish().starved, 0u);
+    EXPECT_EQ(player_->publish().shift_ns, 0);
+}
+
+TEST_F(PlayerTest, markers_are_passed_in_their_turn) {
+    step(0, kX);
+    tell(0, EventKind::marker, 0, 11);
+    step(100'000, kX);
+    tell(200'000, EventKind::marker, 0, 12);
+    play_until_ns(kLead + 50'000);
+    EXPECT_EQ(player_->publish().last_marker, 11u);
+    play_until_ns(kLead + 150'000);
+    EXPECT_EQ(player_->publish().last_marker, 11u);
+    play_until_ns(kLead + 200'001);
+    EXPECT_EQ(player_->publish().last_marker, 12u);
+}
+
+TEST_F(PlayerTest, position_sets_the_counter_without_a_pulse) {
+    step(0, kX);
+    tell(10, EventKind::position, kX, static_cast<std::uint32_t>(-500));
+    step(100'000, kX, -1);
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], -501);
+    EXPECT_EQ(player_->publish().pulses[kX], 2u);
+}
+
+TEST_F(PlayerTest, the_time_line_runs_on_between_events_and_no_further) {
+    EXPECT_EQ(player_->timeline_ns(), 0);
+    step(100'000, kX);
+    step(5'000'000, kX);
+    tell(6'000'000, EventKind::rest);
+    play_until_ns(kLead + 1'000);
+    EXPECT_EQ(player_->timeline_ns(), 100'000 + pins_.now_ns - kLead);
+    pins_.now_ns = kLead + 1'000'000;
+    EXPECT_EQ(player_->timeline_ns(), 1'100'000);
+    pins_.now_ns = kLead + 20'000'000;  // late: what has not been played has not been passed
+    EXPECT_EQ(player_->timeline_ns(), 5'000'000);
+    play_all();
+    EXPECT_EQ(player_->timeline_ns(), 6'000'000);
+}
+
+TEST_F(PlayerTest, the_time_line_does_not_jump_when_motion_follows_idleness) {
+    step(0, kX);
+    tell(50'000, EventKind::rest);
+    play_until_ns(kLead + 60'000);
+    pins_.now_ns = 60'000'000'000;
+    step(150'000, kX);
+    EXPECT_EQ(player_->publish().timeline_ns, 50'000);
+    play_all();
+    EXPECT_EQ(player_->publish().timeline_ns, 150'000);
+}
+
+TEST_F(PlayerTest, status_tells_what_there_is) {
+    for (int i = 0; i < 5; ++i) step(100'000 * i, kX);
+    EXPECT_EQ(player_->publish().ring_fill, 5u);
+    EXPECT_FALSE(player_->publish().moving);
+    play_until_ns(kLead + 150'000);
+    EXPECT_EQ(player_->publish().ring_fill, 3u);
+    EXPECT_TRUE(player_->publish().moving);
+    const std::uint64_t heartbeat = player_->publish().heartbeat;
+    EXPECT_EQ(player_->publish().heartbeat, heartbeat + 1);
+}
+
+// ---- homing ----------------------------------------------------------------------------------------------
+
+class PlayerHomingTest : public PlayerTest {
+  protected:
+    /// Homing X towards minus: 1000 steps asked for, the switch is `steps_to_switch` away.
+    void home(int steps_to_switch) {
+        pins_.endstop = [this, steps_to_switch](int axis) {
+            return axis == kX && pins_.position(kX) <= -steps_to_switch;
+        };
+        tell(0, EventKind::homing, kX, 1);
+        for (int i = 0; i < 1000; ++i) step(100'000 * (i + 1), kX, -1);
+        tell(101'000'000, EventKind::rest);
+        tell(101'000'000, EventKind::homing, kX, 0);
+        tell(101'000'000, EventKind::marker, 0, 5);
+    }
+};
+
+TEST_F(PlayerHomingTest, steps_end_at_the_switch_and_the_counter_tells) {
+    home(123);
+    play_all();
+    EXPECT_EQ(pins_.rises(kX).size(), 123u);
+    EXPECT_EQ(player_->steps()[kX], -123);
+    EXPECT_EQ(player_->steps_dropped(), 877u);
+    EXPECT_EQ(player_->publish().last_marker, 5u);
+    EXPECT_FALSE(player_->moving());
+}
+
+TEST_F(PlayerHomingTest, what_is_dropped_is_not_waited_for) {
+    home(123);
+    play_all();
+    EXPECT_LT(pins_.now_ns, kLead + 124 * 100'000 + 2'000'000);
+}
+
+TEST_F(PlayerHomingTest, a_switch_pressed_from_the_start_allows_no_step) {
+    home(0);
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], 0);
+    EXPECT_EQ(player_->steps_dropped(), 1000u);
+}
+
+TEST_F(PlayerHomingTest, a_switch_that_is_never_pressed_leaves_every_step) {
+    home(2000);
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], -1000);
+    EXPECT_EQ(player_->steps_dropped(), 0u);
+}
+
+TEST_F(PlayerHomingTest, the_switch_is_not_looked_at_outside_homing) {
+    home(123);
+    for (int i = 0; i < 10; ++i) step(102'000'000 + 100'000 * i, kX, -1);  // still on the switch
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], -133);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerHomingTest, steps_away_from_the_switch_follow_in_time) {
+    home(123);
+    for (int i = 0; i < 10; ++i) step(101'000'000 + 100'000 * (i + 1), kX, 1);
+    play_all();
+    const auto rises = pins_.rises(kX);
+    ASSERT_EQ(rises.size(), 133u);
+    for (std::size_t i = 124; i < rises.size(); ++i) EXPECT_EQ(rises[i] - rises[i - 1], 100'000);
+    EXPECT_EQ(player_->steps()[kX], -113);
+    EXPECT_EQ(pins_.position(kX), -113);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerHomingTest, two_axes_home_together_each_to_its_own_switch) {
+    pins_.endstop = [this](int axis) { return pins_.position(axis) <= (axis == kX ? -50 : -200); };
+    tell(0, EventKind::homing, kX, 1);
+    tell(0, EventKind::homing, kY, 1);
+    for (int i = 0; i < 1000; ++i) {
+        step(100'000 * (i + 1), kX, -1);
+        step(100'000 * (i + 1), kY, -1);
+    }
+    tell(101'000'000, EventKind::rest);
+    tell(101'000'000, EventKind::homing, kX, 0);
+    tell(101'000'000, EventKind::homing, kY, 0);
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], -50);
+    EXPECT_EQ(player_->steps()[kY], -200);
+    const auto rises = pins_.rises(kY);
+    for (std::size_t i = 1; i < rises.size(); ++i) EXPECT_EQ(rises[i] - rises[i - 1], 100'000);
+    EXPECT_LT(pins_.now_ns, kLead + 201 * 100'000 + 2'000'000);
+}
+
+TEST_F(PlayerHomingTest, skipping_is_bounded_in_each_call) {
+    pins_.endstop = [](int) { return true; };
+    tell(0, EventKind::homing, kX, 1);
+    for (int i = 0; i < 4000; ++i) step(1'000 + 100'000 * i, kX, -1);
+    play_until_ns(kLead + 10'000);
+    EXPECT_GT(ring_.size(), 2000u);
+    for (int i = 0; i < 5; ++i) play_until_ns(kLead + 20'000 * (i + 2));
+    EXPECT_TRUE(ring_.empty());
+}
+
+// ---- emergency -------------------------------------------------------------------------------------------
+
+TEST_F(PlayerTest, stop_now_ends_the_pulse_and_drops_everything) {
+    for (int i = 0; i < 1000; ++i) step(100'000 * i, kX);
+    play_until_ns(kLead + 500'500);  // in the middle of a pulse
+    EXPECT_TRUE(pins_.level(kX));
+    player_->stop_now();
+    EXPECT_FALSE(pins_.level(kX));
+    const auto pulses = pins_.rises(kX).size();
+    EXPECT_EQ(pulses, 6u);
+    play_all();
+    EXPECT_EQ(pins_.rises(kX).size(), pulses);
+    EXPECT_EQ(player_->steps()[kX], 6);
+    EXPECT_FALSE(player_->moving());
+    EXPECT_EQ(player_->next_due(), kForever);
+}
+
+TEST_F(PlayerTest, after_a_stop_it_plays_only_what_comes_after_motion_is_allowed) {
+    for (int i = 0; i < 10; ++i) step(100'000 * i, kX, -1);
+    play_until_ns(kLead + 500'500);
+    player_->stop_now();
+    EXPECT_TRUE(player_->stopped());
+    for (int i = 0; i < 10; ++i) step(600'000 + 100'000 * i, kX, -1);  // pushed before anybody knew
+    play_until_ns(kLead + 3'000'000);
+    for (int i = 0; i < 10; ++i) step(600'000 + 100'000 * i, kX, -1);
+    player_->allow_motion();
+    for (int i = 0; i < 10; ++i) step(700'000 + 100'000 * i, kX, i < 5 ? 1 : -1);
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], -6);
+    EXPECT_EQ(pins_.position(kX), -6);
+    EXPECT_EQ(player_->publish().starved, 0u);
+    const auto rises = pins_.rises(kX);
+    EXPECT_EQ(rises[7] - rises[6], 100'000);
+}
+
+TEST_F(PlayerTest, nothing_pushed_before_a_stop_comes_back) {
+    for (int i = 0; i < 10; ++i) step(100'000 * i, kX);
+    play_until_ns(kLead + 500'500);
+    for (int i = 10; i < 50; ++i) step(100'000 * i, kX);
+    player_->stop_now();
+    player_->allow_motion();
+    play_all();
+    EXPECT_EQ(pins_.rises(kX).size(), 6u);
+    step(0, kY);
+    play_all();
+    EXPECT_EQ(pins_.rises(kX).size(), 6u);
+    EXPECT_EQ(pins_.rises(kY).size(), 1u);
+}
+
+}  // namespace
+}  // namespace qduino::printer::step

@@ -1,0 +1,416 @@
+#include "twin/inspector.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/unit/twin/naive_firmware.h"
+#include "twin/report.h"
+
+namespace qduino::twin {
+namespace {
+
+using testing::Event;
+using testing::inspect;
+using testing::NaiveFirmware;
+
+Report judged(const Findings& findings) {
+    Report report;
+    report.findings = findings;
+    judge(report, {}, Machine{}.axes[kExtruder].steps_per_mm);
+    return report;
+}
+
+std::string explain(const Report& report) { return to_json(report); }
+
+double machine_steps(int axis) { return Machine{}.axes[static_cast<std::size_t>(axis)].steps_per_mm; }
+
+struct Built {
+    Machine machine{};
+    NaiveFirmware firmware{machine};
+    [[nodiscard]] Report report(const std::string& gcode) const {
+        return judged(inspect(machine, gcode, firmware.events, firmware.start()));
+    }
+};
+
+TEST(Inspector, AStraightLineMatches) {
+    Built built;
+    built.firmware.move_to({10, 0, 0, 0});
+    const Report report = built.report("G1 X10 F3000\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    EXPECT_EQ(report.findings.axes[0].steps, 800u);
+    EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.51 / 80);
+    EXPECT_DOUBLE_EQ(report.findings.axes[0].final_built_mm, 10.0);
+}
+
+TEST(Inspector, ADiagonalWithExtrusionMatches) {
+    Built built;
+    built.firmware.move_to({31.234, 17.891, 0.2, 1.23456});
+    built.firmware.move_to({3.777, 44.01, 0.2, 3.2});
+    const Report report = built.report("G1 X31.234 Y17.891 Z.2 E1.23456 F1800\nG1 X3.777 Y44.01 E3.2\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    EXPECT_NEAR(report.findings.filament_built_mm, 3.2, 1.0 / 96);
+}
+
+TEST(Inspector, NothingAskedAndNothingBuiltMatches) {
+    Built built;
+    EXPECT_TRUE(built.report("; nothing\nM104 S200\nG92 E0\n").matches);
+    EXPECT_TRUE(built.report("").matches);
+}
+
+TEST(Inspector, AskedButNotBuiltIsNotCompleted) {
+    Built built;
+    const Report report = built.report("G1 X10\n");
+    EXPECT_FALSE(report.completed);
+    EXPECT_FALSE(report.matches);
+    built.firmware.move_to({10, 0, 0, 0});
+    EXPECT_FALSE(built.report("G1 X10\nG1 Y5\n").completed);
+    EXPECT_FALSE(built.report("G1 X10\nG28\n").completed);
+}
+
+TEST(Inspector, BuiltButNotAskedIsUnexplained) {
+    Built built;
+    built.firmware.move_to({10, 0, 0, 0});
+    built.firmware.move_to({10, 1, 0, 0});
+    const Report report = built.report("G1 X10\n");
+    EXPECT_TRUE(report.completed);
+    EXPECT_FALSE(report.matches);
+    EXPECT_EQ(report.findings.axes[1].unexplained, 80u);
+    EXPECT_NEAR(report.findings.axes[1].path_deviation_mm_max, 1.0, 1e-9);
+}
+
+TEST(Inspector, ADetourThatReturnsIsSeen) {
+    Built built;
+    built.firmware.move_to({10, 0, 0, 0});
+    built.firmware.move_to({10, 0.5, 0, 0});
+    built.firmware.move_to({10, 0, 0, 0});
+    built.firmware.move_to({20, 0, 0, 0});
+    EXPECT_FALSE(built.report("G1 X10\nG1 X20\n").matches);
+}
+
+TEST(Inspector, AnAskedDetourThatWasLeftOutIsSeen) {
+    Built built;
+    built.firmware.move_to({10, 0, 0, 0});
+    built.firmware.move_to({20, 0, 0, 0});
+    EXPECT_FALSE(built.report("G1 X10\nG1 Y0.5\nG1 Y0\nG1 X20\n").matches);
+}
+
+TEST(Inspector, RelativeMovesInchesAndRenamedPositions) {
+    Built built;
+    built.firmware.move_to({5, 5, 0, 0});
+    built.firmware.move_to({7, 5, 0, 0.5});
+    built.firmware.move_to({7 + 25.4, 5, 0, 0.5});
+    built.firmware.move_to({1, 5, 0, 1.5});
+    const Report report = built.report(
+        "G1 X5 Y5\nG91\nG1 X2 E.5\nG20\nG1 X1\nG21\nG90\nM82\nG92 X100 E0\n"
+        "G1 X68.6 E1\n");  // 100 names the place at 32.4, so 68.6 is 1
+    EXPECT_TRUE(report.matches) << explain(report);
+}
+
+TEST(Inspector, RelativeExtruderAndFlow) {
+    Built built;
+    built.firmware.move_to({10, 0, 0, 1});
+    built.firmware.move_to({20, 0, 0, 2.1});
+    built.firmware.move_to({30, 0, 0, 3.2});
+    const Report report = built.report("M83\nG1 X10 E1\nM221 S110\nG1 X20 E1\nG1 X30 E1\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    EXPECT_NEAR(report.findings.filament_asked_mm, 3.2, 1e-9);
+}
+
+TEST(Inspector, RetractionsBetweenTravels) {
+    Built built;
+    const auto to = [&](double x, double y, double e) { built.firmware.move_to({x, y, 0.2, e}); };
+    to(0, 0, 0);
+    to(0, 0, -0.8);
+    to(40, 20, -0.8);
+    to(40, 20, 0);
+    to(47.433, 22.749, 0.26);
+    to(47.433, 22.749, -0.54);
+    to(10, 10, -0.54);
+    to(10, 10, 0.26);
+    const Report report = built.report(
+        "G1 Z.2\nG1 E-.8\nG92 E0\nG1 X40 Y20\nG1 E.8\nG1 X47.433 Y22.749 E1.06\nG1 E.26\nG1 X10 Y10\nG1 "
+        "E1.06\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    EXPECT_NEAR(report.findings.filament_asked_pushed_mm, 0.8 + 0.26 + 0.8, 1e-9);
+    EXPECT_NEAR(report.findings.filament_built_pushed_mm, 0.8 + 0.26 + 0.8, 3.0 / 96);
+    EXPECT_LE(report.findings.axes[kExtruder].path_deviation_mm_max, 0.52 / 96);
+}
+
+TEST(Inspector, AMissingRetractionIsSeenThoughTheNetIsRight) {
+    Built built;
+    built.firmware.move_to({10, 0, 0, 0});
+    built.firmware.move_to({20, 0, 0, 0});
+    const Report report = built.report("G1 X10\nG1 E-.8\nG1 X20\nG1 E0\n");
+    EXPECT_FALSE(report.matches);
+    EXPECT_NEAR(report.findings.axes[kExtruder].path_deviation_mm_max, 0.8, 1e-9);
+}
+
+TEST(Inspector, EndsOnAHalfStepEitherWay) {
+    for (const double nudge : {-1e-9, 1e-9}) {
+        Built built;
+        built.firmware.move_to({0, 0, 0.325 + nudge, 0});  // 656.5 steps
+        built.firmware.move_to({5, 0, 0.325 + nudge, 0});
+        built.firmware.move_to({5, 0, 0.125 + nudge, 0});
+        const Report report = built.report("G1 Z.325\nG1 X5\nG1 Z.125\n");
+        EXPECT_TRUE(report.matches) << nudge << explain(report);
+    }
+}
+
+TEST(Inspector, ArcsByCentreAndByRadius) {
+    Built built;
+    const auto arc = [&](double cx, double cy, double radius, double from, double sweep, double e0,
+                         double e1) {
+        for (int i = 1; i <= 2000; ++i) {
+            const double angle = from + sweep * i / 2000;
+            built.firmware.move_to(
+                {cx + radius * std::cos(angle), cy + radius * std::sin(angle), 0, e0 + (e1 - e0) * i / 2000});
+        }
+    };
+    constexpr double kPi = std::numbers::pi;
+    built.firmware.move_to({30, 20, 0, 0});
+    arc(20, 20, 10, 0, kPi / 2, 0, 0.5);         // anticlockwise to (20, 30)
+    arc(20, 20, 10, kPi / 2, -kPi / 2, 0.5, 1);  // clockwise back
+    arc(20, 20, 10, 0, 2 * kPi, 1, 3);           // whole turn
+    arc(20, 20, 10, 0, -1.5 * kPi, 3, 4);        // the long way round, to (20, 30)
+    const Report report = built.report(
+        "G1 X30 Y20\nG3 X20 Y30 I-10 J0 E.5\nG2 X30 Y20 R10 E1\nG3 X30 Y20 I-10 E3\nG2 X20 Y30 R-10 E4\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+}
+
+TEST(Inspector, HomingThenPrinting) {
+    Built built;
+    built.firmware.home({0, 1, 2});
+    built.firmware.move_to({0, 0, 5, 0});
+    built.firmware.move_to({46.282, 63.412, 0.2, 0});
+    built.firmware.move_to({47.433, 62.749, 0.2, 0.04});
+    const Report report =
+        built.report("G28 ; home\nG1 Z5\nG1 X46.282 Y63.412 Z.2\nG1 X47.433 Y62.749 E.04\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) EXPECT_TRUE(report.findings.axes[axis].homed);
+    EXPECT_NEAR(report.findings.axes[0].final_built_mm, 47.433, 0.5 / 80 + 1e-9);
+}
+
+TEST(Inspector, HomingAgainFromTheSwitchAndFromAfar) {
+    Built built;
+    built.firmware.home({0, 1, 2});
+    built.firmware.home({0});  // it already stands on the switch
+    built.firmware.move_to({20, 30, 1, 0});
+    built.firmware.home({0});
+    const Report report = built.report("G28\nG28 X\nG1 X20 Y30 Z1\nG28 X0\nM84\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    EXPECT_DOUBLE_EQ(report.findings.axes[0].final_built_mm, 0.0);
+    EXPECT_DOUBLE_EQ(report.findings.axes[1].final_built_mm, 30.0);
+}
+
+TEST(Inspector, HomingForgetsARenamedPosition) {
+    Built built;
+    built.firmware.home({0, 1, 2});
+    built.firmware.move_to({10, 10, 0, 0});
+    built.firmware.home({0});
+    built.firmware.move_to({5, 5, 0, 0});
+    const Report report = built.report("G28\nG1 X10 Y10\nG92 X0 Y0\nG28 X\nG1 X5 Y-5\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+}
+
+TEST(Inspector, AnUnfinishedHomingIsNotCompleted) {
+    Built built;
+    built.firmware.home({0, 1, 2});
+    std::vector<Event> cut(built.firmware.events.begin(), built.firmware.events.end() - 300);
+    const Findings findings = inspect(built.machine, "G28\n", cut, built.firmware.start());
+    EXPECT_FALSE(findings.path_consumed);
+    EXPECT_TRUE(findings.axes[0].homed);
+    EXPECT_FALSE(findings.axes[2].homed);
+}
+
+TEST(Inspector, ASecondJobBeginsWhereTheFirstEnded) {
+    Machine machine;
+    NaiveFirmware firmware(machine);
+    firmware.home({0, 1, 2});
+    firmware.move_to({10.003, 20.007, 1, 0.777});
+    TextSource first("G28\nG1 X10.003 Y20.007 Z1 E.777\n");
+    Inspector inspector(machine, first, firmware.start());
+    std::array<std::int64_t, kAxisCount> position = firmware.start().built;
+    for (const Event& event : firmware.events) {
+        if (event.kind != Event::Kind::step) {
+            inspector.on_endstop(instant_from_ns(event.time_ns), event.axis,
+                                 event.kind == Event::Kind::closes);
+            continue;
+        }
+        const auto axis = static_cast<std::size_t>(event.axis);
+        position[axis] += event.direction;
+        inspector.on_step({instant_from_ns(event.time_ns), static_cast<std::uint8_t>(axis),
+                           static_cast<std::int8_t>(event.direction), position[axis]});
+    }
+    ASSERT_TRUE(judged(inspector.finish(firmware.now())).matches);
+    const std::size_t already = firmware.events.size();
+    firmware.move_to({30, 40, 1, 1.777});
+    firmware.move_to({10, 5, 1, 2.777});
+    const std::vector<Event> rest(firmware.events.begin() + static_cast<std::ptrdiff_t>(already),
+                                  firmware.events.end());
+    const Report report =
+        judged(inspect(machine, "G92 E0\nG1 X30 Y40 E1\nG1 X10 Y5 E2\n", rest, inspector.next_start()));
+    EXPECT_TRUE(report.matches) << explain(report);
+}
+
+// ---- wrong builds must be seen -------------------------------------------------------------------------------
+
+const char* const kSquare =
+    "G28\nG1 Z.2\nG1 X20 Y20\nG1 X60 Y20 E1.5\nG1 X60 Y60 E3\nG1 X21.5 Y58.25 E4.5\nG1 X20 Y20 E6\nG1 Z.4\n"
+    "G1 X61 Y21 E8\nG1 X20 Y40 E10\n";
+
+Built square() {
+    Built built;
+    built.firmware.home({0, 1, 2});
+    for (const Position& to :
+         {Position{0, 0, .2, 0}, Position{20, 20, .2, 0}, Position{60, 20, .2, 1.5}, Position{60, 60, .2, 3},
+          Position{21.5, 58.25, .2, 4.5}, Position{20, 20, .2, 6}, Position{20, 20, .4, 6},
+          Position{61, 21, .4, 8}, Position{20, 40, .4, 10}})
+        built.firmware.move_to(to);
+    return built;
+}
+
+// Index of the `nth` step of `axis` after homing.
+std::size_t step_of(const Built& built, int axis, int nth) {
+    std::size_t homed = 0;
+    for (std::size_t i = 0; i < built.firmware.events.size(); ++i)
+        if (built.firmware.events[i].kind == Event::Kind::closes) homed = i;
+    for (std::size_t i = homed + 1; i < built.firmware.events.size(); ++i) {
+        const Event& event = built.firmware.events[i];
+        if (event.kind == Event::Kind::step && event.axis == axis && nth-- == 0) return i;
+    }
+    ADD_FAILURE() << "no such step";
+    return homed;
+}
+
+TEST(InspectorMutants, TheUnspoiltSquareMatches) {
+    const Report report = square().report(kSquare);
+    EXPECT_TRUE(report.matches) << explain(report);
+}
+
+TEST(InspectorMutants, OneStepDropped) {
+    for (const int axis : {0, 1, 2}) {
+        Built built = square();
+        auto& events = built.firmware.events;
+        events.erase(events.begin() + static_cast<std::ptrdiff_t>(step_of(built, axis, 300)));
+        const Report report = built.report(kSquare);
+        EXPECT_FALSE(report.matches) << axis;
+        const AxisFindings& found = report.findings.axes[static_cast<std::size_t>(axis)];
+        EXPECT_FALSE(found.final_exact) << axis;
+        EXPECT_GT(found.path_deviation_mm_max * machine_steps(axis), 0.99) << axis << explain(report);
+    }
+}
+
+TEST(InspectorMutants, OneStepTooMany) {
+    for (const int axis : {0, 1, 2}) {
+        Built built = square();
+        auto& events = built.firmware.events;
+        const std::size_t at = step_of(built, axis, 300);
+        events.insert(events.begin() + static_cast<std::ptrdiff_t>(at), events[at]);
+        const Report report = built.report(kSquare);
+        EXPECT_FALSE(report.matches) << axis;
+        EXPECT_FALSE(report.findings.axes[static_cast<std::size_t>(axis)].final_exact) << axis;
+    }
+}
+
+TEST(InspectorMutants, OneStepTheWrongWay) {
+    Built built = square();
+    built.firmware.events[step_of(built, 0, 500)].direction *= -1;
+    const Report report = built.report(kSquare);
+    EXPECT_FALSE(report.matches);
+    EXPECT_GT(report.findings.axes[0].path_deviation_mm_max, 0.0125);
+}
+
+TEST(InspectorMutants, StepsOfOneAxisDelayed) {
+    Built built = square();
+    auto& events = built.firmware.events;
+    // Three X steps of the last diagonal are held back behind the twelve events that follow them.
+    const std::size_t at = step_of(built, 0, static_cast<int>((20 + 40 + 38.5 + 1.5 + 41 + 20) * 80));
+    std::vector<Event> held;
+    for (std::size_t i = at; held.size() < 3; ++i)
+        if (events[i].axis == 0) held.push_back(events[i]);
+    std::size_t removed = 0;
+    std::erase_if(events, [&](const Event& event) {
+        const auto index = static_cast<std::size_t>(&event - events.data());
+        if (index < at || event.axis != 0 || removed == 3) return false;
+        ++removed;
+        return true;
+    });
+    events.insert(events.begin() + static_cast<std::ptrdiff_t>(at + 12), held.begin(), held.end());
+    const Report report = built.report(kSquare);
+    EXPECT_FALSE(report.matches);
+    EXPECT_TRUE(report.findings.axes[0].final_exact);
+    EXPECT_GT(report.findings.axes[0].path_deviation_mm_max + report.findings.axes[1].path_deviation_mm_max,
+              0.02);
+}
+
+TEST(InspectorMutants, WrongLayer) {
+    Built built;
+    built.firmware.home({0, 1, 2});
+    for (const Position& to :
+         {Position{0, 0, .2, 0}, Position{20, 20, .2, 0}, Position{60, 20, .2, 1.5}, Position{60, 60, .2, 3},
+          Position{21.5, 58.25, .2, 4.5}, Position{20, 20, .2, 6}, Position{61, 21, .2, 8},
+          Position{20, 40, .2, 10}, Position{20, 40, .4, 10}})
+        built.firmware.move_to(to);
+    const Report report = built.report(kSquare);
+    EXPECT_FALSE(report.matches);
+    EXPECT_GT(report.findings.axes[2].path_deviation_mm_max, 0.1) << explain(report);
+}
+
+TEST(InspectorMutants, ExtruderShortByAThousandth) {
+    Built built;
+    const auto go = [&](double share) {
+        NaiveFirmware firmware(built.machine);
+        for (int i = 1; i <= 40; ++i) firmware.move_to({i % 2 * 50.0, i * 1.0, 0, i * 1.7 * share});
+        return firmware;
+    };
+    std::string gcode;
+    for (int i = 1; i <= 40; ++i)
+        gcode += "G1 X" + std::to_string(i % 2 * 50) + " Y" + std::to_string(i) + " E" +
+                 std::to_string(i * 1.7) + "\n";
+    const NaiveFirmware right = go(1.0);
+    EXPECT_TRUE(judged(inspect(built.machine, gcode, right.events, right.start())).matches);
+    const NaiveFirmware wrong = go(0.999);
+    const Report report = judged(inspect(built.machine, gcode, wrong.events, wrong.start()));
+    EXPECT_FALSE(report.matches);
+    EXPECT_THAT(report.differences, ::testing::Contains(::testing::HasSubstr("filament")));
+    EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.0125) << "the slides are as asked";
+    EXPECT_LE(report.findings.axes[1].path_deviation_mm_max, 0.0125);
+}
+
+TEST(InspectorMutants, AMotorThatStopsIsReportedAndTheRestIsStillFollowed) {
+    Built built = square();
+    auto& events = built.firmware.events;
+    const std::size_t at = step_of(built, 0, 3000);
+    std::size_t dropped = 0;
+    for (std::size_t i = at; i < events.size() && dropped < 40;) {  // half a millimetre of X
+        if (events[i].kind == Event::Kind::step && events[i].axis == 0) {
+            events.erase(events.begin() + static_cast<std::ptrdiff_t>(i));
+            ++dropped;
+        } else {
+            ++i;
+        }
+    }
+    const Report report = built.report(kSquare);
+    EXPECT_FALSE(report.matches);
+    EXPECT_GT(report.findings.axes[0].path_deviation_mm_max, 0.45) << explain(report);
+    EXPECT_LT(report.findings.axes[0].path_deviation_mm_max, 1.0) << explain(report);
+    EXPECT_NEAR(report.findings.axes[0].final_built_mm, 19.5, 0.1);
+    EXPECT_EQ(report.findings.axes[1].final_built_mm, 40.0);
+}
+
+TEST(InspectorMutants, RandomNoiseEndsAndDoesNotMatch) {
+    Built built = square();
+    std::uint32_t state = 12345;
+    for (int i = 0; i < 200'000; ++i) {
+        state = state * 1664525u + 1013904223u;
+        built.firmware.events.push_back({Event::Kind::step, 1'000'000'000'000 + i * std::int64_t{1000},
+                                         static_cast<int>(state >> 30), (state >> 20 & 1) != 0 ? 1 : -1});
+    }
+    EXPECT_FALSE(built.report(kSquare).matches);
+}
+
+}  // namespace
+}  // namespace qduino::twin

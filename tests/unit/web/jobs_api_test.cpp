@@ -1,0 +1,204 @@
+// Uploads and jobs over HTTP, as docs/api.md describes them.
+#include <gmock/gmock.h>
+
+#include "tests/unit/web/web_fixture.h"
+
+namespace qduino::web {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+using JobsApiTest = WebTest;
+
+TEST_F(JobsApiTest, AnUploadIsHeldUnlessItIsToPrint) {
+    const Answer held = upload("a.gcode", "G28\n");
+    ASSERT_EQ(held.status, 201);
+    EXPECT_EQ(held.json()["state"], "held");
+    EXPECT_EQ(held.header("Location"), "/api/v1/jobs/1");
+    EXPECT_EQ(upload("b.gcode", "G28\n", {{"print", "true"}}).json()["state"], "queued");
+    EXPECT_EQ(upload("c.gcode", "G28\n", {{"hold", "false"}}).json()["state"], "queued");
+    EXPECT_EQ(upload("d.gcode", "G28\n", {{"print", "true"}, {"hold", "true"}}).json()["state"], "held");
+}
+
+TEST_F(JobsApiTest, AJobHasTheFormOfTheContract) {
+    const auto job = upload("½ x.gcode", "G28\n", {{"print", "true"}, {"copies", "3"}, {"priority", "-2"}}).json();
+    EXPECT_EQ(job["id"], 1);
+    EXPECT_EQ(job["name"], "½ x.gcode");
+    EXPECT_EQ(job["size"], 4);
+    EXPECT_EQ(job["sha256"], spool::sha256_of("G28\n"));
+    EXPECT_EQ(job["copies"], 3);
+    EXPECT_EQ(job["copies_done"], 0);
+    EXPECT_EQ(job["priority"], -2);
+    EXPECT_EQ(job["position"], 1);
+    EXPECT_TRUE(job["started"].is_null());
+    EXPECT_THAT(job["created"].get<std::string>(), ::testing::MatchesRegex("....-..-..T..:..:..Z"));
+    EXPECT_EQ(job["facts"]["layers"], 2);
+    EXPECT_EQ(job["facts"]["thumbnail"], true);
+    EXPECT_EQ(job["progress"]["fraction"], 0.0);
+}
+
+TEST_F(JobsApiTest, PutTakesTheRawBody) {
+    const Answer answer = request("PUT /api/v1/jobs/my%20part.gcode", "G28\n", "Print-After-Upload: ?1\r\n");
+    ASSERT_EQ(answer.status, 201);
+    EXPECT_EQ(answer.json()["name"], "my part.gcode");
+    EXPECT_EQ(answer.json()["state"], "queued");
+    EXPECT_EQ(request("PUT /api/v1/jobs/b.gcode", "G28\n").json()["state"], "held");
+}
+
+TEST_F(JobsApiTest, ADeclaredChecksumMustFit) {
+    const std::string right = "X-Content-SHA256: " + spool::sha256_of("G28\n") + "\r\n";
+    EXPECT_EQ(request("PUT /api/v1/jobs/a.gcode", "G28\n", right).status, 201);
+    const Answer wrong = request("PUT /api/v1/jobs/a.gcode", "G29\n", right);
+    EXPECT_EQ(wrong.status, 422);
+    EXPECT_EQ(wrong.error_code(), "corrupt");
+    EXPECT_EQ(spool_->queue().size(), 1u);
+    EXPECT_EQ(files_in("incoming"), 0u);
+}
+
+TEST_F(JobsApiTest, WhatDoesNotFitTheMachineIsRefusedWithItsLine) {
+    const Answer answer = upload("a.gcode", "G28\nG1 X1\nbad\n");
+    EXPECT_EQ(answer.status, 422);
+    EXPECT_EQ(answer.json()["error"]["line"], 3);
+    EXPECT_EQ(answer.json()["error"]["message"], "too hot");
+    EXPECT_EQ(spool_->queue().size(), 0u);
+    EXPECT_EQ(files_in("incoming") + files_in("blobs"), 0u);
+}
+
+TEST_F(JobsApiTest, WhatIsNoGcodeIsRefused) {
+    EXPECT_EQ(upload("a.gcode", "not gcode\n").status, 415);
+    EXPECT_EQ(spool_->queue().size(), 0u);
+}
+
+TEST_F(JobsApiTest, BadUploadsAreRefusedAndLeaveNothing) {
+    EXPECT_EQ(upload("", "G28\n").status, 400) << "no name";
+    EXPECT_EQ(upload("a.gcode", "").status, 400) << "empty";
+    EXPECT_EQ(upload("a.gcode", "G28\n", {{"copies", "0"}}).status, 400);
+    EXPECT_EQ(upload("a.gcode", "G28\n", {{"copies", "many"}}).status, 400);
+    EXPECT_EQ(upload("a.gcode", "G28\n", {{"priority", "99999"}}).status, 400);
+    EXPECT_EQ(upload("a.gcode", "G28\n", {{"note", std::string(5000, 'x')}}).status, 400);
+    EXPECT_EQ(upload("a.gcode", std::string((1 << 20) + 1, 'G')).status, 413);
+    EXPECT_EQ(request("POST /api/v1/jobs", "G28\n", "Content-Type: text/plain\r\n").status, 415);
+    EXPECT_EQ(request("POST /api/v1/jobs", "x", "Content-Type: multipart/form-data\r\n").status, 400);
+    EXPECT_EQ(request("POST /api/v1/jobs", "", kMultipart).status, 411);
+    const std::string two = multipart("a", "G28\n").substr(0, multipart("a", "G28\n").size() - 8) + multipart("b", "G28\n");
+    EXPECT_EQ(request("POST /api/v1/jobs", two, kMultipart).status, 400) << "two files";
+    EXPECT_EQ(spool_->queue().size(), 0u);
+    EXPECT_EQ(files_in("incoming") + files_in("blobs"), 0u);
+}
+
+TEST_F(JobsApiTest, AnAnnouncedGiantIsRefusedBeforeItIsSent) {
+    const Answer answer = send(std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
+                               "\r\nContent-Length: 99999999999\r\nExpect: 100-continue\r\n\r\n");
+    EXPECT_EQ(answer.status, 413);
+}
+
+TEST_F(JobsApiTest, ChunkedUploadsWork) {
+    const Answer answer = send(std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
+                               "\r\nTransfer-Encoding: chunked\r\n\r\n4\r\nG28\n\r\n4\r\nG29\n\r\n0\r\n\r\n");
+    ASSERT_EQ(answer.status, 201);
+    EXPECT_EQ(answer.json()["sha256"], spool::sha256_of("G28\nG29\n"));
+}
+
+TEST_F(JobsApiTest, FilesLayersAndThumbnailsAreServed) {
+    static_cast<void>(upload("a.gcode", "G28\n"));
+    const Answer file = request("GET /api/v1/jobs/1/file");
+    EXPECT_EQ(file.body, "G28\n");
+    EXPECT_EQ(file.header("Content-Disposition"), "attachment; filename=\"a.gcode\"");
+    EXPECT_EQ(request("GET /api/v1/jobs/1/thumbnail").body, "\x89PNG");
+    EXPECT_EQ(request("GET /api/v1/jobs/1/layers").json()["layers"].size(), 2u);
+    EXPECT_EQ(request("GET /api/v1/jobs/1/layers/0-0").body, "AAA");
+    EXPECT_EQ(request("GET /api/v1/jobs/1/layers/1-1").body, "BBBBB");
+    EXPECT_EQ(request("GET /api/v1/jobs/1/layers/0-1").body, "AAABBBBB");
+    EXPECT_EQ(request("GET /api/v1/jobs/1/layers/1").body, "BBBBB");
+    for (const char* bad : {"1-0", "0-2", "x", "-1-0", "0-", "0-99999999999999999999"}) {
+        EXPECT_EQ(request(std::string{"GET /api/v1/jobs/1/layers/"} + bad).status, 404) << bad;
+    }
+    EXPECT_EQ(request("GET /api/v1/jobs/1/inspection").status, 404);
+}
+
+TEST_F(JobsApiTest, JobsAreListedReorderedChangedAndDeleted) {
+    for (const char* name : {"a", "b", "c"}) static_cast<void>(upload(name, "G28\n", {{"print", "true"}}));
+    EXPECT_EQ(request("PATCH /api/v1/jobs/3", R"({"before":1})").json()["position"], 1);
+    EXPECT_EQ(request("PATCH /api/v1/jobs/1", R"({"before":null})").json()["position"], 3);
+    EXPECT_EQ(request("PATCH /api/v1/jobs/2", R"({"hold":true,"copies":5,"priority":7})").json()["state"], "held");
+    std::vector<int> order;
+    const auto listing = request("GET /api/v1/jobs").json();
+    for (const auto& job : listing["jobs"]) order.push_back(job["id"]);
+    EXPECT_THAT(order, ElementsAre(2, 3, 1));
+    EXPECT_EQ(request("DELETE /api/v1/jobs/3").status, 204);
+    EXPECT_EQ(request("GET /api/v1/jobs/3").status, 404);
+    EXPECT_EQ(request("POST /api/v1/jobs/2/start").json()["state"], "queued");
+}
+
+TEST_F(JobsApiTest, PatchesOfTheWrongFormChangeNothing) {
+    static_cast<void>(upload("a", "G28\n"));
+    for (const char* bad : {"", "[]", "{", R"({"hold":1})", R"({"copies":"2"})", R"({"copies":1.5})", R"({"copies":0})",
+                            R"({"copies":99999999999999999999})", R"({"before":"1"})", R"({"state":"done"})", R"({"priority":null})"}) {
+        EXPECT_EQ(request("PATCH /api/v1/jobs/1", bad).status, 400) << bad;
+    }
+    EXPECT_EQ(request("PATCH /api/v1/jobs/1", R"({"before":77})").status, 404);
+    EXPECT_EQ(request("PATCH /api/v1/jobs/x", "{}").status, 404);
+    EXPECT_TRUE(spool_->queue().find(1)->hold);
+}
+
+TEST_F(JobsApiTest, APrintingJobCannotBeDeletedAndShowsItsProgress) {
+    start_sketch();
+    run(2);
+    static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}}));
+    run(4, 100'000);
+    const auto job = request("GET /api/v1/jobs/1").json();
+    EXPECT_EQ(job["state"], "printing");
+    EXPECT_GT(job["progress"]["fraction"], 0.0);
+    EXPECT_GT(job["progress"]["remaining_s"], 0.0);
+    EXPECT_TRUE(job["position"].is_null());
+    EXPECT_EQ(request("DELETE /api/v1/jobs/1").status, 409);
+    ASSERT_EQ(request("POST /api/v1/machine/pause").status, 202);
+    run(2, 100'000);
+    EXPECT_EQ(request("GET /api/v1/jobs/1").json()["state"], "paused");
+    ASSERT_EQ(request("POST /api/v1/machine/cancel").status, 202);
+    run(80);
+    EXPECT_EQ(request("GET /api/v1/jobs/1").json()["state"], "cancelled");
+}
+
+TEST_F(JobsApiTest, AFailureHoldsTheQueueWithItsReason) {
+    start_sketch();
+    run(2);
+    static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}}));
+    run(4, 1000);
+    sketch_->fault("thermistor of the hot end is out of range");
+    run(3);
+    const auto listing = request("GET /api/v1/jobs").json();
+    EXPECT_EQ(listing["jobs"][0]["state"], "failed");
+    EXPECT_EQ(listing["jobs"][0]["error"], "thermistor of the hot end is out of range");
+    EXPECT_EQ(listing["queue"]["held"], true);
+    EXPECT_THAT(listing["queue"]["reason"].get<std::string>(), HasSubstr("thermistor"));
+    EXPECT_EQ(request("POST /api/v1/queue/release").status, 202);
+    EXPECT_EQ(request("GET /api/v1/jobs").json()["queue"]["held"], false);
+    EXPECT_EQ(request("POST /api/v1/queue/hold").status, 202);
+    EXPECT_EQ(request("GET /api/v1/jobs").json()["queue"]["held"], true);
+}
+
+TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
+    Publisher publisher{*spool_, *service_, [this](Task task) { run_in_order(std::move(task)); }, [](const std::string&) {}};
+    std::vector<nlohmann::json> got;
+    ASSERT_TRUE(service_->live().subscribe([&](MessageKind, const Message& text) { got.push_back(nlohmann::json::parse(*text)); }));
+    static_cast<void>(upload("a.gcode", std::string(200, 'G'), {{"print", "true"}}));
+    start_sketch();
+    for (int i = 0; i < 20; ++i) {
+        now_ += std::chrono::milliseconds{100};
+        publisher.tick(moment());
+        sketch_->step(1 << 20);
+    }
+    const auto count = [&](const char* type) {
+        return std::count_if(got.begin(), got.end(), [&](const auto& message) { return message["type"] == type; });
+    };
+    EXPECT_EQ(count("upload"), 1);
+    EXPECT_GE(count("status"), 15);
+    EXPECT_GE(count("jobs"), 3) << "queued, printing, done";
+    EXPECT_EQ(got.back()["type"], "status");
+    EXPECT_EQ(got.back()["status"]["state"], "idle");
+}
+
+}  // namespace
+}  // namespace qduino::web

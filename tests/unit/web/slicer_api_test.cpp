@@ -1,0 +1,91 @@
+// What slicers send and expect: OctoPrint's and PrusaLink's forms (facts in ANCHORS of the design: protocols that slicers speak).
+#include <gmock/gmock.h>
+
+#include "tests/unit/web/web_fixture.h"
+
+namespace qduino::web {
+namespace {
+
+using ::testing::StartsWith;
+
+using SlicerApiTest = WebTest;
+
+TEST_F(SlicerApiTest, VersionSatisfiesPrusaSlicerForBothHostTypes) {
+    const auto version = request("GET /api/version").json();
+    EXPECT_TRUE(version["api"].is_string());
+    EXPECT_TRUE(version["server"].is_string());
+    EXPECT_THAT(version["text"].get<std::string>(), StartsWith("OctoPrint"));
+    EXPECT_EQ(version["capabilities"]["upload-by-put"], true);
+    EXPECT_EQ(send("GET /api/version HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 401);
+}
+
+TEST_F(SlicerApiTest, OctoPrintUpload) {
+    const Answer answer = upload("part.gcode", "G28\n", {{"print", "true"}, {"path", ""}, {"select", "true"}}, "/api/files/local");
+    ASSERT_EQ(answer.status, 201);
+    EXPECT_EQ(answer.header("Location"), "http://localhost/api/v1/jobs/1");
+    const auto json = answer.json();
+    EXPECT_EQ(json["done"], true);
+    EXPECT_EQ(json["files"]["local"]["name"], "part.gcode");
+    EXPECT_EQ(json["files"]["local"]["origin"], "local");
+    EXPECT_FALSE(spool_->queue().find(1)->hold);
+    EXPECT_EQ(upload("part.gcode", "G28\n", {{"print", "false"}}, "/api/files/local").status, 201);
+    EXPECT_TRUE(spool_->queue().find(2)->hold);
+}
+
+TEST_F(SlicerApiTest, PrusaLinkUploadByPut) {
+    const Answer answer = request("PUT /api/v1/files/local/part%20%C3%BC.gcode", "G28\n", "Overwrite: ?1\r\nPrint-After-Upload: ?1\r\n");
+    ASSERT_EQ(answer.status, 201);
+    EXPECT_EQ(spool_->queue().find(1)->name, "part ü.gcode");
+    EXPECT_FALSE(spool_->queue().find(1)->hold);
+}
+
+TEST_F(SlicerApiTest, CuraPolls) {
+    start_sketch();
+    run(3);
+    EXPECT_EQ(request("GET /api/printer").json()["state"]["flags"]["operational"], true);
+    EXPECT_EQ(request("GET /api/printer").json()["temperature"]["tool0"]["target"], 0.0);
+    EXPECT_EQ(request("GET /api/job").json()["state"], "Operational");
+    EXPECT_EQ(request("GET /api/settings").status, 200);
+    EXPECT_EQ(request("GET /api/printerprofiles").json()["profiles"]["_default"]["volume"]["width"], 150.0);
+    EXPECT_EQ(request("POST /api/login", R"({"passive":true})").json()["name"], "_api");
+    EXPECT_EQ(request("POST /api/login", R"({"user":"a","pass":"b"})").status, 403);
+    EXPECT_EQ(request("POST /api/printer/command", R"({"commands":["M105","M114"]})").status, 204);
+    EXPECT_EQ(request("POST /api/printer/command", R"({"commands":7})").status, 400);
+    EXPECT_EQ(request("POST /api/printer/command", "{}").status, 400);
+}
+
+TEST_F(SlicerApiTest, JobControlInBothDialects) {
+    start_sketch();
+    run(3);
+    static_cast<void>(upload("a", spool::content_of(900'000, 1), {{"print", "true"}}));
+    run(3, 1000);
+    EXPECT_EQ(request("GET /api/job").json()["state"], "Printing");
+    EXPECT_EQ(request("GET /api/v1/status").json()["printer"]["state"], "PRINTING");
+    EXPECT_EQ(request("GET /api/v1/job").json()["id"], 1);
+    EXPECT_EQ(request("PUT /api/v1/job/2/pause").status, 404) << "another job than the one that prints";
+    EXPECT_EQ(request("PUT /api/v1/job/1/pause").status, 204);
+    run(2, 1000);
+    EXPECT_EQ(request("GET /api/v1/status").json()["printer"]["state"], "PAUSED");
+    EXPECT_EQ(request("POST /api/job", R"({"command":"pause","action":"toggle"})").status, 204);
+    run(2, 1000);
+    EXPECT_EQ(request("GET /api/job").json()["state"], "Printing");
+    EXPECT_EQ(request("POST /api/job", R"({"command":"pause","action":"pause"})").status, 204);
+    run(2, 1000);
+    EXPECT_EQ(request("PUT /api/v1/job/1/resume").status, 204);
+    run(2, 1000);
+    EXPECT_EQ(request("DELETE /api/v1/job/1").status, 204);
+    run(60, 1000);
+    EXPECT_EQ(request("GET /api/v1/job").status, 204);
+    EXPECT_EQ(request("POST /api/job", R"({"command":"cancel"})").status, 409);
+    EXPECT_EQ(request("POST /api/job", R"({"command":"explode"})").status, 400);
+}
+
+TEST_F(SlicerApiTest, PrusaLinkInformation) {
+    EXPECT_EQ(request("GET /api/v1/info").status, 200);
+    EXPECT_EQ(request("GET /api/v1/storage").json()["storage_list"][0]["path"], "/local");
+    EXPECT_EQ(request("GET /api/v1/transfer").status, 204);
+    EXPECT_EQ(request("GET /api/v1/status").json()["printer"]["state"], "ERROR") << "no machine";
+}
+
+}  // namespace
+}  // namespace qduino::web

@@ -1,0 +1,159 @@
+// The whole service without sockets and threads: requests as text in, answers as text out. Tasks run at once, in order.
+#pragma once
+
+#include <deque>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/unit/spool/spool_fixture.h"
+#include "web/connection.h"
+#include "web/publisher.h"
+
+namespace qduino::web {
+
+/// Takes any text for G-code but "not gcode", and finds the word `bad` a violation at its line.
+class TestAnalyzer final : public spool::Analyzer {
+  public:
+    Result<spool::Analysis> analyze(const std::filesystem::path& gcode, const std::filesystem::path& layers) override {
+        spool::Analysis analysis;
+        std::ifstream file{gcode};
+        std::string line;
+        for (std::uint64_t number = 1; std::getline(file, line); ++number) {
+            if (line.starts_with("not gcode")) {
+                analysis.verdict = spool::Analysis::Verdict::not_gcode;
+                analysis.message = "This is no G-code.";
+                return analysis;
+            }
+            if (!line.starts_with("bad")) continue;
+            analysis.verdict = spool::Analysis::Verdict::violation;
+            analysis.message = "too hot";
+            analysis.line = number;
+            return analysis;
+        }
+        std::ofstream{layers} << "AAABBBBB";
+        analysis.layers_json = R"([{"index":0,"bytes":3},{"index":1,"bytes":5}])";
+        analysis.facts_json = R"({"layers":2,"estimated_s":100})";
+        analysis.estimated_s = 100;
+        analysis.thumbnail = "\x89PNG";
+        return analysis;
+    }
+};
+
+/// An answer, taken apart.
+struct Answer {
+    int status = 0;
+    std::string head;
+    std::string body;
+    [[nodiscard]] nlohmann::json json() const { return nlohmann::json::parse(body, nullptr, false); }
+    [[nodiscard]] std::string error_code() const { return json()["error"].value("code", ""); }
+    [[nodiscard]] std::string header(const std::string& name) const {
+        const std::size_t at = head.find("\r\n" + name + ": ");
+        if (at == std::string::npos) return {};
+        const std::size_t begin = at + name.size() + 4;
+        return head.substr(begin, head.find("\r\n", begin) - begin);
+    }
+};
+
+class WebTest : public spool::SpoolTest {
+  protected:
+    static constexpr const char* kKey = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFG";
+
+    void SetUp() override {
+        SpoolTest::SetUp();
+        open_service();
+    }
+    void TearDown() override {
+        connection_.reset();
+        service_.reset();
+        SpoolTest::TearDown();
+    }
+
+    void open_service(std::string key = kKey) {
+        connection_.reset();
+        service_.reset();
+        options_.limits.size_max_bytes = 1 << 20;
+        open_spool();
+        api::Context context{*spool_, {}, "Test printer", R"({"name":"Test printer"})", "1", {}};
+        const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
+        service_ = std::make_unique<Service>(ServiceOptions{HostPolicy{{"printer.local"}}, 4}, std::move(context),
+                                             Authenticator{std::move(key), spool_->store().load()->sessions}, StaticFiles{},
+                                             analyzer_, Executors{at_once, at_once, at_once, at_once});
+    }
+    /// Tasks that tasks post run after them, as on a thread.
+    void run_in_order(Task task) {
+        tasks_.push_back(std::move(task));
+        if (tasks_.size() > 1) return;
+        while (!tasks_.empty()) {
+            tasks_.front()();
+            tasks_.pop_front();
+        }
+    }
+    Moment moment() const { return {now_, 1'700'000'000 + to_ns(now_) / 1'000'000'000}; }
+
+    void connect(std::string remote = "127.0.0.1") {
+        connection_ = std::make_shared<Connection>(*service_, std::move(remote), [] {}, moment());
+    }
+    /// Everything that came out so far; files are read.
+    std::string output() {
+        std::string text;
+        while (auto next = connection_->take_output()) {
+            text += next->bytes;
+            if (!next->file) continue;
+            std::ifstream file{next->file->path, std::ios::binary};
+            std::string bytes(next->file->length, '\0');
+            file.seekg(static_cast<std::streamoff>(next->file->offset));
+            file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+            text += bytes;
+        }
+        return text;
+    }
+    static Answer parse(const std::string& text) {
+        Answer answer;
+        const std::size_t end = text.find("\r\n\r\n");
+        if (end == std::string::npos || text.size() < 12) return answer;
+        answer.status = std::stoi(text.substr(9, 3));
+        answer.head = text.substr(0, end + 2);
+        answer.body = text.substr(end + 4);
+        return answer;
+    }
+    /// One request on a connection of its own.
+    Answer send(const std::string& text, const std::string& remote = "127.0.0.1") {
+        connect(remote);
+        connection_->receive(text, moment());
+        return parse(output());
+    }
+    /// With the key, and with a Content-Length when there is a body.
+    Answer request(const std::string& line, const std::string& body = "", const std::string& headers = "") {
+        return send(line + " HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: " + kKey + "\r\n" + headers +
+                    (body.empty() ? "" : "Content-Length: " + std::to_string(body.size()) + "\r\n") + "\r\n" + body);
+    }
+    static std::string multipart(const std::string& name, const std::string& content,
+                                 const std::map<std::string, std::string>& fields = {}) {
+        std::string body;
+        for (const auto& [field, value] : fields) {
+            body += "--XX\r\nContent-Disposition: form-data; name=\"" + field + "\"\r\n\r\n" + value + "\r\n";
+        }
+        return body + "--XX\r\nContent-Disposition: form-data; name=\"file\"; filename=\"" + name +
+               "\"\r\nContent-Type: application/octet-stream\r\n\r\n" + content + "\r\n--XX--\r\n";
+    }
+    static constexpr const char* kMultipart = "Content-Type: multipart/form-data; boundary=XX\r\n";
+    Answer upload(const std::string& name, const std::string& content,
+                  const std::map<std::string, std::string>& fields = {}, const std::string& path = "/api/v1/jobs") {
+        return request("POST " + path, multipart(name, content, fields), kMultipart);
+    }
+    std::size_t files_in(const char* folder) const {
+        std::size_t count = 0;
+        for (const auto& entry : std::filesystem::directory_iterator{options_.folder / folder}) {
+            count += entry.is_regular_file() ? 1 : 0;
+        }
+        return count;
+    }
+
+    TestAnalyzer analyzer_;
+    std::deque<Task> tasks_;
+    std::unique_ptr<Service> service_;
+    std::shared_ptr<Connection> connection_;
+};
+
+}  // namespace qduino::web

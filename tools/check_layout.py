@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+"""The layout of the house, checked: who may include whom, how long a function may be, what may not be written.
+
+Run from anywhere: `tools/check_layout.py`. Prints one line per offence, `file:line: what (what to do)`, and exits 1 if any.
+`--self-test` shows that each rule catches an offence made for it.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+FUNCTION_LINES_MAX = 70
+
+# Who may include whom: the arrows of ARCHITECTURE.md. A folder may always include itself. "board" is the seam alone.
+ARROWS = {
+    "base": set(),
+    "channel": {"base"},
+    "sched": {"base"},
+    "board": {"base", "sched"},
+    "board/linux": {"base", "sched", "channel", "board"},
+    "board/sim": {"base", "sched", "channel", "board"},
+    "runtime": {"base", "sched", "channel", "board"},
+    "arduino": {"base", "channel", "board", "runtime"},
+    "device": {"base"},
+    "printer": {"base", "channel"},
+    "twin": {"base", "channel", "board", "device"},
+    "spool": {"base", "channel", "printer/link"},
+    "web": {"base", "channel", "printer/link", "spool"},
+}
+CONCRETE_BOARDS = {"board/linux", "board/sim"}
+MAY_INCLUDE_ANYTHING = {"apps", "sketches", "tests", "bench"}
+MAY_NAME_A_BOARD = {"apps", "tests", "bench"}
+SOURCES = (".h", ".cpp", ".ino")
+
+
+def folder_of(path):
+    """The folder of the house that a path stands in, or None: 'board/linux' and 'printer/link' before their parents."""
+    parts = pathlib.PurePosixPath(path).parts
+    if len(parts) < 2:
+        return None
+    two = "/".join(parts[:2])
+    return two if two in ARROWS and len(parts) > 2 else parts[0]
+
+
+def include_offences(path, text):
+    here = folder_of(path)
+    for number, line in enumerate(text.splitlines(), 1):
+        found = re.match(r'\s*#\s*include\s+"([^"]+)"', line)
+        if not found or "/" not in found[1]:
+            continue
+        target = found[1]
+        there = folder_of(target)
+        if there not in ARROWS:
+            continue
+        if there in CONCRETE_BOARDS and here not in MAY_NAME_A_BOARD and here != there:
+            yield number, f"{here} names a concrete board ({target}); only apps do"
+        if here in MAY_INCLUDE_ANYTHING or here == there or here not in ARROWS:
+            continue
+        allowed = ARROWS[here]
+        is_link = target.startswith("printer/link/") and "printer/link" in allowed
+        if there not in allowed and not is_link:
+            yield number, f"{here} may not include {target} (allowed: {', '.join(sorted(allowed)) or 'nothing'})"
+        # spool and web know the printer by its link alone; the link itself needs the machine's numbers.
+
+
+def strip_code(text):
+    """Comments, strings and characters blanked, newlines kept."""
+    pattern = re.compile(r'R"(\w*)\(.*?\)\1"|//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'', re.S)
+    return pattern.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
+
+
+def long_functions(text):
+    """Bodies that open after a parameter list and span more than the limit."""
+    code = strip_code(text)
+    stack = []
+    line = 1
+    last_significant = ""
+    statement = ""
+    for c in code:
+        if c == "\n":
+            line += 1
+        if c == "{":
+            head = statement.strip()
+            is_function = bool(re.search(r"\)\s*(const|noexcept|override|final|mutable|->\s*[\w:<>,&*\s]+|:\s.*|&)*\s*$", head, re.S))
+            is_block = bool(re.match(r"(if|for|while|switch|else|do|catch|try|namespace|class|struct|enum|union)\b", head))
+            stack.append((line, is_function and not is_block, head))
+            statement = ""
+        elif c == "}":
+            if stack:
+                start, is_function, head = stack.pop()
+                if is_function and line - start + 1 > FUNCTION_LINES_MAX:
+                    name = re.search(r"([~\w:]+)\s*\(", head)
+                    yield start, f"function {name[1] if name else '?'} has {line - start + 1} lines (at most {FUNCTION_LINES_MAX}: split it)"
+            statement = ""
+        elif c == ";":
+            statement = ""
+        else:
+            statement += c
+        if not c.isspace():
+            last_significant = c
+
+
+BANNED = [
+    (re.compile(r"\bsystem\s*\("), ("spool/", "web/", "apps/printd/"), "no shell: a name from outside must never reach one"),
+    (re.compile(r"\b(?:steady_clock|system_clock|high_resolution_clock)::now\b"),
+     ("base/", "sched/", "channel/", "printer/", "device/", "twin/", "runtime/", "board/sim/"),
+     "time is a parameter: only a board hands it out"),
+    (re.compile(r"\bclock_gettime\s*\("), ("base/", "sched/", "channel/", "printer/", "device/", "twin/", "runtime/", "board/sim/"),
+     "time is a parameter: only a board hands it out"),
+]
+
+
+def banned(path, text):
+    code = strip_code(text)
+    for number, line in enumerate(code.splitlines(), 1):
+        for pattern, folders, why in BANNED:
+            if path.startswith(folders) and pattern.search(line):
+                yield number, f"'{pattern.search(line)[0]}' here: {why}"
+
+
+def header_offences(path, text):
+    if path.endswith(".h") and "#pragma once" not in text:
+        yield 1, "header without #pragma once"
+    if not re.match(r"\s*(//|/\*)", text) and path.split("/")[0] in ARROWS and path.endswith(".h"):
+        yield 1, "a header's head says its purpose (begin with a comment)"
+
+
+def offences(path, text):
+    yield from include_offences(path, text)
+    yield from long_functions(text)
+    yield from banned(path, text)
+    yield from header_offences(path, text)
+
+
+def self_test():
+    long_body = "void f() {\n" + "x();\n" * 80 + "}\n"
+    cases = [
+        ("printer/a.cpp", '#include "board/board.h"\n', "may not include"),
+        ("twin/a.cpp", '#include "printer/machine_config.h"\n', "may not include"),
+        ("spool/a.cpp", '#include "printer/gcode/lexer.h"\n', "may not include"),
+        ("runtime/a.cpp", '#include "board/sim/sim_board.h"\n', "concrete board"),
+        ("sched/a.cpp", "auto t = std::chrono::steady_clock::now();\n", "time is a parameter"),
+        ("web/a.cpp", "int r = system(name);\n", "no shell"),
+        ("base/a.cpp", long_body, "has 82 lines"),
+        ("base/a.h", "int x;\n", "#pragma once"),
+    ]
+    failed = [c for c in cases if not any(c[2] in what for _, what in offences(c[0], c[1]))]
+    clean = list(offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "base/time.h"\n'))
+    for path, _, expected in failed:
+        print(f"self-test: no offence '{expected}' found for {path}")
+    if clean:
+        print(f"self-test: a clean file was blamed: {clean}")
+    return 1 if failed or clean else 0
+
+
+def tracked_files():
+    listing = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True)
+    return [p for p in listing.stdout.splitlines() if p.endswith(SOURCES) and (ROOT / p).is_file()]
+
+
+def main():
+    if "--self-test" in sys.argv:
+        return self_test()
+    count = 0
+    files = tracked_files()
+    for path in files:
+        for line, what in offences(path, (ROOT / path).read_text(encoding="utf-8")):
+            print(f"{path}:{line}: {what}")
+            count += 1
+    print(f"layout: {len(files)} files, {count} offences")
+    return 1 if count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,53 @@
+# What the project needs from Debian, by purpose, and how it gets it. Sourced by ./run and ./test.
+#
+#   need build web …     installs what is missing of these sets; without root it says what to install and stops
+
+packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
+  libboost1.81-dev libssl-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev libsqlite3-dev libsqlitecpp-dev
+  libsodium-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
+packages_web="nodejs npm"
+packages_run="curl util-linux"
+packages_test="clang-14 libclang-rt-14-dev clang-format-14 chromium curl jq procps util-linux"
+
+# Debian's nodejs (18) is too old for the page's build tools only where it is older than this.
+node_major_minimum=18
+
+say() { printf '%s\n' "$*" >&2; }
+
+# Prints those of its arguments that are not installed.
+missing_packages() {
+  local package
+  for package in "$@"; do
+    case "$package" in
+      nodejs) node_is_new_enough && continue ;;
+      npm) command -v npm >/dev/null && continue ;;
+    esac
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q '^install ok installed' || printf '%s ' "$package"
+  done
+}
+
+node_is_new_enough() {
+  command -v node >/dev/null && [ "$(node -p 'process.versions.node.split(".")[0]')" -ge "$node_major_minimum" ]
+}
+
+need() {
+  local set wanted="" missing as_root=""
+  for set in "$@"; do
+    local name="packages_$set"
+    wanted="$wanted ${!name}"
+  done
+  command -v dpkg-query >/dev/null || { say "This is not a Debian system: install by hand:$wanted"; return 0; }
+  # shellcheck disable=SC2086
+  missing=$(missing_packages $wanted)
+  [ -z "$missing" ] && return 0
+  if [ "$(id -u)" -ne 0 ]; then
+    if command -v sudo >/dev/null && sudo -n true 2>/dev/null; then as_root="sudo"; else
+      say "Missing packages. As root, run:  apt-get install $missing"
+      return 1
+    fi
+  fi
+  say "Installing: $missing"
+  # shellcheck disable=SC2086
+  $as_root env DEBIAN_FRONTEND=noninteractive sh -c \
+    'apt-get -qq update && apt-get -qq -y --no-install-recommends install "$@" >/dev/null' sh $missing
+}

@@ -1,0 +1,335 @@
+#include "twin/inspector.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/contract.h"
+
+namespace qduino::twin {
+namespace {
+
+// A path that ends this near to a half step may or may not have been taken across it: both are right.
+constexpr double kTieSteps = 0.01;
+constexpr std::size_t kNoAxis = kAxisCount;
+
+std::array<double, kSlideCount> home_coordinates(const Machine& machine) {
+    return {machine.axes[0].home_mm, machine.axes[1].home_mm, machine.axes[2].home_mm};
+}
+
+bool slide(std::size_t axis) { return axis < kSlideCount; }
+
+}  // namespace
+
+InspectionStart InspectionStart::at_power_on(const std::array<std::int64_t, kAxisCount>& built,
+                                             const std::array<bool, kSlideCount>& pressed) {
+    InspectionStart start;
+    start.built = built;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        start.origin[axis] = static_cast<double>(built[axis]);
+    start.pressed = pressed;
+    return start;
+}
+
+Inspector::Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start)
+    : machine_(machine),
+      asked_(source, start.asked_mm, home_coordinates(machine)),
+      at_(to_steps(start.asked_mm)),
+      origin_(start.origin),
+      position_(start.built),
+      pressed_(start.pressed) {
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        built_[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+    pieces_.push_back({AskedItem::Kind::move, 0, 0, at_, at_});  // of no length: the place to start from
+}
+
+Inspector::Point Inspector::to_steps(const Position& mm) const {
+    Point steps;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        steps[axis] = mm[axis] * machine_.axes[axis].steps_per_mm;
+    return steps;
+}
+
+const Inspector::Piece& Inspector::piece(std::size_t index) {
+    while (pieces_.size() <= index && pieces_.back().kind != AskedItem::Kind::end) {
+        const AskedItem item = asked_.next();
+        pieces_.push_back({item.kind, item.homed, item.line, pieces_.back().to, to_steps(item.to)});
+    }
+    return pieces_[std::min(index, pieces_.size() - 1)];
+}
+
+// ---- what the pins tell ------------------------------------------------------------------------------------
+
+void Inspector::on_step(const StepSeen& step) {
+    const std::size_t axis = step.axis;
+    if (homing_.active()) end_homing(homing_.settle(step.at, step.axis));
+    position_[axis] = step.position;
+    now_ = step.at;
+    ++findings_.axes[axis].steps;
+    if (homing_.pending(step.axis)) return;
+    built_[axis] += step.direction;
+    if (axis == kExtruder) {
+        pushed_steps_ += step.direction > 0 ? 1 : 0;
+        net_steps_ += step.direction;
+        follow_extruder(step.direction);
+    } else {
+        follow(axis, step.direction);
+    }
+}
+
+void Inspector::on_endstop(Instant at, int axis, bool pressed) {
+    now_ = at;
+    pressed_[static_cast<std::size_t>(axis)] = pressed;
+    if (homing_.active()) homing_.on_endstop(axis, pressed);
+}
+
+void Inspector::begin_homing() {
+    const std::uint8_t mask = pieces_.front().homed;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        if ((mask >> axis & 1u) != 0) built_[axis] = at_[axis];  // nothing is compared until it is home
+    homing_.begin(now_, mask, pressed_);
+}
+
+void Inspector::end_homing(std::uint8_t homed) {
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        if ((homed >> axis & 1u) == 0) continue;
+        const AxisSpec& spec = machine_.axes[axis];
+        origin_[axis] = static_cast<double>(position_[axis]) - spec.home_mm * spec.steps_per_mm;
+        built_[axis] = at_[axis] = spec.home_mm * spec.steps_per_mm;
+        findings_.axes[axis].homed = true;
+        homed_at_[axis] = position_[axis];
+    }
+}
+
+// ---- following the path ------------------------------------------------------------------------------------
+
+void Inspector::follow(std::size_t axis, int direction) {
+    const double way = direction;
+    const Step step{axis, way, built_[axis] - 0.5 * way,
+                    kAstraySteps + static_cast<double>(unexplained_run_)};
+    // Beyond its boundary the path has been: the step is late. On the boundary itself, where a step the other way may just
+    // have put the cursor, the path ahead is asked first.
+    const double beyond = way * (at_[axis] - step.boundary);
+    const bool found =
+        beyond <= kTieSteps && (advance_in_piece(step) || (unexplained_run_ < kGiveUp && walk(step)));
+    if (found || beyond >= -kTieSteps) {
+        if (!found) note(axis, std::abs(beyond) + 0.5, pieces_.front().line);
+        unexplained_run_ = 0;
+        return;
+    }
+    ++unexplained_run_;
+    ++findings_.axes[axis].unexplained;
+    note(axis, std::abs(built_[axis] - at_[axis]), pieces_.front().line);
+}
+
+// Nearly every step ends here: the boundary lies on the piece that the cursor is on.
+bool Inspector::advance_in_piece(const Step& step) {
+    const Piece& here = pieces_.front();
+    if (here.kind != AskedItem::Kind::move) return false;
+    Cursor cursor{0, share_, at_, {}};
+    if (step.direction * (here.to[step.axis] - step.boundary) < 0 || !creep(cursor, step)) return false;
+    if (!others_near(cursor, step)) return false;
+    share_ = cursor.share;
+    at_ = cursor.at;
+    note_all();
+    return true;
+}
+
+Inspector::Point Inspector::point_on(const Piece& piece, double share) {
+    if (share >= 1) return piece.to;
+    Point point;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        point[axis] = piece.from[axis] + share * (piece.to[axis] - piece.from[axis]);
+    return point;
+}
+
+// Moves `cursor` along its piece to where the stepping axis reaches its boundary on its way; false when it does not.
+bool Inspector::creep(Cursor& cursor, const Step& step) const {
+    const Piece& here = pieces_[cursor.piece];
+    const double beyond = step.direction * (here.to[step.axis] - step.boundary);
+    const double length = here.to[step.axis] - here.from[step.axis];
+    if (beyond < -kTieSteps || step.direction * length <= 0) return false;
+    if (beyond < 0) {
+        cursor.share = 1;
+        cursor.at = here.to;
+        return true;
+    }
+    cursor.share = std::clamp((step.boundary - here.from[step.axis]) / length, cursor.share, 1.0);
+    cursor.at = point_on(here, cursor.share);
+    return true;
+}
+
+// Whether no other slide is left further behind (or ahead) by this move of the cursor than the limit allows.
+bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        const double deviation = std::abs(built_[axis] - cursor.at[axis]);
+        if (deviation <= step.limit_steps || axis == step.axis) continue;
+        if (deviation > step.limit_steps + std::max(std::abs(built_[axis] - at_[axis]), 0.5)) return false;
+    }
+    return true;
+}
+
+// Moves `cursor` to the end of its piece. False when that leaves a slide too far from where it stands.
+bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
+    cursor.at = pieces_[cursor.piece].to;
+    cursor.share = 1;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const double before_step = built_[axis] - (axis == step.axis ? step.direction : 0.0);
+        const double deviation = std::abs(before_step - cursor.at[axis]);
+        cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
+        if (!slide(axis) || deviation <= step.limit_steps) continue;
+        if (deviation > step.limit_steps + std::max(std::abs(before_step - at_[axis]), 0.5)) return false;
+    }
+    return true;
+}
+
+// Looks for the step's boundary on the pieces ahead, and in doing so for the homing that would explain it.
+bool Inspector::walk(const Step& step) {
+    Cursor cursor{0, share_, at_, {}};
+    while (cursor.piece < kLookAhead) {
+        if (cursor.share < 1 || cursor.piece == 0) {
+            if (pieces_[cursor.piece].kind == AskedItem::Kind::move && creep(cursor, step)) {
+                if (!others_near(cursor, step)) return false;
+                commit(cursor);
+                return true;
+            }
+            if (!pass_end(cursor, step)) return false;
+        }
+        const Piece& next = piece(++cursor.piece);
+        cursor.share = 0;
+        if (next.kind == AskedItem::Kind::end) return false;
+        if (next.kind == AskedItem::Kind::home) {
+            if ((next.homed >> step.axis & 1u) == 0) return false;
+            built_[step.axis] -= step.direction;  // this step is homing's own
+            commit(cursor);
+            at_ = pieces_.front().to;
+            share_ = 1;
+            begin_homing();
+            return true;
+        }
+    }
+    return false;
+}
+
+// The extruder moves the cursor no further than to where a slide would be due to step.
+void Inspector::follow_extruder(int direction) {
+    const double way = direction;
+    const Step step{kExtruder, way, built_[kExtruder] - 0.5 * way, 0};
+    note(kExtruder, std::abs(at_[kExtruder] - (built_[kExtruder] - way)), pieces_.front().line);
+    Cursor cursor{0, share_, at_, {}};
+    bool found = way * (at_[kExtruder] - step.boundary) > kTieSteps;
+    while (!found && cursor.piece < kLookAhead) {
+        const Piece& here = pieces_[cursor.piece];
+        if (here.kind == AskedItem::Kind::move) {
+            const double reach = slides_reach(here, cursor.share);
+            Cursor crossing = cursor;
+            found = creep(crossing, step) && crossing.share <= reach;
+            cursor = found ? crossing : place_on(cursor, reach);
+            if (found || reach < 1) break;
+        }
+        cursor.worst[kExtruder] =
+            std::max(cursor.worst[kExtruder], std::abs(built_[kExtruder] - way - cursor.at[kExtruder]));
+        if (piece(cursor.piece + 1).kind != AskedItem::Kind::move) break;
+        ++cursor.piece;
+        cursor.share = 0;
+    }
+    commit(cursor);
+}
+
+// Share of `here` up to which every slide stays within half a step of where it stands; not less than `share`.
+double Inspector::slides_reach(const Piece& here, double share) const {
+    double reach = 1;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        const double length = here.to[axis] - here.from[axis];
+        if (length == 0) continue;
+        const double edge = built_[axis] + (length > 0 ? 0.5 : -0.5);
+        reach = std::min(reach, (edge - here.from[axis]) / length);
+    }
+    return std::max(reach, share);
+}
+
+Inspector::Cursor Inspector::place_on(const Cursor& cursor, double share) const {
+    Cursor placed = cursor;
+    const Piece& here = pieces_[cursor.piece];
+    placed.share = share;
+    placed.at = point_on(here, share);
+    return placed;
+}
+
+void Inspector::commit(const Cursor& cursor) {
+    pieces_.erase(pieces_.begin(), pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
+    share_ = cursor.share;
+    at_ = cursor.at;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        note(axis, cursor.worst[axis], pieces_.front().line);
+    note_all();
+}
+
+void Inspector::note(std::size_t axis, double deviation_steps, std::uint64_t line) {
+    if (deviation_steps <= worst_[axis]) return;
+    worst_[axis] = deviation_steps;
+    findings_.axes[axis].worst_line = line;
+}
+
+void Inspector::note_all() {
+    const std::uint64_t line = pieces_.front().line;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        note(axis, std::abs(built_[axis] - at_[axis]), line);
+}
+
+// ---- the end -----------------------------------------------------------------------------------------------
+
+// Passes the pieces that ask for no further step. True when that leads to the end of the path.
+bool Inspector::pass_rest() {
+    const Step nobody{kNoAxis, 0, 0, kAstraySteps};
+    Cursor cursor{0, share_, at_, {}};
+    for (; cursor.piece < kLookAhead; ++cursor.piece, cursor.share = 0) {
+        const Piece& here = piece(cursor.piece);
+        if (here.kind == AskedItem::Kind::end) break;
+        if (here.kind == AskedItem::Kind::home && cursor.piece > 0)
+            return false;  // a homing that never began
+        if (here.kind == AskedItem::Kind::move && !pass_end(cursor, nobody)) return false;
+    }
+    if (cursor.piece >= kLookAhead) return false;
+    cursor.share = 1;
+    commit(cursor);
+    return true;
+}
+
+Findings Inspector::finish(Instant now, bool read_rest) {
+    if (homing_.active()) end_homing(homing_.settle(now, -1));
+    findings_.line = pieces_.front().line;
+    findings_.path_consumed = !homing_.active() && pass_rest();
+    while (read_rest && asked_.next().kind != AskedItem::Kind::end) {
+    }
+    final_asked_ = asked_.position();
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const double steps_per_mm = machine_.axes[axis].steps_per_mm;
+        const double built = static_cast<double>(position_[axis]) - origin_[axis];
+        AxisFindings& found = findings_.axes[axis];
+        found.path_deviation_mm_max = worst_[axis] / steps_per_mm;
+        found.final_asked_mm = final_asked_[axis];
+        found.final_built_mm = built / steps_per_mm;
+        found.final_exact = std::abs(built - final_asked_[axis] * steps_per_mm) <= 0.5 + kTieSteps;
+    }
+    const double filament_steps_per_mm = machine_.axes[kExtruder].steps_per_mm;
+    findings_.filament_asked_mm = asked_.filament_net_mm();
+    findings_.filament_asked_pushed_mm = asked_.filament_pushed_mm();
+    findings_.filament_built_mm = static_cast<double>(net_steps_) / filament_steps_per_mm;
+    findings_.filament_built_pushed_mm = static_cast<double>(pushed_steps_) / filament_steps_per_mm;
+    return findings_;
+}
+
+InspectionStart Inspector::next_start() const {
+    InspectionStart start;
+    start.built = position_;
+    start.origin = origin_;
+    start.pressed = pressed_;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const double built_mm =
+            (static_cast<double>(position_[axis]) - origin_[axis]) / machine_.axes[axis].steps_per_mm;
+        start.asked_mm[axis] = findings_.axes[axis].final_exact ? final_asked_[axis] : built_mm;
+    }
+    return start;
+}
+
+}  // namespace qduino::twin

@@ -1,0 +1,162 @@
+// Inspector: is what was built what was asked? Built is a stream of microsteps; asked is a path of straight pieces in
+// (x, y, z, e). No clock is needed: the order of the steps alone says where on the path the machine believed to be.
+//
+// A perfect machine stands at the whole step nearest to the path, so it steps exactly where the path crosses a half step:
+//
+//   x  3 ┤                 ╭──built──        asked(s) ╱
+//      2 ┤         ╭───────╯        ╱·  ← at this step of X the path is at x = 2½: that gives s, and then
+//      1 ┤ ╭───────╯        ╱·         every other axis must stand within half a step of asked(s)
+//      0 ┼─╯      ╱·
+//        └──────────────────────────── s
+//
+// For every step of axis A to n the cursor s moves forward, never back, to the first place where asked_A reaches the
+// boundary n ∓ ½; a step whose boundary lies behind s is late, and moves nothing. Then |built − asked(s)| of every axis is
+// noted. Perfect stepping gives at most ½ step (plus the order in which near-simultaneous steps were sent).
+//
+// What cannot be explained is bounded, never chased: a step that could only be explained by leaving another axis more
+// than kAstray steps behind is counted as unexplained, noted with its deviation, and s stays. Each further unexplained
+// step widens that limit by one, so that after lost steps the comparison finds its place again (and reports them).
+//
+// The extruder follows but does not lead: a step of E moves s only as far as no slide is contradicted, because where its
+// zero lies within a microstep is unknown after an earlier job, and one microstep of filament is 25 of the slides.
+//
+// Homing: at a G28 the steps of its axes are skipped until homing_watch.h finds them home; the coordinate of the switch
+// (home_mm) is then given to the place where the axis stands.
+//
+// Invariants: s never goes back; memory is bounded by the look-ahead (kLookAhead items) and one read buffer.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+
+#include "base/time.h"
+#include "twin/asked_path.h"
+#include "twin/byte_source.h"
+#include "twin/homing_watch.h"
+#include "twin/machine.h"
+#include "twin/observer.h"
+
+namespace qduino::twin {
+
+/// Where the machine is when a job begins, as far as anybody knows.
+struct InspectionStart {
+    Position asked_mm{};                           ///< the coordinate that the firmware gives to the place
+    std::array<std::int64_t, kAxisCount> built{};  ///< microsteps, as the twin counts them, at that place
+    std::array<double, kAxisCount> origin{};       ///< built microsteps at coordinate 0; may be fractional
+    std::array<bool, kSlideCount> pressed{};       ///< switches
+
+    /// Power-on: the firmware calls wherever it stands 0.
+    static InspectionStart at_power_on(const std::array<std::int64_t, kAxisCount>& built,
+                                       const std::array<bool, kSlideCount>& pressed);
+};
+
+/// What one axis did during a job. Deviations and positions in mm.
+struct AxisFindings {
+    std::uint64_t steps = 0;        ///< microsteps moved, either way, homing included
+    std::uint64_t unexplained = 0;  ///< steps that the path does not ask for
+    double path_deviation_mm_max = 0;
+    std::uint64_t worst_line = 0;  ///< line of the G-code at the largest deviation
+    double final_asked_mm = 0;
+    double final_built_mm = 0;
+    bool final_exact = false;  ///< built is the whole step nearest to asked
+    bool homed = false;
+    double homing_error_mm = 0;  ///< where homing stopped, from where the switch truly closes (set by Job)
+};
+
+struct Findings {
+    bool path_consumed = false;  ///< every asked piece was passed
+    std::array<AxisFindings, kAxisCount> axes{};
+    double filament_asked_mm = 0;  ///< net: retractions and their returns cancel
+    double filament_built_mm = 0;
+    double filament_asked_pushed_mm = 0;  ///< forward movements alone
+    double filament_built_pushed_mm = 0;
+    std::uint64_t line = 0;  ///< line that was reached
+};
+
+class Inspector {
+  public:
+    static constexpr double kAstraySteps = 2.0;
+    static constexpr std::size_t kLookAhead = 4096;
+    /// After this many unexplained steps in a row the comparison gives up and only counts.
+    static constexpr std::uint64_t kGiveUp = 20'000;
+
+    /// `source` must outlive the inspector.
+    Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start);
+
+    void on_step(const StepSeen& step);
+    void on_endstop(Instant at, int axis, bool pressed);
+
+    /// Everything that will be built is built: passes what is left of the path, and sums up. A job that was cut short is
+    /// summed up against all that the file asks when `read_rest` is set (which takes as long as reading it does), else
+    /// against what was read until then.
+    [[nodiscard]] Findings finish(Instant now, bool read_rest = true);
+    /// For the next job of the same session: the place that was asked last, and where its zero lies. After finish().
+    [[nodiscard]] InspectionStart next_start() const;
+    /// Built microsteps at which each slide came to rest on its switch, where it was homed.
+    [[nodiscard]] const std::array<std::int64_t, kSlideCount>& homed_at() const { return homed_at_; }
+    [[nodiscard]] std::uint64_t line() const { return pieces_.front().line; }
+
+  private:
+    using Point = std::array<double, kAxisCount>;  // microsteps from coordinate 0
+    struct Piece {
+        AskedItem::Kind kind = AskedItem::Kind::end;
+        std::uint8_t homed = 0;
+        std::uint64_t line = 0;
+        Point from{};
+        Point to{};
+    };
+    /// A place on the path: piece and share of it. `at` is asked(s).
+    struct Cursor {
+        std::size_t piece = 0;
+        double share = 0;
+        Point at{};
+        Point worst{};  // largest deviations met on the way here
+    };
+    struct Step {
+        std::size_t axis = 0;
+        double direction = 1;
+        double boundary = 0;
+        double limit_steps = 0;  // how far another axis may be left behind
+    };
+
+    void follow(std::size_t axis, int direction);
+    [[nodiscard]] bool advance_in_piece(const Step& step);
+    [[nodiscard]] bool walk(const Step& step);
+    void follow_extruder(int direction);
+    [[nodiscard]] double slides_reach(const Piece& here, double share) const;
+    [[nodiscard]] static Point point_on(const Piece& piece, double share);
+    [[nodiscard]] Cursor place_on(const Cursor& cursor, double share) const;
+    [[nodiscard]] bool creep(Cursor& cursor, const Step& step) const;
+    [[nodiscard]] bool pass_end(Cursor& cursor, const Step& step) const;
+    [[nodiscard]] bool others_near(const Cursor& cursor, const Step& step) const;
+    [[nodiscard]] bool pass_rest();
+    void commit(const Cursor& cursor);
+    void note(std::size_t axis, double deviation_steps, std::uint64_t line);
+    void note_all();
+    void begin_homing();
+    void end_homing(std::uint8_t homed);
+    [[nodiscard]] const Piece& piece(std::size_t index);
+    [[nodiscard]] Point to_steps(const Position& mm) const;
+
+    Machine machine_;
+    AskedPath asked_;
+    std::deque<Piece> pieces_;  // [0] holds the cursor
+    double share_ = 0;
+    Point at_{};
+    Point built_{};  // whole steps relative to origin_
+    std::array<double, kAxisCount> origin_{};
+    std::array<std::int64_t, kAxisCount> position_{};  // as the twin counts
+    std::array<bool, kSlideCount> pressed_{};
+    Instant now_{};
+    HomingWatch homing_;
+    std::array<std::int64_t, kSlideCount> homed_at_{};
+    std::int64_t net_steps_ = 0;  // of the extruder
+    std::uint64_t pushed_steps_ = 0;
+    std::uint64_t unexplained_run_ = 0;
+    Point worst_{};
+    Findings findings_{};
+    Position final_asked_{};
+};
+
+}  // namespace qduino::twin

@@ -1,0 +1,110 @@
+#include "twin/job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace qduino::twin {
+namespace {
+
+// A temperature moves by less than a tenth of a degree in the time of so many extruder steps.
+constexpr std::uint64_t kStepsPerSample = 16;
+
+AxisCounters difference(const AxisCounters& now, const AxisCounters& then) {
+    return {now.moved - then.moved, now.lost_pull_out - then.lost_pull_out,
+            now.lost_hard_stop - then.lost_hard_stop, now.lost_timing - then.lost_timing,
+            now.ignored_disabled - then.ignored_disabled};
+}
+
+void widen(TemperatureRange& range, double celsius) {
+    range.minimum_celsius = std::min(range.minimum_celsius, celsius);
+    range.maximum_celsius = std::max(range.maximum_celsius, celsius);
+}
+
+}  // namespace
+
+Job::Job(Printer& printer, std::unique_ptr<ByteSource> asked, Instant now,
+         const std::optional<InspectionStart>& before, const Tolerances& tolerances)
+    : printer_(printer),
+      asked_(std::move(asked)),
+      began_(now),
+      tolerances_(tolerances),
+      at_begin_(printer.state(now)),
+      inspector_(printer.machine(), *asked_, start_for(printer, now, before)),
+      deposit_(printer.machine(), at_begin_.position_steps[kExtruder]),
+      position_(at_begin_.position_steps) {
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        mm_per_step_[axis] = 1.0 / printer.machine().axes[axis].steps_per_mm;
+    printer_.observe(this);
+}
+
+Job::~Job() {
+    if (watching_) printer_.observe(nullptr);
+}
+
+// Between jobs somebody may have jogged: an axis that is not where the last job left it begins where it stands.
+InspectionStart Job::start_for(Printer& printer, Instant now, const std::optional<InspectionStart>& before) {
+    const PrinterState state = printer.state(now);
+    if (!before) return InspectionStart::at_power_on(state.position_steps, state.pressed);
+    InspectionStart start = *before;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        if (start.built[axis] == state.position_steps[axis]) continue;
+        start.built[axis] = state.position_steps[axis];
+        start.asked_mm[axis] = (static_cast<double>(start.built[axis]) - start.origin[axis]) /
+                               printer.machine().axes[axis].steps_per_mm;
+    }
+    start.pressed = state.pressed;
+    return start;
+}
+
+void Job::on_step(const StepSeen& step) {
+    inspector_.on_step(step);
+    position_[step.axis] = step.position;
+    if (step.axis != kExtruder) return;
+    deposit_.extruder_at(step.position, {static_cast<double>(position_[0]) * mm_per_step_[0],
+                                         static_cast<double>(position_[1]) * mm_per_step_[1],
+                                         static_cast<double>(position_[2]) * mm_per_step_[2]});
+    if (step.direction < 0) return;
+    if (pushed_++ % kStepsPerSample == 0) sample_temperatures(step.at);
+    if (too_cold_) ++cold_;
+}
+
+void Job::sample_temperatures(Instant at) {
+    const double hot_end = printer_.sensor_celsius(at, kHotEnd);
+    too_cold_ = hot_end < printer_.machine().minimum_extrude_celsius;
+    widen(hot_end_, hot_end);
+    widen(bed_, printer_.sensor_celsius(at, kBed));
+}
+
+void Job::on_endstop(Instant at, int axis, bool pressed) { inspector_.on_endstop(at, axis, pressed); }
+
+Report Job::finish(Instant now, bool read_rest) {
+    printer_.observe(nullptr);
+    watching_ = false;
+    deposit_.finish();
+    const PrinterState state = printer_.state(now);
+    Report report;
+    report.findings = inspector_.finish(now, read_rest);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        report.counters[axis] = difference(state.counters[axis], at_begin_.counters[axis]);
+        report.lost_steps[axis] = report.counters[axis].lost();
+        AxisFindings& found = report.findings.axes[axis];
+        if (axis >= kSlideCount || !found.homed) continue;
+        const std::int64_t off =
+            inspector_.homed_at()[axis] - printer_.axis(static_cast<int>(axis)).trigger();
+        found.homing_error_mm = static_cast<double>(off) * mm_per_step_[axis];
+    }
+    report.timing_violations = state.timing_violations - at_begin_.timing_violations;
+    report.cold_extrusion_steps = cold_;
+    report.extruded = pushed_ > 0;
+    report.hot_end = hot_end_;
+    report.bed = bed_;
+    report.duration_s = to_seconds(now - began_);
+    report.volume_mm3 = deposit_.volume_mm3();
+    report.layers = deposit_.layers();
+    report.layers_merged = deposit_.layers_merged();
+    judge(report, tolerances_, printer_.machine().axes[kExtruder].steps_per_mm);
+    return report;
+}
+
+}  // namespace qduino::twin

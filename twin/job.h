@@ -1,0 +1,68 @@
+// Job: the watch over one print. Joins the printer's motion with the file that asked for it, and reports.
+//
+//   Printer ──on_step, on_endstop──► Job ──► Inspector   (built against asked)
+//      ▲                              ├───► Deposit      (plastic, layers)
+//      └────── temperatures ──────────┘     temperatures while extruding, cold extrusion
+//
+// Begin it before the first byte of the job reaches the firmware; finish it once the last pulse has been played.
+// One job watches a printer at a time. The printer must outlive the job.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "base/time.h"
+#include "twin/byte_source.h"
+#include "twin/deposit.h"
+#include "twin/inspector.h"
+#include "twin/observer.h"
+#include "twin/printer.h"
+#include "twin/report.h"
+
+namespace qduino::twin {
+
+class Job final : public MotionObserver {
+  public:
+    /// `before`: where the last job of the same session ended, if there was one; else the firmware is taken to call the
+    /// present place 0, as it does at power-on.
+    Job(Printer& printer, std::unique_ptr<ByteSource> asked, Instant now,
+        const std::optional<InspectionStart>& before = std::nullopt, const Tolerances& tolerances = {});
+    ~Job() override;
+    Job(const Job&) = delete;
+    Job& operator=(const Job&) = delete;
+
+    void on_step(const StepSeen& step) override;
+    void on_endstop(Instant at, int axis, bool pressed) override;
+
+    /// Ends the watch. Call once. `read_rest`: see Inspector::finish.
+    [[nodiscard]] Report finish(Instant now, bool read_rest = true);
+    /// After finish(): where the next job of this session begins.
+    [[nodiscard]] InspectionStart next_start() const { return inspector_.next_start(); }
+    /// Line of the file that the nozzle is at.
+    [[nodiscard]] std::uint64_t line() const { return inspector_.line(); }
+
+  private:
+    static InspectionStart start_for(Printer& printer, Instant now,
+                                     const std::optional<InspectionStart>& before);
+    void sample_temperatures(Instant at);
+
+    Printer& printer_;
+    std::unique_ptr<ByteSource> asked_;
+    Instant began_;
+    Tolerances tolerances_;
+    PrinterState at_begin_;
+    Inspector inspector_;
+    Deposit deposit_;
+    std::array<std::int64_t, kAxisCount> position_;
+    std::array<double, kSlideCount> mm_per_step_{};
+    std::uint64_t pushed_ = 0;
+    std::uint64_t cold_ = 0;
+    bool too_cold_ = false;
+    bool watching_ = true;
+    TemperatureRange hot_end_{1e9, -1e9};
+    TemperatureRange bed_{1e9, -1e9};
+};
+
+}  // namespace qduino::twin

@@ -1,0 +1,68 @@
+#include "twin/line_reader.h"
+
+namespace qduino::twin {
+namespace {
+
+/// One word: a letter and, where there is one, its number. Advances `text` past it.
+struct Word {
+    char letter = 0;
+    bool has_number = false;
+    double number = 0;
+};
+
+void skip_blanks(std::string_view& text) {
+    while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+}
+
+Word take_word(std::string_view& text) {
+    Word word;
+    word.letter = text.front();
+    if (word.letter >= 'a' && word.letter <= 'z') word.letter = static_cast<char>(word.letter - 'a' + 'A');
+    text.remove_prefix(1);
+    skip_blanks(text);
+    std::string_view digits = text;
+    if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
+    // Fixed notation: an E after a number is the next word, never an exponent ("X1E2" is X1 E2).
+    const auto [end, error] =
+        std::from_chars(digits.data(), digits.data() + digits.size(), word.number, std::chars_format::fixed);
+    if (error != std::errc{}) return word;
+    word.has_number = true;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return word;
+}
+
+}  // namespace
+
+CommandLine LineReader::parse(std::string_view line) {
+    CommandLine command;
+    line = line.substr(0, line.find(';'));
+    line = line.substr(0, line.find('*'));
+    for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
+        if (line.front() == '(') {  // a comment in the middle of a line
+            const std::size_t end = line.find(')');
+            line.remove_prefix(end == std::string_view::npos ? line.size() : end + 1);
+            continue;
+        }
+        const char first = line.front();
+        const bool letter = (first >= 'A' && first <= 'Z') || (first >= 'a' && first <= 'z');
+        if (!letter) {
+            if (command.letter == 0) return command;  // not a command at all
+            line.remove_prefix(1);
+            continue;
+        }
+        const Word word = take_word(line);
+        if (command.letter == 0) {
+            if (word.letter == 'N' && word.has_number) continue;  // line number
+            if ((word.letter != 'G' && word.letter != 'M') || !word.has_number) return command;
+            command.letter = word.letter;
+            command.number = static_cast<int>(word.number);
+            continue;
+        }
+        const unsigned index = static_cast<unsigned>(word.letter - 'A');
+        command.present |= 1u << index;
+        if (word.has_number) command.values[index] = word.number;
+    }
+    return command;
+}
+
+}  // namespace qduino::twin

@@ -1,0 +1,75 @@
+// Lines of G-code, cut to the words that carry geometry: one command and its numbers, comments and check sums gone.
+//
+//   "N12 G1 X10.5 E-.8 ; comment*37"  →  letter G, number 1, words {X: 10.5, E: −0.8}
+//
+// This reader is the twin's own and shares nothing with the firmware's parser: a mistake in one must not hide in the other.
+// Bounded: a line keeps its first kLineBytes bytes; the rest (thumbnails, settings in comments) is dropped.
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "twin/byte_source.h"
+
+namespace qduino::twin {
+
+/// One command: its letter and number, and for every letter of the alphabet the number that followed it.
+struct CommandLine {
+    char letter = 0;  ///< 'G' or 'M'; 0 when the line commands nothing
+    int number = -1;
+    std::uint32_t present = 0;  ///< bit per letter, with or without a number
+    std::array<double, 26> values{};
+
+    [[nodiscard]] bool has(char word) const { return (present >> (word - 'A') & 1u) != 0; }
+    [[nodiscard]] double value(char word, double otherwise = 0) const {
+        return has(word) ? values[static_cast<std::size_t>(word - 'A')] : otherwise;
+    }
+};
+
+class LineReader {
+  public:
+    static constexpr std::size_t kLineBytes = 1024;
+
+    explicit LineReader(ByteSource& source) : source_(source), buffer_(std::size_t{1} << 16) {}
+
+    /// The next line's command, or nothing at the end of the source.
+    [[nodiscard]] std::optional<CommandLine> next() {
+        char line[kLineBytes];
+        std::size_t size = 0;
+        bool any = false;
+        for (;;) {
+            if (at_ == filled_ && !refill()) break;
+            any = true;
+            const char c = buffer_[at_++];
+            if (c == '\n') break;
+            if (size < kLineBytes) line[size++] = c;
+        }
+        if (!any) return std::nullopt;
+        ++number_;
+        return parse({line, size});
+    }
+    /// Number of the line that next() gave last, from 1.
+    [[nodiscard]] std::uint64_t number() const { return number_; }
+
+    [[nodiscard]] static CommandLine parse(std::string_view line);
+
+  private:
+    bool refill() {
+        at_ = 0;
+        filled_ = source_.read(buffer_);
+        return filled_ != 0;
+    }
+
+    ByteSource& source_;
+    std::vector<char> buffer_;
+    std::size_t at_ = 0;
+    std::size_t filled_ = 0;
+    std::uint64_t number_ = 0;
+};
+
+}  // namespace qduino::twin

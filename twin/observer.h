@@ -1,0 +1,29 @@
+// What a watcher of the twin is told: microsteps that really moved something, and switches that changed.
+#pragma once
+
+#include <cstdint>
+
+#include "base/time.h"
+
+namespace qduino::twin {
+
+/// A microstep that the carriage (or the filament) followed. Lost ones are not reported: they built nothing.
+struct StepSeen {
+    Instant at{};
+    std::uint8_t axis = 0;
+    std::int8_t direction = 1;  ///< +1 or −1 in machine coordinates
+    std::int64_t position = 0;  ///< microsteps from machine zero, after it
+};
+
+/// Called from the thread that drives the twin's pins, in order of time. A step comes before the switch it
+/// presses.
+class MotionObserver {
+  public:
+    virtual ~MotionObserver() = default;
+    virtual void on_step(const StepSeen& step) = 0;
+    /// The switch of slide `axis` closed or opened (mechanically: without bounce, and whatever faults its
+    /// wire has).
+    virtual void on_endstop(Instant at, int axis, bool pressed) = 0;
+};
+
+}  // namespace qduino::twin

@@ -1,0 +1,118 @@
+// The virtual printer: a whole machine behind the pins and buses of a virtual board.
+//
+//   pins 2…16 ──► AxisDrive ×4 (driver, motor, slide, switch) ──► on_step, on_endstop ──► MotionObserver (a
+//   job's watch)
+//                      │ position
+//                      ▼
+//   endstop pins ◄── switch            E microsteps ──► melted plastic ──► takes heat
+//                                                                             ▼
+//   heater, fan pins ──► Heater ×2 ──► thermistor ──► divider ──► Ads7828Chip ◄──► I2C
+//
+// It knows nothing of G-code, of the firmware, or of who drives the pins: that is what makes its record a
+// proof.
+//
+// Invariants: calls come in order of time, from one thread (an earlier instant is taken as the latest one
+// seen). A pin write costs one table look-up; heat is advanced only when somebody looks at it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "board/peripherals.h"
+#include "device/ads7828_chip.h"
+#include "twin/axis_drive.h"
+#include "twin/fault.h"
+#include "twin/heater.h"
+#include "twin/machine.h"
+#include "twin/observer.h"
+
+namespace qduino::twin {
+
+/// The machine as a person standing beside it sees it.
+struct PrinterState {
+    std::array<double, kAxisCount> position_mm{};  ///< true machine coordinates; E: net filament pushed
+    std::array<std::int64_t, kAxisCount> position_steps{};
+    std::array<AxisCounters, kAxisCount> counters{};
+    std::array<bool, kAxisCount> enabled{};
+    std::array<bool, kSlideCount> pressed{};
+    std::array<double, kHeaterCount> celsius{};  ///< at the sensor
+    std::array<double, kHeaterCount> block_celsius{};
+    std::array<double, kHeaterCount> heater_duty{};  ///< what the board drives
+    double fan_duty = 0;
+    std::uint64_t timing_violations = 0;
+    std::uint64_t conversions = 0;  ///< answered by the converter
+};
+
+class Printer final : public board::Peripherals {
+  public:
+    explicit Printer(const Machine& machine);
+
+    // ---- the board's side: see board/peripherals.h
+    // ---------------------------------------------------------
+    void pin_written(Instant now, board::PinId pin, board::Level level) override;
+    void pwm_written(Instant now, board::PinId pin, double duty) override;
+    [[nodiscard]] board::Level pin_level(Instant now, board::PinId pin) override;
+    [[nodiscard]] double analog_level(Instant now, board::PinId pin) override;
+    [[nodiscard]] Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
+                                            std::span<const std::uint8_t> out,
+                                            std::span<std::uint8_t> in) override;
+    [[nodiscard]] Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
+                                            std::span<std::uint8_t> data) override;
+
+    // ---- the watcher's side
+    // --------------------------------------------------------------------------------
+    /// Who is told of every microstep from now on; null for nobody. The observer must outlive its watch.
+    void observe(MotionObserver* observer) { observer_ = observer; }
+    [[nodiscard]] PrinterState state(Instant now);
+    /// Degrees at the sensor of heater `heater` (kHotEnd, kBed).
+    [[nodiscard]] double sensor_celsius(Instant now, int heater);
+    [[nodiscard]] const Machine& machine() const { return machine_; }
+    [[nodiscard]] const AxisDrive& axis(int index) const { return axes_[static_cast<std::size_t>(index)]; }
+
+    /// Breaks something, at `fault.at` or, when that has passed, at once.
+    void inject(const Fault& fault);
+    /// Repairs everything, and forgets faults still to come.
+    void clear_faults(Instant now);
+
+  private:
+    enum class Role : std::uint8_t { none, step, direction, enable, endstop, heater, fan };
+    struct Wire {
+        Role role = Role::none;
+        std::uint8_t index = 0;
+    };
+    enum class SensorFault : std::uint8_t { none, stuck, open, shorted };
+    struct Sensor {
+        SensorFault fault = SensorFault::none;
+        double stuck_celsius = 0;
+    };
+    enum class SwitchFault : std::uint8_t { none, closed, open };
+
+    void wire(std::uint16_t pin, Role role, int index);
+    void step_pin(Instant now, std::size_t axis, bool level);
+    void drive(Instant now, Wire wire, double duty);
+    void apply_due_faults(Instant now);
+    void apply(const Fault& fault);
+    [[nodiscard]] double sensor_volts(Instant now, int channel);
+    [[nodiscard]] bool contact(Instant now, std::size_t axis) const;
+
+    Machine machine_;
+    std::array<Wire, board::kPinCount> wires_{};
+    std::array<board::Level, board::kPinCount> driven_{};
+    std::array<AxisDrive, kAxisCount> axes_;
+    std::array<Heater, kHeaterCount> heaters_;
+    std::array<Sensor, kHeaterCount> sensors_{};
+    std::array<SwitchFault, kSlideCount> switches_{};
+    device::Ads7828Chip converter_;
+    bool bus_silent_ = false;
+    double fan_duty_ = 0;
+    double volume_per_step_mm3_;
+    std::uint64_t conversions_ = 0;
+    std::vector<Fault> pending_faults_;  // sorted, the earliest last
+    Instant next_fault_ = kForever;
+    MotionObserver* observer_ = nullptr;
+};
+
+}  // namespace qduino::twin

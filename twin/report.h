@@ -1,0 +1,52 @@
+// The report on one job: what was asked, what was built, whether the two are the same, and how the machine fared.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "twin/axis_drive.h"
+#include "twin/deposit.h"
+#include "twin/inspector.h"
+
+namespace qduino::twin {
+
+/// How far built may be from asked.
+struct Tolerances {
+    /// Largest path deviation. X, Y: one microstep; Z: one of its own; E: five (of filament).
+    std::array<double, kAxisCount> path_mm{0.0125, 0.0125, 0.0005, 0.052};
+    double filament_share = 0.0005;  ///< of the filament asked; never less than one microstep
+};
+
+struct TemperatureRange {
+    double minimum_celsius = 0;
+    double maximum_celsius = 0;
+};
+
+struct Report {
+    bool completed = false;  ///< the path was passed to its end
+    bool matches = false;    ///< completed, and no entry in `differences`
+    std::vector<std::string>
+        differences;  ///< each names an axis or a quantity, asked, built and the tolerance
+    Findings findings;
+    std::array<std::uint64_t, kAxisCount> lost_steps{};  ///< during this job, whatever the reason
+    std::array<AxisCounters, kAxisCount> counters{};     ///< during this job
+    std::uint64_t timing_violations = 0;
+    std::uint64_t cold_extrusion_steps = 0;  ///< filament pushed into a nozzle too cold to melt it
+    bool extruded = false;
+    TemperatureRange hot_end;  ///< while extruding
+    TemperatureRange bed;
+    double duration_s = 0;
+    double volume_mm3 = 0;
+    std::uint64_t layers_merged = 0;
+    std::vector<Layer> layers;
+};
+
+/// Fills `completed`, `matches` and `differences` from the rest of `report`. `steps_per_mm` is E's.
+void judge(Report& report, const Tolerances& tolerances, double filament_steps_per_mm);
+
+/// The report as one JSON object (keys as in docs/twin.md); at most `layer_limit` layers are listed.
+[[nodiscard]] std::string to_json(const Report& report, std::size_t layer_limit = 2000);
+
+}  // namespace qduino::twin

@@ -1,0 +1,209 @@
+// /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs"). Uploads are web/service.cpp's.
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <sys/stat.h>
+
+#include "web/api/json.h"
+#include "web/api/route.h"
+
+namespace qduino::web::api {
+
+namespace {
+
+using spool::BlobPart;
+using spool::Job;
+using spool::JobPatch;
+
+/// A whole decimal number from one path segment.
+std::optional<std::int64_t> number_of(std::string_view text) {
+    std::int64_t value = 0;
+    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (failed != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
+    return value;
+}
+
+const Job* job_of(Context& context, const Call& call) {
+    const std::optional<std::int64_t> id = number_of(call.arguments.front());
+    return id ? context.spool.queue().find(*id) : nullptr;
+}
+
+Response no_such_job() { return web::error_response(404, "not_found", "there is no job with this number"); }
+
+Response answer_job(Context& context, spool::JobId id, const Result<void>& done) {
+    if (!done.ok()) return error_response(done.error());
+    return json_response(job_json(context.spool, *context.spool.queue().find(id)));
+}
+
+std::uint64_t size_of(const std::filesystem::path& path) {
+    struct stat found {};
+    return ::stat(path.c_str(), &found) == 0 ? static_cast<std::uint64_t>(found.st_size) : 0;
+}
+
+Response file_response(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t length,
+                       std::string content_type) {
+    Response response;
+    response.content_type = std::move(content_type);
+    response.file = FileRange{path, offset, length};
+    return response;
+}
+
+Response list_jobs(Context& context, const Call&) { return json_response(jobs_json(context.spool)); }
+
+Response get_job(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    return job ? json_response(job_json(context.spool, *job)) : no_such_job();
+}
+
+Response delete_job(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    return job ? answer(context.spool.remove(job->id), no_content()) : no_such_job();
+}
+
+Response bad_patch(std::string_view what) { return web::error_response(400, "invalid_argument", what); }
+
+/// Fills `patch` from one member of the body. False when its type or name is wrong.
+bool read_member(const std::string& name, const Json& value, JobPatch& patch) {
+    const auto small_number = [&](std::optional<int>& field) {
+        if (!value.is_number_integer()) return false;
+        const std::int64_t number = value.get<std::int64_t>();
+        if (number < -1'000'000 || number > 1'000'000) return false;
+        field = static_cast<int>(number);
+        return true;
+    };
+    if (name == "copies") return small_number(patch.copies);
+    if (name == "priority") return small_number(patch.priority);
+    if (name == "hold") {
+        if (value.is_boolean()) patch.hold = value.get<bool>();
+        return value.is_boolean();
+    }
+    if (name != "before") return false;
+    patch.move = true;
+    if (value.is_number_integer()) patch.before = value.get<std::int64_t>();
+    return value.is_null() || value.is_number_integer();
+}
+
+Response patch_job(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    const std::optional<Json> body = object_of(call.request.body);
+    if (!body) return bad_patch("the body must be a JSON object");
+    JobPatch patch;
+    for (const auto& [name, value] : body->items()) {
+        if (!read_member(name, value, patch)) {
+            return bad_patch("only hold (true or false), copies, priority (whole numbers) and before (a job's number or null) can be changed");
+        }
+    }
+    const spool::JobId id = job->id;
+    return answer_job(context, id, context.spool.patch(id, patch));
+}
+
+Response start_job(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    const spool::JobId id = job->id;
+    return answer_job(context, id, context.spool.start(id));
+}
+
+/// Only characters that need no quoting in any header survive.
+std::string attachment(const std::string& name) {
+    std::string plain;
+    for (const char c : name) {
+        const bool safe = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' ||
+                          c == '-' || c == '_';
+        plain += safe ? c : '_';
+    }
+    return "attachment; filename=\"" + plain + "\"";
+}
+
+Response job_file(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    Response response = file_response(context.spool.blobs().path(job->sha256, BlobPart::gcode), 0, job->size,
+                                      "application/octet-stream");
+    response.add("Content-Disposition", attachment(job->name));
+    return response;
+}
+
+Response job_thumbnail(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    if (!job->has_thumbnail) return web::error_response(404, "not_found", "the job's file holds no thumbnail");
+    const auto path = context.spool.blobs().path(job->sha256, BlobPart::thumbnail);
+    Response response = file_response(path, 0, size_of(path), "image/png");
+    response.add("Cache-Control", "private, max-age=86400, immutable");
+    return response;
+}
+
+/// The index of packed layers; an empty array when none were packed.
+Json layers_of(Context& context, const Job& job) {
+    if (!job.has_layers) return Json::array();
+    std::ifstream stream{context.spool.blobs().path(job.sha256, BlobPart::layers_index), std::ios::binary};
+    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    Json layers = Json::parse(text, nullptr, false);
+    return layers.is_array() ? layers : Json::array();
+}
+
+Response job_layers(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    return json_response({{"layers", layers_of(context, *job)}});
+}
+
+/// Layers lie in the packed file one behind the other: a range of them is a range of bytes.
+Response packed_layers(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    const std::string& range = call.arguments[1];
+    const std::size_t dash = range.find('-');
+    const auto first = number_of(std::string_view{range}.substr(0, dash));
+    const auto last = dash == std::string::npos ? first : number_of(std::string_view{range}.substr(dash + 1));
+    const Json layers = layers_of(context, *job);
+    if (!first || !last || *first > *last || static_cast<std::size_t>(*last) >= layers.size()) {
+        return web::error_response(404, "not_found", "give layers as FIRST-LAST, both within the job");
+    }
+    std::uint64_t offset = 0;
+    std::uint64_t length = 0;
+    for (std::int64_t i = 0; i <= *last; ++i) {
+        (i < *first ? offset : length) += layers[static_cast<std::size_t>(i)].value("bytes", std::uint64_t{0});
+    }
+    const auto path = context.spool.blobs().path(job->sha256, BlobPart::layers);
+    if (size_of(path) < offset + length) return web::error_response(404, "not_found", "the packed layers are missing");
+    Response response = file_response(path, offset, length, "application/octet-stream");
+    response.add("Cache-Control", "private, max-age=86400, immutable");
+    return response;
+}
+
+Response job_inspection(Context& context, const Call& call) {
+    const Job* job = job_of(context, call);
+    if (!job) return no_such_job();
+    const Result<std::string> report = context.spool.store().report_of(job->id);
+    if (!report.ok()) return error_response(report.error());
+    Response response;
+    response.body = *report;
+    return response;
+}
+
+Response hold_queue(Context& context, const Call&) { return answer(context.spool.hold_queue("held by a person"), accepted()); }
+Response release_queue(Context& context, const Call&) { return answer(context.spool.release_queue(), accepted()); }
+
+constexpr std::array kRoutes{
+    Route{Method::get, "/api/v1/jobs", list_jobs},
+    Route{Method::get, "/api/v1/jobs/*", get_job},
+    Route{Method::remove, "/api/v1/jobs/*", delete_job},
+    Route{Method::patch, "/api/v1/jobs/*", patch_job},
+    Route{Method::post, "/api/v1/jobs/*/start", start_job},
+    Route{Method::get, "/api/v1/jobs/*/file", job_file},
+    Route{Method::get, "/api/v1/jobs/*/thumbnail", job_thumbnail},
+    Route{Method::get, "/api/v1/jobs/*/layers", job_layers},
+    Route{Method::get, "/api/v1/jobs/*/layers/*", packed_layers},
+    Route{Method::get, "/api/v1/jobs/*/inspection", job_inspection},
+    Route{Method::post, "/api/v1/queue/hold", hold_queue},
+    Route{Method::post, "/api/v1/queue/release", release_queue},
+};
+
+}  // namespace
+
+std::span<const Route> job_routes() { return kRoutes; }
+
+}  // namespace qduino::web::api

@@ -1,0 +1,198 @@
+#include "web/api/json.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+namespace qduino::web::api {
+
+using printer::link::HeaterStatus;
+using printer::link::MachineState;
+using printer::link::MotionStatus;
+
+namespace {
+
+Json heater_json(const HeaterStatus& heater) {
+    return {{"c", heater.celsius}, {"target_c", heater.target_celsius}, {"duty", heater.duty}, {"fault", heater.fault}};
+}
+
+Json lateness_json(const Histogram& lateness_ns) {
+    Json buckets = Json::array();
+    for (int i = 0; i < Histogram::kBuckets; ++i) {
+        if (lateness_ns.bucket_count(i) > 0) {
+            buckets.push_back({Histogram::upper_bound_of(i), lateness_ns.bucket_count(i)});
+        }
+    }
+    return {{"p50", lateness_ns.quantile(0.5)},     {"p99", lateness_ns.quantile(0.99)},
+            {"p9999", lateness_ns.quantile(0.9999)}, {"max", lateness_ns.max()},
+            {"count", lateness_ns.count()},          {"buckets", std::move(buckets)}};
+}
+
+Json timing_json(const MotionStatus& motion) {
+    return {{"late_steps", motion.late_steps}, {"shift_ns", motion.shift_ns}, {"starved", motion.starved},
+            {"ring_fill", motion.ring_fill},   {"pulses", motion.pulses},     {"lateness_ns", lateness_json(motion.lateness_ns)}};
+}
+
+/// Why the machine does nothing; null when it has no fault.
+Json fault_json(const spool::MachineView& machine) {
+    if (machine.life == spool::SketchLife::died) return "the machine's program has died";
+    if (machine.life == spool::SketchLife::hung) return "the machine's program hangs";
+    if (!machine.responding) return "the machine does not answer";
+    if (machine.job.state == MachineState::faulted) {
+        return std::string{machine.job.fault.empty() ? machine.heat.fault.view() : machine.job.fault.view()};
+    }
+    return machine.heat.fault.empty() ? Json{} : Json(std::string{machine.heat.fault.view()});
+}
+
+std::string hexadecimal(std::uint64_t value) {
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+    return text.data();
+}
+
+Json facts_json(const spool::Job& job) {
+    Json facts = Json::parse(job.facts_json, nullptr, false);
+    if (!facts.is_object()) facts = Json::object();
+    if (!facts.contains("thumbnail")) facts["thumbnail"] = job.has_thumbnail;
+    return facts;
+}
+
+Json position_json(const spool::Spool& spool, const spool::Job& job) {
+    if (job.state != spool::JobState::queued) return nullptr;
+    const auto queued = spool.queue().queued();
+    return 1 + std::distance(queued.begin(), std::find(queued.begin(), queued.end(), &job));
+}
+
+}  // namespace
+
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Response json_response(const Json& json, int status) {
+    Response response;
+    response.status = status;
+    response.body = text_of(json);
+    return response;
+}
+
+std::optional<Json> object_of(std::string_view body) {
+    Json json = Json::parse(body, nullptr, false);
+    if (!json.is_object()) return std::nullopt;
+    return json;
+}
+
+Json time_json(spool::UnixSeconds time_s) {
+    if (time_s == 0) return nullptr;
+    const std::time_t time = time_s;
+    std::tm parts{};
+    std::array<char, 32> text{};
+    ::gmtime_r(&time, &parts);
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return text.data();
+}
+
+std::string_view machine_word(const spool::MachineView& machine) {
+    if (!machine.connected || machine.life != spool::SketchLife::alive || !machine.responding) return "disconnected";
+    switch (machine.job.state) {
+        case MachineState::starting: return "starting";
+        case MachineState::idle: return "idle";
+        case MachineState::printing: return "printing";
+        case MachineState::pausing: return "pausing";
+        case MachineState::paused: return "paused";
+        case MachineState::cancelling: return "cancelling";
+        case MachineState::faulted: return "faulted";
+    }
+    return "faulted";
+}
+
+std::string_view job_word(const spool::Spool& spool, const spool::Job& job) {
+    if (job.state == spool::JobState::queued && job.hold) return "held";
+    const MachineState machine = spool.machine().job.state;
+    const bool paused = machine == MachineState::paused || machine == MachineState::pausing;
+    if (job.state == spool::JobState::printing && spool.machine().connected && paused) return "paused";
+    return to_word(job.state);
+}
+
+Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
+    Progress progress;
+    if (job.state == spool::JobState::done) return {job.size, 1, 0, 0};
+    const spool::MachineView& machine = spool.machine();
+    const auto& run = spool.active_run();
+    if (!run || run->job != job.id || !machine.connected || machine.job.job_id != run->id) return progress;
+    progress.bytes = std::min(machine.job.bytes_executed, job.size);
+    progress.fraction = job.size > 0 ? static_cast<double>(progress.bytes) / static_cast<double>(job.size) : 0;
+    const double elapsed_s = machine.job.print_time_s;
+    progress.elapsed_s = std::isfinite(elapsed_s) && elapsed_s > 0 ? elapsed_s : 0;
+    if (job.estimated_s > 0) {
+        progress.remaining_s = std::max(0.0, job.estimated_s * (1 - progress.fraction));
+    } else if (progress.fraction > 0.01) {
+        progress.remaining_s = progress.elapsed_s / progress.fraction - progress.elapsed_s;
+    }
+    return progress;
+}
+
+Json job_json(const spool::Spool& spool, const spool::Job& job) {
+    const Progress progress = progress_of(spool, job);
+    return {
+        {"id", job.id},
+        {"name", job.name},
+        {"size", job.size},
+        {"sha256", job.sha256},
+        {"state", job_word(spool, job)},
+        {"hold", job.hold},
+        {"copies", job.copies},
+        {"copies_done", job.copies_done},
+        {"priority", job.priority},
+        {"position", position_json(spool, job)},
+        {"created", time_json(job.created_s)},
+        {"started", time_json(job.started_s)},
+        {"ended", time_json(job.ended_s)},
+        {"error", job.error.empty() ? Json{} : Json(job.error)},
+        {"facts", facts_json(job)},
+        {"progress",
+         {{"bytes", progress.bytes},
+          {"fraction", progress.fraction},
+          {"elapsed_s", progress.elapsed_s},
+          {"remaining_s", progress.remaining_s}}},
+    };
+}
+
+Json jobs_json(const spool::Spool& spool) {
+    Json jobs = Json::array();
+    for (const spool::Job* job : spool.queue().listing()) jobs.push_back(job_json(spool, *job));
+    const spool::QueueGate& gate = spool.gate();
+    return {{"jobs", std::move(jobs)},
+            {"queue",
+             {{"held", !gate.hold_reason.empty()},
+              {"reason", gate.hold_reason.empty() ? Json{} : Json(gate.hold_reason)},
+              {"bed_occupied", gate.bed_occupied}}}};
+}
+
+Json status_json(const spool::Spool& spool) {
+    const spool::MachineView& machine = spool.machine();
+    const std::string_view state = machine_word(machine);
+    const auto& job = machine.job;
+    Json status{{"connected", state != "disconnected"},
+                {"session", machine.connected ? Json(hexadecimal(machine.session)) : Json{}},
+                {"state", state},
+                {"job", spool.active_run() ? Json(spool.active_run()->job) : Json{}}};
+    status["fault"] = machine.connected ? fault_json(machine) : Json{};
+    status["message"] = std::string{job.message.view()};
+    status["position_mm"] = {{"x", job.position_mm[0]}, {"y", job.position_mm[1]}, {"z", job.position_mm[2]}, {"e", job.position_mm[3]}};
+    status["homed"] = job.homed;
+    status["hot_end"] = heater_json(machine.heat.hot_end);
+    status["bed"] = heater_json(machine.heat.bed);
+    status["fan"] = machine.heat.fan_duty;
+    status["feed_factor"] = job.feed_factor;
+    status["flow_factor"] = job.flow_factor;
+    status["layer"] = job.layer;
+    status["line"] = job.line;
+    status["bytes_executed"] = job.bytes_executed;
+    status["bytes_accepted"] = job.bytes_accepted;
+    status["print_time_s"] = job.print_time_s;
+    status["timing"] = timing_json(machine.motion);
+    return status;
+}
+
+}  // namespace qduino::web::api

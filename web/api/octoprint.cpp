@@ -1,0 +1,180 @@
+// The part of OctoPrint's interface that slicers speak: its facts are in docs/api.md, "What slicers speak".
+//
+// Uploads (POST /api/files/local) are web/service.cpp's.
+#include <array>
+
+#include "web/api/json.h"
+#include "web/api/route.h"
+
+namespace qduino::web::api {
+
+namespace {
+
+Response version(Context& context, const Call&) {
+    return json_response({{"api", "0.1"},
+                          {"server", context.version},
+                          {"text", "OctoPrint (QduinoMC " + context.version + ")"},
+                          {"nozzle_diameter", 0.4},
+                          {"capabilities", {{"upload-by-put", true}}}});
+}
+
+Json flags_json(std::string_view state) {
+    const bool operational = state == "idle" || state == "printing" || state == "pausing" || state == "paused" ||
+                             state == "cancelling";
+    return {{"operational", operational},        {"printing", state == "printing"},
+            {"paused", state == "paused"},       {"pausing", state == "pausing"},
+            {"cancelling", state == "cancelling"}, {"ready", state == "idle"},
+            {"error", state == "faulted"},       {"closedOrError", !operational},
+            {"sdReady", false}};
+}
+
+std::string_view state_text(std::string_view state) {
+    if (state == "idle") return "Operational";
+    if (state == "printing") return "Printing";
+    if (state == "pausing") return "Pausing";
+    if (state == "paused") return "Paused";
+    if (state == "cancelling") return "Cancelling";
+    if (state == "faulted") return "Error";
+    return "Offline";
+}
+
+Json heater_json(const printer::link::HeaterStatus& heater) {
+    return {{"actual", heater.celsius}, {"target", heater.target_celsius}, {"offset", 0}};
+}
+
+Response printer_state(Context& context, const Call&) {
+    const spool::MachineView& machine = context.spool.machine();
+    const std::string_view state = machine_word(machine);
+    if (state == "disconnected") return web::error_response(409, "not_permitted", "Printer is not operational");
+    return json_response({{"temperature", {{"tool0", heater_json(machine.heat.hot_end)}, {"bed", heater_json(machine.heat.bed)}}},
+                          {"sd", {{"ready", false}}},
+                          {"state", {{"text", state_text(state)}, {"flags", flags_json(state)}}}});
+}
+
+Json file_json(const spool::Job* job) {
+    if (!job) return {{"name", nullptr}, {"origin", nullptr}, {"size", nullptr}, {"date", nullptr}};
+    return {{"name", job->name}, {"origin", "local"}, {"size", job->size}, {"date", job->created_s}};
+}
+
+Response job_state(Context& context, const Call&) {
+    const spool::Job* job = context.spool.queue().printing();
+    const Progress progress = job ? progress_of(context.spool, *job) : Progress{};
+    Json progress_json{{"completion", nullptr}, {"filepos", nullptr}, {"printTime", nullptr}, {"printTimeLeft", nullptr}};
+    if (job) {
+        progress_json = {{"completion", progress.fraction * 100},
+                         {"filepos", progress.bytes},
+                         {"printTime", static_cast<std::int64_t>(progress.elapsed_s)},
+                         {"printTimeLeft", static_cast<std::int64_t>(progress.remaining_s)}};
+    }
+    const Json estimated = job && job->estimated_s > 0 ? Json(job->estimated_s) : Json{};
+    return json_response({{"job", {{"file", file_json(job)}, {"estimatedPrintTime", estimated}}},
+                          {"progress", progress_json},
+                          {"state", state_text(machine_word(context.spool.machine()))}});
+}
+
+/// {"command":"pause","action":"pause|resume|toggle"} · {"command":"cancel"} · {"command":"start"}
+Response job_command(Context& context, const Call& call) {
+    const std::optional<Json> body = object_of(call.request.body);
+    const std::string command = body && body->contains("command") && (*body)["command"].is_string()
+                                    ? (*body)["command"].get<std::string>()
+                                    : std::string{};
+    if (command == "cancel") return answer(context.spool.cancel(), no_content());
+    if (command == "start") return answer(context.spool.release_queue(), no_content());
+    if (command != "pause") return web::error_response(400, "invalid_argument", "known commands: start, cancel, pause");
+    const Json action = body->value("action", Json("toggle"));
+    const auto state = context.spool.machine().job.state;
+    const bool pauses = action == "pause" || (action == "toggle" && state == printer::link::MachineState::printing);
+    return answer(pauses ? context.spool.pause() : context.spool.resume(), no_content());
+}
+
+/// {"command":"M105"} or {"commands":["M105",…]}
+Response printer_command(Context& context, const Call& call) {
+    const std::optional<Json> body = object_of(call.request.body);
+    std::vector<std::string> lines;
+    const auto add = [&](const Json& line) {
+        if (line.is_string() && lines.size() < 64) lines.push_back(line.get<std::string>());
+        return line.is_string();
+    };
+    bool valid = body.has_value();
+    if (valid && body->contains("command")) valid = add((*body)["command"]);
+    if (valid && body->contains("commands")) {
+        valid = (*body)["commands"].is_array();
+        for (const Json& line : (*body)["commands"]) valid = valid && add(line);
+    }
+    if (!valid || lines.empty()) return web::error_response(400, "invalid_argument", "give command or commands");
+    for (const std::string& line : lines) {
+        if (!context.check_line) break;
+        const Result<void> checked = context.check_line(line);
+        if (!checked.ok()) return error_response(checked.error());
+    }
+    return answer(context.spool.gcode(lines), no_content());
+}
+
+Response settings(Context& context, const Call&) {
+    return json_response({{"api", {{"enabled", true}}},
+                          {"appearance", {{"name", context.machine_name}}},
+                          {"webcam", {{"webcamEnabled", false}, {"streamUrl", ""}}},
+                          {"feature", {{"sdSupport", false}}},
+                          {"plugins", Json::object()}});
+}
+
+Response profiles(Context& context, const Call&) {
+    const MachineLimits& limits = context.limits;
+    return json_response(
+        {{"profiles",
+          {{"_default",
+            {{"id", "_default"},
+             {"name", context.machine_name},
+             {"model", context.machine_name},
+             {"default", true},
+             {"current", true},
+             {"heatedBed", limits.has_bed},
+             {"heatedChamber", false},
+             {"extruder", {{"count", 1}, {"nozzleDiameter", 0.4}, {"sharedNozzle", false}}},
+             {"volume",
+              {{"formFactor", "rectangular"},
+               {"origin", "lowerleft"},
+               {"width", limits.maximum_mm[0] - limits.minimum_mm[0]},
+               {"depth", limits.maximum_mm[1] - limits.minimum_mm[1]},
+               {"height", limits.maximum_mm[2] - limits.minimum_mm[2]}}}}}}}});
+}
+
+/// `passive`: whoever gets here has shown the key already. Anything else would ask for a name and a password.
+Response login(Context&, const Call& call) {
+    const std::optional<Json> body = object_of(call.request.body);
+    if (!body || body->value("passive", Json(false)) != true) {
+        return web::error_response(403, "not_permitted", "there are no passwords here; send the key as X-Api-Key");
+    }
+    return json_response({{"name", "_api"}, {"active", true}, {"admin", true}, {"user", true}, {"apikey", nullptr},
+                          {"session", ""}, {"groups", {"admins"}}, {"needs", {{"role", Json::array()}}},
+                          {"_is_external_client", false}});
+}
+
+/// GET /api/files: what is queued, in OctoPrint's form.
+Response files(Context& context, const Call&) {
+    Json list = Json::array();
+    for (const spool::Job* job : context.spool.queue().listing()) {
+        list.push_back({{"name", job->name}, {"path", job->name}, {"origin", "local"}, {"type", "machinecode"},
+                        {"typePath", {"machinecode", "gcode"}}, {"size", job->size}, {"date", job->created_s}});
+    }
+    return json_response({{"files", std::move(list)}, {"free", nullptr}, {"total", nullptr}});
+}
+
+constexpr std::array kRoutes{
+    Route{Method::get, "/api/version", version},
+    Route{Method::get, "/api/printer", printer_state},
+    Route{Method::get, "/api/job", job_state},
+    Route{Method::post, "/api/job", job_command},
+    Route{Method::post, "/api/printer/command", printer_command},
+    Route{Method::get, "/api/settings", settings},
+    Route{Method::get, "/api/printerprofiles", profiles},
+    Route{Method::post, "/api/login", login},
+    Route{Method::get, "/api/files", files},
+    Route{Method::get, "/api/files/local", files},
+};
+
+}  // namespace
+
+std::span<const Route> octoprint_routes() { return kRoutes; }
+
+}  // namespace qduino::web::api

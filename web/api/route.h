@@ -1,0 +1,75 @@
+// A route: method and path pattern → a small function that answers. Called on the spool's thread, one at a time.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "spool/spool.h"
+#include "web/http.h"
+
+namespace qduino::web::api {
+
+/// What the interface knows of the machine beyond the link: for refusing early, and for the page.
+struct MachineLimits {
+    std::array<double, 3> minimum_mm{0, 0, 0};
+    std::array<double, 3> maximum_mm{150, 150, 150};
+    std::array<double, 4> speed_max_mm_s{125, 125, 5, 14};
+    double hot_end_max_c = 260;
+    double bed_max_c = 110;
+    bool has_bed = true;
+};
+
+/// Everything a handler may use.
+struct Context {
+    spool::Spool& spool;
+    MachineLimits limits;
+    std::string machine_name;
+    std::string config_json;  ///< answer to GET /api/v1/config
+    std::string version;
+    /// Judges one line of G-code before it is sent; empty: the machine alone judges.
+    std::function<Result<void>(std::string_view)> check_line;
+};
+
+struct Call {
+    const Request& request;
+    std::vector<std::string> arguments;  ///< what the `*`s of the pattern stood for
+    spool::UnixSeconds now_s = 0;
+};
+
+using Handler = Response (*)(Context&, const Call&);
+
+struct Route {
+    Method method;
+    std::string_view pattern;  ///< "/api/v1/jobs/*/start"; `*` is one whole segment
+    Handler handler;
+};
+
+/// The routes of each dialect, in files of their own.
+[[nodiscard]] std::span<const Route> job_routes();
+[[nodiscard]] std::span<const Route> machine_routes();
+[[nodiscard]] std::span<const Route> octoprint_routes();
+[[nodiscard]] std::span<const Route> prusalink_routes();
+
+struct Match {
+    Handler handler = nullptr;  ///< null: no such path, or no such method on it
+    std::vector<std::string> arguments;
+    bool path_known = false;
+};
+/// HEAD is answered as GET is.
+[[nodiscard]] Match find_route(const RequestHead& head);
+
+/// The HTTP status that an operating error becomes.
+[[nodiscard]] int status_of(ErrorCode code);
+[[nodiscard]] std::string_view word_of(ErrorCode code);
+[[nodiscard]] Response error_response(const Error& error);
+/// `ok` where the result is one, else its error.
+[[nodiscard]] Response answer(const Result<void>& result, Response ok);
+[[nodiscard]] Response accepted();
+[[nodiscard]] Response no_content();
+
+}  // namespace qduino::web::api

@@ -1,0 +1,201 @@
+#include "web/authentication.h"
+
+#include <fcntl.h>
+#include <sodium/core.h>
+#include <sodium/crypto_generichash.h>
+#include <sodium/randombytes.h>
+#include <sodium/utils.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "spool/sha256.h"
+
+namespace qduino::web {
+
+namespace {
+
+constexpr std::size_t kTokenBytes = 32;
+constexpr std::size_t kTokenLength = 43;
+
+Error key_error(std::string_view what, const std::filesystem::path& file, int number) {
+    Error error{number == EACCES ? ErrorCode::not_permitted : ErrorCode::internal, {}};
+    error.message.append(what).append(" ").append(file.native()).append(": ").append(std::strerror(number));
+    return error;
+}
+
+Result<std::string> make_key(const std::filesystem::path& file) {
+    const std::string key = random_token();
+    const std::string part = file.string() + ".part";
+    const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (descriptor < 0) return key_error("cannot make the key file", file, errno);
+    const std::string line = key + "\n";
+    const bool written = ::write(descriptor, line.data(), line.size()) == static_cast<ssize_t>(line.size()) &&
+                         ::fsync(descriptor) == 0;
+    const int number = errno;
+    ::close(descriptor);
+    if (!written) return key_error("cannot write the key file", file, number);
+    if (::rename(part.c_str(), file.c_str()) != 0) return key_error("cannot name the key file", file, errno);
+    return key;
+}
+
+template <typename Time>
+void forget_first_to_end(std::map<std::string, Time>& entries, std::size_t size_max) {
+    while (entries.size() > size_max) {
+        entries.erase(std::min_element(entries.begin(), entries.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; }));
+    }
+}
+
+}  // namespace
+
+std::string random_token() {
+    std::array<unsigned char, kTokenBytes> bytes{};
+    randombytes_buf(bytes.data(), bytes.size());
+    std::array<char, kTokenLength + 1> text{};
+    sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_URLSAFE_NO_PADDING);
+    return text.data();
+}
+
+Result<std::string> load_or_make_key(const std::filesystem::path& file) {
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (descriptor < 0 && errno == ENOENT) return make_key(file);
+    if (descriptor < 0) return key_error("cannot open the key file", file, errno);
+    struct stat found {};
+    std::array<char, 256> text{};
+    const bool readable = ::fstat(descriptor, &found) == 0;
+    const ssize_t count = ::read(descriptor, text.data(), text.size());
+    ::close(descriptor);
+    if (!readable || count < 0) return key_error("cannot read the key file", file, errno);
+    if ((found.st_mode & 077) != 0) {
+        return Error{ErrorCode::not_permitted,
+                     FixedString<236>{"others may read the key file; chmod 600 "}.append(file.native())};
+    }
+    std::string key{text.data(), static_cast<std::size_t>(count)};
+    while (!key.empty() && (key.back() == '\n' || key.back() == '\r')) key.pop_back();
+    if (key.size() < 16) {
+        return Error{ErrorCode::corrupt,
+                     FixedString<236>{"the key file holds no key of at least 16 characters; delete it to have one made: "}
+                         .append(file.native())};
+    }
+    return key;
+}
+
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+    std::array<unsigned char, 32> digest_a{};
+    std::array<unsigned char, 32> digest_b{};
+    const auto digest = [](std::string_view text, std::array<unsigned char, 32>& out) {
+        crypto_generichash(out.data(), out.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
+                           nullptr, 0);
+    };
+    digest(a, digest_a);
+    digest(b, digest_b);
+    return sodium_memcmp(digest_a.data(), digest_b.data(), digest_a.size()) == 0;
+}
+
+// ---- failures --------------------------------------------------------------------------------------------------
+
+bool FailureLimiter::allows(const std::string& remote, Instant now) const {
+    const auto at = schedule_.find(remote);
+    return at == schedule_.end() || at->second - now < kBurst * kEvery;
+}
+
+void FailureLimiter::failed(const std::string& remote, Instant now) {
+    Instant& scheduled = schedule_.try_emplace(remote, now).first->second;
+    scheduled = std::max(scheduled, now) + kEvery;
+    forget_first_to_end(schedule_, kAddressesMax);
+}
+
+// ---- sessions --------------------------------------------------------------------------------------------------
+
+SessionTable::SessionTable(std::vector<spool::SessionRecord> stored) {
+    for (spool::SessionRecord& record : stored) expires_[std::move(record.token_hash)] = record.expires_s;
+    forget_first_to_end(expires_, kSessionsMax);
+}
+
+SessionTable::Made SessionTable::make(spool::UnixSeconds now_s) {
+    std::erase_if(expires_, [&](const auto& entry) { return entry.second <= now_s; });
+    Made made;
+    made.token = random_token();
+    made.record = {spool::sha256_of(made.token), now_s + kLifetime_s};
+    expires_[made.record.token_hash] = made.record.expires_s;
+    forget_first_to_end(expires_, kSessionsMax);
+    return made;
+}
+
+bool SessionTable::contains(std::string_view token, spool::UnixSeconds now_s) const {
+    if (token.size() != kTokenLength) return false;
+    const auto at = expires_.find(spool::sha256_of(token));
+    return at != expires_.end() && now_s < at->second;
+}
+
+std::string SessionTable::end(std::string_view token) {
+    const std::string hash = spool::sha256_of(token);
+    expires_.erase(hash);
+    return hash;
+}
+
+// ---- tickets ---------------------------------------------------------------------------------------------------
+
+std::string TicketTable::make(Instant now) {
+    std::erase_if(expires_, [&](const auto& entry) { return entry.second <= now; });
+    std::string ticket = random_token();
+    expires_[spool::sha256_of(ticket)] = now + kLifetime;
+    forget_first_to_end(expires_, kTicketsMax);
+    return ticket;
+}
+
+bool TicketTable::take(std::string_view ticket, Instant now) {
+    const auto at = expires_.find(spool::sha256_of(ticket));
+    if (at == expires_.end()) return false;
+    const bool valid = now < at->second;
+    expires_.erase(at);
+    return valid;
+}
+
+// ---- all together ----------------------------------------------------------------------------------------------
+
+Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored)
+    : sessions(std::move(stored)), key_(std::move(key)) {
+    QDUINO_EXPECT(sodium_init() >= 0);
+}
+
+Proof Authenticator::prove_key(std::string_view key, const std::string& remote, Instant now) {
+    if (is_off()) return Proof::off;
+    if (!failures_.allows(remote, now)) return Proof::limited;
+    if (equal_in_constant_time(key, key_)) return Proof::key;
+    failures_.failed(remote, now);
+    return Proof::none;
+}
+
+Proof Authenticator::prove(const RequestHead& head, const std::string& remote, Instant now,
+                           spool::UnixSeconds now_s) {
+    if (is_off()) return Proof::off;
+    if (const std::string* key = head.find("X-Api-Key")) return prove_key(*key, remote, now);
+    if (const std::string* authorization = head.find("Authorization")) {
+        constexpr std::string_view kScheme = "Bearer ";
+        const std::string_view value = *authorization;
+        const bool bearer = value.size() > kScheme.size() &&
+                            equal_ignoring_case(value.substr(0, kScheme.size()), kScheme);
+        return bearer ? prove_key(trimmed(value.substr(kScheme.size())), remote, now) : Proof::none;
+    }
+    const std::string_view token = cookie_value(head.value("Cookie"), kCookie);
+    return !token.empty() && sessions.contains(token, now_s) ? Proof::cookie : Proof::none;
+}
+
+std::string_view cookie_value(std::string_view cookies, std::string_view name) {
+    while (!cookies.empty()) {
+        const std::size_t end = std::min(cookies.find(';'), cookies.size());
+        const std::string_view pair = trimmed(cookies.substr(0, end));
+        const std::size_t equals = pair.find('=');
+        if (equals != std::string_view::npos && pair.substr(0, equals) == name) return pair.substr(equals + 1);
+        cookies.remove_prefix(std::min(end + 1, cookies.size()));
+    }
+    return {};
+}
+
+}  // namespace qduino::web

@@ -1,0 +1,82 @@
+// HTTP as values: what a request says, what an answer is. No sockets, no parsing library.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace qduino::web {
+
+enum class Method : std::uint8_t { get, head, post, put, patch, remove, other };
+
+struct Header {
+    std::string name;
+    std::string value;
+};
+
+/// A request's head. Field values are as they came: bounded in length and number, otherwise untrusted.
+struct RequestHead {
+    Method method = Method::other;
+    std::vector<std::string> path;  ///< segments, each percent-decoded: a decoded slash stays inside of its segment
+    std::string query;              ///< behind the `?`, not decoded
+    std::vector<Header> headers;
+    std::optional<std::uint64_t> content_length;
+    bool chunked = false;
+    bool keep_alive = true;
+    bool expects_continue = false;
+    bool upgrades_to_websocket = false;
+
+    /// The first field of this name (any case); null when there is none.
+    [[nodiscard]] const std::string* find(std::string_view name) const;
+    /// Its value, or nothing.
+    [[nodiscard]] std::string_view value(std::string_view name) const;
+    [[nodiscard]] bool has_body() const { return chunked || content_length.value_or(0) > 0; }
+    /// The value of a parameter of the query, percent-decoded; empty when absent or malformed.
+    [[nodiscard]] std::string query_value(std::string_view name) const;
+};
+
+struct Request {
+    RequestHead head;
+    std::string body;
+    std::string remote;  ///< the peer's address, as the socket says; forwarded headers are not believed
+};
+
+/// A part of a file as an answer's body.
+struct FileRange {
+    std::filesystem::path path;
+    std::uint64_t offset = 0;
+    std::uint64_t length = 0;
+};
+
+struct Response {
+    int status = 200;
+    std::string content_type = "application/json";
+    std::vector<Header> headers;
+    std::string body;
+    std::optional<FileRange> file;  ///< instead of `body`
+    bool close = false;             ///< end the connection after it
+
+    Response& add(std::string name, std::string value) {
+        headers.push_back({std::move(name), std::move(value)});
+        return *this;
+    }
+};
+
+/// An error in the form that docs/api.md gives: {"error":{"code":…,"message":…}}. `message` is ours, never the client's.
+[[nodiscard]] Response error_response(int status, std::string_view code, std::string_view message);
+
+/// The head of an answer on the wire, with the fields that every answer carries.
+[[nodiscard]] std::string head_bytes(const Response& response, bool keep_alive);
+
+[[nodiscard]] std::string_view reason_of(int status);
+[[nodiscard]] bool equal_ignoring_case(std::string_view a, std::string_view b);
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+/// Nothing when a `%` is not followed by two hexadecimal digits, or decodes to NUL.
+[[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
+/// Splits a target into `head.path` and `head.query`. False when it is no absolute path, or malformed.
+[[nodiscard]] bool parse_target(std::string_view target, RequestHead& head);
+
+}  // namespace qduino::web

@@ -1,0 +1,56 @@
+#include "web/origin.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+
+namespace qduino::web {
+
+namespace {
+
+bool is_digits(std::string_view text) {
+    return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// The host of `host[:port]`, brackets of an IPv6 address included; empty when malformed.
+std::string_view without_port(std::string_view text) {
+    const std::size_t bracket = text.find(']');
+    const std::size_t colon = text.find(':', bracket == std::string_view::npos ? 0 : bracket);
+    if (colon == std::string_view::npos) return text;
+    return is_digits(text.substr(colon + 1)) && text.size() - colon <= 6 ? text.substr(0, colon) : std::string_view{};
+}
+
+bool is_address(std::string_view host) {
+    std::array<unsigned char, sizeof(in6_addr)> address{};
+    if (host.size() > 64) return false;
+    if (host.front() == '[' && host.back() == ']') {
+        const std::string inner{host.substr(1, host.size() - 2)};
+        return ::inet_pton(AF_INET6, inner.c_str(), address.data()) == 1;
+    }
+    return ::inet_pton(AF_INET, std::string{host}.c_str(), address.data()) == 1;
+}
+
+}  // namespace
+
+bool HostPolicy::allows(std::string_view host) const {
+    const std::string_view name = without_port(host);
+    if (name.empty()) return false;
+    if (equal_ignoring_case(name, "localhost") || is_address(name)) return true;
+    return std::any_of(names_.begin(), names_.end(),
+                       [&](const std::string& allowed) { return equal_ignoring_case(name, allowed); });
+}
+
+bool is_same_origin(const RequestHead& head, bool absent_is_same) {
+    const std::string* origin = head.find("Origin");
+    if (!origin) return absent_is_same;
+    std::string_view rest = *origin;
+    for (const std::string_view scheme : {"http://", "https://"}) {
+        if (rest.size() > scheme.size() && equal_ignoring_case(rest.substr(0, scheme.size()), scheme)) {
+            return equal_ignoring_case(rest.substr(scheme.size()), head.value("Host"));
+        }
+    }
+    return false;  // "null", or a scheme that serves nothing of ours
+}
+
+}  // namespace qduino::web

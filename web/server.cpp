@@ -1,0 +1,430 @@
+#include "web/server.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/websocket.hpp>
+#include <set>
+#include <thread>
+#include <vector>
+
+namespace qduino::web {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+namespace {
+
+constexpr std::size_t kReadBytes = 64 * 1024;
+constexpr Nanoseconds kWriteStallMax = std::chrono::seconds{60};
+constexpr int kAnalysisNice = 10;
+
+}  // namespace
+
+// ---- threads ---------------------------------------------------------------------------------------------------
+
+struct Threads::Parts {
+    asio::io_context io{1};
+    asio::io_context spool{1};
+    asio::executor_work_guard<asio::io_context::executor_type> io_work{io.get_executor()};
+    asio::executor_work_guard<asio::io_context::executor_type> spool_work{spool.get_executor()};
+    asio::thread_pool disk{2};
+    asio::thread_pool analysis{1};
+    asio::steady_timer tick{spool};
+    asio::signal_set signals{io};
+    std::thread spool_thread;
+
+    void tick_again(Nanoseconds period, const Task& task) {
+        tick.expires_after(period);
+        tick.async_wait([this, period, task](const error_code& failed) {
+            if (failed) return;
+            task();
+            tick_again(period, task);
+        });
+    }
+};
+
+Threads::Threads() : parts_(std::make_unique<Parts>()) {
+    parts_->spool_thread = std::thread{[this] { parts_->spool.run(); }};
+    // On Linux a nice value belongs to the thread that sets it.
+    asio::post(parts_->analysis, [] { static_cast<void>(::setpriority(PRIO_PROCESS, 0, kAnalysisNice)); });
+}
+
+Threads::~Threads() {
+    stop();
+    join();
+}
+
+Executors Threads::executors() {
+    const auto on = [](auto& context) { return [&context](Task task) { asio::post(context, std::move(task)); }; };
+    return {on(parts_->io), on(parts_->spool), on(parts_->disk), on(parts_->analysis)};
+}
+
+void Threads::every(Nanoseconds period, Task task) {
+    asio::post(parts_->spool, [this, period, task = std::move(task)] { parts_->tick_again(period, task); });
+}
+
+void Threads::run() { parts_->io.run(); }
+
+void Threads::stop() { parts_->io.stop(); }
+
+void Threads::stop_on_signals(std::function<void(int)> on_signal) {
+    parts_->signals.add(SIGINT);
+    parts_->signals.add(SIGTERM);
+    parts_->signals.async_wait([this, on_signal = std::move(on_signal)](const error_code& failed, int signal) {
+        if (failed) return;
+        on_signal(signal);
+        stop();
+    });
+}
+
+void Threads::join() {
+    parts_->disk.stop();
+    parts_->analysis.stop();
+    parts_->disk.join();
+    parts_->analysis.join();
+    parts_->spool.stop();
+    if (parts_->spool_thread.joinable()) parts_->spool_thread.join();
+}
+
+// ---- server ----------------------------------------------------------------------------------------------------
+
+class Session;
+class LiveSession;
+
+struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
+    Parts(ServerOptions wanted, Threads& threads, Service& its_service, std::function<Moment()> its_clock)
+        : options(std::move(wanted)),
+          service(its_service),
+          clock(std::move(its_clock)),
+          disk(threads.executors().disk),
+          io(threads.parts_->io),
+          acceptor(io),
+          timer(io) {}
+
+    [[nodiscard]] Result<void> open();
+    void accept();
+    void accepted(tcp::socket socket);
+    void check_time();
+    void make_room();
+    void become_live(const std::shared_ptr<Session>& session);
+
+    ServerOptions options;
+    Service& service;
+    std::function<Moment()> clock;
+    Executor disk;
+    asio::io_context& io;
+    tcp::acceptor acceptor;
+    asio::steady_timer timer;
+    std::set<std::shared_ptr<Session>> sessions;
+    std::set<std::shared_ptr<LiveSession>> live_sessions;
+};
+
+/// A socket and its connection: moves bytes between the two, one read and one write under way at most.
+class Session : public std::enable_shared_from_this<Session> {
+  public:
+    Session(tcp::socket socket, Server::Parts& server, std::string remote)
+        : socket_(std::move(socket)), server_(server), remote_(std::move(remote)), buffer_(kReadBytes) {}
+
+    void start() {
+        std::weak_ptr<Session> weak = weak_from_this();
+        connection_ = std::make_shared<Connection>(
+            server_.service, remote_,
+            [weak] {
+                if (const std::shared_ptr<Session> self = weak.lock()) self->pump();
+            },
+            server_.clock(), server_.options.limits);
+        pump();
+    }
+    void check_time(Moment moment) {
+        connection_->check_time(moment);
+        if (writing_ && moment.now - write_began_ > kWriteStallMax) return close();
+        pump();
+    }
+    [[nodiscard]] bool is_idle() const { return connection_->is_idle() && !writing_; }
+    [[nodiscard]] Connection& connection() { return *connection_; }
+    [[nodiscard]] tcp::socket& socket() { return socket_; }
+
+    void close() {
+        error_code ignored;
+        socket_.close(ignored);
+        server_.sessions.erase(shared_from_this());
+    }
+
+    /// Starts whatever is due. Called after every event.
+    void pump() {
+        if (!socket_.is_open()) return;
+        if (!writing_) write_next();
+        if (connection_->is_live() && !writing_ && !reading_) return server_.become_live(shared_from_this());
+        if (connection_->wants_close() && !writing_) {
+            if (connection_->is_closed()) return close();
+            if (!shut_) {
+                error_code ignored;
+                socket_.shutdown(tcp::socket::shutdown_send, ignored);
+                shut_ = true;
+            }
+        }
+        if (!reading_ && connection_->wants_input()) read();
+    }
+
+  private:
+    void read() {
+        reading_ = true;
+        socket_.async_read_some(asio::buffer(buffer_),
+                                [self = shared_from_this()](const error_code& failed, std::size_t count) {
+                                    self->reading_ = false;
+                                    self->on_read(failed, count);
+                                });
+    }
+    void on_read(const error_code& failed, std::size_t count) {
+        if (!socket_.is_open()) return;
+        if (failed == asio::error::eof) {
+            connection_->receive_end();
+        } else if (failed) {
+            return close();
+        } else {
+            connection_->receive({buffer_.data(), count}, server_.clock());
+        }
+        pump();
+    }
+
+    void write_next() {
+        std::optional<Connection::Output> output = connection_->take_output();
+        if (!output) return;
+        output_ = std::move(*output);
+        write(asio::buffer(output_.bytes));
+    }
+    void write(asio::const_buffer bytes) {
+        writing_ = true;
+        write_began_ = server_.clock().now;
+        asio::async_write(socket_, bytes, [self = shared_from_this()](const error_code& failed, std::size_t) {
+            self->writing_ = false;
+            if (!self->socket_.is_open()) return;
+            if (failed) return self->close();
+            self->output_.file && self->output_.file->length > 0 ? self->read_file() : self->pump();
+        });
+    }
+
+    /// The next piece of the file, read on a disk thread. A file that is shorter than was said ends the connection.
+    void read_file() {
+        writing_ = true;
+        write_began_ = server_.clock().now;
+        FileRange& range = *output_.file;
+        const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(kReadBytes, range.length));
+        server_.disk([self = shared_from_this(), path = range.path, offset = range.offset, count] {
+            std::string piece(count, '\0');
+            const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+            const ssize_t got = descriptor < 0 ? -1 : ::pread(descriptor, piece.data(), count, static_cast<off_t>(offset));
+            if (descriptor >= 0) ::close(descriptor);
+            piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+            asio::post(self->server_.io, [self, piece = std::move(piece)]() mutable { self->send_file(std::move(piece)); });
+        });
+    }
+    void send_file(std::string piece) {
+        writing_ = false;
+        if (!socket_.is_open()) return;
+        if (piece.empty()) return close();
+        output_.file->offset += piece.size();
+        output_.file->length -= piece.size();
+        output_.bytes = std::move(piece);
+        write(asio::buffer(output_.bytes));
+    }
+
+    tcp::socket socket_;
+    Server::Parts& server_;
+    std::string remote_;
+    std::vector<char> buffer_;
+    std::shared_ptr<Connection> connection_;
+    Connection::Output output_;
+    bool reading_ = false;
+    bool writing_ = false;
+    bool shut_ = false;
+    Instant write_began_{};
+};
+
+/// A WebSocket that listens to the hub. What the client says is read and ignored.
+class LiveSession : public std::enable_shared_from_this<LiveSession> {
+  public:
+    LiveSession(tcp::socket socket, Server::Parts& server) : stream_(std::move(socket)), server_(server) {}
+
+    void start(const RequestHead& head) {
+        for (const Header& header : head.headers) request_.insert(header.name, header.value);
+        request_.method(beast::http::verb::get);
+        request_.target("/api/v1/live");
+        request_.version(11);
+        began_ = server_.clock().now;
+        stream_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+        stream_.read_message_max(4096);
+        stream_.text(true);
+        stream_.async_accept(request_, [self = shared_from_this()](const error_code& failed) {
+            if (failed) return self->end();
+            self->subscribe();
+        });
+    }
+    /// A stream does not outlive the longest session.
+    void check_time(Moment moment) {
+        if (moment.now - began_ > std::chrono::seconds{SessionTable::kLifetime_s}) close(websocket::close_code::going_away);
+    }
+
+  private:
+    void subscribe() {
+        std::weak_ptr<LiveSession> weak = weak_from_this();
+        subscription_ = server_.service.live().subscribe([weak](MessageKind kind, const Message& message) {
+            if (const std::shared_ptr<LiveSession> self = weak.lock()) self->deliver(kind, message);
+        });
+        if (!subscription_) return close(websocket::close_code::try_again_later);
+        read();
+    }
+    void deliver(MessageKind kind, const Message& message) {
+        queue_.push(kind, message);
+        if (!writing_) write();
+    }
+    void write() {
+        if (ended_) return;
+        std::optional<Message> message = queue_.pop();
+        if (!message) return;
+        sent_ = *message;
+        writing_ = true;
+        stream_.async_write(asio::buffer(*sent_), [self = shared_from_this()](const error_code& failed, std::size_t) {
+            self->writing_ = false;
+            if (failed) return self->end();
+            self->write();
+        });
+    }
+    void read() {
+        stream_.async_read(buffer_, [self = shared_from_this()](const error_code& failed, std::size_t) {
+            if (failed) return self->end();
+            self->buffer_.consume(self->buffer_.size());
+            self->read();
+        });
+    }
+    void close(websocket::close_code code) {
+        if (ended_ || closing_) return;
+        closing_ = true;
+        stream_.async_close(code, [self = shared_from_this()](const error_code&) { self->end(); });
+    }
+    void end() {
+        if (std::exchange(ended_, true)) return;
+        if (subscription_) server_.service.live().unsubscribe(*subscription_);
+        // Not from within the hub's loop over its subscribers: this may be its own call.
+        asio::post(server_.io, [self = shared_from_this()] { self->server_.live_sessions.erase(self); });
+    }
+
+    websocket::stream<tcp::socket> stream_;
+    Server::Parts& server_;
+    beast::http::request<beast::http::empty_body> request_;
+    beast::flat_buffer buffer_;
+    LiveQueue queue_;
+    Message sent_;
+    std::optional<std::uint64_t> subscription_;
+    Instant began_{};
+    bool writing_ = false;
+    bool closing_ = false;
+    bool ended_ = false;
+};
+
+Result<void> Server::Parts::open() {
+    error_code failed;
+    const asio::ip::address address = asio::ip::make_address(options.address, failed);
+    if (failed) return make_error(ErrorCode::invalid_argument, "give the address to listen on as numbers, e.g. 127.0.0.1");
+    const tcp::endpoint endpoint{address, options.port};
+    static_cast<void>(acceptor.open(endpoint.protocol(), failed));
+    if (!failed) static_cast<void>(acceptor.set_option(asio::socket_base::reuse_address(true), failed));
+    if (!failed) static_cast<void>(acceptor.bind(endpoint, failed));
+    if (!failed) static_cast<void>(acceptor.listen(asio::socket_base::max_listen_connections, failed));
+    if (!failed) return {};
+    Error error{ErrorCode::internal, FixedString<236>{"cannot listen: "}.append(failed.message())};
+    if (failed == asio::error::address_in_use) error.code = ErrorCode::already_exists;
+    if (failed == asio::error::access_denied) error.code = ErrorCode::not_permitted;
+    return error;
+}
+
+void Server::Parts::accept() {
+    acceptor.async_accept([weak = weak_from_this()](const error_code& failed, tcp::socket socket) {
+        const std::shared_ptr<Parts> self = weak.lock();
+        if (!self || failed == asio::error::operation_aborted) return;
+        if (!failed) self->accepted(std::move(socket));
+        if (!failed) return self->accept();
+        // Out of descriptors, most likely: wait for some to come back instead of spinning.
+        auto pause = std::make_shared<asio::steady_timer>(self->io, std::chrono::milliseconds{100});
+        pause->async_wait([self, pause](const error_code&) { self->accept(); });
+    });
+}
+
+void Server::Parts::accepted(tcp::socket socket) {
+    error_code failed;
+    const tcp::endpoint peer = socket.remote_endpoint(failed);
+    if (failed) return;
+    static_cast<void>(socket.set_option(tcp::no_delay(true), failed));
+    make_room();
+    if (sessions.size() >= options.connections_max) return;  // the socket closes here
+    const auto session = std::make_shared<Session>(std::move(socket), *this, peer.address().to_string());
+    sessions.insert(session);
+    session->start();
+}
+
+/// When all places are taken, one that waits between requests gives up its own.
+void Server::Parts::make_room() {
+    if (sessions.size() < options.connections_max) return;
+    const auto idle = std::find_if(sessions.begin(), sessions.end(), [](const auto& each) { return each->is_idle(); });
+    if (idle != sessions.end()) std::shared_ptr<Session>{*idle}->close();
+}
+
+void Server::Parts::check_time() {
+    timer.expires_after(std::chrono::seconds{1});
+    timer.async_wait([weak = weak_from_this()](const error_code& failed) {
+        const std::shared_ptr<Parts> self = weak.lock();
+        if (!self || failed) return;
+        const Moment moment = self->clock();
+        // Copies: a session that ends takes itself out of the set.
+        for (const auto& session : std::vector(self->sessions.begin(), self->sessions.end())) session->check_time(moment);
+        for (const auto& each : std::vector(self->live_sessions.begin(), self->live_sessions.end())) each->check_time(moment);
+        self->check_time();
+    });
+}
+
+void Server::Parts::become_live(const std::shared_ptr<Session>& session) {
+    const auto live = std::make_shared<LiveSession>(std::move(session->socket()), *this);
+    live_sessions.insert(live);
+    live->start(session->connection().head());
+    sessions.erase(session);
+}
+
+Server::Server(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+Server::~Server() = default;
+
+std::uint16_t Server::port() const { return parts_->acceptor.local_endpoint().port(); }
+
+Result<std::unique_ptr<Server>> Server::listen(ServerOptions options, Threads& threads, Service& service,
+                                               std::function<Moment()> clock) {
+    auto parts = std::make_shared<Parts>(std::move(options), threads, service, std::move(clock));
+    const Result<void> opened = parts->open();
+    if (!opened.ok()) return opened.error();
+    parts->accept();
+    parts->check_time();
+    return std::unique_ptr<Server>{new Server{std::move(parts)}};
+}
+
+bool is_loopback(const std::string& address) {
+    error_code failed;
+    const asio::ip::address parsed = asio::ip::make_address(address, failed);
+    return !failed && parsed.is_loopback();
+}
+
+}  // namespace qduino::web

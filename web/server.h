@@ -1,0 +1,68 @@
+// Sockets and threads around the sans-I/O parts. The only translation unit with Boost.Asio's sockets and WebSocket in it.
+//
+//   I/O thread (run())      accepts, reads, writes; connections, live streams
+//   spool's thread          journal, link, handlers; ticks
+//   2 disk threads          pieces of uploads, sync, reads of files to be sent
+//   1 analysis thread       preflight of uploads, at lower priority: it must not disturb anything
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "web/connection.h"
+#include "web/service.h"
+
+namespace qduino::web {
+
+/// The threads. Destroyed after everything that runs on them has been told to end, before what the tasks refer to.
+class Threads {
+  public:
+    Threads();
+    ~Threads();
+    [[nodiscard]] Executors executors();
+    /// Calls `task` on the spool's thread every `period` until stop(). Once, before run().
+    void every(Nanoseconds period, Task task);
+    /// Serves the I/O thread: the caller's. Returns after stop().
+    void run();
+    /// Any thread, and the handler of a signal that run() delivers.
+    void stop();
+    /// SIGINT and SIGTERM stop; `on_signal` is told on the I/O thread first.
+    void stop_on_signals(std::function<void(int)> on_signal);
+    /// Waits until no task runs any more. After run() has returned.
+    void join();
+
+  private:
+    friend class Server;
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
+};
+
+struct ServerOptions {
+    std::string address = "127.0.0.1";
+    std::uint16_t port = 0;  ///< 0: any free one
+    std::size_t connections_max = 256;
+    ConnectionLimits limits;
+};
+
+class Server {
+  public:
+    /// Listens. Errors: invalid_argument (no address), already_exists (port in use), not_permitted, internal.
+    [[nodiscard]] static Result<std::unique_ptr<Server>> listen(ServerOptions options, Threads& threads, Service& service,
+                                                                std::function<Moment()> clock);
+    ~Server();
+    [[nodiscard]] std::uint16_t port() const;
+
+    struct Parts;  // what its sessions see
+
+  private:
+    explicit Server(std::shared_ptr<Parts> parts);
+    std::shared_ptr<Parts> parts_;
+};
+
+/// Whether only this machine can connect to `address`.
+[[nodiscard]] bool is_loopback(const std::string& address);
+
+}  // namespace qduino::web

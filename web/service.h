@@ -1,0 +1,115 @@
+// The service behind the connections: who may, what a request wants, and the way of an upload. No sockets.
+//
+//   plan(head)   I/O thread     host, origin, authentication, route → how the body is to be taken, or the answer
+//   handle       spool's thread one route's handler; a few need no spool and answer at once
+//   upload       disk thread    pieces → file, seal;  analysis thread  facts and verdict;  spool's thread  queue it
+//
+// Threads are handed in as functions that run a task there: in the program a thread each, in tests and fuzzing at once.
+// Answers always come back on the I/O thread.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "spool/analyzer.h"
+#include "web/api/route.h"
+#include "web/authentication.h"
+#include "web/http.h"
+#include "web/live.h"
+#include "web/metrics.h"
+#include "web/origin.h"
+#include "web/static_files.h"
+#include "web/upload.h"
+
+namespace qduino::web {
+
+/// The time of one event, in both of its forms.
+struct Moment {
+    Instant now;
+    spool::UnixSeconds now_s = 0;
+};
+
+using Task = std::function<void()>;
+using Executor = std::function<void(Task)>;
+
+struct Executors {
+    Executor io;
+    Executor spool;
+    Executor disk;
+    Executor analysis;
+};
+
+/// How a request is to be taken.
+struct Plan {
+    enum class Kind : std::uint8_t {
+        respond,  ///< with `response`; a body is not wanted
+        collect,  ///< the body, up to `body_max` bytes; then handle()
+        upload,   ///< the body goes to `upload`, piece by piece; then end_upload()
+        live,     ///< the connection becomes a live stream
+    };
+    Kind kind = Kind::respond;
+    Response response;
+    std::size_t body_max = 0;
+    std::shared_ptr<Upload> upload;
+    Proof proof = Proof::none;
+};
+
+using Reply = std::function<void(Response)>;
+
+struct ServiceOptions {
+    HostPolicy hosts;
+    std::size_t uploads_max = 32;  ///< under way at once
+};
+
+class Service {
+  public:
+    static constexpr std::size_t kBodyMax = 64 * 1024;
+
+    /// All references outlive the service.
+    Service(ServiceOptions options, api::Context context, Authenticator authenticator, StaticFiles files,
+            spool::Analyzer& analyzer, Executors executors);
+
+    /// I/O thread, once a request's head is known.
+    [[nodiscard]] Plan plan(const RequestHead& head, const std::string& remote, Moment moment);
+    /// I/O thread, once the body is whole. Contract: its plan said collect.
+    void handle(std::shared_ptr<const Request> request, Moment moment, Reply reply);
+
+    /// I/O thread; one piece at a time. `done` comes on the I/O thread.
+    void take_piece(std::shared_ptr<Upload> upload, std::string piece, std::function<void(Result<void>)> done);
+    /// The body is whole: analyze, queue, answer.
+    void end_upload(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
+    /// The answer to a piece that was refused.
+    [[nodiscard]] static Response refused_upload(const Error& error);
+    /// For the live stream; `size` 0: not known.
+    void report_upload(const Upload& upload, std::uint64_t size);
+
+    [[nodiscard]] LiveHub& live() { return live_; }
+    [[nodiscard]] Metrics& metrics() { return metrics_; }
+
+  private:
+    [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const std::string& remote, Moment moment,
+                                                 Proof& proof);
+    [[nodiscard]] Plan plan_live(const RequestHead& head, const std::string& remote, Moment moment);
+    [[nodiscard]] std::optional<Plan> plan_upload(const RequestHead& head);
+    [[nodiscard]] static Plan plan_route(const RequestHead& head);
+    [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload, UploadDialect dialect);
+    void begin_session(const Request& request, Moment moment, const Reply& reply);
+    void end_session(const Request& request, const Reply& reply);
+    [[nodiscard]] bool handle_at_once(const Request& request, Moment moment, const Reply& reply);
+    void analyze(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
+    [[nodiscard]] Response queue_upload(Upload& upload, const spool::Analysis& analysis, const std::string& host,
+                                        Moment moment);
+
+    ServiceOptions options_;
+    api::Context context_;
+    Authenticator authenticator_;
+    StaticFiles files_;
+    spool::Analyzer& analyzer_;
+    Executors executors_;
+    LiveHub live_;
+    Metrics metrics_;
+    std::vector<std::weak_ptr<Upload>> uploads_;  // under way, and some that have ended
+};
+
+}  // namespace qduino::web

@@ -1,0 +1,39 @@
+// The page's own files: listed and read once at start, looked up by name. A request's path never meets the file system.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "base/result.h"
+#include "web/http.h"
+
+namespace qduino::web {
+
+class StaticFiles {
+  public:
+    static constexpr std::size_t kFilesMax = 2000;
+    static constexpr std::uint64_t kBytesMax = std::uint64_t{32} << 20;
+
+    StaticFiles() = default;
+    /// Reads every regular file below `folder`; links are not followed. Errors: not_found, out_of_range (too many).
+    [[nodiscard]] static Result<StaticFiles> read(const std::filesystem::path& folder);
+
+    /// The file, or 304 when the client has it; nothing when there is none of this name. The empty path is index.html.
+    [[nodiscard]] std::optional<Response> find(const RequestHead& head) const;
+    [[nodiscard]] std::size_t size() const { return files_.size(); }
+
+  private:
+    struct File {
+        std::string content_type;
+        std::string etag;
+        std::string bytes;
+        bool immutable = false;  ///< its name holds its hash: it never changes
+    };
+    std::map<std::string, File, std::less<>> files_;  // by path, "assets/index-1f2e.js"
+};
+
+/// By extension; application/octet-stream for any other.
+[[nodiscard]] std::string_view content_type_of(std::string_view name);
+
+}  // namespace qduino::web

@@ -1,0 +1,69 @@
+import { useEffect } from 'preact/hooks';
+import { request, signIn, startLive, takeKeyFromAddress } from '../api';
+import { useStore } from '../hooks';
+import { store } from '../store';
+import { Ask } from './Ask';
+import { Banner } from './Banner';
+import { Console } from './Console';
+import { Controls } from './Controls';
+import { DropZone } from './DropZone';
+import { Header } from './Header';
+import { Part } from './Part';
+import { Queue } from './Queue';
+import { SignIn } from './SignIn';
+import { Temperatures } from './Temperatures';
+import { Timing } from './Timing';
+
+async function begin(): Promise<void> {
+  const key = takeKeyFromAddress();
+  if (key) {
+    try {
+      await signIn(key);
+      return;
+    } catch {
+      // an old key: perhaps a session is still there
+    }
+  }
+  try {
+    await request('GET', 'machine');
+    store.set({ signedIn: true });
+  } catch {
+    store.set({ signedIn: false });
+  }
+}
+
+export function App() {
+  const signedIn = useStore((s) => s.signedIn);
+  useEffect(() => {
+    void begin();
+    // The link may be opened again in a tab that shows the page already: then only the fragment changes.
+    const again = () => location.hash.includes('key=') && void begin();
+    addEventListener('hashchange', again);
+    return () => removeEventListener('hashchange', again);
+  }, []);
+  useEffect(() => (signedIn ? startLive() : undefined), [signedIn]);
+  if (signedIn === null) return <p class="waiting">Connecting …</p>;
+  if (!signedIn) return <SignIn />;
+  return (
+    <>
+      <Header />
+      <Banner />
+      <main class="panels">
+        <section class="column jobs" aria-label="Jobs">
+          <DropZone />
+          <Queue />
+        </section>
+        <section class="column part" aria-label="Print">
+          <Part />
+          <Timing />
+        </section>
+        <section class="column machine" aria-label="Machine">
+          <Temperatures />
+          <Controls />
+          <Console />
+        </section>
+      </main>
+      <Ask />
+    </>
+  );
+}

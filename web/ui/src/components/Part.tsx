@@ -1,0 +1,112 @@
+import { useEffect, useState } from 'preact/hooks';
+import { act, inspection } from '../api';
+import * as format from '../format';
+import { useStore } from '../hooks';
+import { ask, isRunning, progressOf, shownJob, store } from '../store';
+import type { Inspection, Job } from '../types';
+import { Stage } from './Stage';
+
+function Actions({ job }: { job: Job }) {
+  const state = useStore((s) => s.status?.state);
+  const cancel = async () => (await ask(`Cancel ${job.name}? What is printed so far cannot be continued.`, 'Cancel the print')) && act('POST', 'machine/cancel');
+  return (
+    <div class="actions">
+      {state === 'paused' || state === 'pausing'
+        ? <button class="primary" disabled={state === 'pausing'} onClick={() => act('POST', 'machine/resume')}>
+            {state === 'pausing' ? 'Pausing …' : 'Resume'}</button>
+        : <button class="primary" disabled={state !== 'printing'} onClick={() => act('POST', 'machine/pause')}>Pause</button>}
+      <button class="danger-button" disabled={state === 'cancelling'} onClick={cancel}>
+        {state === 'cancelling' ? 'Cancelling …' : 'Cancel'}</button>
+    </div>
+  );
+}
+
+function Progress({ job }: { job: Job }) {
+  const { fraction, left, readyAt, layer } = useStore((s) => {
+    const progress = progressOf(job, s.status);
+    return {
+      fraction: Math.round(progress.fraction * 1000) / 1000, left: format.duration(progress.remaining_s),
+      readyAt: format.clock(progress.remaining_s, new Date()), layer: s.status?.layer ?? 0,
+    };
+  });
+  return (
+    <div class="job-progress" data-testid="progress">
+      <progress max={1} value={fraction} aria-label="Printed" />
+      <dl class="figures four">
+        <div><dt>Done</dt><dd data-testid="percent">{format.percent(fraction)}</dd></div>
+        <div><dt>Left</dt><dd>{left}</dd></div>
+        <div><dt>Ready at</dt><dd>{readyAt}</dd></div>
+        <div><dt>Layer</dt><dd>{layer}{job.facts.layers ? <small> of {job.facts.layers}</small> : ''}</dd></div>
+      </dl>
+      <Actions job={job} />
+    </div>
+  );
+}
+
+/** What a job is, while it does not print. */
+function Facts({ job }: { job: Job }) {
+  const { facts } = job;
+  const heat = [facts.hot_end_c ? `${Math.round(facts.hot_end_c)} °C` : null, facts.bed_c ? `${Math.round(facts.bed_c)} °C` : null];
+  return (
+    <dl class="figures four">
+      <div><dt>Time</dt><dd>{format.duration(facts.estimated_s)}</dd></div>
+      <div><dt>Filament</dt><dd>{facts.filament_mm ? `${(facts.filament_mm / 1000).toFixed(2)} m` : '–'}</dd></div>
+      <div><dt>Layers</dt><dd>{facts.layers ?? '–'}</dd></div>
+      <div><dt>Hot end · bed</dt><dd>{heat.map((each) => each ?? 'off').join(' · ')}</dd></div>
+    </dl>
+  );
+}
+
+/** The virtual machine's own word on a finished print. */
+function Report({ job }: { job: Job }) {
+  const [found, setFound] = useState<Inspection | null>(null);
+  useEffect(() => {
+    let gone = false;
+    setFound(null);
+    void inspection(job.id).then((report) => gone || setFound(report));
+    return () => {
+      gone = true;
+    };
+  }, [job.id]);
+  if (!found) return null;
+  const worst_mm = Math.max(0, ...Object.values(found.path_deviation_mm_max ?? {}));
+  const lost = Object.values(found.lost_steps ?? {}).reduce((sum, steps) => sum + steps, 0);
+  return (
+    <div class={`report ${found.matches ? 'good' : 'bad'}`} data-testid="report">
+      <p><strong>{found.matches ? 'Inspected: what was built is what was asked.' : 'Inspected: what was built differs from what was asked.'}</strong></p>
+      <p class="muted">
+        Path within {(worst_mm * 1000).toFixed(1)} µm · {format.count(lost)} lost steps · {found.layer_count} layers ·
+        {' '}{found.filament_mm.built.toFixed(1)} of {found.filament_mm.asked.toFixed(1)} mm filament
+      </p>
+      {found.differences.length > 0 && <ul>{found.differences.slice(0, 5).map((text, i) => <li key={i}>{text}</li>)}</ul>}
+    </div>
+  );
+}
+
+function Remarks({ job }: { job: Job }) {
+  const { warnings } = job.facts;
+  if (!warnings?.length) return null;
+  return (
+    <details class="warnings">
+      <summary>{warnings.length === 1 ? '1 remark' : `${warnings.length} remarks`} on this file</summary>
+      <ul>{warnings.map((one, i) => <li key={i}>{one.line > 0 && `Line ${one.line}: `}{one.message}</li>)}</ul>
+    </details>
+  );
+}
+
+export function Part() {
+  const job = useStore(shownJob);
+  const chosen = useStore((s) => s.shown !== null && s.jobs.some(isRunning) && !isRunning(shownJob(s)!));
+  return (
+    <div class="card part-card">
+      <div class="row head">
+        <h2 class="name">{job ? job.name : 'Nothing to print'}</h2>
+        {chosen && <button class="quiet" onClick={() => store.set({ shown: null })}>Back to the print</button>}
+      </div>
+      <Stage job={job} />
+      {job && (isRunning(job) ? <Progress job={job} /> : <Facts job={job} />)}
+      {job?.state === 'done' && <Report job={job} />}
+      {job && <Remarks job={job} />}
+    </div>
+  );
+}

@@ -1,0 +1,132 @@
+// Packed layers, as printer/preflight/layer_packer.h writes them (format version 1). Pure.
+import type { LayerIndex } from './types';
+
+export const MAGIC = 0x314c4451;
+const HEADER_BYTES = 40;
+const VERTEX_BYTES = 20;
+const STARTS_POLYLINE = 1;
+
+/** Segments of one record as arrays that the graphics card takes: two ends for each segment. */
+export interface LayerRecord {
+  layer: number;
+  part: number;
+  z_mm: number;
+  height_mm: number;
+  segments: number;
+  /** x y z of both ends: 6 numbers a segment, millimetres. */
+  ends: Float32Array;
+  /** Feature number of each segment. */
+  features: Uint8Array;
+  /** Width of each segment's extrusion in micrometres; 0: not known. */
+  widths_um: Uint16Array;
+  /** The segment is laid down once bytes_executed exceeds this. Rising. */
+  bytes: Float64Array;
+}
+
+/** Every record in `buffer`. Throws an Error that says where the bytes stop making sense. */
+export function decodeLayers(buffer: ArrayBuffer): LayerRecord[] {
+  const view = new DataView(buffer);
+  const records: LayerRecord[] = [];
+  let at = 0;
+  while (at < buffer.byteLength) {
+    if (buffer.byteLength - at < HEADER_BYTES || view.getUint32(at, true) !== MAGIC) {
+      throw new Error(`layers: no record at byte ${at}`);
+    }
+    const vertices = view.getUint32(at + 20, true);
+    const end = at + HEADER_BYTES + vertices * VERTEX_BYTES;
+    if (end > buffer.byteLength) throw new Error(`layers: the record at byte ${at} is cut off`);
+    records.push(decodeRecord(view, at, vertices));
+    at = end;
+  }
+  return records;
+}
+
+function decodeRecord(view: DataView, at: number, vertices: number): LayerRecord {
+  const segments = view.getUint32(at + 24, true);
+  const firstByte = view.getFloat64(at + 32, true);
+  const record: LayerRecord = {
+    layer: view.getUint32(at + 4, true),
+    part: view.getUint32(at + 8, true),
+    z_mm: view.getFloat32(at + 12, true),
+    height_mm: view.getFloat32(at + 16, true),
+    segments,
+    ends: new Float32Array(segments * 6),
+    features: new Uint8Array(segments),
+    widths_um: new Uint16Array(segments),
+    bytes: new Float64Array(segments),
+  };
+  let n = 0;
+  let x = 0, y = 0, z = 0;
+  for (let i = 0; i < vertices; i++) {
+    const v = at + HEADER_BYTES + i * VERTEX_BYTES;
+    const nx = view.getFloat32(v, true);
+    const ny = view.getFloat32(v + 4, true);
+    const nz = view.getFloat32(v + 8, true);
+    const starts = i === 0 || (view.getUint8(v + 13) & STARTS_POLYLINE) !== 0;
+    if (!starts && n < segments) {
+      record.ends.set([x, y, z, nx, ny, nz], n * 6);
+      record.features[n] = view.getUint8(v + 12);
+      record.widths_um[n] = view.getUint16(v + 14, true);
+      record.bytes[n] = firstByte + view.getUint32(v + 16, true);
+      n++;
+    }
+    x = nx;
+    y = ny;
+    z = nz;
+  }
+  record.segments = n;
+  return record;
+}
+
+/** How many segments of `record` are laid down once `executed` bytes of the job are. */
+export function segmentsDone(record: LayerRecord, executed: number): number {
+  let low = 0;
+  let high = record.segments;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (record.bytes[middle] < executed) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+const CHUNK_BYTES = 4_000_000;
+
+/** Runs of records of about CHUNK_BYTES each: few requests, and the first of them is soon there. */
+export function chunks(index: LayerIndex[]): [number, number][] {
+  const out: [number, number][] = [];
+  let first = 0;
+  let size = 0;
+  index.forEach((layer, i) => {
+    size += layer.bytes;
+    if (size >= CHUNK_BYTES || i === index.length - 1) {
+      out.push([index[first].index, layer.index]);
+      first = i + 1;
+      size = 0;
+    }
+  });
+  return out;
+}
+
+/** Linear RGB per feature; the numbers are gcode::Feature's. */
+export const FEATURE_COLOURS: readonly (readonly [number, number, number])[] = [
+  [0.62, 0.65, 0.70], // unknown
+  [1.00, 0.47, 0.16], // outer wall
+  [1.00, 0.70, 0.30], // inner wall
+  [0.55, 0.35, 0.95], // overhang
+  [0.72, 0.25, 0.20], // sparse infill
+  [0.62, 0.30, 0.78], // solid infill
+  [0.95, 0.28, 0.32], // top surface
+  [0.30, 0.50, 0.85], // bridge
+  [0.95, 0.95, 0.95], // gap fill
+  [0.20, 0.60, 0.55], // skirt
+  [0.25, 0.75, 0.35], // support
+  [0.15, 0.55, 0.25], // support interface
+  [0.70, 0.85, 0.55], // prime tower
+  [0.98, 0.60, 0.65], // ironing
+  [0.40, 0.70, 0.75], // custom
+];
+export const FEATURE_NAMES = [
+  'Other', 'Outer wall', 'Inner wall', 'Overhang', 'Infill', 'Solid infill', 'Top surface', 'Bridge', 'Gap fill',
+  'Skirt', 'Support', 'Support interface', 'Prime tower', 'Ironing', 'Custom',
+] as const;

@@ -1,0 +1,144 @@
+// What crosses the wire, as docs/api.md says it.
+
+export type JobState = 'uploading' | 'queued' | 'held' | 'printing' | 'paused' | 'done' | 'cancelled' | 'failed';
+
+export interface JobFacts {
+  estimated_s: number | null;
+  filament_mm: number | null;
+  layers: number | null;
+  min_mm?: number[];
+  max_mm?: number[];
+  hot_end_c: number | null;
+  bed_c: number | null;
+  slicer: string | null;
+  thumbnail: boolean;
+  warnings: { line: number; message: string }[];
+}
+
+export interface Job {
+  id: number;
+  name: string;
+  size: number;
+  state: JobState;
+  hold: boolean;
+  copies: number;
+  copies_done: number;
+  priority: number;
+  position: number | null;
+  created: string;
+  started: string | null;
+  ended: string | null;
+  error: string | null;
+  facts: JobFacts;
+  progress: { bytes: number; fraction: number; elapsed_s: number; remaining_s: number | null };
+}
+
+export interface HeaterStatus {
+  c: number;
+  target_c: number;
+  duty: number;
+}
+
+export interface Timing {
+  late_steps: number;
+  shift_ns: number;
+  starved: number;
+  ring_fill: number;
+  pulses: number[];
+  lateness_ns: { p50: number; p99: number; p9999: number; max: number; count: number; buckets: [number, number][] };
+}
+
+export type MachineState =
+  | 'disconnected' | 'starting' | 'idle' | 'printing' | 'pausing' | 'paused' | 'cancelling' | 'faulted';
+
+export interface Status {
+  connected: boolean;
+  session: string | null;
+  state: MachineState;
+  job: number | null;
+  fault: string | null;
+  message: string;
+  position_mm: { x: number; y: number; z: number; e: number };
+  homed: boolean[];
+  hot_end: HeaterStatus;
+  bed: HeaterStatus;
+  fan: number;
+  feed_factor: number;
+  flow_factor: number;
+  layer: number;
+  line: number;
+  bytes_executed: number;
+  bytes_accepted: number;
+  print_time_s: number;
+  timing: Timing;
+}
+
+export interface History {
+  t_s: number[];
+  hot_end_c: (number | null)[];
+  hot_end_target_c: (number | null)[];
+  bed_c: (number | null)[];
+  bed_target_c: (number | null)[];
+}
+
+/** Why the queue does not go on by itself, if it does not. */
+export interface QueueGate {
+  held: boolean;
+  reason: string | null;
+  bed_occupied: boolean;
+}
+
+export interface Axis {
+  min_mm: number;
+  max_mm: number;
+}
+
+/** GET /api/v1/config, as far as the page needs it. */
+export interface MachineConfig {
+  name: string;
+  axes: { x: Axis; y: Axis; z: Axis };
+  hot_end: { max_c: number; min_extrude_c: number };
+  bed: { present: boolean; max_c: number };
+}
+
+/** GET /api/v1/jobs/ID/inspection: what the virtual machine built, compared with what was asked. */
+export interface Inspection {
+  completed: boolean;
+  matches: boolean;
+  differences: string[];
+  layer_count: number;
+  duration_s: number;
+  lost_steps: Record<string, number>;
+  path_deviation_mm_max: Record<string, number>;
+  filament_mm: { asked: number; built: number };
+}
+
+export interface LayerIndex {
+  index: number;
+  layer: number;
+  z_mm: number;
+  segments: number;
+  bytes: number;
+  first_byte: number;
+}
+
+export interface Guarantee {
+  board: string;
+  simulated: boolean;
+  memory_locked: boolean;
+  loops: {
+    id: number; core: number; budget_us: number; period_us: number;
+    priority_enforced: boolean; budget_enforced: boolean; core_owned: boolean; shortfall: string;
+  }[];
+  cores: {
+    core: number; interrupts_per_second: number | null; worst_gap_us: number | null;
+    tick_stopped: boolean; throttling_lifted: boolean; note: string;
+  }[];
+}
+
+export type LiveMessage =
+  | { type: 'status'; status: Status }
+  | { type: 'jobs'; jobs: Job[]; queue?: QueueGate }
+  | { type: 'reply'; kind: 'text' | 'warning' | 'error'; text: string }
+  | { type: 'upload'; name: string; received: number; size: number }
+  | ({ type: 'history' } & History);

@@ -1,0 +1,116 @@
+import { describe, expect, it } from 'vitest';
+import { bars } from '../src/components/Timing';
+import * as format from '../src/format';
+import { chunks, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
+import { addSample, initialState, reduce, shownJob } from '../src/store';
+import type { Job, Status } from '../src/types';
+
+/** One record as printer/preflight/layer_packer.h lays it out. */
+function record(layer: number, firstByte: number, vertices: [number, number, number, number, number, number][]): ArrayBuffer {
+  const buffer = new ArrayBuffer(40 + vertices.length * 20);
+  const view = new DataView(buffer);
+  view.setUint32(0, MAGIC, true);
+  view.setUint32(4, layer, true);
+  view.setFloat32(12, 0.2, true);
+  view.setUint32(20, vertices.length, true);
+  view.setUint32(24, vertices.filter((v) => v[4] === 0).length, true);
+  view.setFloat64(32, firstByte, true);
+  vertices.forEach(([x, y, z, feature, flags, byte], i) => {
+    const at = 40 + i * 20;
+    view.setFloat32(at, x, true);
+    view.setFloat32(at + 4, y, true);
+    view.setFloat32(at + 8, z, true);
+    view.setUint8(at + 12, feature);
+    view.setUint8(at + 13, flags);
+    view.setUint16(at + 14, 450, true);
+    view.setUint32(at + 16, byte, true);
+  });
+  return buffer;
+}
+
+function join(...parts: ArrayBuffer[]): ArrayBuffer {
+  const out = new Uint8Array(parts.reduce((n, p) => n + p.byteLength, 0));
+  let at = 0;
+  for (const part of parts) {
+    out.set(new Uint8Array(part), at);
+    at += part.byteLength;
+  }
+  return out.buffer;
+}
+
+describe('layers', () => {
+  const one = record(0, 1000, [[0, 0, 0.2, 0, 1, 0], [10, 0, 0.2, 1, 0, 20], [10, 5, 0.2, 2, 0, 40], [50, 50, 0.2, 0, 1, 60], [60, 50, 0.2, 4, 0, 80]]);
+  it('are read as segments, and travel is not', () => {
+    const [layer] = decodeLayers(one);
+    expect(layer.segments).toBe(3);
+    expect([...layer.ends.slice(6, 12)]).toEqual([10, 0, expect.closeTo(0.2), 10, 5, expect.closeTo(0.2)]);
+    expect([...layer.ends.slice(12, 18)].map(Math.round)).toEqual([50, 50, 0, 60, 50, 0]);
+    expect([...layer.features]).toEqual([1, 2, 4]);
+    expect([...layer.bytes]).toEqual([1020, 1040, 1080]);
+    expect(layer.widths_um[0]).toBe(450);
+  });
+  it('stand one after the other', () => {
+    expect(decodeLayers(join(one, record(1, 2000, [[0, 0, 0.4, 0, 1, 0], [1, 1, 0.4, 1, 0, 5]]))).map((r) => r.layer)).toEqual([0, 1]);
+  });
+  it('that are cut off or no layers are refused with their place', () => {
+    expect(() => decodeLayers(one.slice(0, 60))).toThrow('byte 0 is cut off');
+    expect(() => decodeLayers(join(one, new ArrayBuffer(50)))).toThrow(`no record at byte ${one.byteLength}`);
+  });
+  it('are drawn as far as the job is executed', () => {
+    const [layer] = decodeLayers(one);
+    expect([0, 1020, 1021, 1040, 1041, 5000].map((b) => segmentsDone(layer, b))).toEqual([0, 0, 1, 1, 2, 3]);
+  });
+  it('are asked for in runs of a few megabytes', () => {
+    const index = [3e6, 2e6, 1e6, 9e6, 1e6].map((bytes, i) => ({ index: i, layer: i, z_mm: i, segments: 1, bytes, first_byte: 0 }));
+    expect(chunks(index)).toEqual([[0, 1], [2, 3], [4, 4]]);
+    expect(chunks([])).toEqual([]);
+  });
+});
+
+describe('format', () => {
+  it('durations', () => {
+    expect([0, 59, 61, 754, 4804, null, -1].map((s) => format.duration(s))).toEqual(['0 s', '59 s', '1 min 01 s', '13 min', '1 h 20 min', '–', '–']);
+  });
+  it('bytes', () => expect([5, 1500, 3482129, 150e6, 999999].map(format.bytes)).toEqual(['5 B', '1.5 KB', '3.5 MB', '150 MB', '1.0 MB']));
+  it('nanoseconds', () => expect([12, 1500, 51e6, 2e9, -1500].map(format.nanoseconds)).toEqual(['12 ns', '1.50 µs', '51.0 ms', '2.00 s', '−1.50 µs']));
+  it('counts', () => expect(format.count(1234567)).toBe('1\u202f234\u202f567'));
+  it('percent', () => expect([0, 0.005, 0.5, 1, 1.2].map(format.percent)).toEqual(['0 %', '0.5 %', '50 %', '100 %', '100 %']));
+  it('clock', () => expect(format.clock(3600, new Date(2026, 0, 1, 23, 30))).toBe('00:30'));
+});
+
+const status = { connected: true, hot_end: { c: 200, target_c: 210, duty: 1 }, bed: { c: 20, target_c: 0, duty: 0 } } as Status;
+
+describe('state', () => {
+  it('keeps one sample a second for ten minutes, and no target when it is off', () => {
+    let history = initialState.history;
+    for (let t = 0; t < 700; t += 0.5) history = addSample(history, status, t);
+    expect(history.t_s.length).toBe(601);
+    expect(history.t_s[0]).toBe(99);
+    expect(history.bed_target_c[5]).toBeNull();
+    expect(history.hot_end_target_c[5]).toBe(210);
+  });
+  it('shows the printing job, then the next, then the last', () => {
+    const job = (id: number, state: string) => ({ id, state }) as Job;
+    const jobs = [job(3, 'queued'), job(2, 'done'), job(1, 'printing')];
+    expect(shownJob({ ...initialState, jobs })?.id).toBe(1);
+    expect(shownJob({ ...initialState, jobs: jobs.slice(0, 2) })?.id).toBe(3);
+    expect(shownJob({ ...initialState, jobs: [jobs[1]] })?.id).toBe(2);
+    expect(shownJob({ ...initialState, jobs, shown: 2 })?.id).toBe(2);
+    expect(shownJob(initialState)).toBeNull();
+  });
+  it('keeps printer text as text, line by line, and not too much of it', () => {
+    let state = initialState;
+    for (let i = 0; i < 300; i++) state = reduce(state, { type: 'reply', kind: 'text', text: `<b>${i}</b>` }, 0);
+    expect(state.console.length).toBe(200);
+    expect(state.console[199].text).toBe('<b>299</b>');
+    expect(reduce(initialState, { type: 'reply', kind: 'error', text: 'a\nb' }, 0).console.map((l) => l.text)).toEqual(['a', 'b']);
+  });
+});
+
+describe('lateness bars', () => {
+  it('gather buckets by powers of two, without gaps', () => {
+    expect(bars([[15, 5], [31, 2], [1023, 7], [4095, 1]]).map((b) => [b.upTo_ns, b.count])).toEqual(
+      [[16, 5], [32, 2], [64, 0], [128, 0], [256, 0], [512, 0], [1024, 7], [2048, 0], [4096, 1]]);
+    expect(bars([])).toEqual([]);
+  });
+});

@@ -1,0 +1,104 @@
+#include "web/upload.h"
+
+#include "spool/queue.h"
+
+namespace qduino::web {
+
+namespace {
+
+constexpr std::size_t kFieldBytesMax = 4096;
+
+class RawUpload final : public Upload {
+  public:
+    RawUpload(const spool::BlobStore& blobs, std::string name, std::map<std::string, std::string> fields)
+        : Upload(blobs) {
+        name_ = std::move(name);
+        fields_ = std::move(fields);
+    }
+    Result<void> take(std::span<const char> bytes) override {
+        if (!file_) {
+            if (const Result<void> begun = begin_file(name_); !begun.ok()) return begun;
+        }
+        return write(bytes);
+    }
+
+  private:
+    Result<void> end() override { return {}; }
+};
+
+class MultipartUpload final : public Upload, private MultipartSink {
+  public:
+    MultipartUpload(const spool::BlobStore& blobs, std::string_view boundary)
+        : Upload(blobs), parser_(boundary, *this) {}
+    Result<void> take(std::span<const char> bytes) override { return parser_.feed(bytes); }
+
+  private:
+    Result<void> end() override { return parser_.finish(); }
+
+    Result<void> part_begin(const PartHead& head) override {
+        in_file_ = head.is_file;
+        if (!in_file_) {
+            field_ = head.name;
+            return {};
+        }
+        if (head.name != "file") return make_error(ErrorCode::invalid_argument, "the file's part must be named \"file\"");
+        if (file_) return make_error(ErrorCode::invalid_argument, "one upload brings one file");
+        return begin_file(head.file_name);
+    }
+    Result<void> part_data(std::span<const char> bytes) override {
+        if (in_file_) return write(bytes);
+        std::string& value = fields_[field_];
+        if (value.size() + bytes.size() > kFieldBytesMax) {
+            return make_error(ErrorCode::invalid_argument, "a field beside the file is too long");
+        }
+        value.append(bytes.data(), bytes.size());
+        return {};
+    }
+    Result<void> part_end() override { return {}; }
+
+    MultipartParser parser_;
+    std::string field_;
+    bool in_file_ = false;
+};
+
+}  // namespace
+
+Result<void> Upload::begin_file(std::string name) {
+    if (const Result<void> checked = spool::check_name(name); !checked.ok()) return checked;
+    Result<std::unique_ptr<spool::StagedFile>> staged = blobs_.stage();
+    if (!staged.ok()) return staged.error();
+    name_ = std::move(name);
+    file_ = std::move(*staged);
+    return {};
+}
+
+Result<void> Upload::write(std::span<const char> bytes) { return file_->write(bytes); }
+
+Result<void> Upload::finish() {
+    if (const Result<void> ended = end(); !ended.ok()) return ended;
+    if (!file_ || file_->size() == 0) return make_error(ErrorCode::invalid_argument, "the upload has no file, or an empty one");
+    if (const Result<void> sealed = file_->seal(); !sealed.ok()) return sealed;
+    const std::string declared = field("sha256");
+    if (!declared.empty() && !equal_ignoring_case(declared, file_->sha256())) {
+        return make_error(ErrorCode::corrupt, "the bytes have another SHA-256 than was declared; send them again");
+    }
+    return {};
+}
+
+std::string Upload::field(const std::string& name) const {
+    const auto at = fields_.find(name);
+    return at == fields_.end() ? std::string{} : at->second;
+}
+
+std::unique_ptr<Upload> make_raw_upload(const spool::BlobStore& blobs, std::string name,
+                                        std::map<std::string, std::string> fields) {
+    return std::make_unique<RawUpload>(blobs, std::move(name), std::move(fields));
+}
+
+Result<std::unique_ptr<Upload>> make_multipart_upload(const spool::BlobStore& blobs, std::string_view content_type) {
+    const Result<std::string> boundary = boundary_of(content_type);
+    if (!boundary.ok()) return boundary.error();
+    return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, *boundary)};
+}
+
+}  // namespace qduino::web

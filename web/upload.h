@@ -1,0 +1,64 @@
+// One upload: body bytes → a staged file and the fields that came with it. No sockets; runs on a worker thread.
+//
+//   raw (PUT):     body ───────────────────────────► StagedFile
+//   multipart:     body ─► MultipartParser ─┬ file ─► StagedFile
+//                                           └ other parts ─► fields (small, bounded)
+//
+// Nothing is queued from here: a file that was not sealed is removed when the upload is destroyed.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "base/result.h"
+#include "spool/blob_store.h"
+#include "web/http.h"
+#include "web/multipart.h"
+
+namespace qduino::web {
+
+/// Where the answer goes and in which form.
+enum class UploadDialect : std::uint8_t { own, octoprint, prusalink };
+
+class Upload {
+  public:
+    virtual ~Upload() = default;
+
+    /// Body bytes in order. Errors: invalid_argument, out_of_range (too long), unavailable (disk full), unsupported.
+    [[nodiscard]] virtual Result<void> take(std::span<const char> bytes) = 0;
+    /// The body has ended where its sender said: seals the file. Errors: as take(), and corrupt (another SHA-256 than declared).
+    [[nodiscard]] Result<void> finish();
+
+    /// After finish().
+    [[nodiscard]] spool::StagedFile& file() { return *file_; }
+    [[nodiscard]] const std::string& name() const { return name_; }
+    /// A field that came along; empty when absent.
+    [[nodiscard]] std::string field(const std::string& name) const;
+    [[nodiscard]] std::uint64_t received() const { return file_ ? file_->size() : 0; }
+
+    UploadDialect dialect = UploadDialect::own;
+
+  protected:
+    explicit Upload(const spool::BlobStore& blobs) : blobs_(blobs) {}
+    [[nodiscard]] virtual Result<void> end() = 0;
+    [[nodiscard]] Result<void> begin_file(std::string name);
+    [[nodiscard]] Result<void> write(std::span<const char> bytes);
+
+    const spool::BlobStore& blobs_;
+    std::unique_ptr<spool::StagedFile> file_;
+    std::string name_;
+    std::map<std::string, std::string> fields_;
+};
+
+/// The body is the file. `name` is checked when it begins; `sha256` may be empty.
+[[nodiscard]] std::unique_ptr<Upload> make_raw_upload(const spool::BlobStore& blobs, std::string name,
+                                                      std::map<std::string, std::string> fields);
+
+/// multipart/form-data with one part `file`. Errors: as boundary_of().
+[[nodiscard]] Result<std::unique_ptr<Upload>> make_multipart_upload(const spool::BlobStore& blobs,
+                                                                    std::string_view content_type);
+
+}  // namespace qduino::web
