@@ -16,9 +16,10 @@ namespace qduino::board {
 /// Lines of at most 80 columns, each ended by '\n'. Setup-time: allocates.
 [[nodiscard]] std::string guarantee_text(const GuaranteeReport& report);
 
-/// One JSON object on one line: board, simulated, memory_locked; loops, each with id, core, budget_us, period_us,
-/// priority_enforced, budget_enforced, core_owned, shortfall; cores, each with core, interrupts_per_second and
-/// worst_gap_us (null: not measured), tick_stopped, throttling_lifted, note. Setup-time: allocates.
+/// One JSON object on one line: board, simulated, memory_locked; loops, each with id, core, budget_us,
+/// period_us, priority_enforced, budget_enforced, core_owned, shortfall; cores, each with core,
+/// interrupts_per_second and worst_gap_us (null: not measured), tick_stopped, throttling_lifted, note.
+/// Setup-time: allocates.
 [[nodiscard]] std::string guarantee_json(const GuaranteeReport& report);
 
 }  // namespace qduino::board

@@ -1,7 +1,6 @@
 // A4988: the facts a driver of this stepper chip must keep.
 //
-// Source: Allegro MicroSystems, A4988 data sheet, "Timing requirements" and "Microstepping resolution truth
-// table".
+// Source: Allegro MicroSystems, A4988 data sheet, "Timing requirements" and "Microstepping resolution truth table".
 //
 //            ┌──── A ────┐           ┌────
 //   STEP ────┘           └──── B ────┘          A  STEP high    >= 1 µs      C  set-up of DIR, MSx  >= 200 ns

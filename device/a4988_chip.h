@@ -1,14 +1,11 @@
-// A4988: the chip's side. Turns edges on STEP, DIR and ENABLE into microsteps, and catches every broken
-// timing rule.
+// A4988: the chip's side. Turns edges on STEP, DIR and ENABLE into microsteps, and catches every broken timing rule.
 //
-// Real silicon given a pulse that is too short may or may not step: this model takes the worse view, and a
-// pulse that breaks a rule is lost. Whether it was broken is known only when STEP falls (its width, and DIR's
-// hold time), so that is when the microstep is handed out; its instant is that of the rising edge, as in the
-// chip.
+// Real silicon given a pulse that is too short may or may not step: this model takes the worse view, and a pulse that
+// breaks a rule is lost. Whether it was broken is known only when STEP falls (its width, and DIR's hold time), so that is
+// when the microstep is handed out; its instant is that of the rising edge, as in the chip.
 //
 //   STEP ___┌────────┐___        rises: DIR set-up and the low time before it are judged
-//           ^        ^           falls: the width, and DIR's hold since the rise, are judged → take step or
-//           violation
+//           ^        ^           falls: the width, and DIR's hold since the rise, are judged: a step, or a violation
 //
 // Invariants: instants never go back; at most one microstep for each rising edge.
 #pragma once

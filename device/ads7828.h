@@ -2,17 +2,17 @@
 //
 // Source: Texas Instruments, ADS7828 data sheet (SBAS181), "Address byte", "Command byte", "Reading data".
 //
-//   one conversion on the wire:
-//     S  1001 0 A1 A0 W  A   SD C2 C1 C0 PD1 PD0 x x  A   Sr  1001 0 A1 A0 R  A   0 0 0 0 D11…D8  A   D7…D0
-//     N  P
-//                            └──── command byte ────┘                             └────── two result bytes
-//                            ──────┘
+//   one conversion on the wire (S start, Sr repeated start, A acknowledge, N none, P stop):
 //
-// The channel number is not written as it is: the lowest bit of the channel goes to C2, the upper two to C1
-// C0 (channels are grouped in differential pairs, and C2 picks the side of the pair).
+//     S  1001 0 A1 A0 W  A   SD C2 C1 C0 PD1 PD0 x x  A
+//                            └──── command byte ───┘
+//     Sr 1001 0 A1 A0 R  A   0 0 0 0 D11 D10 D9 D8  A   D7 D6 D5 D4 D3 D2 D1 D0  N  P
+//                            └──────────────── two result bytes ───────────────┘
 //
-// Invariant: channel_of(command_byte(channel, mode)) == channel. Nothing here does I/O; the caller owns the
-// bus.
+// The channel number is not written as it is: the lowest bit of the channel goes to C2, the upper two to C1 C0 (channels
+// are grouped in differential pairs, and C2 picks the side of the pair).
+//
+// Nothing here does I/O: the caller owns the bus. The chip's side is ads7828_chip.h.
 #pragma once
 
 #include <array>

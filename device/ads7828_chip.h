@@ -1,7 +1,6 @@
 // ADS7828: the chip's side. Decodes the transactions that a driver really sends, as the silicon would.
 //
-// Source: Texas Instruments, ADS7828 data sheet (SBAS181), tables "Channel selection control" and "Power-down
-// selection".
+// Source: Texas Instruments, ADS7828 data sheet (SBAS181), tables "Channel selection control" and "Power-down selection".
 //
 //   SD C2 C1 C0   +IN  -IN          SD C2 C1 C0   +IN  -IN
 //    1  0  0  0   CH0  COM           0  0  0  0   CH0  CH1
@@ -13,9 +12,8 @@
 //    1  1  1  0   CH5  COM           0  1  1  0   CH5  CH4
 //    1  1  1  1   CH7  COM           0  1  1  1   CH7  CH6
 //
-// The command stays in force until the next one, so a read alone converts the same channel again. The table
-// is written out, not computed with the driver's formula: the two sides are there to catch each other's
-// mistakes.
+// The command stays in force until the next one, so a read alone converts the same channel again. The table is written
+// out, not computed with the driver's formula: the two sides are there to catch each other's mistakes.
 #pragma once
 
 #include <algorithm>

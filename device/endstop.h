@@ -1,8 +1,7 @@
 // Endstop: a mechanical switch, believed only once it has been steady.
 //
 //   contact  ____┌┐_┌──┐┌──────────────┐┌┐________
-//   pressed  _________________┌──────────────┐____       each change is believed `steady` after its last
-//   bounce
+//   pressed  _________________┌──────────────┐____       a change is believed `steady` after its last bounce
 //
 // Invariants: `pressed` changes at most once in any `steady`; with steady = 0 it is the contact itself.
 #pragma once

@@ -5,8 +5,7 @@
 //
 // Two laws for R(T), T in kelvin:
 //   Beta:            R = R25 · exp(B (1/T − 1/298.15))
-//   Steinhart–Hart:  1/T = a + b ln R + c (ln R)³     (J. S. Steinhart, S. R. Hart, Deep-Sea Research 15,
-//   1968)
+//   Steinhart–Hart:  1/T = a + b ln R + c (ln R)³     (J. S. Steinhart, S. R. Hart, Deep-Sea Research 15, 1968)
 // Steinhart–Hart contains Beta (c = 0), so one representation, {a, b, c}, serves both. The inverse of the
 // cubic is Cardano's formula for its one real root (b, c >= 0, hence monotonic).
 //

@@ -1,8 +1,9 @@
 // One axis of the twin: driver chip, motor, slide and switch, from three pins to a position.
 //
-//   STEP DIR ENABLE ─► A4988Chip ─► Motor (does it follow?) ─► slide (is there room?) ─► position ─► switch
-//                        │ violations    │ lost                  │ lost                            ▼ endstop
-//                        pin
+//   STEP DIR ENABLE ─► A4988Chip ──► Motor: does it follow? ──► slide: is there room? ──► position ──► switch
+//                          │                  │                          │                               │
+//                    timing broken        too fast                   the frame                      endstop pin
+//                       └───────────────── steps lost ───────────────────┘
 //
 // Invariant: position == start + microsteps moved up − microsteps moved down, always within the hard stops.
 #pragma once

@@ -1,18 +1,15 @@
-// Heater: a heated block that loses heat to the room, and a sensor that lags behind it. Solved exactly, not
-// stepped.
+// Heater: a heated block that loses heat to the room, and a sensor that lags behind it. Solved exactly, not stepped.
 //
 //   C dT/dt = P·duty − G·(T − T_room)          block        τb = C/G
 //   τs dS/dt = T − S                           sensor
 //
-// Between two accesses duty and G are constant, so both have a closed form (with T∞ = T_room + P·duty/G, D =
-// T₀ − T∞):
+// Between two accesses duty and G are constant, so both have a closed form (T∞ = T_room + P·duty/G, D = T₀ − T∞):
 //
 //   T(t) = T∞ + D e^(−t/τb)
 //   S(t) = T∞ + k D e^(−t/τb) + (S₀ − T∞ − k D) e^(−t/τs),      k = τb / (τb − τs)
 //
 // An access costs two exponentials and there are no events in between: 5000 s of print are 0.1 s of work.
-// Invariants: time never goes back; T tends to T∞ and never past it; advancing by a+b equals advancing by a,
-// then b.
+// Invariants: time never goes back; T tends to T∞ and never past it; advancing by a + b is advancing by a, then b.
 #pragma once
 
 #include <cmath>

@@ -14,7 +14,7 @@
 // noted. Perfect stepping gives at most ½ step (plus the order in which near-simultaneous steps were sent).
 //
 // What cannot be explained is bounded, never chased: a step that could only be explained by leaving another axis more
-// than kAstray steps behind is counted as unexplained, noted with its deviation, and s stays. Each further unexplained
+// than kAstraySteps behind is counted as unexplained, noted with its deviation, and s stays. Each further unexplained
 // step widens that limit by one, so that after lost steps the comparison finds its place again (and reports them).
 //
 // The extruder follows but does not lead: a step of E moves s only as far as no slide is contradicted, because where its

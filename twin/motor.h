@@ -1,5 +1,4 @@
-// Motor: does the rotor follow this microstep? The pull-in and pull-out limits of a stepper, seen from its
-// step times.
+// Motor: does the rotor follow this microstep? The pull-in and pull-out limits of a stepper, from its step times.
 //
 // A rotor hangs on its field by an elastic torque: it may lag by up to one full step and still be pulled
 // along, so a single late or early microstep harms nothing. What it cannot do is change its mean speed faster
@@ -12,12 +11,10 @@
 //
 // `before` is 0 where the run has no second window: after power-on, after a reversal. That makes `pull_in`
 // the speed that the motor starts at from rest. Braking is not judged: a step train that stops shows nothing
-// on its pins. A motor that fell out stays out until the field turns slower than pull_in, as a stalled one
-// does.
+// on its pins. A motor that fell out stays out until the field turns slower than pull_in, or turns back.
 //
-// Invariant: a train that never exceeds pull_in loses nothing, whatever its gaps. The reference machine's 125
-// mm/s is 10 000 microsteps/s, below the default pull-in of 12 000: lateness stretches a print, and does not
-// spoil it.
+// Invariant: a train that never exceeds pull_in loses nothing, whatever its gaps. The reference machine's 125 mm/s is
+// 10 000 microsteps/s, below the default pull-in of 12 000: lateness stretches a print, and does not spoil it.
 #pragma once
 
 #include <algorithm>
@@ -49,11 +46,12 @@ class Motor {
         if (direction != direction_) {
             direction_ = direction;
             run_ = 0;
+            stalled_ = false;  // the rotor stands: it starts anew, and is judged as from rest
         }
         const std::int64_t now_ns = to_ns(now);
         times_[run_ % kHistory] = now_ns;
         const std::uint64_t index = run_++;
-        if (index < window_) return !stalled_;
+        if (index < window_) return true;
         const std::int64_t span_ns = now_ns - times_[(index - window_) % kHistory];
         if (span_ns >= harmless_span_ns_) [[likely]] {
             stalled_ = false;

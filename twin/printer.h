@@ -1,18 +1,16 @@
 // The virtual printer: a whole machine behind the pins and buses of a virtual board.
 //
-//   pins 2…16 ──► AxisDrive ×4 (driver, motor, slide, switch) ──► on_step, on_endstop ──► MotionObserver (a
-//   job's watch)
+//   pins 2…16 ──► AxisDrive ×4 (driver, motor, slide, switch) ──► on_step, on_endstop ──► MotionObserver
 //                      │ position
 //                      ▼
 //   endstop pins ◄── switch            E microsteps ──► melted plastic ──► takes heat
 //                                                                             ▼
 //   heater, fan pins ──► Heater ×2 ──► thermistor ──► divider ──► Ads7828Chip ◄──► I2C
 //
-// It knows nothing of G-code, of the firmware, or of who drives the pins: that is what makes its record a
-// proof.
+// It knows nothing of G-code, of the firmware, or of who drives the pins: that is what makes its record a proof.
 //
-// Invariants: calls come in order of time, from one thread (an earlier instant is taken as the latest one
-// seen). A pin write costs one table look-up; heat is advanced only when somebody looks at it.
+// Invariants: calls come in order of time, from one thread. A pin write costs one table look-up; heat is advanced
+// only when somebody looks at it.
 #pragma once
 
 #include <array>
@@ -50,8 +48,7 @@ class Printer final : public board::Peripherals {
   public:
     explicit Printer(const Machine& machine);
 
-    // ---- the board's side: see board/peripherals.h
-    // ---------------------------------------------------------
+    // ---- the board's side: see board/peripherals.h ---------------------------------------------------------
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
     void pwm_written(Instant now, board::PinId pin, double duty) override;
     [[nodiscard]] board::Level pin_level(Instant now, board::PinId pin) override;
@@ -62,8 +59,7 @@ class Printer final : public board::Peripherals {
     [[nodiscard]] Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
                                             std::span<std::uint8_t> data) override;
 
-    // ---- the watcher's side
-    // --------------------------------------------------------------------------------
+    // ---- the watcher's side --------------------------------------------------------------------------------
     /// Who is told of every microstep from now on; null for nobody. The observer must outlive its watch.
     void observe(MotionObserver* observer) { observer_ = observer; }
     [[nodiscard]] PrinterState state(Instant now);

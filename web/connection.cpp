@@ -54,6 +54,12 @@ void Connection::close_cut_short() {
     const bool in_body = state_ == State::collecting || state_ == State::uploading;
     if (in_body) refuse(error_response(400, "invalid_argument", "the body ended before its length; nothing was kept"));
     state_ = State::closed;
+    drop_upload();
+}
+
+/// Contract: no piece of it is with the disk.
+void Connection::drop_upload() {
+    if (plan_.upload) plan_.upload->discard();
     plan_.upload.reset();
 }
 
@@ -159,6 +165,7 @@ void Connection::on_complete() {
     const bool upload = state_ == State::uploading;
     state_ = State::replying;
     if (upload) {
+        service_.report_upload(*plan_.upload, plan_.upload->received());
         return service_.end_upload(std::move(plan_.upload), std::string{reader_.head().value("Host")}, moment_, reply_later());
     }
     auto request = std::make_shared<Request>();
@@ -222,7 +229,7 @@ void Connection::refuse(Response response) {
     Output output{head_bytes(response, false), std::nullopt};
     if (reader_.head().method != Method::head) output.bytes += response.body;
     outputs_.push_back(std::move(output));
-    plan_.upload.reset();
+    drop_upload();
     state_since_ = moment_.now;
     // Closing at once would reset the connection under a peer that still sends, and with it the answer.
     state_ = peer_done_ ? State::closed : State::draining;

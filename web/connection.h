@@ -78,6 +78,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void piece_done(const Result<void>& taken);
     void report_progress();
     void close_cut_short();
+    void drop_upload();
     [[nodiscard]] Reply reply_later();
     void answer(Response response);
     /// Answers although not all of the request was read.

@@ -38,9 +38,9 @@ void Publisher::tick(Moment moment) {
         if (spool_.revision() != published_revision_ || words != published_words_) {
             published_revision_ = spool_.revision();
             published_words_ = words;
-            Json jobs = api::jobs_json(spool_);
-            jobs["type"] = "jobs";
-            publish(MessageKind::jobs, api::text_of(jobs));
+            Json message{{"type", "jobs"}};
+            message.update(api::jobs_json(spool_));
+            publish(MessageKind::jobs, api::text_of(message));
         }
     }
     if (moment.now - sample_at_ >= kSampleEvery) publish_sample(moment);

@@ -325,6 +325,7 @@ void Service::end_upload(std::shared_ptr<Upload> upload, std::string host, Momen
     executors_.disk([this, upload = std::move(upload), host = std::move(host), moment, reply = std::move(reply)] {
         const Result<void> finished = upload->finish();
         if (!finished.ok()) {
+            upload->discard();
             executors_.io([reply, response = refused_upload(finished.error())]() mutable { reply(std::move(response)); });
             return;
         }
@@ -337,12 +338,14 @@ void Service::analyze(std::shared_ptr<Upload> upload, std::string host, Moment m
     Result<spool::Analysis> analysis = analyzer_.analyze(upload->file().path(), upload->file().layers_path());
     if (!analysis.ok() || analysis->verdict != spool::Analysis::Verdict::fits) {
         Response response = analysis.ok() ? violation(*analysis) : refused_upload(analysis.error());
+        upload->discard();
         executors_.io([reply, response = std::move(response)]() mutable { reply(std::move(response)); });
         return;
     }
     executors_.spool([this, upload = std::move(upload), host = std::move(host), moment, reply = std::move(reply),
                       facts = std::move(*analysis)] {
         Response response = queue_upload(*upload, facts, host, moment);
+        upload->discard();  // what was adopted is no longer its own
         executors_.io([reply, response = std::move(response)]() mutable { reply(std::move(response)); });
     });
 }

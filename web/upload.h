@@ -32,6 +32,9 @@ class Upload {
     /// The body has ended where its sender said: seals the file. Errors: as take(), and corrupt (another SHA-256 than declared).
     [[nodiscard]] Result<void> finish();
 
+    /// Removes what was received. Before a refusal is answered: who reads the answer finds nothing left behind.
+    void discard() { file_.reset(); }
+
     /// After finish().
     [[nodiscard]] spool::StagedFile& file() { return *file_; }
     [[nodiscard]] const std::string& name() const { return name_; }

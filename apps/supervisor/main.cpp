@@ -11,8 +11,8 @@
 
 namespace {
 
-/// Above every loop, so that a sketch that hangs at real-time priority cannot keep the supervisor from its work. Asked
-/// for, not demanded: an ordinary user gets none of it. The child starts as an ordinary process.
+/// Above every loop, so that a sketch that hangs at real-time priority cannot keep the supervisor from its
+/// work. Asked for, not demanded: an ordinary user gets none of it. The child starts as an ordinary process.
 void be_important() {
     sched_param parameters{};
     parameters.sched_priority = 90;

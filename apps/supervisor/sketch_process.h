@@ -21,8 +21,9 @@ struct Ending {
 
 class SketchProcess {
   public:
-    /// Starts `command`. If the supervisor itself is killed the sketch gets SIGTERM: nobody would force its pins, so it
-    /// must stop and do it itself. Error: not_found and the like, as execvp said; nothing runs then.
+    /// Starts `command`. If the supervisor itself is killed the sketch gets SIGTERM: nobody would force its
+    /// pins, so it must stop and do it itself. Error: not_found and the like, as execvp said; nothing runs
+    /// then.
     static Result<SketchProcess> start(const std::vector<std::string>& command);
 
     [[nodiscard]] pid_t pid() const { return pid_; }

@@ -41,8 +41,8 @@ class Supervisor {
     /// Opens the pins file and takes the supervisor's role on it. Errors: PinsFile::open.
     static Result<Supervisor> open(Options options);
 
-    /// Runs the sketch to its end (with `restart`: until it ends well or a stop is asked for). `signals` is a signalfd
-    /// that carries SIGTERM and SIGINT, which are handed on to the sketch. Returns the exit status.
+    /// Runs the sketch to its end (with `restart`: until it ends well or a stop is asked for). `signals` is a
+    /// signalfd that carries SIGTERM and SIGINT, which are handed on to the sketch. Returns the exit status.
     int run(int signals);
 
   private:

@@ -37,6 +37,15 @@ void be_prompt(int fifo) {
     ::setpriority(PRIO_PROCESS, 0, -10);
 }
 
+/// Edges that the twin never saw, or saw too late, spoil its verdict: said at the end.
+void report_lost_edges(const qduino::board::linux::PinsFaults& faults) {
+    if (faults.lost + faults.disordered + faults.malformed == 0) return;
+    std::fprintf(stderr, "virtual-machine: pin edges lost %llu, out of order %llu, malformed %llu\n",
+                 static_cast<unsigned long long>(faults.lost),
+                 static_cast<unsigned long long>(faults.disordered),
+                 static_cast<unsigned long long>(faults.malformed));
+}
+
 int complain(std::string_view what) {
     std::fprintf(stderr, "virtual-machine: %.*s\n", static_cast<int>(what.size()), what.data());
     return 1;
@@ -84,6 +93,7 @@ int main(int argc, char** argv) {
                 options.inspect.empty() ? "" : ", inspector at ", options.inspect.c_str());
     std::fflush(stdout);
     while (stop_asked == 0) machine.value()->pass();
+    report_lost_edges(machine.value()->pins_faults());
     ::unlink(options.pins.c_str());  // tmpfs is memory; who still has the pins mapped keeps them
     return 0;
 }

@@ -41,6 +41,8 @@ class VirtualMachine {
     /// One pass.
     void pass();
     [[nodiscard]] twin::Printer& printer() { return printer_; }
+    /// What went wrong between the sketch and the twin; all 0 in a healthy run.
+    [[nodiscard]] board::linux::PinsFaults pins_faults() const { return pins_.faults(); }
 
   private:
     VirtualMachine(const twin::Machine& machine, board::linux::PinsServer pins);

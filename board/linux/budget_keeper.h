@@ -4,23 +4,24 @@
 //   ███████████████████▼ budget spent: sleep in the handler ▼█████████████
 //   └── CPU clock read: `used` ──► sched::SporadicServer ──► next replenishment
 //
-// In so much wall time the thread cannot have consumed more CPU time: the timer never comes after the budget's end. If
-// it comes before (the thread was preempted meanwhile), the CPU clock says so and the timer is armed with the rest. Only
-// high-resolution timers and system calls of one's own thread are needed: no privilege, no kernel patch. (Timers on the
-// thread's CPU clock would spare the early shots, but stock kernels look at them at the tick, 1–10 ms apart;
-// so does SCHED_DEADLINE, without its HRTICK feature.)
+// In so much wall time the thread cannot have consumed more CPU time: the timer never comes after the
+// budget's end. If it comes before (the thread was preempted meanwhile), the CPU clock says so and the timer
+// is armed with the rest. Only high-resolution timers and system calls of one's own thread are needed: no
+// privilege, no kernel patch. (Timers on the thread's CPU clock would spare the early shots, but stock
+// kernels look at them at the tick, 1–10 ms apart; so does SCHED_DEADLINE, without its HRTICK feature.)
 //
-// Accounting. The sporadic server must be told when the thread blocks, or an old refill would come back early.
-// sleep_until() tells it. Waits that nobody announces (a bus, a lock, a socket) are found by the thread's count of
-// voluntary context switches: when it grew, what was used since the last look counts from the latest instant at which it
-// can have begun, `now − used`. That errs on the late side.
+// Accounting. The sporadic server must be told when the thread blocks, or an old refill would come back
+// early. sleep_until() tells it. Waits that nobody announces (a bus, a lock, a socket) are found by the
+// thread's count of voluntary context switches: when it grew, what was used since the last look counts from
+// the latest instant at which it can have begun, `now − used`. That errs on the late side.
 //
-// All of it runs on the thread it is about; the handler is kept out of the ordinary path by a flag, not a lock. The
-// handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage: async-signal-safe on Linux.
+// All of it runs on the thread it is about; the handler is kept out of the ordinary path by a flag, not a
+// lock. The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage: async-signal-safe
+// on Linux.
 //
-// Cost, measured on a 2-core VM (kernel 6.18): 3 µs per release; 30–40 µs per enforcement, nearly all of it the
-// virtual machine's timer interrupt (13 µs) and the way into and out of the sleep (17 µs); charged to the loop itself.
-// Hence no budget under 100 µs on a shared core.
+// Cost, measured on a 2-core VM (kernel 6.18): 3 µs per release; 30–40 µs per enforcement, nearly all of it
+// the virtual machine's timer interrupt (13 µs) and the way into and out of the sleep (17 µs); charged to the
+// loop itself. Hence no budget under 100 µs on a shared core.
 #pragma once
 
 #include <time.h>
@@ -45,8 +46,8 @@ class BudgetKeeper {
     BudgetKeeper(const BudgetKeeper&) = delete;
     BudgetKeeper& operator=(const BudgetKeeper&) = delete;
 
-    /// Begins to keep the calling thread to the spec's budget: a main VCPU by the sporadic server, an I/O VCPU by PIBS.
-    /// Error: unavailable, when the kernel has no timer left.
+    /// Begins to keep the calling thread to the spec's budget: a main VCPU by the sporadic server, an I/O
+    /// VCPU by PIBS. Error: unavailable, when the kernel has no timer left.
     Result<void> start(const VcpuSpec& spec);
     /// Ends it. By the same thread.
     void stop();

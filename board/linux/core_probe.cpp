@@ -12,8 +12,8 @@
 
 namespace qduino::board::linux {
 
-// The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then lines of
-// "<name>: <count of each column> <words>"; the last few lines may have fewer counts.
+// The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then lines of "<name>:
+// <count of each column> <words>"; the last few lines may have fewer counts.
 std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
     const auto text = read_small_file(root + "/proc/interrupts");
     if (!text) return std::nullopt;

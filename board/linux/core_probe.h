@@ -11,8 +11,8 @@
 
 namespace qduino::board::linux {
 
-/// Interrupts of all kinds that `core` has served since boot (/proc/interrupts). Nothing: it cannot be read. `root`
-/// precedes /proc (tests).
+/// Interrupts of all kinds that `core` has served since boot (/proc/interrupts). Nothing: it cannot be read.
+/// `root` precedes /proc (tests).
 std::optional<std::uint64_t> interrupts_of(int core, const std::string& root = "");
 
 /// Cores whose tick stops while one task runs on them (booted with nohz_full).
@@ -24,8 +24,8 @@ struct CoreProbe {
     Nanoseconds worst_gap{0};
 };
 
-/// Spins for `duration` on `core` at SCHED_FIFO `priority` (0: as it is), in a thread of its own; `enter` runs on it
-/// first (to get into the core's cpuset). Blocks for as long. Setup-time.
+/// Spins for `duration` on `core` at SCHED_FIFO `priority` (0: as it is), in a thread of its own; `enter`
+/// runs on it first (to get into the core's cpuset). Blocks for as long. Setup-time.
 CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::function<void()>& enter = {});
 
 }  // namespace qduino::board::linux

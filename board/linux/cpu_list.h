@@ -1,5 +1,5 @@
-// A set of CPUs, and the two ways in which the kernel writes it: as a list "0-3,6" and as a hexadecimal mask in groups of
-// 32 bits "00000001,0000004f".
+// A set of CPUs, and the two ways in which the kernel writes it: as a list "0-3,6" and as a hexadecimal mask
+// in groups of 32 bits "00000001,0000004f".
 #pragma once
 
 #include <bitset>

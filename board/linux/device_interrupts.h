@@ -1,7 +1,8 @@
 // Which of the kernel's interrupts, and which of its threads, belong to a class of devices.
 //
-// Two sources, joined: where sysfs ties a device to its interrupts (network, disk, serial), and otherwise the names that
-// drivers give to their handlers (/sys/kernel/irq/N/actions), which is all there is for platform devices.
+// Two sources, joined: where sysfs ties a device to its interrupts (network, disk, serial), and otherwise the
+// names that drivers give to their handlers (/sys/kernel/irq/N/actions), which is all there is for platform
+// devices.
 #pragma once
 
 #include <sys/types.h>
@@ -19,8 +20,8 @@ namespace qduino::board::linux {
 /// Numbers of the interrupts of `device`; `all` is every one. `root` precedes /sys and /proc (tests). Setup-time.
 std::set<int> interrupts_of_class(DeviceClass device, const std::string& root = "");
 
-/// Moves the interrupts of `device` away from `core` (allowed = false), or lets them come there as well. Returns how many
-/// were changed; `stuck` counts those that the kernel would not move.
+/// Moves the interrupts of `device` away from `core` (allowed = false), or lets them come there as well.
+/// Returns how many were changed; `stuck` counts those that the kernel would not move.
 int route_class(MachineSettings& settings, DeviceClass device, int core, int cpus, bool allowed, int& stuck,
                 const std::string& root = "");
 

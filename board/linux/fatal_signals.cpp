@@ -49,10 +49,10 @@ void on_broken_contract(const char* condition, const char* file, int line) {
     if (g_contract_before) g_contract_before(condition, file, line);
 }
 
-void install(int signal, void (*handler)(int), struct sigaction& before) {
+void install(int signal, void (*handler)(int), int flags, struct sigaction& before) {
     struct sigaction action {};
     action.sa_handler = handler;
-    action.sa_flags = SA_ONSTACK | SA_RESTART;
+    action.sa_flags = SA_ONSTACK | flags;
     sigemptyset(&action.sa_mask);
     ::sigaction(signal, &action, &before);
 }
@@ -64,8 +64,10 @@ FatalSignals::FatalSignals(Will will) {
     g_will = will;
     g_will_done = false;
     g_stop_asked = false;
-    for (std::size_t i = 0; i < kFatal.size(); ++i) install(kFatal[i], on_fatal, g_fatal_before[i]);
-    for (std::size_t i = 0; i < kStop.size(); ++i) install(kStop[i], on_stop, g_stop_before[i]);
+    for (std::size_t i = 0; i < kFatal.size(); ++i)
+        install(kFatal[i], on_fatal, SA_RESTART, g_fatal_before[i]);
+    // No SA_RESTART: a stop also ends a wait of setup().
+    for (std::size_t i = 0; i < kStop.size(); ++i) install(kStop[i], on_stop, 0, g_stop_before[i]);
     g_contract_before = set_contract_handler(on_broken_contract);
 }
 

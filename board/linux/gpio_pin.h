@@ -45,8 +45,9 @@ class GpioPin final : public PinDriver {
     std::atomic<std::uint8_t> safe_{0};  // 0: none; else 1 + Level
 };
 
-/// Takes over the lines of a dead sketch that have a safe state (OutputPin::line, OutputPin::safe) and drives them to
-/// it. The lines are held for as long as the descriptors live. For the supervisor. `failed` counts those it could not get.
+/// Takes over the lines of a dead sketch that have a safe state (OutputPin::line, OutputPin::safe) and drives
+/// them to it. The lines are held for as long as the descriptors live. For the supervisor. `failed` counts
+/// those it could not get.
 std::vector<UniqueFd> take_over_safe_lines(const PinsLayout& layout, int& failed);
 
 }  // namespace qduino::board::linux

@@ -10,9 +10,9 @@
 //
 // Undone in the opposite order (machine_settings.h). What the machine does not have or refuses is a note, not a failure.
 //
-// Two generations of cpusets. v1: everything in the root set moves to `qduino-system` (all other cores), the core gets a
-// set `qduino-core<N>` of its own, exclusive, and the root stops balancing over both. v2: a threaded child of the
-// root becomes an isolated partition; by that alone all others lose the core.
+// Two generations of cpusets. v1: everything in the root set moves to `qduino-system` (all other cores), the
+// core gets a set `qduino-core<N>` of its own, exclusive, and the root stops balancing over both. v2: a
+// threaded child of the root becomes an isolated partition; by that alone all others lose the core.
 #pragma once
 
 #include <sys/types.h>
@@ -39,8 +39,8 @@ class Isolation {
   public:
     Isolation() = default;  ///< owns nothing
 
-    /// Makes the changes, through `settings`, which undoes them. Setup-time. Error: out_of_range (no core would be left for
-    /// the rest).
+    /// Makes the changes, through `settings`, which undoes them. Setup-time. Error: out_of_range (no core
+    /// would be left for the rest).
     static Result<Isolation> begin(MachineSettings& settings, const IsolationOptions& options);
 
     /// Puts the thread `tid` of this process into the owned core's set; it must pin itself afterwards.

@@ -69,15 +69,16 @@ class LinuxBoard {
     // ---- interrupts -------------------------------------------------------------------------------------
     Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     void detach_edge(PinId pin);
-    /// The kernel threads that do the bottom halves of `device` (threaded interrupts, threaded NAPI) get the priority and
-    /// core of I/O VCPU `io` when the board starts. Where the kernel has none, and that their budget is not enforced,
-    /// is said in the guarantee. Setup-time.
+    /// The kernel threads that do the bottom halves of `device` (threaded interrupts, threaded NAPI) get the
+    /// priority and core of I/O VCPU `io` when the board starts. Where the kernel has none, and that their
+    /// budget is not enforced, is said in the guarantee. Setup-time.
     Result<void> serve_interrupts(DeviceClass device, VcpuId io);
-    /// Routes the interrupts of a device class away from `core`, or lets them come there as well. Undone at the end.
-    /// Setup-time. Errors: not_permitted (needs root), not_found (the class has no interrupts here), unavailable.
+    /// Routes the interrupts of a device class away from `core`, or lets them come there as well. Undone at
+    /// the end. Setup-time. Errors: not_permitted (needs root), not_found (the class has no interrupts here),
+    /// unavailable.
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
-    /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted so.
-    /// Error: unsupported (not booted with nohz_full for this core); for `enabled` on such a core as well.
+    /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted so. Error:
+    /// unsupported (not booted with nohz_full for this core); for `enabled` on such a core as well.
     Result<void> core_timer(int core, bool enabled);
     /// What wake-up and enforcement cost here: measured once, at the first call (some 10 ms). Setup-time.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core);

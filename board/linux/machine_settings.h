@@ -9,11 +9,12 @@
 //   policy <TAB> 50 <TAB> 211 <TAB> 1 <TAB> 50            thread 50 had policy 1 (FIFO) at priority 50
 //   group <TAB> /sys/fs/cgroup/cpuset/qduino-core1        move its tasks to the parent, remove it
 //
-// Whoever changes settings holds a lock on the file; it ends with the process, however that dies. A state file that is
-// not empty and not locked is one that a dead process left: the supervisor, `qduino restore` or the next start undoes it.
+// Whoever changes settings holds a lock on the file; it ends with the process, however that dies. A state
+// file that is not empty and not locked is one that a dead process left: the supervisor, `qduino restore` or
+// the next start undoes it.
 //
-// Invariant: whatever was changed is in the file, at every instant. (What is in the file may not have been changed yet: then
-// the undoing writes the value that is there already.)
+// Invariant: whatever was changed is in the file, at every instant. (What is in the file may not have been
+// changed yet: then the undoing writes the value that is there already.)
 #pragma once
 
 #include <sys/types.h>
@@ -42,22 +43,22 @@ class MachineSettings {
     /// Undoes everything.
     ~MachineSettings();
 
-    /// Takes the state file at `path` (made with its folder when missing), after undoing what a dead process left in it.
-    /// Errors: unavailable (another process has changed settings and lives), not_permitted.
+    /// Takes the state file at `path` (made with its folder when missing), after undoing what a dead process
+    /// left in it. Errors: unavailable (another process has changed settings and lives), not_permitted.
     static Result<MachineSettings> open(std::string path);
 
-    /// Writes `text` to the setting at `path`, its present value recorded first. A setting that has the value already
-    /// is left alone. Error: not_found, or what the kernel says; the machine is then as before.
+    /// Writes `text` to the setting at `path`, its present value recorded first. A setting that has the value
+    /// already is left alone. Error: not_found, or what the kernel says; the machine is then as before.
     Result<void> change(const std::string& path, std::string_view text);
     /// Makes a cgroup, recorded first. Whose tasks are to be moved out, and it removed, when all is undone.
     Result<void> make_group(const std::string& path);
 
-    /// Records to which cores the thread `tid` is bound, when it is bound at all and can be: moving it between cpusets
-    /// makes kernels before 6.2 forget that.
+    /// Records to which cores the thread `tid` is bound, when it is bound at all and can be: moving it
+    /// between cpusets makes kernels before 6.2 forget that.
     Result<void> remember_affinity(pid_t tid);
 
-    /// Gives the kernel thread `tid` SCHED_FIFO at `priority` and binds it to `core`, what it had recorded first.
-    /// Error: not_permitted, not_found (it has ended).
+    /// Gives the kernel thread `tid` SCHED_FIFO at `priority` and binds it to `core`, what it had recorded
+    /// first. Error: not_permitted, not_found (it has ended).
     Result<void> schedule_thread(pid_t tid, int priority, int core);
 
     /// Undoes everything now; the first thing that could not be undone is the error, and stays in the file.

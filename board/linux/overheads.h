@@ -5,9 +5,10 @@
 
 namespace qduino::board::linux {
 
-/// Medians over some 10 ms of sleeping and of timer signals on the calling thread. The kernel's fair server is left out:
-/// it runs above real-time threads only on a core where ordinary ones have found no room for a second, and the budgets that
-/// are enforced leave them that (DESIGN §5 admits no shared core to 100 % of all time).
+/// Medians over some 10 ms of sleeping and of timer signals on the calling thread. The kernel's fair server
+/// is left out: it runs above real-time threads only on a core where ordinary ones have found no room for a
+/// second, and the budgets that are enforced leave them that (DESIGN §5 admits no shared core to 100 % of all
+/// time).
 [[nodiscard]] sched::PlatformOverheads measure_overheads();
 
 }  // namespace qduino::board::linux

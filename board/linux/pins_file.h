@@ -59,8 +59,8 @@ class PinsFile {
   public:
     PinsFile() = default;  ///< none; only for assignment
 
-    /// Makes a fresh file and renames it over `path`. For the machine.
-    /// Error: unavailable when another machine lives on `path`; or the system's.
+    /// Makes a fresh file and renames it over `path`. For the machine. Error: unavailable when another
+    /// machine lives on `path`; or the system's.
     static Result<PinsFile> create(const std::string& path);
     /// Opens an existing file in a role. Error: not_found (no machine has made it), corrupt (not such a
     /// file), unsupported (another version), unavailable (the role is taken by a living process).

@@ -89,8 +89,8 @@ struct OutputPin {
     std::atomic<std::uint8_t> level{0};  ///< the output latch
     std::atomic<std::uint8_t> pwm{0};    ///< 1: the last write was a PWM duty
     std::atomic<std::uint8_t> safe{0};   ///< 0: none; else 1 + Level
-    /// The kernel line behind this pin when it is real, so that a supervisor can take it over: 0, or
-    /// 1 + line + (chip << 16).
+    /// The kernel line behind this pin when it is real, so that a supervisor can take it over: 0, or 1 + line
+    /// + (chip << 16).
     std::atomic<std::uint32_t> line{0};
 };
 

@@ -68,9 +68,10 @@ Result<void> VirtualPins::attach(const std::string& path) {
     PinsLayout& layout = file_.layout();
     for (auto& slot : layout.writers) slot.lost.store(0, std::memory_order_relaxed);
     for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0, std::memory_order_relaxed);
-    for (auto& output :
-         layout.outputs) {  // a fresh sketch has asked for nothing yet; the levels stay as they are
+    for (auto& output : layout.outputs) {  // as after a reset: all pins are inputs
         output.mode.store(0, std::memory_order_relaxed);
+        output.level.store(0, std::memory_order_relaxed);
+        output.pwm.store(0, std::memory_order_relaxed);
         output.safe.store(0, std::memory_order_relaxed);
         output.line.store(0, std::memory_order_relaxed);
     }

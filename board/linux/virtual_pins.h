@@ -28,8 +28,8 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     Result<void> open_writer(VcpuId vcpu, bool wide);
 
     // ---- PinDriver --------------------------------------------------------------------------------------
-    /// For inputs, waits until the machine has published the pin's level once.
-    /// Error: timed_out when no machine answers.
+    /// For inputs, waits until the machine has published the pin's level once. Error: timed_out when no
+    /// machine answers.
     Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) override;
     void write(VcpuId vcpu, PinId pin, Level level) override;
     Level read(VcpuId vcpu, PinId pin) override;

@@ -409,6 +409,7 @@ void SimBoard::execute(SimCore& core) {
     sleep_is_local_ = vcpu.spec.owns_core && !vcpu.has_fault;
     current_ = &vcpu;
     current_core_ = &core;
+    ++resumes_;
     polls_ = vcpu.polls;
     vcpu.fiber->resume();
     vcpu.polls = polls_;

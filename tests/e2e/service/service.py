@@ -39,13 +39,13 @@ def wait_until(condition, what, timeout_s=30):
 def gcode(size, seed=0):
     """`size` bytes of harmless G-code, different for every seed."""
     generator = random.Random(seed)
-    lines, length = ["; seed %d\n" % seed, "G28\n"], 0
+    lines = ["; seed %d\n" % seed, "G28\n"]
     length = sum(map(len, lines))
-    while length < size:
-        line = "G1 X%.3f Y%.3f F6000\n" % (generator.uniform(0, 150), generator.uniform(0, 150))
-        lines.append(line)
-        length += len(line)
-    return "".join(lines)[: max(size, 20) - 1].encode() + b"\n"
+    while length < size - 40:
+        lines.append("G1 X%.3f Y%.3f F6000\n" % (generator.uniform(0, 150), generator.uniform(0, 150)))
+        length += len(lines[-1])
+    lines.append(";" + "-" * (size - length - 2) + "\n")
+    return "".join(lines).encode()
 
 
 class Sketch:
@@ -218,11 +218,13 @@ class Live:
             if first & 15 == 8:
                 raise EOFError
 
-    def next_of(self, kind):
-        while True:
+    def next_of(self, kind, timeout_s=60):
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
             message = self.next()
             if message["type"] == kind:
                 return message
+        raise AssertionError("no message of type " + kind)
 
     def close(self):
         self.socket.close()

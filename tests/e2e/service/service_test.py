@@ -248,7 +248,7 @@ class LiveStream(Case):
         self.assertTrue(live.next_of("status")["status"]["connected"])
         self.printd.put("a.gcode", gcode(200_000, 1), start=True)
         self.assertEqual(live.next_of("upload")["name"], "a.gcode")
-        while not any(job["state"] == "done" for job in live.next_of("jobs")["jobs"]):
+        while live.next_of("jobs")["jobs"][0]["state"] != "done":
             pass
         self.printd.request("POST", "/api/v1/machine/gcode", {"line": "M105"})
         self.assertEqual(live.next_of("reply")["text"], "ok")

@@ -111,6 +111,27 @@ TEST(ResponseOracle, TheBoundNeverAdmitsWhatRealArithmeticRefuses) {
     EXPECT_LT(close, 20'000);
 }
 
+/// Two loops of one period T and C together: U <= 2(√2 − 1) is (2T + C)² <= 8T² in whole numbers. Tried with T so long
+/// that one nanosecond of C, on either side of the bound, changes U by 10^-14.
+TEST(ResponseOracle, TheBoundIsDecidedToTheNanosecond) {
+    __extension__ using Wide = __int128;
+    std::mt19937_64 random{6};
+    for (int round = 0; round < 20'000; ++round) {
+        std::uniform_int_distribution<std::int64_t> long_period{kPeriodMax.count() / 2, kPeriodMax.count()};
+        const std::int64_t period = long_period(random);
+        const auto within = [&](std::int64_t c) {
+            return (2 * Wide{period} + c) * (2 * Wide{period} + c) <= 8 * Wide{period} * period;
+        };
+        std::int64_t most =
+            static_cast<std::int64_t>(2 * (std::sqrt(2.0L) - 1) * static_cast<long double>(period)) - 4;
+        while (within(most + 1)) ++most;
+        for (const std::int64_t budget : {most - 1, most + 1}) {
+            const NaiveSet set{{{budget / 3, period}, {budget - budget / 3, period}}, {}};
+            ASSERT_EQ(admitted_by_bound(load_of(set)), within(budget)) << "round " << round;
+        }
+    }
+}
+
 TEST(ResponseOracle, WithoutIoTheBoundAdmitsNothingThatCompletionTimeRefuses) {
     std::mt19937_64 random{4};
     int admitted = 0;

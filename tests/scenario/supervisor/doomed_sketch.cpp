@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
             g_board->safe_state(PinId{4}, Level::low).ok() && g_board->safe_state(PinId{5}, Level::high).ok();
     board::VcpuSpec first;
     first.id = 1;
-    first.budget = 1ms;
+    first.budget = 4ms;
     first.period = 10ms;
     first.entry = loop_body;
     board::VcpuSpec second = first;

@@ -1,5 +1,5 @@
-// The Linux board on virtual pins: what it refuses, what it runs, what it reports. Without real-time priorities, so that no
-// test can hold up the machine; timing is no matter here.
+// The Linux board on virtual pins: what it refuses, what it runs, what it reports. Without real-time
+// priorities, so that no test can hold up the machine; timing is no matter here.
 #include "board/linux/linux_board.h"
 
 #include <gtest/gtest.h>

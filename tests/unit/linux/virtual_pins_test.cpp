@@ -289,8 +289,8 @@ TEST(VirtualPins, ForceEachSafePinAndNoOther) {
     EXPECT_EQ(pins.read(0, kPin), Level::low);
 }
 
-// A sketch process that counts up on PWM pins for ever, as two loops would. (One thread plays both: a process forked from
-// one with threads may make none under the thread sanitizer.)
+// A sketch process that counts up on PWM pins for ever, as two loops would. (One thread plays both: a process
+// forked from one with threads may make none under the thread sanitizer.)
 [[noreturn]] void count_until_killed(const std::string& path) {
     VirtualPins pins;
     if (!pins.attach(path)) ::_exit(3);

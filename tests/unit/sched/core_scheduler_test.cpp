@@ -43,6 +43,17 @@ TEST(CoreScheduler, AReplenishmentOfHigherPriorityEndsTheDecision) {
     EXPECT_EQ(core.decide(at_ns(10)), run(1, 12));
 }
 
+TEST(CoreScheduler, AReplenishmentOfLowerPriorityDoesNot) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {40ns, 50ns}));
+    ASSERT_TRUE(core.add(2, {2ns, 60ns}));
+    core.wake(2, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(2, 2));
+    EXPECT_EQ(core.decide(at_ns(2)), idle(at_ns(60)));
+    core.wake(1, at_ns(30));
+    EXPECT_EQ(core.decide(at_ns(30)), run(1, 70));  // not at 60, when 2 has budget again: it cannot run then
+}
+
 TEST(CoreScheduler, EqualPeriodsGoByTheLowerId) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(7, {2ns, 10ns}));

@@ -155,6 +155,27 @@ TEST(SimTime, APassWithoutTimeIsChargedAndOneWithTimeIsNot) {
     EXPECT_EQ(passes, 11);  // the first is free, ten cost 100 ns each
 }
 
+TEST(SimTime, TimeThatNothingElseDisturbsPassesWithoutTheEventLoop) {
+    NoPeripherals wires;
+    SimBoard board(SimConfig{}, wires);
+    Program program;
+    std::uint64_t pulses = 0;
+    program.loop(1, 5ms, 10ms, 0, periodic_work(board, 1ms, 10ms)).owning_loop(2, 100us, 1, [&] {
+        EXPECT_TRUE(board.pin_mode(PinId{1}, PinMode::output));
+        while (!board.stop_requested()) {
+            board.pin_write(PinId{1}, Level::high);
+            board.busy_until(board.now() + 1us);
+            board.pin_write(PinId{1}, Level::low);
+            board.sleep_until(board.now() + 9us);  // it owns its core: nobody would run meanwhile
+            ++pulses;
+        }
+    });
+    ASSERT_TRUE(board.start(program.specs()));
+    board.run(at(1s));
+    EXPECT_GE(pulses, 99'999u);
+    EXPECT_LE(board.resumes(), 600u);  // at each event of loop 1: two in a period, and its own resumption
+}
+
 TEST(SimTime, SafeStatesMayBeForcedWhileALoopHangs) {
     class Lamp final : public ::qduino::board::Peripherals {
       public:

@@ -193,7 +193,7 @@ TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
     const auto count = [&](const char* type) {
         return std::count_if(got.begin(), got.end(), [&](const auto& message) { return message["type"] == type; });
     };
-    EXPECT_EQ(count("upload"), 1);
+    EXPECT_EQ(count("upload"), 2) << "its beginning and its end";
     EXPECT_GE(count("status"), 15);
     EXPECT_GE(count("jobs"), 3) << "queued, printing, done";
     EXPECT_EQ(got.back()["type"], "status");

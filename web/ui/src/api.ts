@@ -1,4 +1,5 @@
 // Requests to the service, and the live stream. Errors are the service's own words (docs/api.md), always as text.
+import * as format from './format';
 import { addConsole, newKey, reduce, store } from './store';
 import type { Guarantee, Inspection, Job, LayerIndex, LiveMessage, MachineConfig } from './types';
 
@@ -8,16 +9,19 @@ export class ApiError extends Error {
   }
 }
 
-async function errorOf(response: Response): Promise<ApiError> {
-  let message = `${response.status} ${response.statusText}`;
+/** The service's own sentence, with the line of the file that it is about; else the status. */
+export function sentenceOf(body: string, status: string): string {
   try {
-    const body = await response.json();
-    message = body?.error?.message ?? message;
-    if (body?.error?.line) message += ` (line ${body.error.line})`;
+    const { message, line } = JSON.parse(body).error;
+    if (typeof message === 'string') return line ? `Line ${line}: ${message}` : format.sentence(message);
   } catch {
-    // no JSON: the status line has to do
+    // no JSON, or no error in it
   }
-  return new ApiError(message, response.status);
+  return status;
+}
+
+async function errorOf(response: Response): Promise<ApiError> {
+  return new ApiError(sentenceOf(await response.text(), `${response.status} ${response.statusText}`), response.status);
 }
 
 export async function request<T>(method: string, path: string, body?: unknown): Promise<T> {
@@ -101,20 +105,13 @@ export function upload(file: File, print: boolean): Promise<Job | null> {
     xhr.upload.onprogress = (event) => change({ sent: event.loaded, size: event.total || file.size });
     xhr.onerror = () => (change({ error: 'The connection was lost: nothing was queued. Try again.' }), resolve(null));
     xhr.onload = () => {
-      let body: any = null;
-      try {
-        body = JSON.parse(xhr.responseText);
-      } catch {
-        // handled below
-      }
       if (xhr.status === 201) {
-        change({ done: true, sent: file.size });
+        change({ done: true, sent: file.size, size: file.size });
         setTimeout(() => dismissUpload(key), 2500);
-        return resolve(body as Job);
+        return resolve(JSON.parse(xhr.responseText) as Job);
       }
       if (xhr.status === 401) store.set({ signedIn: false });
-      const line = body?.error?.line ? ` (line ${body.error.line})` : '';
-      change({ error: (body?.error?.message ?? `${xhr.status} ${xhr.statusText}`) + line });
+      change({ error: sentenceOf(xhr.responseText, `${xhr.status} ${xhr.statusText}`) });
       resolve(null);
     };
     xhr.send(form);

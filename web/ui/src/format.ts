@@ -46,6 +46,9 @@ export function briefCount(n: number): string {
   return `${value.toPrecision(3)} ${unit}`;
 }
 
+/** The service's texts begin in lower case, as parts of a log line do. */
+export const sentence = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
+
 export function percent(fraction: number): string {
   return `${(Math.min(1, Math.max(0, fraction)) * 100).toFixed(fraction > 0 && fraction < 0.1 ? 1 : 0)} %`;
 }

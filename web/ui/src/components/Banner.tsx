@@ -1,4 +1,5 @@
 import { act } from '../api';
+import * as format from '../format';
 import { useStore } from '../hooks';
 import { store } from '../store';
 import { Icon } from './Icon';
@@ -13,14 +14,14 @@ export function Banner() {
       {online && state === 'faulted' && (
         <div class="banner danger" role="alert" data-testid="fault">
           <Icon name="warning" size={22} />
-          <span><strong>Stopped.</strong> {fault ?? 'The machine has a fault.'}</span>
+          <span><strong>Stopped.</strong> {format.sentence(fault ?? 'the machine has a fault')}.</span>
           <button onClick={() => act('POST', 'machine/clear-fault')}>Clear fault</button>
         </div>
       )}
       {online && state === 'disconnected' && (
         <div class="banner warning" role="alert">
           <Icon name="warning" size={22} />
-          <span><strong>The machine is not connected.</strong> {fault ? `${fault}. ` : ''}Jobs can be queued; they start when it is back.</span>
+          <span><strong>The machine is not connected.</strong> {fault ? `${format.sentence(fault)}. ` : ''}Jobs can be queued; they start when it is back.</span>
         </div>
       )}
       {!online && known && (

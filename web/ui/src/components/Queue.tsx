@@ -149,7 +149,7 @@ function Gate() {
   if (!gate.held) return null;
   return (
     <div class="gate" role="status" data-testid="gate">
-      <p><strong>The queue waits.</strong> {gate.reason}</p>
+      <p><strong>The queue waits.</strong> {format.sentence(gate.reason ?? '')}</p>
       <button onClick={() => act('POST', 'queue/release')}>Go on with the queue</button>
     </div>
   );

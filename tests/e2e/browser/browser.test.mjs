@@ -1,0 +1,259 @@
+// The page in a real browser, in front of the real service, spooler and simulated printer: what a person does in a day.
+//
+//   node tests/e2e/browser/browser.test.mjs              (SCREENSHOTS=1: also renews docs/screenshots)
+//
+// Started with node itself, not with `node --test`: the status 77, "skipped", would be swallowed there.
+// The page runs here under a stricter policy than the service sends: no inline style either. No violation may occur.
+import assert from 'node:assert/strict';
+import { mkdir, stat } from 'node:fs/promises';
+import { join } from 'node:path';
+import { after, before, test as nodeTest } from 'node:test';
+import { BAD_FILES, makeGcode } from './part.mjs';
+import { ROOT, startBrowser, startStack, whatIsMissing } from './stack.mjs';
+
+const missing = whatIsMissing();
+if (missing) {
+  console.log(`skipped: ${missing}`);
+  process.exit(77);
+}
+
+const STRICT = "default-src 'self'; img-src 'self' blob: data:; connect-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'";
+const SPEED = 30;
+const PATIENCE_MS = 40_000; // the machine may be busy with other tests: nothing here is about timing
+const DESKTOP = { width: 1440, height: 900 };
+const PHONE = { width: 390, height: 844 };
+const SCREENSHOT_BYTES_MAX = 300_000;
+
+let stack, browser, context, page;
+const problems = [];
+
+before(async () => {
+  stack = await startStack({ speed: SPEED });
+  browser = await startBrowser();
+  context = await browser.newContext({ viewport: DESKTOP, colorScheme: 'light' });
+  page = await newPage(context);
+});
+
+after(async () => {
+  await browser?.close();
+  await stack?.stop();
+});
+
+/** A page that is watched: what it logs as an error, throws, or does against the policy lands in `problems`. */
+async function newPage(inContext) {
+  const fresh = await inContext.newPage();
+  fresh.setDefaultTimeout(PATIENCE_MS);
+  await fresh.route((url) => url.pathname === '/', async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, headers: { ...response.headers(), 'content-security-policy': STRICT } });
+  });
+  fresh.on('pageerror', (error) => problems.push(`thrown: ${error}`));
+  fresh.on('console', (message) => {
+    // A refused request is logged by the browser itself, with its status: refusals are part of this test.
+    if (message.type() === 'error' && !message.text().startsWith('Failed to load resource')) problems.push(message.text());
+  });
+  return fresh;
+}
+
+/** The tests tell one story: when one fails, those after it are skipped instead of waiting in vain. */
+let broken = false;
+const test = (name, body) => nodeTest(name, async (t) => {
+  if (broken) return t.skip('a test before this one has failed');
+  broken = true;
+  await body();
+  broken = false;
+});
+
+const at = (id, inside = page) => inside.getByTestId(id);
+const job = (list, name) => at(list).filter({ hasText: name });
+
+async function until(what, check) {
+  const deadline = Date.now() + PATIENCE_MS;
+  for (let last; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
+    last = await check();
+    if (last) return last;
+    if (Date.now() > deadline) assert.fail(`${what} did not come about; the state is "${await at('state').textContent()}"\n${stack.said()}`);
+  }
+}
+
+const stateIs = (word) => until(`the state "${word}"`, async () => (await at('state').textContent()) === word);
+const percent = async () => Number.parseFloat(await at('percent').textContent());
+const names = async () => (await at('job').locator('.name').allTextContents());
+
+/** As a file manager does it: the events of a drop, with the file in them. */
+async function drop(name, bytes) {
+  const data = await page.evaluateHandle(({ name, text }) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
+    return transfer;
+  }, { name, text: bytes.toString('base64') });
+  await at('drop').dispatchEvent('dragover', { dataTransfer: data });
+  await at('drop').dispatchEvent('drop', { dataTransfer: data });
+}
+
+/** Distinct colours of the canvas as the browser composes it, and a sum that tells two pictures apart. */
+async function lookAt(canvas) {
+  const text = (await canvas.screenshot()).toString('base64');
+  return page.evaluate(async (png) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${png}`;
+    await image.decode();
+    const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
+    const drawing = copy.getContext('2d');
+    drawing.drawImage(image, 0, 0);
+    const words = new Uint32Array(drawing.getImageData(0, 0, copy.width, copy.height).data.buffer);
+    let warm = 0; // the part is orange, the bed and the ground are grey or blue
+    for (const word of words) if ((word & 255) > ((word >> 16) & 255) + 60) warm++;
+    return { colours: new Set(words).size, warm };
+  }, text);
+}
+
+async function picture(name, of = page) {
+  if (process.env.SCREENSHOTS !== '1') return;
+  const folder = join(ROOT, 'docs/screenshots');
+  await mkdir(folder, { recursive: true });
+  const path = join(folder, `${name}.png`);
+  await of.screenshot({ path });
+  assert.ok((await stat(path)).size < SCREENSHOT_BYTES_MAX, `${name}.png is too large for the repository`);
+}
+
+test('without a key there is nothing but the question for it', async () => {
+  await page.goto(stack.address.split('#')[0]);
+  await page.getByLabel('Key').fill('not-the-key');
+  await page.getByRole('button', { name: 'Sign in' }).click();
+  await page.getByRole('alert').waitFor();
+  assert.equal(await at('state').count(), 0);
+});
+
+test('the link signs in, and its key leaves the address bar', async () => {
+  await page.goto('about:blank');
+  await page.goto(stack.address);
+  await stateIs('Ready');
+  assert.ok(!page.url().includes('key'), page.url());
+  const { cookies } = await context.storageState();
+  assert.ok(cookies.length > 0 && cookies.every((each) => each.httpOnly && each.sameSite === 'Strict'));
+  assert.ok(!(await page.evaluate(() => document.cookie + JSON.stringify(localStorage))).includes(stack.key));
+  await picture('desktop-ready');
+});
+
+for (const { name, bytes, says } of BAD_FILES) {
+  test(`${name} is refused with its reason`, async () => {
+    await drop(name, bytes);
+    const row = job('upload', name);
+    await row.locator('.error').waitFor();
+    assert.match(await row.locator('.error').textContent(), says);
+    if (name === 'too-hot.gcode') await picture('desktop-refused');
+    await row.getByRole('button').click();
+    assert.equal(await at('job').count(), 0);
+  });
+}
+
+test('a dropped file is printed, and the picture grows with it', async () => {
+  await drop('tower.gcode', makeGcode({ layers: 40, radius: 24, spacing: 1 }));
+  await job('running', 'tower.gcode').waitFor();
+  await stateIs('Printing');
+  const first = await until('a first percent', percent);
+  const early = await lookAt(at('canvas'));
+  await until('more percents', async () => (await percent()) > first + 2);
+  const late = await lookAt(at('canvas'));
+  assert.ok(early.colours > 20, `the canvas has ${early.colours} colours: it is blank`);
+  assert.ok(late.warm > 200 && late.warm !== early.warm, `the part does not grow: ${JSON.stringify({ early, late })}`);
+  assert.match(await page.title(), /% · tower\.gcode/);
+  assert.ok(Number.parseFloat(await at('hot-end').textContent()) > 150);
+});
+
+test('it can be paused and resumed', async () => {
+  await page.getByRole('button', { name: 'Pause', exact: true }).click();
+  await stateIs('Paused');
+  await page.getByRole('button', { name: 'Resume' }).click();
+  await stateIs('Printing');
+});
+
+test('jobs queue up, move and can be deleted', async () => {
+  await page.setInputFiles('[data-testid=file]', [
+    { name: 'second.gcode', mimeType: 'text/plain', buffer: makeGcode({ layers: 20, radius: 18, spacing: 1 }) },
+    { name: 'third.gcode', mimeType: 'text/plain', buffer: makeGcode({ layers: 20, radius: 16, spacing: 1 }) },
+    { name: '<img src=x onerror=alert(1)>.gcode', mimeType: 'text/plain', buffer: makeGcode({ layers: 3, radius: 9 }) },
+  ]);
+  await until('three jobs that wait', async () => (await names()).length === 3);
+  assert.deepEqual((await names()).slice(0, 2), ['second.gcode', 'third.gcode']);
+  assert.equal((await names())[2], '<img src=x onerror=alert(1)>.gcode', 'a name is text');
+  await page.getByRole('button', { name: 'Move third.gcode up' }).click();
+  await until('third before second', async () => (await names())[0] === 'third.gcode');
+  await page.getByRole('button', { name: 'Move third.gcode down' }).click();
+  await until('second before third', async () => (await names())[0] === 'second.gcode');
+  await job('job', 'third.gcode').dragTo(job('job', 'second.gcode'), { targetPosition: { x: 60, y: 4 } });
+  await until('third before second, by dragging', async () => (await names())[0] === 'third.gcode');
+  await page.getByRole('button', { name: 'Hold second.gcode' }).click();
+  await job('job', 'second.gcode').getByText('On hold').waitFor();
+  await page.getByRole('button', { name: 'Release second.gcode' }).click();
+  await until('second released', async () => (await page.getByText('On hold').count()) === 0);
+  await page.getByRole('button', { name: /^Delete <img/ }).click();
+  await at('yes').click();
+  await until('two jobs that wait', async () => (await names()).length === 2);
+  if (process.env.SCREENSHOTS === '1') await until('half a tower', async () => (await percent()) > 45);
+  await picture('desktop-printing');
+});
+
+test('the console answers', async () => {
+  await page.locator('.console summary').click();
+  await page.getByLabel('One line of G-code').fill('M105');
+  await page.getByLabel('One line of G-code').press('Enter');
+  await until('the answer', async () => /T:\s?\d/.test(await at('log').textContent()));
+});
+
+test('a phone shows the same, and nothing sticks out', async () => {
+  const { cookies } = await context.storageState();
+  const pocket = await browser.newContext({ viewport: PHONE, isMobile: true, hasTouch: true, colorScheme: 'dark', deviceScaleFactor: 1 });
+  await pocket.addCookies(cookies);
+  const phone = await newPage(pocket);
+  await phone.goto(stack.address.split('#')[0]);
+  await at('percent', phone).waitFor();
+  await phone.locator('.legend li').first().waitFor();
+  assert.ok((await phone.evaluate(() => document.documentElement.scrollWidth)) <= PHONE.width);
+  const small = await phone.locator('button:visible').evaluateAll((buttons) => buttons
+    .map((each) => ({ label: each.getAttribute('aria-label') ?? each.textContent, height: each.getBoundingClientRect().height }))
+    .filter(({ height }) => height < 40).map(({ label }) => label));
+  assert.deepEqual(small, [], 'these buttons are too low for a finger');
+  await picture('phone-printing', phone);
+  await pocket.close();
+});
+
+test('a cancelled print makes way for the next', async () => {
+  await page.getByRole('button', { name: 'Cancel', exact: true }).click();
+  await at('yes').click();
+  await job('ended', 'tower.gcode').waitFor();
+  await job('running', 'third.gcode').waitFor();
+  await stateIs('Printing');
+});
+
+test('the emergency stop stops, says so, and can be cleared', async () => {
+  await page.getByRole('button', { name: 'Emergency stop' }).click();
+  await at('fault').waitFor();
+  await stateIs('Stopped by a fault');
+  await picture('desktop-stopped');
+  await page.getByRole('button', { name: 'Clear fault' }).click();
+  await stateIs('Ready');
+  assert.equal(await at('fault').count(), 0);
+});
+
+test('the queue waits after a failure, goes on when it is told to, and a print ends inspected', async () => {
+  await at('gate').waitFor();
+  await page.getByRole('button', { name: 'Delete second.gcode' }).click();
+  await at('yes').click();
+  await until('an empty queue', async () => (await names()).length === 0);
+  await page.getByRole('button', { name: 'Go on with the queue' }).click();
+  await drop('small.gcode', makeGcode({ layers: 4, radius: 10, spacing: 2, speed_mm_s: 80 }));
+  await until('a finished print', async () => (await job('ended', 'small.gcode').getAttribute('data-state').catch(() => null)) === 'done');
+  await job('ended', 'small.gcode').locator('.name-button').click();
+  await at('report').waitFor();
+  assert.match(await at('report').textContent(), /what was built is what was asked.*\b0 lost steps/s);
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await picture('desktop-inspected-dark');
+});
+
+test('nothing was logged as an error, and the policy was kept', async () => {
+  assert.deepEqual(problems, []);
+  await page.evaluate(() => document.body.setAttribute('style', 'color: red'));
+  await until('the violation that was just made', () => problems.some((text) => /style/.test(text) && /Content Security Policy/.test(text)));
+});
