@@ -22,6 +22,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <type_traits>
 
@@ -58,10 +59,13 @@ class RingBuffer {
         const std::uint64_t head = head_.load(std::memory_order_relaxed);
         if (N - held(head, cached_tail_) < items.size()) cached_tail_ = tail_.load(std::memory_order_acquire);
         const std::size_t count = std::min(items.size(), N - held(head, cached_tail_));
+        if (count == 0) return 0;
         const std::size_t at = static_cast<std::size_t>(head & (N - 1));
         const std::size_t before_wrap = std::min(count, N - at);
-        std::copy_n(items.data(), before_wrap, slots_.data() + at);
-        std::copy_n(items.data() + before_wrap, count - before_wrap, slots_.data());
+        std::memcpy(slots_.data() + at, items.data(), before_wrap * sizeof(T));
+        if (before_wrap < count) {
+            std::memcpy(slots_.data(), items.data() + before_wrap, (count - before_wrap) * sizeof(T));
+        }
         head_.store(head + count, std::memory_order_release);
         return count;
     }
@@ -95,10 +99,13 @@ class RingBuffer {
 
     /// False, and `item` unchanged, when empty.
     [[nodiscard]] bool try_pop(T& item) {
-        const T* oldest = front();
-        if (!oldest) return false;
-        item = *oldest;
-        pop();
+        const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+        if (cached_head_ == tail) {
+            cached_head_ = head_.load(std::memory_order_acquire);
+            if (cached_head_ == tail) return false;
+        }
+        item = slots_[tail & (N - 1)];
+        tail_.store(tail + 1, std::memory_order_release);
         return true;
     }
 
@@ -107,10 +114,13 @@ class RingBuffer {
         const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
         if (cached_head_ - tail < items.size()) cached_head_ = head_.load(std::memory_order_acquire);
         const std::size_t count = std::min(items.size(), held(cached_head_, tail));
+        if (count == 0) return 0;
         const std::size_t at = static_cast<std::size_t>(tail & (N - 1));
         const std::size_t before_wrap = std::min(count, N - at);
-        std::copy_n(slots_.data() + at, before_wrap, items.data());
-        std::copy_n(slots_.data(), count - before_wrap, items.data() + before_wrap);
+        std::memcpy(items.data(), slots_.data() + at, before_wrap * sizeof(T));
+        if (before_wrap < count) {
+            std::memcpy(items.data() + before_wrap, slots_.data(), (count - before_wrap) * sizeof(T));
+        }
         tail_.store(tail + count, std::memory_order_release);
         return count;
     }
@@ -145,10 +155,12 @@ class RingBuffer {
         return static_cast<std::size_t>(std::min<std::uint64_t>(head - tail, N));
     }
 
+    // Each side's copy stands apart from its counter: a store to the copy must not wait for a line that the other
+    // side has just looked at, or every item behind it in the store buffer waits too.
     alignas(kCacheLine) std::atomic<std::uint64_t> head_{0};
-    std::uint64_t cached_tail_ = 0;  // the writer's
+    alignas(kCacheLine) std::uint64_t cached_tail_ = 0;  // the writer's
     alignas(kCacheLine) std::atomic<std::uint64_t> tail_{0};
-    std::uint64_t cached_head_ = 0;  // the reader's
+    alignas(kCacheLine) std::uint64_t cached_head_ = 0;  // the reader's
     alignas(kCacheLine) std::array<T, N> slots_{};
 };
 

@@ -12,9 +12,9 @@ namespace qduino::spool {
 /// The verdict on one file.
 struct Analysis {
     enum class Verdict : std::uint8_t {
-        fits,        ///< may be printed
-        not_gcode,   ///< no G-code at all, or not text
-        violation,   ///< breaks a rule of this machine at `line`
+        fits,       ///< may be printed
+        not_gcode,  ///< no G-code at all, or not text
+        violation,  ///< breaks a rule of this machine at `line`
     };
     Verdict verdict = Verdict::fits;
     std::string message;      ///< for people; does not repeat the file's text beyond what the rule needs

@@ -17,9 +17,11 @@ constexpr std::uint64_t kSpaceCheckEveryBytes = std::uint64_t{8} << 20;
 
 Error system_error(std::string_view what, int number) {
     if (number == ENOSPC || number == EDQUOT) {
-        return make_error(ErrorCode::unavailable, "the disk is full; delete finished jobs or free some space");
+        return make_error(ErrorCode::unavailable,
+                          "the disk is full; delete finished jobs or free some space");
     }
-    const ErrorCode code = number == EACCES || number == EPERM ? ErrorCode::not_permitted : ErrorCode::internal;
+    const ErrorCode code =
+        number == EACCES || number == EPERM ? ErrorCode::not_permitted : ErrorCode::internal;
     Error error{code, {}};
     error.message.append("job files: cannot ").append(what).append(": ").append(std::strerror(number));
     return error;
@@ -143,12 +145,14 @@ Result<std::unique_ptr<StagedFile>> BlobStore::stage() const {
     return std::unique_ptr<StagedFile>{new StagedFile{path, descriptor, limits_}};
 }
 
-Result<void> BlobStore::adopt(StagedFile& file, std::string_view layers_index, std::string_view thumbnail) const {
+Result<void> BlobStore::adopt(StagedFile& file, std::string_view layers_index,
+                              std::string_view thumbnail) const {
     QDUINO_EXPECT(!file.sha256().empty());
     const std::string& name = file.sha256();
     // Companions first: once the blob itself has its name, the rest is there.
     Result<void> done = sync_and_move(file.layers_path(), path(name, BlobPart::layers));
-    if (done.ok() && !layers_index.empty()) done = write_file(path(name, BlobPart::layers_index), layers_index);
+    if (done.ok() && !layers_index.empty())
+        done = write_file(path(name, BlobPart::layers_index), layers_index);
     if (done.ok() && !thumbnail.empty()) done = write_file(path(name, BlobPart::thumbnail), thumbnail);
     if (done.ok() && ::access(path(name, BlobPart::gcode).c_str(), F_OK) != 0) {
         if (::rename(file.path().c_str(), path(name, BlobPart::gcode).c_str()) != 0) {
@@ -160,7 +164,8 @@ Result<void> BlobStore::adopt(StagedFile& file, std::string_view layers_index, s
 }
 
 void BlobStore::remove(const std::string& sha256) const {
-    for (const BlobPart part : {BlobPart::gcode, BlobPart::layers, BlobPart::layers_index, BlobPart::thumbnail}) {
+    for (const BlobPart part :
+         {BlobPart::gcode, BlobPart::layers, BlobPart::layers_index, BlobPart::thumbnail}) {
         ::unlink(path(sha256, part).c_str());
     }
 }
@@ -178,10 +183,14 @@ void BlobStore::sweep(const std::set<std::string>& wanted) const {
 
 std::filesystem::path BlobStore::path(const std::string& sha256, BlobPart part) const {
     switch (part) {
-        case BlobPart::gcode: return blobs_ / (sha256 + ".gcode");
-        case BlobPart::layers: return blobs_ / (sha256 + ".layers");
-        case BlobPart::layers_index: return blobs_ / (sha256 + ".layers.json");
-        case BlobPart::thumbnail: return blobs_ / (sha256 + ".png");
+        case BlobPart::gcode:
+            return blobs_ / (sha256 + ".gcode");
+        case BlobPart::layers:
+            return blobs_ / (sha256 + ".layers");
+        case BlobPart::layers_index:
+            return blobs_ / (sha256 + ".layers.json");
+        case BlobPart::thumbnail:
+            return blobs_ / (sha256 + ".png");
     }
     return {};
 }

@@ -73,7 +73,8 @@ class BlobStore {
     [[nodiscard]] Result<std::unique_ptr<StagedFile>> stage() const;
     /// Moves a sealed file and its packed layers into blobs/, writes its small companions, and makes that durable.
     /// The same bytes may be there already: then nothing is moved. Errors: unavailable, internal.
-    [[nodiscard]] Result<void> adopt(StagedFile& file, std::string_view layers_index, std::string_view thumbnail) const;
+    [[nodiscard]] Result<void> adopt(StagedFile& file, std::string_view layers_index,
+                                     std::string_view thumbnail) const;
     /// Removes all parts of a blob. A part that is not there is not missed.
     void remove(const std::string& sha256) const;
     /// Removes every blob whose SHA-256 is not in `wanted`.

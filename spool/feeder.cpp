@@ -81,13 +81,15 @@ Result<void> Feeder::feed(LinkLayout& link, std::uint64_t accepted, Instant now)
 Result<void> Feeder::push_bytes(LinkLayout& link) {
     std::array<std::uint8_t, printer::link::kMaxJobBytes> buffer;
     while (sent_ < length_) {
-        const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), length_ - sent_));
+        const std::size_t count =
+            static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), length_ - sent_));
         if (link.jobs.free() < printer::link::kFrameMaxBytes) return {};
         const ssize_t read = ::pread(descriptor_, buffer.data(), count, static_cast<off_t>(sent_));
         if (read < 0 && errno == EINTR) continue;
         if (read <= 0) return make_error(ErrorCode::corrupt, "the job's file cannot be read to its end");
         const std::span<const std::uint8_t> bytes = std::span{buffer}.first(static_cast<std::size_t>(read));
-        if (!try_push(link.jobs, printer::link::encode(printer::link::JobBytes{run_id_, sent_, bytes}))) return {};
+        if (!try_push(link.jobs, printer::link::encode(printer::link::JobBytes{run_id_, sent_, bytes})))
+            return {};
         sent_ += static_cast<std::uint64_t>(read);
     }
     return {};

@@ -48,10 +48,10 @@ class Feeder {
     std::uint64_t length_;
     std::uint64_t sent_ = 0;
     std::uint64_t accepted_ = 0;
-    bool feeding_ = false;    // feed() was called: sent_ continues what the sketch holds
+    bool feeding_ = false;  // feed() was called: sent_ continues what the sketch holds
     bool begin_sent_ = false;
     bool end_sent_ = false;
-    Instant progress_at_{};   // when the sketch last took something, or something was repeated
+    Instant progress_at_{};  // when the sketch last took something, or something was repeated
 };
 
 }  // namespace qduino::spool

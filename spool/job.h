@@ -27,21 +27,21 @@ enum class JobState : std::uint8_t { queued = 1, printing = 2, done = 3, cancell
 
 struct Job {
     JobId id = 0;
-    std::string name;            ///< for people; never part of a path
-    std::uint64_t size = 0;      ///< bytes
-    std::string sha256;          ///< 64 hexadecimal digits; names the blob
+    std::string name;        ///< for people; never part of a path
+    std::uint64_t size = 0;  ///< bytes
+    std::string sha256;      ///< 64 hexadecimal digits; names the blob
     JobState state = JobState::queued;
     bool hold = false;
-    int copies = 1;              ///< 1 … kMaxCopies
+    int copies = 1;  ///< 1 … kMaxCopies
     int copies_done = 0;
-    int priority = 0;            ///< −kMaxPriority … kMaxPriority; higher first
-    std::int64_t order = 0;      ///< within a priority, lower first
+    int priority = 0;        ///< −kMaxPriority … kMaxPriority; higher first
+    std::int64_t order = 0;  ///< within a priority, lower first
     UnixSeconds created_s = 0;
-    UnixSeconds started_s = 0;   ///< of the running or last copy; 0: never
-    UnixSeconds ended_s = 0;     ///< of the last copy; 0: never
-    std::string error;           ///< why it failed; empty otherwise
-    std::string facts_json;      ///< an object, as the analyzer made it
-    double estimated_s = 0;      ///< of one copy; 0: unknown
+    UnixSeconds started_s = 0;  ///< of the running or last copy; 0: never
+    UnixSeconds ended_s = 0;    ///< of the last copy; 0: never
+    std::string error;          ///< why it failed; empty otherwise
+    std::string facts_json;     ///< an object, as the analyzer made it
+    double estimated_s = 0;     ///< of one copy; 0: unknown
     bool has_layers = false;
     bool has_thumbnail = false;
 };

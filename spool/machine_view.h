@@ -15,10 +15,10 @@ enum class SketchLife : std::uint8_t { alive = 0, died = 1, hung = 2 };
 
 /// One consistent-enough snapshot: each slot is whole, the three are of about the same instant.
 struct MachineView {
-    bool connected = false;      ///< false: nothing below means anything
+    bool connected = false;  ///< false: nothing below means anything
     std::uint64_t session = 0;
     SketchLife life = SketchLife::alive;
-    bool responding = true;      ///< false: the heartbeat stands still (set by who watches it over time)
+    bool responding = true;  ///< false: the heartbeat stands still (set by who watches it over time)
     printer::link::JobStatus job;
     printer::link::MotionStatus motion;
     printer::link::HeatStatus heat;

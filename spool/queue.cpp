@@ -59,11 +59,16 @@ std::size_t utf8_length(std::string_view text) {
 
 std::string_view to_word(JobState state) {
     switch (state) {
-        case JobState::queued: return "queued";
-        case JobState::printing: return "printing";
-        case JobState::done: return "done";
-        case JobState::cancelled: return "cancelled";
-        case JobState::failed: return "failed";
+        case JobState::queued:
+            return "queued";
+        case JobState::printing:
+            return "printing";
+        case JobState::done:
+            return "done";
+        case JobState::cancelled:
+            return "cancelled";
+        case JobState::failed:
+            return "failed";
     }
     return "failed";
 }
@@ -79,7 +84,8 @@ bool is_utf8(std::string_view text) {
 
 Result<void> check_name(std::string_view name) {
     if (name.empty()) return make_error(ErrorCode::invalid_argument, "the file has no name");
-    if (name.size() > 200) return make_error(ErrorCode::invalid_argument, "the file name is longer than 200 bytes");
+    if (name.size() > 200)
+        return make_error(ErrorCode::invalid_argument, "the file name is longer than 200 bytes");
     if (name.find_first_of("/\\") != std::string_view::npos || name == "." || name == "..") {
         return make_error(ErrorCode::invalid_argument, "the file name contains a path; give the bare name");
     }
@@ -205,7 +211,8 @@ void Queue::plan_move(Change& change, const Job& job, std::optional<JobId> befor
                                      [&](const Job& other) { return before && other.id == *before; });
         Job moved = job;
         if (at != order.end()) moved.priority = at->priority;
-        if (at == order.end() && !order.empty()) moved.priority = std::min(job.priority, order.back().priority);
+        if (at == order.end() && !order.empty())
+            moved.priority = std::min(job.priority, order.back().priority);
         order.insert(at, moved);
     }
     std::int64_t number = last_order();
@@ -270,7 +277,9 @@ Result<Change> Queue::plan_end_copy(JobId id, CopyOutcome outcome, std::string_v
             ++job.copies_done;
             job.state = job.copies_done < job.copies ? JobState::queued : JobState::done;
             break;
-        case CopyOutcome::cancelled: job.state = JobState::cancelled; break;
+        case CopyOutcome::cancelled:
+            job.state = JobState::cancelled;
+            break;
         case CopyOutcome::failed:
             job.state = JobState::failed;
             job.error = error;

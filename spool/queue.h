@@ -20,7 +20,7 @@ namespace qduino::spool {
 
 /// What a plan does to the set of jobs: whole rows.
 struct Change {
-    std::vector<Job> put;      ///< new or replaced, by id
+    std::vector<Job> put;  ///< new or replaced, by id
     std::vector<JobId> erase;
 };
 
@@ -29,8 +29,9 @@ struct JobPatch {
     std::optional<bool> hold;
     std::optional<int> copies;
     std::optional<int> priority;
-    bool move = false;                ///< whether `before` is meant
-    std::optional<JobId> before;      ///< the job to stand in front of, whose priority it takes; empty: the queue's end
+    bool move = false;  ///< whether `before` is meant
+    std::optional<JobId>
+        before;  ///< the job to stand in front of, whose priority it takes; empty: the queue's end
 };
 
 /// How a copy ended.

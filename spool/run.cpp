@@ -15,15 +15,18 @@ RunAction failed(std::string reason) { return {RunAction::Kind::failed, 0, std::
 
 RunAction decide_acknowledged(const Run& run, const MachineView& machine) {
     switch (machine.job.outcome) {
-        case JobOutcome::completed: return {RunAction::Kind::completed, run.length, {}};
-        case JobOutcome::cancelled: return {RunAction::Kind::cancelled, 0, {}};
+        case JobOutcome::completed:
+            return {RunAction::Kind::completed, run.length, {}};
+        case JobOutcome::cancelled:
+            return {RunAction::Kind::cancelled, 0, {}};
         case JobOutcome::failed: {
             const std::string_view fault = machine.job.fault.view();
             return failed(fault.empty() ? std::string{"the machine stopped the job without giving a reason"}
                                         : std::string{fault});
         }
         case JobOutcome::none:
-        case JobOutcome::running: break;
+        case JobOutcome::running:
+            break;
     }
     return {RunAction::Kind::feed, std::min(machine.job.bytes_accepted, run.length), {}};
 }
@@ -44,10 +47,12 @@ RunAction decide(const Run& run, const MachineView& machine) {
         if (machine.life == SketchLife::alive) return action;
     }
     if (machine.life == SketchLife::died) {
-        return failed("the machine's program died while the job was printing; the supervisor has switched it off");
+        return failed(
+            "the machine's program died while the job was printing; the supervisor has switched it off");
     }
     if (machine.life == SketchLife::hung) {
-        return failed("the machine's program hung while the job was printing; the supervisor has switched it off");
+        return failed(
+            "the machine's program hung while the job was printing; the supervisor has switched it off");
     }
     if (machine.job.job_id > run.id) return failed("the machine was given other jobs by another service");
     return {RunAction::Kind::begin, 0, {}};
@@ -55,8 +60,7 @@ RunAction decide(const Run& run, const MachineView& machine) {
 
 bool is_ready(const MachineView& machine) {
     return machine.connected && machine.life == SketchLife::alive && machine.responding &&
-           machine.job.state == MachineState::idle &&
-           machine.job.outcome != JobOutcome::running;
+           machine.job.state == MachineState::idle && machine.job.outcome != JobOutcome::running;
 }
 
 }  // namespace qduino::spool

@@ -31,19 +31,19 @@ struct Run {
     std::uint64_t id = 0;  ///< 0: none
     JobId job = 0;
     std::uint64_t session = 0;
-    std::uint64_t length = 0;       ///< bytes of the job
-    bool cancel_asked = false;      ///< a cancellation that was acknowledged to a person
-    bool inspected = false;         ///< an inspector was told of its begin, and is owed its end
+    std::uint64_t length = 0;   ///< bytes of the job
+    bool cancel_asked = false;  ///< a cancellation that was acknowledged to a person
+    bool inspected = false;     ///< an inspector was told of its begin, and is owed its end
 };
 
 struct RunAction {
     enum class Kind : std::uint8_t {
-        wait,       ///< the machine is not there, or says nothing new
-        begin,      ///< send job_begin, then bytes from 0
-        feed,       ///< keep bytes flowing, from `offset` if the feeder has to start there
+        wait,   ///< the machine is not there, or says nothing new
+        begin,  ///< send job_begin, then bytes from 0
+        feed,   ///< keep bytes flowing, from `offset` if the feeder has to start there
         completed,
         cancelled,
-        failed,     ///< with `reason`
+        failed,  ///< with `reason`
     };
     Kind kind = Kind::wait;
     std::uint64_t offset = 0;

@@ -15,7 +15,8 @@ class Sha256 {
   public:
     Sha256() { crypto_hash_sha256_init(&state_); }
     void add(std::span<const char> bytes) {
-        crypto_hash_sha256_update(&state_, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+        crypto_hash_sha256_update(&state_, reinterpret_cast<const unsigned char*>(bytes.data()),
+                                  bytes.size());
     }
     /// 64 lower-case hexadecimal digits. Once.
     [[nodiscard]] std::string finish() {

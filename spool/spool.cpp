@@ -19,9 +19,12 @@ std::string describe(const Job& job) { return "job " + std::to_string(job.id) + 
 
 std::string_view outcome_word(CopyOutcome outcome) {
     switch (outcome) {
-        case CopyOutcome::completed: return "completed";
-        case CopyOutcome::cancelled: return "cancelled";
-        case CopyOutcome::failed: return "failed";
+        case CopyOutcome::completed:
+            return "completed";
+        case CopyOutcome::cancelled:
+            return "cancelled";
+        case CopyOutcome::failed:
+            return "failed";
     }
     return "failed";
 }
@@ -60,7 +63,8 @@ Result<void> Spool::load() {
     Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(options_.folder, options_.limits);
     if (!blobs.ok()) return blobs.error();
     blobs_ = std::move(*blobs);
-    const std::filesystem::path journal = options_.journal_in_memory ? ":memory:" : options_.folder / "journal.sqlite";
+    const std::filesystem::path journal =
+        options_.journal_in_memory ? ":memory:" : options_.folder / "journal.sqlite";
     Result<std::unique_ptr<Store>> store = Store::open(journal);
     if (!store.ok()) return store.error();
     store_ = std::move(*store);
@@ -75,7 +79,8 @@ Result<void> Spool::load() {
     run_ = state->active_run;
     awaited_report_ = state->awaited_report;
     last_run_id_ = state->last_run_id;
-    if (run_) log("carrying on with run " + std::to_string(run_->id) + " of job " + std::to_string(run_->job));
+    if (run_)
+        log("carrying on with run " + std::to_string(run_->id) + " of job " + std::to_string(run_->job));
     return {};
 }
 
@@ -92,7 +97,8 @@ Result<void> Spool::commit_jobs(Result<Change> change) {
     return {};
 }
 
-Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJob& wanted, UnixSeconds now_s) {
+Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJob& wanted,
+                         UnixSeconds now_s) {
     Job job;
     job.name = wanted.name;
     job.copies = wanted.copies;
@@ -119,7 +125,9 @@ Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJo
     return id;
 }
 
-Result<void> Spool::patch(JobId id, const JobPatch& patch) { return commit_jobs(queue_.plan_patch(id, patch)); }
+Result<void> Spool::patch(JobId id, const JobPatch& patch) {
+    return commit_jobs(queue_.plan_patch(id, patch));
+}
 
 Result<void> Spool::start(JobId id) { return commit_jobs(queue_.plan_start(id)); }
 
@@ -176,7 +184,8 @@ Result<void> Spool::check_connected() const {
 
 Result<void> Spool::push_command(Command command, std::string_view text) {
     LinkLayout* link = link_.current();
-    if (!link || !try_push(link->commands, printer::link::encode(printer::link::CommandText{command, text}))) {
+    if (!link ||
+        !try_push(link->commands, printer::link::encode(printer::link::CommandText{command, text}))) {
         return make_error(ErrorCode::unavailable, "the machine takes no more commands now; try again");
     }
     return {};
@@ -316,12 +325,21 @@ void Spool::read_replies() {
 void Spool::advance_run(Instant now, UnixSeconds now_s) {
     const RunAction action = decide(*run_, machine_);
     switch (action.kind) {
-        case RunAction::Kind::wait: return;
+        case RunAction::Kind::wait:
+            return;
         case RunAction::Kind::begin:
-        case RunAction::Kind::feed: feed_run(action, now, now_s); return;
-        case RunAction::Kind::completed: finish_run(CopyOutcome::completed, {}, now_s); return;
-        case RunAction::Kind::cancelled: finish_run(CopyOutcome::cancelled, {}, now_s); return;
-        case RunAction::Kind::failed: finish_run(CopyOutcome::failed, action.reason, now_s); return;
+        case RunAction::Kind::feed:
+            feed_run(action, now, now_s);
+            return;
+        case RunAction::Kind::completed:
+            finish_run(CopyOutcome::completed, {}, now_s);
+            return;
+        case RunAction::Kind::cancelled:
+            finish_run(CopyOutcome::cancelled, {}, now_s);
+            return;
+        case RunAction::Kind::failed:
+            finish_run(CopyOutcome::failed, action.reason, now_s);
+            return;
     }
 }
 
@@ -338,7 +356,8 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
         Result<Feeder> opened = Feeder::open(file, run_->id, run_->length);
         if (!opened.ok()) {
             // The machine may hold a part of it: it has to let go before the run can end.
-            if (begin) return finish_run(CopyOutcome::failed, std::string{opened.error().message.view()}, now_s);
+            if (begin)
+                return finish_run(CopyOutcome::failed, std::string{opened.error().message.view()}, now_s);
             repeat_cancel(now);
             return;
         }

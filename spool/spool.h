@@ -39,9 +39,9 @@ namespace qduino::spool {
 struct SpoolOptions {
     std::filesystem::path folder;
     BlobLimits limits;
-    bool journal_in_memory = false;     ///< for fuzzing: nothing survives
-    bool hold_after_failure = true;     ///< a failed job holds the queue until a person releases it
-    bool confirm_bed = false;           ///< after a copy, wait for a person to clear the bed
+    bool journal_in_memory = false;  ///< for fuzzing: nothing survives
+    bool hold_after_failure = true;  ///< a failed job holds the queue until a person releases it
+    bool confirm_bed = false;        ///< after a copy, wait for a person to clear the bed
 };
 
 /// Text from the machine.

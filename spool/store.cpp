@@ -39,7 +39,8 @@ ON CONFLICT(id) DO UPDATE SET state=excluded.state, hold=excluded.hold, copies=e
   started_s=excluded.started_s, ended_s=excluded.ended_s, error=excluded.error)sql";
 
 constexpr const char* kJobColumns =
-    "SELECT id, name, size, sha256, state, hold, copies, copies_done, priority, position, created_s, started_s, "
+    "SELECT id, name, size, sha256, state, hold, copies, copies_done, priority, position, created_s, "
+    "started_s, "
     "ended_s, error, facts, estimated_s, has_layers, has_thumbnail FROM jobs ORDER BY id";
 
 constexpr const char* kRunColumns = "SELECT id, job, session, length, cancel_asked, inspected FROM runs ";
@@ -48,7 +49,8 @@ Error as_error(const SQLite::Exception& exception) {
     const int code = exception.getErrorCode();
     FixedString<236> text{"job store: "};
     if (code == SQLITE_FULL) return {ErrorCode::unavailable, text.append("the disk is full")};
-    if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB) return {ErrorCode::corrupt, text.append(exception.what())};
+    if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB)
+        return {ErrorCode::corrupt, text.append(exception.what())};
     if (code == SQLITE_IOERR || code == SQLITE_BUSY || code == SQLITE_CANTOPEN || code == SQLITE_READONLY) {
         return {ErrorCode::unavailable, text.append(exception.what())};
     }
@@ -154,7 +156,8 @@ void end_run(SQLite::Database& database, const Commit::RunEnd& end) {
 }
 
 void put_setting(SQLite::Database& database, const std::string& key, const std::string& value) {
-    SQLite::Statement put{database, "INSERT INTO settings VALUES(?,?) ON CONFLICT(key) DO UPDATE SET value=excluded.value"};
+    SQLite::Statement put{
+        database, "INSERT INTO settings VALUES(?,?) ON CONFLICT(key) DO UPDATE SET value=excluded.value"};
     put.bind(1, key);
     put.bind(2, value);
     put.exec();
@@ -212,7 +215,8 @@ Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
         connection.exec("PRAGMA foreign_keys=ON");
         const std::int64_t version = single_number(connection, "PRAGMA user_version");
         if (version > kSchemaVersion) {
-            return make_error(ErrorCode::unsupported, "job store: written by a newer version of this program");
+            return make_error(ErrorCode::unsupported,
+                              "job store: written by a newer version of this program");
         }
         SQLite::Transaction transaction{connection};
         connection.exec(kSchema);
@@ -230,11 +234,12 @@ Result<StoredState> Store::load() {
         StoredState state;
         SQLite::Statement jobs{connection, kJobColumns};
         while (jobs.executeStep()) state.jobs.push_back(job_of(jobs));
-        state.next_job_id = single_number(connection, "SELECT seq FROM sqlite_sequence WHERE name='jobs'") + 1;
+        state.next_job_id =
+            single_number(connection, "SELECT seq FROM sqlite_sequence WHERE name='jobs'") + 1;
         state.last_run_id = unsigned_of(single_number(connection, "SELECT max(id) FROM runs"));
         state.active_run = first_run(connection, "WHERE outcome IS NULL");
-        state.awaited_report =
-            first_run(connection, "WHERE outcome IS NOT NULL AND inspected=1 AND report IS NULL ORDER BY id DESC");
+        state.awaited_report = first_run(
+            connection, "WHERE outcome IS NOT NULL AND inspected=1 AND report IS NULL ORDER BY id DESC");
         state.gate.hold_reason = setting(connection, "hold_reason");
         state.gate.bed_occupied = setting(connection, "bed_occupied") == "1";
         SQLite::Statement sessions{connection, "SELECT token_hash, expires_s FROM sessions"};
@@ -250,7 +255,8 @@ Result<void> Store::commit(const Commit& commit) {
         SQLite::Database& connection = database_->connection;
         SQLite::Transaction transaction{connection};  // rolled back if anything below throws
         for (const JobId id : commit.jobs.erase) {
-            for (const char* erase : {"DELETE FROM jobs WHERE id=?", "UPDATE runs SET report='' WHERE job=?"}) {
+            for (const char* erase :
+                 {"DELETE FROM jobs WHERE id=?", "UPDATE runs SET report='' WHERE job=?"}) {
                 SQLite::Statement statement{connection, erase};
                 statement.bind(1, id);
                 statement.exec();
@@ -282,7 +288,8 @@ Result<std::string> Store::report_of(JobId job) {
         get.bind(1, job);
         return get.executeStep() ? get.getColumn(0).getString() : std::string{};
     });
-    if (found.ok() && found->empty()) return make_error(ErrorCode::not_found, "there is no report of this job");
+    if (found.ok() && found->empty())
+        return make_error(ErrorCode::not_found, "there is no report of this job");
     return found;
 }
 

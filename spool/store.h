@@ -38,7 +38,7 @@ struct Commit {
     std::optional<Run> run_begun;
     struct RunEnd {
         std::uint64_t run = 0;
-        std::string outcome;         ///< completed, cancelled, failed
+        std::string outcome;  ///< completed, cancelled, failed
         UnixSeconds ended_s = 0;
     };
     std::optional<RunEnd> run_ended;

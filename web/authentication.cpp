@@ -57,7 +57,8 @@ std::string random_token() {
     std::array<unsigned char, kTokenBytes> bytes{};
     randombytes_buf(bytes.data(), bytes.size());
     std::array<char, kTokenLength + 1> text{};
-    sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_URLSAFE_NO_PADDING);
+    sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(),
+                      sodium_base64_VARIANT_URLSAFE_NO_PADDING);
     return text.data();
 }
 
@@ -79,7 +80,8 @@ Result<std::string> load_or_make_key(const std::filesystem::path& file) {
     while (!key.empty() && (key.back() == '\n' || key.back() == '\r')) key.pop_back();
     if (key.size() < 16) {
         return Error{ErrorCode::corrupt,
-                     FixedString<236>{"the key file holds no key of at least 16 characters; delete it to have one made: "}
+                     FixedString<236>{
+                         "the key file holds no key of at least 16 characters; delete it to have one made: "}
                          .append(file.native())};
     }
     return key;
@@ -89,8 +91,8 @@ bool equal_in_constant_time(std::string_view a, std::string_view b) {
     std::array<unsigned char, 32> digest_a{};
     std::array<unsigned char, 32> digest_b{};
     const auto digest = [](std::string_view text, std::array<unsigned char, 32>& out) {
-        crypto_generichash(out.data(), out.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
-                           nullptr, 0);
+        crypto_generichash(out.data(), out.size(), reinterpret_cast<const unsigned char*>(text.data()),
+                           text.size(), nullptr, 0);
     };
     digest(a, digest_a);
     digest(b, digest_b);
@@ -179,8 +181,8 @@ Proof Authenticator::prove(const RequestHead& head, const std::string& remote, I
     if (const std::string* authorization = head.find("Authorization")) {
         constexpr std::string_view kScheme = "Bearer ";
         const std::string_view value = *authorization;
-        const bool bearer = value.size() > kScheme.size() &&
-                            equal_ignoring_case(value.substr(0, kScheme.size()), kScheme);
+        const bool bearer =
+            value.size() > kScheme.size() && equal_ignoring_case(value.substr(0, kScheme.size()), kScheme);
         return bearer ? prove_key(trimmed(value.substr(kScheme.size())), remote, now) : Proof::none;
     }
     const std::string_view token = cookie_value(head.value("Cookie"), kCookie);
@@ -192,7 +194,8 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
         const std::size_t end = std::min(cookies.find(';'), cookies.size());
         const std::string_view pair = trimmed(cookies.substr(0, end));
         const std::size_t equals = pair.find('=');
-        if (equals != std::string_view::npos && pair.substr(0, equals) == name) return pair.substr(equals + 1);
+        if (equals != std::string_view::npos && pair.substr(0, equals) == name)
+            return pair.substr(equals + 1);
         cookies.remove_prefix(std::min(end + 1, cookies.size()));
     }
     return {};

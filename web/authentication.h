@@ -79,11 +79,11 @@ class TicketTable {
 
 /// How a request proved itself.
 enum class Proof : std::uint8_t {
-    none,       ///< nothing was presented, or it was wrong
+    none,  ///< nothing was presented, or it was wrong
     key,
-    cookie,     ///< a browser did: the request must come from our own page
-    limited,    ///< too many wrong tries from this address
-    off,        ///< authentication is off
+    cookie,   ///< a browser did: the request must come from our own page
+    limited,  ///< too many wrong tries from this address
+    off,      ///< authentication is off
 };
 
 class Authenticator {

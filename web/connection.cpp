@@ -24,11 +24,14 @@ bool Connection::wants_input() const {
     switch (state_) {
         case State::head:
         case State::collecting:
-        case State::draining: return true;
-        case State::uploading: return !piece_with_disk_;
+        case State::draining:
+            return true;
+        case State::uploading:
+            return !piece_with_disk_;
         case State::replying:
         case State::live:
-        case State::closed: return false;
+        case State::closed:
+            return false;
     }
     return false;
 }
@@ -52,7 +55,8 @@ void Connection::receive_end() {
 /// The peer is done and its request is not whole. It may still be reading.
 void Connection::close_cut_short() {
     const bool in_body = state_ == State::collecting || state_ == State::uploading;
-    if (in_body) refuse(error_response(400, "invalid_argument", "the body ended before its length; nothing was kept"));
+    if (in_body)
+        refuse(error_response(400, "invalid_argument", "the body ended before its length; nothing was kept"));
     state_ = State::closed;
     drop_upload();
 }
@@ -81,14 +85,16 @@ void Connection::check_time(Moment moment) {
             return;
         case State::collecting:
         case State::uploading:
-            if (!piece_with_disk_ && too_slow()) refuse(error_response(408, "timed_out", "the body came too slowly"));
+            if (!piece_with_disk_ && too_slow())
+                refuse(error_response(408, "timed_out", "the body came too slowly"));
             return;
         case State::draining:
             if (in_state > limits_.drain_time) state_ = State::closed;
             return;
         case State::replying:
         case State::live:
-        case State::closed: return;
+        case State::closed:
+            return;
     }
 }
 
@@ -120,10 +126,17 @@ bool Connection::step() {
         return false;
     }
     switch (*progress) {
-        case RequestReader::Progress::need_more: return false;
-        case RequestReader::Progress::head: on_head(); return true;
-        case RequestReader::Progress::body: on_body(std::move(bytes)); return true;
-        case RequestReader::Progress::complete: on_complete(); return true;
+        case RequestReader::Progress::need_more:
+            return false;
+        case RequestReader::Progress::head:
+            on_head();
+            return true;
+        case RequestReader::Progress::body:
+            on_body(std::move(bytes));
+            return true;
+        case RequestReader::Progress::complete:
+            on_complete();
+            return true;
     }
     return false;
 }
@@ -139,16 +152,21 @@ void Connection::on_head() {
             if (head.has_body()) return refuse(std::move(plan_.response));
             state_ = State::collecting;  // the reader says `complete` next
             return;
-        case Plan::Kind::live: state_ = State::live; return;
+        case Plan::Kind::live:
+            state_ = State::live;
+            return;
         case Plan::Kind::collect:
             if (head.content_length.value_or(0) > plan_.body_max) {
                 return refuse(error_response(413, "out_of_range", "the body is too long"));
             }
             state_ = State::collecting;
             break;
-        case Plan::Kind::upload: state_ = State::uploading; break;
+        case Plan::Kind::upload:
+            state_ = State::uploading;
+            break;
     }
-    if (head.expects_continue && head.has_body()) outputs_.push_back({"HTTP/1.1 100 Continue\r\n\r\n", std::nullopt});
+    if (head.expects_continue && head.has_body())
+        outputs_.push_back({"HTTP/1.1 100 Continue\r\n\r\n", std::nullopt});
 }
 
 void Connection::on_body(std::string bytes) {
@@ -166,7 +184,8 @@ void Connection::on_complete() {
     state_ = State::replying;
     if (upload) {
         service_.report_upload(*plan_.upload, plan_.upload->received());
-        return service_.end_upload(std::move(plan_.upload), std::string{reader_.head().value("Host")}, moment_, reply_later());
+        return service_.end_upload(std::move(plan_.upload), std::string{reader_.head().value("Host")},
+                                   moment_, reply_later());
     }
     auto request = std::make_shared<Request>();
     request->head = reader_.head();

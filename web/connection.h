@@ -44,7 +44,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     };
 
     /// `wake` is called when an answer has come and there may be something to do.
-    Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment, ConnectionLimits limits = {});
+    Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment,
+               ConnectionLimits limits = {});
 
     /// Bytes from the peer. Only while wants_input().
     void receive(std::span<const char> bytes, Moment moment);

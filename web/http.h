@@ -20,8 +20,9 @@ struct Header {
 /// A request's head. Field values are as they came: bounded in length and number, otherwise untrusted.
 struct RequestHead {
     Method method = Method::other;
-    std::vector<std::string> path;  ///< segments, each percent-decoded: a decoded slash stays inside of its segment
-    std::string query;              ///< behind the `?`, not decoded
+    std::vector<std::string>
+        path;           ///< segments, each percent-decoded: a decoded slash stays inside of its segment
+    std::string query;  ///< behind the `?`, not decoded
     std::vector<Header> headers;
     std::optional<std::uint64_t> content_length;
     bool chunked = false;

@@ -26,7 +26,8 @@ std::optional<Message> LiveQueue::pop() {
     Message message = std::move(waiting_.front().message);
     waiting_.pop_front();
     if (dropped_ > 0 && waiting_.size() < kWaitingMax / 2) {
-        const std::string text = std::to_string(dropped_) + " lines were dropped: this connection is too slow";
+        const std::string text =
+            std::to_string(dropped_) + " lines were dropped: this connection is too slow";
         const nlohmann::json note{{"type", "reply"}, {"kind", "warning"}, {"text", text}};
         waiting_.push_back({MessageKind::reply, std::make_shared<const std::string>(note.dump())});
         dropped_ = 0;

@@ -13,11 +13,13 @@ namespace qduino::web {
 
 namespace {
 
-prometheus::Family<prometheus::Counter>& counters(prometheus::Registry& registry, const char* name, const char* help) {
+prometheus::Family<prometheus::Counter>& counters(prometheus::Registry& registry, const char* name,
+                                                  const char* help) {
     return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
 }
 
-prometheus::Family<prometheus::Gauge>& gauges(prometheus::Registry& registry, const char* name, const char* help) {
+prometheus::Family<prometheus::Gauge>& gauges(prometheus::Registry& registry, const char* name,
+                                              const char* help) {
     return prometheus::BuildGauge().Name(name).Help(help).Register(registry);
 }
 
@@ -29,14 +31,14 @@ struct Metrics::Families {
     prometheus::Registry registry;
     prometheus::Family<prometheus::Counter>& requests =
         counters(registry, "qduino_http_requests_total", "Requests answered, by class of status");
-    prometheus::Counter& uploads =
-        counters(registry, "qduino_uploads_total", "Files received whole").Add({});
+    prometheus::Counter& uploads = counters(registry, "qduino_uploads_total", "Files received whole").Add({});
     prometheus::Counter& upload_bytes =
         counters(registry, "qduino_upload_bytes_total", "Bytes of files received whole").Add({});
     prometheus::Counter& refused_logins =
         counters(registry, "qduino_refused_logins_total", "Requests with a wrong key or none").Add({});
     prometheus::Family<prometheus::Gauge>& jobs = gauges(registry, "qduino_jobs", "Jobs by state");
-    prometheus::Gauge& connected = gauges(registry, "qduino_machine_connected", "1 when a machine answers").Add({});
+    prometheus::Gauge& connected =
+        gauges(registry, "qduino_machine_connected", "1 when a machine answers").Add({});
     prometheus::Gauge& printing = gauges(registry, "qduino_machine_printing", "1 while a job prints").Add({});
     prometheus::Family<prometheus::Gauge>& celsius =
         gauges(registry, "qduino_temperature_celsius", "Measured temperature by heater");
@@ -46,11 +48,13 @@ struct Metrics::Families {
         gauges(registry, "qduino_step_lateness_seconds", "Lateness of steps in this session, by quantile");
     prometheus::Gauge& late_steps =
         gauges(registry, "qduino_late_steps", "Steps in this session that moved the time line").Add({});
-    prometheus::Gauge& starved =
-        gauges(registry, "qduino_step_ring_starved", "Times the step ring ran dry in mid-move, in this session").Add({});
+    prometheus::Gauge& starved = gauges(registry, "qduino_step_ring_starved",
+                                        "Times the step ring ran dry in mid-move, in this session")
+                                     .Add({});
     prometheus::Gauge& steps = gauges(registry, "qduino_steps", "Steps played in this session").Add({});
-    prometheus::Gauge& replies_dropped =
-        gauges(registry, "qduino_replies_dropped", "Lines of text that the link could not take, in this session").Add({});
+    prometheus::Gauge& replies_dropped = gauges(registry, "qduino_replies_dropped",
+                                                "Lines of text that the link could not take, in this session")
+                                             .Add({});
 };
 
 Metrics::Metrics() : families_(std::make_unique<Families>()) {}
@@ -71,8 +75,9 @@ void Metrics::count_refused_login() { families_->refused_logins.Increment(); }
 
 std::string Metrics::text(const spool::Spool& spool) {
     Families& f = *families_;
-    for (const spool::JobState state : {spool::JobState::queued, spool::JobState::printing, spool::JobState::done,
-                                        spool::JobState::cancelled, spool::JobState::failed}) {
+    for (const spool::JobState state :
+         {spool::JobState::queued, spool::JobState::printing, spool::JobState::done,
+          spool::JobState::cancelled, spool::JobState::failed}) {
         int count = 0;
         for (const spool::Job* job : spool.queue().listing()) count += job->state == state ? 1 : 0;
         f.jobs.Add({{"state", std::string{to_word(state)}}}).Set(count);
@@ -86,7 +91,8 @@ std::string Metrics::text(const spool::Spool& spool) {
     f.target.Add({{"heater", "hot_end"}}).Set(machine.heat.hot_end.target_celsius);
     f.target.Add({{"heater", "bed"}}).Set(machine.heat.bed.target_celsius);
     const Histogram& lateness = machine.motion.lateness_ns;
-    for (const auto& [name, quantile] : {std::pair{"0.5", 0.5}, {"0.99", 0.99}, {"0.9999", 0.9999}, {"1", 1.0}}) {
+    for (const auto& [name, quantile] :
+         {std::pair{"0.5", 0.5}, {"0.99", 0.99}, {"0.9999", 0.9999}, {"1", 1.0}}) {
         f.lateness.Add({{"quantile", name}}).Set(static_cast<double>(lateness.quantile(quantile)) * 1e-9);
     }
     f.late_steps.Set(static_cast<double>(machine.motion.late_steps));

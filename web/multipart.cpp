@@ -23,7 +23,8 @@ bool is_boundary(std::string_view text) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                std::string_view{"'()+_,-./:=? "}.find(c) != std::string_view::npos;
     };
-    return !text.empty() && text.size() <= 70 && text.back() != ' ' && std::all_of(text.begin(), text.end(), allowed);
+    return !text.empty() && text.size() <= 70 && text.back() != ' ' &&
+           std::all_of(text.begin(), text.end(), allowed);
 }
 
 struct Parameter {
@@ -39,7 +40,8 @@ std::optional<std::string> take_quoted(std::string_view& rest) {
             rest.remove_prefix(i + 1);
             return value;
         }
-        const bool escape = rest[i] == '\\' && i + 1 < rest.size() && (rest[i + 1] == '"' || rest[i + 1] == '\\');
+        const bool escape =
+            rest[i] == '\\' && i + 1 < rest.size() && (rest[i + 1] == '"' || rest[i + 1] == '\\');
         if (escape) ++i;
         value += rest[i];
     }
@@ -74,7 +76,8 @@ std::optional<std::string> extended_value(std::string_view text) {
     const std::size_t first = text.find('\'');
     if (first == std::string_view::npos) return std::nullopt;
     const std::size_t second = text.find('\'', first + 1);
-    if (second == std::string_view::npos || !equal_ignoring_case(text.substr(0, first), "UTF-8")) return std::nullopt;
+    if (second == std::string_view::npos || !equal_ignoring_case(text.substr(0, first), "UTF-8"))
+        return std::nullopt;
     return percent_decoded(text.substr(second + 1));
 }
 
@@ -175,11 +178,17 @@ Result<void> MultipartParser::finish() const {
 Result<bool> MultipartParser::step() {
     switch (state_) {
         case State::preamble:
-        case State::data: return step_to_delimiter();
-        case State::after_delimiter: return step_after_delimiter();
-        case State::headers: return step_headers();
-        case State::epilogue: drop(held_.size() - at_); return false;
-        case State::failed: break;
+        case State::data:
+            return step_to_delimiter();
+        case State::after_delimiter:
+            return step_after_delimiter();
+        case State::headers:
+            return step_headers();
+        case State::epilogue:
+            drop(held_.size() - at_);
+            return false;
+        case State::failed:
+            break;
     }
     return false;
 }
@@ -198,7 +207,8 @@ Result<bool> MultipartParser::step_to_delimiter() {
     }
     const std::size_t available = held_.size() - at_;
     if (available >= delimiter_.size()) {
-        if (const Result<void> given = give_out(available - (delimiter_.size() - 1)); !given.ok()) return given.error();
+        if (const Result<void> given = give_out(available - (delimiter_.size() - 1)); !given.ok())
+            return given.error();
     }
     return false;
 }
@@ -208,7 +218,8 @@ Result<void> MultipartParser::give_out(std::size_t count) {
     drop(count);
     if (state_ == State::data) return count == 0 ? Result<void>{} : sink_.part_data(bytes);
     preamble_bytes_ += count;
-    if (preamble_bytes_ > limits_.preamble_bytes_max) return malformed("there is no boundary at its beginning");
+    if (preamble_bytes_ > limits_.preamble_bytes_max)
+        return malformed("there is no boundary at its beginning");
     return {};
 }
 

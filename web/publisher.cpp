@@ -10,20 +10,26 @@ namespace {
 
 std::string_view word_of(printer::link::ReplyKind kind) {
     switch (kind) {
-        case printer::link::ReplyKind::text: return "text";
-        case printer::link::ReplyKind::warning: return "warning";
-        case printer::link::ReplyKind::error: return "error";
+        case printer::link::ReplyKind::text:
+            return "text";
+        case printer::link::ReplyKind::warning:
+            return "warning";
+        case printer::link::ReplyKind::error:
+            return "error";
     }
     return "text";
 }
 
 }  // namespace
 
-Publisher::Publisher(spool::Spool& spool, Service& service, Executor io, std::function<void(const std::string&)> log)
+Publisher::Publisher(spool::Spool& spool, Service& service, Executor io,
+                     std::function<void(const std::string&)> log)
     : spool_(spool), service_(service), io_(std::move(io)), log_(std::move(log)) {}
 
 void Publisher::publish(MessageKind kind, std::string message) {
-    io_([this, kind, message = std::move(message)]() mutable { service_.live().publish(kind, std::move(message)); });
+    io_([this, kind, message = std::move(message)]() mutable {
+        service_.live().publish(kind, std::move(message));
+    });
 }
 
 void Publisher::tick(Moment moment) {
@@ -32,7 +38,8 @@ void Publisher::tick(Moment moment) {
     publish_replies();
     if (moment.now - status_at_ >= kStatusEvery) {
         status_at_ = moment.now;
-        publish(MessageKind::status, api::text_of({{"type", "status"}, {"status", api::status_json(spool_)}}));
+        publish(MessageKind::status,
+                api::text_of({{"type", "status"}, {"status", api::status_json(spool_)}}));
         const spool::Job* printing = spool_.queue().printing();
         const std::string words{printing ? api::job_word(spool_, *printing) : ""};
         if (spool_.revision() != published_revision_ || words != published_words_) {
@@ -48,7 +55,8 @@ void Publisher::tick(Moment moment) {
 
 void Publisher::publish_replies() {
     for (const spool::Reply& reply : spool_.take_replies()) {
-        publish(MessageKind::reply, api::text_of({{"type", "reply"}, {"kind", word_of(reply.kind)}, {"text", reply.text}}));
+        publish(MessageKind::reply,
+                api::text_of({{"type", "reply"}, {"kind", word_of(reply.kind)}, {"text", reply.text}}));
     }
 }
 
@@ -58,7 +66,8 @@ void Publisher::publish_sample(Moment moment) {
     if (!machine.connected) return;
     const auto& heat = machine.heat;
     const TemperatureHistory::Sample sample{static_cast<double>(moment.now_s), heat.hot_end.celsius,
-                                            heat.hot_end.target_celsius, heat.bed.celsius, heat.bed.target_celsius};
+                                            heat.hot_end.target_celsius, heat.bed.celsius,
+                                            heat.bed.target_celsius};
     io_([this, sample] { service_.live().add(sample); });
 }
 

@@ -17,7 +17,8 @@ class Publisher {
     static constexpr Nanoseconds kSampleEvery = std::chrono::seconds{1};
 
     /// `log` is called on the spool's thread. All outlive the publisher.
-    Publisher(spool::Spool& spool, Service& service, Executor io, std::function<void(const std::string&)> log);
+    Publisher(spool::Spool& spool, Service& service, Executor io,
+              std::function<void(const std::string&)> log);
 
     /// Spool's thread, every kTickEvery.
     void tick(Moment moment);

@@ -16,13 +16,20 @@ namespace {
 
 Method method_of(http::verb verb) {
     switch (verb) {
-        case http::verb::get: return Method::get;
-        case http::verb::head: return Method::head;
-        case http::verb::post: return Method::post;
-        case http::verb::put: return Method::put;
-        case http::verb::patch: return Method::patch;
-        case http::verb::delete_: return Method::remove;
-        default: return Method::other;
+        case http::verb::get:
+            return Method::get;
+        case http::verb::head:
+            return Method::head;
+        case http::verb::post:
+            return Method::post;
+        case http::verb::put:
+            return Method::put;
+        case http::verb::patch:
+            return Method::patch;
+        case http::verb::delete_:
+            return Method::remove;
+        default:
+            return Method::other;
     }
 }
 
@@ -58,7 +65,8 @@ class RequestReader::Parser final : public http::basic_parser<true> {
         head.chunked = chunked();
         if (const auto length = content_length()) head.content_length = *length;
         head.expects_continue = equal_ignoring_case(trimmed(head.value("Expect")), "100-continue");
-        head.upgrades_to_websocket = upgrade() && equal_ignoring_case(trimmed(head.value("Upgrade")), "websocket");
+        head.upgrades_to_websocket =
+            upgrade() && equal_ignoring_case(trimmed(head.value("Upgrade")), "websocket");
         int hosts = 0;
         for (const Header& header : head.headers) hosts += equal_ignoring_case(header.name, "Host") ? 1 : 0;
         if (hosts != 1) code = http::error::bad_field;
@@ -66,12 +74,15 @@ class RequestReader::Parser final : public http::basic_parser<true> {
     }
 
   private:
-    void on_request_impl(http::verb verb, string_view, string_view target, int version, error_code& code) override {
+    void on_request_impl(http::verb verb, string_view, string_view target, int version,
+                         error_code& code) override {
         head.method = method_of(verb);
         if (version != 11 && version != 10) code = http::error::bad_version;
         if (!web::parse_target({target.data(), target.size()}, head)) code = http::error::bad_target;
     }
-    void on_response_impl(int, string_view, int, error_code& code) override { code = http::error::bad_method; }
+    void on_response_impl(int, string_view, int, error_code& code) override {
+        code = http::error::bad_method;
+    }
     void on_field_impl(http::field, string_view name, string_view value, error_code& code) override {
         if (is_header_done()) return;  // trailers are not wanted
         if (head.headers.size() >= limits_.fields_max) code = http::error::header_limit;
@@ -93,7 +104,8 @@ class RequestReader::Parser final : public http::basic_parser<true> {
     ReadLimits limits_;
 };
 
-RequestReader::RequestReader(ReadLimits limits) : limits_(limits), parser_(std::make_unique<Parser>(limits)) {}
+RequestReader::RequestReader(ReadLimits limits)
+    : limits_(limits), parser_(std::make_unique<Parser>(limits)) {}
 RequestReader::~RequestReader() = default;
 
 const RequestHead& RequestReader::head() const { return parser_->head; }
@@ -121,7 +133,8 @@ void RequestReader::next() {
 Result<RequestReader::Progress> RequestReader::advance(std::string& body) {
     body.clear();
     parser_->body.clear();
-    for (int idle_steps = 0; idle_steps < 8;) {  // Beast steps between its states without using bytes, but not for ever
+    for (int idle_steps = 0;
+         idle_steps < 8;) {  // Beast steps between its states without using bytes, but not for ever
         if (parser_->is_header_done() && !parser_->header_given_out) {
             parser_->header_given_out = true;
             return Progress::head;

@@ -71,7 +71,9 @@ Threads::~Threads() {
 }
 
 Executors Threads::executors() {
-    const auto on = [](auto& context) { return [&context](Task task) { asio::post(context, std::move(task)); }; };
+    const auto on = [](auto& context) {
+        return [&context](Task task) { asio::post(context, std::move(task)); };
+    };
     return {on(parts_->io), on(parts_->spool), on(parts_->disk), on(parts_->analysis)};
 }
 
@@ -86,11 +88,12 @@ void Threads::stop() { parts_->io.stop(); }
 void Threads::stop_on_signals(std::function<void(int)> on_signal) {
     parts_->signals.add(SIGINT);
     parts_->signals.add(SIGTERM);
-    parts_->signals.async_wait([this, on_signal = std::move(on_signal)](const error_code& failed, int signal) {
-        if (failed) return;
-        on_signal(signal);
-        stop();
-    });
+    parts_->signals.async_wait(
+        [this, on_signal = std::move(on_signal)](const error_code& failed, int signal) {
+            if (failed) return;
+            on_signal(signal);
+            stop();
+        });
 }
 
 void Threads::join() {
@@ -229,10 +232,12 @@ class Session : public std::enable_shared_from_this<Session> {
         server_.disk([self = shared_from_this(), path = range.path, offset = range.offset, count] {
             std::string piece(count, '\0');
             const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-            const ssize_t got = descriptor < 0 ? -1 : ::pread(descriptor, piece.data(), count, static_cast<off_t>(offset));
+            const ssize_t got =
+                descriptor < 0 ? -1 : ::pread(descriptor, piece.data(), count, static_cast<off_t>(offset));
             if (descriptor >= 0) ::close(descriptor);
             piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-            asio::post(self->server_.io, [self, piece = std::move(piece)]() mutable { self->send_file(std::move(piece)); });
+            asio::post(self->server_.io,
+                       [self, piece = std::move(piece)]() mutable { self->send_file(std::move(piece)); });
         });
     }
     void send_file(std::string piece) {
@@ -278,7 +283,8 @@ class LiveSession : public std::enable_shared_from_this<LiveSession> {
     }
     /// A stream does not outlive the longest session.
     void check_time(Moment moment) {
-        if (moment.now - began_ > std::chrono::seconds{SessionTable::kLifetime_s}) close(websocket::close_code::going_away);
+        if (moment.now - began_ > std::chrono::seconds{SessionTable::kLifetime_s})
+            close(websocket::close_code::going_away);
     }
 
   private:
@@ -300,11 +306,12 @@ class LiveSession : public std::enable_shared_from_this<LiveSession> {
         if (!message) return;
         sent_ = *message;
         writing_ = true;
-        stream_.async_write(asio::buffer(*sent_), [self = shared_from_this()](const error_code& failed, std::size_t) {
-            self->writing_ = false;
-            if (failed) return self->end();
-            self->write();
-        });
+        stream_.async_write(asio::buffer(*sent_),
+                            [self = shared_from_this()](const error_code& failed, std::size_t) {
+                                self->writing_ = false;
+                                if (failed) return self->end();
+                                self->write();
+                            });
     }
     void read() {
         stream_.async_read(buffer_, [self = shared_from_this()](const error_code& failed, std::size_t) {
@@ -341,7 +348,9 @@ class LiveSession : public std::enable_shared_from_this<LiveSession> {
 Result<void> Server::Parts::open() {
     error_code failed;
     const asio::ip::address address = asio::ip::make_address(options.address, failed);
-    if (failed) return make_error(ErrorCode::invalid_argument, "give the address to listen on as numbers, e.g. 127.0.0.1");
+    if (failed)
+        return make_error(ErrorCode::invalid_argument,
+                          "give the address to listen on as numbers, e.g. 127.0.0.1");
     const tcp::endpoint endpoint{address, options.port};
     static_cast<void>(acceptor.open(endpoint.protocol(), failed));
     if (!failed) static_cast<void>(acceptor.set_option(asio::socket_base::reuse_address(true), failed));
@@ -381,8 +390,11 @@ void Server::Parts::accepted(tcp::socket socket) {
 /// When all places are taken, one that waits between requests gives up its own.
 void Server::Parts::make_room() {
     if (sessions.size() < options.connections_max) return;
-    const auto idle = std::find_if(sessions.begin(), sessions.end(), [](const auto& each) { return each->is_idle(); });
-    if (idle != sessions.end()) std::shared_ptr<Session>{*idle}->close();
+    const auto idle =
+        std::find_if(sessions.begin(), sessions.end(), [](const auto& each) { return each->is_idle(); });
+    if (idle != sessions.end()) std::shared_ptr<Session> {
+            *idle
+            } -> close();
 }
 
 void Server::Parts::check_time() {
@@ -392,8 +404,10 @@ void Server::Parts::check_time() {
         if (!self || failed) return;
         const Moment moment = self->clock();
         // Copies: a session that ends takes itself out of the set.
-        for (const auto& session : std::vector(self->sessions.begin(), self->sessions.end())) session->check_time(moment);
-        for (const auto& each : std::vector(self->live_sessions.begin(), self->live_sessions.end())) each->check_time(moment);
+        for (const auto& session : std::vector(self->sessions.begin(), self->sessions.end()))
+            session->check_time(moment);
+        for (const auto& each : std::vector(self->live_sessions.begin(), self->live_sessions.end()))
+            each->check_time(moment);
         self->check_time();
     });
 }

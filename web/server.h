@@ -50,7 +50,8 @@ struct ServerOptions {
 class Server {
   public:
     /// Listens. Errors: invalid_argument (no address), already_exists (port in use), not_permitted, internal.
-    [[nodiscard]] static Result<std::unique_ptr<Server>> listen(ServerOptions options, Threads& threads, Service& service,
+    [[nodiscard]] static Result<std::unique_ptr<Server>> listen(ServerOptions options, Threads& threads,
+                                                                Service& service,
                                                                 std::function<Moment()> clock);
     ~Server();
     [[nodiscard]] std::uint16_t port() const;

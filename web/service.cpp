@@ -31,18 +31,21 @@ bool is_path(const RequestHead& head, std::initializer_list<std::string_view> se
 }
 
 bool starts_with(const RequestHead& head, std::initializer_list<std::string_view> segments) {
-    return head.path.size() >= segments.size() && std::equal(segments.begin(), segments.end(), head.path.begin());
+    return head.path.size() >= segments.size() &&
+           std::equal(segments.begin(), segments.end(), head.path.begin());
 }
 
 Response unauthorized() {
-    Response response = error_response(401, "not_permitted",
-                                       "this needs the key: send it as X-Api-Key, or open the link that was printed at start");
+    Response response = error_response(
+        401, "not_permitted",
+        "this needs the key: send it as X-Api-Key, or open the link that was printed at start");
     response.add("WWW-Authenticate", "Bearer");
     return response;
 }
 
 Response too_many_tries() {
-    Response response = error_response(429, "not_permitted", "too many wrong keys from this address; try again in a minute");
+    Response response =
+        error_response(429, "not_permitted", "too many wrong keys from this address; try again in a minute");
     response.add("Retry-After", "60");
     return response;
 }
@@ -55,7 +58,9 @@ Response text_response(std::string body, std::string content_type) {
 }
 
 bool is_true(std::string_view text) { return text == "true" || text == "1" || text == "yes" || text == "?1"; }
-bool is_false(std::string_view text) { return text == "false" || text == "0" || text == "no" || text == "?0"; }
+bool is_false(std::string_view text) {
+    return text == "false" || text == "0" || text == "no" || text == "?0";
+}
 
 /// A field that is absent leaves `value`; one that is no whole number is an error.
 bool read_number(const std::string& text, int& value) {
@@ -71,11 +76,13 @@ Result<spool::NewJob> wanted_by(const Upload& upload) {
     wanted.hold = !is_true(upload.field("print"));
     if (is_true(upload.field("hold"))) wanted.hold = true;
     if (is_false(upload.field("hold"))) wanted.hold = false;
-    if (!read_number(upload.field("copies"), wanted.copies) || !read_number(upload.field("priority"), wanted.priority)) {
+    if (!read_number(upload.field("copies"), wanted.copies) ||
+        !read_number(upload.field("priority"), wanted.priority)) {
         return make_error(ErrorCode::invalid_argument, "copies and priority must be whole numbers");
     }
     const std::string folder = upload.field("path");
-    if (folder.find("..") != std::string::npos || folder.find('\\') != std::string::npos || folder.starts_with('/')) {
+    if (folder.find("..") != std::string::npos || folder.find('\\') != std::string::npos ||
+        folder.starts_with('/')) {
         return make_error(ErrorCode::invalid_argument, "path leads out of the job folder; leave it empty");
     }
     return wanted;
@@ -95,8 +102,11 @@ Response octoprint_created(const spool::Job& job, const std::string& host, bool 
                      {"path", job.name},
                      {"origin", "local"},
                      {"refs", {{"resource", resource}, {"download", resource + "/file"}}}};
-    Response response = api::json_response(
-        {{"files", {{"local", local}}}, {"done", true}, {"effectiveSelect", print}, {"effectivePrint", print}}, 201);
+    Response response = api::json_response({{"files", {{"local", local}}},
+                                            {"done", true},
+                                            {"effectiveSelect", print},
+                                            {"effectivePrint", print}},
+                                           201);
     response.add("Location", resource);
     return response;
 }
@@ -122,7 +132,8 @@ Service::Service(ServiceOptions options, api::Context context, Authenticator aut
 // ---- plan ------------------------------------------------------------------------------------------------------
 
 /// The refusals that come before any route. Sets `proof` when there is none.
-std::optional<Response> Service::refuse(const RequestHead& head, const std::string& remote, Moment moment, Proof& proof) {
+std::optional<Response> Service::refuse(const RequestHead& head, const std::string& remote, Moment moment,
+                                        Proof& proof) {
     proof = authenticator_.prove(head, remote, moment.now, moment.now_s);
     if (proof == Proof::limited || proof == Proof::none) metrics_.count_refused_login();
     if (proof == Proof::limited) return too_many_tries();
@@ -130,30 +141,37 @@ std::optional<Response> Service::refuse(const RequestHead& head, const std::stri
     // With a key in the request no browser page of another site can be behind it. Otherwise one may be.
     const bool foreign_page = proof == Proof::cookie ? !is_safe(head.method) && !is_same_origin(head, false)
                                                      : proof == Proof::off && !is_same_origin(head, true);
-    if (foreign_page) return error_response(403, "not_permitted", "this request comes from a page of another site");
+    if (foreign_page)
+        return error_response(403, "not_permitted", "this request comes from a page of another site");
     return std::nullopt;
 }
 
 Plan Service::plan(const RequestHead& head, const std::string& remote, Moment moment) {
     if (!options_.hosts.allows(head.value("Host"))) {
-        return respond(error_response(403, "not_permitted", "this name is not known here; allow it with --allow-host"));
+        return respond(
+            error_response(403, "not_permitted", "this name is not known here; allow it with --allow-host"));
     }
-    if (is_path(head, {"healthz"}) && is_safe(head.method)) return respond(text_response("ok\n", "text/plain"));
+    if (is_path(head, {"healthz"}) && is_safe(head.method))
+        return respond(text_response("ok\n", "text/plain"));
     if (is_path(head, {"api", "v1", "session"}) && head.method == Method::post) {
         if (!is_same_origin(head, true)) {
-            return respond(error_response(403, "not_permitted", "this request comes from a page of another site"));
+            return respond(
+                error_response(403, "not_permitted", "this request comes from a page of another site"));
         }
         return collect(4096);
     }
-    if (is_path(head, {"api", "v1", "live"}) && head.method == Method::get) return plan_live(head, remote, moment);
+    if (is_path(head, {"api", "v1", "live"}) && head.method == Method::get)
+        return plan_live(head, remote, moment);
     const bool guarded = starts_with(head, {"api"}) || is_path(head, {"metrics"});
     if (!guarded) {
-        if (!is_safe(head.method)) return respond(error_response(405, "not_permitted", "only GET is possible here"));
+        if (!is_safe(head.method))
+            return respond(error_response(405, "not_permitted", "only GET is possible here"));
         std::optional<Response> file = files_.find(head);
         return respond(file ? std::move(*file) : error_response(404, "not_found", "there is no such page"));
     }
     Proof proof = Proof::none;
-    if (std::optional<Response> refusal = refuse(head, remote, moment, proof)) return respond(std::move(*refusal));
+    if (std::optional<Response> refusal = refuse(head, remote, moment, proof))
+        return respond(std::move(*refusal));
     std::optional<Plan> upload = plan_upload(head);
     Plan plan = upload ? std::move(*upload) : plan_route(head);
     plan.proof = proof;
@@ -161,29 +179,36 @@ Plan Service::plan(const RequestHead& head, const std::string& remote, Moment mo
 }
 
 Plan Service::plan_route(const RequestHead& head) {
-    const bool own = (is_path(head, {"metrics"}) && is_safe(head.method)) ||
-                     (is_path(head, {"api", "v1", "session"}) && head.method == Method::remove) ||
-                     (is_path(head, {"api", "v1", "live-ticket"}) && head.method == Method::post) ||
-                     (is_path(head, {"api", "v1", "machine", "emergency-stop"}) && head.method == Method::post);
+    const bool own =
+        (is_path(head, {"metrics"}) && is_safe(head.method)) ||
+        (is_path(head, {"api", "v1", "session"}) && head.method == Method::remove) ||
+        (is_path(head, {"api", "v1", "live-ticket"}) && head.method == Method::post) ||
+        (is_path(head, {"api", "v1", "machine", "emergency-stop"}) && head.method == Method::post);
     if (own) return collect(kBodyMax);
     const api::Match match = api::find_route(head);
     if (match.handler) return collect(kBodyMax);
-    if (match.path_known) return respond(error_response(405, "not_permitted", "this method is not possible here"));
+    if (match.path_known)
+        return respond(error_response(405, "not_permitted", "this method is not possible here"));
     return respond(error_response(404, "not_found", "there is nothing of this name"));
 }
 
 /// A browser cannot add a header to a WebSocket: it shows its cookie, and its page's origin; or a ticket.
 Plan Service::plan_live(const RequestHead& head, const std::string& remote, Moment moment) {
-    if (!head.upgrades_to_websocket) return respond(error_response(400, "invalid_argument", "this is a WebSocket; ask for an upgrade"));
+    if (!head.upgrades_to_websocket)
+        return respond(error_response(400, "invalid_argument", "this is a WebSocket; ask for an upgrade"));
     const std::string ticket = head.query_value("ticket");
     if (!ticket.empty()) {
         if (!authenticator_.tickets.take(ticket, moment.now)) return respond(unauthorized());
-        if (!is_same_origin(head, true)) return respond(error_response(403, "not_permitted", "this request comes from a page of another site"));
+        if (!is_same_origin(head, true))
+            return respond(
+                error_response(403, "not_permitted", "this request comes from a page of another site"));
     } else {
         Proof proof = Proof::none;
-        if (std::optional<Response> refusal = refuse(head, remote, moment, proof)) return respond(std::move(*refusal));
+        if (std::optional<Response> refusal = refuse(head, remote, moment, proof))
+            return respond(std::move(*refusal));
         if (!is_same_origin(head, proof != Proof::cookie)) {
-            return respond(error_response(403, "not_permitted", "this request comes from a page of another site"));
+            return respond(
+                error_response(403, "not_permitted", "this request comes from a page of another site"));
         }
     }
     Plan plan;
@@ -196,8 +221,10 @@ std::optional<Plan> Service::plan_upload(const RequestHead& head) {
     const spool::BlobStore& blobs = context_.spool.blobs();
     const bool own_post = head.method == Method::post && is_path(head, {"api", "v1", "jobs"});
     const bool octoprint = head.method == Method::post && is_path(head, {"api", "files", "local"});
-    const bool own_put = head.method == Method::put && starts_with(head, {"api", "v1", "jobs"}) && head.path.size() >= 4;
-    const bool prusalink = head.method == Method::put && starts_with(head, {"api", "v1", "files", "local"}) && head.path.size() >= 5;
+    const bool own_put =
+        head.method == Method::put && starts_with(head, {"api", "v1", "jobs"}) && head.path.size() >= 4;
+    const bool prusalink = head.method == Method::put && starts_with(head, {"api", "v1", "files", "local"}) &&
+                           head.path.size() >= 5;
     if (own_post || octoprint) {
         return admit_upload(head, make_multipart_upload(blobs, head.value("Content-Type")),
                             octoprint ? UploadDialect::octoprint : UploadDialect::own);
@@ -205,16 +232,20 @@ std::optional<Plan> Service::plan_upload(const RequestHead& head) {
     if (!own_put && !prusalink) return std::nullopt;
     // What is left of the path is the name; a slash in it, decoded or not, is refused with the name.
     std::string name;
-    for (std::size_t i = prusalink ? 4 : 3; i < head.path.size(); ++i) name += (name.empty() ? "" : "/") + head.path[i];
-    if (const Result<void> checked = spool::check_name(name); !checked.ok()) return respond(refused_upload(checked.error()));
+    for (std::size_t i = prusalink ? 4 : 3; i < head.path.size(); ++i)
+        name += (name.empty() ? "" : "/") + head.path[i];
+    if (const Result<void> checked = spool::check_name(name); !checked.ok())
+        return respond(refused_upload(checked.error()));
     return admit_upload(head, make_raw_upload(blobs, std::move(name), fields_of_put(head)),
                         prusalink ? UploadDialect::prusalink : UploadDialect::own);
 }
 
-Plan Service::admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload, UploadDialect dialect) {
+Plan Service::admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload,
+                           UploadDialect dialect) {
     if (!upload.ok()) return respond(refused_upload(upload.error()));
     if (!head.chunked && !head.content_length) {
-        return respond(error_response(411, "invalid_argument", "the upload needs Content-Length, or must come in chunks"));
+        return respond(error_response(411, "invalid_argument",
+                                      "the upload needs Content-Length, or must come in chunks"));
     }
     // A multipart body is a little longer than its file: what is said in advance is checked coarsely, the file exactly.
     constexpr std::uint64_t kWrapping = 256 * 1024;
@@ -241,7 +272,8 @@ void Service::handle(std::shared_ptr<const Request> request, Moment moment, Repl
     executors_.spool([this, request = std::move(request), moment, reply = std::move(reply)] {
         Response response;
         if (is_path(request->head, {"metrics"})) {
-            response = text_response(metrics_.text(context_.spool), "text/plain; version=0.0.4; charset=utf-8");
+            response =
+                text_response(metrics_.text(context_.spool), "text/plain; version=0.0.4; charset=utf-8");
         } else {
             api::Match match = api::find_route(request->head);
             response = match.handler(context_, {*request, std::move(match.arguments), moment.now_s});
@@ -273,7 +305,8 @@ void Service::begin_session(const Request& request, Moment moment, const Reply& 
     if (!body || !body->contains("key") || !(*body)["key"].is_string()) {
         return reply(error_response(400, "invalid_argument", "give key as a text"));
     }
-    const Proof proof = authenticator_.prove_key((*body)["key"].get<std::string>(), request.remote, moment.now);
+    const Proof proof =
+        authenticator_.prove_key((*body)["key"].get<std::string>(), request.remote, moment.now);
     if (proof == Proof::limited || proof == Proof::none) metrics_.count_refused_login();
     if (proof == Proof::limited) return reply(too_many_tries());
     if (proof == Proof::none) return reply(unauthorized());
@@ -283,12 +316,14 @@ void Service::begin_session(const Request& request, Moment moment, const Reply& 
     const SessionTable::Made made = authenticator_.sessions.make(moment.now_s);
     Response response = api::no_content();
     response.add("Set-Cookie", std::string{Authenticator::kCookie} + "=" + made.token +
-                                   "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" + std::to_string(SessionTable::kLifetime_s));
+                                   "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
+                                   std::to_string(SessionTable::kLifetime_s));
     executors_.spool([this, record = made.record, old_hash, moment, reply, response = std::move(response)] {
         static_cast<void>(context_.spool.store().erase_sessions_expired(moment.now_s));
         if (!old_hash.empty()) static_cast<void>(context_.spool.store().erase_session(old_hash));
         const Result<void> stored = context_.spool.store().put_session(record);
-        executors_.io([reply, answer = api::answer(stored, response)]() mutable { reply(std::move(answer)); });
+        executors_.io(
+            [reply, answer = api::answer(stored, response)]() mutable { reply(std::move(answer)); });
     });
 }
 
@@ -298,7 +333,8 @@ void Service::end_session(const Request& request, const Reply& reply) {
     executors_.spool([this, hash, reply] {
         const Result<void> erased = context_.spool.store().erase_session(hash);
         Response response = api::answer(erased, api::no_content());
-        response.add("Set-Cookie", std::string{Authenticator::kCookie} + "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
+        response.add("Set-Cookie",
+                     std::string{Authenticator::kCookie} + "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
         executors_.io([reply, response = std::move(response)]() mutable { reply(std::move(response)); });
     });
 }
@@ -314,7 +350,8 @@ Response Service::refused_upload(const Error& error) {
     return response;
 }
 
-void Service::take_piece(std::shared_ptr<Upload> upload, std::string piece, std::function<void(Result<void>)> done) {
+void Service::take_piece(std::shared_ptr<Upload> upload, std::string piece,
+                         std::function<void(Result<void>)> done) {
     executors_.disk([this, upload = std::move(upload), piece = std::move(piece), done = std::move(done)] {
         Result<void> taken = upload->take(piece);
         executors_.io([done, taken = std::move(taken)] { done(taken); });
@@ -322,11 +359,14 @@ void Service::take_piece(std::shared_ptr<Upload> upload, std::string piece, std:
 }
 
 void Service::end_upload(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply) {
-    executors_.disk([this, upload = std::move(upload), host = std::move(host), moment, reply = std::move(reply)] {
+    executors_.disk([this, upload = std::move(upload), host = std::move(host), moment,
+                     reply = std::move(reply)] {
         const Result<void> finished = upload->finish();
         if (!finished.ok()) {
             upload->discard();
-            executors_.io([reply, response = refused_upload(finished.error())]() mutable { reply(std::move(response)); });
+            executors_.io([reply, response = refused_upload(finished.error())]() mutable {
+                reply(std::move(response));
+            });
             return;
         }
         metrics_.count_upload(upload->received());
@@ -342,15 +382,16 @@ void Service::analyze(std::shared_ptr<Upload> upload, std::string host, Moment m
         executors_.io([reply, response = std::move(response)]() mutable { reply(std::move(response)); });
         return;
     }
-    executors_.spool([this, upload = std::move(upload), host = std::move(host), moment, reply = std::move(reply),
-                      facts = std::move(*analysis)] {
+    executors_.spool([this, upload = std::move(upload), host = std::move(host), moment,
+                      reply = std::move(reply), facts = std::move(*analysis)] {
         Response response = queue_upload(*upload, facts, host, moment);
         upload->discard();  // what was adopted is no longer its own
         executors_.io([reply, response = std::move(response)]() mutable { reply(std::move(response)); });
     });
 }
 
-Response Service::queue_upload(Upload& upload, const spool::Analysis& analysis, const std::string& host, Moment moment) {
+Response Service::queue_upload(Upload& upload, const spool::Analysis& analysis, const std::string& host,
+                               Moment moment) {
     const Result<spool::NewJob> wanted = wanted_by(upload);
     if (!wanted.ok()) return api::error_response(wanted.error());
     const Result<spool::JobId> id = context_.spool.add(upload.file(), analysis, *wanted, moment.now_s);
@@ -363,7 +404,8 @@ Response Service::queue_upload(Upload& upload, const spool::Analysis& analysis, 
 }
 
 void Service::report_upload(const Upload& upload, std::uint64_t size) {
-    const Json message{{"type", "upload"}, {"name", upload.name()}, {"received", upload.received()}, {"size", size}};
+    const Json message{
+        {"type", "upload"}, {"name", upload.name()}, {"received", upload.received()}, {"size", size}};
     live_.publish(MessageKind::upload, api::text_of(message));
 }
 

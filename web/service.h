@@ -76,7 +76,8 @@ class Service {
     void handle(std::shared_ptr<const Request> request, Moment moment, Reply reply);
 
     /// I/O thread; one piece at a time. `done` comes on the I/O thread.
-    void take_piece(std::shared_ptr<Upload> upload, std::string piece, std::function<void(Result<void>)> done);
+    void take_piece(std::shared_ptr<Upload> upload, std::string piece,
+                    std::function<void(Result<void>)> done);
     /// The body is whole: analyze, queue, answer.
     void end_upload(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
     /// The answer to a piece that was refused.
@@ -88,18 +89,19 @@ class Service {
     [[nodiscard]] Metrics& metrics() { return metrics_; }
 
   private:
-    [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const std::string& remote, Moment moment,
-                                                 Proof& proof);
+    [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const std::string& remote,
+                                                 Moment moment, Proof& proof);
     [[nodiscard]] Plan plan_live(const RequestHead& head, const std::string& remote, Moment moment);
     [[nodiscard]] std::optional<Plan> plan_upload(const RequestHead& head);
     [[nodiscard]] static Plan plan_route(const RequestHead& head);
-    [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload, UploadDialect dialect);
+    [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload,
+                                    UploadDialect dialect);
     void begin_session(const Request& request, Moment moment, const Reply& reply);
     void end_session(const Request& request, const Reply& reply);
     [[nodiscard]] bool handle_at_once(const Request& request, Moment moment, const Reply& reply);
     void analyze(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
-    [[nodiscard]] Response queue_upload(Upload& upload, const spool::Analysis& analysis, const std::string& host,
-                                        Moment moment);
+    [[nodiscard]] Response queue_upload(Upload& upload, const spool::Analysis& analysis,
+                                        const std::string& host, Moment moment);
 
     ServiceOptions options_;
     api::Context context_;

@@ -48,7 +48,8 @@ Result<StaticFiles> StaticFiles::read(const std::filesystem::path& folder) {
         file.bytes.assign(std::istreambuf_iterator<char>{stream}, {});
         total += file.bytes.size();
         if (!stream || total > kBytesMax || found.files_.size() >= kFilesMax) {
-            return make_error(ErrorCode::out_of_range, "the page's files are too many, too large or not readable");
+            return make_error(ErrorCode::out_of_range,
+                              "the page's files are too many, too large or not readable");
         }
         const std::string name = std::filesystem::relative(entry.path(), folder).generic_string();
         file.content_type = content_type_of(name);
@@ -57,7 +58,8 @@ Result<StaticFiles> StaticFiles::read(const std::filesystem::path& folder) {
         found.files_[name] = std::move(file);
     }
     if (failed) {
-        return Error{ErrorCode::not_found, FixedString<236>{"no folder of the page's files: "}.append(folder.native())};
+        return Error{ErrorCode::not_found,
+                     FixedString<236>{"no folder of the page's files: "}.append(folder.native())};
     }
     return found;
 }

@@ -41,7 +41,8 @@ class MultipartUpload final : public Upload, private MultipartSink {
             field_ = head.name;
             return {};
         }
-        if (head.name != "file") return make_error(ErrorCode::invalid_argument, "the file's part must be named \"file\"");
+        if (head.name != "file")
+            return make_error(ErrorCode::invalid_argument, "the file's part must be named \"file\"");
         if (file_) return make_error(ErrorCode::invalid_argument, "one upload brings one file");
         return begin_file(head.file_name);
     }
@@ -76,11 +77,13 @@ Result<void> Upload::write(std::span<const char> bytes) { return file_->write(by
 
 Result<void> Upload::finish() {
     if (const Result<void> ended = end(); !ended.ok()) return ended;
-    if (!file_ || file_->size() == 0) return make_error(ErrorCode::invalid_argument, "the upload has no file, or an empty one");
+    if (!file_ || file_->size() == 0)
+        return make_error(ErrorCode::invalid_argument, "the upload has no file, or an empty one");
     if (const Result<void> sealed = file_->seal(); !sealed.ok()) return sealed;
     const std::string declared = field("sha256");
     if (!declared.empty() && !equal_ignoring_case(declared, file_->sha256())) {
-        return make_error(ErrorCode::corrupt, "the bytes have another SHA-256 than was declared; send them again");
+        return make_error(ErrorCode::corrupt,
+                          "the bytes have another SHA-256 than was declared; send them again");
     }
     return {};
 }
@@ -95,7 +98,8 @@ std::unique_ptr<Upload> make_raw_upload(const spool::BlobStore& blobs, std::stri
     return std::make_unique<RawUpload>(blobs, std::move(name), std::move(fields));
 }
 
-Result<std::unique_ptr<Upload>> make_multipart_upload(const spool::BlobStore& blobs, std::string_view content_type) {
+Result<std::unique_ptr<Upload>> make_multipart_upload(const spool::BlobStore& blobs,
+                                                      std::string_view content_type) {
     const Result<std::string> boundary = boundary_of(content_type);
     if (!boundary.ok()) return boundary.error();
     return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, *boundary)};

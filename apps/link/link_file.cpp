@@ -66,8 +66,9 @@ Result<void> check_header(const LinkLayout& layout, const std::filesystem::path&
         return Error{ErrorCode::corrupt, FixedString<236>{"link: not a link: "}.append(path.native())};
     }
     if (layout.version != printer::link::kVersion || layout.size != sizeof(LinkLayout)) {
-        return Error{ErrorCode::unsupported,
-                     FixedString<236>{"link: made by another version, build both sides anew: "}.append(path.native())};
+        return Error{
+            ErrorCode::unsupported,
+            FixedString<236>{"link: made by another version, build both sides anew: "}.append(path.native())};
     }
     if (layout.session == 0) {
         return Error{ErrorCode::corrupt, FixedString<236>{"link: no session: "}.append(path.native())};

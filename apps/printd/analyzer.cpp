@@ -26,7 +26,8 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 
 class File {
   public:
-    File(const std::filesystem::path& path, int flags) : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0600)) {}
+    File(const std::filesystem::path& path, int flags)
+        : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0600)) {}
     ~File() {
         if (descriptor_ >= 0) ::close(descriptor_);
     }
@@ -61,7 +62,8 @@ class LayerFile final : public printer::preflight::LayerSink {
   public:
     explicit LayerFile(const std::filesystem::path& path) : file_(path, O_WRONLY | O_CREAT | O_TRUNC) {}
 
-    void on_layer(const printer::preflight::LayerRecord& record, std::span<const std::uint8_t> bytes) override {
+    void on_layer(const printer::preflight::LayerRecord& record,
+                  std::span<const std::uint8_t> bytes) override {
         failed_ = failed_ || !file_.ok() || !file_.write(bytes);
         if (!index_.empty()) index_ += ",";
         index_ += text_of({{"index", count_++},
@@ -135,7 +137,8 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     LayerFile packed{layers};
     printer::preflight::LayerPacker packer{machine_.filament_diameter_mm, packed};
     // On the heap: findings and parser state are too large for a thread's stack to be taken for granted.
-    const auto preflight = std::make_unique<printer::preflight::Preflight>(printer::preflight::Options{machine_, 0});
+    const auto preflight =
+        std::make_unique<printer::preflight::Preflight>(printer::preflight::Options{machine_, 0});
     preflight->add_sink(packer);
     std::array<char, 16 * 1024> bytes;
     ssize_t count = 0;
@@ -143,7 +146,9 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     if (count < 0) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
     const Facts& facts = preflight->finish();
     if (!facts.accepted() && !facts.errors.empty()) return refusal(facts);
-    if (packed.failed()) return make_error(ErrorCode::unavailable, "the disk is full; delete finished jobs or free some space");
+    if (packed.failed())
+        return make_error(ErrorCode::unavailable,
+                          "the disk is full; delete finished jobs or free some space");
     spool::Analysis analysis;
     analysis.facts_json = text_of(facts_json(facts));
     if (facts.metadata.estimated) analysis.estimated_s = facts.metadata.estimated->value();
@@ -164,7 +169,8 @@ Result<void> check_line(const printer::MachineConfig& machine, std::string_view 
     for (const char letter : {'S', 'R'}) {
         const std::optional<double> asked = command.parameters.value(letter);
         if (!asked || (*asked >= 0 && *asked <= highest)) continue;
-        Error error{ErrorCode::out_of_range, hot_end ? "the hot end's target must be 0 to " : "the bed's target must be 0 to "};
+        Error error{ErrorCode::out_of_range,
+                    hot_end ? "the hot end's target must be 0 to " : "the bed's target must be 0 to "};
         error.message.append(std::to_string(static_cast<int>(highest))).append(" °C");
         return error;
     }

@@ -10,7 +10,8 @@ class PreflightAnalyzer final : public spool::Analyzer {
   public:
     explicit PreflightAnalyzer(const printer::MachineConfig& machine) : machine_(machine) {}
 
-    Result<spool::Analysis> analyze(const std::filesystem::path& gcode, const std::filesystem::path& layers) override;
+    Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
+                                    const std::filesystem::path& layers) override;
 
   private:
     printer::MachineConfig machine_;

@@ -4,9 +4,9 @@
 //   Inspection ┼─► Spool ◄─ Service ◄──┤
 //   Analyzer ──┘      ▲                └─ Publisher ── live stream, log
 //                     └── ticks, on the spool's thread
+#include <sodium/core.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sodium/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -51,7 +51,8 @@ void start_log(bool verbose) {
 
 web::api::MachineLimits limits_of(const printer::MachineConfig& machine) {
     web::api::MachineLimits limits;
-    for (std::size_t axis = 0; axis < 4; ++axis) limits.speed_max_mm_s[axis] = machine.axes[axis].max_speed_mm_s;
+    for (std::size_t axis = 0; axis < 4; ++axis)
+        limits.speed_max_mm_s[axis] = machine.axes[axis].max_speed_mm_s;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         limits.minimum_mm[axis] = machine.axes[axis].minimum_mm;
         limits.maximum_mm[axis] = machine.axes[axis].maximum_mm;
@@ -97,14 +98,16 @@ Result<Ground> prepare(const printd::Options& options) {
     std::signal(SIGPIPE, SIG_IGN);
     if (sodium_init() < 0) return make_error(ErrorCode::internal, "no source of random numbers");
     if (!options.authentication && !web::is_loopback(options.address)) {
-        return make_error(ErrorCode::not_permitted, "--no-auth is only for a loopback address: anyone could print");
+        return make_error(ErrorCode::not_permitted,
+                          "--no-auth is only for a loopback address: anyone could print");
     }
     Ground ground;
     Result<printd::StateLock> lock = printd::StateLock::take(options.state);
     if (!lock.ok()) return lock.error();
     ground.lock = std::move(*lock);
     if (!options.run_as.empty()) {
-        if (const Result<void> done = printd::become(options.run_as, options.state); !done.ok()) return done.error();
+        if (const Result<void> done = printd::become(options.run_as, options.state); !done.ok())
+            return done.error();
     }
     Result<std::string> key = web::load_or_make_key(options.state / "api-key");
     if (!key.ok()) return key.error();
@@ -157,9 +160,10 @@ int serve(const printd::Options& options, const printer::MachineConfig& machine,
     std::unique_ptr<web::Service> service;
     std::unique_ptr<web::Publisher> publisher;
     web::Threads threads;
-    service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(**spool, machine),
-                                             web::Authenticator{ground.key, std::move(stored->sessions)}, std::move(files),
-                                             analyzer, threads.executors());
+    service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{options.hosts}, 32},
+                                             context_of(**spool, machine),
+                                             web::Authenticator{ground.key, std::move(stored->sessions)},
+                                             std::move(files), analyzer, threads.executors());
     publisher = std::make_unique<web::Publisher>(**spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
     web::ServerOptions server_options;

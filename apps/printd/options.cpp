@@ -27,22 +27,28 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
     std::string after_failure = "hold";
     CLI::App app{"The print service: takes jobs over HTTP, keeps their queue, feeds the machine"};
     app.footer(
-        "Example:\n  printd --state ~/.local/state/qduinomc --link /dev/shm/qduinomc/link --ui web/ui/dist\n\n"
+        "Example:\n  printd --state ~/.local/state/qduinomc --link /dev/shm/qduinomc/link --ui "
+        "web/ui/dist\n\n"
         "The key that requests must carry is made at the first start, in DIR/api-key.\n"
         "Exit status: 0 stopped, 1 could not start, 2 wrong command line, 3 already running.");
     app.add_option("--state", options.state, "folder of jobs, queue and key")->required();
     app.add_option("--link", options.link, "shared object of the sketch (it may appear later)")->required();
-    app.add_option("--listen", listen, "ADDRESS:PORT to serve; port 0 takes any free one")->capture_default_str();
+    app.add_option("--listen", listen, "ADDRESS:PORT to serve; port 0 takes any free one")
+        ->capture_default_str();
     app.add_option("--ui", options.ui, "folder of the page's files");
     app.add_option("--inspect", options.inspect, "socket of a virtual machine's inspector");
     app.add_option("--machine", options.machine, "machine file (TOML); the reference machine without");
     app.add_option("--run-as", options.run_as, "user to become, when started by root");
-    app.add_option("--allow-host", options.hosts, "a name under which browsers may come, besides addresses and localhost");
-    app.add_option("--upload-limit-mib", options.upload_max_mib, "largest file accepted")->capture_default_str()->check(CLI::Range(1, 65536));
+    app.add_option("--allow-host", options.hosts,
+                   "a name under which browsers may come, besides addresses and localhost");
+    app.add_option("--upload-limit-mib", options.upload_max_mib, "largest file accepted")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 65536));
     app.add_option("--after-failure", after_failure, "what the queue does when a job has failed")
         ->check(CLI::IsMember({"hold", "continue"}))
         ->capture_default_str();
-    app.add_flag("--confirm-bed", options.confirm_bed, "after each copy wait until a person says that the bed is clear");
+    app.add_flag("--confirm-bed", options.confirm_bed,
+                 "after each copy wait until a person says that the bed is clear");
     app.add_flag("!--no-auth", options.authentication, "ask nobody for the key; only on a loopback address");
     app.add_flag("--print-link", options.print_link, "print the address with the key, for a browser");
     app.add_flag("--verbose", options.verbose, "log more");

@@ -14,11 +14,11 @@ struct Options {
     std::filesystem::path link;
     std::string address = "127.0.0.1";
     std::uint16_t port = 8080;
-    std::filesystem::path ui;             ///< empty: no page
-    std::string inspect;                  ///< socket of the virtual machine's inspector; empty: none
-    std::filesystem::path machine;        ///< empty: the reference machine
-    std::string run_as;                   ///< empty: as who we are
-    std::vector<std::string> hosts;       ///< further names that browsers may use
+    std::filesystem::path ui;        ///< empty: no page
+    std::string inspect;             ///< socket of the virtual machine's inspector; empty: none
+    std::filesystem::path machine;   ///< empty: the reference machine
+    std::string run_as;              ///< empty: as who we are
+    std::vector<std::string> hosts;  ///< further names that browsers may use
     std::uint64_t upload_max_mib = 2048;
     bool hold_after_failure = true;
     bool confirm_bed = false;

@@ -31,10 +31,12 @@ bool belongs_to_root(const std::filesystem::path& path) {
 Result<void> give_away(const std::filesystem::path& folder, uid_t user, gid_t group) {
     std::error_code failed;
     for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
-        if (::lchown(entry.path().c_str(), user, group) != 0) return system_error("cannot give away", entry.path().native(), errno);
+        if (::lchown(entry.path().c_str(), user, group) != 0)
+            return system_error("cannot give away", entry.path().native(), errno);
     }
     if (failed) return system_error("cannot read", folder.native(), failed.value());
-    if (::lchown(folder.c_str(), user, group) != 0) return system_error("cannot give away", folder.native(), errno);
+    if (::lchown(folder.c_str(), user, group) != 0)
+        return system_error("cannot give away", folder.native(), errno);
     return {};
 }
 
@@ -71,18 +73,23 @@ Result<StateLock> StateLock::take(const std::filesystem::path& folder) {
 Result<void> become(const std::string& user, const std::filesystem::path& state) {
     if (::geteuid() != 0) return make_error(ErrorCode::not_permitted, "--run-as needs root to begin with");
     const passwd* found = ::getpwnam(user.c_str());
-    if (!found) return Error{ErrorCode::not_found, FixedString<236>{"--run-as: there is no user "}.append(user)};
+    if (!found)
+        return Error{ErrorCode::not_found, FixedString<236>{"--run-as: there is no user "}.append(user)};
     if (belongs_to_root(state)) {
-        if (const Result<void> given = give_away(state, found->pw_uid, found->pw_gid); !given.ok()) return given;
+        if (const Result<void> given = give_away(state, found->pw_uid, found->pw_gid); !given.ok())
+            return given;
     }
-    if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 || ::setuid(found->pw_uid) != 0) {
+    if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 ||
+        ::setuid(found->pw_uid) != 0) {
         return system_error("cannot become", user, errno);
     }
     if (::setuid(0) == 0) return make_error(ErrorCode::internal, "--run-as: root could be had back");
     ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     if (::access(state.c_str(), R_OK | W_OK | X_OK) != 0) {
         Error error{ErrorCode::not_permitted, FixedString<236>{"user "}.append(user)};
-        error.message.append(" cannot reach ").append(state.native()).append("; choose another --state, /var/lib/qduinomc for one");
+        error.message.append(" cannot reach ")
+            .append(state.native())
+            .append("; choose another --state, /var/lib/qduinomc for one");
         return error;
     }
     return {};

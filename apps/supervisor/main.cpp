@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
         "Runs a sketch, outlives it, and forces its safe states within 100 ms of its death or of a loop that "
         "hangs.\n"
         "Example: qduino-supervisor --pins /dev/shm/qduino-pins -- printer --pins /dev/shm/qduino-pins"};
-    long timeout_ms = 500;
+    long timeout_ms = 1000;
     app.add_option("--pins", options.pins, "file of the virtual pins, made by the machine")->required();
     app.add_option("--link", options.link, "file of the link to the print service, to mark as dead");
     app.add_option("--timeout-ms", timeout_ms,

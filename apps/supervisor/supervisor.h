@@ -28,7 +28,7 @@ namespace qduino::supervisor {
 struct Options {
     std::string pins;                       ///< file of virtual pins
     std::string link;                       ///< link between sketch and service; empty: none
-    Nanoseconds heartbeat_timeout = 500ms;  ///< zero: loops are not watched
+    Nanoseconds heartbeat_timeout = 1s;  ///< zero: loops are not watched
     std::string settings_state =
         board::linux::kDefaultSettingsState;  ///< what the sketch changed on the machine
     bool restart = false;                     ///< start the sketch again when it died or hung

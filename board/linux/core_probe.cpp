@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <sstream>
+#include <system_error>
 #include <thread>
 
 #include "board/linux/clock.h"
@@ -47,8 +48,7 @@ CpuList tickless_cores(const std::string& root) {
 
 CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::function<void()>& enter) {
     CoreProbe probe;
-    const StopSignalsBlocked for_the_thread;
-    std::thread spinning{[&] {
+    const auto spin = [&] {
         if (enter) enter();
         static_cast<void>(pin_to_core(core));
         probe.real_time = priority > 0 && become_real_time(priority).ok();
@@ -65,8 +65,13 @@ CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::fu
             probe.interrupts_per_second =
                 static_cast<double>(*after - *before) / to_seconds(monotonic_now() - start);
         }
-    }};
-    spinning.join();
+    };
+    const StopSignalsBlocked for_the_thread;
+    try {
+        std::thread{spin}.join();
+    } catch (const std::system_error&) {
+        probe.worst_gap = Nanoseconds{-1};  // no thread to be had: nothing was measured
+    }
     return probe;
 }
 

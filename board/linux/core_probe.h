@@ -21,7 +21,7 @@ CpuList tickless_cores(const std::string& root = "");
 struct CoreProbe {
     bool real_time = false;             ///< the probe had the priority it asked for
     double interrupts_per_second = -1;  ///< −1: not readable
-    Nanoseconds worst_gap{0};
+    Nanoseconds worst_gap{0};           ///< −1: not measured
 };
 
 /// Spins for `duration` on `core` at SCHED_FIFO `priority` (0: as it is), in a thread of its own; `enter`

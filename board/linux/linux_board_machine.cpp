@@ -56,7 +56,11 @@ void LinuxBoard::take_cores(std::span<const VcpuSpec> specs) {
             if (begun) isolation_ = std::move(*begun);
             if (!begun) done = begun.error();
         }
-        if (!done) isolation_shortfall_ = done.error().message.view();
+        if (!done) {
+            const bool needs_root = done.error().code == ErrorCode::not_permitted;
+            isolation_shortfall_ =
+                needs_root ? "to have its core isolated, run as root" : done.error().message.view();
+        }
     }
     const bool probe = config_.real_time && config_.probe_duration > Nanoseconds{0};
     for (UsedCore& used : cores_) {
@@ -196,7 +200,9 @@ CoreGuarantee LinuxBoard::guarantee_of_core(int core) const {
 
 GuaranteeReport LinuxBoard::guarantee() {
     GuaranteeReport report;
-    report.board = config_.real_time ? "linux, SCHED_FIFO" : "linux, best effort";
+    const bool real_time =
+        std::all_of(threads_.begin(), threads_.end(), [](const auto& t) { return t->real_time(); });
+    report.board = real_time ? "linux, SCHED_FIFO" : "linux, best effort";
     report.memory_locked = memory_locked_;
     for (const auto& thread : threads_) report.loops.push_back(guarantee_of(*thread));
     for (const UsedCore& used : cores_) {

@@ -1,10 +1,12 @@
 #include "board/linux/real_time_thread.h"
 
+#include <linux/capability.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -58,7 +60,26 @@ void touch_stack() {
     }
 }
 
+namespace {
+
+bool may_lock_all() {
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3] = {};
+    if (::syscall(SYS_capget, &header, data) == 0 && (data[0].effective & (1u << CAP_IPC_LOCK)) != 0)
+        return true;
+    rlimit limit{};
+    return ::getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+}
+
+}  // namespace
+
 Result<void> lock_memory() {
+    // Within a finite limit the call would succeed now, and a later thread's stack be refused.
+    if (!may_lock_all()) {
+        return make_error(
+            ErrorCode::not_permitted,
+            "cannot lock memory: run as root, or allow it with `ulimit -l unlimited` or CAP_IPC_LOCK");
+    }
     // Freed memory stays with the process: a later allocation does not fault pages in again.
     ::mallopt(M_TRIM_THRESHOLD, -1);
     ::mallopt(M_MMAP_MAX, 0);

@@ -69,7 +69,8 @@ class FrameBuilder {
     }
     FrameBuilder& add(std::span<const std::uint8_t> bytes) {
         QDUINO_EXPECT(frame_.size_ + bytes.size() <= kFrameMaxBytes);
-        std::copy(bytes.begin(), bytes.end(), frame_.bytes_.begin() + static_cast<std::ptrdiff_t>(frame_.size_));
+        std::copy(bytes.begin(), bytes.end(),
+                  frame_.bytes_.begin() + static_cast<std::ptrdiff_t>(frame_.size_));
         frame_.size_ += bytes.size();
         return *this;
     }
@@ -125,7 +126,8 @@ Result<JobBytes> decode_job_bytes(std::span<const std::uint8_t> payload) {
     const JobBytes bytes{load<std::uint64_t>(payload.data()), load<std::uint64_t>(payload.data() + 8),
                          payload.subspan(16)};
     // An offset so large that its end wraps would pass every later comparison.
-    if (bytes.offset > ~std::uint64_t{0} - bytes.bytes.size()) return wrong_form("job_bytes: offset too large");
+    if (bytes.offset > ~std::uint64_t{0} - bytes.bytes.size())
+        return wrong_form("job_bytes: offset too large");
     return bytes;
 }
 

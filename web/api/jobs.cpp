@@ -1,8 +1,8 @@
 // /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs"). Uploads are web/service.cpp's.
+#include <sys/stat.h>
 #include <charconv>
 #include <fstream>
 #include <iterator>
-#include <sys/stat.h>
 
 #include "web/api/json.h"
 #include "web/api/route.h"
@@ -91,7 +91,9 @@ Response patch_job(Context& context, const Call& call) {
     JobPatch patch;
     for (const auto& [name, value] : body->items()) {
         if (!read_member(name, value, patch)) {
-            return bad_patch("only hold (true or false), copies, priority (whole numbers) and before (a job's number or null) can be changed");
+            return bad_patch(
+                "only hold (true or false), copies, priority (whole numbers) and before (a job's number or "
+                "null) can be changed");
         }
     }
     const spool::JobId id = job->id;
@@ -109,8 +111,8 @@ Response start_job(Context& context, const Call& call) {
 std::string attachment(const std::string& name) {
     std::string plain;
     for (const char c : name) {
-        const bool safe = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' ||
-                          c == '-' || c == '_';
+        const bool safe = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          c == '.' || c == '-' || c == '_';
         plain += safe ? c : '_';
     }
     return "attachment; filename=\"" + plain + "\"";
@@ -128,7 +130,8 @@ Response job_file(Context& context, const Call& call) {
 Response job_thumbnail(Context& context, const Call& call) {
     const Job* job = job_of(context, call);
     if (!job) return no_such_job();
-    if (!job->has_thumbnail) return web::error_response(404, "not_found", "the job's file holds no thumbnail");
+    if (!job->has_thumbnail)
+        return web::error_response(404, "not_found", "the job's file holds no thumbnail");
     const auto path = context.spool.blobs().path(job->sha256, BlobPart::thumbnail);
     Response response = file_response(path, 0, size_of(path), "image/png");
     response.add("Cache-Control", "private, max-age=86400, immutable");
@@ -165,10 +168,12 @@ Response packed_layers(Context& context, const Call& call) {
     std::uint64_t offset = 0;
     std::uint64_t length = 0;
     for (std::int64_t i = 0; i <= *last; ++i) {
-        (i < *first ? offset : length) += layers[static_cast<std::size_t>(i)].value("bytes", std::uint64_t{0});
+        (i < *first ? offset : length) +=
+            layers[static_cast<std::size_t>(i)].value("bytes", std::uint64_t{0});
     }
     const auto path = context.spool.blobs().path(job->sha256, BlobPart::layers);
-    if (size_of(path) < offset + length) return web::error_response(404, "not_found", "the packed layers are missing");
+    if (size_of(path) < offset + length)
+        return web::error_response(404, "not_found", "the packed layers are missing");
     Response response = file_response(path, offset, length, "application/octet-stream");
     response.add("Cache-Control", "private, max-age=86400, immutable");
     return response;
@@ -184,8 +189,12 @@ Response job_inspection(Context& context, const Call& call) {
     return response;
 }
 
-Response hold_queue(Context& context, const Call&) { return answer(context.spool.hold_queue("held by a person"), accepted()); }
-Response release_queue(Context& context, const Call&) { return answer(context.spool.release_queue(), accepted()); }
+Response hold_queue(Context& context, const Call&) {
+    return answer(context.spool.hold_queue("held by a person"), accepted());
+}
+Response release_queue(Context& context, const Call&) {
+    return answer(context.spool.release_queue(), accepted());
+}
 
 constexpr std::array kRoutes{
     Route{Method::get, "/api/v1/jobs", list_jobs},

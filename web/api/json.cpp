@@ -15,7 +15,10 @@ using printer::link::MotionStatus;
 namespace {
 
 Json heater_json(const HeaterStatus& heater) {
-    return {{"c", heater.celsius}, {"target_c", heater.target_celsius}, {"duty", heater.duty}, {"fault", heater.fault}};
+    return {{"c", heater.celsius},
+            {"target_c", heater.target_celsius},
+            {"duty", heater.duty},
+            {"fault", heater.fault}};
 }
 
 Json lateness_json(const Histogram& lateness_ns) {
@@ -25,14 +28,15 @@ Json lateness_json(const Histogram& lateness_ns) {
             buckets.push_back({Histogram::upper_bound_of(i), lateness_ns.bucket_count(i)});
         }
     }
-    return {{"p50", lateness_ns.quantile(0.5)},     {"p99", lateness_ns.quantile(0.99)},
+    return {{"p50", lateness_ns.quantile(0.5)},      {"p99", lateness_ns.quantile(0.99)},
             {"p9999", lateness_ns.quantile(0.9999)}, {"max", lateness_ns.max()},
             {"count", lateness_ns.count()},          {"buckets", std::move(buckets)}};
 }
 
 Json timing_json(const MotionStatus& motion) {
-    return {{"late_steps", motion.late_steps}, {"shift_ns", motion.shift_ns}, {"starved", motion.starved},
-            {"ring_fill", motion.ring_fill},   {"pulses", motion.pulses},     {"lateness_ns", lateness_json(motion.lateness_ns)}};
+    return {{"late_steps", motion.late_steps}, {"shift_ns", motion.shift_ns},
+            {"starved", motion.starved},       {"ring_fill", motion.ring_fill},
+            {"pulses", motion.pulses},         {"lateness_ns", lateness_json(motion.lateness_ns)}};
 }
 
 /// Why the machine does nothing; null when it has no fault.
@@ -93,15 +97,23 @@ Json time_json(spool::UnixSeconds time_s) {
 }
 
 std::string_view machine_word(const spool::MachineView& machine) {
-    if (!machine.connected || machine.life != spool::SketchLife::alive || !machine.responding) return "disconnected";
+    if (!machine.connected || machine.life != spool::SketchLife::alive || !machine.responding)
+        return "disconnected";
     switch (machine.job.state) {
-        case MachineState::starting: return "starting";
-        case MachineState::idle: return "idle";
-        case MachineState::printing: return "printing";
-        case MachineState::pausing: return "pausing";
-        case MachineState::paused: return "paused";
-        case MachineState::cancelling: return "cancelling";
-        case MachineState::faulted: return "faulted";
+        case MachineState::starting:
+            return "starting";
+        case MachineState::idle:
+            return "idle";
+        case MachineState::printing:
+            return "printing";
+        case MachineState::pausing:
+            return "pausing";
+        case MachineState::paused:
+            return "paused";
+        case MachineState::cancelling:
+            return "cancelling";
+        case MachineState::faulted:
+            return "faulted";
     }
     return "faulted";
 }
@@ -121,7 +133,8 @@ Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
     const auto& run = spool.active_run();
     if (!run || run->job != job.id || !machine.connected || machine.job.job_id != run->id) return progress;
     progress.bytes = std::min(machine.job.bytes_executed, job.size);
-    progress.fraction = job.size > 0 ? static_cast<double>(progress.bytes) / static_cast<double>(job.size) : 0;
+    progress.fraction =
+        job.size > 0 ? static_cast<double>(progress.bytes) / static_cast<double>(job.size) : 0;
     const double elapsed_s = machine.job.print_time_s;
     progress.elapsed_s = std::isfinite(elapsed_s) && elapsed_s > 0 ? elapsed_s : 0;
     if (job.estimated_s > 0) {
@@ -179,7 +192,10 @@ Json status_json(const spool::Spool& spool) {
                 {"job", spool.active_run() ? Json(spool.active_run()->job) : Json{}}};
     status["fault"] = machine.connected ? fault_json(machine) : Json{};
     status["message"] = std::string{job.message.view()};
-    status["position_mm"] = {{"x", job.position_mm[0]}, {"y", job.position_mm[1]}, {"z", job.position_mm[2]}, {"e", job.position_mm[3]}};
+    status["position_mm"] = {{"x", job.position_mm[0]},
+                             {"y", job.position_mm[1]},
+                             {"z", job.position_mm[2]},
+                             {"e", job.position_mm[3]}};
     status["homed"] = job.homed;
     status["hot_end"] = heater_json(machine.heat.hot_end);
     status["bed"] = heater_json(machine.heat.bed);

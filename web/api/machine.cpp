@@ -34,7 +34,8 @@ bool read_number(const Json& body, const char* name, std::optional<double>& valu
 }
 
 bool is_busy(const spool::Spool& spool) {
-    return spool.active_run().has_value() || (spool.machine().connected && spool.machine().job.state != MachineState::idle);
+    return spool.active_run().has_value() ||
+           (spool.machine().connected && spool.machine().job.state != MachineState::idle);
 }
 
 Response busy() {
@@ -49,8 +50,12 @@ Response get_machine(Context& context, const Call&) { return json_response(statu
 Response pause(Context& context, const Call&) { return answer(context.spool.pause(), accepted()); }
 Response resume(Context& context, const Call&) { return answer(context.spool.resume(), accepted()); }
 Response cancel(Context& context, const Call&) { return answer(context.spool.cancel(), accepted()); }
-Response clear_fault(Context& context, const Call&) { return answer(context.spool.clear_fault(), accepted()); }
-Response bed_cleared(Context& context, const Call&) { return answer(context.spool.bed_cleared(), accepted()); }
+Response clear_fault(Context& context, const Call&) {
+    return answer(context.spool.clear_fault(), accepted());
+}
+Response bed_cleared(Context& context, const Call&) {
+    return answer(context.spool.bed_cleared(), accepted());
+}
 
 Response home(Context& context, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body.empty() ? "{}" : call.request.body);
@@ -78,7 +83,8 @@ bool stays_inside(const Context& context, const Jog& jog) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (!jog.by_mm[axis] || !job.homed[axis]) continue;
         const double end_mm = job.position_mm[axis] + *jog.by_mm[axis];
-        if (end_mm < context.limits.minimum_mm[axis] - 1e-6 || end_mm > context.limits.maximum_mm[axis] + 1e-6) {
+        if (end_mm < context.limits.minimum_mm[axis] - 1e-6 ||
+            end_mm > context.limits.maximum_mm[axis] + 1e-6) {
             return false;
         }
     }
@@ -90,7 +96,8 @@ Response jog(Context& context, const Call& call) {
     constexpr std::array kNames{"x_mm", "y_mm", "z_mm", "e_mm"};
     Jog jog;
     bool valid = body && read_number(*body, "speed_mm_s", jog.speed_mm_s);
-    for (std::size_t axis = 0; valid && axis < 4; ++axis) valid = read_number(*body, kNames[axis], jog.by_mm[axis]);
+    for (std::size_t axis = 0; valid && axis < 4; ++axis)
+        valid = read_number(*body, kNames[axis], jog.by_mm[axis]);
     if (!valid) return bad_request("give x_mm, y_mm, z_mm, e_mm and speed_mm_s as numbers");
     std::string line = "G1";
     double speed_mm_s = jog.speed_mm_s.value_or(1e9);
@@ -115,9 +122,12 @@ Response temperature(Context& context, const Call& call) {
         return bad_request("give hot_end_c or bed_c as a number");
     }
     if (bed_c && !context.limits.has_bed) return out_of_range("this machine has no heated bed");
-    const auto fits = [](std::optional<double> value, double maximum) { return !value || (*value >= 0 && *value <= maximum); };
+    const auto fits = [](std::optional<double> value, double maximum) {
+        return !value || (*value >= 0 && *value <= maximum);
+    };
     if (!fits(hot_end_c, context.limits.hot_end_max_c)) {
-        return out_of_range("hot_end_c must be 0 to " + std::to_string(std::lround(context.limits.hot_end_max_c)));
+        return out_of_range("hot_end_c must be 0 to " +
+                            std::to_string(std::lround(context.limits.hot_end_max_c)));
     }
     if (!fits(bed_c, context.limits.bed_max_c)) {
         return out_of_range("bed_c must be 0 to " + std::to_string(std::lround(context.limits.bed_max_c)));
@@ -138,7 +148,8 @@ Response fan(Context& context, const Call& call) {
 
 Response gcode(Context& context, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body);
-    if (!body || !body->contains("line") || !(*body)["line"].is_string()) return bad_request("give line as a text");
+    if (!body || !body->contains("line") || !(*body)["line"].is_string())
+        return bad_request("give line as a text");
     const std::string line = (*body)["line"].get<std::string>();
     if (context.check_line) {
         const Result<void> checked = context.check_line(line);
@@ -150,7 +161,8 @@ Response gcode(Context& context, const Call& call) {
 Response guarantee(Context& context, const Call&) {
     const std::string report = context.spool.guarantee();
     const Json json = Json::parse(report, nullptr, false);
-    if (json.is_discarded()) return web::error_response(503, "unavailable", "the machine has published no guarantee report");
+    if (json.is_discarded())
+        return web::error_response(503, "unavailable", "the machine has published no guarantee report");
     return json_response(json);
 }
 

@@ -19,13 +19,12 @@ Response version(Context& context, const Call&) {
 }
 
 Json flags_json(std::string_view state) {
-    const bool operational = state == "idle" || state == "printing" || state == "pausing" || state == "paused" ||
-                             state == "cancelling";
-    return {{"operational", operational},        {"printing", state == "printing"},
-            {"paused", state == "paused"},       {"pausing", state == "pausing"},
-            {"cancelling", state == "cancelling"}, {"ready", state == "idle"},
-            {"error", state == "faulted"},       {"closedOrError", !operational},
-            {"sdReady", false}};
+    const bool operational = state == "idle" || state == "printing" || state == "pausing" ||
+                             state == "paused" || state == "cancelling";
+    return {
+        {"operational", operational},    {"printing", state == "printing"},     {"paused", state == "paused"},
+        {"pausing", state == "pausing"}, {"cancelling", state == "cancelling"}, {"ready", state == "idle"},
+        {"error", state == "faulted"},   {"closedOrError", !operational},       {"sdReady", false}};
 }
 
 std::string_view state_text(std::string_view state) {
@@ -45,10 +44,13 @@ Json heater_json(const printer::link::HeaterStatus& heater) {
 Response printer_state(Context& context, const Call&) {
     const spool::MachineView& machine = context.spool.machine();
     const std::string_view state = machine_word(machine);
-    if (state == "disconnected") return web::error_response(409, "not_permitted", "Printer is not operational");
-    return json_response({{"temperature", {{"tool0", heater_json(machine.heat.hot_end)}, {"bed", heater_json(machine.heat.bed)}}},
-                          {"sd", {{"ready", false}}},
-                          {"state", {{"text", state_text(state)}, {"flags", flags_json(state)}}}});
+    if (state == "disconnected")
+        return web::error_response(409, "not_permitted", "Printer is not operational");
+    return json_response(
+        {{"temperature",
+          {{"tool0", heater_json(machine.heat.hot_end)}, {"bed", heater_json(machine.heat.bed)}}},
+         {"sd", {{"ready", false}}},
+         {"state", {{"text", state_text(state)}, {"flags", flags_json(state)}}}});
 }
 
 Json file_json(const spool::Job* job) {
@@ -59,7 +61,8 @@ Json file_json(const spool::Job* job) {
 Response job_state(Context& context, const Call&) {
     const spool::Job* job = context.spool.queue().printing();
     const Progress progress = job ? progress_of(context.spool, *job) : Progress{};
-    Json progress_json{{"completion", nullptr}, {"filepos", nullptr}, {"printTime", nullptr}, {"printTimeLeft", nullptr}};
+    Json progress_json{
+        {"completion", nullptr}, {"filepos", nullptr}, {"printTime", nullptr}, {"printTimeLeft", nullptr}};
     if (job) {
         progress_json = {{"completion", progress.fraction * 100},
                          {"filepos", progress.bytes},
@@ -80,10 +83,12 @@ Response job_command(Context& context, const Call& call) {
                                     : std::string{};
     if (command == "cancel") return answer(context.spool.cancel(), no_content());
     if (command == "start") return answer(context.spool.release_queue(), no_content());
-    if (command != "pause") return web::error_response(400, "invalid_argument", "known commands: start, cancel, pause");
+    if (command != "pause")
+        return web::error_response(400, "invalid_argument", "known commands: start, cancel, pause");
     const Json action = body->value("action", Json("toggle"));
     const auto state = context.spool.machine().job.state;
-    const bool pauses = action == "pause" || (action == "toggle" && state == printer::link::MachineState::printing);
+    const bool pauses =
+        action == "pause" || (action == "toggle" && state == printer::link::MachineState::printing);
     return answer(pauses ? context.spool.pause() : context.spool.resume(), no_content());
 }
 
@@ -101,7 +106,8 @@ Response printer_command(Context& context, const Call& call) {
         valid = (*body)["commands"].is_array();
         for (const Json& line : (*body)["commands"]) valid = valid && add(line);
     }
-    if (!valid || lines.empty()) return web::error_response(400, "invalid_argument", "give command or commands");
+    if (!valid || lines.empty())
+        return web::error_response(400, "invalid_argument", "give command or commands");
     for (const std::string& line : lines) {
         if (!context.check_line) break;
         const Result<void> checked = context.check_line(line);
@@ -120,33 +126,39 @@ Response settings(Context& context, const Call&) {
 
 Response profiles(Context& context, const Call&) {
     const MachineLimits& limits = context.limits;
-    return json_response(
-        {{"profiles",
-          {{"_default",
-            {{"id", "_default"},
-             {"name", context.machine_name},
-             {"model", context.machine_name},
-             {"default", true},
-             {"current", true},
-             {"heatedBed", limits.has_bed},
-             {"heatedChamber", false},
-             {"extruder", {{"count", 1}, {"nozzleDiameter", 0.4}, {"sharedNozzle", false}}},
-             {"volume",
-              {{"formFactor", "rectangular"},
-               {"origin", "lowerleft"},
-               {"width", limits.maximum_mm[0] - limits.minimum_mm[0]},
-               {"depth", limits.maximum_mm[1] - limits.minimum_mm[1]},
-               {"height", limits.maximum_mm[2] - limits.minimum_mm[2]}}}}}}}});
+    return json_response({{"profiles",
+                           {{"_default",
+                             {{"id", "_default"},
+                              {"name", context.machine_name},
+                              {"model", context.machine_name},
+                              {"default", true},
+                              {"current", true},
+                              {"heatedBed", limits.has_bed},
+                              {"heatedChamber", false},
+                              {"extruder", {{"count", 1}, {"nozzleDiameter", 0.4}, {"sharedNozzle", false}}},
+                              {"volume",
+                               {{"formFactor", "rectangular"},
+                                {"origin", "lowerleft"},
+                                {"width", limits.maximum_mm[0] - limits.minimum_mm[0]},
+                                {"depth", limits.maximum_mm[1] - limits.minimum_mm[1]},
+                                {"height", limits.maximum_mm[2] - limits.minimum_mm[2]}}}}}}}});
 }
 
 /// `passive`: whoever gets here has shown the key already. Anything else would ask for a name and a password.
 Response login(Context&, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body);
     if (!body || body->value("passive", Json(false)) != true) {
-        return web::error_response(403, "not_permitted", "there are no passwords here; send the key as X-Api-Key");
+        return web::error_response(403, "not_permitted",
+                                   "there are no passwords here; send the key as X-Api-Key");
     }
-    return json_response({{"name", "_api"}, {"active", true}, {"admin", true}, {"user", true}, {"apikey", nullptr},
-                          {"session", ""}, {"groups", {"admins"}}, {"needs", {{"role", Json::array()}}},
+    return json_response({{"name", "_api"},
+                          {"active", true},
+                          {"admin", true},
+                          {"user", true},
+                          {"apikey", nullptr},
+                          {"session", ""},
+                          {"groups", {"admins"}},
+                          {"needs", {{"role", Json::array()}}},
                           {"_is_external_client", false}});
 }
 
@@ -154,8 +166,13 @@ Response login(Context&, const Call& call) {
 Response files(Context& context, const Call&) {
     Json list = Json::array();
     for (const spool::Job* job : context.spool.queue().listing()) {
-        list.push_back({{"name", job->name}, {"path", job->name}, {"origin", "local"}, {"type", "machinecode"},
-                        {"typePath", {"machinecode", "gcode"}}, {"size", job->size}, {"date", job->created_s}});
+        list.push_back({{"name", job->name},
+                        {"path", job->name},
+                        {"origin", "local"},
+                        {"type", "machinecode"},
+                        {"typePath", {"machinecode", "gcode"}},
+                        {"size", job->size},
+                        {"date", job->created_s}});
     }
     return json_response({{"files", std::move(list)}, {"free", nullptr}, {"total", nullptr}});
 }

@@ -27,16 +27,27 @@ Json job_object(const spool::Spool& spool, const spool::Job& job) {
             {"progress", progress.fraction * 100},
             {"time_printing", static_cast<std::int64_t>(progress.elapsed_s)},
             {"time_remaining", static_cast<std::int64_t>(progress.remaining_s)},
-            {"file", {{"name", job.name}, {"display_name", job.name}, {"path", "/local"}, {"size", job.size}, {"m_timestamp", job.created_s}}}};
+            {"file",
+             {{"name", job.name},
+              {"display_name", job.name},
+              {"path", "/local"},
+              {"size", job.size},
+              {"m_timestamp", job.created_s}}}};
 }
 
 Json storage_object() {
-    return {{"name", "local"}, {"path", "/local"}, {"type", "LOCAL"}, {"read_only", false}, {"available", true}};
+    return {
+        {"name", "local"}, {"path", "/local"}, {"type", "LOCAL"}, {"read_only", false}, {"available", true}};
 }
 
 Response info(Context& context, const Call&) {
-    return json_response({{"name", context.machine_name}, {"hostname", "qduinomc"}, {"nozzle_diameter", 0.4}, {"mmu", false},
-                          {"min_extrusion_temp", 170}, {"sd_ready", false}, {"active_camera", false}});
+    return json_response({{"name", context.machine_name},
+                          {"hostname", "qduinomc"},
+                          {"nozzle_diameter", 0.4},
+                          {"mmu", false},
+                          {"min_extrusion_temp", 170},
+                          {"sd_ready", false},
+                          {"active_camera", false}});
 }
 
 Response status(Context& context, const Call&) {
@@ -54,7 +65,8 @@ Response status(Context& context, const Call&) {
                   {"flow", machine.job.flow_factor * 100},
                   {"speed", machine.job.feed_factor * 100},
                   {"fan_print", machine.heat.fan_duty * 100}}}};
-    if (const spool::Job* job = context.spool.queue().printing()) answer["job"] = job_object(context.spool, *job);
+    if (const spool::Job* job = context.spool.queue().printing())
+        answer["job"] = job_object(context.spool, *job);
     return json_response(answer);
 }
 
@@ -63,7 +75,9 @@ Response job(Context& context, const Call&) {
     return printing ? json_response(job_object(context.spool, *printing)) : no_content();
 }
 
-Response storage(Context&, const Call&) { return json_response({{"storage_list", Json::array({storage_object()})}}); }
+Response storage(Context&, const Call&) {
+    return json_response({{"storage_list", Json::array({storage_object()})}});
+}
 
 Response transfer(Context&, const Call&) { return no_content(); }
 

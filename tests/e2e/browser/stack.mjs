@@ -58,6 +58,9 @@ export async function startStack({ speed }) {
   const port = await freePort();
   const state = await mkdtemp(join(tmpdir(), 'qduinomc-browser-'));
   const child = spawn(join(ROOT, 'run'), ['--no-build', '--speed', String(speed), '--port', String(port), '--state', state], { cwd: ROOT });
+  // Whatever ends this test early ends what it started.
+  process.on('exit', () => child.kill('SIGTERM'));
+  for (const signal of ['SIGINT', 'SIGTERM']) process.on(signal, () => process.exit(1));
   let said = '';
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (bytes) => { said += bytes; });
   const deadline = Date.now() + 60_000;

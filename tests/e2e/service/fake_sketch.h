@@ -106,14 +106,16 @@ class FakeSketch {
                 return;
             case Command::gcode:
                 if (log_.gcode) log_.gcode(std::string{command.text});
-                if (command.text.starts_with("M104 S")) hot_target_ = std::stod(std::string{command.text.substr(6)});
+                if (command.text.starts_with("M104 S"))
+                    hot_target_ = std::stod(std::string{command.text.substr(6)});
                 reply("ok");
                 return;
         }
     }
 
     void reply(std::string_view text) {
-        const auto frame = printer::link::encode(printer::link::ReplyText{printer::link::ReplyKind::text, text});
+        const auto frame =
+            printer::link::encode(printer::link::ReplyText{printer::link::ReplyKind::text, text});
         if (!try_push(link_.replies, frame)) ++status_.replies_dropped;
     }
 
@@ -121,11 +123,17 @@ class FakeSketch {
     std::size_t take(const printer::link::FrameView& frame) {
         using printer::link::FrameType;
         switch (frame.type) {
-            case FrameType::job_begin: begin(frame.payload); return 0;
-            case FrameType::job_bytes: return take_bytes(frame.payload);
-            case FrameType::job_end: finish(frame.payload); return 0;
+            case FrameType::job_begin:
+                begin(frame.payload);
+                return 0;
+            case FrameType::job_bytes:
+                return take_bytes(frame.payload);
+            case FrameType::job_end:
+                finish(frame.payload);
+                return 0;
             case FrameType::command:
-            case FrameType::reply: return 0;
+            case FrameType::reply:
+                return 0;
         }
         return 0;
     }

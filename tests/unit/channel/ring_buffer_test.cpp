@@ -104,13 +104,13 @@ TEST(RingBuffer, DiscardingLeavesItEmptyForTheReaderToo) {
     EXPECT_EQ(ring.peek(1), nullptr);
 }
 
-/// A ring in raw memory whose counters can be set: head first, tail a cache line later.
+/// A ring in raw memory whose counters can be set: head first, tail two cache lines later.
 template <typename Ring>
 struct RawRing {
     RawRing() { std::memset(bytes.get(), 0, sizeof(Ring)); }
     void set_counters(std::uint64_t head, std::uint64_t tail) {
         std::memcpy(bytes.get(), &head, sizeof head);
-        std::memcpy(bytes.get() + kCacheLine, &tail, sizeof tail);
+        std::memcpy(bytes.get() + 2 * kCacheLine, &tail, sizeof tail);
         ring().adopt_writer();
         ring().adopt_reader();
     }

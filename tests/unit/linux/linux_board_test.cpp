@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <functional>
 
+#include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/pins_fixture.h"
 
 namespace qduino::board::linux::test {
@@ -248,6 +250,95 @@ TEST(LinuxBoard, ALoopThatSleepsUnannouncedDoesNotSaveUpBudget) {
     // Three periods of its own, one more at each end; had it saved up, another twenty milliseconds.
     const double periods = static_cast<double>((board->now() - woke).count()) / 20e6;
     EXPECT_LE(consumed, static_cast<std::int64_t>((periods + 2) * 2e6));
+}
+
+LinuxConfig on(const FakeMachine& machine) {
+    LinuxConfig config = modest("");
+    config.sysfs_root = machine.root();
+    config.settings_state = machine.state();
+    return config;
+}
+
+TEST(LinuxBoard, RoutesInterruptsAndPutsThemBackAtTheEnd) {
+    FakeMachine machine;
+    machine.put("/sys/kernel/irq/40/actions", "fe205000.i2c");
+    machine.put("/proc/irq/40/smp_affinity_list", "0-1");
+    {
+        const auto board = open(on(machine));
+        EXPECT_EQ(board->route_interrupts(DeviceClass::spi, 1, false).error().code, ErrorCode::not_found);
+        EXPECT_EQ(board->route_interrupts(DeviceClass::i2c, 4096, false).error().code,
+                  ErrorCode::invalid_argument);
+        ASSERT_TRUE(board->route_interrupts(DeviceClass::i2c, 1, false).ok());
+        EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0");
+        ASSERT_TRUE(board->route_interrupts(DeviceClass::i2c, 1, true).ok());
+        EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0-1");
+        ASSERT_TRUE(board->route_interrupts(DeviceClass::i2c, 1, false).ok());
+    }
+    EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0-1");
+}
+
+TEST(LinuxBoard, StopsTheTickOnlyWhereTheKernelWasBootedSo) {
+    FakeMachine machine;
+    machine.put("/sys/devices/system/cpu/nohz_full", "1");
+    const auto board = open(on(machine));
+    EXPECT_TRUE(board->core_timer(1, false).ok());
+    EXPECT_EQ(board->core_timer(1, true).error().code, ErrorCode::unsupported);
+    EXPECT_TRUE(board->core_timer(0, true).ok());
+    const auto refused = board->core_timer(0, false);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.view().find("nohz_full=0"), std::string_view::npos);
+}
+
+TEST(LinuxBoard, TheGuaranteeSaysWhatDoesNotHold) {
+    FakeMachine machine;
+    machine.put("/proc/sys/kernel/sched_rt_runtime_us", "950000");
+    const auto board = open(on(machine));
+    std::function<void()> body = [&] {
+        while (!board->stop_requested()) board->sleep_until(board->now() + 1ms);
+    };
+    VcpuSpec owner = loop(1, 10ms, 10ms, &body);
+    owner.owns_core = true;
+    ASSERT_TRUE(board->serve_interrupts(DeviceClass::nic, kFirstIoVcpu).ok());
+    VcpuSpec io = loop(kFirstIoVcpu, 1ms, 100ms, nullptr);
+    io.core = board->core_count() - 1;
+    ASSERT_TRUE(board->start(std::array{owner, io}).ok());
+    const GuaranteeReport report = board->guarantee();
+    board->request_stop();
+    board->run(kForever);
+
+    EXPECT_EQ(report.board.view(), "linux, best effort");
+    EXPECT_FALSE(report.memory_locked);
+    ASSERT_EQ(report.loops.size(), 2u);
+    EXPECT_FALSE(report.loops[0].core_owned);
+    EXPECT_NE(report.loops[0].shortfall.view().find("let the board isolate it"), std::string_view::npos);
+    EXPECT_NE(report.loops[1].shortfall.view().find("threadirqs"), std::string_view::npos);
+    ASSERT_GE(report.cores.size(), 1u);
+    EXPECT_FALSE(report.cores[0].throttling_lifted);
+    EXPECT_FALSE(report.cores[0].tick_stopped);
+}
+
+TEST(LinuxBoard, AnOwningLoopEntersItsIsolatedCore) {
+    FakeMachine machine;
+    machine.furnish();
+    const std::string sets = "/sys/fs/cgroup/cpuset/qduino-core0/";
+    for (const char* file :
+         {"cpuset.cpus", "cpuset.mems", "cpuset.cpu_exclusive", "cpuset.sched_load_balance", "tasks"}) {
+        machine.put(sets + file, "");
+    }
+    LinuxConfig config = on(machine);
+    config.isolate = true;
+    const auto board = open(config);
+    if (board->core_count() < 2) GTEST_SKIP() << "needs two cores";
+    std::atomic<pid_t> who{0};
+    std::function<void()> body = [&] { who = ::gettid(); };
+    VcpuSpec owner = loop(1, 10ms, 10ms, &body);
+    owner.owns_core = true;
+    ASSERT_TRUE(board->start(std::array{owner}).ok());
+    EXPECT_EQ(machine.get("/proc/sys/kernel/sched_rt_runtime_us"), "-1");
+    EXPECT_TRUE(board->guarantee().cores[0].throttling_lifted);
+    board->request_stop();
+    board->run(kForever);
+    EXPECT_EQ(machine.get(sets + "tasks"), std::to_string(who));
 }
 
 TEST(LinuxBoard, StopsOnSigtermAndGivesTheHandlersBack) {

@@ -18,7 +18,9 @@ class BlobStoreTest : public ::testing::Test {
         folder_ = pattern;
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
-    std::unique_ptr<BlobStore> open(BlobLimits limits = {1000, 0}) { return BlobStore::open(folder_, limits).value(); }
+    std::unique_ptr<BlobStore> open(BlobLimits limits = {1000, 0}) {
+        return BlobStore::open(folder_, limits).value();
+    }
     std::size_t files() const {
         std::size_t count = 0;
         for (const auto& entry : std::filesystem::recursive_directory_iterator{folder_}) {

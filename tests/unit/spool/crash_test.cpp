@@ -80,7 +80,8 @@ class CrashTest : public SpoolTest {
         ASSERT_GE(child, 0);
         if (child == 0) work(pipe[1], seed);
         std::mt19937_64 random{seed};
-        const auto until = std::chrono::steady_clock::now() + std::chrono::microseconds{5000 + random() % 60'000};
+        const auto until =
+            std::chrono::steady_clock::now() + std::chrono::microseconds{5000 + random() % 60'000};
         while (std::chrono::steady_clock::now() < until) {
             shared_sketch_->step(random() % 40'000);
             std::this_thread::sleep_for(std::chrono::microseconds{random() % 500});
@@ -116,7 +117,8 @@ class CrashTest : public SpoolTest {
                 continue;
             }
             EXPECT_EQ(job->sha256, sha256_of(content)) << "seed " << seed << " job " << id;
-            EXPECT_EQ(std::filesystem::file_size(spool_->blobs().path(job->sha256, BlobPart::gcode)), content.size());
+            EXPECT_EQ(std::filesystem::file_size(spool_->blobs().path(job->sha256, BlobPart::gcode)),
+                      content.size());
         }
         EXPECT_LE(missing, 1u) << "seed " << seed;
     }

@@ -165,7 +165,8 @@ TEST(Queue, MoreCopiesOfAFinishedJobQueueItAgain) {
     apply(queue, queue.plan_patch(a, more));
     EXPECT_EQ(queue.find(a)->state, JobState::queued);
     more.copies = 1;
-    EXPECT_EQ(queue.plan_patch(a, more).error().code, ErrorCode::not_permitted) << "one is done, one is queued";
+    EXPECT_EQ(queue.plan_patch(a, more).error().code, ErrorCode::not_permitted)
+        << "one is done, one is queued";
 }
 
 TEST(Queue, ListsThePrintingThenTheQueueThenTheNewestEnded) {
@@ -205,7 +206,8 @@ TEST(JobName, MayBeAnyTextButNotAPath) {
     EXPECT_TRUE(check_name("benchy.gcode").ok());
     EXPECT_TRUE(check_name("Prüfstück 3 (½).gcode").ok());
     EXPECT_TRUE(check_name("<b>x").ok()) << "text is text; the page escapes it";
-    for (const std::string_view bad : {"", ".", "..", "../x", "a/b", "a\\b", "..\\x", "/etc/passwd", "a\nb", "a\x7f"}) {
+    for (const std::string_view bad :
+         {"", ".", "..", "../x", "a/b", "a\\b", "..\\x", "/etc/passwd", "a\nb", "a\x7f"}) {
         EXPECT_FALSE(check_name(bad).ok()) << bad;
     }
     EXPECT_FALSE(check_name(std::string_view{"a\0b", 3}).ok());

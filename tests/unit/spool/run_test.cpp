@@ -37,7 +37,8 @@ TEST(Run, FeedsFromWhereTheSketchAcknowledged) {
     const RunAction action = decide(kRun, machine(5, JobOutcome::running, 321));
     EXPECT_EQ(action.kind, Kind::feed);
     EXPECT_EQ(action.offset, 321u);
-    EXPECT_EQ(decide(kRun, machine(5, JobOutcome::running, 5000)).offset, 1000u) << "never past the job's end";
+    EXPECT_EQ(decide(kRun, machine(5, JobOutcome::running, 5000)).offset, 1000u)
+        << "never past the job's end";
 }
 
 TEST(Run, TakesTheOutcome) {

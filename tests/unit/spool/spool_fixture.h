@@ -35,7 +35,9 @@ struct Printed {
 
     [[nodiscard]] tests::FakeSketch::Log log() {
         return {
-            [this](std::uint64_t job, std::uint64_t) { EXPECT_TRUE(bytes.emplace(job, "").second) << "begun twice"; },
+            [this](std::uint64_t job, std::uint64_t) {
+                EXPECT_TRUE(bytes.emplace(job, "").second) << "begun twice";
+            },
             [this](std::uint64_t job, std::span<const std::uint8_t> taken) {
                 bytes[job].append(taken.begin(), taken.end());
             },

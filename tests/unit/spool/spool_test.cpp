@@ -126,11 +126,11 @@ TEST_F(SpoolTest, AnOutcomeGivenJustBeforeTheSketchEndedCounts) {
     open_spool();
     const JobId a = *add("G28\n");
     run(2, 0);
-    sketch_->step(1 << 20);   // takes it all
+    sketch_->step(1 << 20);  // takes it all
     now_ += std::chrono::milliseconds{20};
-    spool_->tick(now_, 1);    // sends job_end
-    sketch_->step(1 << 20);   // completed …
-    start_sketch();           // … and gone
+    spool_->tick(now_, 1);   // sends job_end
+    sketch_->step(1 << 20);  // completed …
+    start_sketch();          // … and gone
     run(3);
     EXPECT_EQ(state(a), JobState::done);
 }
@@ -300,7 +300,9 @@ TEST_F(SpoolTest, BlobsLiveAsLongAsAJobNamesThem) {
 /// Answers on the third asking, and remembers the order of what it was told.
 class SlowInspector final : public Inspector {
   public:
-    void begin(std::uint64_t run, const std::filesystem::path&) override { told.push_back("begin " + std::to_string(run)); }
+    void begin(std::uint64_t run, const std::filesystem::path&) override {
+        told.push_back("begin " + std::to_string(run));
+    }
     bool begun(std::uint64_t) override { return ++asked > 3; }
     void end(std::uint64_t run) override { told.push_back("end " + std::to_string(run)); }
     std::optional<std::string> report(std::uint64_t) override {

@@ -255,6 +255,74 @@ TEST(Inspector, ASecondJobBeginsWhereTheFirstEnded) {
     EXPECT_TRUE(report.matches) << explain(report);
 }
 
+// An axis that turns just past a half step crosses the same boundary twice, there and back. The cursor must wait at the
+// second crossing, behind the corner: waiting at the first, it took the corner for a deviation of up to 1.5 steps.
+TEST(Inspector, TurningJustPastAHalfStepIsNoDeviation) {
+    Built built;
+    built.firmware.move_to({10.0175, 0, 0, 0});  // 801.4 steps: 800.5 is crossed on the way up …
+    built.firmware.move_to({5, 0.3, 0, 0});      // … and on the way down, before Y has moved
+    built.firmware.move_to({10.0175, 0.3, 0, 0});
+    built.firmware.move_to({5, 0.6, 0, 0});
+    const Report report = built.report("G1 X10.0175\nG1 X5 Y.3\nG1 X10.0175\nG1 X5 Y.6\n");
+    EXPECT_TRUE(report.matches) << explain(report);
+    EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.55 / 80);
+}
+
+// After another job the extruder's zero is known to a microstep only, and that is 25 microsteps of X.
+TEST(Inspector, TheExtrudersZeroMayBeOffWithoutBlamingTheSlides) {
+    Built built;
+    built.firmware.move_to({30, 11, 0, 1.0});
+    built.firmware.move_to({5, 40, 0, 2.5});
+    for (const double off : {-0.9, 0.9}) {
+        InspectionStart start = built.firmware.start();
+        start.origin[kExtruder] += off;
+        const Report report =
+            judged(inspect(built.machine, "G1 X30 Y11 E1\nG1 X5 Y40 E2.5\n", built.firmware.events, start));
+        for (const std::size_t axis : {0, 1})
+            EXPECT_LE(report.findings.axes[axis].path_deviation_mm_max, 0.6 / 80) << off << explain(report);
+        EXPECT_NEAR(report.findings.axes[kExtruder].path_deviation_mm_max, 1.4 / 96, 0.1 / 96) << off;
+    }
+}
+
+TEST(Inspector, TooMuchFilamentIsBlamedOnTheExtruderAlone) {
+    Built built;
+    built.firmware.move_to({30, 11, 0, 2.1});
+    built.firmware.move_to({5, 40, 0, 4.2});
+    const Report report = built.report("G1 X30 Y11 E2\nG1 X5 Y40 E4\n");
+    EXPECT_FALSE(report.matches);
+    for (const std::size_t axis : {0, 1})
+        EXPECT_LE(report.findings.axes[axis].path_deviation_mm_max, 0.6 / 80) << explain(report);
+    EXPECT_NEAR(report.findings.axes[kExtruder].path_deviation_mm_max, 0.2, 0.02);
+}
+
+TEST(Inspector, AnExtruderStepInMidHomingIsBlamedOnTheExtruderAlone) {
+    Built built;
+    built.firmware.move_to({20, 0, 0, 0});
+    const std::size_t homing = built.firmware.events.size();
+    built.firmware.home({0});
+    auto& events = built.firmware.events;
+    const Event wrong{Event::Kind::step, events[homing + 100].time_ns, kExtruder, 1};
+    events.insert(events.begin() + static_cast<std::ptrdiff_t>(homing + 100), wrong);
+    const Report report = built.report("G1 X20\nG28 X\n");
+    EXPECT_TRUE(report.completed);
+    EXPECT_FALSE(report.matches);
+    EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.6 / 80) << explain(report);
+}
+
+TEST(Inspector, AStepOfAnotherAxisIsNoPartOfHoming) {
+    Built built;
+    built.firmware.move_to({20, 10, 0, 0});
+    const std::size_t homing = built.firmware.events.size();
+    built.firmware.home({0});
+    auto& events = built.firmware.events;
+    const Event wrong{Event::Kind::step, events[homing].time_ns, 1, 1};
+    events.insert(events.begin() + static_cast<std::ptrdiff_t>(homing), wrong);
+    const Report report = built.report("G1 X20 Y10\nG28 X\n");
+    EXPECT_FALSE(report.matches);
+    EXPECT_EQ(report.findings.axes[1].unexplained, 1u);
+    EXPECT_FALSE(report.findings.axes[1].final_exact);
+}
+
 // ---- wrong builds must be seen -------------------------------------------------------------------------------
 
 const char* const kSquare =

@@ -15,8 +15,8 @@ class ConnectionTest : public WebTest {
         return "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: " + kKey + "\r\n" + more + "\r\n";
     }
     std::string put(std::size_t length, const std::string& more = "") const {
-        return std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey + "\r\n" + more +
-               "Content-Length: " + std::to_string(length) + "\r\n\r\n";
+        return std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
+               "\r\n" + more + "Content-Length: " + std::to_string(length) + "\r\n\r\n";
     }
     void receive(const std::string& text) { connection_->receive(text, moment()); }
     void wait(Nanoseconds time) {
@@ -59,7 +59,9 @@ TEST_F(ConnectionTest, AnswersExpectContinueBeforeTheBody) {
 
 TEST_F(ConnectionTest, ARefusalComesInsteadOfContinue) {
     connect();
-    receive("PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nContent-Length: 5\r\n\r\n");
+    receive(
+        "PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nContent-Length: "
+        "5\r\n\r\n");
     EXPECT_THAT(output(), StartsWith("HTTP/1.1 401"));
     EXPECT_TRUE(connection_->wants_close());
 }
@@ -143,8 +145,9 @@ TEST_F(ConnectionTest, WhileAPieceIsWithTheDiskNothingMoreIsRead) {
     std::vector<Task> held;
     api::Context context{*spool_, {}, "", "{}", "1", {}};
     const auto at_once = [](Task task) { task(); };
-    service_ = std::make_unique<Service>(ServiceOptions{HostPolicy{{}}, 4}, std::move(context), Authenticator{kKey, {}}, StaticFiles{}, analyzer_,
-                                         Executors{at_once, at_once, [&](Task task) { held.push_back(std::move(task)); }, at_once});
+    service_ = std::make_unique<Service>(
+        ServiceOptions{HostPolicy{{}}, 4}, std::move(context), Authenticator{kKey, {}}, StaticFiles{},
+        analyzer_, Executors{at_once, at_once, [&](Task task) { held.push_back(std::move(task)); }, at_once});
     connect();
     receive(put(8));
     EXPECT_TRUE(connection_->wants_input());

@@ -22,7 +22,8 @@ TEST_F(JobsApiTest, AnUploadIsHeldUnlessItIsToPrint) {
 }
 
 TEST_F(JobsApiTest, AJobHasTheFormOfTheContract) {
-    const auto job = upload("½ x.gcode", "G28\n", {{"print", "true"}, {"copies", "3"}, {"priority", "-2"}}).json();
+    const auto job =
+        upload("½ x.gcode", "G28\n", {{"print", "true"}, {"copies", "3"}, {"priority", "-2"}}).json();
     EXPECT_EQ(job["id"], 1);
     EXPECT_EQ(job["name"], "½ x.gcode");
     EXPECT_EQ(job["size"], 4);
@@ -81,21 +82,24 @@ TEST_F(JobsApiTest, BadUploadsAreRefusedAndLeaveNothing) {
     EXPECT_EQ(request("POST /api/v1/jobs", "G28\n", "Content-Type: text/plain\r\n").status, 415);
     EXPECT_EQ(request("POST /api/v1/jobs", "x", "Content-Type: multipart/form-data\r\n").status, 400);
     EXPECT_EQ(request("POST /api/v1/jobs", "", kMultipart).status, 411);
-    const std::string two = multipart("a", "G28\n").substr(0, multipart("a", "G28\n").size() - 8) + multipart("b", "G28\n");
+    const std::string two =
+        multipart("a", "G28\n").substr(0, multipart("a", "G28\n").size() - 8) + multipart("b", "G28\n");
     EXPECT_EQ(request("POST /api/v1/jobs", two, kMultipart).status, 400) << "two files";
     EXPECT_EQ(spool_->queue().size(), 0u);
     EXPECT_EQ(files_in("incoming") + files_in("blobs"), 0u);
 }
 
 TEST_F(JobsApiTest, AnAnnouncedGiantIsRefusedBeforeItIsSent) {
-    const Answer answer = send(std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
-                               "\r\nContent-Length: 99999999999\r\nExpect: 100-continue\r\n\r\n");
+    const Answer answer =
+        send(std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
+             "\r\nContent-Length: 99999999999\r\nExpect: 100-continue\r\n\r\n");
     EXPECT_EQ(answer.status, 413);
 }
 
 TEST_F(JobsApiTest, ChunkedUploadsWork) {
-    const Answer answer = send(std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
-                               "\r\nTransfer-Encoding: chunked\r\n\r\n4\r\nG28\n\r\n4\r\nG29\n\r\n0\r\n\r\n");
+    const Answer answer =
+        send(std::string{"PUT /api/v1/jobs/a.gcode HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: "} + kKey +
+             "\r\nTransfer-Encoding: chunked\r\n\r\n4\r\nG28\n\r\n4\r\nG29\n\r\n0\r\n\r\n");
     ASSERT_EQ(answer.status, 201);
     EXPECT_EQ(answer.json()["sha256"], spool::sha256_of("G28\nG29\n"));
 }
@@ -121,7 +125,8 @@ TEST_F(JobsApiTest, JobsAreListedReorderedChangedAndDeleted) {
     for (const char* name : {"a", "b", "c"}) static_cast<void>(upload(name, "G28\n", {{"print", "true"}}));
     EXPECT_EQ(request("PATCH /api/v1/jobs/3", R"({"before":1})").json()["position"], 1);
     EXPECT_EQ(request("PATCH /api/v1/jobs/1", R"({"before":null})").json()["position"], 3);
-    EXPECT_EQ(request("PATCH /api/v1/jobs/2", R"({"hold":true,"copies":5,"priority":7})").json()["state"], "held");
+    EXPECT_EQ(request("PATCH /api/v1/jobs/2", R"({"hold":true,"copies":5,"priority":7})").json()["state"],
+              "held");
     std::vector<int> order;
     const auto listing = request("GET /api/v1/jobs").json();
     for (const auto& job : listing["jobs"]) order.push_back(job["id"]);
@@ -133,8 +138,9 @@ TEST_F(JobsApiTest, JobsAreListedReorderedChangedAndDeleted) {
 
 TEST_F(JobsApiTest, PatchesOfTheWrongFormChangeNothing) {
     static_cast<void>(upload("a", "G28\n"));
-    for (const char* bad : {"", "[]", "{", R"({"hold":1})", R"({"copies":"2"})", R"({"copies":1.5})", R"({"copies":0})",
-                            R"({"copies":99999999999999999999})", R"({"before":"1"})", R"({"state":"done"})", R"({"priority":null})"}) {
+    for (const char* bad : {"", "[]", "{", R"({"hold":1})", R"({"copies":"2"})", R"({"copies":1.5})",
+                            R"({"copies":0})", R"({"copies":99999999999999999999})", R"({"before":"1"})",
+                            R"({"state":"done"})", R"({"priority":null})"}) {
         EXPECT_EQ(request("PATCH /api/v1/jobs/1", bad).status, 400) << bad;
     }
     EXPECT_EQ(request("PATCH /api/v1/jobs/1", R"({"before":77})").status, 404);
@@ -180,9 +186,11 @@ TEST_F(JobsApiTest, AFailureHoldsTheQueueWithItsReason) {
 }
 
 TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
-    Publisher publisher{*spool_, *service_, [this](Task task) { run_in_order(std::move(task)); }, [](const std::string&) {}};
+    Publisher publisher{*spool_, *service_, [this](Task task) { run_in_order(std::move(task)); },
+                        [](const std::string&) {}};
     std::vector<nlohmann::json> got;
-    ASSERT_TRUE(service_->live().subscribe([&](MessageKind, const Message& text) { got.push_back(nlohmann::json::parse(*text)); }));
+    ASSERT_TRUE(service_->live().subscribe(
+        [&](MessageKind, const Message& text) { got.push_back(nlohmann::json::parse(*text)); }));
     static_cast<void>(upload("a.gcode", std::string(200, 'G'), {{"print", "true"}}));
     start_sketch();
     for (int i = 0; i < 20; ++i) {
@@ -191,7 +199,8 @@ TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
         sketch_->step(1 << 20);
     }
     const auto count = [&](const char* type) {
-        return std::count_if(got.begin(), got.end(), [&](const auto& message) { return message["type"] == type; });
+        return std::count_if(got.begin(), got.end(),
+                             [&](const auto& message) { return message["type"] == type; });
     };
     EXPECT_EQ(count("upload"), 2) << "its beginning and its end";
     EXPECT_GE(count("status"), 15);

@@ -16,7 +16,9 @@ class MachineApiTest : public WebTest {
         start_sketch();
         run(3);
     }
-    Answer post(const std::string& action, const std::string& body = "") { return request("POST /api/v1/machine/" + action, body); }
+    Answer post(const std::string& action, const std::string& body = "") {
+        return request("POST /api/v1/machine/" + action, body);
+    }
     /// The lines that reached the machine since the last call.
     std::vector<std::string> lines() {
         run(2);

@@ -57,7 +57,8 @@ Parsed parse(std::string_view body, std::size_t piece = 1 << 20, std::string_vie
 const std::string kBody =
     "preamble\r\n--XX\r\nContent-Disposition: form-data; name=\"print\"\r\n\r\ntrue\r\n--XX \t\r\n"
     "content-disposition: form-data; name=\"file\"; filename=\"a.gcode\"\r\nContent-Type: text/plain\r\n\r\n"
-    "G1 X1\r\n--X\r\n--\r\n\r\n-\r\n--XX\r\nContent-Disposition: form-data; name=\"empty\"\r\n\r\n\r\n--XX--\r\nepilogue";
+    "G1 X1\r\n--X\r\n--\r\n\r\n-\r\n--XX\r\nContent-Disposition: form-data; "
+    "name=\"empty\"\r\n\r\n\r\n--XX--\r\nepilogue";
 
 void expect_body(const Parsed& parsed) {
     ASSERT_TRUE(parsed.ok());
@@ -85,7 +86,8 @@ TEST(Multipart, EverySplitInTwoAndThreeGivesTheSameParts) {
             Recorder recorder;
             MultipartParser parser{"XX", recorder};
             const std::string_view body = kBody;
-            for (const std::string_view piece : {body.substr(0, first), body.substr(first, second - first), body.substr(second)}) {
+            for (const std::string_view piece :
+                 {body.substr(0, first), body.substr(first, second - first), body.substr(second)}) {
                 ASSERT_TRUE(parser.feed({piece.data(), piece.size()}).ok());
             }
             ASSERT_TRUE(parser.finish().ok());
@@ -111,7 +113,8 @@ TEST(Multipart, RandomBinaryDataComesThroughUnchanged) {
         std::string data(random() % 400, ' ');
         for (char& byte : data) byte = "\r\n-Xab"[random() % 6];
         if (data.find("\r\n--XX") != std::string::npos || data.starts_with("--XX")) continue;
-        const std::string body = "--XX\r\nContent-Disposition: form-data; name=\"f\"\r\n\r\n" + data + "\r\n--XX--";
+        const std::string body =
+            "--XX\r\nContent-Disposition: form-data; name=\"f\"\r\n\r\n" + data + "\r\n--XX--";
         if (("\r\n" + data).find("\r\n--XX") != std::string::npos) continue;
         const Parsed parsed = parse(body, 1 + random() % 20);
         ASSERT_TRUE(parsed.ok()) << "seed " << seed << " round " << round;
@@ -127,11 +130,15 @@ PartHead head_of(const std::string& disposition) {
 
 TEST(Multipart, ReadsFileNamesAsClientsSendThem) {
     EXPECT_EQ(head_of(R"(form-data; name="file"; filename="a b.gcode")").file_name, "a b.gcode");
-    EXPECT_EQ(head_of(R"(form-data; name="file"; filename="say \"hi\".gcode")").file_name, R"(say "hi".gcode)");
+    EXPECT_EQ(head_of(R"(form-data; name="file"; filename="say \"hi\".gcode")").file_name,
+              R"(say "hi".gcode)");
     EXPECT_EQ(head_of(R"(form-data; name="file"; filename="C:\dir\a.gcode")").file_name, R"(C:\dir\a.gcode)");
     EXPECT_EQ(head_of(R"(form-data; name=file; filename=plain.gcode)").file_name, "plain.gcode");
-    EXPECT_EQ(head_of(R"(form-data; name="file"; filename="x"; filename*=UTF-8''%C3%BCber%20%E2%82%AC.gcode)").file_name, "über €.gcode");
-    EXPECT_EQ(head_of(R"(form-data; name="file"; filename*=utf-8'de'b.gcode; filename="x")").file_name, "b.gcode");
+    EXPECT_EQ(head_of(R"(form-data; name="file"; filename="x"; filename*=UTF-8''%C3%BCber%20%E2%82%AC.gcode)")
+                  .file_name,
+              "über €.gcode");
+    EXPECT_EQ(head_of(R"(form-data; name="file"; filename*=utf-8'de'b.gcode; filename="x")").file_name,
+              "b.gcode");
     EXPECT_EQ(head_of(R"(form-data; filename="a;b=c.gcode"; name="file")").file_name, "a;b=c.gcode");
     EXPECT_TRUE(head_of(R"(form-data; name="file"; filename="")").is_file);
 }
@@ -149,7 +156,8 @@ TEST(Multipart, MalformedBodiesAreRefused) {
              "--XX\r\nContent-Disposition: form-data; name=\"a\r\n\r\nx\r\n--XX--",
              "--XX\r\nContent-Disposition: form-data; name\r\n\r\nx\r\n--XX--",
              "--XX\r\nContent-Disposition: form-data; name=\"a\"x\r\n\r\nx\r\n--XX--",
-             "--XX\r\nContent-Disposition: form-data; name=\"a\"\r\nContent-Disposition: form-data; name=\"b\"\r\n\r\nx\r\n--XX--",
+             "--XX\r\nContent-Disposition: form-data; name=\"a\"\r\nContent-Disposition: form-data; "
+             "name=\"b\"\r\n\r\nx\r\n--XX--",
              "--XX\r\nContent-Disposition: form-data; name=\"f\"; filename*=latin1''x\r\n\r\nx\r\n--XX--",
              "--XX\r\nContent-Disposition: form-data; name=\"f\"; filename*=UTF-8''%zz\r\n\r\nx\r\n--XX--",
              "--XX\r\nno colon\r\n\r\nx\r\n--XX--",
@@ -180,9 +188,10 @@ TEST(Boundary, IsReadFromTheContentType) {
     EXPECT_EQ(*boundary_of("multipart/form-data; boundary=abc"), "abc");
     EXPECT_EQ(*boundary_of("Multipart/Form-Data; charset=x; boundary=\"a b:c\""), "a b:c");
     EXPECT_EQ(boundary_of("application/json").error().code, ErrorCode::unsupported);
-    for (const char* bad : {"multipart/form-data", "multipart/form-data; boundary=", "multipart/form-data; boundary=\"\"",
-                            "multipart/form-data; boundary=a\x01", "multipart/form-data; boundary=\"a \"",
-                            "multipart/form-data; boundary=<script>"}) {
+    for (const char* bad :
+         {"multipart/form-data", "multipart/form-data; boundary=", "multipart/form-data; boundary=\"\"",
+          "multipart/form-data; boundary=a\x01", "multipart/form-data; boundary=\"a \"",
+          "multipart/form-data; boundary=<script>"}) {
         EXPECT_EQ(boundary_of(bad).error().code, ErrorCode::invalid_argument) << bad;
     }
     EXPECT_FALSE(boundary_of("multipart/form-data; boundary=" + std::string(71, 'a')).ok());

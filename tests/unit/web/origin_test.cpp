@@ -7,12 +7,14 @@ namespace {
 
 TEST(HostPolicy, AllowsAddressesLocalhostAndNamesOfTheOwner) {
     const HostPolicy policy{{"printer.local"}};
-    for (const char* good : {"localhost", "LOCALHOST:8080", "127.0.0.1", "127.0.0.1:5000", "192.168.1.7:80", "[::1]", "[::1]:8080",
-                             "printer.local", "Printer.Local:80"}) {
+    for (const char* good : {"localhost", "LOCALHOST:8080", "127.0.0.1", "127.0.0.1:5000", "192.168.1.7:80",
+                             "[::1]", "[::1]:8080", "printer.local", "Printer.Local:80"}) {
         EXPECT_TRUE(policy.allows(good)) << good;
     }
-    for (const char* bad : {"", "evil.example", "evil.example:8080", "localhost.evil.example", "printer.local.evil", "127.0.0.1.evil.example",
-                            "localhost:", "localhost:x", "localhost:123456", "[::1", "::1", "[zz]", "a@localhost", ":80", "127.0.0.1@evil"}) {
+    for (const char* bad :
+         {"", "evil.example", "evil.example:8080", "localhost.evil.example", "printer.local.evil",
+          "127.0.0.1.evil.example", "localhost:", "localhost:x", "localhost:123456", "[::1", "::1", "[zz]",
+          "a@localhost", ":80", "127.0.0.1@evil"}) {
         EXPECT_FALSE(policy.allows(bad)) << bad;
     }
 }
@@ -27,7 +29,8 @@ RequestHead from(const char* origin, const char* host) {
 TEST(Origin, MustBeTheHostThatWasAsked) {
     EXPECT_TRUE(is_same_origin(from("http://localhost:8080", "localhost:8080"), false));
     EXPECT_TRUE(is_same_origin(from("https://printer.local", "printer.local"), false));
-    EXPECT_FALSE(is_same_origin(from("http://localhost:8081", "localhost:8080"), false)) << "another port is another site";
+    EXPECT_FALSE(is_same_origin(from("http://localhost:8081", "localhost:8080"), false))
+        << "another port is another site";
     EXPECT_FALSE(is_same_origin(from("http://evil.example", "localhost:8080"), true));
     EXPECT_FALSE(is_same_origin(from("null", "localhost"), true));
     EXPECT_FALSE(is_same_origin(from("", "localhost"), true));

@@ -42,7 +42,8 @@ Read read(std::string_view text, std::size_t piece = 1 << 20, ReadLimits limits 
 
 constexpr std::string_view kPost = "POST /a/b?c HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nhello";
 constexpr std::string_view kChunked =
-    "PUT /f HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n6;ext=1\r\n world\r\n0\r\nTrailer: t\r\n\r\n";
+    "PUT /f HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n6;ext=1\r\n "
+    "world\r\n0\r\nTrailer: t\r\n\r\n";
 
 TEST(RequestReader, ReadsBodiesByLengthAndByChunk) {
     const Read post = read(kPost);
@@ -58,7 +59,8 @@ TEST(RequestReader, ReadsBodiesByLengthAndByChunk) {
 }
 
 TEST(RequestReader, PiecesOfAnySizeAndPipeliningChangeNothing) {
-    const std::string text = std::string{kPost} + std::string{kChunked} + "GET / HTTP/1.1\r\nHost: y\r\n\r\n" + std::string{kPost};
+    const std::string text =
+        std::string{kPost} + std::string{kChunked} + "GET / HTTP/1.1\r\nHost: y\r\n\r\n" + std::string{kPost};
     for (std::size_t piece = 1; piece <= text.size(); ++piece) {
         const Read result = read(text, piece);
         ASSERT_FALSE(result.error) << piece;
@@ -68,37 +70,37 @@ TEST(RequestReader, PiecesOfAnySizeAndPipeliningChangeNothing) {
 }
 
 TEST(RequestReader, SeesWhatAConnectionNeeds) {
-    const Read expect = read("PUT / HTTP/1.1\r\nHost: x\r\nExpect: 100-Continue\r\nContent-Length: 1\r\n\r\n");
+    const Read expect =
+        read("PUT / HTTP/1.1\r\nHost: x\r\nExpect: 100-Continue\r\nContent-Length: 1\r\n\r\n");
     EXPECT_TRUE(expect.heads.at(0).expects_continue);
     EXPECT_TRUE(expect.heads.at(0).keep_alive);
     const Read close = read("GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
     EXPECT_FALSE(close.heads.at(0).keep_alive);
-    const Read upgrade = read("GET / HTTP/1.1\r\nHost: x\r\nConnection: keep-alive, Upgrade\r\nUpgrade: websocket\r\n\r\n");
+    const Read upgrade =
+        read("GET / HTTP/1.1\r\nHost: x\r\nConnection: keep-alive, Upgrade\r\nUpgrade: websocket\r\n\r\n");
     EXPECT_TRUE(upgrade.heads.at(0).upgrades_to_websocket);
 }
 
 TEST(RequestReader, RefusesWhatIsAmbiguousOrMalformed) {
     for (const char* bad : {
-             "GET / HTTP/1.1\r\n\r\n",                                                              // no Host
-             "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",                                        // two
-             "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\n",        // which?
+             "GET / HTTP/1.1\r\n\r\n",                                                        // no Host
+             "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",                                  // two
+             "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\n",  // which?
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n",
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 99999999999999999999999\r\n\r\n",
-             "GET http://a/ HTTP/1.1\r\nHost: a\r\n\r\n",
-             "GET / HTTP/2.0\r\nHost: a\r\n\r\n",
-             "GET  / HTTP/1.1\r\nHost: a\r\n\r\n",
-             "GET /\x01 HTTP/1.1\r\nHost: a\r\n\r\n",
-             "GET / HTTP/1.1\r\nHost : a\r\n\r\n",
-             "GET / HTTP/1.1\r\n Host: a\r\n\r\n",
-             "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",                                        // TLS on a plain port
+             "GET http://a/ HTTP/1.1\r\nHost: a\r\n\r\n", "GET / HTTP/2.0\r\nHost: a\r\n\r\n",
+             "GET  / HTTP/1.1\r\nHost: a\r\n\r\n", "GET /\x01 HTTP/1.1\r\nHost: a\r\n\r\n",
+             "GET / HTTP/1.1\r\nHost : a\r\n\r\n", "GET / HTTP/1.1\r\n Host: a\r\n\r\n",
+             "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",  // TLS on a plain port
          }) {
         EXPECT_TRUE(read(bad).error.has_value()) << bad;
     }
 }
 
 TEST(RequestReader, BoundsTheHeader) {
-    EXPECT_EQ(read("GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n").error->code, ErrorCode::out_of_range);
+    EXPECT_EQ(read("GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n").error->code,
+              ErrorCode::out_of_range);
     std::string many = "GET / HTTP/1.1\r\nHost: x\r\n";
     for (int i = 0; i < 200; ++i) many += "A: b\r\n";
     EXPECT_EQ(read(many + "\r\n").error->code, ErrorCode::out_of_range);

@@ -14,8 +14,8 @@ class SecurityTest : public WebTest {
     /// A browser's login; the cookie's name and value.
     std::string log_in() {
         const std::string body = std::string{R"({"key":")"} + kKey + "\"}";
-        const Answer answer = send("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(body.size()) +
-                                   "\r\n\r\n" + body);
+        const Answer answer = send("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
+                                   std::to_string(body.size()) + "\r\n\r\n" + body);
         EXPECT_EQ(answer.status, 204);
         const std::string cookie = answer.header("Set-Cookie");
         EXPECT_THAT(cookie, HasSubstr("HttpOnly"));
@@ -24,17 +24,36 @@ class SecurityTest : public WebTest {
         return cookie.substr(0, cookie.find(';'));
     }
     Answer with_cookie(const std::string& line, const std::string& cookie, const std::string& headers = "") {
-        return send(line + " HTTP/1.1\r\nHost: localhost:8080\r\nCookie: " + cookie + "\r\n" + headers + "\r\n");
+        return send(line + " HTTP/1.1\r\nHost: localhost:8080\r\nCookie: " + cookie + "\r\n" + headers +
+                    "\r\n");
     }
     static const std::vector<std::string>& guarded() {
-        static const std::vector<std::string> paths{
-            "GET /api/v1/jobs",         "GET /api/v1/jobs/1",         "GET /api/v1/jobs/1/file", "DELETE /api/v1/jobs/1",
-            "PATCH /api/v1/jobs/1",     "POST /api/v1/jobs",          "PUT /api/v1/jobs/a",      "POST /api/v1/jobs/1/start",
-            "GET /api/v1/machine",      "POST /api/v1/machine/pause", "POST /api/v1/machine/emergency-stop",
-            "POST /api/v1/machine/gcode", "GET /api/v1/config",       "GET /api/v1/guarantee",   "GET /metrics",
-            "POST /api/v1/live-ticket", "GET /api/version",           "POST /api/files/local",   "GET /api/printer",
-            "POST /api/login",          "GET /api/v1/info",           "PUT /api/v1/files/local/a", "DELETE /api/v1/session",
-            "POST /api/v1/queue/release", "GET /api/anything",        "DELETE /api/v1/job/1"};
+        static const std::vector<std::string> paths{"GET /api/v1/jobs",
+                                                    "GET /api/v1/jobs/1",
+                                                    "GET /api/v1/jobs/1/file",
+                                                    "DELETE /api/v1/jobs/1",
+                                                    "PATCH /api/v1/jobs/1",
+                                                    "POST /api/v1/jobs",
+                                                    "PUT /api/v1/jobs/a",
+                                                    "POST /api/v1/jobs/1/start",
+                                                    "GET /api/v1/machine",
+                                                    "POST /api/v1/machine/pause",
+                                                    "POST /api/v1/machine/emergency-stop",
+                                                    "POST /api/v1/machine/gcode",
+                                                    "GET /api/v1/config",
+                                                    "GET /api/v1/guarantee",
+                                                    "GET /metrics",
+                                                    "POST /api/v1/live-ticket",
+                                                    "GET /api/version",
+                                                    "POST /api/files/local",
+                                                    "GET /api/printer",
+                                                    "POST /api/login",
+                                                    "GET /api/v1/info",
+                                                    "PUT /api/v1/files/local/a",
+                                                    "DELETE /api/v1/session",
+                                                    "POST /api/v1/queue/release",
+                                                    "GET /api/anything",
+                                                    "DELETE /api/v1/job/1"};
         return paths;
     }
 };
@@ -51,17 +70,23 @@ TEST_F(SecurityTest, NothingIsPossibleWithoutTheKey) {
 }
 
 TEST_F(SecurityTest, FormFieldsNeverNameAFile_CVE_2025_48067_2026_54134) {
-    for (const auto& [field, value] : std::map<std::string, std::string>{
-             {"file.path", "/etc/passwd"}, {"file.name", "x"}, {"path", "../../etc"}, {"path", "/etc"}, {"root", "config"}}) {
+    for (const auto& [field, value] : std::map<std::string, std::string>{{"file.path", "/etc/passwd"},
+                                                                         {"file.name", "x"},
+                                                                         {"path", "../../etc"},
+                                                                         {"path", "/etc"},
+                                                                         {"root", "config"}}) {
         const Answer answer = upload("a.gcode", "G28\n", {{field, value}});
         if (answer.status == 201) {
-            EXPECT_EQ(request("GET /api/v1/jobs/" + std::to_string(answer.json()["id"].get<int>()) + "/file").body, "G28\n");
+            EXPECT_EQ(
+                request("GET /api/v1/jobs/" + std::to_string(answer.json()["id"].get<int>()) + "/file").body,
+                "G28\n");
         } else {
             EXPECT_EQ(answer.status, 400);
         }
     }
     // A part named `file` that is a field and no file brings no bytes.
-    const std::string body = "--XX\r\nContent-Disposition: form-data; name=\"file\"\r\n\r\n/etc/passwd\r\n--XX--\r\n";
+    const std::string body =
+        "--XX\r\nContent-Disposition: form-data; name=\"file\"\r\n\r\n/etc/passwd\r\n--XX--\r\n";
     EXPECT_EQ(request("POST /api/v1/jobs", body, kMultipart).status, 400);
     EXPECT_TRUE(std::filesystem::exists("/etc/passwd"));
 }
@@ -70,8 +95,10 @@ TEST_F(SecurityTest, NamesAreTextForPeopleAndNeverReachAShellOrAPath_CVE_2025_58
     const std::string name = "$(touch x);`id`|&&.gcode";
     ASSERT_EQ(upload(name, "G28\n").status, 201);
     EXPECT_EQ(spool_->queue().find(1)->name, name);
-    EXPECT_TRUE(std::filesystem::exists(spool_->blobs().path(spool::sha256_of("G28\n"), spool::BlobPart::gcode)));
-    EXPECT_EQ(request("GET /api/v1/jobs/1/file").header("Content-Disposition"), "attachment; filename=\"__touch_x___id____.gcode\"");
+    EXPECT_TRUE(
+        std::filesystem::exists(spool_->blobs().path(spool::sha256_of("G28\n"), spool::BlobPart::gcode)));
+    EXPECT_EQ(request("GET /api/v1/jobs/1/file").header("Content-Disposition"),
+              "attachment; filename=\"__touch_x___id____.gcode\"");
 }
 
 TEST_F(SecurityTest, ThereIsNoMoveAndNoRenameThatCouldChangeAnExtension_CVE_2022_2872) {
@@ -86,10 +113,12 @@ TEST_F(SecurityTest, ThereIsNoMoveAndNoRenameThatCouldChangeAnExtension_CVE_2022
 }
 
 TEST_F(SecurityTest, PathsInNamesAreRefused_CVE_2023_31059) {
-    for (const char* name : {"../a.gcode", "..\\..\\a.gcode", "/etc/cron.d/a", "a/b.gcode", "C:\\a.gcode", "..", "."}) {
+    for (const char* name :
+         {"../a.gcode", "..\\..\\a.gcode", "/etc/cron.d/a", "a/b.gcode", "C:\\a.gcode", "..", "."}) {
         EXPECT_EQ(upload(name, "G28\n").status, 400) << name;
     }
-    for (const char* target : {"..%2fa.gcode", "%2e%2e%5ca.gcode", "x/../../a.gcode", "a%2Fb", "%2e%2e", "a%00b"}) {
+    for (const char* target :
+         {"..%2fa.gcode", "%2e%2e%5ca.gcode", "x/../../a.gcode", "a%2Fb", "%2e%2e", "a%00b"}) {
         EXPECT_EQ(request(std::string{"PUT /api/v1/jobs/"} + target, "G28\n").status, 400) << target;
         EXPECT_EQ(request(std::string{"PUT /api/v1/files/local/"} + target, "G28\n").status, 400) << target;
     }
@@ -98,7 +127,8 @@ TEST_F(SecurityTest, PathsInNamesAreRefused_CVE_2023_31059) {
 }
 
 TEST_F(SecurityTest, MultipartWithoutEndBoundaryEnds_CVE_2025_48879) {
-    const std::string body = "--XX\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a\"\r\n\r\nG28\n";
+    const std::string body =
+        "--XX\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a\"\r\n\r\nG28\n";
     const Answer answer = request("POST /api/v1/jobs", body, kMultipart);
     EXPECT_EQ(answer.status, 400);
     EXPECT_THAT(answer.body, HasSubstr("end boundary"));
@@ -107,19 +137,28 @@ TEST_F(SecurityTest, MultipartWithoutEndBoundaryEnds_CVE_2025_48879) {
 }
 
 TEST_F(SecurityTest, ForwardedHeadersProveNothing_CVE_2024_32977) {
-    for (const char* header : {"X-Forwarded-For: 127.0.0.1", "Forwarded: for=127.0.0.1", "X-Real-IP: 127.0.0.1", "X-Remote-User: admin"}) {
-        EXPECT_EQ(send(std::string{"GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n"} + header + "\r\n\r\n").status, 401) << header;
+    for (const char* header : {"X-Forwarded-For: 127.0.0.1", "Forwarded: for=127.0.0.1",
+                               "X-Real-IP: 127.0.0.1", "X-Remote-User: admin"}) {
+        EXPECT_EQ(send(std::string{"GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n"} + header + "\r\n\r\n")
+                      .status,
+                  401)
+            << header;
     }
     // Nor do they hide who tries keys.
     int status = 0;
     for (int i = 0; i < 40; ++i) {
-        status = send("GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: wrong\r\nX-Forwarded-For: 10.0.0." + std::to_string(i) + "\r\n\r\n").status;
+        status = send(
+                     "GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: wrong\r\nX-Forwarded-For: "
+                     "10.0.0." +
+                     std::to_string(i) + "\r\n\r\n")
+                     .status;
     }
     EXPECT_EQ(status, 429);
 }
 
 TEST_F(SecurityTest, NothingRedirects_CVE_2025_32788) {
-    for (const char* target : {"/?redirect=//evil.example", "/login?redirect=https://evil.example", "//evil.example", "/api/v1/session?next=//evil"}) {
+    for (const char* target : {"/?redirect=//evil.example", "/login?redirect=https://evil.example",
+                               "//evil.example", "/api/v1/session?next=//evil"}) {
         const Answer answer = send(std::string{"GET "} + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
         EXPECT_THAT(answer.status / 100, Not(3)) << target;
         EXPECT_EQ(answer.header("Location"), "") << target;
@@ -127,7 +166,8 @@ TEST_F(SecurityTest, NothingRedirects_CVE_2025_32788) {
 }
 
 TEST_F(SecurityTest, GuessingKeysIsLimited_CVE_2022_2822) {
-    const std::string guess = "POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Length: 13\r\n\r\n{\"key\":\"abc\"}";
+    const std::string guess =
+        "POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Length: 13\r\n\r\n{\"key\":\"abc\"}";
     int refused = 0, limited = 0;
     for (int i = 0; i < 50; ++i) {
         const Answer answer = send(guess, "10.0.0.9");
@@ -175,8 +215,11 @@ TEST_F(SecurityTest, NoAnswerHoldsTheKey_CVE_2024_51493_2024_23637) {
 TEST_F(SecurityTest, KeysAreComparedWholeWhateverTheirPrefix_CVE_2026_23892) {
     // That the time is constant is libsodium's promise; that every wrong key is wrong is ours.
     const std::string key = kKey;
-    for (const std::string& wrong : {key.substr(0, 42), key + "A", std::string(43, '0'), std::string{}, key.substr(1)}) {
-        EXPECT_EQ(send("GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: " + wrong + "\r\n\r\n").status, 401);
+    for (const std::string& wrong :
+         {key.substr(0, 42), key + "A", std::string(43, '0'), std::string{}, key.substr(1)}) {
+        EXPECT_EQ(
+            send("GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: " + wrong + "\r\n\r\n").status,
+            401);
     }
 }
 
@@ -219,11 +262,14 @@ TEST_F(SecurityTest, NoTemplatesNoExpansion_CVE_2023_41047) {
 TEST_F(SecurityTest, OtherSitesCannotUseABrowsersCookie) {
     const std::string cookie = log_in();
     EXPECT_EQ(with_cookie("POST /api/v1/live-ticket", cookie, "Origin: http://evil.example\r\n").status, 403);
-    EXPECT_EQ(with_cookie("POST /api/v1/live-ticket", cookie).status, 403) << "a browser always says where it comes from";
+    EXPECT_EQ(with_cookie("POST /api/v1/live-ticket", cookie).status, 403)
+        << "a browser always says where it comes from";
     EXPECT_EQ(with_cookie("POST /api/v1/live-ticket", cookie, "Origin: null\r\n").status, 403);
-    EXPECT_EQ(with_cookie("POST /api/v1/live-ticket", cookie, "Origin: http://localhost:8080\r\n").status, 201);
+    EXPECT_EQ(with_cookie("POST /api/v1/live-ticket", cookie, "Origin: http://localhost:8080\r\n").status,
+              201);
     const std::string upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\n";
-    EXPECT_EQ(with_cookie("GET /api/v1/live", cookie, upgrade + "Origin: http://evil.example\r\n").status, 403);
+    EXPECT_EQ(with_cookie("GET /api/v1/live", cookie, upgrade + "Origin: http://evil.example\r\n").status,
+              403);
     EXPECT_EQ(with_cookie("GET /api/v1/live", cookie, upgrade).status, 403);
     static_cast<void>(with_cookie("GET /api/v1/live", cookie, upgrade + "Origin: http://localhost:8080\r\n"));
     EXPECT_TRUE(connection_->is_live());
@@ -232,30 +278,43 @@ TEST_F(SecurityTest, OtherSitesCannotUseABrowsersCookie) {
 TEST_F(SecurityTest, ForeignNamesForThisHostAreRefused) {
     for (const char* host : {"evil.example", "127.0.0.1.evil.example:8080", "localhost.evil"}) {
         EXPECT_EQ(send(std::string{"GET / HTTP/1.1\r\nHost: "} + host + "\r\n\r\n").status, 403) << host;
-        EXPECT_EQ(send(std::string{"GET /api/v1/jobs HTTP/1.1\r\nHost: "} + host + "\r\nX-Api-Key: " + kKey + "\r\n\r\n").status, 403);
+        EXPECT_EQ(send(std::string{"GET /api/v1/jobs HTTP/1.1\r\nHost: "} + host + "\r\nX-Api-Key: " + kKey +
+                       "\r\n\r\n")
+                      .status,
+                  403);
     }
     EXPECT_EQ(send("GET /healthz HTTP/1.1\r\nHost: printer.local:80\r\n\r\n").status, 200);
 }
 
 TEST_F(SecurityTest, ATicketOpensOneStreamOnce) {
     const std::string ticket = request("POST /api/v1/live-ticket").json()["ticket"];
-    const std::string live = "GET /api/v1/live?ticket=" + ticket + " HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\r\n";
+    const std::string live =
+        "GET /api/v1/live?ticket=" + ticket +
+        " HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\r\n";
     static_cast<void>(send(live));
     EXPECT_TRUE(connection_->is_live());
     EXPECT_EQ(send(live).status, 401);
-    EXPECT_EQ(send("GET /api/v1/live?ticket=guess HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\r\n").status, 401);
+    EXPECT_EQ(send("GET /api/v1/live?ticket=guess HTTP/1.1\r\nHost: localhost\r\nConnection: "
+                   "Upgrade\r\nUpgrade: websocket\r\n\r\n")
+                  .status,
+              401);
 }
 
 TEST_F(SecurityTest, WithoutAuthenticationOtherSitesAreStillRefused) {
     open_service("");
     EXPECT_EQ(send("GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 200);
-    EXPECT_EQ(send("GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\n\r\n").status, 403);
+    EXPECT_EQ(
+        send("GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\n\r\n").status,
+        403);
 }
 
 TEST_F(SecurityTest, ALoginEndsTheSessionThatTheBrowserHadBefore) {
     const std::string old = log_in();
     const std::string body = std::string{R"({"key":")"} + kKey + "\"}";
-    EXPECT_EQ(send("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nCookie: " + old + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body).status, 204);
+    EXPECT_EQ(send("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nCookie: " + old +
+                   "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body)
+                  .status,
+              204);
     EXPECT_EQ(with_cookie("GET /api/v1/jobs", old).status, 401);
 }
 

@@ -20,7 +20,8 @@ TEST_F(SlicerApiTest, VersionSatisfiesPrusaSlicerForBothHostTypes) {
 }
 
 TEST_F(SlicerApiTest, OctoPrintUpload) {
-    const Answer answer = upload("part.gcode", "G28\n", {{"print", "true"}, {"path", ""}, {"select", "true"}}, "/api/files/local");
+    const Answer answer = upload("part.gcode", "G28\n", {{"print", "true"}, {"path", ""}, {"select", "true"}},
+                                 "/api/files/local");
     ASSERT_EQ(answer.status, 201);
     EXPECT_EQ(answer.header("Location"), "http://localhost/api/v1/jobs/1");
     const auto json = answer.json();
@@ -33,7 +34,8 @@ TEST_F(SlicerApiTest, OctoPrintUpload) {
 }
 
 TEST_F(SlicerApiTest, PrusaLinkUploadByPut) {
-    const Answer answer = request("PUT /api/v1/files/local/part%20%C3%BC.gcode", "G28\n", "Overwrite: ?1\r\nPrint-After-Upload: ?1\r\n");
+    const Answer answer = request("PUT /api/v1/files/local/part%20%C3%BC.gcode", "G28\n",
+                                  "Overwrite: ?1\r\nPrint-After-Upload: ?1\r\n");
     ASSERT_EQ(answer.status, 201);
     EXPECT_EQ(spool_->queue().find(1)->name, "part ü.gcode");
     EXPECT_FALSE(spool_->queue().find(1)->hold);

@@ -15,7 +15,8 @@ namespace qduino::web {
 /// Takes any text for G-code but "not gcode", and finds the word `bad` a violation at its line.
 class TestAnalyzer final : public spool::Analyzer {
   public:
-    Result<spool::Analysis> analyze(const std::filesystem::path& gcode, const std::filesystem::path& layers) override {
+    Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
+                                    const std::filesystem::path& layers) override {
         spool::Analysis analysis;
         std::ifstream file{gcode};
         std::string line;
@@ -76,9 +77,10 @@ class WebTest : public spool::SpoolTest {
         open_spool();
         api::Context context{*spool_, {}, "Test printer", R"({"name":"Test printer"})", "1", {}};
         const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
-        service_ = std::make_unique<Service>(ServiceOptions{HostPolicy{{"printer.local"}}, 4}, std::move(context),
-                                             Authenticator{std::move(key), spool_->store().load()->sessions}, StaticFiles{},
-                                             analyzer_, Executors{at_once, at_once, at_once, at_once});
+        service_ = std::make_unique<Service>(
+            ServiceOptions{HostPolicy{{"printer.local"}}, 4}, std::move(context),
+            Authenticator{std::move(key), spool_->store().load()->sessions}, StaticFiles{}, analyzer_,
+            Executors{at_once, at_once, at_once, at_once});
     }
     /// Tasks that tasks post run after them, as on a thread.
     void run_in_order(Task task) {
@@ -92,7 +94,8 @@ class WebTest : public spool::SpoolTest {
     Moment moment() const { return {now_, 1'700'000'000 + to_ns(now_) / 1'000'000'000}; }
 
     void connect(std::string remote = "127.0.0.1") {
-        connection_ = std::make_shared<Connection>(*service_, std::move(remote), [] {}, moment());
+        connection_ = std::make_shared<Connection>(
+            *service_, std::move(remote), [] {}, moment());
     }
     /// Everything that came out so far; files are read.
     std::string output() {
@@ -126,7 +129,8 @@ class WebTest : public spool::SpoolTest {
     /// With the key, and with a Content-Length when there is a body.
     Answer request(const std::string& line, const std::string& body = "", const std::string& headers = "") {
         return send(line + " HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: " + kKey + "\r\n" + headers +
-                    (body.empty() ? "" : "Content-Length: " + std::to_string(body.size()) + "\r\n") + "\r\n" + body);
+                    (body.empty() ? "" : "Content-Length: " + std::to_string(body.size()) + "\r\n") + "\r\n" +
+                    body);
     }
     static std::string multipart(const std::string& name, const std::string& content,
                                  const std::map<std::string, std::string>& fields = {}) {
@@ -139,7 +143,8 @@ class WebTest : public spool::SpoolTest {
     }
     static constexpr const char* kMultipart = "Content-Type: multipart/form-data; boundary=XX\r\n";
     Answer upload(const std::string& name, const std::string& content,
-                  const std::map<std::string, std::string>& fields = {}, const std::string& path = "/api/v1/jobs") {
+                  const std::map<std::string, std::string>& fields = {},
+                  const std::string& path = "/api/v1/jobs") {
         return request("POST " + path, multipart(name, content, fields), kMultipart);
     }
     std::size_t files_in(const char* folder) const {

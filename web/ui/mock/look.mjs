@@ -4,7 +4,8 @@ import { chromium } from 'playwright-core';
 import { startMock } from './server.mjs';
 
 const SCENES = ['empty', 'printing', 'paused', 'faulted', 'held', 'disconnected', 'upload-error', 'sign-in'];
-const SIZES = { desktop: { width: 1440, height: 900 }, phone: { width: 390, height: 844 } };
+const SIZES = {
+  tablet: { width: 820, height: 1180 }, desktop: { width: 1440, height: 900 }, phone: { width: 390, height: 844 } };
 const [folder = 'look', ...wanted] = process.argv.slice(2);
 await mkdir(folder, { recursive: true });
 

@@ -74,8 +74,12 @@ export function reduce(state: State, message: LiveMessage, now_s: number): State
       const history = message.status.connected ? addSample(state.history, message.status, now_s) : state.history;
       return { ...state, status: message.status, history };
     }
-    case 'jobs':
-      return { ...state, jobs: message.jobs, gate: message.queue ?? initialState.gate };
+    case 'jobs': {
+      // A print that begins is what people want to see, whatever they looked at before.
+      const begun = message.jobs.find(isRunning)?.id;
+      const same = begun === undefined || begun === state.jobs.find(isRunning)?.id;
+      return { ...state, jobs: message.jobs, gate: message.queue ?? initialState.gate, shown: same ? state.shown : null };
+    }
     case 'history': {
       const zeroIsOff = (list: (number | null)[]) => list.map((t) => (t ? t : null));
       return {
@@ -128,9 +132,14 @@ export function progressOf(job: Job, status: Status | null): Progress {
   return { fraction, remaining_s: fraction > 0.01 ? status.print_time_s / fraction - status.print_time_s : null };
 }
 
-/** Seconds from now until each waiting job is done, by id; only as far down the queue as every estimate is known. */
-export function queueEnds(state: Pick<State, 'jobs' | 'status'>): Map<number, number> {
+/**
+ * Seconds from now until each waiting job is done, by id; only as far down the queue as every estimate is known, and
+ * none while the queue does not go on by itself.
+ */
+export function queueEnds(state: Pick<State, 'jobs' | 'status' | 'gate'>): Map<number, number> {
   const ends = new Map<number, number>();
+  const machine = state.status?.state;
+  if (state.gate.held || state.gate.bed_occupied || machine === 'faulted' || machine === 'disconnected') return ends;
   let at = 0;
   for (const job of state.jobs) {
     if (job.state === 'held' || !(isRunning(job) || isWaiting(job))) continue;

@@ -163,7 +163,7 @@ export class PartView {
     const half = Math.min(vertical, Math.atan(Math.tan(vertical) * this.camera.aspect));
     const centre = low.add(high).multiplyScalar(0.5);
     this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(DIRECTIONS[from], (radius / Math.sin(half)) * (box ? 1.08 : 0.82));
+    this.camera.position.copy(centre).addScaledVector(DIRECTIONS[from], (radius / Math.sin(half)) * (box ? 1.08 : this.camera.aspect > 1.2 ? 0.82 : 1));
     this.controls.update();
     this.draw();
   }

@@ -2,7 +2,9 @@ import { describe, expect, it } from 'vitest';
 import { bars } from '../src/components/Timing';
 import * as format from '../src/format';
 import { chunks, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
-import { addSample, initialState, reduce, shownJob } from '../src/store';
+import { sentenceOf } from '../src/api';
+import { shallowEqual } from '../src/hooks';
+import { addSample, initialState, progressOf, queueEnds, reduce, shownJob } from '../src/store';
 import type { Job, Status } from '../src/types';
 
 /** One record as printer/preflight/layer_packer.h lays it out. */
@@ -74,6 +76,9 @@ describe('format', () => {
   it('bytes', () => expect([5, 1500, 3482129, 150e6, 999999].map(format.bytes)).toEqual(['5 B', '1.5 KB', '3.5 MB', '150 MB', '1.0 MB']));
   it('nanoseconds', () => expect([12, 1500, 51e6, 2e9, -1500].map(format.nanoseconds)).toEqual(['12 ns', '1.50 µs', '51.0 ms', '2.00 s', '−1.50 µs']));
   it('counts', () => expect(format.count(1234567)).toBe('1\u202f234\u202f567'));
+  it('brief counts', () => expect([0, 37, 99999, 123456, 999600, 5.52e6, 1.2e9].map(format.briefCount)).toEqual(
+    ['0', '37', '99\u202f999', '123 k', '1.00 M', '5.52 M', '1.20 G']));
+  it('whole percents, never more than is done', () => expect([0.999, 0.5049, -1, 2].map(format.wholePercent)).toEqual(['99 %', '50 %', '0 %', '100 %']));
   it('percent', () => expect([0, 0.005, 0.5, 1, 1.2].map(format.percent)).toEqual(['0 %', '0.5 %', '50 %', '100 %', '100 %']));
   it('clock', () => expect(format.clock(3600, new Date(2026, 0, 1, 23, 30))).toBe('00:30'));
 });
@@ -104,6 +109,51 @@ describe('state', () => {
     expect(state.console.length).toBe(200);
     expect(state.console[199].text).toBe('<b>299</b>');
     expect(reduce(initialState, { type: 'reply', kind: 'error', text: 'a\nb' }, 0).console.map((l) => l.text)).toEqual(['a', 'b']);
+  });
+});
+
+describe('progress', () => {
+  const job = (id: number, state: string, estimated_s: number | null, more = {}) =>
+    ({ id, state, size: 1000, copies: 1, copies_done: 0, facts: { estimated_s }, progress: { fraction: 0.1, remaining_s: 90 }, ...more }) as unknown as Job;
+  const at = (bytes_executed: number) => ({ ...status, state: 'printing', job: 1, bytes_executed, print_time_s: 60 }) as Status;
+  it('goes by the newest status, and by the file\'s estimate', () => {
+    expect(progressOf(job(1, 'printing', 200), at(250))).toEqual({ fraction: 0.25, remaining_s: 150 });
+    expect(progressOf(job(1, 'printing', null), at(250))).toEqual({ fraction: 0.25, remaining_s: 180 });
+    expect(progressOf(job(1, 'printing', null), at(5)).remaining_s).toBeNull();
+    expect(progressOf(job(2, 'done', 200), at(250)).fraction).toBe(0.1);
+    expect(progressOf(job(1, 'printing', 200), null).remaining_s).toBe(90);
+  });
+  it('adds up along the queue, with copies, without what is on hold, up to what nobody knows', () => {
+    const jobs = [job(1, 'printing', 200), job(2, 'held', 50), job(3, 'queued', 100, { copies: 3, copies_done: 1 }), job(4, 'queued', 10), job(5, 'queued', null), job(6, 'queued', 1)];
+    const state = { ...initialState, jobs, status: at(500) };
+    expect([...queueEnds(state)]).toEqual([[3, 300], [4, 310]]);
+    expect(queueEnds({ ...state, gate: { held: true, reason: 'x', bed_occupied: false } }).size).toBe(0);
+    expect(queueEnds({ ...state, status: { ...at(0), state: 'faulted' } as Status }).size).toBe(0);
+  });
+  it('a print that begins is shown', () => {
+    const looking = { ...initialState, jobs: [job(1, 'printing', 1)], shown: 7 };
+    expect(reduce(looking, { type: 'jobs', jobs: [job(1, 'paused', 1)] }, 0).shown).toBe(7);
+    expect(reduce(looking, { type: 'jobs', jobs: [] }, 0).shown).toBe(7);
+    expect(reduce(looking, { type: 'jobs', jobs: [job(2, 'printing', 1)] }, 0).shown).toBeNull();
+  });
+});
+
+describe('answers of the service', () => {
+  it('are said with their line, or by their status', () => {
+    expect(sentenceOf('{"error":{"message":"too hot","line":3}}', '422')).toBe('Line 3: too hot');
+    expect(sentenceOf('{"error":{"message":"too hot","line":0}}', '422')).toBe('Too hot');
+    expect(sentenceOf('<html>', '502 Bad Gateway')).toBe('502 Bad Gateway');
+    expect(sentenceOf('{"error":7}', '500')).toBe('500');
+  });
+});
+
+describe('drawing again', () => {
+  it('happens when a field changes, not when a record is made anew', () => {
+    expect(shallowEqual({ a: 1, b: null }, { a: 1, b: null })).toBe(true);
+    expect(shallowEqual({ a: 1 }, { a: 2 })).toBe(false);
+    expect(shallowEqual({ a: undefined }, { b: undefined })).toBe(false);
+    expect(shallowEqual([1, 2], [1, 2, 3])).toBe(false);
+    expect(shallowEqual(null, {})).toBe(false);
   });
 });
 

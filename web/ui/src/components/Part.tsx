@@ -96,17 +96,20 @@ function Remarks({ job }: { job: Job }) {
 
 export function Part() {
   const job = useStore(shownJob);
-  const chosen = useStore((s) => s.shown !== null && s.jobs.some(isRunning) && !isRunning(shownJob(s)!));
+  const running = useStore((s) => s.jobs.find(isRunning) ?? null);
+  const other = running !== null && running.id !== job?.id;
   return (
     <div class="card part-card">
       <div class="row head">
         <h2 class="name">{job ? job.name : 'Nothing to print'}</h2>
-        {chosen && <button class="quiet" onClick={() => store.set({ shown: null })}>Back to the print</button>}
+        {other && <button class="quiet" onClick={() => store.set({ shown: null })}>Back to the print</button>}
       </div>
       <Stage job={job} />
-      {job && (isRunning(job) ? <Progress job={job} /> : <Facts job={job} />)}
+      {job && !isRunning(job) && <Facts job={job} />}
       {job?.state === 'done' && <Report job={job} />}
       {job && <Remarks job={job} />}
+      {other && <h3 class="name">Printing {running.name}</h3>}
+      {running && <Progress job={running} />}
     </div>
   );
 }

@@ -16,7 +16,7 @@ function options(width: number): uPlot.Options {
   const axis = { stroke: c.text, grid: { stroke: c.grid, width: 1 }, ticks: { stroke: c.grid, width: 1 }, font: '11px system-ui' };
   const line = (label: string, stroke: string, dash?: number[]) => ({ label, stroke, dash, width: dash ? 1 : 2, points: { show: false } });
   return {
-    width, height: HEIGHT, padding: [10, 6, 0, 0], legend: { show: false }, cursor: { y: false },
+    width, height: HEIGHT, padding: [10, 14, 0, 0], legend: { show: false }, cursor: { y: false },
     scales: {
       x: { time: true, range: (_u, _min, max) => [max - HISTORY_SECONDS, max] },
       y: { range: (_u, _min, max) => [0, Math.max(60, Math.ceil((max ?? 0) / 50) * 50)] },

@@ -41,7 +41,7 @@ function Histogram({ buckets }: { buckets: [number, number][] }) {
 
 function Held({ guarantee }: { guarantee: Guarantee | null }) {
   if (!guarantee) return null;
-  const mark = (yes: boolean) => <span class={yes ? 'yes' : 'no'}>{yes ? '✓' : '✗'}</span>;
+  const mark = (yes: boolean) => <span class={yes ? 'yes' : 'no'} role="img" aria-label={yes ? 'enforced' : 'not enforced'}>{yes ? '✓' : '✗'}</span>;
   const shortfalls = guarantee.loops.filter((loop) => loop.shortfall);
   return (
     <>

@@ -1,0 +1,122 @@
+// The whole way of an upload but its socket: bytes → connection → service → spool, with the journal in memory.
+//
+// Input: one byte that seeds how the rest is cut into reads, then what a peer sends. Authentication is off, so that the
+// fuzzer need not guess a key. Properties: every answer begins as HTTP does; nothing stays in incoming/; what was queued
+// is stored whole under its own SHA-256.
+#include <unistd.h>
+
+#include <cstdint>
+#include <deque>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "tests/fuzz/gcode/fuzz_check.h"
+#include "web/connection.h"
+
+namespace {
+
+using namespace qduino;
+using namespace qduino::web;
+
+class NoLink final : public spool::LinkSource {
+  public:
+    printer::link::LinkLayout* current() override { return nullptr; }
+    bool is_replaced() override { return false; }
+    void reopen() override {}
+};
+
+/// Judges by the first byte; the real one has a fuzz target of its own.
+class AnyAnalyzer final : public spool::Analyzer {
+  public:
+    Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
+                                    const std::filesystem::path&) override {
+        std::ifstream file{gcode, std::ios::binary};
+        spool::Analysis analysis;
+        const int first = file.get();
+        if (first == 'n') analysis.verdict = spool::Analysis::Verdict::not_gcode;
+        if (first == 'v') analysis.verdict = spool::Analysis::Verdict::violation;
+        return analysis;
+    }
+};
+
+class World {
+  public:
+    World() : folder_(make_folder()) {
+        spool::SpoolOptions options;
+        options.folder = folder_;
+        options.limits = {64 * 1024, 0};
+        options.journal_in_memory = true;
+        spool_ = std::move(spool::Spool::open(options, link_, nullptr)).value();
+        const Executor at_once = [this](Task task) { run(std::move(task)); };
+        service_ = std::make_unique<Service>(
+            ServiceOptions{HostPolicy{{}}, 4}, api::Context{*spool_, {}, "", "{}", "", {}},
+            Authenticator{"", {}}, StaticFiles{}, analyzer_, Executors{at_once, at_once, at_once, at_once});
+    }
+    ~World() { std::filesystem::remove_all(folder_); }
+
+    void serve(std::string_view bytes, std::uint64_t seed) {
+        std::mt19937_64 random{seed};
+        Moment moment{instant_from_ns(1'000'000'000), 1'700'000'000};
+        auto connection = std::make_shared<Connection>(
+            *service_, "127.0.0.1", [] {}, moment);
+        while (!bytes.empty() && connection->wants_input()) {
+            const std::size_t count = std::min<std::size_t>(1 + random() % 600, bytes.size());
+            moment.now += std::chrono::milliseconds{1 + random() % 400};
+            connection->receive({bytes.data(), count}, moment);
+            connection->check_time(moment);
+            bytes.remove_prefix(count);
+            check_output(*connection);
+        }
+        connection->receive_end();
+        check_output(*connection);
+        connection.reset();
+        check_store();
+    }
+
+  private:
+    static std::filesystem::path make_folder() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "fuzz-upload-XXXXXX").string();
+        FUZZ_EXPECT(::mkdtemp(pattern.data()) != nullptr);
+        return pattern;
+    }
+    void run(Task task) {
+        tasks_.push_back(std::move(task));
+        if (tasks_.size() > 1) return;
+        for (; !tasks_.empty(); tasks_.pop_front()) tasks_.front()();
+    }
+    static void check_output(Connection& connection) {
+        while (const auto output = connection.take_output())
+            FUZZ_EXPECT(output->bytes.starts_with("HTTP/1.1 "));
+    }
+    void check_store() {
+        FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "incoming"));
+        const auto jobs = spool_->queue().listing();
+        std::vector<spool::JobId> ids;
+        for (const spool::Job* job : jobs) {
+            std::ifstream file{spool_->blobs().path(job->sha256, spool::BlobPart::gcode), std::ios::binary};
+            const std::string bytes{std::istreambuf_iterator<char>{file}, {}};
+            FUZZ_EXPECT(bytes.size() == job->size && spool::sha256_of(bytes) == job->sha256);
+            FUZZ_EXPECT(spool::check_name(job->name).ok());
+            ids.push_back(job->id);
+        }
+        for (const spool::JobId id : ids) FUZZ_EXPECT(spool_->remove(id).ok());
+        FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "blobs"));
+        static_cast<void>(spool_->take_log());
+    }
+
+    std::filesystem::path folder_;
+    NoLink link_;
+    AnyAnalyzer analyzer_;
+    std::deque<Task> tasks_;
+    std::unique_ptr<spool::Spool> spool_;
+    std::unique_ptr<Service> service_;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static World world;
+    if (size > 0) world.serve({reinterpret_cast<const char*>(data) + 1, size - 1}, data[0]);
+    return 0;
+}
