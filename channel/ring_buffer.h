@@ -39,8 +39,7 @@ class RingBuffer {
   public:
     static constexpr std::size_t kCapacity = N;
 
-    // ---- writer's side
-    // -------------------------------------------------------------------------------------
+    // ---- writer's side ------------------------------------------------------------------------------------
 
     /// False, and nothing changed, when full. Wait-free.
     [[nodiscard]] bool try_push(const T& item) {
@@ -80,8 +79,7 @@ class RingBuffer {
         return N - held(head_.load(std::memory_order_relaxed), tail_.load(std::memory_order_acquire));
     }
 
-    // ---- reader's side
-    // -------------------------------------------------------------------------------------
+    // ---- reader's side ------------------------------------------------------------------------------------
 
     /// The oldest item, or null when empty. Stays valid until pop().
     [[nodiscard]] const T* front() { return peek(0); }
@@ -131,8 +129,7 @@ class RingBuffer {
         tail_.store(cached_head_, std::memory_order_release);
     }
 
-    // ---- either side
-    // ---------------------------------------------------------------------------------------
+    // ---- either side --------------------------------------------------------------------------------------
 
     /// Items held, at one instant in the recent past. Counters outside 0…N (a damaged shared page) read as N.
     [[nodiscard]] std::size_t size() const {

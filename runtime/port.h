@@ -29,14 +29,12 @@ using board::SpiBus;
 using board::SpiSettings;
 using board::VcpuId;
 
-// ---- time
-// -----------------------------------------------------------------------------------------------------
+// ---- time -------------------------------------------------------------------------------------------------
 [[nodiscard]] Instant now();
 void busy_until(Instant t);   ///< spins, consuming budget; never returns early
 void sleep_until(Instant t);  ///< blocks, consuming none; never returns early
 
-// ---- pins and buses
-// -------------------------------------------------------------------------------------------
+// ---- pins and buses ---------------------------------------------------------------------------------------
 Result<void> pin_mode(PinId pin, PinMode mode);  ///< setup-time
 void pin_write(PinId pin, Level level);
 [[nodiscard]] Level pin_read(PinId pin);
@@ -47,8 +45,7 @@ Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::u
 Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
 Result<void> safe_state(PinId pin, Level level);  ///< setup-time
 
-// ---- loops
-// ----------------------------------------------------------------------------------------------------
+// ---- loops ------------------------------------------------------------------------------------------------
 [[nodiscard]] VcpuId current_vcpu();  ///< 0 in setup()
 /// Ends this release of the calling loop; returns at the start of its next one (never early). See
 /// runtime/loop.h.
@@ -57,8 +54,7 @@ void yield();
 /// Sets the overrun policy of a loop. Setup-time, or from the loop itself.
 void set_overrun_policy(VcpuId loop, std::uint8_t policy, void (*callback)(VcpuId, Nanoseconds));
 
-// ---- interrupts
-// -----------------------------------------------------------------------------------------------
+// ---- interrupts -------------------------------------------------------------------------------------------
 /// Budget and period of the I/O VCPU that serves device class `device` (runtime/sketch.h: DeviceClass).
 /// Setup-time.
 Result<void> interrupts_vcpu(std::uint8_t device, Nanoseconds budget, Nanoseconds period, int core);
@@ -72,8 +68,7 @@ Result<void> core_timer(int core, bool enabled);
 void global_interrupts(
     bool enabled);  ///< Arduino's noInterrupts()/interrupts(): holds handlers back, nothing else
 
-// ---- the program
-// ----------------------------------------------------------------------------------------------
+// ---- the program ------------------------------------------------------------------------------------------
 void request_stop();
 [[nodiscard]] bool stop_requested();
 

@@ -60,7 +60,8 @@ RunAction decide(const Run& run, const MachineView& machine) {
 
 bool is_ready(const MachineView& machine) {
     return machine.connected && machine.life == SketchLife::alive && machine.responding &&
-           machine.job.state == MachineState::idle && machine.job.outcome != JobOutcome::running;
+           machine.job.state == MachineState::idle && machine.job.outcome != JobOutcome::running &&
+           machine.job.job_id < kRunIdMax;
 }
 
 }  // namespace qduino::spool

@@ -53,6 +53,9 @@ struct RunAction {
 /// What to do about the stored run in the face of this machine. Contract: run.id is not 0.
 [[nodiscard]] RunAction decide(const Run& run, const MachineView& machine);
 
+/// Run numbers stay below this; a machine that names a higher one is damaged. It leaves room in signed 64 bits.
+inline constexpr std::uint64_t kRunIdMax = std::uint64_t{1} << 62;
+
 /// Whether this machine could take a new job now.
 [[nodiscard]] bool is_ready(const MachineView& machine);
 

@@ -327,7 +327,9 @@ InspectionStart Inspector::next_start() const {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const double built_mm =
             (static_cast<double>(position_[axis]) - origin_[axis]) / machine_.axes[axis].steps_per_mm;
-        start.asked_mm[axis] = findings_.axes[axis].final_exact ? final_asked_[axis] : built_mm;
+        // A job that was cut short leaves the firmware on whole steps: the fraction that was asked last is gone.
+        const bool as_asked = findings_.path_consumed && findings_.axes[axis].final_exact;
+        start.asked_mm[axis] = as_asked ? final_asked_[axis] : built_mm;
     }
     return start;
 }

@@ -46,7 +46,6 @@ class Motor {
         if (direction != direction_) {
             direction_ = direction;
             run_ = 0;
-            stalled_ = false;  // the rotor stands: it starts anew, and is judged as from rest
         }
         const std::int64_t now_ns = to_ns(now);
         times_[run_ % kHistory] = now_ns;

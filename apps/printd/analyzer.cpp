@@ -118,6 +118,11 @@ Json facts_json(const Facts& facts) {
             {"warnings_count", facts.warnings_count}};
 }
 
+/// One step needs its pulse and its pause: the driver takes no more.
+double step_rate_max_hz(const printer::MachineConfig& machine) {
+    return 1.0 / (machine.step_pulse_s + machine.step_low_s);
+}
+
 spool::Analysis refusal(const Facts& facts) {
     spool::Analysis analysis;
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
@@ -137,8 +142,8 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     LayerFile packed{layers};
     printer::preflight::LayerPacker packer{machine_.filament_diameter_mm, packed};
     // On the heap: findings and parser state are too large for a thread's stack to be taken for granted.
-    const auto preflight =
-        std::make_unique<printer::preflight::Preflight>(printer::preflight::Options{machine_, 0});
+    const auto preflight = std::make_unique<printer::preflight::Preflight>(
+        printer::preflight::Options{machine_, step_rate_max_hz(machine_)});
     preflight->add_sink(packer);
     std::array<char, 16 * 1024> bytes;
     ssize_t count = 0;

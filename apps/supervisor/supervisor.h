@@ -26,8 +26,8 @@
 namespace qduino::supervisor {
 
 struct Options {
-    std::string pins;                       ///< file of virtual pins
-    std::string link;                       ///< link between sketch and service; empty: none
+    std::string pins;                    ///< file of virtual pins
+    std::string link;                    ///< link between sketch and service; empty: none
     Nanoseconds heartbeat_timeout = 1s;  ///< zero: loops are not watched
     std::string settings_state =
         board::linux::kDefaultSettingsState;  ///< what the sketch changed on the machine

@@ -12,7 +12,7 @@
 
 namespace qduino::board::linux {
 
-thread_local VcpuThread* VcpuThread::current_ = nullptr;
+constinit thread_local VcpuThread* VcpuThread::current_ = nullptr;
 
 Result<void> VcpuThread::create() {
     pthread_attr_t attributes;

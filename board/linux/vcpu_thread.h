@@ -76,7 +76,7 @@ class VcpuThread {
     BudgetKeeper keeper_;
     FixedString<160> shortfall_;
     std::atomic<bool> finished_{false};
-    static thread_local VcpuThread* current_;
+    static constinit thread_local VcpuThread* current_;
 };
 
 }  // namespace qduino::board::linux

@@ -13,7 +13,7 @@
 
 namespace qduino::board::linux {
 
-/// One per sketch process. Calls of one VCPU come from one thread; VcpuId 0 (setup and helpers) may be
+/// One per sketch process. Calls of one VCPU come from one thread; VcpuId 0 (setup and other threads) may be
 /// several threads, which share its ring and mailbox under a mutex; loops share nothing.
 class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
   public:

@@ -20,8 +20,8 @@
 namespace qduino::printer::heat {
 
 struct PidGains {
-    double kp = 0, ki = 0, kd = 0;     ///< output units (0…255) per °C, per °C·s, per °C/s
-    double functional_range = 10;      ///< °C: outside, full power or none
+    double kp = 0, ki = 0, kd = 0;  ///< output units (0…255) per °C, per °C·s, per °C/s
+    double functional_range = 10;   ///< °C: outside, full power or none
     /// Integrate also while the output is saturated. A bed's integral gain is so small that what it needs to hold its
     /// temperature must gather while it heats up; a hot end would overshoot.
     bool integrate_saturated = false;

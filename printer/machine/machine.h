@@ -56,14 +56,12 @@ class Machine final : private gcode::Actions {
     /// here on.
     Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitch& motors);
 
-    // ---- loop 1
-    // ------------------------------------------------------------------------------------------------
+    // ---- loop 1 -------------------------------------------------------------------------------------------
 
     /// One release: commands, waits, lines, planning, steps, status. Bounded work.
     void plan(Instant now);
 
-    // ---- loop 2
-    // ------------------------------------------------------------------------------------------------
+    // ---- loop 2 -------------------------------------------------------------------------------------------
 
     [[nodiscard]] StepRing& step_ring() { return pipe_.ring(); }
     /// Differs from the last one served: drop every step, now. Emergency stops of the service are in it.
@@ -75,14 +73,12 @@ class Machine final : private gcode::Actions {
     }
     void feed_back(const MotionFeedback& feedback) { pipe_.feed_back(feedback); }
 
-    // ---- loop 3
-    // ------------------------------------------------------------------------------------------------
+    // ---- loop 3 -------------------------------------------------------------------------------------------
 
     /// One sample; the caller drives the duties onto the pins at once. An emergency stop cuts them here, too.
     [[nodiscard]] heat::HeatDuties heat_sample(Instant now, const heat::HeatReadings& readings);
 
-    // ---- any time, from loop 1's context
-    // ------------------------------------------------------------------------
+    // ---- any time, from loop 1's context ------------------------------------------------------------------
 
     [[nodiscard]] const MachineConfig& config() const { return config_; }
     [[nodiscard]] const link::JobStatus& status() const { return status_; }

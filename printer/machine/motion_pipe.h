@@ -52,8 +52,7 @@ class MotionPipe {
     /// `emergency` (the link's counter) stops loop 2 too, without asking loop 1.
     MotionPipe(const MachineConfig& config, const std::atomic<std::uint32_t>& emergency);
 
-    // ---- loop 1
-    // ------------------------------------------------------------------------------------------------
+    // ---- loop 1 -------------------------------------------------------------------------------------------
 
     [[nodiscard]] bool has_room() const { return planner_.free() >= kPlannerReserve; }
     [[nodiscard]] motion::Planner& planner() { return planner_; }
@@ -80,8 +79,7 @@ class MotionPipe {
     [[nodiscard]] motion::AxisVector position_of_pulses(
         const std::array<std::int64_t, kAxisCount>& origin) const;
 
-    // ---- loop 2
-    // ------------------------------------------------------------------------------------------------
+    // ---- loop 2 -------------------------------------------------------------------------------------------
 
     [[nodiscard]] StepRing& ring() { return ring_; }
     /// Differs from the last one served: drop every step, now.

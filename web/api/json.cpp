@@ -63,10 +63,40 @@ Json facts_json(const spool::Job& job) {
     return facts;
 }
 
-Json position_json(const spool::Spool& spool, const spool::Job& job) {
-    if (job.state != spool::JobState::queued) return nullptr;
-    const auto queued = spool.queue().queued();
-    return 1 + std::distance(queued.begin(), std::find(queued.begin(), queued.end(), &job));
+/// What is left of all copies of `job`, the running one included; nothing when it has no estimate.
+std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& job) {
+    if (job.estimated_s <= 0) return std::nullopt;
+    const bool printing = job.state == spool::JobState::printing;
+    const int whole_copies = job.copies - job.copies_done - (printing ? 1 : 0);
+    return job.estimated_s * whole_copies + (printing ? progress_of(spool, job).remaining_s : 0);
+}
+
+Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std::optional<Place>& place) {
+    const Progress progress = progress_of(spool, job);
+    const bool starts = place && place->starts_in_s;
+    return {
+        {"id", job.id},
+        {"name", job.name},
+        {"size", job.size},
+        {"sha256", job.sha256},
+        {"state", job_word(spool, job)},
+        {"hold", job.hold},
+        {"copies", job.copies},
+        {"copies_done", job.copies_done},
+        {"priority", job.priority},
+        {"position", place ? Json(place->position) : Json{}},
+        {"starts_in_s", starts ? Json(*place->starts_in_s) : Json{}},
+        {"created", time_json(job.created_s)},
+        {"started", time_json(job.started_s)},
+        {"ended", time_json(job.ended_s)},
+        {"error", job.error.empty() ? Json{} : Json(job.error)},
+        {"facts", facts_json(job)},
+        {"progress",
+         {{"bytes", progress.bytes},
+          {"fraction", progress.fraction},
+          {"elapsed_s", progress.elapsed_s},
+          {"remaining_s", progress.remaining_s}}},
+    };
 }
 
 }  // namespace
@@ -145,35 +175,34 @@ Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
     return progress;
 }
 
+std::vector<Place> places_of(const spool::Spool& spool) {
+    std::vector<Place> places;
+    const spool::Job* printing = spool.queue().printing();
+    std::optional<double> time_s = printing ? remaining_of(spool, *printing) : 0.0;
+    for (const spool::Job* job : spool.queue().queued()) {
+        places.push_back({places.size() + 1, job->hold ? std::nullopt : time_s});
+        if (job->hold) continue;
+        const std::optional<double> remaining = remaining_of(spool, *job);
+        time_s = time_s && remaining ? std::optional{*time_s + *remaining} : std::nullopt;
+    }
+    return places;
+}
+
 Json job_json(const spool::Spool& spool, const spool::Job& job) {
-    const Progress progress = progress_of(spool, job);
-    return {
-        {"id", job.id},
-        {"name", job.name},
-        {"size", job.size},
-        {"sha256", job.sha256},
-        {"state", job_word(spool, job)},
-        {"hold", job.hold},
-        {"copies", job.copies},
-        {"copies_done", job.copies_done},
-        {"priority", job.priority},
-        {"position", position_json(spool, job)},
-        {"created", time_json(job.created_s)},
-        {"started", time_json(job.started_s)},
-        {"ended", time_json(job.ended_s)},
-        {"error", job.error.empty() ? Json{} : Json(job.error)},
-        {"facts", facts_json(job)},
-        {"progress",
-         {{"bytes", progress.bytes},
-          {"fraction", progress.fraction},
-          {"elapsed_s", progress.elapsed_s},
-          {"remaining_s", progress.remaining_s}}},
-    };
+    if (job.state != spool::JobState::queued) return whole_job_json(spool, job, std::nullopt);
+    const auto queued = spool.queue().queued();
+    const auto at = static_cast<std::size_t>(std::find(queued.begin(), queued.end(), &job) - queued.begin());
+    return whole_job_json(spool, job, places_of(spool)[at]);
 }
 
 Json jobs_json(const spool::Spool& spool) {
     Json jobs = Json::array();
-    for (const spool::Job* job : spool.queue().listing()) jobs.push_back(job_json(spool, *job));
+    const std::vector<Place> places = places_of(spool);
+    std::size_t queued = 0;
+    for (const spool::Job* job : spool.queue().listing()) {
+        const bool waits = job->state == spool::JobState::queued;
+        jobs.push_back(whole_job_json(spool, *job, waits ? std::optional{places[queued++]} : std::nullopt));
+    }
     const spool::QueueGate& gate = spool.gate();
     return {{"jobs", std::move(jobs)},
             {"queue",

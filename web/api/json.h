@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "spool/spool.h"
 #include "web/http.h"
@@ -22,6 +23,15 @@ using Json = nlohmann::ordered_json;
 /// "2026-11-21T06:00:00Z"; null for 0.
 [[nodiscard]] Json time_json(spool::UnixSeconds time_s);
 [[nodiscard]] Json job_json(const spool::Spool& spool, const spool::Job& job);
+
+/// Where a queued job stands.
+struct Place {
+    std::size_t position = 0;  ///< 1-based
+    std::optional<double>
+        starts_in_s;  ///< if every estimate holds; nothing when one is unknown, or it is held
+};
+/// Places of all queued jobs, in the order of the queue.
+[[nodiscard]] std::vector<Place> places_of(const spool::Spool& spool);
 /// {"jobs":[…],"queue":{…}}
 [[nodiscard]] Json jobs_json(const spool::Spool& spool);
 [[nodiscard]] Json status_json(const spool::Spool& spool);

@@ -244,6 +244,7 @@ test('the emergency stop stops, says so, and can be cleared', async () => {
   await page.getByRole('button', { name: 'Emergency stop' }).click();
   await at('fault').waitFor();
   await stateIs('Stopped by a fault');
+  await page.locator('.legend li').first().waitFor();
   await picture('desktop-stopped');
   await page.getByRole('button', { name: 'Clear fault' }).click();
   await stateIs('Ready');

@@ -23,7 +23,7 @@ MachineSettings open_settings(const std::string& state) {
     return opened ? std::move(*opened) : MachineSettings{};
 }
 
-// ---- settings -----------------------------------------------------------------------------------------------
+// ---- settings -------------------------------------------------------------------------------------------
 
 TEST(MachineSettings, AreRecordedBeforeTheyAreChangedAndUndoneInReverse) {
     FakeMachine machine;
@@ -136,7 +136,7 @@ TEST(MachineSettings, AKillAtAnyMomentLeavesAMachineThatRestorePutsBack) {
     }
 }
 
-// ---- isolation ----------------------------------------------------------------------------------------------
+// ---- isolation ------------------------------------------------------------------------------------------
 
 IsolationOptions third_core_of(const FakeMachine& machine) {
     IsolationOptions options;
@@ -232,7 +232,7 @@ TEST(Isolation, LeavesTheRestOfTheMachineACore) {
     EXPECT_EQ(Isolation::begin(settings, options).error().code, ErrorCode::out_of_range);
 }
 
-// ---- interrupts of a class ----------------------------------------------------------------------------------
+// ---- interrupts of a class ------------------------------------------------------------------------------
 
 TEST(DeviceInterrupts, AreFoundByDeviceAndByHandlerAndRouted) {
     FakeMachine machine;
@@ -295,7 +295,7 @@ TEST(CoreProbe, CountsTheInterruptsOfOneCore) {
     EXPECT_TRUE(tickless_cores(machine.root()).has(2));
 }
 
-// ---- the real machine ---------------------------------------------------------------------------------------
+// ---- the real machine -----------------------------------------------------------------------------------
 
 /// All that isolation touches, as text. (Interrupts that come and go with devices do not matter: only the files of both.)
 std::map<std::string, std::string> real_settings() {

@@ -91,6 +91,7 @@ TEST(Machine, IsReadyOnlyWhenIdleAliveAndAnswering) {
     MachineView silent = machine(4, JobOutcome::completed);
     silent.responding = false;
     EXPECT_FALSE(is_ready(silent));
+    EXPECT_FALSE(is_ready(machine(~std::uint64_t{0}, JobOutcome::completed))) << "the next number would be 0";
 }
 
 TEST(Machine, DamagedFieldsBecomeSafeOnes) {

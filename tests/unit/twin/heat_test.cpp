@@ -191,6 +191,23 @@ TEST(TwinFault, ASensorSticksAtItsInstant) {
     EXPECT_GT(player.temperature(0)->value(), then + 40);
 }
 
+TEST(TwinFault, AFaultCountsFromItsInstantThoughNobodyLooked) {
+    Printer looked_at{Machine{}}, left_alone{Machine{}};
+    for (Printer* printer : {&looked_at, &left_alone}) {
+        printer->inject(*parse_fault("sensor_stuck:hot_end@60"));
+        PinPlayer player(*printer);
+        player.heat(kHotEnd, 1.0);
+        if (printer == &looked_at) {
+            player.wait(60s);
+            ASSERT_TRUE(player.temperature(0).ok());
+            player.wait(60s);
+        } else {
+            player.wait(120s);
+        }
+        EXPECT_NEAR(player.temperature(0)->value(), 118, 10);
+    }
+}
+
 TEST(TwinFault, OpenAndShortedSensors) {
     Printer printer{Machine{}};
     PinPlayer player(printer);

@@ -268,6 +268,20 @@ TEST(Inspector, TurningJustPastAHalfStepIsNoDeviation) {
     EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.55 / 80);
 }
 
+// On a shallow line the next step of X is 40 steps of Y away: a spurious one must not drag the cursor there.
+TEST(Inspector, ASpuriousStepOnAShallowLineIsBlamedOnItsAxisAlone) {
+    Built built;
+    built.firmware.move_to({1, 40, 0, 0});
+    auto& events = built.firmware.events;
+    const auto at = events.begin() + 1500;
+    events.insert(at, {Event::Kind::step, at->time_ns, 0, 1});
+    const Report report = built.report("G1 X1 Y40\n");
+    EXPECT_FALSE(report.matches);
+    EXPECT_GE(report.findings.axes[0].unexplained, 1u);
+    EXPECT_NEAR(report.findings.axes[0].path_deviation_mm_max * 80, 1.5, 0.2) << explain(report);
+    EXPECT_LE(report.findings.axes[1].path_deviation_mm_max * 80, 3.0) << explain(report);
+}
+
 // After another job the extruder's zero is known to a microstep only, and that is 25 microsteps of X.
 TEST(Inspector, TheExtrudersZeroMayBeOffWithoutBlamingTheSlides) {
     Built built;

@@ -109,6 +109,38 @@ TEST(TwinJob, LayersHaveTheHeightOfThePapersEquation) {
     EXPECT_NEAR(volume, 8 * std::numbers::pi / 4 * 1.75 * 1.75, 0.1);
 }
 
+TEST(TwinDeposit, ARetractionAndItsReturnLayNothing) {
+    const Machine machine;
+    Deposit deposit(machine, 0);
+    std::int64_t position = 0;
+    double x = 0;
+    const auto push = [&](int steps, int direction, double way) {
+        for (int i = 0; i < steps; ++i) deposit.extruder_at(position += direction, {x += way, 0, 0.2});
+    };
+    push(960, 1, 0.3);
+    push(77, -1, 0);
+    x += 50;  // travel
+    push(77, 1, 0);
+    push(960, 1, 0.3);
+    deposit.finish();
+    const double step = std::numbers::pi / 4 * 1.75 * 1.75 / 96;
+    EXPECT_NEAR(deposit.volume_mm3(), 1920 * step, 1e-6);
+    ASSERT_EQ(deposit.layers().size(), 1u);
+    EXPECT_NEAR(deposit.layers()[0].length_mm, 1918 * 0.3, 0.1) << "the travel is no line";
+    EXPECT_NEAR(deposit.layers()[0].height_maximum_mm, step / 0.4 / 0.3, 1e-3);
+}
+
+TEST(TwinDeposit, LayersBeyondTheLimitGoIntoTheLast) {
+    Deposit deposit(Machine{}, 0);
+    const int layers = static_cast<int>(Deposit::kLayerLimit) + 5;
+    for (int i = 1; i <= layers; ++i) deposit.extruder_at(i, {0, 0, i * 0.1});
+    EXPECT_EQ(deposit.layers().size(), Deposit::kLayerLimit);
+    EXPECT_EQ(deposit.layers_merged(), 5u);
+    double volume = 0;
+    for (const Layer& layer : deposit.layers()) volume += layer.volume_mm3;
+    EXPECT_NEAR(volume, deposit.volume_mm3(), 1e-6);
+}
+
 TEST(TwinJob, ColdPlasticIsCounted) {
     Printer printer{Machine{}};
     Wall wall(printer);

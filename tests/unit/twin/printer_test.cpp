@@ -220,6 +220,15 @@ TEST(TwinMotor, AbovePullOutEverythingIsLostUntilItIsSlowAgain) {
     EXPECT_EQ(bench.lost(), settled);
 }
 
+TEST(TwinMotor, AStalledMotorStartsAnewTheOtherWay) {
+    MotorBench bench;
+    bench.run(25'000, 500);
+    const std::uint64_t lost = bench.lost();
+    EXPECT_GT(lost, 400u);
+    bench.player.steps(0, -1, 100, from_seconds(1 / 1500.0));
+    EXPECT_EQ(bench.lost(), lost);
+}
+
 TEST(TwinMotor, OneEarlyStepIsForgivenABunchIsNot) {
     MotorBench bench;
     bench.run(1800, 200);

@@ -136,6 +136,17 @@ TEST_F(JobsApiTest, JobsAreListedReorderedChangedAndDeleted) {
     EXPECT_EQ(request("POST /api/v1/jobs/2/start").json()["state"], "queued");
 }
 
+TEST_F(JobsApiTest, TheQueueSaysWhenEachJobStarts) {
+    static_cast<void>(upload("a", "G28\n", {{"print", "true"}, {"copies", "2"}}));
+    static_cast<void>(upload("b", "G28\n"));
+    static_cast<void>(upload("c", "G28\n", {{"print", "true"}}));
+    const auto jobs = request("GET /api/v1/jobs").json()["jobs"];
+    EXPECT_EQ(jobs[0]["starts_in_s"], 0.0);
+    EXPECT_TRUE(jobs[1]["starts_in_s"].is_null()) << "held";
+    EXPECT_EQ(jobs[2]["starts_in_s"], 200.0) << "two copies of 100 s before it";
+    EXPECT_EQ(request("GET /api/v1/jobs/3").json()["starts_in_s"], 200.0);
+}
+
 TEST_F(JobsApiTest, PatchesOfTheWrongFormChangeNothing) {
     static_cast<void>(upload("a", "G28\n"));
     for (const char* bad : {"", "[]", "{", R"({"hold":1})", R"({"copies":"2"})", R"({"copies":1.5})",

@@ -1,0 +1,67 @@
+#include "apps/printd/options.h"
+
+#include <gtest/gtest.h>
+
+namespace qduino::printd {
+namespace {
+
+std::optional<Options> parse(std::vector<std::string> arguments, int& status) {
+    arguments.insert(arguments.begin(), {"printd", "--state", "s", "--link", "l"});
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    ::testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStdout();
+    auto options = parse_options(static_cast<int>(pointers.size()), pointers.data(), status);
+    static_cast<void>(::testing::internal::GetCapturedStdout());
+    static_cast<void>(::testing::internal::GetCapturedStderr());
+    return options;
+}
+
+TEST(Options, TheDefaultsAreTheSafeOnes) {
+    int status = 0;
+    const auto options = parse({}, status);
+    ASSERT_TRUE(options.has_value());
+    EXPECT_EQ(options->address, "127.0.0.1");
+    EXPECT_TRUE(options->authentication);
+    EXPECT_TRUE(options->hold_after_failure);
+    EXPECT_FALSE(options->confirm_bed);
+    EXPECT_FALSE(options->print_link);
+}
+
+TEST(Options, ListenTakesAddressAndPort) {
+    int status = 0;
+    EXPECT_EQ(parse({"--listen", "192.168.1.2:81"}, status)->address, "192.168.1.2");
+    EXPECT_EQ(parse({"--listen", "192.168.1.2:81"}, status)->port, 81);
+    EXPECT_EQ(parse({"--listen", "[::1]:82"}, status)->address, "::1");
+    EXPECT_EQ(parse({"--listen", "83"}, status)->port, 83);
+    for (const char* bad : {"", ":80", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:70000", "127.0.0.1:-1"}) {
+        EXPECT_FALSE(parse({"--listen", bad}, status).has_value()) << bad;
+        EXPECT_EQ(status, 2) << bad;
+    }
+}
+
+TEST(Options, WhatIsWrongOrMissingIsRefused) {
+    int status = 0;
+    EXPECT_FALSE(parse({"--after-failure", "explode"}, status).has_value());
+    EXPECT_FALSE(parse({"--upload-limit-mib", "0"}, status).has_value());
+    EXPECT_FALSE(parse({"--nonsense"}, status).has_value());
+    EXPECT_FALSE(parse({"--help"}, status).has_value());
+    EXPECT_EQ(status, 0);
+}
+
+TEST(Options, FlagsAreUnderstood) {
+    int status = 0;
+    const auto options = parse({"--no-auth", "--confirm-bed", "--print-link", "--after-failure", "continue",
+                                "--allow-host", "a", "--allow-host", "b", "--upload-limit-mib", "5"},
+                               status);
+    ASSERT_TRUE(options.has_value());
+    EXPECT_FALSE(options->authentication);
+    EXPECT_TRUE(options->confirm_bed);
+    EXPECT_TRUE(options->print_link);
+    EXPECT_FALSE(options->hold_after_failure);
+    EXPECT_EQ(options->hosts.size(), 2u);
+    EXPECT_EQ(options->upload_max_mib, 5u);
+}
+
+}  // namespace
+}  // namespace qduino::printd
