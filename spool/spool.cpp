@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 namespace qduino::spool {
 
@@ -193,14 +194,16 @@ Result<void> Spool::push_command(Command command, std::string_view text) {
 
 Result<void> Spool::pause() {
     if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
-    if (machine_.job.state != MachineState::printing) {
-        return make_error(ErrorCode::not_permitted, "nothing is printing");
-    }
-    return push_command(Command::pause, {});
+    if (machine_.job.state == MachineState::printing) return push_command(Command::pause, {});
+    const bool about_to_print = run_ && machine_.job.state == MachineState::idle;
+    if (!about_to_print) return make_error(ErrorCode::not_permitted, "nothing is printing");
+    pause_wanted_ = true;
+    return {};
 }
 
 Result<void> Spool::resume() {
     if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    if (std::exchange(pause_wanted_, false)) return {};
     if (machine_.job.state != MachineState::paused && machine_.job.state != MachineState::pausing) {
         return make_error(ErrorCode::not_permitted, "nothing is paused");
     }
@@ -370,6 +373,8 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
         static_cast<void>(cancel());
     }
     if (run_->cancel_asked) repeat_cancel(now);
+    const bool pauses_now = pause_wanted_ && machine_.job.state == MachineState::printing;
+    if (pauses_now && push_command(Command::pause, {}).ok()) pause_wanted_ = false;
 }
 
 /// Repeated because the machine ignores a cancellation that overtakes its job; harmless, since the next run begins
@@ -405,6 +410,7 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     run_.reset();
     feeder_.reset();
     cancel_sent_at_.reset();
+    pause_wanted_ = false;
 }
 
 void Spool::await_report() {

@@ -99,6 +99,7 @@ class Spool {
 
     // ---- the machine ---------------------------------------------------------------------------------------
     // Errors: unavailable (not connected, or its ring is full), not_permitted (does not apply now).
+    /// Also right after a job was begun: it pauses as soon as the machine prints.
     [[nodiscard]] Result<void> pause();
     [[nodiscard]] Result<void> resume();
     /// Durable: repeated until the machine has obeyed, also by a service that is started anew.
@@ -159,6 +160,7 @@ class Spool {
     EmergencyLine emergency_;
     printer::link::FrameReader reply_reader_;
     std::optional<Instant> cancel_sent_at_;
+    bool pause_wanted_ = false;  // asked for before the machine had begun the job
     std::vector<Reply> replies_;
     std::uint64_t heartbeat_ = 0;
     Instant heartbeat_at_{};  // when it last changed

@@ -183,6 +183,22 @@ TEST_F(SpoolTest, PauseAndResumeApplyOnlyWhenTheyDo) {
     EXPECT_EQ(state(a), JobState::done);
 }
 
+TEST_F(SpoolTest, APauseRightAfterTheBeginIsNotLost) {
+    start_sketch();
+    open_spool();
+    run(2);
+    const JobId a = *add(content_of(2'000'000, 5));
+    now_ += std::chrono::milliseconds{20};
+    spool_->tick(now_, 1);  // begun, and the sketch has not seen it
+    ASSERT_EQ(state(a), JobState::printing);
+    ASSERT_TRUE(spool_->pause().ok());
+    run(10, 1000);
+    EXPECT_EQ(sketch_->status().state, MachineState::paused);
+    ASSERT_TRUE(spool_->resume().ok());
+    run(100);
+    EXPECT_EQ(state(a), JobState::done);
+}
+
 TEST_F(SpoolTest, AnEmergencyStopFailsTheJobAndNeedsNoTick) {
     start_sketch();
     open_spool();
