@@ -9,33 +9,34 @@
 namespace qduino::tests {
 namespace {
 
-/// Notes the instant of every rising edge of X, and forwards everything to the twin.
+/// Notes the instant of every rising edge of X, and forwards everything to the twin. Must outlive the bench, whose board
+/// writes its pins until the end.
 class EdgeNotes final : public board::Peripherals {
   public:
-    explicit EdgeNotes(board::Peripherals& next) : next_(next) {}
+    void forward_to(board::Peripherals& next) { next_ = &next; }
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         const bool high = level == board::Level::high;
         if (pin.number == 2 && high && !high_) rises.push_back(now);
         if (pin.number == 2) high_ = high;
-        next_.pin_written(now, pin, level);
+        next_->pin_written(now, pin, level);
     }
     void pwm_written(Instant now, board::PinId pin, double duty) override {
-        next_.pwm_written(now, pin, duty);
+        next_->pwm_written(now, pin, duty);
     }
-    board::Level pin_level(Instant now, board::PinId pin) override { return next_.pin_level(now, pin); }
-    double analog_level(Instant now, board::PinId pin) override { return next_.analog_level(now, pin); }
+    board::Level pin_level(Instant now, board::PinId pin) override { return next_->pin_level(now, pin); }
+    double analog_level(Instant now, board::PinId pin) override { return next_->analog_level(now, pin); }
     Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
                               std::span<const std::uint8_t> out, std::span<std::uint8_t> in) override {
-        return next_.i2c_transfer(now, bus, address, out, in);
+        return next_->i2c_transfer(now, bus, address, out, in);
     }
     Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
                               std::span<std::uint8_t> data) override {
-        return next_.spi_transfer(now, bus, settings, data);
+        return next_->spi_transfer(now, bus, settings, data);
     }
     std::vector<Instant> rises;
 
   private:
-    board::Peripherals& next_;
+    board::Peripherals* next_ = nullptr;
     bool high_ = false;
 };
 
@@ -53,8 +54,9 @@ TEST(Steps, OneLongMoveIsTheTrapezoidWithinAMicrosecondAtEveryStep) {
     printer::MachineConfig config;
     config.axes[0].max_speed_mm_s = 200;
     config.axes[0].max_acceleration_mm_s2 = 3000;
+    EdgeNotes notes;
     PrinterBench bench(config);
-    EdgeNotes notes(bench.twin());
+    notes.forward_to(bench.twin());
     ASSERT_TRUE(bench.begin(&notes));
     bench.type("G28");
     ASSERT_TRUE(bench.run_until([&] { return bench.status().homed[2]; }, 60));
@@ -74,8 +76,9 @@ TEST(Steps, OneLongMoveIsTheTrapezoidWithinAMicrosecondAtEveryStep) {
 TEST(Steps, TwoRunsGiveTheSameSteps) {
     std::vector<std::vector<Instant>> runs;
     for (int run = 0; run < 2; ++run) {
+        EdgeNotes notes;
         PrinterBench bench;
-        EdgeNotes notes(bench.twin());
+        notes.forward_to(bench.twin());
         ASSERT_TRUE(bench.begin(&notes));
         bench.job("G28\nG1 X30 Y10 F6000\nG1 X5 Y40\nG1 X50 Y50\n");
         ASSERT_TRUE(bench.finish_job(60));
