@@ -4,9 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../web/ui"
 stamp=node_modules/.installed
 if [ ! -e "$stamp" ] || [ package-lock.json -nt "$stamp" ]; then
-  # The lock file names the optional packages of the platform it was made on; npm ci refuses it on some versions of npm
-  # for those of other platforms, and an ordinary install then takes the same versions.
-  npm ci --no-audit --no-fund --loglevel=silent || npm install --no-save --no-audit --no-fund --loglevel=error
+  npm ci --no-audit --no-fund --loglevel=error
   touch "$stamp"
 fi
 if [ ! -e dist/index.html ] ||
