@@ -7,8 +7,10 @@
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/lock.h"
 #include "arduino/host/eeprom_file.h"
+#include "board/real_time_mark.h"
 
 using qduino::arduino::report_error;
+using qduino::board::AllowAllocation;
 
 EEPROMClass EEPROM;
 
@@ -45,6 +47,8 @@ bool open_file(const std::string& path) {
 std::uint8_t* storage() {
     if (std::uint8_t* there = bytes.load(std::memory_order_acquire)) return there;
     const qduino::arduino::LockGuard held{opening};
+    const AllowAllocation once{
+        "EEPROM has no begin(): its file is opened at the first access, which may be a loop's"};
     if (!bytes.load()) open_file(qduino::arduino::host::default_eeprom_path());
     return bytes.load();
 }

@@ -6,7 +6,7 @@
 //   interruptsVcpu()  attachInterruptVcpu()           core/interrupts.h I/O VCPUs
 //   noInterrupts(device, core)  noTimer(core)  …      core/interrupts.h isolation of a core
 //   delayBusyNanoseconds()  delayBusyUntil()  …       core/timing.h     spinning, to a length or to an instant
-//   RingBuffer<T, N>  Channel<T>  Spinlock            core/channels.h   between loops
+//   RingBuffer<T, N>  Channel<T>  Mutex               core/channels.h   between loops
 #pragma once
 
 #include "arduino/core/channels.h"

@@ -1,6 +1,7 @@
 #include "arduino/Servo.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/numbers.h"
@@ -16,6 +17,10 @@ std::uint8_t Servo::attach(int pin, int minimum_us, int maximum_us) {
                                "a servo has a pin below 128 and a minimum below its maximum"));
         return INVALID_SERVO;
     }
+    const port::PinId id{static_cast<std::uint16_t>(pin)};
+    if (!qduino::arduino::succeeded("Servo.attach", pin,
+                                    port::pwm_period(id, std::chrono::microseconds{REFRESH_INTERVAL})))
+        return INVALID_SERVO;
     pin_ = pin;
     minimum_us_ = minimum_us;
     maximum_us_ = maximum_us;
@@ -27,6 +32,7 @@ void Servo::detach() {
     if (!attached()) return;
     const port::PinId pin{static_cast<std::uint16_t>(pin_)};
     qduino::arduino::succeeded("Servo.detach", pin_, port::pwm_write(pin, 0.0));
+    qduino::arduino::succeeded("Servo.detach", pin_, port::pwm_period(pin, qduino::Nanoseconds{0}));
     pin_ = -1;
 }
 

@@ -3,8 +3,8 @@
 //   ▔▔▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▔▔▁▁▁     one pulse of 544–2400 µs in every 20 ms; its width is the angle
 //   ◄──────── 20 ms ────►
 //
-// The pulse is made by the board's PWM: its duty is width / 20 ms, so the pin must be one whose PWM runs at 50 Hz. No
-// software jitter, and no loop is needed.
+// The pulse is made by the board's PWM, which attach() sets to 50 Hz on this pin, and detach() back: its duty is width / 20 ms.
+// No software jitter, and no loop is needed.
 #pragma once
 
 #include <cstdint>

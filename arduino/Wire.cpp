@@ -41,6 +41,7 @@ bool TwoWire::getWireTimeoutFlag() { return mine().timed_out; }
 void TwoWire::clearWireTimeoutFlag() { mine().timed_out = false; }
 
 std::uint8_t TwoWire::transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size) {
+    const qduino::arduino::LockGuard held{lock_};
     const auto done =
         port::i2c_transfer(bus_, port::I2cAddress{transaction.address}, {transaction.out.data(), out_size},
                            {transaction.in.data(), in_size});

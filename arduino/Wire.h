@@ -7,14 +7,15 @@
 //   beginTransmission(a) write(…) endTransmission()                          one i2c_transfer: … out
 //   requestFrom(a, n)                                                        one i2c_transfer: n in
 //
-// Each loop has buffers of its own, so several loops use one bus without a lock and without mixing bytes; the board
-// orders whole transactions. No allocation.
+// Each loop has buffers of its own, so several loops collect their transactions side by side; on the bus one is at a time, whole,
+// and whoever waits lends its rank to the loop whose transaction it is (core/lock.h). No allocation.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
 #include "arduino/Stream.h"
+#include "arduino/core/lock.h"
 #include "board/types.h"
 
 inline constexpr std::size_t BUFFER_LENGTH = 256;  // 32 on the AVR
@@ -81,6 +82,7 @@ class TwoWire : public Stream {
     std::uint8_t transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size);
 
     qduino::board::I2cBus bus_;
+    qduino::arduino::Lock lock_;  // held for a transaction
     std::array<Transaction, qduino::board::kVcpuLimit> transactions_{};
 };
 

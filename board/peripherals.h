@@ -36,6 +36,10 @@ class Peripherals {
     virtual void pin_written(Instant now, PinId pin, Level level) = 0;
     /// The board's PWM output on `pin` has this duty (0…1) from now on.
     virtual void pwm_written(Instant now, PinId pin, double duty) = 0;
+    /// The board's PWM output on `pin` has this period from now on; 0: the board's own. Most see the duty alone.
+    virtual void pwm_period_set(Instant now, PinId pin, Nanoseconds period) {
+        static_cast<void>(now), static_cast<void>(pin), static_cast<void>(period);
+    }
     /// What the outside drives onto `pin`.
     [[nodiscard]] virtual Level pin_level(Instant now, PinId pin) = 0;
     /// Voltage on an analog pin as a fraction (0…1) of the reference.

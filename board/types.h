@@ -1,9 +1,11 @@
 // The words of the seam: pins, buses, and what a board is told of a VCPU.
 #pragma once
 
+#include <atomic>
 #include <compare>
 #include <cstdint>
 
+#include "base/result.h"
 #include "base/time.h"
 
 namespace qduino::board {
@@ -14,6 +16,17 @@ struct PinId {
     constexpr auto operator<=>(const PinId&) const = default;
 };
 inline constexpr std::uint16_t kPinCount = 128;
+
+/// What a PWM's period may be: 1 Hz to 1 MHz.
+inline constexpr Nanoseconds kPwmPeriodMin{1'000};
+inline constexpr Nanoseconds kPwmPeriodMax{1'000'000'000};
+/// 0 stands for the board's own.
+constexpr bool is_pwm_period(Nanoseconds period) {
+    return period == Nanoseconds{0} || (period >= kPwmPeriodMin && period <= kPwmPeriodMax);
+}
+inline Error bad_pwm_period() {
+    return make_error(ErrorCode::invalid_argument, "a PWM period is 1 us to 1 s, or 0 for the board's own");
+}
 
 enum class Level : std::uint8_t { low = 0, high = 1 };
 enum class PinMode : std::uint8_t { input, input_pullup, input_pulldown, output, output_open_drain };
@@ -51,6 +64,11 @@ enum class VcpuKind : std::uint8_t {
     io,    ///< priority-inheriting bandwidth-preserving server (PIBS)
 };
 
+/// A lock between VCPUs. What its value means is the board's business; 0 is free. It stays where it is while it is in use.
+struct LockWord {
+    std::atomic<std::uint32_t> value{0};
+};
+
 /// What a board is given to run: already admitted, its core decided.
 struct VcpuSpec {
     VcpuId id = kNoVcpu;
@@ -59,6 +77,7 @@ struct VcpuSpec {
     Nanoseconds period{};
     int core = 0;            ///< 0 … core_count()-1
     bool owns_core = false;  ///< budget == period: never throttled, alone on its core
+    bool classic = false;    ///< Arduino's own loop(): may allocate and lock (real_time_mark.h)
     const char* name = "";   ///< for reports; static storage
     void (*entry)(void*) =
         nullptr;  ///< runs on the VCPU until the board stops; returns when stop_requested()

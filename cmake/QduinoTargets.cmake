@@ -6,9 +6,13 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
-set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
 
 set(QDUINO_SANITIZE "" CACHE STRING "Sanitizers for the whole build, as -fsanitize= takes them")
+if(QDUINO_SANITIZE)
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")  # what the sanitizers recommend; half the time to compile
+else()
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+endif()
 option(QDUINO_FUZZ "Build the libFuzzer targets (clang)" OFF)
 
 # Paths are cached relative to the tree, so that a second clone finds what the first has compiled.
@@ -56,7 +60,7 @@ endfunction()
 # What ./test runs under the sanitizers in its short run; the presets `asan` and `tsan` build and run everything.
 set(QDUINO_SHORT_SANITIZED
     test_base test_channel test_sched test_device test_twin test_sim test_runtime test-gcode-reading test-gcode-meaning
-    test-preflight test-link test-motion test-step test-spool unit-heat unit-machine unit-machine-file unit_linux_pins
+    test-preflight test-link test-motion test-step test-spool unit-heat unit-machine unit-machine-file unit-board-file unit_linux_pins
     scenario-printer)
 # Everything lock-free, under the thread sanitizer.
 set(QDUINO_LOCK_FREE test_channel test-link unit_linux_pins)
@@ -64,9 +68,10 @@ add_custom_target(sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
 
-# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s]): a GoogleTest program; each TEST is one ctest test.
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL]): a GoogleTest program; each TEST is one ctest test.
+# SERIAL: with nothing else beside it (it takes the machine's cores, or changes its settings).
 function(qduino_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "LINK;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
@@ -86,7 +91,30 @@ function(qduino_test name)
   string(REPLACE ";" " " arg_LABELS "${arg_LABELS}")
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+                       PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL})
+endfunction()
+
+# qduino_python_cases(PREFIX SCRIPT TIMEOUT s [SERIAL]): each `test_` method of a unittest script is one ctest test, PREFIX.Class.method,
+# so that they run apart and a failure names itself. The script gets printd, fake-sketch and the sanitizers (service.configure()).
+function(qduino_python_cases prefix script)
+  cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "" ${ARGN})
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  get_filename_component(script ${script} ABSOLUTE)
+  file(STRINGS ${script} lines REGEX "^class [A-Z]|^    def test_")
+  foreach(line IN LISTS lines)
+    if(line MATCHES "^class ([A-Za-z]+)")
+      set(class ${CMAKE_MATCH_1})
+    elseif(line MATCHES "def (test_[a-z0-9_]+)")
+      set(test ${prefix}.${class}.${CMAKE_MATCH_1})
+      add_test(NAME ${test} COMMAND ${Python3_EXECUTABLE} -B ${script} $<TARGET_FILE:printd> $<TARGET_FILE:fake-sketch>
+                                    "${QDUINO_SANITIZE}" ${class}.${CMAKE_MATCH_1})
+      set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS e2e)
+      if(arg_SERIAL)
+        set_tests_properties(${test} PROPERTIES RUN_SERIAL TRUE)
+      endif()
+    endif()
+  endforeach()
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${script})
 endfunction()
 
 # qduino_fuzz(NAME sources… LINK libraries…): a libFuzzer target, only in the fuzz preset. Seeds in corpus/NAME beside it.

@@ -48,6 +48,9 @@ namespace qduino::port {
     Result<void> pwm_write(PinId pin, double duty) {                                                         \
         return wired ? wired->pwm_write(pin, duty) : not_running();                                          \
     }                                                                                                        \
+    Result<void> pwm_period(PinId pin, Nanoseconds period) {                                                 \
+        return wired ? wired->pwm_period(pin, period) : not_running();                                       \
+    }                                                                                                        \
     Result<double> analog_read(PinId pin) {                                                                  \
         return wired ? wired->analog_read(pin) : Result<double>(not_running());                              \
     }                                                                                                        \
@@ -60,6 +63,13 @@ namespace qduino::port {
     }                                                                                                        \
     Result<void> safe_state(PinId pin, Level level) {                                                        \
         return wired ? wired->safe_state(pin, level) : not_running();                                        \
+    }                                                                                                        \
+    void lock(board::LockWord& word) {                                                                       \
+        if (wired) wired->lock(word);                                                                        \
+    }                                                                                                        \
+    bool try_lock(board::LockWord& word) { return !wired || wired->try_lock(word); }                         \
+    void unlock(board::LockWord& word) {                                                                     \
+        if (wired) wired->unlock(word);                                                                      \
     }                                                                                                        \
     VcpuId current_vcpu() { return wired ? wired->current_vcpu() : board::kNoVcpu; }                         \
     void wait_for_next_period() {                                                                            \

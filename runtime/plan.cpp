@@ -87,6 +87,7 @@ Result<board::VcpuId> Plan::add_io(Nanoseconds budget, Nanoseconds period, int c
 
     requests_.push_back({.id = id, .parameters = {budget, period}, .core = core, .io = true});
     if (Result<void> admitted = admit(nullptr, 0); !admitted) {
+        refused_ios_.push_back({requests_.back(), admission_->refusal, admission_->refused_core});
         remove_io(id);
         return admitted.error();
     }

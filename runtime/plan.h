@@ -18,6 +18,13 @@
 
 namespace qduino::runtime {
 
+/// An I/O VCPU that was asked for and not admitted.
+struct RefusedIo {
+    sched::VcpuRequest request;  ///< as asked
+    sched::Refusal refusal;      ///< of it, or of a loop that would be late because of it
+    int core = sched::kAnyCore;  ///< the core it asked for, or that came nearest
+};
+
 /// Setup-time only; allocates.
 class Plan {
   public:
@@ -42,6 +49,8 @@ class Plan {
     /// The admission table of every core in use, as the plan stands.
     [[nodiscard]] sched::Explanation admission_table() const;
     [[nodiscard]] bool admitted() const { return admission_->admitted; }
+    /// What add_io() has refused, in order.
+    [[nodiscard]] const std::vector<RefusedIo>& refused_ios() const { return refused_ios_; }
     [[nodiscard]] const sched::MachineAdmission& admission() const { return *admission_; }
 
   private:
@@ -54,6 +63,7 @@ class Plan {
     std::vector<sched::VcpuRequest> requests_;
     std::unique_ptr<sched::MachineAdmission> admission_;
     sched::Explanation explanation_;
+    std::vector<RefusedIo> refused_ios_;
 };
 
 /// "loop 1" … "loop 32", "io 33" … "io 63": static storage.

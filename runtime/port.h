@@ -38,8 +38,9 @@ void sleep_until(Instant t);  ///< blocks, consuming none; never returns early
 Result<void> pin_mode(PinId pin, PinMode mode);  ///< setup-time
 void pin_write(PinId pin, Level level);
 [[nodiscard]] Level pin_read(PinId pin);
-Result<void> pwm_write(PinId pin, double duty);       ///< duty 0…1
-[[nodiscard]] Result<double> analog_read(PinId pin);  ///< 0…1 of the reference
+Result<void> pwm_write(PinId pin, double duty);          ///< duty 0…1
+Result<void> pwm_period(PinId pin, Nanoseconds period);  ///< 1 µs to 1 s; 0: the board's own. Setup-time
+[[nodiscard]] Result<double> analog_read(PinId pin);     ///< 0…1 of the reference
 Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                           std::span<std::uint8_t> in);
 Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
@@ -53,6 +54,11 @@ void wait_for_next_period();
 void yield();
 /// Sets the overrun policy of a loop. Setup-time, or from the loop itself.
 void set_overrun_policy(VcpuId loop, std::uint8_t policy, void (*callback)(VcpuId, Nanoseconds));
+
+// ---- locks: see board/board.h; not recursive --------------------------------------------------------------
+void lock(board::LockWord& word);  ///< waits, consuming no budget, while another VCPU holds it
+[[nodiscard]] bool try_lock(board::LockWord& word);
+void unlock(board::LockWord& word);
 
 // ---- interrupts -------------------------------------------------------------------------------------------
 /// Budget and period of the I/O VCPU that serves device class `device` (runtime/sketch.h: DeviceClass).

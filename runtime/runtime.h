@@ -188,6 +188,7 @@ class Runtime {
                 continue;  // without an entry the board runs what is attached to it
             Loop& loop = loop_at(spec.id);
             loop.owns_core = spec.owns_core;
+            spec.classic = loop.declaration.classic;
             entries_[spec.id] = {.runtime = this, .loop = &loop};
             spec.entry = &Runtime::loop_entry;
             spec.context = &entries_[spec.id];

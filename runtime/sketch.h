@@ -34,6 +34,7 @@ struct LoopDeclaration {
     void (*body)() = nullptr;
     const char* file = "";  ///< where it is declared, for refusals
     int line = 0;
+    bool classic = false;  ///< Arduino's own loop(), without a budget of its author's
 };
 
 /// The declared loops, in order of declaration. `dropped` counts those past the 32nd.

@@ -55,19 +55,21 @@ bool CoreScheduler::has_work(const Vcpu& vcpu) {
     return vcpu.io ? !vcpu.pibs.idle() : !vcpu.server.blocked();
 }
 
-Nanoseconds CoreScheduler::priority_period(const Vcpu& vcpu) {
-    return vcpu.io ? vcpu.pibs.client_period() : vcpu.server.parameters().period;
+Rank CoreScheduler::rank_of(const Vcpu& vcpu) {
+    const Rank own{vcpu.io ? vcpu.pibs.client_period() : vcpu.server.parameters().period, vcpu.id};
+    return std::min(own, vcpu.inherited);
 }
 
-bool CoreScheduler::before(const Vcpu& a, const Vcpu& b) {
-    const Nanoseconds period_a = priority_period(a);
-    const Nanoseconds period_b = priority_period(b);
-    return period_a != period_b ? period_a < period_b : a.id < b.id;
+bool CoreScheduler::before(const Vcpu& a, const Vcpu& b) { return rank_of(a) < rank_of(b); }
+
+Nanoseconds CoreScheduler::budget_left(const Vcpu& vcpu, Instant now) {
+    if (vcpu.owns_core) return Nanoseconds::max();
+    return vcpu.io ? vcpu.pibs.available(now) : vcpu.server.available(now);
 }
 
 Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) {
-    if (vcpu.owns_core) return Nanoseconds::max();
-    return vcpu.io ? vcpu.pibs.available(now) : vcpu.server.available(now);
+    const Nanoseconds left = budget_left(vcpu, now);
+    return left > Nanoseconds{0} || !vcpu.holding ? left : vcpu.grace;
 }
 
 Instant CoreScheduler::replenishment(const Vcpu& vcpu) {
@@ -77,7 +79,11 @@ Instant CoreScheduler::replenishment(const Vcpu& vcpu) {
 void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
     if (vcpu.owns_core) {
         vcpu.owned_consumed += used;
-    } else if (vcpu.io) {
+        return;
+    }
+    const Nanoseconds overrun = std::max(used - budget_left(vcpu, now - used), Nanoseconds{0});
+    vcpu.grace = std::max(vcpu.grace - overrun, Nanoseconds{0});
+    if (vcpu.io) {
         vcpu.pibs.consume(now, used);
     } else {
         vcpu.server.consume(now, used);
@@ -113,6 +119,17 @@ void CoreScheduler::block(VcpuId id, Instant now) {
         vcpu.server.block(now);
     }
     if (running_ == slots_[id]) running_ = kNoSlot;
+}
+
+void CoreScheduler::inherit(VcpuId id, Rank rank) { at(id).inherited = rank; }
+
+void CoreScheduler::set_holding(VcpuId id, bool holding, Instant now) {
+    account(now);
+    Vcpu& vcpu = at(id);
+    if (holding == vcpu.holding) return;
+    vcpu.holding = holding;
+    const VcpuParameters& parameters = vcpu.io ? vcpu.pibs.parameters() : vcpu.server.parameters();
+    vcpu.grace = holding ? parameters.budget : Nanoseconds{0};
 }
 
 void CoreScheduler::account(Instant now, Nanoseconds stolen) {

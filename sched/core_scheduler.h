@@ -11,6 +11,13 @@
 //
 // A throttled VCPU stays runnable; decide() skips it until its replenishment.
 //
+// Locks are the caller's; two things about them are this class's (L. Sha, R. Rajkumar, J. Lehoczky, "Priority inheritance
+// protocols", IEEE Trans. Computers, 1990):
+//   - inherit(): who holds a lock ranks as the highest of those who wait for it;
+//   - set_holding(): who holds one is not throttled when its budget ends, or its waiters would wait for its
+//     replenishment. It goes on for one budget more at most, charged forward as any overrun: what the others lose to it
+//     within a period is bounded, and given back.
+//
 // The caller owns the clock: it calls decide(now), runs what it is told until `until` at the latest (or until
 // something wakes or blocks), then calls again. Between two calls the VCPU last chosen is taken to have run
 // all the time, but for what account() is told was taken from it.
@@ -20,6 +27,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <optional>
 
@@ -38,6 +46,13 @@ struct Decision {
     Instant until = kForever;
     bool background = false;  ///< runs without budget, at no priority, because nothing else wants the core
     bool operator==(const Decision&) const = default;
+};
+
+/// Who goes first: the smaller. A VCPU's own is its period and its id.
+struct Rank {
+    Nanoseconds period = Nanoseconds::max();
+    VcpuId id = 0xff;
+    constexpr auto operator<=>(const Rank&) const = default;
 };
 
 struct MainVcpuOptions {
@@ -69,6 +84,11 @@ class CoreScheduler {
     /// VCPU `id`, main or I/O, has no work left.
     void block(VcpuId id, Instant now);
 
+    /// `id` ranks at least as high as `rank` from the next decide() on, until told otherwise (its own rank: no more).
+    void inherit(VcpuId id, Rank rank);
+    /// `id` holds a lock, or holds none any more. Charge what was stolen first.
+    void set_holding(VcpuId id, bool holding, Instant now);
+
     /// Charges the running VCPU for the time since the last call, less `stolen` (interrupts that were served
     /// on the core meanwhile; 0 <= stolen <= the time passed). The calls above and decide() do it themselves
     /// with nothing stolen.
@@ -80,7 +100,8 @@ class CoreScheduler {
     [[nodiscard]] std::optional<VcpuId> running() const;
     /// Contract for all of these: `id` was added.
     [[nodiscard]] bool runnable(VcpuId id) const;  ///< has work, with or without budget
-    /// Budget left at `now`; Nanoseconds::max() for an owning VCPU.
+    /// Budget left at `now`, or, when that is spent and it holds a lock, what it may overrun; Nanoseconds::max() for an
+    /// owning VCPU.
     [[nodiscard]] Nanoseconds available(VcpuId id, Instant now) const;
     [[nodiscard]] Instant next_replenishment(VcpuId id) const;
     [[nodiscard]] Nanoseconds consumed(VcpuId id) const;  ///< charged ever
@@ -95,6 +116,9 @@ class CoreScheduler {
         bool io = false;
         bool owns_core = false;
         bool background = false;
+        bool holding = false;
+        Nanoseconds grace{};  // what it may still overrun while it holds a lock
+        Rank inherited;
         Nanoseconds owned_consumed{};  // an owning VCPU has no server to charge
         SporadicServer server;
         Pibs pibs;
@@ -106,8 +130,9 @@ class CoreScheduler {
     [[nodiscard]] const Vcpu& at(VcpuId id) const;
     void insert(const Vcpu& vcpu);
     [[nodiscard]] static bool has_work(const Vcpu& vcpu);
-    [[nodiscard]] static Nanoseconds priority_period(const Vcpu& vcpu);
+    [[nodiscard]] static Rank rank_of(const Vcpu& vcpu);
     [[nodiscard]] static bool before(const Vcpu& a, const Vcpu& b);
+    [[nodiscard]] static Nanoseconds budget_left(const Vcpu& vcpu, Instant now);
     [[nodiscard]] static Nanoseconds available(const Vcpu& vcpu, Instant now);
     [[nodiscard]] static Instant replenishment(const Vcpu& vcpu);
     static void charge(Vcpu& vcpu, Instant now, Nanoseconds used);

@@ -191,13 +191,17 @@ void write_refusal(Writer& out, const Refusal& refusal, int core) {
 void write_core(Writer& out, const Admission& admission) {
     if (admission.loops.empty() && admission.admitted) return;
     out << "core " << std::int64_t{admission.core} << ": " << (admission.admitted ? "admitted" : "refused");
-    if (!admission.loops.empty()) {
+    if (admission.by == AdmittedBy::owned && !admission.loops.empty()) {
+        // No test was made, and none is needed: the bound would not hold of a whole core with overheads.
+        out << ", owned by ";
+        write_name(out, admission.loops[0].id, false);
+        out << ": it is alone there and never throttled";
+    } else if (!admission.loops.empty()) {
         out << ", utilisation ";
         write_ratio(out, admission.utilisation_ppm);
         out << (admission.by == AdmittedBy::completion_time ? " > " : " <= ") << "bound ";
         write_ratio(out, admission.bound_ppm);
         if (admission.by == AdmittedBy::completion_time) out << ": completion time decides";
-        if (admission.by == AdmittedBy::owned) out << ": owned";
     }
     out.line_end();
     for (const LoopResponse& loop : admission.loops) {

@@ -7,6 +7,7 @@ packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
   libsodium-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
 packages_web="nodejs npm"
 packages_run="curl util-linux"
+packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu"
 packages_test="clang-14 libclang-rt-14-dev clang-format-14 chromium curl jq procps util-linux"
 
 # Debian's nodejs (18) is too old for the page's build tools only where it is older than this.
@@ -50,4 +51,12 @@ need() {
   # shellcheck disable=SC2086
   $as_root env DEBIAN_FRONTEND=noninteractive sh -c \
     'apt-get -qq update && apt-get -qq -y --no-install-recommends install "$@" >/dev/null' sh $missing
+}
+
+# The examples of Debian's `arduino` package, unpacked into build/arduino and not installed: it would bring a Java along.
+unpack_arduino_examples() {
+  [ ! -d build/arduino/usr ] && [ ! -d /usr/share/arduino/examples ] && command -v dpkg-deb >/dev/null || return 0
+  mkdir -p build/arduino && (
+    cd build/arduino && apt-get -qq download arduino >/dev/null 2>&1 && dpkg-deb -x arduino_*.deb . && rm -f arduino_*.deb
+  ) || say "Debian's arduino package could not be fetched: its examples are skipped"
 }

@@ -42,6 +42,11 @@ bool AskedPath::run(const CommandLine& command, AskedItem& item) {
 }
 
 bool AskedPath::run_g(const CommandLine& command, AskedItem& item) {
+    if (command.subcode != 0) {
+        if (command.number == 92 && command.subcode == 1)
+            offset_ = {};  // the machine's own coordinates again
+        return false;
+    }
     switch (command.number) {
         case 0:
         case 1:
@@ -121,10 +126,14 @@ bool AskedPath::home(const CommandLine& command, AskedItem& item) {
 }
 
 void AskedPath::rename(const CommandLine& command) {
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
-        if (command.has(kAxisLetter[axis]))
-            offset_[axis] = machine_[axis] - command.value(kAxisLetter[axis]) * unit_mm_;
-    if (command.has('E')) logical_e_ = command.value('E') * unit_mm_;
+    bool all = !command.has('E');  // without a letter: every axis, to 0
+    for (const char letter : kAxisLetter) all = all && !command.has(letter);
+    const auto word_mm = [&](char letter) { return all ? 0.0 : command.value(letter) * unit_mm_; };
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        const char letter = kAxisLetter[axis];
+        if (all || command.has(letter)) offset_[axis] = machine_[axis] - word_mm(letter);
+    }
+    if (all || command.has('E')) logical_e_ = word_mm('E');
 }
 
 // G2/G3 in the XY plane. I J: the centre relative to the start. R: the shorter arc (R > 0) or the longer (R < 0) of that

@@ -4,7 +4,7 @@
 // when a part is made, never what is made. The dialect is Marlin's:
 //   - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards;
 //   - M221 scales every E movement from then on, and the words keep meaning unscaled filament;
-//   - G92 renames the present position (nothing moves); G28 also forgets the G92 of the axes it homes.
+//   - G92 renames the present position (nothing moves; without a letter every axis is 0); G28 also forgets the G92 of the axes it homes.
 // An arc becomes chords that stay within kChordErrorMm of it.
 //
 // Invariant: each item starts where the one before it ended; items that move nothing are not given.

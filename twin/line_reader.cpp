@@ -1,5 +1,7 @@
 #include "twin/line_reader.h"
 
+#include <cmath>
+
 namespace qduino::twin {
 namespace {
 
@@ -56,6 +58,7 @@ CommandLine LineReader::parse(std::string_view line) {
             if ((word.letter != 'G' && word.letter != 'M') || !word.has_number) return command;
             command.letter = word.letter;
             command.number = static_cast<int>(word.number);
+            command.subcode = static_cast<int>(std::lround((word.number - command.number) * 10));
             continue;
         }
         const unsigned index = static_cast<unsigned>(word.letter - 'A');

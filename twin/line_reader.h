@@ -22,6 +22,7 @@ namespace qduino::twin {
 struct CommandLine {
     char letter = 0;  ///< 'G' or 'M'; 0 when the line commands nothing
     int number = -1;
+    int subcode = 0;            ///< the 1 of G92.1
     std::uint32_t present = 0;  ///< bit per letter, with or without a number
     std::array<double, 26> values{};
 

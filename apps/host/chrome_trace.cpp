@@ -47,6 +47,26 @@ const char* name_of(TraceKind kind) {
 
 constexpr int kInterruptThread = 1000;  // sorts after the VCPUs
 
+const char* name_of(board::DeviceClass device) {
+    switch (device) {
+        case board::DeviceClass::gpio:
+            return "gpio";
+        case board::DeviceClass::i2c:
+            return "i2c";
+        case board::DeviceClass::spi:
+            return "spi";
+        case board::DeviceClass::uart:
+            return "uart";
+        case board::DeviceClass::nic:
+            return "nic";
+        case board::DeviceClass::disk:
+            return "disk";
+        case board::DeviceClass::all:
+            return "tick";
+    }
+    return "";
+}
+
 }  // namespace
 
 Result<std::unique_ptr<ChromeTrace>> ChromeTrace::create(const std::string& path) {
@@ -70,12 +90,14 @@ void ChromeTrace::begin_record() {
 }
 
 void ChromeTrace::name_thread(const TraceEvent& event) {
-    bool& named = named_[event.core][event.vcpu];
-    if (named || event.kind == TraceKind::interrupt) return;
+    const bool interrupt = event.kind == TraceKind::interrupt;
+    bool& named = interrupt ? interrupts_named_[event.core] : named_[event.core][event.vcpu];
+    if (named) return;
     named = true;
     begin_record();
     std::fprintf(file_, R"({"ph":"M","name":"thread_name","pid":%d,"tid":%d,"args":{"name":"%s"}})",
-                 event.core, event.vcpu, runtime::vcpu_name(event.vcpu));
+                 event.core, interrupt ? kInterruptThread : event.vcpu,
+                 interrupt ? "interrupts" : runtime::vcpu_name(event.vcpu));
     begin_record();
     std::fprintf(file_, R"({"ph":"M","name":"process_name","pid":%d,"args":{"name":"core %d"}})", event.core,
                  event.core);
@@ -104,9 +126,17 @@ void ChromeTrace::on_event(const TraceEvent& event) {
                         event.kind == TraceKind::throttle || event.kind == TraceKind::finish;
     if (leaves && running.vcpu == event.vcpu) end_stretch(event.core, event.time);
     begin_record();
-    const int thread = event.kind == TraceKind::interrupt ? kInterruptThread : event.vcpu;
+    const Microseconds at(to_ns(event.time));
+    if (event.kind == TraceKind::interrupt) {
+        const auto device = static_cast<board::DeviceClass>(event.vcpu);
+        std::fprintf(
+            file_,
+            R"({"ph":"i","s":"t","name":"interrupt","pid":%d,"tid":%d,"ts":%s,"args":{"device":"%s"}})",
+            event.core, kInterruptThread, at.text, name_of(device));
+        return;
+    }
     std::fprintf(file_, R"({"ph":"i","s":"t","name":"%s","pid":%d,"tid":%d,"ts":%s})", name_of(event.kind),
-                 event.core, thread, Microseconds(to_ns(event.time)).text);
+                 event.core, event.vcpu, at.text);
 }
 
 Result<void> ChromeTrace::finish(Instant now) {

@@ -1,7 +1,8 @@
 // A run of the simulator as a file for chrome://tracing and ui.perfetto.dev.
 //
-// Format: "Trace Event Format" (Google, JSON array form). A core is a process, a VCPU a thread in it; a stretch on the CPU is a
-// complete event ("X"), everything else an instant ("i"). Times are microseconds with three decimals: the nanosecond is kept.
+// Format: "Trace Event Format" (Google, JSON array form). A core is a process; each VCPU is a thread in it,
+// and its interrupts are another. A stretch on the CPU is a complete event ("X"), everything else an instant
+// ("i"). Times are microseconds with three decimals: the nanosecond is kept.
 #pragma once
 
 #include <array>
@@ -22,7 +23,8 @@ class ChromeTrace final : public board::sim::TraceSink {
     ~ChromeTrace() override;
 
     void on_event(const board::sim::TraceEvent& event) override;
-    /// Ends the stretches that are running, at `now`, and closes the file. Error: it could not be written whole.
+    /// Ends the stretches that are running, at `now`, and closes the file. Error: it could not be written
+    /// whole.
     Result<void> finish(Instant now);
 
   private:
@@ -39,6 +41,7 @@ class ChromeTrace final : public board::sim::TraceSink {
     };
     std::array<Running, 64> running_{};  // per core
     std::array<std::array<bool, board::kVcpuLimit>, 64> named_{};
+    std::array<bool, 64> interrupts_named_{};  // per core
 };
 
 }  // namespace qduino::apps

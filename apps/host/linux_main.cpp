@@ -1,12 +1,16 @@
-// main() of a sketch on the Linux board: linked with a sketch, it runs it in real time until Ctrl-C and says what is guaranteed.
+// main() of a sketch on the Linux board: linked with a sketch, it runs it in real time until Ctrl-C and says
+// what is guaranteed.
 #include <chrono>
 #include <cstdio>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
+#include "apps/board_file/board_file.h"
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/bind_linux.h"
 #include "apps/host/sketch_report.h"
+#include "apps/host/write_report.h"
 
 namespace {
 
@@ -16,7 +20,24 @@ int fail(std::string_view message) {
     return std::fprintf(stderr, "%.*s\n", static_cast<int>(message.size()), message.data()), 1;
 }
 
-int run(board::linux::LinuxConfig config, double length_s) {
+struct Options {
+    double length_s = 0;  // 0: until Ctrl-C
+    std::string board_path;
+    std::string pins_path;
+    std::string report_path;
+    bool isolate = false;
+    bool best_effort = false;
+};
+
+/// The report as it stands: at the start, and again at the end, when residual interrupts have been counted.
+bool report_to(const std::string& path, board::linux::LinuxBoard& board) {
+    if (path.empty()) return true;
+    const Result<void> written = apps::write_guarantee(board.guarantee(), path);
+    if (!written) fail(written.error().message);
+    return written.ok();
+}
+
+int run(const Options& options, board::linux::LinuxConfig config) {
     auto opened = board::linux::LinuxBoard::open(std::move(config));
     if (!opened) return fail(opened.error().message);
     board::linux::LinuxBoard& board = *opened.value();
@@ -29,29 +50,50 @@ int run(board::linux::LinuxConfig config, double length_s) {
     }
     std::fputs(std::string(runtime.plan().admission_table().view()).c_str(), stderr);
     std::fputs(apps::guarantee_text(board.guarantee()).c_str(), stderr);
-    runtime.run(length_s > 0 ? board.now() + from_seconds(length_s) : kForever);
+    bool reported = report_to(options.report_path, board);
+    runtime.run(options.length_s > 0 ? board.now() + from_seconds(options.length_s) : kForever);
+    reported = report_to(options.report_path, board) && reported;
     board.request_stop();
     runtime.run(board.now() + 2s);
+    std::fflush(stdout);
     std::fputs(apps::loop_table(apps::loops_of(runtime)).c_str(), stderr);
-    return 0;
+    return reported ? 0 : 1;
+}
+
+/// The board file's, or the default, with what the command line says otherwise.
+std::string read_config(const Options& options, board::linux::LinuxConfig& config) {
+    if (!options.board_path.empty()) {
+        apps::ReadBoardFile read = apps::read_board_file(options.board_path);
+        if (!read.ok()) return read.error;
+        config = std::move(read.board.linux);
+    }
+    if (!options.pins_path.empty()) config.pins_path = options.pins_path;
+    if (options.isolate) config.isolate = true;
+    if (options.best_effort) config.real_time = false;
+    return {};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    board::linux::LinuxConfig config;
-    double length_s = 0;
-    bool best_effort = false;
+    Options options;
     CLI::App app("This sketch on this machine, in real time, until Ctrl-C.");
     app.footer(
         "Example: blink-linux --pins /dev/shm/qduino/pins     (pins of a virtual machine)\n"
         "Ends with 2 when admission refuses the sketch.");
-    app.add_option("--for", length_s, "Seconds to run; 0: until Ctrl-C")->check(CLI::NonNegativeNumber);
-    app.add_option("--pins", config.pins_path, "File of the virtual pins, made by virtual-machine");
-    app.add_flag("--isolate", config.isolate,
-                 "Move everything else off the cores that loops own; undone at the end (root)");
-    app.add_flag("--best-effort", best_effort, "Do not ask for real-time scheduling");
+    app.add_option("--for", options.length_s, "Seconds to run; 0: until Ctrl-C")
+        ->check(CLI::NonNegativeNumber)
+        ->option_text("S");
+    app.add_option("--board", options.board_path, "Board file: [linux], [[gpio]] and so on")
+        ->option_text("FILE");
+    app.add_option("--pins", options.pins_path, "File of virtual pins, of virtual-machine")
+        ->option_text("FILE");
+    app.add_flag("--isolate", options.isolate, "Empty the cores that loops own; undone at the end");
+    app.add_option("--report", options.report_path, "Write the guarantee report here, as JSON")
+        ->option_text("FILE");
+    app.add_flag("--best-effort", options.best_effort, "Do not ask for real-time scheduling");
     CLI11_PARSE(app, argc, argv);
-    config.real_time = !best_effort;
-    return run(std::move(config), length_s);
+    board::linux::LinuxConfig config;
+    if (const std::string wrong = read_config(options, config); !wrong.empty()) return fail(wrong);
+    return run(options, std::move(config));
 }

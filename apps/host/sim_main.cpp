@@ -1,32 +1,56 @@
-// main() of a sketch in the simulator: linked with a sketch, it runs it in virtual time and says how its loops kept theirs.
+// main() of a sketch in the simulator: linked with a sketch, it runs it in virtual time and says how its
+// loops kept theirs; or, with --check, only says what admission makes of it.
+#include <unistd.h>
+
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include <CLI/CLI.hpp>
 
-#include "apps/guarantee/guarantee_report.h"
+#include "apps/board_file/board_file.h"
+#include "apps/host/admission_report.h"
 #include "apps/host/bind_sim.h"
 #include "apps/host/chrome_trace.h"
+#include "apps/host/setup_need.h"
 #include "apps/host/sketch_report.h"
+#include "apps/host/write_report.h"
 
 namespace {
 
 using namespace qduino;
+using SimRuntime = runtime::Runtime<board::sim::SimBoard>;
+
+/// setup() has so long during --check: what it waits for does not come.
+constexpr unsigned kSetupSeconds = 10;
 
 struct Options {
     double length_s = 10;
     double speed = 0;  // virtual seconds per second; 0: as fast as it goes
     std::string trace_path;
+    std::string report_path;
+    std::string board_path;
+    std::optional<int> cores;           // these two overrule the board file
+    std::optional<std::uint64_t> seed;  //
     bool enforce_admission = true;
+    bool check = false;
+    bool json = false;
+    std::string sketch;  // its name
     board::sim::SimConfig machine;
 };
 
 std::atomic<bool> interrupted{false};
 
-int refuse(const runtime::Runtime<board::sim::SimBoard>& runtime, const Error& error) {
+int fail(std::string_view message) {
+    return std::fprintf(stderr, "%.*s\n", static_cast<int>(message.size()), message.data()), 1;
+}
+
+int refuse(const SimRuntime& runtime, const Error& error) {
     const auto explanation = runtime.explanation().view();
     const std::string_view text = explanation.empty() ? error.message.view() : explanation;
     std::fprintf(stderr, "%.*s\n%.*s\n", static_cast<int>(error.message.size()), error.message.view().data(),
@@ -35,7 +59,7 @@ int refuse(const runtime::Runtime<board::sim::SimBoard>& runtime, const Error& e
 }
 
 /// In slices of 10 ms, so that Ctrl-C is seen and the pace is kept.
-void run_paced(runtime::Runtime<board::sim::SimBoard>& runtime, const Options& options) {
+void run_paced(SimRuntime& runtime, const Options& options) {
     board::sim::SimBoard& board = runtime.board();
     const Instant begin = board.now();
     const Instant end = begin + from_seconds(options.length_s);
@@ -56,26 +80,112 @@ int run(const Options& options) {
     std::unique_ptr<apps::ChromeTrace> trace;
     if (!options.trace_path.empty()) {
         auto created = apps::ChromeTrace::create(options.trace_path);
-        if (!created)
-            return std::fprintf(stderr, "%s\n", std::string(created.error().message.view()).c_str()), 1;
+        if (!created) return fail(created.error().message);
         trace = std::move(created.value());
     }
     board::NoPeripherals nothing_wired;
     board::sim::SimBoard board(options.machine, nothing_wired, trace.get());
-    runtime::Runtime<board::sim::SimBoard> runtime(board, {.enforce_admission = options.enforce_admission});
+    SimRuntime runtime(board, {.enforce_admission = options.enforce_admission});
     port::bind(&runtime);
     if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
         return refuse(runtime, begun.error());
     std::fputs(std::string(runtime.plan().admission_table().view()).c_str(), stderr);
+    if (!options.report_path.empty()) {
+        if (Result<void> written = apps::write_guarantee(board.guarantee(), options.report_path); !written)
+            return fail(written.error().message);
+    }
 
     run_paced(runtime, options);
     port::bind(nullptr);
+    std::fflush(stdout);
     std::fputs(apps::loop_table(apps::loops_of(runtime)).c_str(), stderr);
     std::fprintf(stderr, "%.6f s, trace hash %016llx\n", to_seconds(board.now() - kEpoch),
                  static_cast<unsigned long long>(board.trace_hash()));
-    if (trace && !trace->finish(board.now()))
-        return std::fputs("the trace could not be written\n", stderr), 1;
+    if (!trace) return 0;
+    if (!trace->finish(board.now())) return fail("the trace could not be written");
+    std::fprintf(stderr, "trace: %s (open it in ui.perfetto.dev or chrome://tracing)\n",
+                 options.trace_path.c_str());
     return 0;
+}
+
+/// What the sketch prints in setup() goes to stderr: stdout is the report's. Returns where that goes.
+std::FILE* take_stdout() {
+    const int report = ::dup(STDOUT_FILENO);
+    ::dup2(STDERR_FILENO, STDOUT_FILENO);
+    return report >= 0 ? ::fdopen(report, "w") : nullptr;
+}
+
+void give_up_on_setup(int) {
+    constexpr char kText[] =
+        "setup() does not end with nothing wired to the board: admission cannot be checked without running "
+        "it\n";
+    static_cast<void>(!::write(STDERR_FILENO, kText, sizeof kText - 1));
+    ::_exit(1);
+}
+
+/// Admission alone: no loop runs. setup() does where it may declare I/O VCPUs.
+int check(const Options& options) {
+    std::FILE* const report = take_stdout();
+    if (!report) return fail("standard output is closed: the table has nowhere to go");
+    board::NoPeripherals nothing_wired;
+    board::sim::SimBoard board(options.machine, nothing_wired);
+    SimRuntime runtime(board);
+    port::bind(&runtime);
+    runtime::SketchTable table = runtime::sketch_table();
+    const bool needed = table.setup && apps::setup_may_declare_vcpus();
+    if (!needed) table.setup = nullptr;
+    std::signal(SIGALRM, give_up_on_setup);
+    ::alarm(kSetupSeconds);
+    const Result<void> begun = runtime.begin(table);
+    ::alarm(0);
+    port::bind(nullptr);
+    std::fflush(stdout);
+
+    const runtime::Plan& plan = runtime.plan();
+    const apps::CheckedBoard checked{.sketch = options.sketch,
+                                     .board_file = options.board_path,
+                                     .cores = options.machine.cores,
+                                     .setup_needed = needed,
+                                     .setup_ran = needed && plan.admitted()};
+    const std::string text = options.json ? apps::admission_json(plan, table, checked) + "\n"
+                                          : apps::admission_text(plan, table, checked);
+    std::fputs(text.c_str(), report);
+    if (std::fclose(report) != 0) return fail("the table could not be written");
+    // Admitted, and yet not begun: the board would not take it.
+    if (plan.admitted() && !begun) return fail(begun.error().message);
+    return apps::all_admitted(plan) ? 0 : 2;
+}
+
+/// The machine: the board file's, or the default one, with what the command line says otherwise.
+std::string read_machine(Options& options) {
+    if (!options.board_path.empty()) {
+        apps::ReadBoardFile read = apps::read_board_file(options.board_path);
+        if (!read.ok()) return read.error;
+        options.machine = std::move(read.board.sim);
+    }
+    if (options.cores) options.machine.cores = *options.cores;
+    if (options.seed) options.machine.seed = *options.seed;
+    return apps::why_cores_do_not_fit(options.machine);
+}
+
+void add_options(CLI::App& app, Options& options) {
+    app.add_option("--for", options.length_s, "Virtual seconds to run (default 10)")
+        ->check(CLI::PositiveNumber)
+        ->option_text("S");
+    app.add_option("--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes")
+        ->check(CLI::NonNegativeNumber)
+        ->option_text("K");
+    app.add_option("--board", options.board_path, "Board file: the [sim] table")->option_text("FILE");
+    app.add_option("--cores", options.cores, "Cores of the machine, 1 to 64 (default 2)")
+        ->check(CLI::Range(1, 64))
+        ->option_text("N");
+    app.add_option("--seed", options.seed, "Seed of what is random (default 1)")->option_text("N");
+    app.add_option("--trace", options.trace_path, "Write a Chrome/Perfetto trace here")->option_text("FILE");
+    app.add_option("--report", options.report_path, "Write the guarantee report here, as JSON")
+        ->option_text("FILE");
+    app.add_flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
+    CLI::Option* only_check = app.add_flag("--check", options.check, "Say what admission makes of it");
+    app.add_flag("--json", options.json, "With --check: as JSON")->needs(only_check);
 }
 
 }  // namespace
@@ -86,19 +196,12 @@ int main(int argc, char** argv) {
     app.footer(
         "Example: blink-sim --for 5 --trace blink.json     (open the trace in ui.perfetto.dev)\n"
         "Ends with 2 when admission refuses the sketch.");
-    app.add_option("--for", options.length_s, "Virtual seconds to run")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_option("--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes")
-        ->check(CLI::NonNegativeNumber)
-        ->capture_default_str();
-    app.add_option("--cores", options.machine.cores, "Cores of the machine")
-        ->check(CLI::Range(1, 64))
-        ->capture_default_str();
-    app.add_option("--seed", options.machine.seed, "Seed of what is random")->capture_default_str();
-    app.add_option("--trace", options.trace_path, "Write a Chrome/Perfetto trace here");
-    app.add_flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
+    add_options(app, options);
     CLI11_PARSE(app, argc, argv);
+    options.sketch = std::filesystem::path(argv[0]).filename().string();
+    if (options.sketch.ends_with("-sim")) options.sketch.resize(options.sketch.size() - 4);
+    if (const std::string wrong = read_machine(options); !wrong.empty()) return fail(wrong);
+    if (options.check) return check(options);
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
     return run(options);

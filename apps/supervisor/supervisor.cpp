@@ -104,6 +104,10 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
         const Instant now = monotonic_now();
         if (options_.heartbeat_timeout > Nanoseconds{0}) watched.hung_loop = overdue_loop(now);
         if (watched.hung_loop == board::kNoVcpu && now < kill_at) continue;
+        if (watched.hung_loop != board::kNoVcpu) {
+            const auto& beat = file_.layout().heartbeats[watched.hung_loop];
+            watched.overdue = now - instant_from_ns(beat.expected_by_ns.load(std::memory_order_relaxed));
+        }
         watched.outcome = Outcome::hung;
         watched.ending = {true, SIGKILL};
         sketch.send(SIGKILL);
@@ -146,10 +150,11 @@ void Supervisor::put_machine_back() const {
 
 void Supervisor::report(const Watched& watched, pid_t sketch, int pins, int lines_failed,
                         Nanoseconds took) const {
-    char how[96];
+    char how[128];
     if (watched.outcome == Outcome::hung && watched.hung_loop != board::kNoVcpu) {
-        std::snprintf(how, sizeof how, "loop %d hung; the sketch was killed",
-                      static_cast<int>(watched.hung_loop));
+        std::snprintf(how, sizeof how,
+                      "loop %d hung (noticed %.2f ms after its heartbeat was due); the sketch was killed",
+                      static_cast<int>(watched.hung_loop), to_seconds(watched.overdue) * 1e3);
     } else if (watched.outcome == Outcome::hung) {
         std::snprintf(how, sizeof how, "it did not stop when asked to, and was killed");
     } else if (watched.ending.by_signal) {

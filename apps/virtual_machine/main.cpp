@@ -63,14 +63,14 @@ int main(int argc, char** argv) {
     apps::VirtualMachineOptions options;
     std::string machine_file;
     std::vector<std::string> faults;
-    int fifo = 0;
+    int fifo = 20;  // above all ordinary load, below every loop
     app.add_option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs")->required();
     app.add_option("--inspect", options.inspect, "unix socket to answer questions on");
     app.add_option("--machine", machine_file, "machine file (TOML); default: the reference machine");
     app.add_option("--fault", faults,
                    "KIND[:WHERE][@SECONDS], such as sensor_stuck:hot_end@120; may be repeated");
     app.add_option("--fifo", fifo,
-                   "run at this SCHED_FIFO priority; 0: as an ordinary process, a little nicer")
+                   "run at this SCHED_FIFO priority where that is permitted; 0: as an ordinary process")
         ->capture_default_str()
         ->check(CLI::Range(0, 98));
     CLI11_PARSE(app, argc, argv);

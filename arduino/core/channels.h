@@ -1,7 +1,8 @@
-// Between loops: the ring, the four-slot and the spin lock, in the sketch's words, and Qduino's C-style names for them.
+// Between loops: the ring, the four-slot and the mutex, in the sketch's words, and Qduino's C-style names for them.
 //
 //   RingBuffer<T, N>   every item, in order; the writer waits (or is refused) only when full, the reader only when empty
 //   Channel<T>         the freshest whole value; neither side ever waits
+//   Mutex              one loop at a time; who waits lends its rank to who holds (lock.h)
 //
 // One loop writes, one loop reads. T is plain bytes (trivially copyable). They are put at global scope, cost no heap, and are
 // wait-free but for the waiting that write() and read() are asked to do, which is asleep.
@@ -73,16 +74,24 @@ class Channel {
     qduino::channel::FourSlot<T> slots_;
 };
 
-/// Mutual exclusion between loops. It spins for a moment and then sleeps, so that two loops on one core cannot hang each other.
-class Spinlock {
+/// Mutual exclusion between loops, recursive. A wait consumes no budget and lasts at most the critical sections of others.
+/// A loop whose budget ends while it holds one finishes its critical section first (it may take one budget more for it), and
+/// has so much less in the next period.
+class Mutex {
   public:
-    void lock();
+    void lock() { lock_.lock(); }
+    /// Contract: held by the calling loop.
     void unlock() { lock_.unlock(); }
+    /// False when another loop holds it.
     [[nodiscard]] bool tryLock() { return lock_.try_lock(); }
+    [[nodiscard]] bool try_lock() { return lock_.try_lock(); }  ///< for std::unique_lock
 
   private:
     qduino::arduino::Lock lock_;
 };
+
+/// Qduino's word. Spinning would hang two loops of one core: it is a Mutex.
+using Spinlock = Mutex;
 
 // ---- Qduino's names: 0 is success, -1 is full (empty) ----------------------------------------------------------------
 using spinlock_t = Spinlock;

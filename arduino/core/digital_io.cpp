@@ -114,6 +114,14 @@ void analogWrite(int pin, int value) {
     succeeded("analogWrite", pin, port::pwm_write(pin_id(pin), duty));
 }
 
+void analogWriteFrequency(int pin, double frequency_hz) {
+    if (!is_pin("analogWriteFrequency", pin)) return;
+    const bool possible = frequency_hz == 0 || (frequency_hz >= 1 && frequency_hz <= 1e6);
+    if (!possible) return report_error("analogWriteFrequency", pin, qduino::board::bad_pwm_period());
+    const Nanoseconds period = frequency_hz == 0 ? Nanoseconds{0} : qduino::from_seconds(1.0 / frequency_hz);
+    succeeded("analogWriteFrequency", pin, port::pwm_period(pin_id(pin), period));
+}
+
 void analogReference(int mode) {
     if (mode == DEFAULT) return;
     report_error(

@@ -19,6 +19,9 @@ int digitalRead(int pin);
 int analogRead(int pin);
 /// PWM with a duty of value / (2^bits − 1), clamped; 8 bits unless analogWriteResolution said otherwise.
 void analogWrite(int pin, int value);
+/// The frequency of analogWrite() on `pin` from now on: 1 Hz to 1 MHz; 0 is the board's own. Setup-time. (As on boards whose PWM can
+/// do so; the Uno has 490 Hz, 980 Hz on two pins, and no such call.)
+void analogWriteFrequency(int pin, double frequency_hz);
 /// The board's converter has one reference: DEFAULT is accepted, anything else is reported and changes nothing.
 void analogReference(int mode);
 void analogReadResolution(int bits);   ///< 1…24

@@ -4,25 +4,34 @@
 #include "runtime/port.h"
 
 namespace qduino::arduino {
+namespace {
+
+std::uint32_t caller() { return std::uint32_t{port::current_vcpu()} + 1; }
+
+}  // namespace
 
 bool Lock::try_lock() {
-    const std::uint32_t self = std::uint32_t{port::current_vcpu()} + 1;
-    std::uint32_t free = 0;
-    if (owner_.load(std::memory_order_relaxed) != self &&
-        !owner_.compare_exchange_strong(free, self, std::memory_order_acquire, std::memory_order_relaxed)) {
-        return false;
+    if (owner_.load(std::memory_order_relaxed) != caller()) {
+        if (!port::try_lock(word_)) return false;
+        owner_.store(caller(), std::memory_order_relaxed);
     }
     ++depth_;
     return true;
 }
 
 void Lock::lock() {
-    while (!try_lock()) port::sleep_until(port::now() + kLockRetryStep);
+    if (owner_.load(std::memory_order_relaxed) != caller()) {
+        port::lock(word_);
+        owner_.store(caller(), std::memory_order_relaxed);
+    }
+    ++depth_;
 }
 
 void Lock::unlock() {
-    QDUINO_EXPECT(owner_.load(std::memory_order_relaxed) == std::uint32_t{port::current_vcpu()} + 1);
-    if (--depth_ == 0) owner_.store(0, std::memory_order_release);
+    QDUINO_EXPECT(owner_.load(std::memory_order_relaxed) == caller());
+    if (--depth_ > 0) return;
+    owner_.store(0, std::memory_order_relaxed);
+    port::unlock(word_);
 }
 
 }  // namespace qduino::arduino

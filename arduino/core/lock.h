@@ -1,25 +1,22 @@
-// A lock between loops, over the port: for buses and serial ports that several loops share.
+// A lock between loops, over the port: for buses and serial ports that several loops share, and, as Mutex, for the sketch.
 //
-// It is not a mutex of the system, for two reasons. In the simulator every loop is a fiber of one thread, so a blocking
-// mutex would stop the very fiber that is to release it. And a spin lock would hang two SCHED_FIFO loops that share a
-// core: the higher one spins for ever above the lower one that holds it. So a waiter *sleeps* through the port, which
-// consumes no budget, lets any other loop run, and advances virtual time:
+// It is the board's (board/board.h), not the system's. In the simulator every loop is a fiber of one thread, so a blocking mutex
+// would stop the very fiber that is to release it. On Linux a plain mutex would let a loop of middle rank hold up a high one
+// for as long as it likes, by running instead of the low one that has the lock:
 //
-//   loop A  ──lock────────unlock────                       held
-//   loop B       ──try─sleep─try─sleep─try══════           waits in steps of kLockRetryStep
+//   loop high        lock ░░░░░░████                  ░ waits for the rest of low's critical section, whatever mid wants
+//   loop mid     ████                ██████████
+//   loop low  lock██      ██unlock             ██     ranks as high from high's lock() on
 //
-// Uncontended: one atomic exchange. Contended: a waiter is late by at most one step beyond the release. Inversion is
-// bounded because every loop that may run between has a budget; a bus is held for one transaction only.
+// Uncontended: one compare-and-swap each way. Admission knows nothing of critical sections: keep them short.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 
-#include "base/time.h"
+#include "board/types.h"
 
 namespace qduino::arduino {
-
-inline constexpr Nanoseconds kLockRetryStep{20'000};
 
 /// Recursive: a loop may take again what it holds. Taken and released by the same loop (or both in setup()).
 class Lock {
@@ -31,6 +28,7 @@ class Lock {
     void unlock();
 
   private:
+    board::LockWord word_;
     std::atomic<std::uint32_t> owner_{0};  // 0: free; else the holder's VcpuId + 1
     std::uint32_t depth_ = 0;              // the holder's
 };

@@ -40,8 +40,11 @@ SketchRegistration::SketchRegistration(void (*setup)(), void (*loop)(), void (*s
     if (!loop) return;
     classic_loop = loop;
     classic_serial_event = serial_event;
-    LoopRegistration(lowest_free_id(), kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore,
-                     &run_classic_loop, file, 0);
+    const int id = lowest_free_id();
+    LoopRegistration(id, kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore, &run_classic_loop, file,
+                     0);
+    for (runtime::LoopDeclaration& declared : runtime::sketch_table().loops)
+        declared.classic |= declared.body == &run_classic_loop;
 }
 
 }  // namespace qduino::arduino

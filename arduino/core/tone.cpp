@@ -1,6 +1,6 @@
 // tone(): a square wave by software, on a loop of its own.
 //
-// The seam's PWM has a duty but no frequency, and a tone must go on while the sketch does other things. So a sketch that
+// A tone sounds on any pin, also where the board has no PWM, and goes on while the sketch does other things. So a sketch that
 // calls tone() (and only such a sketch: this file is linked for it alone) has one loop more, id 32, with 500 µs in every
 // 5 ms, admitted and accounted for like every other. It sleeps from edge to edge:
 //

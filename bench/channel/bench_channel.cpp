@@ -7,13 +7,11 @@
 // writes per second while the other side goes on at full speed.
 
 #include <sys/resource.h>
-#include <sys/utsname.h>
-#include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,6 +19,7 @@
 
 #include "bench/channel/contenders.h"
 #include "bench/channel/throughput.h"
+#include "bench/rig/report.h"
 
 namespace qduino::bench {
 namespace {
@@ -145,40 +144,6 @@ void measure_slots(const Options& options, CpuPair cpus, std::vector<Row>& rows)
 
 // ---- report ---------------------------------------------------------------------------------------------------
 
-std::string machine_name() {
-    std::ifstream cpuinfo{"/proc/cpuinfo"};
-    std::string model = "unknown CPU";
-    for (std::string line; std::getline(cpuinfo, line);) {
-        if (line.rfind("model name", 0) == 0 || line.rfind("Model", 0) == 0)
-            model = line.substr(line.find(':') + 2);
-    }
-    return model + ", " + std::to_string(sysconf(_SC_NPROCESSORS_ONLN)) + " CPUs";
-}
-
-std::string kernel_release() {
-    utsname names{};
-    return uname(&names) == 0 ? std::string{names.sysname} + " " + names.release : "unknown";
-}
-
-std::string commit() {
-    char text[64] = "";
-    if (FILE* git = popen("git -C '" QDUINO_SOURCE_DIR "' rev-parse --short=12 HEAD 2>/dev/null", "r")) {
-        if (!fgets(text, sizeof text, git)) text[0] = '\0';
-        pclose(git);
-    }
-    const std::string_view line{text};
-    return line.empty() ? "unknown" : std::string{line.substr(0, line.find('\n'))};
-}
-
-std::string quoted(const std::string& text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') result += '\\';
-        if (static_cast<unsigned char>(c) >= 0x20) result += c;
-    }
-    return result + "\"";
-}
-
 std::string guarantee(const Options& options, CpuPair cpus, bool raised) {
     const std::string where =
         cpus.first == cpus.second
@@ -188,30 +153,17 @@ std::string guarantee(const Options& options, CpuPair cpus, bool raised) {
            std::to_string(options.rounds) + " rounds of " + std::to_string(options.round_ms) + " ms in turn";
 }
 
-void print_json(const Options& options, CpuPair cpus, bool raised, const std::vector<Row>& rows) {
-    std::printf(
-        "{\n  \"machine\": %s,\n  \"kernel\": %s,\n  \"compiler\": %s,\n  \"commit\": %s,\n  \"guarantee\": "
-        "%s,\n"
-        "  \"results\": [\n",
-        quoted(machine_name()).c_str(), quoted(kernel_release()).c_str(), quoted(__VERSION__).c_str(),
-        quoted(commit()).c_str(), quoted(guarantee(options, cpus, raised)).c_str());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        std::printf(
-            "    {\"who\": \"%s\", \"operation\": \"%s\", \"payload_bytes\": %zu, \"ops_per_s\": %.0f}%s\n",
-            rows[i].who.c_str(), rows[i].operation.c_str(), rows[i].payload_bytes, rows[i].ops_per_s,
-            i + 1 < rows.size() ? "," : "");
-    }
-    std::printf("  ]\n}\n");
-}
-
-void print_table(const Options& options, CpuPair cpus, bool raised, const std::vector<Row>& rows) {
-    std::printf("%s, %s, commit %s\n%s\n\n%-18s %-9s %8s %14s\n", machine_name().c_str(),
-                kernel_release().c_str(), commit().c_str(), guarantee(options, cpus, raised).c_str(), "who",
-                "operation", "bytes", "per second");
+Report report_of(const Options& options, CpuPair cpus, bool raised, const std::vector<Row>& rows) {
+    Report report;
+    report.guarantee = guarantee(options, cpus, raised);
     for (const Row& row : rows) {
-        std::printf("%-18s %-9s %8zu %14.0f\n", row.who.c_str(), row.operation.c_str(), row.payload_bytes,
-                    row.ops_per_s);
+        report.results.push_back({{"who", row.who},
+                                  {"operation", row.operation},
+                                  {"payload_bytes", row.payload_bytes},
+                                  {"ops_per_s", std::round(row.ops_per_s)}});
     }
+    report.remarks.push_back(report.guarantee);
+    return report;
 }
 
 /// A whole number > 0 after an option, or 0.
@@ -254,7 +206,7 @@ int run(int argc, char** argv) {
     measure_slots<8>(options, cpus, rows);
     measure_slots<64>(options, cpus, rows);
     measure_slots<256>(options, cpus, rows);
-    (options.json ? print_json : print_table)(options, cpus, raised, rows);
+    print(report_of(options, cpus, raised, rows), options.json);
     return 0;
 }
 

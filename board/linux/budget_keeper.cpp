@@ -19,8 +19,6 @@
 namespace qduino::board::linux {
 namespace {
 
-int budget_signal() { return SIGRTMIN + 3; }
-
 /// Splinters of budget shorter than this are joined to the next refill: enforcing one costs more than it.
 constexpr Nanoseconds kShortestRun = 20us;
 /// The timer is never set shorter: the signal alone takes as long.
@@ -48,9 +46,10 @@ void BudgetKeeper::server_block(Instant now) {
     if (auto* main = std::get_if<sched::SporadicServer>(&server_)) main->block(now);
     if (auto* io = std::get_if<sched::Pibs>(&server_)) io->finish(now);
 }
+void BudgetKeeper::unblock(sched::SporadicServer& server, Instant now) const { server.unblock(now); }
+void BudgetKeeper::unblock(sched::Pibs& server, Instant now) const { server.activate(now, period_); }
 void BudgetKeeper::server_unblock(Instant now) {
-    if (auto* main = std::get_if<sched::SporadicServer>(&server_)) main->unblock(now);
-    if (auto* io = std::get_if<sched::Pibs>(&server_)) io->activate(now, period_);
+    std::visit([&](auto& server) { unblock(server, now); }, server_);
 }
 
 // ---- start and stop -------------------------------------------------------------------------------------
@@ -61,11 +60,11 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
     action.sa_sigaction = &BudgetKeeper::on_timer;
     action.sa_flags = SA_SIGINFO | SA_RESTART;
     sigemptyset(&action.sa_mask);
-    ::sigaction(budget_signal(), &action, nullptr);
+    ::sigaction(signal_number(), &action, nullptr);
 
     sigevent event{};
     event.sigev_notify = SIGEV_THREAD_ID;
-    event.sigev_signo = budget_signal();
+    event.sigev_signo = signal_number();
     event.sigev_notify_thread_id = static_cast<pid_t>(::syscall(SYS_gettid));
     if (::timer_create(CLOCK_MONOTONIC, &event, &timer_) != 0) return system_error("make", "a budget timer");
 
@@ -79,6 +78,7 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
         server_ = sched::SporadicServer{parameters, now, options};
     }
     period_ = spec.period;
+    budget_ = spec.budget;
     server_unblock(now);
     cpu_before_ = thread_cpu_time();
     switches_before_ = voluntary_switches();
@@ -125,6 +125,7 @@ void BudgetKeeper::arm(Nanoseconds in) {
 void BudgetKeeper::throttle_and_arm() {
     Instant now = monotonic_now();
     while (available(now) <= Nanoseconds{0}) {
+        if (overrun_while_holding()) return;
         throttled_.store(throttled_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
         block_until(next_replenishment());
         now = monotonic_now();
@@ -137,6 +138,16 @@ void BudgetKeeper::throttle_and_arm() {
         switches_before_ = voluntary_switches();
     }
     arm(available(now));
+}
+
+/// True: it holds a lock and may go on; the timer is set to the end of that.
+bool BudgetKeeper::overrun_while_holding() {
+    if (locks_held_ == 0) return false;
+    if (overrunning_ == 0) overrun_ends_ = cpu_before_ + budget_;
+    overrunning_ = 1;
+    if (overrun_ends_ <= cpu_before_) return false;
+    arm(overrun_ends_ - cpu_before_);
+    return true;
 }
 
 void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
@@ -154,13 +165,39 @@ void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
 
 // ---- announced waits ------------------------------------------------------------------------------------
 
-void BudgetKeeper::before_block() {
+void BudgetKeeper::before_block(Instant until) {
     if (!running_) return;
     busy_ = 1;
     const Instant now = monotonic_now();
     settle(now);
     server_block(now);
-    arm(Nanoseconds{0});  // disarmed: while it waits it needs no timer
+    missed_ = 0;
+    armed_ahead_ = arm_for_wake(now, until);
+    switches_before_ +=
+        1;  // the wait to come; should there be none, settle() finds a wait that was none: no harm
+}
+
+/// Sets the timer to where the budget will end if the thread wakes at `until`, so that nothing stands between the wake-up and the loop:
+/// setting it then would cost a system call and, in a virtual machine, an exit. A later wake makes the shot an early one.
+bool BudgetKeeper::arm_for_wake(Instant now, Instant until) {
+    if (until == kForever || until <= now) {
+        arm(Nanoseconds{0});  // disarmed: while it waits it needs no timer
+        return false;
+    }
+    auto then = server_;
+    const Nanoseconds budget = std::visit(
+        [&](auto& server) {
+            unblock(server, until);
+            return server.available(until);
+        },
+        then);
+    if (budget <= Nanoseconds{0}) {
+        arm(Nanoseconds{0});
+        return false;
+    }
+    const itimerspec when{.it_interval = {}, .it_value = to_timespec(to_ns(until + budget))};
+    ::timer_settime(timer_, TIMER_ABSTIME, &when, nullptr);
+    return true;
 }
 
 void BudgetKeeper::after_block() {
@@ -168,12 +205,34 @@ void BudgetKeeper::after_block() {
     const Instant now = monotonic_now();
     settled_at_ =
         now;  // nothing ran in between but the way into the wait and out of it: charged with what follows
-    switches_before_ = voluntary_switches();
     server_unblock(now);
+    if (armed_ahead_ && missed_ == 0 && available(now) > Nanoseconds{0}) {
+        busy_ = 0;
+        if (missed_ == 0) return;
+        busy_ = 1;  // the timer came between the last two lines
+    }
+    leave_ordinary_path();
+}
+
+/// Contract: busy.
+void BudgetKeeper::leave_ordinary_path() {
     missed_ = 0;
     throttle_and_arm();
     busy_ = 0;
     if (missed_ != 0) on_timer(0, nullptr, nullptr);  // the budget ended between the last two lines
+}
+
+// ---- locks ----------------------------------------------------------------------------------------------
+
+void BudgetKeeper::begin_hold() { locks_held_ = locks_held_ + 1; }
+
+void BudgetKeeper::end_hold() {
+    locks_held_ = locks_held_ - 1;
+    if (!running_ || locks_held_ > 0 || overrunning_ == 0) return;
+    busy_ = 1;
+    overrunning_ = 0;
+    settle(monotonic_now());
+    leave_ordinary_path();
 }
 
 }  // namespace qduino::board::linux

@@ -15,6 +15,11 @@
 // thread's count of voluntary context switches: when it grew, what was used since the last look counts from
 // the latest instant at which it can have begun, `now − used`. That errs on the late side.
 //
+// Locks. A thread that slept for its budget while it holds a lock would hold up whoever waits for it, whatever its
+// priority: the kernel's priority inheritance cannot run a thread that sleeps. So the sleep is put off until the last
+// unlock, for one budget more at most (a loop that hangs in its critical section is throttled all the same); what was
+// overrun is charged forward by the server.
+//
 // All of it runs on the thread it is about; the handler is kept out of the ordinary path by a flag, not a
 // lock. The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage: async-signal-safe
 // on Linux.
@@ -53,9 +58,16 @@ class BudgetKeeper {
     void stop();
     [[nodiscard]] bool running() const { return running_; }
 
-    /// Around a wait of the thread.
-    void before_block();
+    /// Around a wait of the thread, which ends at `until` or, kForever, nobody knows when.
+    void before_block(Instant until = kForever);
     void after_block();
+
+    /// Before the thread takes a lock, and after it has released it. Nests.
+    void begin_hold();
+    void end_hold();
+
+    /// The signal that a budget's end comes as. It is SIGRTMIN + 3, and what SIGRTMIN is glibc decides at run time.
+    [[nodiscard]] static int signal_number() { return SIGRTMIN + 3; }
 
     /// How often the budget was spent and the thread slept for it. Readable from any thread.
     [[nodiscard]] std::uint64_t throttled() const { return throttled_.load(std::memory_order_relaxed); }
@@ -69,20 +81,30 @@ class BudgetKeeper {
     void settle(Instant now);
     void throttle_and_arm();
     void arm(Nanoseconds in);
+    bool overrun_while_holding();
+    void leave_ordinary_path();
 
     [[nodiscard]] Nanoseconds available(Instant now) const;
     [[nodiscard]] Instant next_replenishment() const;
     void server_block(Instant now);
     void server_unblock(Instant now);
+    void unblock(sched::SporadicServer& server, Instant now) const;
+    void unblock(sched::Pibs& server, Instant now) const;
+    bool arm_for_wake(Instant now, Instant until);
 
     std::variant<sched::SporadicServer, sched::Pibs> server_;
     Nanoseconds period_{};
+    bool armed_ahead_ = false;  // the timer is set for a thread that wakes when it said
+    Nanoseconds budget_{};
     timer_t timer_{};
     bool running_ = false;
     volatile std::sig_atomic_t busy_ = 0;    // the ordinary path works on the account
     volatile std::sig_atomic_t missed_ = 0;  // the timer came meanwhile
-    Nanoseconds cpu_before_{};               // CPU clock at the last settlement
-    long switches_before_ = 0;               // voluntary context switches at the last settlement
+    volatile std::sig_atomic_t locks_held_ = 0;
+    volatile std::sig_atomic_t overrunning_ = 0;  // its budget is spent, and it goes on with a lock
+    Nanoseconds overrun_ends_{};                  // on its CPU clock
+    Nanoseconds cpu_before_{};                    // CPU clock at the last settlement
+    long switches_before_ = 0;                    // voluntary context switches at the last settlement
     Instant settled_at_{};
     std::atomic<std::uint64_t> throttled_{0};
     std::atomic<std::int64_t> charged_ns_{0};

@@ -10,6 +10,7 @@
 #include <array>
 #include <string>
 
+#include "board/linux/smbus_request.h"
 #include "board/linux/system_error.h"
 
 namespace qduino::board::linux {
@@ -68,8 +69,8 @@ Result<void> I2cDevice::transfer_messages(I2cAddress address, std::span<const st
 
 Result<void> I2cDevice::transfer_smbus(I2cAddress address, std::span<const std::uint8_t> out,
                                        std::span<std::uint8_t> in) {
-    const bool translatable = (out.size() == 1 && in.size() <= 2) || (out.size() == 2 && in.empty());
-    if (!translatable) {
+    const auto request = smbus_request(out, in.size());
+    if (!request) {
         return make_error(ErrorCode::unsupported,
                           "this adapter speaks SMBus only: one command byte and up to two of data");
     }
@@ -77,23 +78,14 @@ Result<void> I2cDevice::transfer_smbus(I2cAddress address, std::span<const std::
         return system_error("address a chip on", "/dev/i2c-" + std::to_string(adapter_));
     }
     i2c_smbus_data data{};
-    i2c_smbus_ioctl_data request{};
-    request.read_write = in.empty() ? I2C_SMBUS_WRITE : I2C_SMBUS_READ;
-    request.command = out[0];
-    request.data = &data;
-    if (in.size() == 2) {
-        request.size = I2C_SMBUS_WORD_DATA;
-    } else if (in.size() == 1 || out.size() == 2) {
-        request.size = I2C_SMBUS_BYTE_DATA;
-        if (out.size() == 2) data.byte = out[1];
-    } else {
-        request.size = I2C_SMBUS_BYTE;
-    }
-    if (::ioctl(fd_.get(), I2C_SMBUS, &request) < 0) {
+    if (request->size == I2C_SMBUS_WORD_DATA) data.word = request->data;
+    if (request->size == I2C_SMBUS_BYTE_DATA) data.byte = static_cast<__u8>(request->data);
+    i2c_smbus_ioctl_data order{static_cast<__u8>(request->direction), request->command, request->size, &data};
+    if (::ioctl(fd_.get(), I2C_SMBUS, &order) < 0) {
         return bus_error("/dev/i2c-" + std::to_string(adapter_), address, errno);
     }
     if (in.size() == 1) in[0] = data.byte;
-    if (in.size() == 2) {  // SMBus words come low byte first on the wire
+    if (in.size() == 2) {
         in[0] = static_cast<std::uint8_t>(data.word & 0xff);
         in[1] = static_cast<std::uint8_t>(data.word >> 8);
     }

@@ -13,8 +13,8 @@ class I2cDevice final : public I2cDriver {
     /// Error: not_found, not_permitted; unsupported when the adapter cannot do plain I2C or SMBus word reads.
     Result<void> open(const I2cPort& port);
     /// Writes `out`, then, after a repeated start, reads `in`. Blocks for the duration on the bus. On an
-    /// adapter that only speaks SMBus, transactions of 1 + 1, 1 + 2, 1 + 0 and 2 + 0 bytes are translated;
-    /// others are unsupported. Error: timed_out when no chip answers.
+    /// adapter that only speaks SMBus, what smbus_request.h can translate goes; the rest is unsupported.
+    /// Error: timed_out when no chip answers.
     Result<void> transfer(VcpuId vcpu, I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                           std::span<std::uint8_t> in) override;
 

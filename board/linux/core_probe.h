@@ -18,6 +18,9 @@ std::optional<std::uint64_t> interrupts_of(int core, const std::string& root = "
 /// Cores whose tick stops while one task runs on them (booted with nohz_full).
 CpuList tickless_cores(const std::string& root = "");
 
+/// Cores that the scheduler gives only to those who ask for them (booted with isolcpus).
+CpuList isolated_cores(const std::string& root = "");
+
 struct CoreProbe {
     bool real_time = false;             ///< the probe had the priority it asked for
     double interrupts_per_second = -1;  ///< −1: not readable

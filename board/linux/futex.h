@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <climits>
 #include <cstdint>
 
@@ -34,6 +35,20 @@ inline void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32
 /// Wakes everybody who waits on `word`. Async-signal-safe.
 inline void futex_wake_all(const std::atomic<std::uint32_t>& word) {
     ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+}
+
+/// Takes a lock that this process's threads share, with priority inheritance: 0 free, else the holder's thread id (futex(2),
+/// FUTEX_LOCK_PI). Waits while another thread has it. Returns 0 or the system's error; EINTR and EAGAIN are not told.
+inline int futex_lock_inheriting(std::atomic<std::uint32_t>& word) {
+    for (;;) {
+        if (::syscall(SYS_futex, &word, FUTEX_LOCK_PI_PRIVATE, 0, nullptr, nullptr, 0) == 0) return 0;
+        if (errno != EINTR && errno != EAGAIN) return errno;
+    }
+}
+
+/// Hands it to the waiter of highest priority. Returns 0 or the system's error (EPERM: not the holder).
+inline int futex_unlock_inheriting(std::atomic<std::uint32_t>& word) {
+    return ::syscall(SYS_futex, &word, FUTEX_UNLOCK_PI_PRIVATE, 0, nullptr, nullptr, 0) == 0 ? 0 : errno;
 }
 
 }  // namespace qduino::board::linux

@@ -112,8 +112,12 @@ void GpioPin::force_safe_states() {
     if (safe != 0) set_value(fd_.get(), safe > 1 ? Level::high : Level::low);
 }
 
-Result<void> GpioPin::watch_edges(PinId) {
-    const std::uint64_t edges = GPIO_V2_LINE_FLAG_EDGE_RISING | GPIO_V2_LINE_FLAG_EDGE_FALLING;
+// Only the edges that are wanted: of a line watched for both, the kernel tells them apart by the level that it reads
+// afterwards, and so takes both ends of a short pulse for the same edge (drivers/gpio/gpiolib-cdev.c, edge_irq_thread).
+Result<void> GpioPin::watch_edges(PinId, Edge edge) {
+    std::uint64_t edges = 0;
+    if (edge != Edge::falling) edges |= GPIO_V2_LINE_FLAG_EDGE_RISING;
+    if (edge != Edge::rising) edges |= GPIO_V2_LINE_FLAG_EDGE_FALLING;
     if (auto done = configure(flags_of(mode_) | edges); !done) return done;
     ::fcntl(fd_.get(), F_SETFL, O_NONBLOCK);
     watching_ = true;

@@ -27,7 +27,7 @@ class GpioPin final : public PinDriver {
     Level read(VcpuId vcpu, PinId pin) override;
     Result<void> set_safe_state(PinId pin, Level level) override;
     void force_safe_states() override;
-    Result<void> watch_edges(PinId pin) override;
+    Result<void> watch_edges(PinId pin, Edge edge) override;
     EdgeCounts edges(PinId pin) override;
     int edge_descriptor(PinId) override { return fd_.get(); }
 

@@ -82,7 +82,7 @@ Result<Isolation> Isolation::begin(MachineSettings& settings, const IsolationOpt
     isolation.move_interrupts(settings);
     isolation.move_network(settings);
     isolation.move_kernel_work(settings);
-    isolation.stay_awake(settings);
+    isolation.stay_fast(settings);
     if (options.lift_throttling && isolation.exclusive()) isolation.lift_throttling(settings);
     return isolation;
 }
@@ -236,17 +236,11 @@ void Isolation::move_kernel_work(MachineSettings& settings) {
 
 // ---- 3. and 4. ------------------------------------------------------------------------------------------
 
-void Isolation::stay_awake(MachineSettings& settings) {
+void Isolation::stay_fast(MachineSettings& settings) {
     for (const int core : options_.cores) {
         const std::string governor =
             at("/sys/devices/system/cpu/cpu") + std::to_string(core) + "/cpufreq/scaling_governor";
         if (exists(governor)) try_change(settings, governor, "performance", "governor");
-    }
-    // The kernel forgets the request when the file is closed: nothing to record.
-    latency_ = UniqueFd{::open(at("/dev/cpu_dma_latency").c_str(), O_WRONLY | O_CLOEXEC)};
-    const std::int32_t no_latency_us = 0;
-    if (!latency_.valid() || ::write(latency_.get(), &no_latency_us, sizeof no_latency_us) < 0) {
-        notes_.push_back("idle states stay on: no /dev/cpu_dma_latency");
     }
 }
 

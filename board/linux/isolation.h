@@ -5,7 +5,7 @@
 //   2. interrupts   IRQs, their default            what is left: the tick, and what is bound to the core
 //      RPS, XPS     network softirqs
 //      workqueues, watchdog, vmstat                kernel threads that would come back
-//   3. governor, idle states                       no wake-up from deep sleep, no slow clock
+//   3. governor                                    no slow clock
 //   4. RT throttling, fair server                  last: only when 1 succeeded is nobody left on the core to starve
 //
 // Undone in the opposite order (machine_settings.h). What the machine does not have or refuses is a note, not a failure.
@@ -63,7 +63,7 @@ class Isolation {
     void move_interrupts(MachineSettings& settings);
     void move_network(MachineSettings& settings);
     void move_kernel_work(MachineSettings& settings);
-    void stay_awake(MachineSettings& settings);
+    void stay_fast(MachineSettings& settings);
     void lift_throttling(MachineSettings& settings);
     bool try_change(MachineSettings& settings, const std::string& path, std::string_view text,
                     std::string_view what);
@@ -72,7 +72,6 @@ class Isolation {
     IsolationOptions options_;
     CpuList owned_;
     CpuList rest_;
-    UniqueFd latency_;  // /dev/cpu_dma_latency, held open
     Cpusets cpusets_ = Cpusets::none;
     bool throttling_lifted_ = false;
     int interrupts_moved_ = 0;

@@ -8,6 +8,7 @@
 #include "board/linux/bus_device.h"
 #include "board/linux/futex.h"
 #include "board/linux/gpio_pin.h"
+#include "board/linux/overheads.h"
 #include "board/linux/real_time_thread.h"
 #include "board/linux/sysfs_pin.h"
 
@@ -116,6 +117,7 @@ LinuxBoard::~LinuxBoard() {
 
 void LinuxBoard::busy_until(Instant t) {
     if (watched_) promise_until(t);
+    if (VcpuThread* thread = VcpuThread::current()) thread->rest_before_spin(t);
     for (Nanoseconds left = t - monotonic_now(); left > Nanoseconds{0}; left = t - monotonic_now()) {
         if (left > kTightSpin) relax_core();
     }
@@ -123,8 +125,11 @@ void LinuxBoard::busy_until(Instant t) {
 
 void LinuxBoard::sleep_until(Instant t) {
     if (watched_) promise_until(t);
-    const AnnouncedWait wait;
+    const AnnouncedWait wait{t};
+    VcpuThread* thread = VcpuThread::current();
+    if (thread && thread->rests()) thread->before_sleep(monotonic_now());
     block_until(t);
+    if (thread && thread->rests()) thread->after_sleep(monotonic_now());
 }
 
 void LinuxBoard::promise_until(Instant t) {
@@ -166,6 +171,13 @@ Result<void> LinuxBoard::pwm_write(PinId pin, double duty) {
     return driver->write_pwm(current_vcpu(), pin, duty);
 }
 
+Result<void> LinuxBoard::pwm_period(PinId pin, Nanoseconds period) {
+    PinDriver* driver = driver_of(pin);
+    if (!driver) return nothing_at(pin);
+    if (!is_pwm_period(period)) return bad_pwm_period();
+    return driver->set_pwm_period(current_vcpu(), pin, period);
+}
+
 Result<double> LinuxBoard::analog_read(PinId pin) {
     PinDriver* driver = driver_of(pin);
     if (!driver) return nothing_at(pin);
@@ -174,15 +186,15 @@ Result<double> LinuxBoard::analog_read(PinId pin) {
 
 Result<void> LinuxBoard::i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                                       std::span<std::uint8_t> in) {
-    if (!virtual_.attached())
-        return make_error(ErrorCode::unsupported, "this I2C bus is connected to nothing");
-    return virtual_.transfer(current_vcpu(), bus, address, out, in);
+    I2cDriver* driver = bus.number < kBusLimit ? i2c_[bus.number] : nullptr;
+    if (!driver) return make_error(ErrorCode::unsupported, "this I2C bus is connected to nothing");
+    return driver->transfer(current_vcpu(), bus, address, out, in);
 }
 
 Result<void> LinuxBoard::spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) {
-    if (!virtual_.attached())
-        return make_error(ErrorCode::unsupported, "this SPI bus is connected to nothing");
-    return virtual_.transfer(current_vcpu(), bus, settings, data);
+    SpiDriver* driver = bus.number < kBusLimit ? spi_[bus.number] : nullptr;
+    if (!driver) return make_error(ErrorCode::unsupported, "this SPI bus is connected to nothing");
+    return driver->transfer(current_vcpu(), bus, settings, data);
 }
 
 Result<void> LinuxBoard::safe_state(PinId pin, Level level) {
@@ -252,6 +264,9 @@ Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
         if (!virtual_.attached()) break;
         if (auto opened = virtual_.open_writer(spec.id, spec.owns_core); !opened) return opened;
     }
+    if (config_.real_time) {
+        if (auto awake = keep_cores_awake(config_.sysfs_root); awake) awake_ = std::move(*awake);
+    }
     if (config_.lock_memory) memory_locked_ = lock_memory().ok();
     take_cores(specs);
     schedule_bottom_halves(specs);
@@ -273,6 +288,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
         options.priority = priority_of(spec, specs);
         options.stack_bytes = config_.stack_bytes;
         options.enforce_budget = config_.enforce_budgets && !spec.owns_core;
+        if (spec.owns_core) options.spin_share = real_time_share(config_.sysfs_root);
         options.isolation = isolation_.owns(spec.core) ? &isolation_ : nullptr;
         options.gate = gate_.get();
         options.returned = &returned_;

@@ -60,11 +60,17 @@ class LinuxBoard {
     void pin_write(PinId pin, Level level);
     [[nodiscard]] Level pin_read(PinId pin);
     Result<void> pwm_write(PinId pin, double duty);
+    Result<void> pwm_period(PinId pin, Nanoseconds period);
     [[nodiscard]] Result<double> analog_read(PinId pin);
     Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                               std::span<std::uint8_t> in);
     Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
     Result<void> safe_state(PinId pin, Level level);
+
+    // ---- locks: linux_board_locks.cpp -------------------------------------------------------------------
+    void lock(LockWord& word);
+    [[nodiscard]] bool try_lock(LockWord& word);
+    void unlock(LockWord& word);
 
     // ---- interrupts -------------------------------------------------------------------------------------
     Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
@@ -164,6 +170,7 @@ class LinuxBoard {
 
     MachineSettings settings_;  // open once something was changed; undoes it
     Isolation isolation_;
+    UniqueFd awake_;  // keep_cores_awake()
     FixedString<200> isolation_shortfall_;
     std::vector<UsedCore> cores_;
     Instant started_at_{};

@@ -23,7 +23,7 @@ Result<void> LinuxBoard::attach_edge(PinId pin, Edge edge, EdgeHandler handler, 
     }
     detach_edge(pin);
     PinDriver& driver = *driver_of(pin);
-    if (auto watched = driver.watch_edges(pin); !watched) return watched;
+    if (auto watched = driver.watch_edges(pin, edge); !watched) return watched;
     EdgeWatch& watch = watches_[pin.number];
     watch.context = context;
     watch.edge = edge;

@@ -160,6 +160,7 @@ LoopGuarantee LinuxBoard::guarantee_of(const VcpuThread& thread) const {
         join(loop.shortfall, "budgets are not enforced, as configured");
     if (spec.owns_core && !config_.isolate) {
         join(loop.shortfall, "its core is open to others: let the board isolate it, as root");
+        if (thread.rests()) join(loop.shortfall, "pauses of 0.1 ms keep it within RT throttling");
     } else if (spec.owns_core && !isolation_shortfall_.empty()) {
         join(loop.shortfall, isolation_shortfall_);
     } else if (spec.owns_core && !loop.core_owned) {
@@ -190,9 +191,12 @@ CoreGuarantee LinuxBoard::guarantee_of_core(int core) const {
         report.interrupts_per_second =
             static_cast<double>(*interrupts - *used->interrupts_at_start) / to_seconds(running);
     }
+    if (config_.real_time && !awake_.valid())
+        join(report.note, "idle cores may sleep deeply: late wake-ups (run as root)");
     if (!used->owned) return report;
+    if (isolated_cores(config_.sysfs_root).has(core)) join(report.note, "set apart at boot (isolcpus)");
     if (!report.tick_stopped) {
-        report.note.append("to stop its tick, boot with nohz_full=").append(std::to_string(core));
+        join(report.note, "to stop its tick, boot with nohz_full=" + std::to_string(core));
     }
     for (const std::string& note : isolation_.notes()) join(report.note, note);
     return report;

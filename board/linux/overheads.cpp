@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <cstdlib>
 
 #include "board/linux/clock.h"
+#include "board/linux/machine_settings.h"
 
 // glibc names the field only from 2.38 on.
 #ifndef sigev_notify_thread_id
@@ -79,6 +81,18 @@ sched::PlatformOverheads measure_overheads() {
     overheads.enforcement_cost =
         signal_cost() + overheads.release_cost;  // the signal, then a sleep in its handler
     return overheads;
+}
+
+double real_time_share(const std::string& root) {
+    constexpr double kMargin = 0.03;
+    const auto number = [&](const char* name) {
+        const auto text = read_small_file(root + "/proc/sys/kernel/" + name);
+        return text ? std::strtod(text->c_str(), nullptr) : 0;
+    };
+    const double runtime_us = number("sched_rt_runtime_us");
+    const double period_us = number("sched_rt_period_us");
+    if (runtime_us < 0 || period_us <= 0 || runtime_us >= period_us) return 1;
+    return std::max(0.1, runtime_us / period_us - kMargin);
 }
 
 }  // namespace qduino::board::linux

@@ -1,6 +1,8 @@
 // What the platform takes of a loop's budget, measured on this machine: for admission (sched/admission.h).
 #pragma once
 
+#include <string>
+
 #include "sched/admission.h"
 
 namespace qduino::board::linux {
@@ -10,5 +12,9 @@ namespace qduino::board::linux {
 /// second, and the budgets that are enforced leave them that (DESIGN §5 admits no shared core to 100 % of all
 /// time).
 [[nodiscard]] sched::PlatformOverheads measure_overheads();
+
+/// Of a core's time, what a real-time thread may spin through without being held by the kernel for tens of milliseconds: 1 where RT
+/// throttling is lifted, else a little less than it grants. `root` precedes /proc (tests).
+[[nodiscard]] double real_time_share(const std::string& root = "");
 
 }  // namespace qduino::board::linux

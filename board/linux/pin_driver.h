@@ -45,9 +45,11 @@ class PinDriver {
     virtual void write(VcpuId vcpu, PinId pin, Level level) = 0;
     [[nodiscard]] virtual Level read(VcpuId vcpu, PinId pin) = 0;
     virtual Result<void> write_pwm(VcpuId, PinId, double) { return pin_cannot("PWM"); }
+    /// `period` as is_pwm_period() has it. Setup-time.
+    virtual Result<void> set_pwm_period(VcpuId, PinId, Nanoseconds) { return pin_cannot("PWM"); }
     [[nodiscard]] virtual Result<double> read_analog(VcpuId, PinId) { return pin_cannot("analog input"); }
-    /// From now on edges are counted. Setup-time.
-    virtual Result<void> watch_edges(PinId) { return pin_cannot("interrupts"); }
+    /// From now on these edges are counted (others may be, too). Setup-time.
+    virtual Result<void> watch_edges(PinId, Edge) { return pin_cannot("interrupts"); }
     /// Edges counted so far. From one thread.
     [[nodiscard]] virtual EdgeCounts edges(PinId) { return {}; }
     /// Becomes readable when edges() would change; −1: none, VirtualPins::wait_input_change() tells instead.

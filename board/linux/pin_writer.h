@@ -2,6 +2,8 @@
 // (pins_layout.h).
 #pragma once
 
+#include <bit>
+
 #include "board/linux/clock.h"
 #include "board/linux/pins_file.h"
 
@@ -28,7 +30,12 @@ class PinWriter {
 
     void write_level(PinId pin, Level level) { push({0, pin.number, PinEventKind::level, level, 0}); }
     void write_pwm(PinId pin, double duty) {
-        push({0, pin.number, PinEventKind::pwm, Level::low, static_cast<float>(duty)});
+        push({0, pin.number, PinEventKind::pwm, Level::low,
+              std::bit_cast<std::uint32_t>(static_cast<float>(duty))});
+    }
+    void write_pwm_period(PinId pin, Nanoseconds period) {
+        push(
+            {0, pin.number, PinEventKind::pwm_period, Level::low, static_cast<std::uint32_t>(to_ns(period))});
     }
 
   private:
@@ -39,6 +46,7 @@ class PinWriter {
             wide_ ? ring_.as<WideRing>()->try_push(event) : ring_.as<NarrowRing>()->try_push(event);
         if (!held) slot_->lost.fetch_add(1, std::memory_order_relaxed);
         slot_->writing.store(0, std::memory_order_release);
+        wide_ ? ring_.as<WideRing>()->prefetch_for_push() : ring_.as<NarrowRing>()->prefetch_for_push();
     }
 
     Mapping ring_;

@@ -25,8 +25,9 @@
 // If the machine, having read h, sees `writing` low, then whatever is not yet in the ring will carry a time
 // after h: the merge up to h is exact, without a guessed safety lag. (The store of `writing` and the reading
 // of the clock must not pass each other: the store is sequentially consistent and the vDSO's clock read is
-// ordered.) A writer that is preempted, throttled or killed in between holds the horizon back for at most
-// kWriterHold, then the others go on without it.
+// ordered.) A writer that is preempted or throttled in between holds the horizon back for at most
+// kWriterHold (a busy machine takes an ordinary process off its core for that long), then the others go on without it; a dead one
+// holds up nobody.
 //
 // Whose file: the machine holds an OFD lock on byte 0, the sketch on byte 1, the supervisor on byte 2. The
 // kernel drops them with the process, however it died: a second sketch is refused while one lives, never
@@ -45,16 +46,17 @@
 namespace qduino::board::linux {
 
 inline constexpr std::uint32_t kPinsMagic = 0x51445049;  // "QDPI"
-inline constexpr std::uint32_t kPinsVersion = 1;
+inline constexpr std::uint32_t kPinsVersion = 2;
 
-enum class PinEventKind : std::uint8_t { level = 1, pwm = 2 };
+enum class PinEventKind : std::uint8_t { level = 1, pwm = 2, pwm_period = 3 };
 
 struct PinEvent {
     std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
     std::uint16_t pin = 0;
     PinEventKind kind = PinEventKind::level;
     Level level = Level::low;  ///< of kind level
-    float duty = 0;            ///< of kind pwm, 0…1
+    /// Of kind pwm: the bits of the duty, a float of 0…1; of kind pwm_period: nanoseconds, 0 for the board's own.
+    std::uint32_t value = 0;
 };
 static_assert(sizeof(PinEvent) == 16);
 
@@ -72,7 +74,7 @@ inline constexpr int kWideWriters = 4;
 inline constexpr int kWriterCount = kNarrowWriters + kWideWriters;
 
 /// How long a writer that stopped in the middle of a write holds the others back.
-inline constexpr Nanoseconds kWriterHold = 5ms;
+inline constexpr Nanoseconds kWriterHold = 250ms;
 /// How long a bus transaction waits for the machine before it fails with timed_out.
 inline constexpr Nanoseconds kBusTimeout = 50ms;
 

@@ -1,7 +1,10 @@
 #include "board/linux/pins_server.h"
 
+#include <signal.h>
+
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cstring>
 
 #include "board/linux/clock.h"
@@ -70,13 +73,20 @@ void PinsServer::find_new_sources(Instant now) {
 }
 
 /// Up to which instant everything that will ever be pushed is in the rings already.
+/// Its process lives, as far as one can see: it may yet push what it has begun.
+bool PinsServer::sketch_lives() const {
+    if (sketch_death() != SketchDeath::none) return false;
+    const auto pid = static_cast<pid_t>(layout().sketch_pid.load(std::memory_order_relaxed));
+    return pid <= 0 || ::kill(pid, 0) == 0 || errno != ESRCH;
+}
+
 Instant PinsServer::exact_until(Instant now) {
     Instant until = now;
     for (std::size_t i = 0; i < source_count_; ++i) {
         Source& source = sources_[i];
         if (seen_quiet(*source.slot)) {
             source.quiet_since = now;
-        } else if (now - source.quiet_since < kWriterHold) {
+        } else if (now - source.quiet_since < kWriterHold && sketch_lives()) {
             until = std::min(until, source.quiet_since);
         }
     }
@@ -88,12 +98,15 @@ Instant PinsServer::exact_until(Instant now) {
 std::size_t PinsServer::poll(Instant now, Peripherals& peripherals) {
     layout().machine_alive_ns.store(to_ns(now), std::memory_order_relaxed);
     doorbell_seen_ = layout().doorbell.load(std::memory_order_acquire);
+    Requests asked{};
+    // Read again behind them: what was written before they were posted is older than this.
+    if (find_requests(asked)) now = std::max(now, monotonic_now());
     find_new_sources(now);
     const Instant until = exact_until(now);
     const std::size_t events = deliver(until, peripherals);
     if (events < kBatch) horizon_ = std::max(horizon_, until);
     publish_inputs(peripherals);
-    return events + serve_mail(peripherals);
+    return events + serve_mail(asked, peripherals);
 }
 
 std::size_t PinsServer::deliver(Instant until, Peripherals& peripherals) {
@@ -120,20 +133,22 @@ std::size_t PinsServer::deliver(Instant until, Peripherals& peripherals) {
 }
 
 void PinsServer::hand_over(const PinEvent& event, Peripherals& peripherals) {
-    const bool known_kind = event.kind == PinEventKind::level || event.kind == PinEventKind::pwm;
-    if (event.pin >= kPinCount || !known_kind) {
+    if (event.pin >= kPinCount || event.kind < PinEventKind::level || event.kind > PinEventKind::pwm_period) {
         ++faults_.malformed;
         return;
     }
     const Instant time = instant_from_ns(event.time_ns);
     if (time < horizon_) ++faults_.disordered;
     horizon_ = std::max(horizon_, time);
+    const PinId pin{event.pin};
     if (event.kind == PinEventKind::pwm) {
-        const double duty = event.duty >= 0 && event.duty <= 1 ? static_cast<double>(event.duty) : 0.0;
-        peripherals.pwm_written(horizon_, PinId{event.pin}, duty);
+        const auto duty = std::bit_cast<float>(event.value);
+        peripherals.pwm_written(horizon_, pin, duty >= 0 && duty <= 1 ? static_cast<double>(duty) : 0.0);
+    } else if (event.kind == PinEventKind::pwm_period) {
+        const Nanoseconds period{event.value};
+        peripherals.pwm_period_set(horizon_, pin, is_pwm_period(period) ? period : Nanoseconds{0});
     } else {
-        peripherals.pin_written(horizon_, PinId{event.pin},
-                                event.level == Level::low ? Level::low : Level::high);
+        peripherals.pin_written(horizon_, pin, event.level == Level::low ? Level::low : Level::high);
     }
 }
 
@@ -155,12 +170,23 @@ void PinsServer::publish_inputs(Peripherals& peripherals) {
 
 // ---- bus requests ---------------------------------------------------------------------------------------
 
-std::size_t PinsServer::serve_mail(Peripherals& peripherals) {
-    std::size_t served = 0;
-    for (auto& mail : layout().mail) {
+bool PinsServer::find_requests(Requests& asked) {
+    bool any = false;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+        const Mailbox& mail = layout().mail[i];
         const std::uint32_t sequence = mail.request.load(std::memory_order_acquire);
         if ((sequence & 1u) != 0 || sequence == mail.reply.load(std::memory_order_relaxed)) continue;
-        serve(mail, sequence, peripherals);
+        asked[i] = sequence;
+        any = true;
+    }
+    return any;
+}
+
+std::size_t PinsServer::serve_mail(const Requests& asked, Peripherals& peripherals) {
+    std::size_t served = 0;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+        if (asked[i] == 0) continue;
+        serve(layout().mail[i], asked[i], peripherals);
         ++served;
     }
     return served;

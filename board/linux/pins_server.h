@@ -36,8 +36,8 @@ class PinsServer {
     PinsServer(PinsServer&&) = default;
     PinsServer& operator=(PinsServer&&) = default;
 
-    /// Delivers all events up to `now` that can be ordered, then the bus requests, then publishes the input
-    /// pins. `now` must have been read from CLOCK_MONOTONIC before the call. Calls of `peripherals` carry
+    /// Delivers all events up to `now` (up to the latest request, if there are any) that can be ordered, publishes the
+    /// input pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `now` must have been read from CLOCK_MONOTONIC before the call. Calls of `peripherals` carry
     /// non-decreasing times. Returns how many events and requests were served; at most kBatch events a call,
     /// so that requests are not starved.
     std::size_t poll(Instant now, Peripherals& peripherals);
@@ -69,11 +69,15 @@ class PinsServer {
 
     PinsServer() = default;
     void find_new_sources(Instant now);
+    [[nodiscard]] bool sketch_lives() const;
     [[nodiscard]] Instant exact_until(Instant now);
     std::size_t deliver(Instant until, Peripherals& peripherals);
     void hand_over(const PinEvent& event, Peripherals& peripherals);
     void publish_inputs(Peripherals& peripherals);
-    std::size_t serve_mail(Peripherals& peripherals);
+    /// The sequence of each mailbox's unanswered request; 0: none.
+    using Requests = std::array<std::uint32_t, kVcpuLimit>;
+    [[nodiscard]] bool find_requests(Requests& asked);
+    std::size_t serve_mail(const Requests& asked, Peripherals& peripherals);
     void serve(Mailbox& mail, std::uint32_t sequence, Peripherals& peripherals);
 
     PinsFile file_;

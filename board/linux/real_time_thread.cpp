@@ -1,5 +1,6 @@
 #include "board/linux/real_time_thread.h"
 
+#include <fcntl.h>
 #include <linux/capability.h>
 #include <malloc.h>
 #include <pthread.h>
@@ -85,6 +86,14 @@ Result<void> lock_memory() {
     ::mallopt(M_MMAP_MAX, 0);
     if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return system_error("lock", "memory");
     return {};
+}
+
+Result<UniqueFd> keep_cores_awake(const std::string& root) {
+    UniqueFd request{::open((root + "/dev/cpu_dma_latency").c_str(), O_WRONLY | O_CLOEXEC)};
+    const std::int32_t latency_us = 0;
+    if (!request.valid() || ::write(request.get(), &latency_us, sizeof latency_us) < 0)
+        return system_error("keep", "idle cores awake (/dev/cpu_dma_latency)");
+    return request;
 }
 
 int cpu_count() {

@@ -4,9 +4,11 @@
 // of the guarantee report, never silence.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "base/result.h"
+#include "board/linux/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -20,6 +22,10 @@ void name_thread(std::string_view name);
 void touch_stack();
 /// Keeps every page that the process has or will have in memory. Error: not_permitted.
 Result<void> lock_memory();
+/// As long as the result is open, idle cores stay ready instead of going to sleep: a wake-up from there costs tens of microseconds.
+/// The kernel forgets it with the process (Documentation/power/pm_qos_interface.rst). `root` precedes /dev (tests). Error:
+/// not_permitted, not_found.
+Result<UniqueFd> keep_cores_awake(const std::string& root = "");
 /// CPUs of this machine, from 0 on; those that are offline count too.
 int cpu_count();
 

@@ -24,9 +24,15 @@ Result<void> write_once(const std::string& path, const std::string& text) {
 
 // ---- PWM ------------------------------------------------------------------------------------------------
 
+std::string PwmPin::folder() const {
+    return root_ + "/sys/class/pwm/pwmchip" + std::to_string(channel_.chip) + "/pwm" +
+           std::to_string(channel_.channel);
+}
+
 Result<void> PwmPin::open() {
     const std::string chip = root_ + "/sys/class/pwm/pwmchip" + std::to_string(channel_.chip);
-    const std::string channel = chip + "/pwm" + std::to_string(channel_.channel);
+    const std::string channel = folder();
+    period_ = channel_.period;
     struct stat exported {};
     if (::stat(channel.c_str(), &exported) != 0) {
         if (auto done = write_once(chip + "/export", std::to_string(channel_.channel)); !done) return done;
@@ -56,14 +62,22 @@ Result<void> PwmPin::set_mode(VcpuId, PinId, PinMode mode) {
     return pin_cannot("other mode than output");
 }
 
-void PwmPin::write(VcpuId, PinId, Level level) {
-    set_duty(level == Level::high ? to_ns(channel_.period) : 0);
-}
+void PwmPin::write(VcpuId, PinId, Level level) { set_duty(level == Level::high ? to_ns(period_) : 0); }
 
 Result<void> PwmPin::write_pwm(VcpuId, PinId, double duty) {
     if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
-    set_duty(std::llround(duty * static_cast<double>(to_ns(channel_.period))));
+    set_duty(std::llround(duty * static_cast<double>(to_ns(period_))));
     return {};
+}
+
+Result<void> PwmPin::set_pwm_period(VcpuId, PinId, Nanoseconds period) {
+    if (period == Nanoseconds{0}) period = channel_.period;
+    const double duty = static_cast<double>(duty_ns_) / static_cast<double>(to_ns(period_));
+    set_duty(0);  // the kernel refuses a period below the duty that it still has
+    auto done = write_once(folder() + "/period", std::to_string(to_ns(period)));
+    if (done) period_ = period;
+    set_duty(std::llround(duty * static_cast<double>(to_ns(period_))));
+    return done;
 }
 
 Result<void> PwmPin::set_safe_state(PinId, Level level) {
@@ -72,7 +86,7 @@ Result<void> PwmPin::set_safe_state(PinId, Level level) {
 }
 
 void PwmPin::force_safe_states() {
-    if (safe_ >= 0) set_duty(safe_ > 0 ? to_ns(channel_.period) : 0);
+    if (safe_ >= 0) set_duty(safe_ > 0 ? to_ns(period_) : 0);
 }
 
 // ---- analog ---------------------------------------------------------------------------------------------

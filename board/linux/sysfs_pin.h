@@ -22,15 +22,19 @@ class PwmPin final : public PinDriver {
     void write(VcpuId, PinId, Level level) override;
     Level read(VcpuId, PinId) override { return duty_ns_ > 0 ? Level::high : Level::low; }
     Result<void> write_pwm(VcpuId, PinId, double duty) override;
+    /// Error: what the kernel says of a period that the chip cannot make; the old one holds then.
+    Result<void> set_pwm_period(VcpuId, PinId, Nanoseconds period) override;
     Result<void> set_safe_state(PinId, Level level) override;
     void force_safe_states() override;
 
   private:
+    [[nodiscard]] std::string folder() const;
     void set_duty(std::int64_t duty_ns);
 
     PwmChannel channel_;
     std::string root_;
     UniqueFd duty_file_;
+    Nanoseconds period_{};
     std::int64_t duty_ns_ = 0;
     int safe_ = -1;  // −1: none; else the level
 };

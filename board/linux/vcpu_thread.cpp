@@ -5,10 +5,12 @@
 
 #include <string>
 
+#include "board/linux/clock.h"
 #include "board/linux/fatal_signals.h"
 #include "board/linux/futex.h"
 #include "board/linux/real_time_thread.h"
 #include "board/linux/system_error.h"
+#include "board/real_time_mark.h"
 
 namespace qduino::board::linux {
 
@@ -31,9 +33,10 @@ void VcpuThread::join() {
 }
 
 void VcpuThread::prepare() {
+    tid_ = static_cast<pid_t>(::syscall(SYS_gettid));
     name_thread((spec_.kind == VcpuKind::io ? "io " : "loop ") + std::to_string(spec_.id));
     if (options_.isolation) {
-        const auto entered = options_.isolation->adopt(spec_.core, static_cast<pid_t>(::syscall(SYS_gettid)));
+        const auto entered = options_.isolation->adopt(spec_.core, tid_);
         if (!entered) add_shortfall(entered.error().message.view());
     }
     if (auto pinned = pin_to_core(spec_.core); pinned) {
@@ -45,6 +48,7 @@ void VcpuThread::prepare() {
     if (options_.priority != 0) {
         if (auto real_time = become_real_time(options_.priority); real_time) {
             real_time_ = true;
+            if (options_.spin_share < 1) spin_ = SpinAllowance{options_.spin_share, monotonic_now()};
         } else {
             add_shortfall("no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
         }
@@ -56,6 +60,14 @@ void VcpuThread::prepare() {
             add_shortfall(kept.error().message.view());
         }
     }
+}
+
+void VcpuThread::rest(Instant t) {
+    const Instant now = monotonic_now();
+    const Instant until = spin_.sleep_first(now, t);
+    if (until <= now) return;
+    block_until(until);
+    spin_.slept(monotonic_now());
 }
 
 void VcpuThread::add_shortfall(std::string_view text) {
@@ -74,7 +86,10 @@ void* VcpuThread::main(void* self) {
     thread.before_block();
     while (gate.state.load(std::memory_order_acquire) == 0) futex_wait_until(gate.state, 0, kForever);
     thread.after_block();
-    if (gate.state.load() == 1) thread.spec_.entry(thread.spec_.context);
+    if (gate.state.load() == 1) {
+        const RealTimeSection begun{thread.spec_.classic ? kNoVcpu : thread.spec_.id};
+        thread.spec_.entry(thread.spec_.context);
+    }
     thread.keeper_.stop();
     thread.finished_.store(true, std::memory_order_release);
     thread.options_.returned->fetch_add(1);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pthread.h>
+#include <sys/types.h>
 
 #include <atomic>
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include "base/result.h"
 #include "board/linux/budget_keeper.h"
 #include "board/linux/isolation.h"
+#include "board/linux/spin_allowance.h"
 #include "board/types.h"
 
 namespace qduino::board::linux {
@@ -27,6 +29,7 @@ struct VcpuThreadOptions {
     int priority = 0;  ///< SCHED_FIFO; 0: do not ask
     std::size_t stack_bytes = std::size_t{1} << 20;
     bool enforce_budget = false;
+    double spin_share = 1;  ///< of its core, for a loop that spins; 1: all of it (spin_allowance.h)
     const Isolation* isolation = nullptr;            ///< whose core it enters; null: none
     StartGate* gate = nullptr;                       ///< outlives the thread
     std::atomic<std::uint32_t>* returned = nullptr;  ///< futex; counted up when the entry has returned
@@ -53,27 +56,44 @@ class VcpuThread {
     [[nodiscard]] const FixedString<160>& shortfall() const { return shortfall_; }
 
     /// The calling thread is about to wait, or has waited: its budget is told. No effect without enforcement.
-    void before_block() { keeper_.before_block(); }
+    void before_block(Instant until = kForever) { keeper_.before_block(until); }
     void after_block() { keeper_.after_block(); }
+    /// Around the time that the calling thread holds a lock (budget_keeper.h).
+    void begin_hold() { keeper_.begin_hold(); }
+    void end_hold() { keeper_.end_hold(); }
     [[nodiscard]] const BudgetKeeper& keeper() const { return keeper_; }
+
+    /// The calling thread is about to spin until `t`: sleeps first, where it may not fill its core.
+    void rest_before_spin(Instant t) {
+        if (spin_.limited()) rest(t);
+    }
+    /// What it sleeps besides counts as rest.
+    void before_sleep(Instant now) { spin_.ran(now); }
+    void after_sleep(Instant now) { spin_.slept(now); }
+    [[nodiscard]] bool rests() const { return spin_.limited(); }
 
     /// The VCPU that the caller is; kNoVcpu on any other thread.
     [[nodiscard]] static VcpuId current_id() { return current_ ? current_->spec_.id : kNoVcpu; }
     [[nodiscard]] static VcpuThread* current() { return current_; }
+    /// Of the kernel. Known once the thread runs.
+    [[nodiscard]] pid_t tid() const { return tid_; }
 
   private:
     static void* main(void* self);
     void prepare();
+    void rest(Instant t);
     void add_shortfall(std::string_view text);
 
     VcpuSpec spec_;
     VcpuThreadOptions options_;
     pthread_t thread_{};
+    pid_t tid_ = 0;
     bool created_ = false;
     bool pinned_ = false;
     bool real_time_ = false;
     bool budget_kept_ = false;
     BudgetKeeper keeper_;
+    SpinAllowance spin_;
     FixedString<160> shortfall_;
     std::atomic<bool> finished_{false};
     static constinit thread_local VcpuThread* current_;

@@ -161,6 +161,14 @@ Result<void> VirtualPins::write_pwm(VcpuId vcpu, PinId pin, double duty) {
     return {};
 }
 
+Result<void> VirtualPins::set_pwm_period(VcpuId vcpu, PinId pin, Nanoseconds period) {
+    static_cast<void>(index_of(pin));
+    std::unique_lock lock{shared_by_non_vcpus_, std::defer_lock};
+    if (vcpu == kNoVcpu) lock.lock();
+    writer_of(vcpu).write_pwm_period(pin, period);
+    return {};
+}
+
 Result<double> VirtualPins::read_analog(VcpuId vcpu, PinId pin) {
     MailHead head;
     head.kind = MailKind::analog;
@@ -270,7 +278,7 @@ void VirtualPins::wake_input_waiters() {
     futex_wake_all(layout().input_changes);
 }
 
-Result<void> VirtualPins::watch_edges(PinId pin) {
+Result<void> VirtualPins::watch_edges(PinId pin, Edge) {
     // The machine counts the edges of every input: the pin only has to be one.
     if (layout().outputs[index_of(pin)].mode.load(std::memory_order_relaxed) != 0) return {};
     return set_mode(kNoVcpu, pin, PinMode::input);

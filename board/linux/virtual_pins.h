@@ -34,10 +34,11 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     void write(VcpuId vcpu, PinId pin, Level level) override;
     Level read(VcpuId vcpu, PinId pin) override;
     Result<void> write_pwm(VcpuId vcpu, PinId pin, double duty) override;
-    Result<double> read_analog(VcpuId vcpu, PinId pin) override;
+    Result<void> set_pwm_period(VcpuId vcpu, PinId pin, Nanoseconds period) override;
+    [[nodiscard]] Result<double> read_analog(VcpuId vcpu, PinId pin) override;
     Result<void> set_safe_state(PinId pin, Level level) override;
     void force_safe_states() override;
-    Result<void> watch_edges(PinId pin) override;
+    Result<void> watch_edges(PinId pin, Edge edge) override;
     EdgeCounts edges(PinId pin) override;
 
     // ---- buses: each call waits for the machine's answer, at most kBusTimeout ---------------------------

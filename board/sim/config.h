@@ -23,9 +23,10 @@ enum class ApiCall : std::uint8_t {
     analog_read,
     i2c,
     spi,
-    sleep
+    sleep,
+    lock  ///< lock, try_lock and unlock
 };
-inline constexpr int kApiCallCount = 9;
+inline constexpr int kApiCallCount = 10;
 
 struct ApiCosts {
     std::array<Nanoseconds, kApiCallCount> per_call{};
@@ -85,6 +86,8 @@ struct SimConfig {
     std::vector<InterruptSource> interrupts{};
     Nanoseconds tick_period{};  ///< scheduling tick on every core; 0: none. 4 ms at 250 Hz
     Nanoseconds tick_cost{};
+    /// How late a sleeper is woken: the slack of timers and the way out of idle. Not CPU time; a spin does not have it.
+    Nanoseconds wake_latency{};
     Nanoseconds edge_top_half{};  ///< of every edge that has a handler, on the core of the handler's I/O VCPU
     /// Whose budget pays for top halves: nobody's (each interrupt is accounted apart), or that of the VCPU they interrupt, as
     /// on a kernel that does not tell them apart.

@@ -17,6 +17,7 @@ SimBoard::SimBoard(SimConfig config, Peripherals& peripherals, TraceSink* trace)
     QDUINO_EXPECT(config_.cores >= 1 && config_.cores <= 64 && config_.edge_poll_period > Nanoseconds{0});
     for (int core = 0; core < config_.cores; ++core) cores_.push_back(std::make_unique<SimCore>(*this, core));
     poll_limit_ = config_.poll_limit;
+    wake_latency_ = config_.wake_latency;
     const ApiCosts& costs = config_.costs;
     calls_cost_ = std::any_of(costs.per_call.begin(), costs.per_call.end(),
                               [](Nanoseconds cost) { return cost > Nanoseconds{0}; });
@@ -95,6 +96,17 @@ Result<void> SimBoard::pwm_write(PinId pin, double duty) {
     hash_.mix(static_cast<std::uint64_t>(to_ns(now_)) ^ (std::uint64_t{pin.number} << 49));
     hash_.mix(static_cast<std::uint64_t>(duty * 4294967295.0));
     peripherals_.pwm_written(now_, pin, duty);
+    return {};
+}
+
+Result<void> SimBoard::pwm_period(PinId pin, Nanoseconds period) {
+    charge(ApiCall::pwm_write);
+    if (pin.number >= kPinCount)
+        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+    if (!is_pwm_period(period)) return bad_pwm_period();
+    hash_.mix(static_cast<std::uint64_t>(to_ns(now_)) ^ (std::uint64_t{pin.number} << 49));
+    hash_.mix(static_cast<std::uint64_t>(to_ns(period)));
+    peripherals_.pwm_period_set(now_, pin, period);
     return {};
 }
 
@@ -261,7 +273,7 @@ void SimBoard::give_work(VcpuId io, Work work) {
         ++lost_edges_;
         return;
     }
-    if (vcpu->state == VcpuState::sleeping && vcpu->wake == kForever) {
+    if (vcpu->state == VcpuState::sleeping && vcpu->wake == kForever && !vcpu->waits_for) {
         vcpu->wake = now_;
         vcpu->core->settle_soon(now_);
         horizon_ = now_;  // whoever runs looks up before it takes more time

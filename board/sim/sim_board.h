@@ -72,6 +72,8 @@ class SimBoard final : private PinEdgeSink {
         consume(amount);
     }
     void sleep_until(Instant t) {
+        if (wake_latency_ > Nanoseconds{0} && t > now_ && t < kForever - wake_latency_) [[unlikely]]
+            t += wake_latency_;
         if (t < horizon_ && sleep_is_local_) {
             pass_time_to(t);
         } else {
@@ -96,11 +98,17 @@ class SimBoard final : private PinEdgeSink {
     /// An output reads back what was written; an input what the outside drives.
     [[nodiscard]] Level pin_read(PinId pin);
     [[nodiscard]] Result<void> pwm_write(PinId pin, double duty);
+    [[nodiscard]] Result<void> pwm_period(PinId pin, Nanoseconds period);
     [[nodiscard]] Result<double> analog_read(PinId pin);
     [[nodiscard]] Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                                             std::span<std::uint8_t> in);
     [[nodiscard]] Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
     [[nodiscard]] Result<void> safe_state(PinId pin, Level level);
+
+    // ---- locks: sim_board_locks.cpp ---------------------------------------------------------------------------
+    void lock(LockWord& word);
+    [[nodiscard]] bool try_lock(LockWord& word);
+    void unlock(LockWord& word);
 
     // ---- interrupts ------------------------------------------------------------------------------------------
     [[nodiscard]] Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context,
@@ -197,6 +205,13 @@ class SimBoard final : private PinEdgeSink {
     [[nodiscard]] Instant next_poll() const;
 
     [[nodiscard]] Result<void> check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const;
+    [[nodiscard]] std::uint32_t lock_value() const;
+    [[nodiscard]] bool take(LockWord& word);
+    [[nodiscard]] Vcpu* holder_of(const LockWord& word) const;
+    [[nodiscard]] Vcpu* first_waiter_for(const LockWord& word) const;
+    [[nodiscard]] bool closes_a_cycle(const LockWord& word) const;
+    void count_lock(Vcpu& vcpu, int change);
+    void renew_ranks();
     void give_work(VcpuId io, Work work);
     static void vcpu_main(void* vcpu);
     void serve(Vcpu& io);
@@ -222,6 +237,7 @@ class SimBoard final : private PinEdgeSink {
     bool started_ = false;
     std::uint32_t polls_ = 0;       // of the time or of a pin at one instant
     std::uint32_t poll_limit_ = 0;  // SimConfig::poll_limit
+    Nanoseconds wake_latency_{};    // SimConfig::wake_latency
     TraceHash hash_;
     Vcpu* current_ = nullptr;
     SimCore* current_core_ = nullptr;

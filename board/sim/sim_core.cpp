@@ -1,5 +1,7 @@
 #include "board/sim/sim_core.h"
 
+#include <utility>
+
 #include "base/contract.h"
 #include "board/sim/sim_board.h"
 
@@ -58,6 +60,16 @@ void SimCore::give_up(Vcpu& vcpu, Instant now) {
     settle_soon(now);
 }
 
+void SimCore::set_holding(const Vcpu& vcpu, bool holding, Instant now) {
+    account(now);
+    scheduler_.set_holding(vcpu.spec.id, holding, now);
+}
+
+void SimCore::inherit(const Vcpu& vcpu, Instant now) {
+    scheduler_.inherit(vcpu.spec.id, vcpu.rank);
+    settle_soon(now);
+}
+
 bool SimCore::interrupted(Instant now) {
     if (stolen_until_ <= now) return false;
     ready_ = false;
@@ -95,6 +107,8 @@ void SimCore::wake_sleepers(Instant now) {
         if (vcpu->state != VcpuState::sleeping || vcpu->wake > now) continue;
         vcpu->state = VcpuState::ready;
         scheduler_.wake(vcpu->spec.id, now);
+        const bool goes_on = std::exchange(vcpu->handed_lock, false);
+        if (goes_on) continue;
         if (vcpu->has_fault) board_.apply_loop_faults(*vcpu);
         if (vcpu->spec.kind == VcpuKind::io) board_.emit(number_, vcpu->spec.id, TraceKind::release);
     }

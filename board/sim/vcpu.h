@@ -10,6 +10,7 @@
 #include "board/board.h"
 #include "board/sim/fiber.h"
 #include "board/types.h"
+#include "sched/core_scheduler.h"
 
 namespace qduino::board::sim {
 
@@ -60,10 +61,14 @@ struct Vcpu {
     Nanoseconds work_left{};              ///< CPU time to be consumed before its code goes on
     Instant spin_until = kEpoch;          ///< its code does not go on before
     Instant body_ended = Instant::min();  ///< when its body last returned
-    std::uint32_t polls = 0;              ///< of the time or of a pin since it last let time pass
-    bool throttled = false;               ///< ready, without budget; for the trace
-    bool has_fault = false;               ///< SimConfig::loop_faults names it
-    std::unique_ptr<WorkQueue> queue;     ///< I/O VCPUs that serve handlers
+    const LockWord* waits_for = nullptr;  ///< a lock that another VCPU holds
+    bool handed_lock = false;             ///< woken by unlock(): no release of a loop
+    int locks_held = 0;
+    sched::Rank rank;                  ///< its own, or the highest of those who wait for it
+    std::uint32_t polls = 0;           ///< of the time or of a pin since it last let time pass
+    bool throttled = false;            ///< ready, without budget; for the trace
+    bool has_fault = false;            ///< SimConfig::loop_faults names it
+    std::unique_ptr<WorkQueue> queue;  ///< I/O VCPUs that serve handlers
 
     /// The code of this VCPU goes on at the earliest, if it has the CPU from `now` on.
     [[nodiscard]] Instant done_at(Instant now) const {

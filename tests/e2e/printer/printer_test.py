@@ -36,7 +36,8 @@ def large_job(size, seed):
 
 
 def heating_job():
-    return b"G28\nM104 S200\nM140 S60\n" + b"G1 X10 F3000\nG1 X100\n" * 200
+    """Heats from its first line on, while it homes and moves."""
+    return b"M104 S200\nM140 S60\nG28\n" + b"G1 X10 F3000\nG1 X100\n" * 200
 
 
 class Printer:
@@ -166,13 +167,17 @@ class KilledService(Case):
 
 
 class KilledSketch(Case):
+    kills = 10
+
     def test_heat_goes_off_the_job_fails_and_the_queue_stays(self):
         generator = random.Random(13)
-        for _ in range(3):
+        was_hot = 0
+        for _ in range(self.kills):
             number = self.upload(heating_job())
             other = self.upload(square_job(1), "other.gcode")
-            wait_until(lambda: self.printer.heater_duties()["hot_end"] > 0, "it heats")
-            time.sleep(generator.uniform(0, 2))
+            wait_until(lambda: self.printd.state_of(number) == "printing", "it prints")
+            time.sleep(generator.uniform(0, 4))  # anywhere: before it heats, while it homes, while it moves
+            was_hot += self.printer.heater_duties()["hot_end"] > 0
             os.kill(self.printer.sketch_pid(), signal.SIGKILL)
             time.sleep(1)
             duties = self.printer.heater_duties()
@@ -184,6 +189,7 @@ class KilledSketch(Case):
             for each in (number, other):
                 self.assertEqual(self.printd.request("DELETE", "/api/v1/jobs/%d" % each)[0], 204)
             self.assertEqual(self.printd.request("POST", "/api/v1/queue/release")[0] // 100, 2)
+        self.assertGreaterEqual(was_hot, self.kills // 2, "most kills came while a heater was on")
 
 
 class SilentSensor(Case):

@@ -4,7 +4,7 @@
     run_examples.py --prepare COMPILER SOURCE_DIR WORK_DIR [FLAG…]       precompiles Arduino.h
     run_examples.py GROUP COMPILER SOURCE_DIR WORK_DIR RUNNER [FLAG…]    one group, such as 01.Basics
 
-Exits 77 (skipped) when the package is not installed. What is expected of a run is in EXPECTED: text on Serial, pins that moved; of a
+Exits 77 (skipped) where the package is neither installed nor unpacked in build/arduino (./test does that). What is expected of a run is in EXPECTED: text on Serial, pins that moved; of a
 sketch that is not there, that it compiles, runs and does not fall over.
 """
 import pathlib
@@ -12,7 +12,8 @@ import re
 import subprocess
 import sys
 
-FOLDERS = ['/usr/share/arduino/examples', '/usr/share/doc/arduino/examples']
+UNPACKED = pathlib.Path(__file__).resolve().parents[3] / 'build/arduino/usr/share/arduino/examples'
+FOLDERS = ['/usr/share/arduino/examples', '/usr/share/doc/arduino/examples', UNPACKED]
 # As the Arduino IDE compiles sketches: lenient, and without warnings.
 COMPILE = ['-std=gnu++20', '-fpermissive', '-w', '-O0', '-fPIC']
 SKIPPED = 77

@@ -25,6 +25,7 @@ namespace {
 LinuxBoard* g_board = nullptr;
 std::string g_end;
 constexpr PinId kReady{10};  // goes high when all is as the head says
+constexpr PinId kDeaf{11};   // goes high when it hears SIGTERM no more
 
 [[noreturn]] void spin_for_ever() {
     static volatile bool for_ever = true;
@@ -52,6 +53,7 @@ void come_to_the_end() {
     if (g_end == "hang") spin_for_ever();
     if (g_end == "deaf") {  // promises on, but does not hear SIGTERM
         ::signal(SIGTERM, SIG_IGN);
+        g_board->pin_write(kDeaf, Level::high);
     }
 }
 
@@ -85,7 +87,7 @@ int main(int argc, char** argv) {
     if (!opened) return std::fprintf(stderr, "%s\n", opened.error().message.view().data()), 1;
     g_board = opened->get();
     bool well = true;
-    for (const int pin : {3, 5, 6, 10})
+    for (const int pin : {3, 5, 6, 10, 11})
         well &= g_board->pin_mode(PinId{static_cast<std::uint16_t>(pin)}, PinMode::output).ok();
     g_board->pin_write(PinId{3}, Level::high);
     well &= g_board->pwm_write(PinId{4}, 0.5).ok();

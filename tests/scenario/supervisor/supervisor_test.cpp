@@ -37,6 +37,21 @@ void expect_safe(const RecordingMachine& machine) {
     EXPECT_EQ(last.level.at(6), 1.0);
 }
 
+/// When the machine saw the first pin forced: the heater's end.
+Instant first_forced(const RecordingMachine& machine) {
+    Instant at = kEpoch;
+    for (const Seen& event : machine.seen) {
+        if (event.pin == 3 && !event.pwm && event.value == 0.0) at = event.time;
+    }
+    return at;
+}
+
+/// For people, and for the machine that the figure is of: printed, never asserted.
+void say_how_late(const char* what, Nanoseconds late) {
+    std::printf("the pins were forced %.2f ms after %s (the design's bound: 100 ms)\n",
+                to_seconds(late) * 1e3, what);
+}
+
 /// qduino-supervisor over the doomed sketch, on the pins of a running machine.
 class SupervisedSketch {
   public:
@@ -64,8 +79,15 @@ class SupervisedSketch {
     SupervisedSketch& operator=(const SupervisedSketch&) = delete;
 
     /// Waits until the sketch has set all its pins and runs its loops (or has come to its end already).
-    void wait_until_running() {
-        while (layout().outputs[10].level.load() == 0 && !gone()) std::this_thread::sleep_for(1ms);
+    void wait_until_running() { wait_for_pin(10); }
+    void wait_for_pin(std::size_t pin) {
+        while (layout().outputs[pin].level.load() == 0 && !gone()) std::this_thread::sleep_for(1ms);
+    }
+    /// Never to process 0, which would be this test and its relatives.
+    void signal_sketch(int number) {
+        const pid_t pid = sketch();
+        ASSERT_GT(pid, 0) << "the sketch did not come up";
+        ::kill(pid, number);
     }
     [[nodiscard]] pid_t sketch() { return static_cast<pid_t>(layout().sketch_pid.load()); }
     [[nodiscard]] pid_t supervisor() const { return supervisor_; }
@@ -98,10 +120,12 @@ class SupervisedSketch {
 TEST(Supervisor, SigkillOfTheSketch) {
     SupervisedSketch run{"live"};
     run.wait_until_running();
-    ::kill(run.sketch(), SIGKILL);
+    const Instant killed = monotonic_now();
+    run.signal_sketch(SIGKILL);
     EXPECT_EQ(run.finish(), 128 + SIGKILL);
     expect_safe(run.machine());
     EXPECT_EQ(run.death(), SketchDeath::died);
+    say_how_late("the kill", first_forced(run.machine()) - killed);
 }
 
 TEST(Supervisor, SigkillOfTheSketchAtAnyMoment) {
@@ -112,7 +136,7 @@ TEST(Supervisor, SigkillOfTheSketchAtAnyMoment) {
         SupervisedSketch run{"live"};
         while (run.sketch() == 0) std::this_thread::yield();
         std::this_thread::sleep_for(std::chrono::microseconds{random() % 30'000});
-        ::kill(run.sketch(), SIGKILL);
+        run.signal_sketch(SIGKILL);
         EXPECT_EQ(run.finish(), 128 + SIGKILL);
         const LastSeen last = last_seen(run.machine());
         // Whatever had been given a safe state by then is in it.
@@ -160,6 +184,35 @@ TEST(Supervisor, AHangInOneLoopKillsTheSketchThoughTheOtherLoopGoesOn) {
     EXPECT_EQ(run.finish(), 128 + SIGKILL);
     expect_safe(run.machine());
     EXPECT_EQ(run.death(), SketchDeath::hung);
+    const Instant promised = instant_from_ns(run.layout().heartbeats[1].expected_by_ns.load());
+    EXPECT_GT(first_forced(run.machine()), promised);  // not before the loop had broken its word
+    say_how_late("the missed heartbeat", first_forced(run.machine()) - promised);
+}
+
+TEST(Supervisor, AFrozenSketchIsAHungOne) {
+    SupervisedSketch run{"live"};
+    run.wait_until_running();
+    run.signal_sketch(SIGSTOP);
+    EXPECT_EQ(run.finish(), 128 + SIGKILL);
+    expect_safe(run.machine());
+    EXPECT_EQ(run.death(), SketchDeath::hung);
+}
+
+TEST(Supervisor, SigtermOfTheSketchItselfStopsItInOrder) {
+    SupervisedSketch run{"live"};
+    run.wait_until_running();
+    run.signal_sketch(SIGTERM);
+    EXPECT_EQ(run.finish(), 0);
+    expect_safe(run.machine());
+}
+
+TEST(Supervisor, ASketchThatIsDeafToSigtermIsKilledAfterItsGrace) {
+    SupervisedSketch run{"deaf"};
+    run.wait_for_pin(11);
+    ::kill(run.supervisor(), SIGTERM);
+    EXPECT_EQ(run.finish(), 128 + SIGKILL);
+    expect_safe(run.machine());
+    EXPECT_EQ(run.death(), SketchDeath::hung);
 }
 
 TEST(Supervisor, SigtermIsHandedOnAndTheSketchStopsInOrder) {
@@ -174,6 +227,7 @@ TEST(Supervisor, KillingTheSupervisorStopsTheSketchThroughItsSafeStates) {
     SupervisedSketch run{"live"};
     run.wait_until_running();
     const pid_t sketch = run.sketch();
+    ASSERT_GT(sketch, 0);
     ::kill(run.supervisor(), SIGKILL);
     while (::kill(sketch, 0) == 0) std::this_thread::sleep_for(1ms);
     EXPECT_EQ(run.finish(), 128 + SIGKILL);
@@ -184,7 +238,7 @@ TEST(Supervisor, WithRestartTheSketchLivesAgain) {
     SupervisedSketch run{"live", {"--restart"}};
     run.wait_until_running();
     const pid_t first = run.sketch();
-    ::kill(first, SIGKILL);
+    run.signal_sketch(SIGKILL);
     while (run.sketch() == first || run.layout().outputs[10].level.load() == 0)
         std::this_thread::sleep_for(1ms);
     EXPECT_EQ(run.layout().sketch_dead.load(), 0u);

@@ -171,6 +171,6 @@ TEST_F(ArduinoSpi, ATransactionHoldsTheBusAndAWaiterSleeps) {
     };
     SPI.transfer(1);
     EXPECT_GE(qduino::to_ns(board().now), 1'000'000);
-    EXPECT_LE(qduino::to_ns(board().now), 1'020'000) << "late by at most one step";
+    EXPECT_LE(qduino::to_ns(board().now), 1'020'000) << "a look of the fake board later";
     EXPECT_EQ(board().spun_ns, 0);
 }

@@ -1,6 +1,7 @@
 #include "tests/unit/arduino/fake_port.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace qduino::fake {
 
@@ -68,6 +69,11 @@ Result<void> pwm_write(PinId pin, double duty) {
     if (state().refuse_everything) return make_error(ErrorCode::unsupported, "no PWM on this pin");
     return {};
 }
+Result<void> pwm_period(PinId pin, Nanoseconds period) {
+    state().pwm_periods.push_back({pin.number, to_ns(period)});
+    if (state().refuse_everything) return make_error(ErrorCode::unsupported, "no PWM on this pin");
+    return {};
+}
 Result<double> analog_read(PinId pin) {
     if (state().refuse_everything) return make_error(ErrorCode::unsupported, "no converter");
     return state().analog_of(pin.number);
@@ -89,6 +95,19 @@ Result<void> safe_state(PinId pin, Level level) {
     state().safe_states[pin.number] = level == Level::high ? 1 : 0;
     return done_or_refused("safe_state");
 }
+
+void lock(board::LockWord& word) {
+    for (int looks = 0; !try_lock(word); ++looks) {
+        if (looks == 10'000) throw std::logic_error("a wait for a lock that does not end");
+        sleep_until(state().now + 20us);  // whoever holds it runs in while_sleeping
+    }
+}
+bool try_lock(board::LockWord& word) {
+    if (word.value != 0) return false;
+    word.value = state().vcpu + 1u;
+    return true;
+}
+void unlock(board::LockWord& word) { word.value = 0; }
 
 VcpuId current_vcpu() { return state().vcpu; }
 void wait_for_next_period() { ++state().waited_periods; }

@@ -26,6 +26,12 @@ struct PwmEvent {
     double duty;
 };
 
+struct PwmPeriod {
+    int pin;
+    std::int64_t period_ns;
+    bool operator==(const PwmPeriod&) const = default;
+};
+
 struct I2cTransaction {
     int bus;
     int address;
@@ -52,6 +58,7 @@ struct State {
 
     std::vector<PinEvent> writes;
     std::vector<PwmEvent> pwm;
+    std::vector<PwmPeriod> pwm_periods;
     std::map<int, port::PinMode> modes;
     std::map<int, int> safe_states;
     std::vector<I2cTransaction> i2c;

@@ -65,6 +65,8 @@ TEST_F(ArduinoLoops, TheClassicLoopIsEightyOfAHundredMilliseconds) {
     EXPECT_EQ(loop->budget, 80ms);
     EXPECT_EQ(loop->period, 100ms);
     EXPECT_EQ(loop->core, qduino::runtime::kAnyCore);
+    EXPECT_TRUE(loop->classic);
+    EXPECT_FALSE(declared(3)->classic);
     loop_bodies_run = 0;
     loop->body();
     EXPECT_EQ(loop_bodies_run, 1);

@@ -227,6 +227,7 @@ TEST_F(ArduinoPins, ServoAnglesAreWidths) {
     EXPECT_EQ(servo.attach(10), 10);
     ASSERT_EQ(board().pwm.size(), 1U);
     EXPECT_DOUBLE_EQ(board().pwm[0].duty, 1472.0 / 20000);
+    EXPECT_EQ(board().pwm_periods, (std::vector<qduino::fake::PwmPeriod>{{10, 20'000'000}}));
     for (int angle = 0; angle <= 180; ++angle) {
         servo.write(angle);
         EXPECT_EQ(servo.read(), angle);
@@ -240,7 +241,26 @@ TEST_F(ArduinoPins, ServoAnglesAreWidths) {
     servo.detach();
     EXPECT_FALSE(servo.attached());
     EXPECT_DOUBLE_EQ(board().pwm.back().duty, 0.0);
+    EXPECT_EQ(board().pwm_periods.back(), (qduino::fake::PwmPeriod{10, 0})) << "the board's own again";
     EXPECT_EQ(servo.attach(500), INVALID_SERVO);
+}
+
+TEST_F(ArduinoPins, AServoNeedsAPinWhosePwmCanDoIt) {
+    board().refuse_everything = true;
+    Servo servo;
+    EXPECT_EQ(servo.attach(10), INVALID_SERVO);
+    EXPECT_FALSE(servo.attached());
+    EXPECT_TRUE(board().pwm.empty());
+    EXPECT_EQ(errors(), std::vector<std::string>{"Servo.attach(10)"});
+}
+
+TEST_F(ArduinoPins, AnalogWriteHasTheFrequencyThatItIsGiven) {
+    analogWriteFrequency(9, 980);
+    analogWriteFrequency(9, 0.5);
+    analogWriteFrequency(9, 2e6);
+    analogWriteFrequency(9, 0);
+    EXPECT_EQ(board().pwm_periods, (std::vector<qduino::fake::PwmPeriod>{{9, 1'020'408}, {9, 0}}));
+    EXPECT_EQ(errors().size(), 2U);
 }
 
 TEST_F(ArduinoPins, InSetupAToneSoundsDuringDelays) {

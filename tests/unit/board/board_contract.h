@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <functional>
@@ -335,6 +336,30 @@ TYPED_TEST_P(BoardContract, PwmArrivesAsItsDutyAndOnlyWithinBounds) {
     for (const auto& write : wires.pwm_writes) EXPECT_EQ(write.pin, kHeater);
 }
 
+TYPED_TEST_P(BoardContract, APwmHasThePeriodThatItIsGiven) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kHeater, PinMode::output));
+        EXPECT_TRUE(board.pwm_period(kHeater, 20ms));
+        EXPECT_TRUE(board.pwm_write(kHeater, 0.075));
+        EXPECT_TRUE(board.pwm_period(kHeater, kPwmPeriodMin));
+        EXPECT_TRUE(board.pwm_period(kHeater, kPwmPeriodMax));
+        EXPECT_TRUE(board.pwm_period(kHeater, Nanoseconds{0}));
+        for (const Nanoseconds wrong : {Nanoseconds{-1}, kPwmPeriodMin - 1ns, kPwmPeriodMax + 1ns})
+            EXPECT_EQ(board.pwm_period(kHeater, wrong).error().code, ErrorCode::invalid_argument);
+        EXPECT_FALSE(board.pwm_period(PinId{kPinCount}, 20ms));
+    });
+    ASSERT_EQ(wires.pwm_periods.size(), 4u);
+    EXPECT_EQ(wires.pwm_periods[0].period, Nanoseconds{20ms});
+    EXPECT_EQ(wires.pwm_periods[1].period, kPwmPeriodMin);
+    EXPECT_EQ(wires.pwm_periods[2].period, kPwmPeriodMax);
+    EXPECT_EQ(wires.pwm_periods[3].period, Nanoseconds{0});
+    ASSERT_EQ(wires.pwm_writes.size(), 1u);  // what is wired to it sees the duty as ever
+    EXPECT_FLOAT_EQ(static_cast<float>(wires.pwm_writes[0].duty), 0.075F);
+    EXPECT_LE(wires.pwm_periods[0].time, wires.pwm_writes[0].time);
+    EXPECT_LE(wires.pwm_writes[0].time, wires.pwm_periods[1].time);
+}
+
 // ---- buses -----------------------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, I2cCarriesExactBytesBothWays) {
@@ -436,6 +461,105 @@ TYPED_TEST_P(BoardContract, AnEdgeNeedsAHandlerAndAnIoVcpu) {
     });
 }
 
+// ---- locks -----------------------------------------------------------------------------------------------------
+
+TYPED_TEST_P(BoardContract, ALockIsHeldByOneAtATime) {
+    auto& board = this->board();
+    LockWord lock;
+    constexpr int kLoops = 4, kTurns = 200;
+    std::atomic<int> inside{0}, together{0}, left{kLoops};
+    std::atomic<int> counted{0};  // not by an atomic addition, but by whoever holds the lock
+    for (VcpuId id = 1; id <= kLoops; ++id) {
+        this->add_loop(
+            id, id % board.core_count(),
+            [&, id] {
+                for (int turn = 0; turn < kTurns; ++turn) {
+                    const bool took = turn % 3 == 0 && board.try_lock(lock);
+                    if (!took) board.lock(lock);
+                    if (++inside != 1) ++together;
+                    EXPECT_FALSE(board.try_lock(lock));  // its own neither
+                    const int before = counted;
+                    board.busy_until(board.now() + Nanoseconds{1000 * id});
+                    if (turn % 50 == id) board.sleep_until(board.now() + 100us);
+                    counted = before + 1;
+                    --inside;
+                    board.unlock(lock);
+                    board.busy_until(board.now() + 2us);
+                }
+                if (--left == 0) board.request_stop();
+            },
+            20ms, 100ms + 10ms * id);
+    }
+    ASSERT_TRUE(this->start());
+    board.run(kForever);
+    EXPECT_EQ(together, 0);
+    EXPECT_EQ(counted, kLoops * kTurns);
+    EXPECT_EQ(lock.value, 0u);
+}
+
+TYPED_TEST_P(BoardContract, SetupMayLockToo) {
+    auto& board = this->board();
+    LockWord lock;
+    board.lock(lock);
+    EXPECT_FALSE(board.try_lock(lock));
+    board.unlock(lock);
+    EXPECT_TRUE(board.try_lock(lock));
+    board.unlock(lock);
+    this->run_one([&] {
+        EXPECT_TRUE(board.try_lock(lock));
+        board.unlock(lock);
+    });
+}
+
+TYPED_TEST_P(BoardContract, TheHighWaitsForTheLowsCriticalSectionAlone) {
+    auto& board = this->board();
+    LockWord lock;
+    std::atomic<bool> held{false}, wanted{false};
+    std::atomic<int> order{0};
+    int low_unlocked = 0, high_locked = 0, mid_done = 0;
+    const auto wait_for = [&](const std::atomic<bool>& flag) {
+        while (!flag) board.sleep_until(board.now() + 100us);
+    };
+    this->add_loop(  // low
+        1, 0,
+        [&] {
+            board.lock(lock);
+            held = true;
+            wait_for(wanted);
+            board.busy_until(board.now() + 2ms);
+            low_unlocked = ++order;
+            board.unlock(lock);
+        },
+        60ms, 300ms);
+    this->add_loop(  // mid: from when high waits, longer than the critical section
+        2, 0,
+        [&] {
+            wait_for(wanted);
+            board.busy_until(board.now() + 15ms);
+            mid_done = ++order;
+        },
+        40ms, 200ms);
+    this->add_loop(  // high
+        3, 0,
+        [&] {
+            wait_for(held);
+            wanted = true;
+            board.lock(lock);
+            high_locked = ++order;
+            board.unlock(lock);
+        },
+        20ms, 100ms);
+    ASSERT_TRUE(this->start());
+    const GuaranteeReport report = board.guarantee();
+    board.request_stop();  // which none of them asks for
+    board.run(kForever);
+    EXPECT_EQ(std::minmax({low_unlocked, high_locked, mid_done}), std::pair(1, 3));
+    EXPECT_LT(low_unlocked, high_locked);
+    if (report.loops[0].priority_enforced) {  // else the system runs them as it likes
+        EXPECT_LT(high_locked, mid_done);
+    }
+}
+
 // ---- safe states -----------------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, AStoppedBoardLeavesItsPinsInTheirSafeStates) {
@@ -461,16 +585,15 @@ TYPED_TEST_P(BoardContract, AStoppedBoardLeavesItsPinsInTheirSafeStates) {
     EXPECT_TRUE(duty_is_off || (!driven.empty() && driven.back() == Level::low));
 }
 
-REGISTER_TYPED_TEST_SUITE_P(BoardContract, BusyUntilAndSleepUntilAreNeverEarly,
-                            TimeNeverRunsBackwardsAndIsOneForAllVcpus, EveryEntryRunsOnceOnItsVcpuAndCore,
-                            RunReturnsAtUntilAndGoesOnWhenCalledAgain,
-                            AStopIsSeenByEveryLoopAndRunWaitsForAll, BadSpecsAreRefusedAndNothingRuns,
-                            TheGuaranteeNamesEveryLoop, WritesReachTheWiresInOrderAndAtTheirTime,
-                            AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire,
-                            PinsStartAsInputsAndDriveNothing, PinsThatAreNotThereAreRefused,
-                            PwmArrivesAsItsDutyAndOnlyWithinBounds, I2cCarriesExactBytesBothWays,
-                            AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage,
-                            EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu,
-                            AStoppedBoardLeavesItsPinsInTheirSafeStates);
+REGISTER_TYPED_TEST_SUITE_P(
+    BoardContract, BusyUntilAndSleepUntilAreNeverEarly, TimeNeverRunsBackwardsAndIsOneForAllVcpus,
+    EveryEntryRunsOnceOnItsVcpuAndCore, RunReturnsAtUntilAndGoesOnWhenCalledAgain,
+    AStopIsSeenByEveryLoopAndRunWaitsForAll, BadSpecsAreRefusedAndNothingRuns, TheGuaranteeNamesEveryLoop,
+    WritesReachTheWiresInOrderAndAtTheirTime, AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire,
+    PinsStartAsInputsAndDriveNothing, PinsThatAreNotThereAreRefused, PwmArrivesAsItsDutyAndOnlyWithinBounds,
+    APwmHasThePeriodThatItIsGiven, I2cCarriesExactBytesBothWays, AnAddressWithoutAChipTimesOut,
+    SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage, EdgesRunTheirHandlerOnItsIoVcpu,
+    AnEdgeNeedsAHandlerAndAnIoVcpu, ALockIsHeldByOneAtATime, SetupMayLockToo,
+    TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
 
 }  // namespace qduino::board::contract

@@ -34,6 +34,11 @@ class ContractWires final : public Peripherals {
         PinId pin;
         double duty = 0;
     };
+    struct PwmPeriod {
+        Instant time;
+        PinId pin;
+        Nanoseconds period{};
+    };
     struct I2cTransfer {
         I2cAddress address;
         std::vector<std::uint8_t> out;
@@ -58,6 +63,9 @@ class ContractWires final : public Peripherals {
         if (sink_) sink_->pin_edge(now, kSensor, level);
     }
     void pwm_written(Instant now, PinId pin, double duty) override { pwm_writes.push_back({now, pin, duty}); }
+    void pwm_period_set(Instant now, PinId pin, Nanoseconds period) override {
+        pwm_periods.push_back({now, pin, period});
+    }
     Level pin_level(Instant, PinId pin) override { return pin == kSensor ? wire_ : Level::low; }
     double analog_level(Instant, PinId pin) override { return pin == kVoltage ? kVoltageLevel : 0.0; }
     Result<void> i2c_transfer(Instant, I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
@@ -88,6 +96,7 @@ class ContractWires final : public Peripherals {
 
     std::vector<PinWrite> pin_writes;
     std::vector<PwmWrite> pwm_writes;
+    std::vector<PwmPeriod> pwm_periods;
     std::vector<I2cTransfer> i2c_transfers;
     std::vector<SpiTransfer> spi_transfers;
 

@@ -31,12 +31,12 @@ class LinuxBench {
         config.lock_memory = false;
         config.handle_signals = false;
         auto board = linux::LinuxBoard::open(config);
+        ::unlink(path_.c_str());  // both sides have it open: nothing is left behind, however the test ends
         EXPECT_TRUE(board) << board.error().message.view();
         board_ = std::move(board.value());
     }
     ~LinuxBench() {
         if (machine_.joinable()) static_cast<void>(finish());
-        ::unlink(path_.c_str());
     }
 
     BoardType& board() { return *board_; }

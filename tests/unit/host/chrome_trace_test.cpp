@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "apps/host/sketch_report.h"
@@ -41,13 +42,22 @@ TEST_F(ChromeTraceTest, StretchesOnTheCpuAreCompleteEventsToTheNanosecond) {
     ASSERT_TRUE(trace.finish(instant_from_ns(10'000)));
 
     std::vector<std::tuple<std::string, int, int, double, double>> stretches;
-    int interrupts = 0;
+    int interrupts = 0, interrupt_thread = 0;
+    std::map<int, std::string> threads;
     for (const auto& record : read()) {
         if (record["ph"] == "X") {
             stretches.emplace_back(record["name"], record["pid"], record["tid"], record["ts"], record["dur"]);
         }
-        interrupts += record["ph"] == "i" && record["name"] == "interrupt";
+        if (record["ph"] == "i" && record["name"] == "interrupt") {
+            ++interrupts;
+            EXPECT_EQ(record["args"]["device"], "nic");
+            interrupt_thread = record["tid"];
+        }
+        if (record["ph"] == "M" && record["name"] == "thread_name")
+            threads[record["tid"]] = record["args"]["name"];
     }
+    EXPECT_EQ(threads[interrupt_thread], "interrupts");
+    EXPECT_EQ(threads[1], "loop 1");
     EXPECT_EQ(stretches,
               (decltype(stretches){
                   {"loop 1", 1, 1, 1.0, 1.345}, {"loop 2", 1, 2, 2.345, 1.655}, {"loop 1", 1, 1, 4.0, 6.0}}));

@@ -2,7 +2,6 @@
 #include "board/linux/isolation.h"
 
 #include <gtest/gtest.h>
-#include <sched.h>
 #include <signal.h>
 #include <sys/wait.h>
 
@@ -13,6 +12,7 @@
 #include "board/linux/device_interrupts.h"
 #include "board/linux/real_time_thread.h"
 #include "tests/unit/linux/fake_machine.h"
+#include "tests/unit/linux/machine_snapshot.h"
 
 namespace qduino::board::linux::test {
 namespace {
@@ -297,40 +297,6 @@ TEST(CoreProbe, CountsTheInterruptsOfOneCore) {
 
 // ---- the real machine -----------------------------------------------------------------------------------
 
-/// All that isolation touches, as text. (Interrupts that come and go with devices do not matter: only the files of both.)
-std::map<std::string, std::string> real_settings() {
-    std::map<std::string, std::string> all;
-    const auto note = [&all](const std::string& path) {
-        if (const auto text = read_small_file(path)) all[path] = *text;
-    };
-    for (const char* path :
-         {"/proc/irq/default_smp_affinity", "/sys/devices/virtual/workqueue/cpumask",
-          "/proc/sys/kernel/watchdog_cpumask", "/proc/sys/vm/stat_interval",
-          "/proc/sys/kernel/sched_rt_runtime_us", "/sys/fs/cgroup/cpuset/cpuset.sched_load_balance"}) {
-        note(path);
-    }
-    std::error_code error;
-    for (const auto& irq : std::filesystem::directory_iterator{"/proc/irq", error}) {
-        if (irq.is_directory()) note(irq.path().string() + "/smp_affinity_list");
-    }
-    for (const auto& set : std::filesystem::directory_iterator{"/sys/fs/cgroup/cpuset", error}) {
-        if (set.is_directory()) all[set.path().string()] = "cpuset";
-    }
-    return all;
-}
-
-/// The cores that process 1 may run on: moved by isolation, and to be as before afterwards.
-std::string cores_of_init() {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    ::sched_getaffinity(1, sizeof set, &set);
-    CpuList cpus;
-    for (int cpu = 0; cpu < cpu_count(); ++cpu) {
-        if (CPU_ISSET(static_cast<std::size_t>(cpu), &set)) cpus.add(cpu);
-    }
-    return cpus.to_list();
-}
-
 TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
     if (::geteuid() != 0 || cpu_count() < 2) GTEST_SKIP() << "needs root and two cores";
     // The place that all programs use, so that none of them is at work meanwhile.
@@ -343,18 +309,16 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
     options.cores = {cpu_count() - 1};
     options.cpus = cpu_count();
     options.lift_throttling = false;
-    const auto before = real_settings();
-    const std::string init_before = cores_of_init();
+    const auto before = MachineSnapshot::take();
     {
         MachineSettings settings = open_settings(state);
         const auto begun = Isolation::begin(settings, options);
         ASSERT_TRUE(begun.ok()) << begun.error().message.view();
         if (begun->exclusive()) {
-            EXPECT_NE(cores_of_init(), init_before);
+            EXPECT_NE(MachineSnapshot::take().changes_since(before), "");
         }
     }
-    EXPECT_EQ(real_settings(), before);
-    EXPECT_EQ(cores_of_init(), init_before);
+    EXPECT_EQ(MachineSnapshot::take().changes_since(before), "");
 
     const auto seed = static_cast<std::uint64_t>(std::random_device{}());
     std::mt19937_64 random{seed};
@@ -372,8 +336,7 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
         ASSERT_EQ(::waitpid(child, nullptr, 0), child);
         const auto restored = restore_settings(state);
         ASSERT_TRUE(restored.ok()) << restored.error().message.view();
-        EXPECT_EQ(real_settings(), before);
-        EXPECT_EQ(cores_of_init(), init_before);
+        EXPECT_EQ(MachineSnapshot::take().changes_since(before), "");
     }
 }
 

@@ -317,6 +317,80 @@ TEST(LinuxBoard, TheGuaranteeSaysWhatDoesNotHold) {
     EXPECT_FALSE(report.cores[0].tick_stopped);
 }
 
+TEST(LinuxBoard, ARealPwmKeepsItsDutyWhenItsPeriodChanges) {
+    FakeMachine machine;
+    const std::string channel = "/sys/class/pwm/pwmchip0/pwm2/";
+    const auto clear = [&] {  // the kernel's files do not keep what was in them
+        for (const char* file : {"duty_cycle", "period", "enable"})
+            std::ofstream{machine.path(channel + file)}.flush();
+    };
+    machine.put(channel + "period", "");
+    clear();
+    LinuxConfig config = on(machine);
+    config.pwm.push_back({.pin = PinId{9}, .chip = 0, .channel = 2, .period = 1ms});
+    const auto board = open(config);
+    EXPECT_EQ(machine.get(channel + "period"), "1000000");
+    EXPECT_EQ(machine.get(channel + "enable"), "1");
+    clear();
+    ASSERT_TRUE(board->pwm_write(PinId{9}, 0.25).ok());
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "250000");
+    clear();
+    ASSERT_TRUE(board->pwm_period(PinId{9}, 20ms).ok());
+    EXPECT_EQ(machine.get(channel + "period"), "20000000");
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "5000000");
+    clear();
+    ASSERT_TRUE(board->pwm_write(PinId{9}, 0.075).ok());
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "1500000");
+    clear();
+    ASSERT_TRUE(board->pwm_period(PinId{9}, Nanoseconds{0}).ok());
+    EXPECT_EQ(machine.get(channel + "period"), "1000000");
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "75000");
+    EXPECT_EQ(board->pwm_period(PinId{9}, 2s).error().code, ErrorCode::invalid_argument);
+    EXPECT_EQ(board->pwm_period(PinId{10}, 20ms).error().code, ErrorCode::invalid_argument);
+
+    std::filesystem::remove(machine.path(channel + "period"));  // a chip that cannot: the old one holds
+    EXPECT_FALSE(board->pwm_period(PinId{9}, 20ms).ok());
+    clear();
+    ASSERT_TRUE(board->pwm_write(PinId{9}, 0.5).ok());
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "500000");
+}
+
+/// Of core 0, owned by a loop, on a machine of files.
+CoreGuarantee guarantee_of_an_owner(const FakeMachine& machine) {
+    LinuxConfig config = on(machine);
+    config.real_time = true;
+    const auto board = open(config);
+    std::function<void()> body = [&] {
+        while (!board->stop_requested()) board->sleep_until(board->now() + 1ms);
+    };
+    VcpuSpec owner = loop(1, 10ms, 10ms, &body);
+    owner.owns_core = true;
+    EXPECT_TRUE(board->start(std::array{owner}).ok());
+    const GuaranteeReport report = board->guarantee();
+    board->request_stop();
+    board->run(kForever);
+    return report.cores.size() == 1 ? report.cores[0] : CoreGuarantee{};
+}
+
+TEST(LinuxBoard, TheGuaranteeTellsACoreThatWasSetApartAtBoot) {
+    FakeMachine machine;
+    machine.put("/sys/devices/system/cpu/isolated", "0");
+    machine.put("/sys/devices/system/cpu/nohz_full", "0");
+    machine.put("/dev/cpu_dma_latency", "");
+    const CoreGuarantee core = guarantee_of_an_owner(machine);
+    EXPECT_EQ(core.note.view(), "set apart at boot (isolcpus)");
+    EXPECT_TRUE(core.tick_stopped);
+    EXPECT_EQ(machine.get("/dev/cpu_dma_latency"), std::string(4, '\0'))
+        << "idle cores were asked to stay awake";
+}
+
+TEST(LinuxBoard, TheGuaranteeTellsThatIdleCoresMaySleep) {
+    FakeMachine machine;
+    machine.put("/sys/devices/system/cpu/nohz_full", "0");
+    EXPECT_EQ(guarantee_of_an_owner(machine).note.view(),
+              "idle cores may sleep deeply: late wake-ups (run as root)");
+}
+
 TEST(LinuxBoard, AnOwningLoopEntersItsIsolatedCore) {
     FakeMachine machine;
     machine.furnish();

@@ -315,6 +315,9 @@ TEST(VirtualPins, ASketchKilledAtAnyMomentLeavesNothingTornAndTheNextOneTakesOve
         const pid_t child = ::fork();
         ASSERT_GE(child, 0);
         if (child == 0) count_until_killed(file.path());
+        const auto& written = running.server().layout().outputs[1].pwm;  // cleared by each that attaches
+        while (life == kLives - 1 && written.load() == 0)
+            std::this_thread::sleep_for(1ms);  // one comes so far
         std::this_thread::sleep_for(std::chrono::microseconds{2000 + random() % 15'000});
         ::kill(child, SIGKILL);
         int status = 0;

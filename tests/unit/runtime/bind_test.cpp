@@ -30,10 +30,15 @@ TEST(Bind, WithoutABoardEveryCallIsHarmless) {
     port::pin_write(PinId{1}, Level::high);
     EXPECT_EQ(port::pin_read(PinId{1}), Level::low);
     EXPECT_FALSE(port::pwm_write(PinId{1}, 0.5));
+    EXPECT_FALSE(port::pwm_period(PinId{1}, 20ms));
     EXPECT_FALSE(port::analog_read(PinId{1}));
     EXPECT_FALSE(port::i2c_transfer({1}, {0x48}, bytes, bytes));
     EXPECT_FALSE(port::spi_transfer({0}, {}, bytes));
     EXPECT_FALSE(port::safe_state(PinId{1}, Level::low));
+    board::LockWord lock;
+    port::lock(lock);
+    EXPECT_TRUE(port::try_lock(lock));
+    port::unlock(lock);
     EXPECT_EQ(port::current_vcpu(), board::kNoVcpu);
     port::wait_for_next_period();
     port::yield();

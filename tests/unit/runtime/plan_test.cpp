@@ -94,6 +94,10 @@ TEST(Plan, AnIoVcpuThatDoesNotFitLeavesThePlanAsItWas) {
     ASSERT_TRUE(plan.add_loops(sketch({loop(1, 60ms, 100ms, 0)})));
     EXPECT_FALSE(plan.add_io(50ms, 100ms, 0));
     EXPECT_TRUE(plan.admitted());
+    ASSERT_EQ(plan.refused_ios().size(), 1u);
+    EXPECT_EQ(plan.refused_ios()[0].request.parameters.budget, 50ms);
+    EXPECT_EQ(plan.refused_ios()[0].refusal.id, 1);  // who would be late
+    EXPECT_EQ(plan.refused_ios()[0].core, 0);
     ASSERT_EQ(plan.specs().size(), 1u);
     const auto fits = plan.add_io(1ms, 100ms, 0);
     ASSERT_TRUE(fits);

@@ -167,5 +167,57 @@ TEST(CoreSchedulerDeathTest, ContractsHold) {
     EXPECT_DEATH(core.account(at_ns(6), 2ns), "contract broken");
 }
 
+// ---- locks ------------------------------------------------------------------------------------------------------
+
+TEST(CoreScheduler, AnInheritedRankGoesBeforeThoseBetween) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {5ns, 100ns}));
+    ASSERT_TRUE(core.add(2, {5ns, 50ns}));
+    core.wake(1, at_ns(0));
+    core.wake(2, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(2, 5));
+    core.inherit(1, {10ns, 3});  // a VCPU of period 10, perhaps of another core, waits for 1
+    EXPECT_EQ(core.decide(at_ns(1)), run(1, 6));
+    core.inherit(1, {100ns, 1});  // its own rank: no more
+    EXPECT_EQ(core.decide(at_ns(2)), run(2, 6));
+    core.inherit(1, {200ns, 9});  // below its own: it keeps its own
+    core.block(2, at_ns(3));
+    EXPECT_EQ(core.decide(at_ns(3)), run(1, 7));
+}
+
+TEST(CoreScheduler, WhoHoldsALockOverrunsByOneBudgetAtMostAndGivesItBack) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 3));
+    core.set_holding(1, true, at_ns(2));
+    EXPECT_EQ(core.decide(at_ns(2)), run(1, 3));
+    EXPECT_EQ(core.decide(at_ns(3)), run(1, 6));
+    EXPECT_EQ(core.decide(at_ns(5)), run(1, 6));
+    core.set_holding(1, false, at_ns(5));
+    EXPECT_EQ(core.available(1, at_ns(5)), 0ns);
+    EXPECT_EQ(core.decide(at_ns(5)), idle(at_ns(12)));  // two of the next period's three are gone
+    EXPECT_EQ(core.decide(at_ns(12)), run(1, 13));
+    EXPECT_EQ(core.decide(at_ns(13)), idle(at_ns(20)));
+    core.set_holding(1, true, at_ns(20));
+    EXPECT_EQ(core.decide(at_ns(20)), run(1, 23));
+    EXPECT_EQ(core.decide(at_ns(23)), run(1, 26));
+    EXPECT_FALSE(core.decide(at_ns(26)).vcpu);  // it still holds it
+    EXPECT_EQ(core.consumed(1), 12ns);
+}
+
+TEST(CoreScheduler, AnIoVcpuThatHoldsALockOverrunsToo) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add_io(33, {2ns, 10ns}));
+    core.wake(33, at_ns(0));
+    core.set_holding(33, true, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(33, 2));
+    EXPECT_EQ(core.decide(at_ns(2)), run(33, 4));
+    core.set_holding(33, false, at_ns(4));
+    EXPECT_FALSE(core.decide(at_ns(4)).vcpu);
+    EXPECT_GE(core.next_replenishment(33), at_ns(10));
+    EXPECT_EQ(core.consumed(33), 4ns);
+}
+
 }  // namespace
 }  // namespace qduino::sched

@@ -72,6 +72,18 @@ TEST(Explain, AnOwnedCore) {
               "  no change to this one alone would be admitted\n");
 }
 
+TEST(Explain, AnOwnedCoreIsNotHeldAgainstTheBound) {
+    // With overheads a whole core is more than whole: "1.4430 <= bound 1.0000" stood here once.
+    CoreLoad load = load_of({loop_of(2, 100us, 100us, 1)});
+    load.core = 1;
+    load.overheads.release_cost = 44300ns;
+    const Admission admission = admit(load);
+    ASSERT_GT(admission.utilisation_ppm, admission.bound_ppm);
+    EXPECT_EQ(text_of(explain(admission)),
+              "core 1: admitted, owned by loop 2: it is alone there and never throttled\n"
+              "  loop 2   R = 100 us <= T = 100 us\n");
+}
+
 TEST(Explain, AWholeMachine) {
     const std::vector<VcpuRequest> requests{loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1),
                                             loop_of(3, 6ms, 10ms, kAnyCore)};

@@ -47,6 +47,34 @@ TEST(SimTime, EachCallTakesItsCost) {
     EXPECT_EQ(end, at(440ns + 10us + 4 * 90us));  // the address, one byte out, two in
 }
 
+TEST(SimTime, LocksTakeTheirCostToo) {
+    SimConfig config;
+    config.costs[ApiCall::lock] = 100ns;
+    LockWord lock;
+    EXPECT_EQ(run_alone(config,
+                        [&](SimBoard& board) {
+                            board.lock(lock);
+                            EXPECT_FALSE(board.try_lock(lock));
+                            board.unlock(lock);
+                        }),
+              at(300ns));
+}
+
+TEST(SimTime, ASleeperIsWokenLateByTheMachinesLatencyAndASpinIsNot) {
+    SimConfig config;
+    config.wake_latency = 14us;
+    std::vector<Instant> passed;
+    run_alone(config, [&](SimBoard& board) {
+        board.sleep_until(at(1ms));
+        passed.push_back(board.now());
+        board.busy_until(at(2ms));
+        passed.push_back(board.now());
+        board.sleep_until(at(2ms));  // past: no sleep, no latency
+        passed.push_back(board.now());
+    });
+    EXPECT_EQ(passed, (std::vector<Instant>{at(1014us), at(2ms), at(2ms)}));
+}
+
 TEST(SimTime, SpinningOnTheClockComesToAnEnd) {
     const Instant end = run_alone({}, [](SimBoard& board) {
         while (board.now() < at(1ms)) {

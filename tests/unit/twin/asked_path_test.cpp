@@ -84,6 +84,19 @@ TEST(AskedPath, HomingNamesItsAxesAndForgetsTheirOffsets) {
     EXPECT_EQ(items[3].homed, 0b111);
 }
 
+TEST(AskedPath, SetPositionWithoutALetterMakesEveryAxisZero) {
+    const auto items = items_of("G1 X10 Y20 Z1 E5\nG92\nG1 X1 Y2 Z3 E1\n");
+    ASSERT_EQ(items.size(), 2u);
+    EXPECT_EQ(items[1].to, (Position{11, 22, 4, 6}));
+}
+
+TEST(AskedPath, MachineCoordinatesForgetEveryOffset) {
+    const auto items = items_of("G1 X10 Y20\nG92 X0 Y0\nG1 X1\nG92.1\nG1 X5\n");
+    ASSERT_EQ(items.size(), 3u);
+    EXPECT_EQ(items[1].to, (Position{11, 20, 0, 0}));
+    EXPECT_EQ(items[2].to, (Position{5, 20, 0, 0}));
+}
+
 TEST(AskedPath, FlowScalesFilamentFromThenOn) {
     TextSource source("G1 E10\nM221 S50\nG1 E20\nM83\nG1 E-4\n");
     AskedPath path(source, {}, {0, 0, 0});

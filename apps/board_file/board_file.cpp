@@ -1,0 +1,275 @@
+#include "apps/board_file/board_file.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include "apps/board_file/toml_section.h"
+
+namespace qduino::apps {
+namespace {
+
+using board::DeviceClass;
+using board::Level;
+using board::linux::LinuxConfig;
+using board::sim::ApiCall;
+using board::sim::Arrival;
+using board::sim::SimConfig;
+
+template <typename E, std::size_t N>
+using Words = std::array<std::pair<std::string_view, E>, N>;
+
+constexpr Words<DeviceClass, 6> kDevices{{{"gpio", DeviceClass::gpio},
+                                          {"i2c", DeviceClass::i2c},
+                                          {"spi", DeviceClass::spi},
+                                          {"uart", DeviceClass::uart},
+                                          {"nic", DeviceClass::nic},
+                                          {"disk", DeviceClass::disk}}};
+constexpr Words<Arrival, 2> kArrivals{{{"periodic", Arrival::periodic}, {"poisson", Arrival::poisson}}};
+constexpr Words<Level, 2> kLevels{{{"low", Level::low}, {"high", Level::high}}};
+struct NamedCall {
+    const char* name;
+    ApiCall call;
+};
+constexpr NamedCall kCalls[] = {{"now", ApiCall::now},
+                                {"pin_mode", ApiCall::pin_mode},
+                                {"pin_write", ApiCall::pin_write},
+                                {"pin_read", ApiCall::pin_read},
+                                {"pwm_write", ApiCall::pwm_write},
+                                {"analog_read", ApiCall::analog_read},
+                                {"i2c", ApiCall::i2c},
+                                {"spi", ApiCall::spi},
+                                {"sleep", ApiCall::sleep},
+                                {"lock", ApiCall::lock}};
+static_assert(std::size(kCalls) == board::sim::kApiCallCount, "every call that can cost has its key");
+
+constexpr double kSlowestHz = 1e-3, kFastestHz = 1e8;  // what the simulator takes
+constexpr std::int64_t kLastPin = board::kPinCount - 1, kLastBus = 15, kLastDevice = 4095;
+constexpr std::int64_t kSmallestStack = 64 * 1024, kLargestStack = std::int64_t{1} << 30;
+
+// ---- the simulator ---------------------------------------------------------------------------------------
+
+void read_costs(TomlSection& s, board::sim::ApiCosts& costs) {
+    for (const NamedCall& call : kCalls) s.duration(call.name, costs[call.call]);
+    s.duration("i2c_per_byte", costs.i2c_per_byte);
+    s.duration("spi_per_byte", costs.spi_per_byte);
+    s.duration("context_switch", costs.context_switch);
+}
+
+void read_interrupt(TomlSection& s, SimConfig& config) {
+    board::sim::InterruptSource source;
+    s.require("device");
+    s.require("rate_hz");
+    s.choice("device", source.device, kDevices);
+    s.number("rate_hz", source.rate_hz, kSlowestHz, kFastestHz);
+    s.choice("arrival", source.arrival, kArrivals);
+    s.integer("core", source.core, 0, 63);
+    s.duration("top_half", source.top_half);
+    s.duration("bottom_half", source.bottom_half);
+    s.instant("from", source.from);
+    s.instant("lost_from", source.lost_from);
+    s.instant("stuck_from", source.stuck_from);
+    s.number("stuck_rate_hz", source.stuck_rate_hz, kSlowestHz, kFastestHz);
+    if (source.core >= config.cores) {
+        s.fault("core", "is " + std::to_string(source.core) + "; accepted: 0 to " +
+                            std::to_string(config.cores - 1) + " ([sim] cores is " +
+                            std::to_string(config.cores) + ")");
+    }
+    config.interrupts.push_back(source);
+}
+
+/// The stretch of time in which a fault holds.
+template <typename Fault>
+void read_span(TomlSection& s, Fault& fault) {
+    s.instant("from", fault.from);
+    s.instant("until", fault.until);
+    if (fault.until <= fault.from) s.fault("until", "is not after 'from'");
+}
+
+void read_faults(TomlSection& s, SimConfig& config) {
+    s.tables("loop", [&](TomlSection& f) {
+        board::sim::LoopFault fault;
+        f.require("loop");
+        f.require("extra");
+        f.integer("loop", fault.loop, 1, board::kMaxLoop);
+        f.duration("extra", fault.extra, Nanoseconds{1});
+        read_span(f, fault);
+        config.loop_faults.push_back(fault);
+    });
+    s.tables("pin", [&](TomlSection& f) {
+        board::sim::StuckPin fault;
+        f.require("pin");
+        f.require("level");
+        f.integer("pin", fault.pin.number, 0, kLastPin);
+        f.choice("level", fault.level, kLevels);
+        read_span(f, fault);
+        config.stuck_pins.push_back(fault);
+    });
+    s.tables("chip", [&](TomlSection& f) {
+        board::sim::SilentChip fault;
+        f.require("address");
+        f.integer("bus", fault.bus.number, 0, kLastBus);
+        f.integer("address", fault.address.value, 0, 127);
+        read_span(f, fault);
+        config.silent_chips.push_back(fault);
+    });
+}
+
+void read_sim(TomlSection& s, SimConfig& config) {
+    s.integer("cores", config.cores, 1, 64);
+    s.integer("seed", config.seed, 0, std::numeric_limits<std::int64_t>::max());
+    s.duration("tick_period", config.tick_period);
+    s.duration("tick_cost", config.tick_cost);
+    s.duration("wake_latency", config.wake_latency);
+    s.duration("edge_top_half", config.edge_top_half);
+    s.flag("charge_interrupts_to_victim", config.charge_interrupts_to_victim);
+    s.duration("edge_poll_period", config.edge_poll_period, Nanoseconds{1});
+    s.integer("poll_limit", config.poll_limit, 1, std::numeric_limits<std::uint32_t>::max());
+    s.duration("poll_cost", config.poll_cost, Nanoseconds{1});
+    s.duration("body_cost", config.body_cost, Nanoseconds{1});
+    s.integer("stack_bytes", config.stack_bytes, kSmallestStack, kLargestStack);
+    if (config.tick_cost > Nanoseconds{0} && config.tick_cost >= config.tick_period) {
+        s.fault("tick_cost", "leaves nothing of 'tick_period'");
+    }
+    s.table("costs", [&](TomlSection& costs) { read_costs(costs, config.costs); });
+    s.tables("interrupt", [&](TomlSection& source) { read_interrupt(source, config); });
+    s.table("fault", [&](TomlSection& faults) { read_faults(faults, config); });
+}
+
+// ---- Linux -----------------------------------------------------------------------------------------------
+
+void read_linux(TomlSection& s, LinuxConfig& config) {
+    s.text("pins", config.pins_path);
+    s.flag("real_time", config.real_time);
+    s.flag("lock_memory", config.lock_memory);
+    s.flag("enforce_budgets", config.enforce_budgets);
+    s.integer("priority_highest", config.priority_highest, 1, 99);
+    s.integer("priority_lowest", config.priority_lowest, 1, 99);
+    s.integer("stack_bytes", config.stack_bytes, kSmallestStack, kLargestStack);
+    s.flag("handle_signals", config.handle_signals);
+    s.duration("heartbeat_bound", config.heartbeat_bound, 1ms);
+    s.flag("isolate", config.isolate);
+    s.flag("lift_throttling", config.lift_throttling);
+    s.text("settings_state", config.settings_state);
+    s.duration("probe_duration", config.probe_duration);
+    if (config.priority_lowest > config.priority_highest) {
+        s.fault("priority_lowest",
+                "is above 'priority_highest' (" + std::to_string(config.priority_highest) + ")");
+    }
+}
+
+/// Which pins and buses have a device, so that none has two.
+struct Wired {
+    std::array<bool, board::kPinCount> pins{};
+    std::array<bool, kLastBus + 1> i2c{};
+    std::array<bool, kLastBus + 1> spi{};
+};
+
+template <std::size_t N>
+void claim(TomlSection& s, const char* key, std::array<bool, N>& taken, std::size_t number) {
+    if (taken[number]) s.fault(key, "is " + std::to_string(number) + ", which has a device already");
+    taken[number] = true;
+}
+
+void read_pins(TomlSection& root, LinuxConfig& config, Wired& wired) {
+    root.tables("gpio", [&](TomlSection& s) {
+        board::linux::GpioLine line;
+        for (const char* key : {"pin", "line"}) s.require(key);
+        s.integer("pin", line.pin.number, 0, kLastPin);
+        s.integer("chip", line.chip, 0, kLastDevice);
+        s.integer("line", line.line, 0, 65535);
+        claim(s, "pin", wired.pins, line.pin.number);
+        config.gpio.push_back(line);
+    });
+    root.tables("pwm", [&](TomlSection& s) {
+        board::linux::PwmChannel channel;
+        for (const char* key : {"pin", "channel"}) s.require(key);
+        s.integer("pin", channel.pin.number, 0, kLastPin);
+        s.integer("chip", channel.chip, 0, kLastDevice);
+        s.integer("channel", channel.channel, 0, kLastDevice);
+        s.duration("period", channel.period, 1us);
+        claim(s, "pin", wired.pins, channel.pin.number);
+        config.pwm.push_back(channel);
+    });
+    root.tables("analog", [&](TomlSection& s) {
+        board::linux::AnalogChannel channel;
+        for (const char* key : {"pin", "channel"}) s.require(key);
+        s.integer("pin", channel.pin.number, 0, kLastPin);
+        s.integer("device", channel.device, 0, kLastDevice);
+        s.integer("channel", channel.channel, 0, kLastDevice);
+        s.number("full_scale", channel.full_scale, 1, 4294967295.0);
+        claim(s, "pin", wired.pins, channel.pin.number);
+        config.analog.push_back(channel);
+    });
+}
+
+void read_buses(TomlSection& root, LinuxConfig& config, Wired& wired) {
+    root.tables("i2c", [&](TomlSection& s) {
+        board::linux::I2cPort port;
+        s.require("adapter");
+        s.integer("bus", port.bus.number, 0, kLastBus);
+        s.integer("adapter", port.adapter, 0, kLastDevice);
+        claim(s, "bus", wired.i2c, port.bus.number);
+        config.i2c.push_back(port);
+    });
+    root.tables("spi", [&](TomlSection& s) {
+        board::linux::SpiPort port;
+        s.require("controller");
+        s.integer("bus", port.bus.number, 0, kLastBus);
+        s.integer("controller", port.controller, 0, kLastDevice);
+        s.integer("chip_select", port.chip_select, 0, 255);
+        claim(s, "bus", wired.spi, port.bus.number);
+        config.spi.push_back(port);
+    });
+}
+
+void read_board(TomlSection& root, BoardFile& board) {
+    root.table("sim", [&](TomlSection& s) { read_sim(s, board.sim); });
+    root.table("linux", [&](TomlSection& s) { read_linux(s, board.linux); });
+    Wired wired;
+    read_pins(root, board.linux, wired);
+    read_buses(root, board.linux, wired);
+    root.finish();
+}
+
+}  // namespace
+
+ReadBoardFile parse_board(std::string_view text, std::string_view name) {
+    ReadBoardFile read;
+    TomlReading reading{.file = std::string(name), .error = {}};
+    try {
+        const toml::table table = toml::parse(text);
+        TomlSection root{table, "", reading};
+        read_board(root, read.board);
+    } catch (const toml::parse_error& failed) {
+        reading.error = reading.file + ":" + std::to_string(failed.source().begin.line) + ": " +
+                        std::string(failed.description());
+    }
+    read.error = std::move(reading.error);
+    return read;
+}
+
+ReadBoardFile read_board_file(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    if (!file || std::filesystem::is_directory(path)) {
+        return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
+    }
+    text << file.rdbuf();
+    return parse_board(text.str(), path.string());
+}
+
+std::string why_cores_do_not_fit(const SimConfig& config) {
+    for (const board::sim::InterruptSource& source : config.interrupts) {
+        if (source.core < config.cores) continue;
+        return "an interrupt source of the board is on core " + std::to_string(source.core) +
+               ", but there are only " + std::to_string(config.cores) + " cores";
+    }
+    return {};
+}
+
+}  // namespace qduino::apps

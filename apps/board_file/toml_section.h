@@ -1,0 +1,119 @@
+// One table of a TOML file: takes keys out by name and range, and blames, with file, line, key and what is
+// accepted, those that are wrong and those that nobody took.
+//
+//   [sim]                              TomlSection sim{table, "[sim]", reading};
+//   cores = 2                          sim.integer("cores", config.cores, 1, 64);
+//   core = 3                           sim.finish();   b.toml:3: [sim] 'core' is not known; accepted: cores
+//
+// The first error is kept, the rest of the file is read as if it were right. A key that is absent leaves its
+// value alone.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/time.h"
+
+namespace qduino::apps {
+
+/// What all tables of one file share.
+struct TomlReading {
+    std::string file;   ///< as named in messages
+    std::string error;  ///< the first one; empty: none
+};
+
+class TomlSection {
+  public:
+    /// `title` as in the file: "[sim]", "[[gpio]]"; empty for the file itself. All outlive the section.
+    TomlSection(const toml::table& table, std::string title, TomlReading& reading)
+        : table_(table), title_(std::move(title)), reading_(reading) {}
+
+    template <typename T>
+    void integer(const char* key, T& value, std::int64_t minimum, std::int64_t maximum) {
+        const toml::node* node = take(key);
+        if (!node) return;
+        const auto given = node->value_exact<std::int64_t>();
+        if (!given || *given < minimum || *given > maximum) {
+            return blame(*node, key,
+                         "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+        }
+        value = static_cast<T>(*given);
+    }
+    /// From `minimum` to `maximum`, both included.
+    void number(const char* key, double& value, double minimum, double maximum);
+    void flag(const char* key, bool& value);
+    void text(const char* key, std::string& value);
+    /// "4 ms"; not shorter than `minimum`.
+    void duration(const char* key, Nanoseconds& value, Nanoseconds minimum = Nanoseconds{0});
+    /// "10 s" after the start.
+    void instant(const char* key, Instant& value);
+    template <typename E, std::size_t N>
+    void choice(const char* key, E& value, const std::array<std::pair<std::string_view, E>, N>& words) {
+        const toml::node* node = take(key);
+        if (!node) return;
+        const auto given = node->value_exact<std::string>();
+        std::string accepted;
+        for (const auto& [word, meaning] : words) {
+            if (given && *given == word) {
+                value = meaning;
+                return;
+            }
+            accepted += (accepted.empty() ? "\"" : ", \"") + std::string(word) + '"';
+        }
+        blame(*node, key, accepted);
+    }
+    /// The table must have this key.
+    void require(const char* key);
+
+    /// [title.key]: `read` gets its section.
+    template <typename Read>
+    void table(const char* key, Read read) {
+        const toml::node* node = take(key);
+        if (!node) return;
+        const toml::table* inner = node->as_table();
+        if (!inner) return blame(*node, key, "a table, [" + path_of(key) + "]");
+        TomlSection section{*inner, "[" + path_of(key) + "]", reading_};
+        read(section);
+        section.finish();
+    }
+    /// [[title.key]]: `read` gets the section of each.
+    template <typename Read>
+    void tables(const char* key, Read read) {
+        const toml::node* node = take(key);
+        if (!node) return;
+        const toml::array* list = node->as_array();
+        if (!list || !list->is_array_of_tables()) {
+            return blame(*node, key, "tables, each begun with [[" + path_of(key) + "]]");
+        }
+        for (const toml::node& entry : *list) {
+            TomlSection section{*entry.as_table(), "[[" + path_of(key) + "]]", reading_};
+            read(section);
+            section.finish();
+        }
+    }
+
+    /// Blames `key` (or the table, where it has none such) with whole words: a rule between keys is broken.
+    void fault(const char* key, const std::string& what);
+    /// Blames the first key that nobody took. Tables within are finished by table() and tables().
+    void finish();
+
+  private:
+    const toml::node* take(const char* key);
+    [[nodiscard]] std::string path_of(std::string_view key) const;
+    void blame(const toml::node& node, std::string_view key, const std::string& accepted);
+    void say(const toml::node& node, const std::string& what);
+
+    const toml::table& table_;
+    std::string title_;
+    TomlReading& reading_;
+    std::vector<std::string> known_;
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,116 @@
+#include "apps/doctor/doctor.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/doctor/finding.h"
+#include "apps/doctor/wrap.h"
+
+namespace qduino::apps {
+namespace {
+
+using doctor::Check;
+using doctor::Facts;
+using doctor::Finding;
+using doctor::Group;
+using doctor::State;
+using Json = nlohmann::ordered_json;
+
+const char* text_of(State state) {
+    switch (state) {
+        case State::ok:
+            return "ok";
+        case State::better:
+            return "could be better";
+        case State::missing:
+            return "missing";
+    }
+    return "";
+}
+
+struct Entry {
+    const char* group;
+    const Check* check;
+    Finding finding;
+};
+
+std::vector<Entry> audit(const Facts& facts) {
+    std::vector<Entry> entries;
+    for (const Group& group : doctor::all_checks()) {
+        for (const Check& check : group.checks) entries.push_back({group.title, &check, check.look(facts)});
+    }
+    return entries;
+}
+
+long count(const std::vector<Entry>& entries, State state) {
+    return std::count_if(entries.begin(), entries.end(),
+                         [&](const Entry& entry) { return entry.finding.state == state; });
+}
+
+std::string summary(const std::vector<Entry>& entries) {
+    const long better = count(entries, State::better);
+    const long missing = count(entries, State::missing);
+    const std::string all = std::to_string(entries.size());
+    if (better + missing == 0) return "All " + all + " are as they should be.";
+    std::string text;
+    if (better > 0) text = std::to_string(better) + " of " + all + " could be better";
+    if (missing > 0)
+        text += (better > 0 ? ", " : "") + std::to_string(missing) + (better > 0 ? "" : " of " + all) +
+                (missing == 1 ? " is missing" : " are missing");
+    return text + ".";
+}
+
+std::string machine_of(const Facts& facts) {
+    const int cores = facts.core_count();
+    return facts.model() + ", " + std::to_string(cores) + (cores == 1 ? " core" : " cores");
+}
+
+std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
+    std::string out = doctor::wrapped(machine_of(facts), "Machine: ") +
+                      doctor::wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
+    const char* group = "";
+    for (const Entry& entry : entries) {
+        if (entry.group != group) out += std::string{"\n"} + entry.group + "\n";
+        group = entry.group;
+        char head[80];
+        std::snprintf(head, sizeof head, "  %-15s  %-17s ", text_of(entry.finding.state), entry.check->id);
+        out += doctor::wrapped(entry.finding.found, head);
+        if (entry.finding.state == State::ok) continue;
+        out += doctor::wrapped(entry.check->why, "      why  ");
+        out += doctor::wrapped_command(entry.finding.fix, "      fix  ");
+    }
+    return out + "\n" + summary(entries) + "\n";
+}
+
+std::string report_json(const Facts& facts, const std::vector<Entry>& entries) {
+    Json findings = Json::array();
+    for (const Entry& entry : entries) {
+        findings.push_back({{"id", entry.check->id},
+                            {"state", text_of(entry.finding.state)},
+                            {"found", entry.finding.found},
+                            {"why", entry.check->why},
+                            {"fix", entry.finding.fix}});
+    }
+    const Json out{{"machine", machine_of(facts)}, {"kernel", facts.release()}, {"findings", findings}};
+    // Names come from firmware: bytes that are no text are replaced, not refused.
+    return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::vector<doctor::Group> doctor::all_checks() {
+    return {{"Kernel", kernel_checks()},
+            {"Cores", core_checks()},
+            {"Interrupts", interrupt_checks()},
+            {"Machine", machine_checks()},
+            {"Permissions", permission_checks()}};
+}
+
+int run_doctor(const DoctorOptions& options, std::FILE* out) {
+    const Facts facts{options.root};
+    const std::vector<Entry> entries = audit(facts);
+    std::fputs((options.json ? report_json(facts, entries) : report_text(facts, entries)).c_str(), out);
+    return count(entries, State::ok) == static_cast<long>(entries.size()) ? 0 : 1;
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,194 @@
+#include "apps/doctor/facts.h"
+
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "apps/doctor/unpack.h"
+#include "board/linux/machine_settings.h"
+
+namespace qduino::apps::doctor {
+namespace {
+
+using board::linux::CpuList;
+namespace fs = std::filesystem;
+
+std::string without_end(std::string text) {
+    while (!text.empty() &&
+           (text.back() == '\0' || text.back() == ' ' || text.back() == '\n' || text.back() == '\t')) {
+        text.pop_back();
+    }
+    return text;
+}
+
+/// "CONFIG_HZ=250" lines; "# CONFIG_X is not set" are left out.
+std::map<std::string, std::string> settings_of(const std::string& text) {
+    std::map<std::string, std::string> settings;
+    std::istringstream lines{text};
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t equals = line.find('=');
+        if (line.rfind("CONFIG_", 0) != 0 || equals == std::string::npos) continue;
+        settings[line.substr(0, equals)] = line.substr(equals + 1);
+    }
+    return settings;
+}
+
+}  // namespace
+
+Facts::Facts(std::string root) : root_(std::move(root)) {
+    std::optional<std::string> config = text("/boot/config-" + release());
+    if (!config && exists("/proc/config.gz")) config = unpacked(at("/proc/config.gz"));
+    if (config) config_ = settings_of(*config);
+}
+
+std::optional<std::string> Facts::text(std::string_view path) const {
+    auto read = board::linux::read_small_file(at(path));
+    if (!read) return std::nullopt;
+    return without_end(std::move(*read));
+}
+
+bool Facts::exists(std::string_view path) const { return ::access(at(path).c_str(), F_OK) == 0; }
+
+std::vector<std::string> Facts::entries(std::string_view folder) const {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator entry{at(folder), error}, end; !error && entry != end;
+         entry.increment(error)) {
+        names.push_back(entry->path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+CpuList Facts::cpus(std::string_view path) const {
+    const auto list = text(path);
+    return (list ? CpuList::from_list(*list) : std::nullopt).value_or(CpuList{});
+}
+
+long long Facts::number_in(std::string_view path, std::string_view key) const {
+    const auto all = text(path);
+    std::istringstream lines{all.value_or("")};
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t start = line.find_first_not_of(" \t");
+        if (start == std::string::npos || line.compare(start, key.size(), key) != 0) continue;
+        return std::atoll(line.c_str() + start + key.size());
+    }
+    return -1;
+}
+
+int Facts::core_count() const {
+    const int online = cpus("/sys/devices/system/cpu/online").size();
+    return online > 0 ? online : static_cast<int>(::sysconf(_SC_NPROCESSORS_ONLN));
+}
+
+int Facts::owned_core() const {
+    for (const char* list : {"/sys/devices/system/cpu/isolated", "/sys/devices/system/cpu/nohz_full"}) {
+        const CpuList apart = cpus(list);
+        for (int core = 0; core < CpuList::kLimit; ++core) {
+            if (apart.has(core)) return core;
+        }
+    }
+    return core_count() > 1 ? 1 : -1;
+}
+
+std::string Facts::release() const { return text("/proc/sys/kernel/osrelease").value_or("unknown"); }
+
+bool Facts::kernel_at_least(int major, int minor) const {
+    int found_major = 0, found_minor = 0;
+    if (std::sscanf(release().c_str(), "%d.%d", &found_major, &found_minor) != 2) return false;
+    return found_major != major ? found_major > major : found_minor >= minor;
+}
+
+std::string Facts::architecture() const {
+    if (const auto named = text("/proc/sys/kernel/arch")) return *named;  // since Linux 6.2
+    utsname names{};
+    return ::uname(&names) == 0 ? names.machine : "unknown";
+}
+
+std::string Facts::model() const {
+    for (const char* path : {"/proc/device-tree/model", "/sys/class/dmi/id/product_name"}) {
+        const auto name = text(path);
+        if (name && !name->empty()) return *name;
+    }
+    const auto processor = text("/proc/cpuinfo");
+    const std::size_t line = processor ? processor->find("model name") : std::string::npos;
+    if (line == std::string::npos) return architecture() + " machine";
+    const std::size_t start = processor->find(": ", line) + 2;
+    return processor->substr(start, processor->find('\n', start) - start);
+}
+
+bool Facts::has_device_tree() const { return exists("/proc/device-tree/model"); }
+
+bool Facts::is_raspberry_pi() const { return model().rfind("Raspberry Pi", 0) == 0; }
+
+std::optional<std::string> Facts::built_with(const std::string& name) const {
+    if (!config_) return std::nullopt;
+    const auto found = config_->find(name);
+    return found == config_->end() ? std::string{} : found->second;
+}
+
+std::optional<std::string> Facts::boot_parameter(std::string_view name) const {
+    std::istringstream words{text("/proc/cmdline").value_or("")};
+    std::optional<std::string> value;
+    for (std::string word; words >> word;) {  // the last one counts, as for the kernel
+        if (word == name) value = "";
+        if (word.size() > name.size() && word.compare(0, name.size(), name) == 0 && word[name.size()] == '=')
+            value = word.substr(name.size() + 1);
+    }
+    return value;
+}
+
+std::string Facts::boot_with(std::string_view parameter) const {
+    const std::string word{parameter};
+    for (const char* file : {"/boot/firmware/cmdline.txt", "/boot/cmdline.txt"}) {
+        if (exists(file)) return "sudo sed -i '1s/$/ " + word + "/' " + file + " && sudo reboot";
+    }
+    if (exists("/etc/default/grub")) {
+        return "sudo sed -i 's/^GRUB_CMDLINE_LINUX=\"/&" + word +
+               " /' /etc/default/grub && sudo update-grub && sudo reboot";
+    }
+    return "boot with the kernel parameter " + word;
+}
+
+bool Facts::runs(std::string_view process) const {
+    for (const std::string& name : entries("/proc")) {
+        if (name[0] < '0' || name[0] > '9') continue;
+        if (text("/proc/" + name + "/comm") == process) return true;
+    }
+    return false;
+}
+
+std::optional<long long> Facts::limit(std::string_view name) const {
+    std::istringstream lines{text("/proc/self/limits").value_or("")};
+    for (std::string line; std::getline(lines, line);) {
+        if (line.compare(0, name.size(), name) != 0) continue;
+        std::istringstream values{line.substr(name.size())};
+        std::string soft;
+        values >> soft;
+        return soft == "unlimited" ? -1 : std::atoll(soft.c_str());
+    }
+    return std::nullopt;
+}
+
+bool Facts::capable(int capability) const {
+    const auto status = text("/proc/self/status");
+    const std::size_t line = status ? status->find("CapEff:") : std::string::npos;
+    if (line == std::string::npos) return false;
+    const unsigned long long held = std::strtoull(status->c_str() + line + 7, nullptr, 16);
+    return ((held >> capability) & 1) != 0;
+}
+
+std::string some_of(const std::vector<std::string>& list, std::size_t most) {
+    std::string text;
+    const std::size_t shown = std::min(list.size(), most);
+    for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "" : ", ") + list[i];
+    if (shown < list.size()) text += " and " + std::to_string(list.size() - shown) + " more";
+    return text;
+}
+
+}  // namespace qduino::apps::doctor

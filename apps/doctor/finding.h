@@ -1,0 +1,47 @@
+// What a check of the doctor says, and the tables of checks.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/doctor/facts.h"
+
+namespace qduino::apps::doctor {
+
+enum class State {
+    ok,
+    better,   ///< works, but could be better
+    missing,  ///< something that a sketch needs is not there
+};
+
+struct Finding {
+    State state = State::ok;
+    std::string found;  ///< what there is
+    std::string fix;    ///< when it is not ok; a command begins with "sudo " or "echo "
+};
+
+struct Check {
+    const char* id;
+    const char* why;  ///< why it matters, in one clause
+    Finding (*look)(const Facts& facts);
+};
+
+struct Group {
+    const char* title;
+    std::span<const Check> checks;
+};
+
+/// In the order of the report.
+std::span<const Check> kernel_checks();
+std::span<const Check> core_checks();
+std::span<const Check> interrupt_checks();
+std::span<const Check> machine_checks();
+std::span<const Check> permission_checks();
+std::vector<Group> all_checks();
+
+/// Time that the host took from this machine's cores between two readings of /proc/stat, in percent of all
+/// time; 0 when nothing passed.
+double stolen_percent(std::string_view before, std::string_view after);
+
+}  // namespace qduino::apps::doctor

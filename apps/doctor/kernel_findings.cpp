@@ -1,0 +1,103 @@
+// What the kernel is and how it keeps time.
+#include <time.h>
+
+#include <array>
+
+#include "apps/doctor/finding.h"
+
+namespace qduino::apps::doctor {
+namespace {
+
+std::string real_time_kernel_fix(const Facts& facts) {
+    const std::string architecture = facts.architecture();
+    if (facts.is_raspberry_pi() && architecture != "aarch64")
+        return "use the 64-bit Raspberry Pi OS: it has a real-time kernel, linux-image-rpi-v8-rt";
+    if (facts.is_raspberry_pi()) {  // the package names its image so
+        return "sudo apt install linux-image-rpi-v8-rt && echo kernel=kernel8_rt.img | sudo tee -a "
+               "/boot/firmware/config.txt && sudo reboot";
+    }
+    const char* package = architecture == "aarch64"  ? "linux-image-rt-arm64"
+                          : architecture == "armv7l" ? "linux-image-rt-armmp"
+                                                     : "linux-image-rt-amd64";
+    return std::string{"sudo apt install "} + package + " && sudo reboot";
+}
+
+bool is_real_time_kernel(const Facts& facts) {
+    return facts.text("/sys/kernel/realtime") == "1" ||
+           facts.text("/proc/sys/kernel/version").value_or("").find("PREEMPT_RT") != std::string::npos;
+}
+
+Finding preempt_rt(const Facts& facts) {
+    if (is_real_time_kernel(facts)) return {State::ok, "PREEMPT_RT, " + facts.release(), ""};
+    const std::string version = facts.text("/proc/sys/kernel/version").value_or("");
+    const bool dynamic = version.find("PREEMPT_DYNAMIC") != std::string::npos;
+    return {State::better,
+            facts.release() +
+                (dynamic ? ", PREEMPT_DYNAMIC: not a real-time kernel" : ": not a real-time kernel"),
+            real_time_kernel_fix(facts)};
+}
+
+/// What the board's own parts rest on; where they can be modules, "m" is as good as "y".
+Finding kernel_options(const Facts& facts) {
+    const auto hz = facts.built_with("CONFIG_HZ");
+    if (!hz) return {State::ok, "its configuration cannot be read here: not judged", ""};
+    constexpr std::array kWanted{"CONFIG_HIGH_RES_TIMERS", "CONFIG_CPUSETS",     "CONFIG_NO_HZ_FULL",
+                                 "CONFIG_RCU_NOCB_CPU",    "CONFIG_GPIO_CDEV",   "CONFIG_I2C_CHARDEV",
+                                 "CONFIG_CPU_ISOLATION",   "CONFIG_POSIX_TIMERS"};
+    std::vector<std::string> absent;
+    for (const char* name : kWanted) {
+        const std::string set = facts.built_with(name).value_or("");
+        if (set != "y" && set != "m") absent.emplace_back(std::string{name}.substr(7));
+    }
+    const std::string tick = "HZ=" + *hz;
+    if (absent.empty()) return {State::ok, tick + ", all that the board uses is built in", ""};
+    return {State::better, tick + ", built without " + some_of(absent, kWanted.size()),
+            is_real_time_kernel(facts) ? "use a kernel that was built with these options, as Debian's are"
+                                       : real_time_kernel_fix(facts)};
+}
+
+Finding timer_resolution(const Facts& facts) {
+    long long nanoseconds = facts.number_in("/proc/timer_list", ".resolution:");  // root alone may read it
+    if (nanoseconds < 0) {
+        timespec resolution{};
+        ::clock_getres(CLOCK_MONOTONIC, &resolution);
+        nanoseconds = resolution.tv_sec * 1'000'000'000LL + resolution.tv_nsec;
+    }
+    const std::string found = "timers resolve " + std::to_string(nanoseconds) + " ns";
+    if (nanoseconds <= 1000) return {State::ok, found, ""};
+    if (facts.boot_parameter("highres") == "off")
+        return {State::missing, found + ": booted with highres=off", facts.boot_with("highres=on")};
+    return {State::missing, found + ": no high-resolution timers", real_time_kernel_fix(facts)};
+}
+
+Finding clocksource(const Facts& facts) {
+    const std::string folder = "/sys/devices/system/clocksource/clocksource0/";
+    const auto current = facts.text(folder + "current_clocksource");
+    if (!current) return {State::ok, "not seen: not judged", ""};
+    for (const char* fast : {"tsc", "arch_sys_counter", "timebase", "riscv_clocksource", "kvm-clock"}) {
+        if (*current == fast) return {State::ok, *current + ", read without a system call", ""};
+    }
+    const std::string available = ' ' + facts.text(folder + "available_clocksource").value_or("") + ' ';
+    for (const char* fast : {"tsc", "arch_sys_counter"}) {
+        if (available.find(std::string{" "} + fast + " ") == std::string::npos) continue;
+        return {State::better, *current + ", though " + fast + " is there",
+                std::string{"echo "} + fast + " | sudo tee " + folder + "current_clocksource"};
+    }
+    return {State::better, *current + ": each look at the clock costs a microsecond or more",
+            facts.boot_with("tsc=reliable")};
+}
+
+constexpr std::array kChecks{
+    Check{"preempt_rt", "without it the kernel delays a loop by up to milliseconds under load", preempt_rt},
+    Check{"kernel_options", "isolation, tickless cores and pins need these parts of the kernel",
+          kernel_options},
+    Check{"timer_resolution", "without high-resolution timers a loop wakes at the next tick only",
+          timer_resolution},
+    Check{"clocksource", "a loop that times pulses reads the clock all the time", clocksource},
+};
+
+}  // namespace
+
+std::span<const Check> kernel_checks() { return kChecks; }
+
+}  // namespace qduino::apps::doctor

@@ -1,0 +1,303 @@
+#include "apps/host/admission_report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "sched/explain.h"
+
+namespace qduino::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using runtime::LoopDeclaration;
+using runtime::Plan;
+using runtime::SketchTable;
+using sched::RefusedBecause;
+
+std::string text_of(Nanoseconds duration) { return std::string(sched::duration_text(duration).view()); }
+
+std::string_view word_for(sched::AdmittedBy by) {
+    switch (by) {
+        case sched::AdmittedBy::bound:
+            return "bound";
+        case sched::AdmittedBy::completion_time:
+            return "completion_time";
+        case sched::AdmittedBy::owned:
+            return "owned";
+    }
+    return "";
+}
+
+std::string_view word_for(RefusedBecause because) {
+    switch (because) {
+        case RefusedBecause::none:
+            return "none";
+        case RefusedBecause::bad_parameters:
+            return "bad_parameters";
+        case RefusedBecause::duplicate_id:
+            return "duplicate_id";
+        case RefusedBecause::core_owned:
+            return "core_owned";
+        case RefusedBecause::no_such_core:
+            return "no_such_core";
+        case RefusedBecause::too_many:
+            return "too_many";
+        case RefusedBecause::io_overload:
+            return "io_overload";
+        case RefusedBecause::completion_time:
+            return "completion_time";
+        case RefusedBecause::no_core_fits:
+            return "no_core_fits";
+    }
+    return "";
+}
+
+std::string_view word_for(sched::Share::Kind kind) {
+    switch (kind) {
+        case sched::Share::Kind::own:
+            return "own";
+        case sched::Share::Kind::main:
+            return "loop";
+        case sched::Share::Kind::io:
+            return "io";
+        case sched::Share::Kind::platform:
+            return "platform";
+        case sched::Share::Kind::overhead:
+            return "overhead";
+    }
+    return "";
+}
+
+const LoopDeclaration* declaration_of(const SketchTable& table, board::VcpuId id) {
+    for (const LoopDeclaration& loop : table.loops) {
+        if (loop.id == id) return &loop;
+    }
+    return nullptr;
+}
+
+/// R of a loop, where its core was analysed.
+const sched::LoopResponse* response_of(const Plan& plan, board::VcpuId id) {
+    for (const sched::Admission& core : plan.admission().cores) {
+        for (const sched::LoopResponse& loop : core.loops) {
+            if (loop.id == id) return &loop;
+        }
+    }
+    return nullptr;
+}
+
+bool endless(const sched::LoopResponse& loop) { return loop.response > sched::kResponseLimit * loop.period; }
+
+std::string_view file_name(std::string_view path) { return path.substr(path.find_last_of('/') + 1); }
+
+// ---- text ------------------------------------------------------------------------------------------------
+
+std::string row(const std::string& vcpu, const std::string& core, const std::string& budget,
+                const std::string& period, const std::string& r, const std::string& place) {
+    char line[160];
+    std::snprintf(line, sizeof line, "%-8s %4s %13s %13s %13s  %.22s\n", vcpu.c_str(), core.c_str(),
+                  budget.c_str(), period.c_str(), r.c_str(), place.c_str());
+    return line;
+}
+
+std::string vcpu_line(const Plan& plan, const SketchTable& table, const sched::PlacedVcpu& vcpu) {
+    const sched::VcpuRequest& request = vcpu.request;
+    const LoopDeclaration* declared = request.io ? nullptr : declaration_of(table, request.id);
+    const sched::LoopResponse* response = request.io ? nullptr : response_of(plan, request.id);
+    const std::string core = vcpu.core == sched::kAnyCore ? "-" : std::to_string(vcpu.core);
+    const std::string r = !response ? "-" : endless(*response) ? "never" : text_of(response->response);
+    std::string place = declared ? std::string(file_name(declared->file)) : "setup()";
+    if (declared && declared->line > 0) place += ":" + std::to_string(declared->line);
+    return row(runtime::vcpu_name(request.id), core, text_of(request.parameters.budget),
+               text_of(request.parameters.period), r, place);
+}
+
+std::string table_text(const Plan& plan, const SketchTable& table) {
+    if (plan.admission().placed.empty()) return {};
+    std::string out = row("VCPU", "core", "budget", "period", "R", "declared at");
+    for (const sched::PlacedVcpu& vcpu : plan.admission().placed) out += vcpu_line(plan, table, vcpu);
+    return out;
+}
+
+bool costs_nothing(const sched::PlatformOverheads& o) {
+    return o.release_cost == Nanoseconds{0} && o.enforcement_cost == Nanoseconds{0} && o.interferers.empty();
+}
+
+std::string overheads_text(const Plan& plan) {
+    std::string out;
+    for (const sched::CoreLoad& load : plan.admission().loads) {
+        const sched::PlatformOverheads& o = load.overheads;
+        if (costs_nothing(o)) continue;
+        out += "  core " + std::to_string(load.core) + ": " + text_of(o.release_cost) + " per release, " +
+               text_of(o.enforcement_cost) + " per enforcement\n";
+        for (const sched::PlatformInterferer& i : o.interferers) {
+            out += "    " + std::string(i.name.view()) + ": " + text_of(i.cost) + " every " +
+                   text_of(i.interval) + "\n";
+        }
+    }
+    if (out.empty()) return "Overheads counted: none. A board file can name some (--board).\n";
+    return "Overheads counted, from the board file:\n" + out;
+}
+
+}  // namespace
+
+bool all_admitted(const Plan& plan) { return plan.admitted() && plan.refused_ios().empty(); }
+
+std::string admission_text(const Plan& plan, const SketchTable& table, const CheckedBoard& board) {
+    std::string out = board.sketch + ": " + (all_admitted(plan) ? "admitted" : "REFUSED") + " on " +
+                      std::to_string(board.cores) + (board.cores == 1 ? " core" : " cores") +
+                      (board.board_file.empty() ? "" : " of " + board.board_file) + "\n\n";
+    out += table_text(plan, table) + "\n";
+    // A plan that never got as far as admission has its reason in the explanation alone.
+    out += plan.admission().placed.empty() ? std::string(plan.explanation().view()) + "\n"
+                                           : std::string(plan.admission_table().view());
+    for (const runtime::RefusedIo& io : plan.refused_ios()) {
+        const sched::VcpuParameters& asked = io.request.parameters;
+        out += "I/O VCPU " + std::to_string(io.request.id) + " (" + text_of(asked.budget) + " in " +
+               text_of(asked.period) + "), which setup() asks for, is refused. With it,\n";
+        out += sched::explain(io.refusal, io.core).view();
+    }
+    out += "\n" + overheads_text(plan);
+    out += board.setup_ran      ? "setup() was run, with nothing wired: it may declare I/O VCPUs.\n"
+           : board.setup_needed ? "setup() was not run: the loops alone are refused.\n"
+                                : "setup() was not run: it calls nothing that declares an I/O VCPU.\n";
+    return out;
+}
+
+// ---- JSON ------------------------------------------------------------------------------------------------
+
+namespace {
+
+Json response_json(const sched::LoopResponse& loop) {
+    return endless(loop) ? Json(nullptr) : Json(loop.response.count());
+}
+
+Json core_number(int core) { return core == sched::kAnyCore ? Json(nullptr) : Json(core); }
+
+Json loop_json(const Plan& plan, const SketchTable& table, const sched::PlacedVcpu& vcpu) {
+    const LoopDeclaration* declared = declaration_of(table, vcpu.request.id);
+    const sched::LoopResponse* response = response_of(plan, vcpu.request.id);
+    return {{"id", vcpu.request.id},
+            {"core", core_number(vcpu.core)},
+            {"budget_ns", vcpu.request.parameters.budget.count()},
+            {"period_ns", vcpu.request.parameters.period.count()},
+            {"response_ns", response ? response_json(*response) : Json(nullptr)},
+            {"meets", response ? Json(response->meets) : Json(nullptr)},
+            {"file", declared ? Json(declared->file) : Json(nullptr)},
+            {"line", declared ? Json(declared->line) : Json(nullptr)}};
+}
+
+Json io_json(const sched::PlacedVcpu& vcpu) {
+    return {{"id", vcpu.request.id},
+            {"core", core_number(vcpu.core)},
+            {"budget_ns", vcpu.request.parameters.budget.count()},
+            {"period_ns", vcpu.request.parameters.period.count()}};
+}
+
+Json core_json(const sched::Admission& core) {
+    return {{"core", core.core},
+            {"admitted", core.admitted},
+            {"by", core.admitted ? Json(word_for(core.by)) : Json(nullptr)},
+            {"utilisation", static_cast<double>(core.utilisation_ppm) / 1e6},
+            {"bound", static_cast<double>(core.bound_ppm) / 1e6}};
+}
+
+Json overheads_json(const sched::CoreLoad& load) {
+    Json interferers = Json::array();
+    for (const sched::PlatformInterferer& i : load.overheads.interferers) {
+        interferers.push_back({{"name", i.name.view()},
+                               {"cost_ns", i.cost.count()},
+                               {"interval_ns", i.interval.count()},
+                               {"jitter_ns", i.jitter.count()}});
+    }
+    return {{"core", load.core},
+            {"release_ns", load.overheads.release_cost.count()},
+            {"enforcement_ns", load.overheads.enforcement_cost.count()},
+            {"interferers", interferers}};
+}
+
+Json share_json(const sched::Share& share) {
+    using Kind = sched::Share::Kind;
+    const bool named = share.kind == Kind::own || share.kind == Kind::main || share.kind == Kind::io;
+    return {{"kind", word_for(share.kind)},
+            {"id", named ? Json(share.id) : Json(nullptr)},
+            {"name", share.kind == Kind::platform ? Json(share.name.view()) : Json(nullptr)},
+            {"amount_ns", share.amount.count()}};
+}
+
+Json remedy_json(const sched::Refusal& refusal) {
+    const sched::Remedy& remedy = refusal.remedy;
+    const auto budget = remedy.budget_less_by;
+    const auto period = remedy.period_more_by;
+    return {
+        {"budget_ns", budget ? Json((refusal.parameters.budget - *budget).count()) : Json(nullptr)},
+        {"budget_less_by_ns", budget ? Json(budget->count()) : Json(nullptr)},
+        {"period_ns", period ? Json((refusal.parameters.period + *period).count()) : Json(nullptr)},
+        {"period_more_by_ns", period ? Json(period->count()) : Json(nullptr)},
+        {"core", remedy.other_core ? Json(*remedy.other_core) : Json(nullptr)},
+    };
+}
+
+Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int core,
+                  const sched::VcpuRequest* asked_io) {
+    const LoopDeclaration* declared = refusal.io ? nullptr : declaration_of(table, refusal.id);
+    const bool analysed = refusal.response.id != 0;
+    Json shares = Json::array();
+    for (const sched::Share& share : refusal.shares) shares.push_back(share_json(share));
+    return {{"because", word_for(refusal.because)},
+            {"id", refusal.id},
+            {"io", refusal.io},
+            {"core", core_number(core)},
+            {"budget_ns", refusal.parameters.budget.count()},
+            {"period_ns", refusal.parameters.period.count()},
+            {"late_loop", analysed ? Json(refusal.response.id) : Json(nullptr)},
+            {"response_ns", analysed ? response_json(refusal.response) : Json(nullptr)},
+            {"shares", shares},
+            {"smallest_change", remedy_json(refusal)},
+            {"file", declared ? Json(declared->file) : Json(nullptr)},
+            {"line", declared ? Json(declared->line) : Json(nullptr)},
+            {"with_io", asked_io ? io_json({*asked_io, asked_io->core}) : Json(nullptr)}};
+}
+
+}  // namespace
+
+std::string admission_json(const Plan& plan, const SketchTable& table, const CheckedBoard& board) {
+    const sched::MachineAdmission& admission = plan.admission();
+    Json loops = Json::array(), ios = Json::array(), cores = Json::array(), overheads = Json::array(),
+         refusals = Json::array();
+    for (const sched::PlacedVcpu& vcpu : admission.placed) {
+        if (vcpu.request.io) {
+            ios.push_back(io_json(vcpu));
+        } else {
+            loops.push_back(loop_json(plan, table, vcpu));
+        }
+    }
+    for (const sched::CoreLoad& load : admission.loads) {
+        overheads.push_back(overheads_json(load));
+        if (load.mains.empty() && load.ios.empty()) continue;
+        cores.push_back(core_json(admission.cores[static_cast<std::size_t>(load.core)]));
+    }
+    if (admission.refusal.because != RefusedBecause::none) {
+        refusals.push_back(refusal_json(table, admission.refusal, admission.refused_core, nullptr));
+    }
+    for (const runtime::RefusedIo& io : plan.refused_ios()) {
+        refusals.push_back(refusal_json(table, io.refusal, io.core, &io.request));
+    }
+    const Json out{
+        {"sketch", board.sketch},
+        {"admitted", all_admitted(plan)},
+        {"board",
+         {{"cores", board.cores},
+          {"file", board.board_file.empty() ? Json(nullptr) : Json(board.board_file)}}},
+        {"setup_ran", board.setup_ran},
+        {"loops", loops},
+        {"io", ios},
+        {"cores", cores},
+        {"overheads", overheads},
+        {"refusals", refusals},
+        {"explanation", std::string(plan.explanation().view())},
+    };
+    return out.dump(2);
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,32 @@
+// What admission says of a sketch, for people (text, 80 columns) and for programs (JSON): `qduino check`.
+#pragma once
+
+#include <string>
+
+#include "runtime/plan.h"
+
+namespace qduino::apps {
+
+/// What the sketch was checked against.
+struct CheckedBoard {
+    std::string sketch;      ///< its name
+    std::string board_file;  ///< empty: none
+    int cores = 1;
+    bool setup_needed = false;  ///< setup() may declare I/O VCPUs
+    bool setup_ran = false;     ///< and has
+};
+
+/// Every loop and every I/O VCPU has been admitted.
+[[nodiscard]] bool all_admitted(const runtime::Plan& plan);
+
+/// The table of loops, how each core was judged, each refusal with what would help, which overheads were
+/// counted.
+[[nodiscard]] std::string admission_text(const runtime::Plan& plan, const runtime::SketchTable& table,
+                                         const CheckedBoard& board);
+
+/// The same: {"sketch","admitted","board":{…},"setup_ran","loops":[…],"io":[…],"cores":[…],"overheads":[…],
+/// "refusals":[…],"explanation"}; durations are whole nanoseconds (docs/qduino.md lists every key).
+[[nodiscard]] std::string admission_json(const runtime::Plan& plan, const runtime::SketchTable& table,
+                                         const CheckedBoard& board);
+
+}  // namespace qduino::apps

@@ -1,0 +1,15 @@
+#include "apps/host/setup_need.h"
+
+#include "arduino/core/interrupts.h"
+
+// A weak reference takes no member out of the Arduino archive: it is null unless the sketch, or a library
+// that it uses, did.
+namespace qduino::arduino {
+[[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
+}
+
+namespace qduino::apps {
+
+bool setup_may_declare_vcpus() { return &arduino::interrupts_vcpu != nullptr; }
+
+}  // namespace qduino::apps

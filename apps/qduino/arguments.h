@@ -1,0 +1,37 @@
+// The command line of `qduino`: what may stand there, and what stood there.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace qduino::apps {
+
+enum class Command { none, make_new, build, run, sim, check, trace, doctor, restore, completion };
+
+struct Arguments {
+    Command command = Command::none;
+    std::string sketch = ".";  ///< folder or .ino
+    bool verbose = false;
+    std::string name;    ///< new
+    std::string only;    ///< build: "sim", "linux" or empty
+    std::string output;  ///< build: folder; trace: file
+    std::optional<double> length_s;
+    std::optional<double> speed;
+    std::optional<int> cores;
+    std::optional<std::uint64_t> seed;
+    std::string board, pins, report;
+    bool isolate = false, best_effort = false;
+    bool on_linux = false;  ///< trace
+    bool json = false;
+    std::string settings_state;  ///< restore
+    std::string shell;           ///< completion
+};
+
+/// The parser, which fills in `arguments`; that outlives it.
+[[nodiscard]] std::unique_ptr<CLI::App> make_parser(Arguments& arguments);
+
+}  // namespace qduino::apps

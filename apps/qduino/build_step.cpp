@@ -1,0 +1,192 @@
+#include "apps/qduino/build_step.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <system_error>
+#include <thread>
+
+#include "apps/qduino/child_process.h"
+
+namespace qduino::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path beside(const fs::path& output, const char* extension) {
+    fs::path path = output;
+    path += extension;
+    return path;
+}
+
+std::string text_of(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+/// Every word on a line of its own: none of them has a newline that would matter.
+std::string record_of(const BuildStep& step) {
+    std::string record;
+    for (const std::string& word : step.command) record += word + '\n';
+    for (const fs::path& input : step.inputs) record += input.string() + '\n';
+    return record;
+}
+
+bool older_than(const fs::path& path, fs::file_time_type limit) {
+    std::error_code failed;
+    const fs::file_time_type changed = fs::last_write_time(path, failed);
+    return !failed && changed < limit;
+}
+
+void say_log(const BuildStep& step) {
+    const std::string log = text_of(beside(step.output, ".log"));
+    std::fputs((::isatty(STDERR_FILENO) ? log : without_colours(log)).c_str(), stderr);
+}
+
+/// Runs one step. False: its program said no.
+Result<bool> make(const BuildStep& step) {
+    std::error_code failed;
+    fs::create_directories(step.output.parent_path(), failed);
+    fs::remove(beside(step.output, ".cmd"), failed);
+    const auto began = fs::file_time_type::clock::now();
+    const Result<int> status = run_into(step.command, beside(step.output, ".log"));
+    if (!status) return status.error();
+    if (*status != 0) {
+        fs::remove(step.output, failed);
+        return false;
+    }
+    fs::last_write_time(step.output, began, failed);
+    std::ofstream record(beside(step.output, ".cmd"), std::ios::binary);
+    record << record_of(step);
+    record.close();
+    if (failed || !record) {
+        return make_error(ErrorCode::unavailable,
+                          "cannot write to the build folder (disk full?): " + step.output.string());
+    }
+    return true;
+}
+
+/// The steps of one run, worked off by some threads.
+class Work {
+  public:
+    Work(const std::vector<BuildStep>& steps, bool verbose) : steps_(steps), verbose_(verbose) {}
+
+    void run() {
+        for (std::size_t i = next_++; i < steps_.size(); i = next_++) {
+            if (given_up_) return;
+            one(steps_[i]);
+        }
+    }
+    [[nodiscard]] Result<StepsDone> result() const {
+        if (error_) return *error_;
+        return done_;
+    }
+
+  private:
+    void one(const BuildStep& step) {
+        if (is_up_to_date(step)) {
+            const std::lock_guard lock{speaking_};
+            return say_log(step);
+        }
+        {
+            const std::lock_guard lock{speaking_};
+            std::fprintf(stderr, "%s\n", step.title.c_str());
+            if (verbose_) std::fprintf(stderr, "  %s\n", shell_words(step.command).c_str());
+        }
+        const Result<bool> made = make(step);
+        const std::lock_guard lock{speaking_};
+        if (!made || !*made) given_up_ = true;
+        if (!made) {
+            if (!error_) error_ = made.error();
+            return;
+        }
+        say_log(step);
+        done_.made += 1;
+        done_.failed = done_.failed || !*made;
+    }
+
+    const std::vector<BuildStep>& steps_;
+    bool verbose_;
+    std::atomic<std::size_t> next_{0};
+    std::atomic<bool> given_up_{false};
+    std::mutex speaking_;  // and what follows
+    StepsDone done_;
+    std::optional<Error> error_;
+};
+
+}  // namespace
+
+std::vector<fs::path> dependencies_in(std::string_view depfile) {
+    std::vector<fs::path> files;
+    std::string word;
+    const std::size_t colon = depfile.find(": ");
+    if (colon == std::string_view::npos) return files;
+    const auto end_word = [&] {
+        if (!word.empty()) files.emplace_back(word);
+        word.clear();
+    };
+    for (std::size_t i = colon + 1; i < depfile.size(); ++i) {
+        const char c = depfile[i];
+        const char next = i + 1 < depfile.size() ? depfile[i + 1] : '\0';
+        if (c == '\\' && next == '\n') {
+            end_word();
+            ++i;
+        } else if ((c == '\\' && (next == ' ' || next == '#' || next == '\\')) || (c == '$' && next == '$')) {
+            word += next;
+            ++i;
+        } else if (c == '\n') {
+            break;  // what follows are rules for headers alone (-MP)
+        } else if (c == ' ') {
+            end_word();
+        } else {
+            word += c;
+        }
+    }
+    end_word();
+    return files;
+}
+
+bool is_up_to_date(const BuildStep& step) {
+    std::error_code failed;
+    const fs::file_time_type made = fs::last_write_time(step.output, failed);
+    if (failed || text_of(beside(step.output, ".cmd")) != record_of(step)) return false;
+    const auto older = [&](const fs::path& path) { return older_than(path, made); };
+    if (!std::all_of(step.inputs.begin(), step.inputs.end(), older)) return false;
+    if (step.depfile.empty()) return true;
+    const std::vector<fs::path> read = dependencies_in(text_of(step.depfile));
+    return !read.empty() && std::all_of(read.begin(), read.end(), older);
+}
+
+std::string without_colours(std::string_view text) {
+    std::string plain;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '\033' || i + 1 >= text.size() || text[i + 1] != '[') {
+            plain += text[i];
+            continue;
+        }
+        i += 2;
+        while (i < text.size() && (text[i] < '@' || text[i] > '~')) ++i;
+    }
+    return plain;
+}
+
+Result<StepsDone> run_steps(const std::vector<BuildStep>& steps, bool verbose) {
+    Work work(steps, verbose);
+    std::vector<std::thread> helpers;
+    const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+    for (std::size_t i = 1; i < std::min(cores, steps.size()); ++i)
+        helpers.emplace_back([&work] { work.run(); });
+    work.run();
+    for (std::thread& helper : helpers) helper.join();
+    return work.result();
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,85 @@
+# qduino_write_sdk(FILE): writes what a sketch is compiled and linked with, as JSON, out of the targets themselves: nothing is
+# listed twice. apps/qduino/sdk.h reads it.
+
+# The libraries and link options that a program gets when it links `targets`, as generator expressions, in order of discovery.
+function(qduino_link_closure targets out_libraries out_options)
+  set(queue ${targets})
+  set(seen "")
+  set(libraries "")
+  set(options "")
+  while(queue)
+    list(POP_FRONT queue item)
+    # Only the names matter here: every target is there by now, and all of it is linked.
+    string(REGEX REPLACE "^\\$<(LINK_ONLY|TARGET_NAME_IF_EXISTS|BUILD_INTERFACE):(.*)>$" "\\2" item "${item}")
+    if(item IN_LIST seen OR item MATCHES "^::@" OR item STREQUAL "")
+      continue()
+    endif()
+    list(APPEND seen ${item})
+    if(NOT TARGET ${item})
+      if(item MATCHES "^\\$<")
+        message(FATAL_ERROR "qduino-sdk.json: do not know what to make of the link item ${item}")
+      elseif(item MATCHES "::")
+        # An imported target is known only where it was looked for: find_package() it in the calling folder.
+        message(FATAL_ERROR "qduino-sdk.json: the library ${item} is not known in ${CMAKE_CURRENT_SOURCE_DIR}")
+      elseif(NOT item MATCHES "^[-/]")
+        string(PREPEND item "-l")
+      endif()
+      list(APPEND libraries "${item}")
+      continue()
+    endif()
+    get_target_property(type ${item} TYPE)
+    if(NOT type STREQUAL "INTERFACE_LIBRARY")
+      list(APPEND libraries "$<TARGET_FILE:${item}>")
+    endif()
+    get_target_property(next ${item} INTERFACE_LINK_LIBRARIES)
+    if(next)
+      list(APPEND queue ${next})
+    endif()
+    get_target_property(own ${item} INTERFACE_LINK_OPTIONS)
+    if(own)
+      list(APPEND options ${own})
+    endif()
+  endwhile()
+  set(${out_libraries} "${libraries}" PARENT_SCOPE)
+  set(${out_options} "${options}" PARENT_SCOPE)
+endfunction()
+
+# A CMake list as the inside of a JSON array of texts.
+function(qduino_json_list out)
+  set(text "")
+  foreach(item IN LISTS ARGN)
+    list(APPEND text "\"${item}\"")
+  endforeach()
+  list(JOIN text ", " text)
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+function(qduino_write_sdk file)
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  set(flags -pthread)
+  if(QDUINO_SANITIZE)
+    list(APPEND flags -fsanitize=${QDUINO_SANITIZE} -fno-omit-frame-pointer)
+  endif()
+  qduino_json_list(flags ${flags})
+  foreach(board sim linux)
+    qduino_link_closure("qduino_${board}_main;qduino_arduino" libraries options)
+    qduino_json_list(${board}_libraries ${libraries})
+    qduino_json_list(${board}_options ${options})
+  endforeach()
+  set(include "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_INCLUDE_DIRECTORIES>>")
+  set(definitions "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_COMPILE_DEFINITIONS>>")
+  file(GENERATE OUTPUT ${file} CONTENT "{
+  \"version\": 1,
+  \"cxx\": \"${CMAKE_CXX_COMPILER}\",
+  \"cc\": \"${CMAKE_C_COMPILER}\",
+  \"flags\": [${flags}],
+  \"include\": \"${include}\",
+  \"definitions\": \"${definitions}\",
+  \"python\": \"${Python3_EXECUTABLE}\",
+  \"ino_to_cpp\": \"${CMAKE_SOURCE_DIR}/tools/ino/ino_to_cpp.py\",
+  \"supervisor\": \"$<TARGET_FILE:qduino-supervisor>\",
+  \"sim\": {\"libraries\": [${sim_libraries}], \"options\": [${sim_options}]},
+  \"linux\": {\"libraries\": [${linux_libraries}], \"options\": [${linux_options}]}
+}
+")
+endfunction()

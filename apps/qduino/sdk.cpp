@@ -1,0 +1,104 @@
+#include "apps/qduino/sdk.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+namespace qduino::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr const char* kFileName = "qduino-sdk.json";
+
+bool is_file(const fs::path& path) {
+    std::error_code ignored;
+    return fs::is_regular_file(path, ignored);
+}
+
+/// CMake's lists, joined with semicolons.
+std::vector<std::string> list_of(const std::string& text) {
+    std::vector<std::string> items;
+    for (std::size_t from = 0; from < text.size();) {
+        const std::size_t end = std::min(text.find(';', from), text.size());
+        if (end > from) items.push_back(text.substr(from, end - from));
+        from = end + 1;
+    }
+    return items;
+}
+
+std::string resolved(const fs::path& folder, const std::string& item) {
+    return item.empty() || item.front() == '-' ? item : (folder / item).lexically_normal().string();
+}
+
+Sdk::Linking linking_of(const Json& json, const fs::path& folder) {
+    Sdk::Linking linking;
+    for (const std::string item : json.at("libraries")) linking.libraries.push_back(resolved(folder, item));
+    linking.options = json.at("options").get<std::vector<std::string>>();
+    return linking;
+}
+
+}  // namespace
+
+const char* name_of(BoardKind board) { return board == BoardKind::sim ? "sim" : "linux"; }
+
+std::vector<std::string> words_of(std::string_view text) {
+    std::vector<std::string> words;
+    for (std::size_t from = 0; from < text.size();) {
+        const std::size_t end = std::min(text.find_first_of(" \t\n", from), text.size());
+        if (end > from) words.emplace_back(text.substr(from, end - from));
+        from = end + 1;
+    }
+    return words;
+}
+
+Result<fs::path> find_sdk(const SdkPlaces& places) {
+    if (!places.home.empty()) {
+        const fs::path home = places.home;
+        for (const fs::path& path : {home, home / kFileName, home / "build" / "release" / kFileName}) {
+            if (is_file(path)) return path;
+        }
+        return make_error(ErrorCode::not_found,
+                          "QDUINO_HOME names no built QduinoMC: no " + std::string(kFileName) +
+                              " in it, nor in its build/release. Unset it, or build there. It is " +
+                              places.home);
+    }
+    const fs::path beside = places.program.parent_path().parent_path() / kFileName;
+    if (!places.program.empty() && is_file(beside)) return beside;
+    if (is_file(places.built_in)) return places.built_in;
+    return make_error(ErrorCode::not_found,
+                      "the QduinoMC that this program belongs to is gone: set QDUINO_HOME to a tree in which "
+                      "'cmake --preset release && cmake --build --preset release --target qduino' was run");
+}
+
+Result<Sdk> read_sdk(const fs::path& file) {
+    std::ifstream in(file);
+    const fs::path folder = fs::absolute(file).parent_path();
+    try {
+        const Json json = Json::parse(in);
+        if (json.at("version") != 1) {
+            return make_error(ErrorCode::unsupported, "is of another version of QduinoMC: " + file.string());
+        }
+        Sdk sdk;
+        sdk.file = fs::absolute(file);
+        sdk.cxx = {json.at("cxx")};
+        sdk.cc = {json.at("cc")};
+        sdk.flags = json.at("flags").get<std::vector<std::string>>();
+        for (const std::string& item : list_of(json.at("include")))
+            sdk.include.push_back(resolved(folder, item));
+        sdk.definitions = list_of(json.at("definitions"));
+        sdk.python = json.at("python");
+        sdk.ino_to_cpp = resolved(folder, json.at("ino_to_cpp"));
+        sdk.supervisor = resolved(folder, json.at("supervisor"));
+        sdk.sim = linking_of(json.at("sim"), folder);
+        sdk.linux = linking_of(json.at("linux"), folder);
+        return sdk;
+    } catch (const Json::exception&) {
+        return make_error(
+            ErrorCode::corrupt,
+            "is not what the build of QduinoMC writes; run cmake there again: " + file.string());
+    }
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,59 @@
+// What a sketch is compiled and linked with: written by this project's build (sdk.cmake), read by `qduino`.
+//
+//   build/<preset>/qduino-sdk.json ──► Sdk: compiler, flags, headers, one list of libraries for each board
+//
+// Paths in it may be relative to the file, so that a tree can be moved.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace qduino::apps {
+
+enum class BoardKind { sim, linux };
+
+/// "sim", "linux".
+[[nodiscard]] const char* name_of(BoardKind board);
+
+struct Sdk {
+    std::filesystem::path file;    ///< where it was read from
+    std::vector<std::string> cxx;  ///< the C++ compiler: a program, perhaps with a launcher before it
+    std::vector<std::string> cc;
+    std::vector<std::string> flags;  ///< of compiling and of linking
+    std::vector<std::string> include;
+    std::vector<std::string> definitions;
+    std::string python;
+    std::filesystem::path ino_to_cpp;
+    std::filesystem::path supervisor;
+    struct Linking {
+        std::vector<std::string> libraries;  ///< paths, or "-lname"
+        std::vector<std::string> options;
+    };
+    Linking sim;
+    Linking linux;
+
+    [[nodiscard]] const Linking& linking(BoardKind board) const {
+        return board == BoardKind::sim ? sim : linux;
+    }
+};
+
+/// Where to look for it.
+struct SdkPlaces {
+    std::string home;  ///< $QDUINO_HOME: a build folder, a source tree with build/release in it, or the file
+    std::filesystem::path program;   ///< this program: bin/ of a build folder
+    std::filesystem::path built_in;  ///< where this program's own build wrote it
+};
+
+/// The first that exists; a $QDUINO_HOME that names none is an error. Error: not_found, with what to do.
+Result<std::filesystem::path> find_sdk(const SdkPlaces& places);
+
+/// Reads the file. Error: corrupt, naming the file.
+Result<Sdk> read_sdk(const std::filesystem::path& file);
+
+/// Words separated by blanks: "ccache g++" is two.
+[[nodiscard]] std::vector<std::string> words_of(std::string_view text);
+
+}  // namespace qduino::apps

@@ -1,0 +1,30 @@
+// A sketch on disk: which files belong to it.
+//
+//   blink/            the folder is the sketch, and gives it its name
+//     blink.ino       tabs: every .ino (and .pde); the one named as the folder first
+//     motor.ino
+//     filter.cpp      compiled beside the tabs, as are .c files
+//     src/…           and what is in here, at any depth
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace qduino::apps {
+
+struct Sketch {
+    std::string name;
+    std::filesystem::path folder;                ///< absolute
+    std::vector<std::filesystem::path> tabs;     ///< in the order in which they are joined
+    std::vector<std::filesystem::path> sources;  ///< .cpp and .c, sorted
+};
+
+/// The sketch that `argument` means: a folder, or an .ino. An .ino that is named as its folder, or is the
+/// only one there, means the whole folder; any other stands for itself alone. Error: not_found,
+/// invalid_argument.
+Result<Sketch> find_sketch(const std::filesystem::path& argument);
+
+}  // namespace qduino::apps

@@ -1,0 +1,113 @@
+// bench-budget: is a loop that would run for ever kept to its budget, and how finely? Ours against the kernel's SCHED_DEADLINE.
+//
+//   bench-budget [--json] [--seconds S] [--rounds N]
+//
+// A burst is measured by the wall clock of the loop itself: interrupts and a hypervisor's pauses within it are in it.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "bench/budget/busy_loops.h"
+#include "bench/rig/child.h"
+#include "bench/rig/options.h"
+#include "bench/rig/samples.h"
+
+namespace qduino::bench {
+namespace {
+
+struct Mechanism {
+    const char* name;
+    Bursts (*run)(BudgetCase, Nanoseconds);
+};
+
+constexpr std::array kMechanisms{Mechanism{"sporadic_server", &run_under_sporadic_server},
+                                 Mechanism{"sched_deadline", &run_under_sched_deadline}};
+constexpr std::array kCases{BudgetCase{200us, 1ms}, BudgetCase{1ms, 8ms}, BudgetCase{30ms, 100ms}};
+
+/// All rounds of one mechanism in one case.
+struct Pool {
+    std::vector<std::int64_t> lengths_ns;
+    double utilisation_sum = 0;
+    int rounds = 0;
+
+    void add(const Bursts& bursts) {
+        lengths_ns.insert(lengths_ns.end(), bursts.lengths_ns.begin(), bursts.lengths_ns.end());
+        utilisation_sum += bursts.utilisation;
+        ++rounds;
+    }
+};
+
+double microseconds(std::int64_t ns) { return static_cast<double>(ns) / 1000; }
+
+Json row(const char* mechanism, BudgetCase budget, Pool& pool) {
+    auto& sorted = pool.lengths_ns;
+    std::sort(sorted.begin(), sorted.end());
+    return {{"mechanism", mechanism},
+            {"budget_us", budget.budget.count() / 1000},
+            {"period_us", budget.period.count() / 1000},
+            {"burst_us_p50", microseconds(percentile(sorted, 0.5))},
+            {"burst_us_p999", microseconds(percentile(sorted, 0.999))},
+            {"burst_us_max", sorted.empty() ? 0.0 : microseconds(sorted.back())},
+            {"utilisation", pool.utilisation_sum / std::max(1, pool.rounds)},
+            {"bursts", sorted.size()}};
+}
+
+/// What the project holds itself to.
+std::string verdict(const Json& row) {
+    const double budget = row["budget_us"], period = row["period_us"];
+    const double over = row["burst_us_p999"].get<double>() - budget;
+    const double share = row["utilisation"].get<double>() / (budget / period);
+    const bool good = over <= 30 && std::abs(share - 1) <= 0.01;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%s%.0f/%.0f us: 99.9 %% burst is the budget %+.1f us, at most +30; utilisation %.4f of "
+                  "C/T, within 0.01 of 1",
+                  good ? "  holds     " : "  MISSED    ", budget, period, over, share);
+    return text;
+}
+
+int run(const Options& options) {
+    std::array<std::array<Pool, kMechanisms.size()>, kCases.size()> pools;
+    Report report;
+    for (int round = 0; round < options.rounds; ++round) {
+        for (std::size_t i = 0; i < kCases.size(); ++i) {
+            for (std::size_t k = 0; k < kMechanisms.size(); ++k) {
+                std::fprintf(stderr, "%-15s %ld/%ld us …\n", kMechanisms[k].name,
+                             kCases[i].budget.count() / 1000, kCases[i].period.count() / 1000);
+                const Bursts bursts = kMechanisms[k].run(kCases[i], from_seconds(options.seconds));
+                if (interrupted()) return 1;
+                if (bursts.failure.empty()) {
+                    pools[i][k].add(bursts);
+                } else if (round == 0) {
+                    report.remarks.push_back(std::string{"  not run   "} + kMechanisms[k].name + ": " +
+                                             bursts.failure);
+                }
+                if (bursts.guarantee.is_object()) report.guarantee = bursts.guarantee;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < kCases.size(); ++i) {
+        for (std::size_t k = 0; k < kMechanisms.size(); ++k) {
+            if (pools[i][k].rounds == 0) continue;
+            report.results.push_back(row(kMechanisms[k].name, kCases[i], pools[i][k]));
+            if (k == 0) report.remarks.push_back(verdict(report.results.back()));
+        }
+    }
+    print(report, options.json);
+    return 0;
+}
+
+}  // namespace
+}  // namespace qduino::bench
+
+int main(int argc, char** argv) {
+    using namespace qduino::bench;
+    Options options;
+    options.seconds = 4;
+    options.rounds = 4;
+    const auto leave = parse_options(
+        options, argc, argv,
+        "Busy loops under a budget: longest burst and utilisation, ours against SCHED_DEADLINE.",
+        "Example: bench-budget --json > budget.json", false);
+    return leave ? *leave : run(options);
+}

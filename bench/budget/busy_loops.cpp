@@ -1,0 +1,151 @@
+#include "bench/budget/busy_loops.h"
+
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "apps/guarantee/guarantee_report.h"
+#include "bench/rig/child.h"
+#include "bench/rig/samples.h"
+#include "board/linux/linux_board.h"
+
+namespace qduino::bench {
+namespace {
+
+using namespace board::linux;
+
+/// As sched_setattr(2) lays it out; glibc has none before 2.41, and the kernel's header clashes with glibc's.
+struct DeadlineAttributes {
+    std::uint32_t size = sizeof(DeadlineAttributes);
+    std::uint32_t policy = 6;  ///< SCHED_DEADLINE
+    std::uint64_t flags = 0;
+    std::int32_t nice = 0;
+    std::uint32_t priority = 0;
+    std::uint64_t runtime_ns = 0;
+    std::uint64_t deadline_ns = 0;
+    std::uint64_t period_ns = 0;
+};
+static_assert(sizeof(DeadlineAttributes) == 48);
+
+/// What a spinner writes down: for each burst its start, its end, and the thread's CPU time at its start.
+class BurstLog {
+  public:
+    BurstLog(BudgetCase budget, Nanoseconds length)
+        : gap_((budget.period - budget.budget) / 2),
+          samples_(3 * static_cast<std::size_t>(4 * (length / budget.period) + 1000)) {}
+
+    /// Spins until `end`.
+    void spin(Instant end) {
+        Instant start = monotonic_now();
+        Nanoseconds cpu = thread_cpu_time();
+        Instant last = start;
+        while (last < end && !samples_.full()) {
+            const Instant now = monotonic_now();
+            if (now - last > gap_) {
+                note(start, last, cpu);
+                start = now;
+                cpu = thread_cpu_time();
+            }
+            last = now;
+        }
+    }
+
+    /// The first and the last burst are cut off by the run's ends: left out.
+    void summarise(Bursts& bursts) const {
+        const std::vector<std::int64_t> taken = samples_.taken();
+        const std::size_t count = taken.size() / 3;
+        if (count < 4) {
+            bursts.failure = "never held back: " + std::to_string(count) + " bursts";
+            return;
+        }
+        for (std::size_t i = 1; i + 1 < count; ++i)
+            bursts.lengths_ns.push_back(taken[3 * i + 1] - taken[3 * i]);
+        const std::size_t first = 3, last = 3 * (count - 1);
+        bursts.utilisation = static_cast<double>(taken[last + 2] - taken[first + 2]) /
+                             static_cast<double>(taken[last] - taken[first]);
+    }
+
+  private:
+    void note(Instant start, Instant end, Nanoseconds cpu) {
+        samples_.push(to_ns(start));
+        samples_.push(to_ns(end));
+        samples_.push(to_ns(cpu));
+    }
+    Nanoseconds gap_;
+    SharedSamples samples_;
+};
+
+struct Spinner {
+    BurstLog* log;
+    Nanoseconds length;
+};
+
+void spin_entry(void* context) {
+    const Spinner& spinner = *static_cast<const Spinner*>(context);
+    spinner.log->spin(monotonic_now() + spinner.length);
+}
+
+int play_sporadic_server(BurstLog& log, BudgetCase budget, Nanoseconds length,
+                         const std::string& guarantee_path) {
+    auto opened = LinuxBoard::open({});
+    if (!opened) return 1;
+    LinuxBoard& board = *opened.value();
+    Spinner spinner{.log = &log, .length = length};
+    const board::VcpuSpec spec{.id = 1,
+                               .budget = budget.budget,
+                               .period = budget.period,
+                               .core = board.core_count() - 1,
+                               .name = "busy",
+                               .entry = &spin_entry,
+                               .context = &spinner};
+    if (!board.start(std::span{&spec, 1})) return 1;
+    std::ofstream{guarantee_path} << apps::guarantee_json(board.guarantee());
+    board.request_stop();
+    board.run(board.now() + length + 2s);
+    return 0;
+}
+
+int play_sched_deadline(BurstLog& log, BudgetCase budget, Nanoseconds length) {
+    static_cast<void>(::mlockall(MCL_CURRENT | MCL_FUTURE));
+    DeadlineAttributes attributes;
+    attributes.runtime_ns = static_cast<std::uint64_t>(budget.budget.count());
+    attributes.deadline_ns = attributes.period_ns = static_cast<std::uint64_t>(budget.period.count());
+    if (::syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) return errno == EPERM ? 77 : 1;
+    log.spin(monotonic_now() + length);
+    return 0;
+}
+
+Bursts summary(const BurstLog& log, std::string failure) {
+    Bursts bursts;
+    bursts.failure = std::move(failure);
+    if (bursts.failure.empty()) log.summarise(bursts);
+    return bursts;
+}
+
+}  // namespace
+
+Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length) {
+    BurstLog log{budget, length};
+    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".budget";
+    Bursts bursts = summary(
+        log, run_child([&] { return play_sporadic_server(log, budget, length, report); }, length + 5s));
+    std::ifstream file{report};
+    bursts.guarantee = Json::parse(file, nullptr, false);
+    std::filesystem::remove(report);
+    return bursts;
+}
+
+Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length) {
+    BurstLog log{budget, length};
+    std::string failure = run_child([&] { return play_sched_deadline(log, budget, length); }, length + 5s);
+    if (failure == "ended with status 77") failure = "SCHED_DEADLINE is for root";
+    return summary(log, std::move(failure));
+}
+
+}  // namespace qduino::bench

@@ -1,0 +1,34 @@
+// A loop that never waits, under a budget: how long it runs at a stretch, and how much of the core it gets.
+//
+//   wall clock   ███████████··························███████████························███
+//                └── burst ┘└── held back (> gap) ───┘└── burst ┘
+//   a reading of the clock every 30 ns or so; two readings further apart than `gap` are the end of one burst and the start of the next
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+#include "bench/rig/report.h"
+
+namespace qduino::bench {
+
+struct BudgetCase {
+    Nanoseconds budget;
+    Nanoseconds period;
+};
+
+struct Bursts {
+    std::vector<std::int64_t>
+        lengths_ns;          ///< of whole bursts, by the wall clock: what another task has to wait
+    double utilisation = 0;  ///< CPU time over wall time, from one burst's start to a later one's
+    Json guarantee;
+    std::string failure;
+};
+
+/// SCHED_FIFO at the board's priority on the last core, its budget kept by sched/'s sporadic server.
+Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length);
+/// The kernel's constant-bandwidth server, with the same budget and period. Needs root.
+Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length);
+
+}  // namespace qduino::bench

@@ -1,0 +1,159 @@
+// bench-pulse-train: the paper's 10 kHz pulse train (RTAS 2017, sections III.C and V.A), and what a bare spin can do at the same time.
+//
+//   bench-pulse-train [--json] [--seconds S] [--rounds N] [--load idle|submission|both]
+//
+// The variants take turns within each round, so that what else happens on the machine (a hypervisor's above all) hits them alike;
+// their intervals are pooled over the rounds. Core 1 (the last) is the train's; this program and the load are on what is left.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <map>
+
+#include "bench/pulse_train/trains.h"
+#include "bench/rig/child.h"
+#include "bench/rig/options.h"
+#include "bench/rig/samples.h"
+
+namespace qduino::bench {
+namespace {
+
+struct Variant {
+    const char* name;
+    Train (*run)(Nanoseconds length);
+};
+
+constexpr std::array kVariants{
+    Variant{"listing1", &run_listing1},
+    Variant{"listing2", [](Nanoseconds length) { return run_sketch("pulse-train-linux", length); }},
+    Variant{"absolute", [](Nanoseconds length) { return run_sketch("pulse-train-absolute-linux", length); }},
+    Variant{"floor", &run_floor},
+};
+
+/// The intervals of one variant under one load, over all rounds.
+struct Pool {
+    std::vector<std::int64_t> intervals_ns;
+    std::uint64_t lost_edges = 0;
+
+    void add(const Train& train) {
+        const auto intervals = sorted_intervals(train.rising_ns);
+        intervals_ns.insert(intervals_ns.end(), intervals.begin(), intervals.end());
+        lost_edges += train.lost_edges;
+    }
+    [[nodiscard]] double mean_hz() const {
+        double sum_ns = 0;
+        for (const std::int64_t interval : intervals_ns) sum_ns += static_cast<double>(interval);
+        return sum_ns > 0 ? 1e9 * static_cast<double>(intervals_ns.size()) / sum_ns : 0;
+    }
+};
+
+using Pools = std::map<std::pair<std::string, std::string>, Pool>;  // by variant and load
+
+Json row(const std::string& variant, const std::string& load, Pool& pool) {
+    auto& sorted = pool.intervals_ns;
+    std::sort(sorted.begin(), sorted.end());
+    return {{"variant", variant},
+            {"load", load},
+            {"mean_hz", pool.mean_hz()},
+            {"interval_ns_p50", percentile(sorted, 0.5)},
+            {"interval_ns_p99", percentile(sorted, 0.99)},
+            {"interval_ns_p999", percentile(sorted, 0.999)},
+            {"interval_ns_p9999", percentile(sorted, 0.9999)},
+            {"interval_ns_max", sorted.empty() ? 0 : sorted.back()},
+            {"intervals", sorted.size()},
+            {"lost_edges", pool.lost_edges}};
+}
+
+/// Every variant once. False: one could not run; said.
+bool play_round(const Options& options, const std::string& load, Pools& pools, Json& guarantee) {
+    for (const Variant& variant : kVariants) {
+        std::fprintf(stderr, "%-10s %-9s %.0f s …\n", load.c_str(), variant.name, options.seconds);
+        const Train train = variant.run(from_seconds(options.seconds));
+        if (interrupted()) return false;
+        if (!train.failure.empty()) {
+            std::fprintf(stderr, "%s: %s\n", variant.name, train.failure.c_str());
+            return false;
+        }
+        pools[{variant.name, load}].add(train);
+        if (!train.guarantee.is_discarded() && !train.guarantee.is_null())
+            guarantee[variant.name] = train.guarantee;
+    }
+    return true;
+}
+
+/// What the project holds itself to; a remark each, with the figure.
+std::vector<std::string> verdicts(const Report& report) {
+    std::map<std::pair<std::string, std::string>, const Json*> at;
+    for (const Json& each : report.results) at[{each["variant"], each["load"]}] = &each;
+    std::vector<std::string> lines;
+    const auto say = [&](bool good, const char* format, auto... values) {
+        char text[160];
+        std::snprintf(text, sizeof text, format, values...);
+        lines.push_back(std::string(good ? "  holds     " : "  MISSED    ") + text);
+    };
+    for (const char* load : {"idle", "submission"}) {
+        if (!at.contains({"listing2", load})) continue;
+        const double listing2 = (*at[{"listing2", load}])["mean_hz"];
+        const double absolute = (*at[{"absolute", load}])["mean_hz"];
+        const double tail = (*at[{"absolute", load}])["interval_ns_p999"].get<double>() /
+                            (*at[{"floor", load}])["interval_ns_p999"].get<double>();
+        say(listing2 >= 9980, "%s: Listing 2 runs at %.1f Hz; at least 9980", load, listing2);
+        say(std::abs(absolute - 10'000) <= 0.2, "%s: absolute runs at %.3f Hz; 10000 within 0.2", load,
+            absolute);
+        say(tail <= 1.15, "%s: absolute's 99.9 %% interval is %.3f of the floor's; at most 1.15", load, tail);
+    }
+    if (at.contains({"listing2", "idle"}) && at.contains({"listing2", "submission"})) {
+        const double idle = (*at[{"listing2", "idle"}])["mean_hz"];
+        const double loaded = (*at[{"listing2", "submission"}])["mean_hz"];
+        say(std::abs(loaded / idle - 1) <= 0.0005,
+            "Listing 2 under load against idle: %.5f; within 0.0005 of 1", loaded / idle);
+    }
+    return lines;
+}
+
+/// Everything that the board could not have, once.
+void add_shortfalls(Report& report) {
+    for (const auto& [variant, guarantee] : report.guarantee.items()) {
+        for (const char* list : {"loops", "cores"}) {
+            for (const Json& each : guarantee.value(list, Json::array())) {
+                const std::string text = each.value(std::string{list} == "loops" ? "shortfall" : "note", "");
+                if (!text.empty()) report.remarks.push_back("  not had   " + variant + ": " + text);
+            }
+        }
+    }
+}
+
+int run(const Options& options) {
+    Report report;
+    report.guarantee = Json::object();
+    Pools pools;
+    const bool played = under_each_load(options, report, [&](const std::string& load) {
+        for (int round = 0; round < options.rounds; ++round) {
+            if (!play_round(options, load, pools, report.guarantee)) return false;
+        }
+        for (const Variant& variant : kVariants)
+            report.results.push_back(row(variant.name, load, pools[{variant.name, load}]));
+        return true;
+    });
+    if (!played) return 1;
+    for (std::string& line : verdicts(report)) report.remarks.push_back(std::move(line));
+    add_shortfalls(report);
+    print(report, options.json);
+    return 0;
+}
+
+}  // namespace
+}  // namespace qduino::bench
+
+int main(int argc, char** argv) {
+    using namespace qduino::bench;
+    Options options;
+    const auto leave = parse_options(
+        options, argc, argv,
+        "A 10 kHz pulse train: the paper's Listing 1 and 2, an absolute-deadline variant, and a bare spin.",
+        "As root the train has a core of its own; as an ordinary user it runs too, and says what it could "
+        "not "
+        "have.\nThe machine is restored after every run. Example: bench-pulse-train --json > "
+        "pulse_train.json",
+        true);
+    return leave ? *leave : run(options);
+}

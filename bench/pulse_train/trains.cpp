@@ -1,0 +1,190 @@
+#include "bench/pulse_train/trains.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "apps/guarantee/guarantee_report.h"
+#include "bench/rig/child.h"
+#include "bench/rig/samples.h"
+#include "board/linux/linux_board.h"
+#include "board/linux/pins_server.h"
+
+namespace qduino::bench {
+namespace {
+
+using namespace board::linux;
+
+/// Until a train runs evenly: pages touched, caches warm.
+constexpr Nanoseconds kStart = 300ms;
+/// For making and giving back a core, beside the length of the train itself.
+constexpr Nanoseconds kOverhead = 8s;
+
+/// The machine at the other end of the pins: writes down when pin 6 rises.
+class EdgeRecorder final : public board::Peripherals {
+  public:
+    void pin_written(Instant now, board::PinId pin, board::Level level) override {
+        if (pin.number == kTrainPin && level == board::Level::high) rising_ns.push_back(to_ns(now));
+    }
+    void pwm_written(Instant, board::PinId, double) override {}
+    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
+    double analog_level(Instant, board::PinId) override { return 0; }
+    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
+                              std::span<std::uint8_t>) override {
+        return make_error(ErrorCode::timed_out, "nothing is wired here");
+    }
+    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
+        return {};
+    }
+    std::vector<std::int64_t> rising_ns;
+};
+
+/// A file of virtual pins of this process, and what crossed them.
+class Pins {
+  public:
+    Pins() : path_("/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".pins") {
+        auto created = PinsServer::create(path_);
+        if (created) server_.emplace(std::move(created.value()));
+    }
+    ~Pins() { std::filesystem::remove(path_); }
+    [[nodiscard]] bool ready() const { return server_.has_value(); }
+    [[nodiscard]] const std::string& path() const { return path_; }
+    void poll() {
+        while (server_->poll(monotonic_now(), recorder_) > 0) {
+        }
+    }
+    [[nodiscard]] std::uint64_t lost() const { return server_->faults().lost; }
+    std::vector<std::int64_t>& rising_ns() { return recorder_.rising_ns; }
+
+  private:
+    std::string path_;
+    std::optional<PinsServer> server_;
+    EdgeRecorder recorder_;
+};
+
+void drop_start(std::vector<std::int64_t>& instants) {
+    if (instants.empty()) return;
+    const std::int64_t from = instants.front() + to_ns(kStart);
+    instants.erase(instants.begin(), std::lower_bound(instants.begin(), instants.end(), from));
+}
+
+Train seen_on(Pins& pins, std::string failure) {
+    ::usleep(20'000);  // what a dead writer held back is let go
+    pins.poll();
+    Train train;
+    train.failure = std::move(failure);
+    train.rising_ns = std::move(pins.rising_ns());
+    train.lost_edges = pins.lost();
+    drop_start(train.rising_ns);
+    if (train.rising_ns.size() < 2 && train.failure.empty()) train.failure = "made no pulses";
+    return train;
+}
+
+Json guarantee_in(const std::string& path) {
+    std::ifstream file{path};
+    return Json::parse(file, nullptr, false);
+}
+
+/// The paper's Listing 1, with virtual pins in place of its GPIO calls.
+int play_listing1(const std::string& pins_path, Nanoseconds length) {
+    VirtualPins pins;
+    constexpr board::VcpuId kWriter = 1;
+    const board::PinId pin{kTrainPin};
+    if (!pins.attach(pins_path) || !pins.open_writer(kWriter, true) ||
+        !pins.set_mode(kWriter, pin, board::PinMode::output))
+        return 1;
+    const Instant end = monotonic_now() + length;
+    const timespec wait{.tv_sec = 0, .tv_nsec = static_cast<long>(kTrainPeriod.count())};
+    while (monotonic_now() < end) {
+        ::nanosleep(&wait, nullptr);
+        pins.write(kWriter, pin, board::Level::high);
+        pins.write(kWriter, pin, board::Level::low);
+    }
+    return 0;
+}
+
+struct Floor {
+    LinuxBoard* board;
+    SharedSamples* samples;
+};
+
+/// Each instant of the grid as soon as the clock shows that it has come.
+void spin_floor(void* context) {
+    const Floor& floor = *static_cast<const Floor*>(context);
+    Instant due = monotonic_now() + kTrainPeriod;
+    while (!floor.board->stop_requested() && !floor.samples->full()) {
+        Instant now = monotonic_now();
+        while (now < due) now = monotonic_now();
+        floor.samples->push(to_ns(now));
+        due += kTrainPeriod;
+    }
+}
+
+int play_floor(SharedSamples& samples, Nanoseconds length, const std::string& guarantee_path) {
+    LinuxConfig config;
+    config.isolate = true;
+    auto opened = LinuxBoard::open(std::move(config));
+    if (!opened) return 1;
+    LinuxBoard& board = *opened.value();
+    Floor floor{.board = &board, .samples = &samples};
+    const board::VcpuSpec spec{.id = 1,
+                               .budget = kTrainPeriod,
+                               .period = kTrainPeriod,
+                               .core = board.core_count() - 1,
+                               .owns_core = true,
+                               .name = "floor",
+                               .entry = &spin_floor,
+                               .context = &floor};
+    if (!board.start(std::span{&spec, 1})) return 1;
+    std::ofstream{guarantee_path} << apps::guarantee_json(board.guarantee());
+    board.run(board.now() + length);
+    board.request_stop();
+    board.run(board.now() + 2s);
+    return 0;
+}
+
+}  // namespace
+
+Train run_listing1(Nanoseconds length) {
+    Pins pins;
+    if (!pins.ready()) return failed_train("no virtual pins to be had in /dev/shm");
+    std::string failure = run_child([&] { return play_listing1(pins.path(), length + kStart); },
+                                    length + kOverhead, [&] { pins.poll(); });
+    return seen_on(pins, std::move(failure));
+}
+
+Train run_sketch(const std::string& program, Nanoseconds length) {
+    Pins pins;
+    if (!pins.ready()) return failed_train("no virtual pins to be had in /dev/shm");
+    const std::string report = pins.path() + ".guarantee";
+    const std::string log = pins.path() + ".log";
+    const std::string seconds = std::to_string(to_seconds(length + kStart));
+    std::string failure =
+        run_program({program, "--pins", pins.path(), "--isolate", "--for", seconds, "--report", report},
+                    length + kOverhead, log, [&] { pins.poll(); });
+    const bool good = failure.empty();
+    Train train = seen_on(pins, std::move(failure));
+    train.guarantee = guarantee_in(report);
+    std::filesystem::remove(report);
+    if (good) std::filesystem::remove(log);
+    return train;
+}
+
+Train run_floor(Nanoseconds length) {
+    SharedSamples samples{static_cast<std::size_t>((length + kStart) / kTrainPeriod) + 1000};
+    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".floor";
+    std::string failure =
+        run_child([&] { return play_floor(samples, length + kStart, report); }, length + kOverhead);
+    Train train;
+    train.failure = std::move(failure);
+    train.rising_ns = samples.taken();
+    train.guarantee = guarantee_in(report);
+    std::filesystem::remove(report);
+    drop_start(train.rising_ns);
+    if (train.rising_ns.size() < 2 && train.failure.empty()) train.failure = "took no samples";
+    return train;
+}
+
+}  // namespace qduino::bench

@@ -1,0 +1,44 @@
+// The pulse trains that bench-pulse-train compares, each made in a process of its own.
+//
+//   listing1   nanosleep(100 µs), write 1, write 0       an ordinary Linux process, as in the paper's Listing 1
+//   listing2   sketches/pulse_train                      a loop that owns its core and spins 100 µs, then writes, after Listing 2
+//   absolute   sketches/pulse_train_absolute             the same with delayBusyUntil(t += 100 µs): no drift
+//   floor      a bare spin over the same instants        no pins, no sketch: what this core can do at all
+//
+// The first three are seen from outside, by the edges on virtual pin 6, with the time that the board stamped on each.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/time.h"
+#include "bench/rig/report.h"
+
+namespace qduino::bench {
+
+/// What one run of one train gave.
+struct Train {
+    std::vector<std::int64_t>
+        rising_ns;  ///< instants of the rising edges, in order; those of the start left out
+    std::uint64_t lost_edges = 0;
+    Json guarantee;       ///< what the board said; null for listing1
+    std::string failure;  ///< empty: it ran to its end
+};
+
+/// A train that did not run.
+inline Train failed_train(std::string failure) {
+    Train train;
+    train.failure = std::move(failure);
+    return train;
+}
+
+inline constexpr Nanoseconds kTrainPeriod = 100us;
+inline constexpr int kTrainPin = 6;
+
+Train run_listing1(Nanoseconds length);
+/// `program`: pulse-train-linux or pulse-train-absolute-linux.
+Train run_sketch(const std::string& program, Nanoseconds length);
+Train run_floor(Nanoseconds length);
+
+}  // namespace qduino::bench

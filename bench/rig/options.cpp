@@ -1,0 +1,54 @@
+#include "bench/rig/options.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "bench/rig/load.h"
+
+namespace qduino::bench {
+
+std::optional<int> parse_options(Options& options, int argc, char** argv, const std::string& description,
+                                 const std::string& footer, bool has_load) {
+    CLI::App app(description);
+    app.footer(footer);
+    app.add_flag("--json", options.json, "Print one JSON object");
+    app.add_option("--seconds", options.seconds, "Length of each run")
+        ->check(CLI::Range(0.5, 20.0))
+        ->capture_default_str();
+    app.add_option("--rounds", options.rounds, "Runs of each, in turn")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
+    if (has_load) {
+        app.add_option("--load", options.load, "What else the machine does")
+            ->check(CLI::IsMember({"idle", "submission", "both"}))
+            ->capture_default_str();
+    }
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error);
+    }
+    return std::nullopt;
+}
+
+bool under_each_load(const Options& options, Report& report,
+                     const std::function<bool(const std::string& load)>& play) {
+    for (const std::string load : {"idle", "submission"}) {
+        if (options.load != "both" && options.load != load) continue;
+        SubmissionLoad submission;
+        if (load == "submission") {
+            if (const std::string failure = submission.start(); !failure.empty()) {
+                std::fprintf(stderr, "submission load: %s\n", failure.c_str());
+                return false;
+            }
+        }
+        if (!play(load)) return false;
+        if (load != "submission") continue;
+        submission.stop();
+        report.remarks.push_back("  load      " + std::to_string(submission.uploads()) + " uploads, " +
+                                 std::to_string(static_cast<int>(submission.megabytes())) + " MB");
+    }
+    return true;
+}
+
+}  // namespace qduino::bench

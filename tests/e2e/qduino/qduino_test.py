@@ -1,0 +1,295 @@
+"""qduino as a person runs it: new, build, check, sim, trace, run, restore; exit codes, files, messages."""
+
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = sys.argv.pop(1)
+
+# The golden case of ARCHITECTURE.md: the bound refuses it, completion time admits it. Its loops must not run during a check.
+GOLDEN = """
+void setup() { Serial.begin(9600); Serial.println("setup was here"); }
+void loop(1, 30, 100, 0) { abort(); }
+void loop(2, 20, 100, 0) { abort(); }
+void loop(3, 4, 10, 0) { abort(); }
+"""
+ONE_TOO_MANY = "void loop(4, 10001us, 100ms, 0) { abort(); }\n"
+
+
+class Qduino(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"))
+        for name in ("QDUINO_HOME", "CXX", "CC", "CXXFLAGS", "CFLAGS", "LDFLAGS"):
+            self.environment.pop(name, None)
+
+    def write(self, name, content):
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content, encoding="utf-8")
+        return str(path)
+
+    def run_qduino(self, *arguments, status=0, **environment):
+        done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, env=dict(self.environment, **environment),
+                              capture_output=True, text=True, timeout=120, check=False)
+        self.assertEqual(done.returncode, status, f"{arguments}\n{done.stdout}\n{done.stderr}")
+        return done
+
+    def test_from_new_to_a_trace(self):
+        self.assertEqual(self.run_qduino("new", "blinker").stdout, "blinker/blinker.ino\n")
+        ino = self.folder / "blinker" / "blinker.ino"
+        made = ino.read_bytes()
+        refused = self.run_qduino("new", "blinker", status=1)
+        self.assertIn("exists already", refused.stderr)
+        self.assertEqual(ino.read_bytes(), made)
+        self.run_qduino("new", status=106)
+        self.assertIn("no such command: bulid", self.run_qduino("bulid", status=109).stderr)
+        self.assertIn("a sketch's name", self.run_qduino("new", "a b", status=1).stderr)
+
+        built = self.run_qduino("build", "blinker")
+        programs = [pathlib.Path(line) for line in built.stdout.splitlines()]
+        self.assertEqual([p.name for p in programs], ["blinker-sim", "blinker-linux"])
+        self.assertTrue(all(os.access(p, os.X_OK) for p in programs))
+        self.assertIn("Compiling blinker.ino", built.stderr)
+        again = self.run_qduino("build", ino)
+        self.assertEqual(again.stderr, "blinker is up to date\n")
+        self.assertEqual(again.stdout, built.stdout)
+        copied = self.run_qduino("build", "blinker", "--only", "sim", "--output", "out")
+        self.assertEqual(copied.stdout, "out/blinker-sim\n")
+        self.assertEqual((self.folder / "out" / "blinker-sim").read_bytes(), programs[0].read_bytes())
+
+        # A source that joins, with a warning: the rest is not made again; the warning is said again.
+        self.write("blinker/src/deep/extra.c", "int extra(void) { int unused; return 1; }\n")
+        grown = self.run_qduino("build", "blinker")
+        self.assertIn("Compiling src/deep/extra.c", grown.stderr)
+        self.assertNotIn("Compiling blinker.ino", grown.stderr)
+        self.assertIn("unused variable", grown.stderr)
+        self.assertNotIn("\033", grown.stderr)
+        quiet = self.run_qduino("build", "blinker")
+        self.assertNotIn("Compiling", quiet.stderr)
+        self.assertIn("unused variable", quiet.stderr)
+        self.assertIn("-c ", self.run_qduino("build", "blinker", "--verbose", CXXFLAGS="-DOTHER").stderr)
+
+        runs = [self.run_qduino("sim", "blinker", "--for", "3.5", "--seed", "3") for _ in range(2)]
+        self.assertEqual(runs[0].stdout.split(), ["blinks:", "1", "blinks:", "3", "blinks:", "5", "blinks:", "7"])
+        self.assertEqual(runs[0].stderr.splitlines()[-1], runs[1].stderr.splitlines()[-1])
+        self.assertRegex(runs[0].stderr, r"4\.000000 s, trace hash [0-9a-f]{16}")
+
+        traced = self.run_qduino("trace", "blinker", "--for", "1")
+        self.assertIn("blinker-trace.json", traced.stderr)
+        with open(self.folder / "blinker-trace.json", encoding="utf-8") as file:
+            names = [event["name"] for event in json.load(file)]
+        self.assertEqual(names.count("release"), 4 + 1 + 2)  # and the two that a stop lets begin
+        if os.geteuid() != 0:
+            self.assertIn("run this as root", self.run_qduino("trace", "blinker", "--linux", status=1).stderr)
+        elif not os.path.isdir("/sys/kernel/tracing/instances") and not os.path.isdir("/sys/kernel/debug/tracing/instances"):
+            self.assertIn("mount -t tracefs", self.run_qduino("trace", "blinker", "--linux", status=1).stderr)
+        self.run_qduino("trace", "blinker", "--linux", "--seed", "3", status=108)  # the simulator's alone
+
+    def test_compile_errors_point_into_the_ino(self):
+        self.write("two/two.ino", "void setup() {}\nvoid loop() {\n  helper(1);\n}\n")
+        self.write("two/second.ino", "// a tab\n\nvoid helper(int n) {\n  number = n;\n}\n")
+        failed = self.run_qduino("build", "two", status=1)
+        self.assertRegex(failed.stderr, r"second\.ino:4:\d+: error: .*number")
+        self.assertNotIn("sketch.ino.cpp:", failed.stderr)
+        self.assertIn("two is not built", failed.stderr)
+        self.write("two/second.ino", "// a tab\n\nvoid helper(int n) {\n  (void)n;\n}\n")
+        self.run_qduino("build", "two", "--only", "sim")
+        self.assertIn("no .ino file", self.run_qduino("build", ".", status=1).stderr)
+        self.assertIn("no such sketch", self.run_qduino("sim", "nowhere", status=1).stderr)
+        home = self.run_qduino("build", "two", status=1, QDUINO_HOME="/nonexistent")
+        self.assertIn("QDUINO_HOME", home.stderr)
+
+    def test_what_the_bound_refuses_and_completion_time_admits_is_admitted(self):
+        sketch = self.write("golden.ino", GOLDEN)
+        checked = self.run_qduino("check", sketch)
+        self.assertIn("golden: admitted on 2 cores\n", checked.stdout)
+        self.assertIn("core 0: admitted, utilisation 0.9000 > bound 0.7798: completion time decides\n"
+                      "  loop 3   R = 4 ms <= T = 10 ms\n"
+                      "  loop 1   R = 50 ms <= T = 100 ms\n"
+                      "  loop 2   R = 86 ms <= T = 100 ms\n", checked.stdout)
+        self.assertIn("Overheads counted: none", checked.stdout)
+        self.assertNotIn("setup was here", checked.stdout + checked.stderr)
+        self.assertLessEqual(max(map(len, checked.stdout.splitlines())), 80)
+
+        report = json.loads(self.run_qduino("check", sketch, "--json").stdout)
+        self.assertEqual(list(report), ["sketch", "admitted", "board", "setup_ran", "loops", "io", "cores", "overheads",
+                                        "refusals", "explanation"])
+        self.assertEqual((report["sketch"], report["admitted"], report["setup_ran"]), ("golden", True, False))
+        self.assertEqual(report["board"], {"cores": 2, "file": None})
+        self.assertEqual(report["loops"][1], {
+            "id": 2, "core": 0, "budget_ns": 20_000_000, "period_ns": 100_000_000, "response_ns": 86_000_000, "meets": True,
+            "file": os.path.realpath(sketch), "line": 4})
+        self.assertEqual(report["cores"], [{"core": 0, "admitted": True, "by": "completion_time", "utilisation": 0.9,
+                                            "bound": 0.779763}])
+        self.assertEqual((report["io"], report["refusals"]), ([], []))
+        self.assertEqual(report["overheads"][0], {"core": 0, "release_ns": 0, "enforcement_ns": 0, "interferers": []})
+
+        # With what a board takes, the same set is refused.
+        board = self.write("busy.toml", "[sim.costs]\ncontext_switch = \"50 us\"\n"
+                                        "[[sim.interrupt]]\ndevice = \"nic\"\nrate_hz = 1000\ntop_half = \"100 us\"\n")
+        counted = self.run_qduino("check", sketch, "--board", board, status=2)
+        self.assertIn("core 0: 100 us per release", counted.stdout)
+        self.assertIn("interrupts: 100 us every 1 ms", counted.stdout)
+
+    def test_what_is_just_past_it_is_refused_with_reasons(self):
+        sketch = self.write("golden/golden.ino", GOLDEN + ONE_TOO_MANY)
+        refused = self.run_qduino("check", "golden", status=2)
+        self.assertIn("golden: REFUSED on 2 cores\n", refused.stdout)
+        self.assertIn("loop 4 (10.001 ms in 100 ms) is refused on core 0:\n"
+                      "  R = 186.001 ms > T = 100 ms\n"
+                      "  who takes its 100 ms, at worst:\n"
+                      "    loop 4 itself                      10.001 ms\n"
+                      "    loop 3                                 40 ms\n"
+                      "    loop 1                                 30 ms\n"
+                      "    loop 2                                 20 ms\n"
+                      "    together                          100.001 ms\n"
+                      "  smallest change that would be admitted, each alone:\n"
+                      "    budget 10 ms (1 us less)\n"
+                      "    period 186.001 ms (86.001 ms more)\n"
+                      "    core 1\n", refused.stdout)
+
+        report = json.loads(self.run_qduino("check", "golden", "--json", "--cores", "1", status=2).stdout)
+        self.assertFalse(report["admitted"])
+        refusal = report["refusals"][0]
+        self.assertEqual(refusal, {
+            "because": "completion_time", "id": 4, "io": False, "core": 0, "budget_ns": 10_001_000, "period_ns": 100_000_000,
+            "late_loop": 4, "response_ns": 186_001_000,
+            "shares": [{"kind": "own", "id": 4, "name": None, "amount_ns": 10_001_000},
+                       {"kind": "loop", "id": 3, "name": None, "amount_ns": 40_000_000},
+                       {"kind": "loop", "id": 1, "name": None, "amount_ns": 30_000_000},
+                       {"kind": "loop", "id": 2, "name": None, "amount_ns": 20_000_000}],
+            "smallest_change": {"budget_ns": 10_000_000, "budget_less_by_ns": 1000, "period_ns": 186_001_000,
+                                "period_more_by_ns": 86_001_000, "core": None},
+            "file": os.path.realpath(sketch), "line": 6, "with_io": None})
+        self.assertIn("loop 4", report["explanation"])
+
+        # It is refused when it is to run, too, before anything of it has.
+        for command in ("sim", "trace"):
+            done = self.run_qduino(command, "golden", status=2)
+            self.assertIn("golden.ino:6: loop 4", done.stderr)
+            self.assertNotIn("setup was here", done.stdout)
+
+    def test_io_vcpus_that_setup_declares_are_in_the_table(self):
+        self.write("io/io.ino", """
+            void pressed() {}
+            void setup() {
+              Serial.begin(9600);
+              Serial.println("setup was here");
+              const int budget = getenv("TOO_MUCH") ? 60 : 1;
+              attachInterruptVcpu(2, pressed, RISING, budget, 100, 0);
+            }
+            void loop(1, 40, 100, 0) { abort(); }
+        """)
+        done = self.run_qduino("check", "io", "--json")
+        self.assertIn("setup was here", done.stderr)
+        report = json.loads(done.stdout)
+        self.assertTrue(report["admitted"] and report["setup_ran"])
+        self.assertEqual(report["io"], [{"id": 33, "core": 0, "budget_ns": 1_000_000, "period_ns": 100_000_000}])
+        self.assertIn("io 33 ", self.run_qduino("check", "io").stdout)
+
+        refused = self.run_qduino("check", "io", status=2, TOO_MUCH="1")
+        self.assertIn("I/O VCPU 33 (60 ms in 100 ms), which setup() asks for, is refused. With it,\n"
+                      "loop 1 (40 ms in 100 ms) is refused on core 0:\n", refused.stdout)
+        report = json.loads(self.run_qduino("check", "io", "--json", status=2, TOO_MUCH="1").stdout)
+        self.assertFalse(report["admitted"])
+        self.assertEqual([r["with_io"] for r in report["refusals"]],
+                         [{"id": 33, "core": 0, "budget_ns": 60_000_000, "period_ns": 100_000_000}])
+
+    def test_a_trace_has_every_kind_of_event(self):
+        self.write("busy/busy.ino", """
+            void setup() {}
+            void loop(1, 1, 5, 0) { delayBusyMicroseconds(200); waitForNextPeriod(); }
+            void loop(2, 20, 50, 0) { delayBusyMicroseconds(10000); waitForNextPeriod(); }
+            void loop(3, 2, 100, 0) { delayBusyMicroseconds(250000); waitForNextPeriod(); }
+        """)
+        board = self.write("nic.toml", "[[sim.interrupt]]\ndevice = \"nic\"\nrate_hz = 500\ntop_half = \"20 us\"\n")
+        self.run_qduino("trace", "busy", "--board", board, "--for", "5", "-o", "busy.json")
+        with open(self.folder / "busy.json", encoding="utf-8") as file:
+            events = json.load(file)
+        instants = {event["name"] for event in events if event["ph"] == "i"}
+        self.assertEqual(instants, {"release", "preempt", "throttle", "replenish", "overrun", "interrupt", "block", "finish"})
+        self.assertEqual({event["args"]["device"] for event in events if event["name"] == "interrupt"}, {"nic"})
+        threads = {event["args"]["name"] for event in events if event["name"] == "thread_name"}
+        self.assertEqual(threads, {"loop 1", "loop 2", "loop 3", "interrupts"})
+        times = [event["ts"] for event in events if event["ph"] == "i"]
+        self.assertEqual(times, sorted(times))
+        # Loop 3 always wants more than its 2 ms in every 100 ms, and never has it.
+        stretches = [event["dur"] for event in events if event["ph"] == "X" and event["name"] == "loop 3"]
+        self.assertLess(sum(stretches), 51 * 2000)
+        self.assertGreater(sum(stretches), 25 * 2000)
+
+        wrong = self.write("wrong.toml", "[sim]\nclock = 3\n")
+        for command in ("sim", "check", "trace", "run"):
+            done = self.run_qduino(command, "busy", "--board", wrong, status=1)
+            self.assertRegex(done.stderr, r"wrong\.toml:2: \[sim\] 'clock' is not known; accepted: cores, seed")
+        done = self.run_qduino("sim", "busy", "--board", self.write("cores.toml", "[sim]\ncores = 4\n[[sim.interrupt]]\n"
+                               "device = \"nic\"\nrate_hz = 1\ncore = 3\n"), "--cores", "1", status=1)
+        self.assertIn("on core 3, but there are only 1 cores", done.stderr)
+
+    def test_run_holds_the_safe_states_and_reports_the_guarantees(self):
+        self.write("lamp/lamp.ino", """
+            #include <fstream>
+            void setup() {
+              std::ifstream words("/proc/self/cmdline");
+              for (std::string word; std::getline(words, word, '\\0');) printf("%s ", word.c_str());
+              fflush(stdout);
+              pinMode(5, OUTPUT);
+              safeState(5, LOW);
+            }
+            void loop(1, 1, 20) {
+              digitalWrite(5, HIGH);
+              if (getenv("DIE")) abort();
+              waitForNextPeriod();
+            }
+        """)
+        done = self.run_qduino("run", "lamp", "--best-effort", "--for", "0.3", "--report", "held.json")
+        self.assertIn("No pins are named", done.stderr)
+        self.assertIn("What holds on this board (linux, best effort", done.stderr)
+        with open(self.folder / "held.json", encoding="utf-8") as file:
+            report = json.load(file)
+        self.assertEqual([loop["id"] for loop in report["loops"]], [1])
+        self.assertFalse(report["loops"][0]["priority_enforced"])
+        self.assertIn("SCHED_FIFO was not asked for", report["loops"][0]["shortfall"])
+
+        died = self.run_qduino("run", "lamp", "--best-effort", status=134, DIE="1")
+        self.assertRegex(died.stderr, r"died of signal 6 .*; 1 pins forced to their safe states")
+        # Its pins were in memory, and are gone with it.
+        for run in (done, died):
+            pins = re.search(r"--pins (/dev/shm/qduino-\w+)/pins", run.stdout)
+            self.assertTrue(pins, run.stdout)
+            self.assertFalse(os.path.exists(pins[1]))
+
+        # A signal to qduino alone stops the sketch, and well.
+        running = subprocess.Popen([PROGRAM, "run", "lamp", "--best-effort"], cwd=self.folder, env=self.environment, text=True,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        self.addCleanup(running.kill)
+        for line in running.stderr:
+            if line.startswith("What holds"):
+                break
+        running.send_signal(signal.SIGTERM)
+        rest = running.communicate(timeout=60)[1]
+        self.assertEqual(running.returncode, 0, rest)
+        self.assertIn("it ended with status 0; 1 pins forced to their safe states", rest)
+
+    def test_restore_undoes_what_a_dead_sketch_left(self):
+        self.assertIn("Nothing to undo", self.run_qduino("restore", "--state", self.folder / "none").stdout)
+        setting = self.write("setting", "0\n")
+        with open("/proc/sys/kernel/random/boot_id", encoding="utf-8") as file:
+            boot = file.read().strip()
+        state = self.write("settings.state", f"qduino-settings 1 {boot}\nwrite\t{setting}\t3\n")
+        self.assertIn("is as it was before", self.run_qduino("restore", "--state", state).stdout)
+        self.assertEqual(pathlib.Path(setting).read_text(encoding="utf-8").strip()[0], "3")
+        self.assertIn("Nothing to undo", self.run_qduino("restore", "--state", state).stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

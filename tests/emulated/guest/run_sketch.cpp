@@ -1,0 +1,39 @@
+#include "tests/emulated/guest/run_sketch.h"
+
+#include <cstdio>
+#include <string>
+
+#include "apps/guarantee/guarantee_report.h"
+#include "apps/host/bind_linux.h"
+
+namespace qduino::emulated {
+namespace {
+
+int fail(std::string_view message) {
+    std::printf("emulated: %.*s\n", static_cast<int>(message.size()), message.data());
+    return 2;
+}
+
+}  // namespace
+
+int run_sketch(board::linux::LinuxConfig config, Nanoseconds longest) {
+    auto opened = board::linux::LinuxBoard::open(std::move(config));
+    if (!opened) return fail(opened.error().message);
+    board::linux::LinuxBoard& board = **opened;
+    runtime::Runtime<board::linux::LinuxBoard> runtime(board);
+    port::bind(&runtime);
+    if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun) {
+        fail(runtime.explanation());
+        return fail(begun.error().message);
+    }
+    runtime.run(board.now() + longest);
+    const bool stopped = board.stop_requested();
+    const board::GuaranteeReport report = board.guarantee();
+    std::printf("%sguarantee: %s\n", apps::guarantee_text(report).c_str(),
+                apps::guarantee_json(report).c_str());
+    board.request_stop();
+    runtime.run(board.now() + 2s);
+    return stopped ? 0 : 1;
+}
+
+}  // namespace qduino::emulated

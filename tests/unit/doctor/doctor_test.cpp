@@ -1,0 +1,380 @@
+// The doctor, on machines that are folders: a good one, and the same with one thing wrong at a time.
+#include "apps/doctor/doctor.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+
+#include "apps/doctor/finding.h"
+#include "tests/unit/linux/fake_machine.h"
+
+namespace qduino::apps {
+namespace {
+
+using board::linux::test::FakeMachine;
+using Json = nlohmann::json;
+
+constexpr const char* kState = "/run/qduino/settings.state";
+
+struct Said {
+    int result = -1;
+    std::string text;
+};
+
+Said ask(const FakeMachine& machine, bool json) {
+    char* text = nullptr;
+    std::size_t size = 0;
+    std::FILE* out = ::open_memstream(&text, &size);
+    Said said;
+    said.result = run_doctor({json, machine.root()}, out);
+    std::fclose(out);
+    said.text.assign(text, size);
+    ::free(text);
+    return said;
+}
+
+/// A PC with Debian's real-time kernel, booted for a loop on core 1, asked by root.
+void furnish_well(FakeMachine& m) {
+    m.put("/sys/class/dmi/id/product_name", "Test Board 4000");
+    m.put("/sys/devices/system/cpu/online", "0-3");
+    m.put("/sys/devices/system/cpu/isolated", "");
+    m.put("/sys/devices/system/cpu/nohz_full", "1");
+    m.put("/sys/devices/system/cpu/cpu1/topology/thread_siblings_list", "1");
+    m.put("/sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "performance");
+    m.put("/sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc");
+    m.put("/sys/devices/system/clocksource/clocksource0/available_clocksource", "tsc hpet acpi_pm");
+    m.put("/sys/kernel/mm/transparent_hugepage/enabled", "always [madvise] never");
+    m.put("/sys/kernel/debug/sched/fair_server/cpu1/runtime", "50000000");
+    m.put("/sys/fs/cgroup/cgroup.controllers", "cpuset cpu io memory pids");
+    m.put("/sys/kernel/irq/10/actions", "ahci");
+    m.put("/proc/irq/10/smp_affinity_list", "0-3");
+    m.put("/proc/irq/10/effective_affinity_list", "0");
+    m.put("/proc/irq/default_smp_affinity", "f");
+    m.put("/proc/sys/kernel/osrelease", "6.12.30-rt-amd64");
+    m.put("/proc/sys/kernel/version", "#1 SMP PREEMPT_RT Debian 6.12.30-1");
+    m.put("/proc/sys/kernel/arch", "x86_64");
+    m.put("/proc/sys/kernel/sched_rt_runtime_us", "950000");
+    m.put("/proc/cmdline", "root=/dev/sda1 nohz_full=1 quiet");
+    m.put("/proc/timer_list", "cpu: 0\n  .resolution: 1 nsecs");
+    m.put("/proc/cpuinfo", "processor : 0\nmodel name : Test CPU\nflags : fpu tsc");
+    m.put("/proc/stat", "cpu 100 0 50 1000 0 0 0 0 0 0");
+    m.put("/proc/swaps", "Filename Type Size Used Priority");
+    m.put("/proc/77/comm", "bash");
+    m.put("/proc/self/status", "Name: doctor\nCapEff:\t000001ffffffffff");
+    m.put("/boot/config-6.12.30-rt-amd64",
+          "CONFIG_HZ=250\nCONFIG_HIGH_RES_TIMERS=y\nCONFIG_CPUSETS=y\nCONFIG_NO_HZ_FULL=y\nCONFIG_RCU_NOCB_"
+          "CPU=y\n"
+          "CONFIG_GPIO_CDEV=y\nCONFIG_I2C_CHARDEV=m\nCONFIG_CPU_ISOLATION=y\nCONFIG_POSIX_TIMERS=y");
+    m.put("/etc/default/grub", "GRUB_CMDLINE_LINUX=\"\"");
+    m.put("/dev/gpiochip0", "");
+}
+
+TEST(Doctor, AGoodMachineNeedsNothing) {
+    FakeMachine machine;
+    furnish_well(machine);
+    const Said said = ask(machine, false);
+    EXPECT_EQ(said.result, 0) << said.text;
+    EXPECT_NE(said.text.find("Test Board 4000, 4 cores"), std::string::npos);
+    EXPECT_NE(said.text.find("\nAll 25 are as they should be.\n"), std::string::npos);
+    EXPECT_EQ(said.text.find("fix"), std::string::npos);
+}
+
+TEST(Doctor, SaysTheSameInJson) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/proc/78/comm", "irqbalance");
+    const Said said = ask(machine, true);
+    EXPECT_EQ(said.result, 1);
+    const Json json = Json::parse(said.text);
+    EXPECT_EQ(json.at("machine"), "Test Board 4000, 4 cores");
+    EXPECT_EQ(json.at("kernel"), "6.12.30-rt-amd64");
+    ASSERT_EQ(json.at("findings").size(), 25u);
+    const Json& finding = *std::find_if(json["findings"].begin(), json["findings"].end(),
+                                        [](const Json& f) { return f["id"] == "irqbalance"; });
+    EXPECT_EQ(finding.at("state"), "could be better");
+    EXPECT_EQ(finding.at("found"), "running");
+    EXPECT_FALSE(finding.at("why").get<std::string>().empty());
+    EXPECT_EQ(finding.at("fix"), "sudo systemctl disable --now irqbalance");
+}
+
+/// One thing wrong with a machine, and what is to be said of it. Nothing else may be blamed.
+struct Case {
+    const char* name;
+    const char* id;
+    const char* state;
+    const char* found;  ///< a part of it
+    const char* fix;    ///< a part of it
+    std::function<void(FakeMachine&)> spoil;
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class OneThingWrong : public testing::TestWithParam<Case> {};
+
+TEST_P(OneThingWrong, IsSaidWithItsFix) {
+    FakeMachine machine;
+    furnish_well(machine);
+    GetParam().spoil(machine);
+    const Said said = ask(machine, true);
+    EXPECT_EQ(said.result, 1);
+    std::string others;
+    const Json json = Json::parse(said.text);
+    bool seen = false;
+    for (const Json& finding : json.at("findings")) {
+        if (finding["id"] != GetParam().id) {
+            if (finding["state"] != "ok") others += finding.dump();
+            continue;
+        }
+        seen = true;
+        EXPECT_EQ(finding["state"], GetParam().state);
+        EXPECT_NE(finding["found"].get<std::string>().find(GetParam().found), std::string::npos) << finding;
+        EXPECT_NE(finding["fix"].get<std::string>().find(GetParam().fix), std::string::npos) << finding;
+    }
+    EXPECT_TRUE(seen);
+    EXPECT_EQ(others, "");
+}
+
+/// A case that writes one file.
+Case with(const char* name, const char* id, const char* state, const char* found, const char* fix,
+          const char* path, const char* text) {
+    return {name, id, state, found, fix, [=](FakeMachine& m) { m.put(path, text); }};
+}
+
+constexpr const char* kBetter = "could be better";
+constexpr const char* kMissing = "missing";
+constexpr const char* kNobody = "Name: doctor\nCapEff:\t0000000000000000";
+
+const Case kCases[] = {
+    with("dynamic_kernel", "preempt_rt", kBetter, "PREEMPT_DYNAMIC", "apt install linux-image-rt-amd64",
+         "/proc/sys/kernel/version", "#1 SMP PREEMPT_DYNAMIC Debian"),
+    with("option_not_built", "kernel_options", kBetter, "HZ=100, built without CPUSETS", "built with these",
+         "/boot/config-6.12.30-rt-amd64",
+         "CONFIG_HZ=100\nCONFIG_HIGH_RES_TIMERS=y\n# CONFIG_CPUSETS is not set\nCONFIG_NO_HZ_FULL=y\n"
+         "CONFIG_RCU_NOCB_CPU=y\nCONFIG_GPIO_CDEV=y\nCONFIG_I2C_CHARDEV=m\nCONFIG_CPU_ISOLATION=y\n"
+         "CONFIG_POSIX_TIMERS=y"),
+    with("coarse_timers", "timer_resolution", kMissing, "4000000 ns", "linux-image-rt-amd64",
+         "/proc/timer_list", "  .resolution: 4000000 nsecs"),
+    with("slow_clock", "clocksource", kBetter, "hpet, though tsc is there",
+         "echo tsc | sudo tee /sys/devices/system/clocksource/clocksource0/current_clocksource",
+         "/sys/devices/system/clocksource/clocksource0/current_clocksource", "hpet"),
+    {"slow_clock_only", "clocksource", kBetter, "acpi_pm", "tsc=reliable",
+     [](FakeMachine& m) {
+         m.put("/sys/devices/system/clocksource/clocksource0/current_clocksource", "acpi_pm");
+         m.put("/sys/devices/system/clocksource/clocksource0/available_clocksource", "hpet acpi_pm");
+     }},
+    with("one_core", "cores", kMissing, "1 core", "two cores", "/sys/devices/system/cpu/online", "0"),
+    with("no_cpuset_controller", "cpusets", kMissing, "without its cpuset controller",
+         "mount -t cgroup -o cpuset", "/sys/fs/cgroup/cgroup.controllers", "cpu io memory"),
+    {"nothing_mounted_but_isolcpus", "cpusets", kBetter, "isolcpus=1", "mount -t cgroup2",
+     [](FakeMachine& m) {
+         ::unlink(m.path("/sys/fs/cgroup/cgroup.controllers").c_str());
+         m.put("/sys/devices/system/cpu/isolated", "1");
+     }},
+    {"ticks", "nohz_full", kBetter, "no core's tick stops", "&nohz_full=1 /' /etc/default/grub",
+     [](FakeMachine& m) {
+         m.put("/sys/devices/system/cpu/nohz_full", "(null)");
+         m.put("/proc/cmdline", "quiet rcu_nocbs=1-3");
+     }},
+    {"rcu_callbacks", "rcu_nocbs", kBetter, "RCU callbacks", "&rcu_nocbs=1 /'",
+     [](FakeMachine& m) { m.put("/proc/cmdline", "quiet rcu_nocbs=2-3"); }},
+    with("hyper_threads", "smt", kBetter, "cores 1,3 share", "smt/control",
+         "/sys/devices/system/cpu/cpu1/topology/thread_siblings_list", "1,3"),
+    with("slow_governor", "governor", kBetter, "ondemand", "echo performance | sudo tee",
+         "/sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "ondemand"),
+    with("throttling_lifted", "rt_throttling", kBetter, "lifted for good",
+         "sysctl kernel.sched_rt_runtime_us=950000", "/proc/sys/kernel/sched_rt_runtime_us", "-1"),
+    with("never_real_time", "rt_throttling", kMissing, "never run", "950000",
+         "/proc/sys/kernel/sched_rt_runtime_us", "0"),
+    {"no_debugfs", "fair_server", kBetter, "debugfs", "mount -t debugfs",
+     [](FakeMachine& m) { std::filesystem::remove_all(m.path("/sys/kernel/debug")); }},
+    with("interrupt_here", "irq_affinity", kBetter, "1 on core 1: 10 (ahci)", "&irqaffinity=0,2-3 /'",
+         "/proc/irq/10/effective_affinity_list", "1"),
+    with("irqbalance", "irqbalance", kBetter, "running", "disable --now irqbalance", "/proc/900/comm",
+         "irqbalance"),
+    with("virtual", "hypervisor", kBetter, "virtual machine", "vcpupin", "/proc/cpuinfo",
+         "processor : 0\nflags : fpu hypervisor tsc"),
+    with("huge_pages", "huge_pages", kBetter, "[always]", "echo madvise | sudo tee",
+         "/sys/kernel/mm/transparent_hugepage/enabled", "[always] madvise never"),
+    with("swap", "swap", kBetter, "/dev/sda2", "swapoff -a", "/proc/swaps",
+         "Filename Type Size Used Priority\n/dev/sda2 partition 100 0 -2"),
+    with("dead_run", "leftovers", kBetter, "2 changes", "sudo qduino restore", kState,
+         "qduino-settings 1 abc\nwrite\t/proc/irq/10/smp_affinity_list\t0-3\ngroup\t/sys/fs/cgroup/x"),
+    {"no_priority", "rt_priority", kMissing, "RLIMIT_RTPRIO is 0", "rtprio 90",
+     [](FakeMachine& m) {  // everything but CAP_SYS_NICE (23)
+         m.put("/proc/self/status", "CapEff:\t000001ffff7fffff");
+         m.put("/proc/self/limits", "Max realtime priority     0                    0");
+     }},
+    {"low_priority", "rt_priority", kBetter, "RLIMIT_RTPRIO is 50", "rtprio 90",
+     [](FakeMachine& m) {
+         m.put("/proc/self/status", "CapEff:\t000001ffff7fffff");
+         m.put("/proc/self/limits", "Max realtime priority     50                   50");
+     }},
+    {"little_memory", "locked_memory", kMissing, "8192 KiB", "memlock unlimited",
+     [](FakeMachine& m) {  // everything but CAP_IPC_LOCK (14)
+         m.put("/proc/self/status", "CapEff:\t000001ffffffbfff");
+         m.put("/proc/self/limits",
+               "Max locked memory         8388608              8388608              bytes");
+     }},
+    {"not_root", "isolation_rights", kBetter, "not root", "sudo",
+     [](FakeMachine& m) {
+         m.put("/proc/self/status", kNobody);
+         m.put("/proc/self/limits",
+               "Max locked memory    unlimited  unlimited  bytes\nMax realtime priority 90 90");
+     }},
+};
+INSTANTIATE_TEST_SUITE_P(Doctor, OneThingWrong, testing::ValuesIn(kCases),
+                         [](const auto& one) { return std::string{one.param.name}; });
+
+Json finding_of(const FakeMachine& machine, const std::string& id) {
+    const Json json = Json::parse(ask(machine, true).text);
+    for (const Json& finding : json.at("findings")) {
+        if (finding["id"] == id) return finding;
+    }
+    ADD_FAILURE() << "no finding " << id;
+    return {};
+}
+
+TEST(Doctor, CountsWhatIsWrong) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/proc/900/comm", "irqbalance");
+    EXPECT_NE(ask(machine, false).text.find("\n1 of 25 could be better.\n"), std::string::npos);
+    machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
+    EXPECT_NE(ask(machine, false).text.find("\n1 of 25 could be better, 1 is missing.\n"), std::string::npos);
+    machine.put("/proc/900/comm", "bash");
+    EXPECT_NE(ask(machine, false).text.find("\n1 of 25 is missing.\n"), std::string::npos);
+}
+
+TEST(Doctor, NeverPasses80Columns) {
+    FakeMachine machine;  // nothing in it but many interrupts with long names
+    machine.put("/sys/devices/system/cpu/online", "0-1");
+    machine.put("/etc/default/grub", "");
+    for (int irq = 10; irq < 30; ++irq) {
+        machine.put("/proc/irq/" + std::to_string(irq) + "/smp_affinity_list", "0-1");
+        machine.put("/sys/kernel/irq/" + std::to_string(irq) + "/actions", "0000:00:1f.6-a-rather-long-name");
+    }
+    const Said said = ask(machine, false);
+    EXPECT_EQ(said.result, 1);
+    std::istringstream words{said.text};
+    std::string flat;
+    for (std::string word; words >> word;) flat += word + ' ';
+    EXPECT_NE(flat.find("and 15 more"), std::string::npos);
+    std::istringstream lines{said.text};
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+}
+
+TEST(Doctor, AnInterruptThatCannotBeMovedIsNotBlamed) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/proc/irq/10/effective_affinity_list", "1");
+    ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
+    const Json finding = finding_of(machine, "irq_affinity");
+    EXPECT_EQ(finding["state"], "ok");
+    EXPECT_EQ(finding["found"], "no movable interrupt on core 1, 1 that cannot be moved");
+}
+
+TEST(Doctor, TheCoreThatWasSetApartAtBootIsTheOneJudged) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/sys/devices/system/cpu/isolated", "3");
+    machine.put("/proc/irq/10/effective_affinity_list", "3");
+    EXPECT_EQ(finding_of(machine, "irq_affinity")["found"], "1 on core 3: 10 (ahci)");
+    EXPECT_EQ(finding_of(machine, "nohz_full")["state"], kBetter);
+}
+
+TEST(Doctor, ARunThatLivesIsNoLeftover) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put(kState, "qduino-settings 1 abc\nwrite\t/x\t1");
+    const int file = ::open(machine.path(kState).c_str(), O_RDWR);
+    ASSERT_EQ(::flock(file, LOCK_EX), 0);
+    EXPECT_EQ(finding_of(machine, "leftovers")["state"], "ok");
+    ::close(file);
+    EXPECT_EQ(finding_of(machine, "leftovers")["state"], kBetter);
+}
+
+TEST(Doctor, KnowsARaspberryPi) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/proc/device-tree/model", std::string("Raspberry Pi 4 Model B Rev 1.5") + '\0');
+    machine.put("/proc/sys/kernel/arch", "aarch64");
+    machine.put("/proc/sys/kernel/version", "#1 SMP PREEMPT Debian");
+    machine.put("/proc/cmdline", "console=tty1");
+    machine.put("/sys/devices/system/cpu/nohz_full", "(null)");
+    machine.put("/boot/firmware/cmdline.txt", "console=tty1");
+    EXPECT_EQ(finding_of(machine, "nohz_full")["fix"],
+              "sudo sed -i '1s/$/ nohz_full=1/' /boot/firmware/cmdline.txt && sudo reboot");
+    EXPECT_EQ(finding_of(machine, "preempt_rt")["fix"],
+              "sudo apt install linux-image-rpi-v8-rt && echo kernel=kernel8_rt.img | sudo tee -a "
+              "/boot/firmware/config.txt && sudo reboot");
+    EXPECT_EQ(finding_of(machine, "i2c")["state"],
+              kMissing);  // a board has pins: virtual ones are not enough
+    EXPECT_EQ(finding_of(machine, "i2c")["fix"], "sudo raspi-config nonint do_i2c 0");
+    EXPECT_EQ(finding_of(machine, "gpio")["state"], "ok");
+}
+
+TEST(Doctor, ADeviceOfSomebodyElseIsMissing) {
+    if (::geteuid() != 0) GTEST_SKIP() << "needs to be root, to become somebody else";
+    FakeMachine machine;
+    furnish_well(machine);
+    ::chmod(machine.path("/dev/gpiochip0").c_str(), 0600);
+    ASSERT_EQ(::seteuid(65534), 0);
+    const Json finding = finding_of(machine, "gpio");
+    ASSERT_EQ(::seteuid(0), 0);
+    EXPECT_EQ(finding["state"], kMissing);
+    EXPECT_EQ(finding["found"], "gpiochip0: not for this user");
+    EXPECT_EQ(finding["fix"], "sudo chgrp plugdev /dev/gpiochip0 && sudo chmod g+rw /dev/gpiochip0");
+}
+
+TEST(Doctor, ReadsThePackedConfiguration) {
+    FakeMachine machine;
+    furnish_well(machine);
+    ::unlink(machine.path("/boot/config-6.12.30-rt-amd64").c_str());
+    EXPECT_EQ(finding_of(machine, "kernel_options")["found"],
+              "its configuration cannot be read here: not judged");
+    machine.put("/proc/config", "CONFIG_HZ=1000");
+    ASSERT_EQ(std::system(("gzip '" + machine.path("/proc/config") + "'").c_str()), 0);
+    EXPECT_NE(
+        finding_of(machine, "kernel_options")["found"].get<std::string>().find("HZ=1000, built without"),
+        std::string::npos);
+}
+
+TEST(Doctor, ComputesStolenTime) {
+    using doctor::stolen_percent;
+    // user nice system idle iowait irq softirq steal guest guest_nice: 40 of 400, guest time not counted twice
+    EXPECT_DOUBLE_EQ(
+        stolen_percent("cpu 100 0 50 1000 0 0 0 10 7 0\ncpu0 1", "cpu 200 0 110 1200 0 0 0 50 90 0"), 10.0);
+    EXPECT_DOUBLE_EQ(stolen_percent("cpu 1 2 3 4 5 6 7 8 0 0", "cpu 1 2 3 4 5 6 7 8 0 0"), 0.0);
+    EXPECT_DOUBLE_EQ(stolen_percent("", "nonsense"), 0.0);
+}
+
+TEST(Doctor, ChangesNothing) {
+    FakeMachine machine;
+    furnish_well(machine);
+    const auto before = machine.everything();
+    ask(machine, false);
+    ask(machine, true);
+    EXPECT_EQ(machine.everything(), before);
+}
+
+/// Whatever machine this is: every check says something, and shortfalls come with a fix.
+TEST(Doctor, HasAnAnswerOnThisMachine) {
+    const doctor::Facts facts{""};
+    for (const doctor::Group& group : doctor::all_checks()) {
+        for (const doctor::Check& check : group.checks) {
+            const doctor::Finding finding = check.look(facts);
+            EXPECT_FALSE(finding.found.empty()) << check.id;
+            EXPECT_EQ(finding.fix.empty(), finding.state == doctor::State::ok) << check.id;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace qduino::apps

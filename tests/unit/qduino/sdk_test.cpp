@@ -1,0 +1,73 @@
+#include "apps/qduino/sdk.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/qduino/temporary_folder.h"
+
+namespace qduino::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSdk =
+    R"({"version": 1, "cxx": "/usr/bin/g++", "cc": "/usr/bin/gcc", "flags": ["-pthread"],
+  "include": "../source;/opt/include", "definitions": "", "python": "python3",
+  "ino_to_cpp": "/s/ino_to_cpp.py",
+  "supervisor": "bin/qduino-supervisor",
+  "sim": {"libraries": ["lib/a.a", "/usr/lib/b.so", "-lm"], "options": []},
+  "linux": {"libraries": [], "options": ["-fsanitize=address"]}})";
+
+class SdkTest : public TemporaryFolder {};
+
+TEST_F(SdkTest, PathsMayBeRelativeToTheFile) {
+    const Result<Sdk> sdk = read_sdk(write("build/qduino-sdk.json", kSdk));
+    ASSERT_TRUE(sdk);
+    const std::string here = (folder_ / "build").string();
+    EXPECT_EQ(sdk->include, (std::vector<std::string>{(folder_ / "source").string(), "/opt/include"}));
+    EXPECT_TRUE(sdk->definitions.empty());
+    EXPECT_EQ(sdk->supervisor, here + "/bin/qduino-supervisor");
+    EXPECT_EQ(sdk->linking(BoardKind::sim).libraries,
+              (std::vector<std::string>{here + "/lib/a.a", "/usr/lib/b.so", "-lm"}));
+    EXPECT_EQ(sdk->linking(BoardKind::linux).options, std::vector<std::string>{"-fsanitize=address"});
+    EXPECT_EQ(sdk->cxx, std::vector<std::string>{"/usr/bin/g++"});
+}
+
+TEST_F(SdkTest, AFileThatIsNoneIsNamed) {
+    for (const char* text : {"", "{", "[]", "{\"version\": 1}", "{\"version\": 2}"}) {
+        const fs::path file = write("sdk.json", text);
+        const Result<Sdk> sdk = read_sdk(file);
+        ASSERT_FALSE(sdk) << text;
+        EXPECT_NE(sdk.error().message.view().find(file.string()), std::string_view::npos) << text;
+    }
+    EXPECT_FALSE(read_sdk("/nonexistent"));
+}
+
+TEST_F(SdkTest, IsFoundByHomeThenBesideTheProgramThenWhereItWasBuilt) {
+    const fs::path built = write("first/qduino-sdk.json", ""), beside = write("second/qduino-sdk.json", ""),
+                   home = write("tree/build/release/qduino-sdk.json", "");
+    SdkPlaces places{.home = (folder_ / "tree").string(),
+                     .program = folder_ / "second" / "bin" / "qduino",
+                     .built_in = built};
+    EXPECT_EQ(find_sdk(places).value(), home);
+    places.home = home.string();
+    EXPECT_EQ(find_sdk(places).value(), home);
+    places.home = home.parent_path().string();
+    EXPECT_EQ(find_sdk(places).value(), home);
+    places.home = "";
+    EXPECT_EQ(find_sdk(places).value(), beside);
+    fs::remove(beside);
+    EXPECT_EQ(find_sdk(places).value(), built);
+    fs::remove(built);
+    ASSERT_FALSE(find_sdk(places));
+    EXPECT_NE(find_sdk(places).error().message.view().find("set QDUINO_HOME"), std::string_view::npos);
+    places.home = (folder_ / "first").string();
+    EXPECT_FALSE(find_sdk(places)) << "a wrong QDUINO_HOME is an error, not passed over";
+}
+
+TEST(Words, AreParted) {
+    EXPECT_EQ(words_of(" ccache  g++ "), (std::vector<std::string>{"ccache", "g++"}));
+    EXPECT_TRUE(words_of("").empty());
+}
+
+}  // namespace
+}  // namespace qduino::apps
