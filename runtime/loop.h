@@ -52,7 +52,9 @@ struct Loop {
     ReleaseClock clock;
     OverrunPolicy policy = OverrunPolicy::skip;
     OverrunHandler on_overrun = nullptr;
-    bool waited = false;  ///< wait_for_next_period() was called in this pass of the body
+    static constexpr Nanoseconds kRecorded{-1};
+    Nanoseconds latency = kRecorded;  ///< of the release in hand, until it is in the statistics
+    bool waited = false;              ///< wait_for_next_period() was called in this pass of the body
     LoopStatistics statistics;
 };
 

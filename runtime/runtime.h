@@ -77,6 +77,7 @@ class Runtime {
         Loop* loop = current_loop();
         if (!loop) return;
         const Instant ended = board_.now();
+        record_latency(*loop);
         const Release release = loop->clock.next(ended, loop->policy);
         if (release.overrun()) count_overrun(*loop, release);
         if (release.nominal > ended) wait_until(*loop, release.nominal);
@@ -209,6 +210,7 @@ class Runtime {
             loop.waited = false;
             loop.statistics.passes.add(1);
             loop.declaration.body();
+            record_latency(loop);
             if (!loop.waited) hooks::note_body_end(board_);
         }
     }
@@ -221,10 +223,16 @@ class Runtime {
     }
 
     void begin_release(Loop& loop, const Release& release) {
-        const Nanoseconds latency = board_.now() - release.nominal;
-        loop.statistics.release_latency_ns.record(latency.count());
+        loop.latency = board_.now() - release.nominal;
         if (!release.overrun() || loop.policy != OverrunPolicy::keep_phase) loop.statistics.releases.add(1);
         hooks::note_release(board_);
+    }
+
+    /// Of the release in hand, at its end: the way to its first instruction is kept short. Once for each release.
+    void record_latency(Loop& loop) {
+        if (loop.latency < Nanoseconds{0}) return;
+        loop.statistics.release_latency_ns.record(loop.latency.count());
+        loop.latency = Loop::kRecorded;
     }
 
     void count_overrun(Loop& loop, const Release& release) {

@@ -78,6 +78,7 @@ class BudgetKeeper {
 
   private:
     static void on_timer(int, siginfo_t*, void*);
+    void take_up_work();
     void settle(Instant now);
     void throttle_and_arm();
     void arm(Nanoseconds in);
@@ -94,6 +95,7 @@ class BudgetKeeper {
 
     std::variant<sched::SporadicServer, sched::Pibs> server_;
     Nanoseconds period_{};
+    bool woken_ = false;        // at settled_at_, and the server does not know yet
     bool armed_ahead_ = false;  // the timer is set for a thread that wakes when it said
     Nanoseconds budget_{};
     timer_t timer_{};
