@@ -31,13 +31,13 @@ def finish(figure, report, path):
 
 def pulse_train(report, path):
     """Distance of the interval from 100 us, by percentile, for each variant under each load."""
-    colours = {"listing1": PAPER, "listing2": RIVAL, "absolute": OURS, "floor": FLOOR}
+    colours = {"listing1": PAPER, "listing2": RIVAL, "absolute": OURS, "floor": FLOOR, "floor_relative": "#9aa5b1"}
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.6), sharey=True)
     for axis, load in zip(axes, ("idle", "submission")):
         for row in (r for r in report["results"] if r["load"] == load):
             away = [abs(row["interval_ns_" + key] - 100_000) / 1000 for key, _ in PERCENTILES]
             axis.plot([max(0.001, each) for each in away], marker="o", color=colours[row["variant"]],
-                      linestyle="--" if row["variant"] == "floor" else "-",
+                      linestyle="--" if row["variant"].startswith("floor") else "-",
                       label="%s  %.1f Hz" % (row["variant"], row["mean_hz"]))
         axis.set_yscale("log")
         axis.set_xticks(range(len(PERCENTILES)), [name for _, name in PERCENTILES])

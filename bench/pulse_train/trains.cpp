@@ -108,9 +108,10 @@ int play_listing1(const std::string& pins_path, Nanoseconds length) {
 struct Floor {
     LinuxBoard* board;
     SharedSamples* samples;
+    bool relative;
 };
 
-/// Each instant of the grid as soon as the clock shows that it has come.
+/// Each instant of the grid, or 100 µs after the one before was seen, as soon as the clock shows that it has come.
 void spin_floor(void* context) {
     const Floor& floor = *static_cast<const Floor*>(context);
     Instant due = monotonic_now() + kTrainPeriod;
@@ -118,17 +119,17 @@ void spin_floor(void* context) {
         Instant now = monotonic_now();
         while (now < due) now = monotonic_now();
         floor.samples->push(to_ns(now));
-        due += kTrainPeriod;
+        due = (floor.relative ? now : due) + kTrainPeriod;
     }
 }
 
-int play_floor(SharedSamples& samples, Nanoseconds length, const std::string& guarantee_path) {
+int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const std::string& guarantee_path) {
     LinuxConfig config;
     config.isolate = true;
     auto opened = LinuxBoard::open(std::move(config));
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
-    Floor floor{.board = &board, .samples = &samples};
+    Floor floor{.board = &board, .samples = &samples, .relative = relative};
     const board::VcpuSpec spec{.id = 1,
                                .budget = kTrainPeriod,
                                .period = kTrainPeriod,
@@ -143,6 +144,21 @@ int play_floor(SharedSamples& samples, Nanoseconds length, const std::string& gu
     board.request_stop();
     board.run(board.now() + 2s);
     return 0;
+}
+
+Train run_bare_spin(Nanoseconds length, bool relative) {
+    SharedSamples samples{static_cast<std::size_t>((length + kStart) / kTrainPeriod) + 1000};
+    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".floor";
+    std::string failure =
+        run_child([&] { return play_floor(samples, relative, length + kStart, report); }, length + kOverhead);
+    Train train;
+    train.failure = std::move(failure);
+    train.rising_ns = samples.taken();
+    train.guarantee = guarantee_in(report);
+    std::filesystem::remove(report);
+    drop_start(train.rising_ns);
+    if (train.rising_ns.size() < 2 && train.failure.empty()) train.failure = "took no samples";
+    return train;
 }
 
 }  // namespace
@@ -172,19 +188,7 @@ Train run_sketch(const std::string& program, Nanoseconds length) {
     return train;
 }
 
-Train run_floor(Nanoseconds length) {
-    SharedSamples samples{static_cast<std::size_t>((length + kStart) / kTrainPeriod) + 1000};
-    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".floor";
-    std::string failure =
-        run_child([&] { return play_floor(samples, length + kStart, report); }, length + kOverhead);
-    Train train;
-    train.failure = std::move(failure);
-    train.rising_ns = samples.taken();
-    train.guarantee = guarantee_in(report);
-    std::filesystem::remove(report);
-    drop_start(train.rising_ns);
-    if (train.rising_ns.size() < 2 && train.failure.empty()) train.failure = "took no samples";
-    return train;
-}
+Train run_floor(Nanoseconds length) { return run_bare_spin(length, false); }
+Train run_floor_relative(Nanoseconds length) { return run_bare_spin(length, true); }
 
 }  // namespace qduino::bench

@@ -4,6 +4,7 @@
 //   listing2   sketches/pulse_train                      a loop that owns its core and spins 100 µs, then writes, after Listing 2
 //   absolute   sketches/pulse_train_absolute             the same with delayBusyUntil(t += 100 µs): no drift
 //   floor      a bare spin over the same instants        no pins, no sketch: what this core can do at all
+//   floor_relative  a bare spin of 100 µs, again and again: the same for Listing 2, which never makes up for what was taken from it
 //
 // The first three are seen from outside, by the edges on virtual pin 6, with the time that the board stamped on each.
 #pragma once
@@ -40,5 +41,6 @@ Train run_listing1(Nanoseconds length);
 /// `program`: pulse-train-linux or pulse-train-absolute-linux.
 Train run_sketch(const std::string& program, Nanoseconds length);
 Train run_floor(Nanoseconds length);
+Train run_floor_relative(Nanoseconds length);
 
 }  // namespace qduino::bench
