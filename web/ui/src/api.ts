@@ -13,7 +13,7 @@ export class ApiError extends Error {
 export function sentenceOf(body: string, status: string): string {
   try {
     const { message, line } = JSON.parse(body).error;
-    if (typeof message === 'string') return line ? `Line ${line}: ${message}` : format.sentence(message);
+    if (typeof message === 'string') return line && !message.startsWith(`line ${line}`) ? `Line ${line}: ${message}` : format.sentence(message);
   } catch {
     // no JSON, or no error in it
   }

@@ -141,6 +141,7 @@ describe('progress', () => {
 describe('answers of the service', () => {
   it('are said with their line, or by their status', () => {
     expect(sentenceOf('{"error":{"message":"too hot","line":3}}', '422')).toBe('Line 3: too hot');
+    expect(sentenceOf('{"error":{"message":"line 3, M104: too hot","line":3}}', '422')).toBe('Line 3, M104: too hot');
     expect(sentenceOf('{"error":{"message":"too hot","line":0}}', '422')).toBe('Too hot');
     expect(sentenceOf('<html>', '502 Bad Gateway')).toBe('502 Bad Gateway');
     expect(sentenceOf('{"error":7}', '500')).toBe('500');
