@@ -70,11 +70,8 @@ add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
 
 # What every test includes is read once, which halves the time to compile most of them. With g++ alone: clang wants more flags to
-# agree; it also finds the includes that a test forgot. Tests need no more than -O1, which must be the same for both.
+# agree; it also finds the includes that a test forgot.
 function(qduino_share_test_headers name)
-  if(CMAKE_BUILD_TYPE STREQUAL RelWithDebInfo)
-    target_compile_options(${name} PRIVATE -O1)
-  endif()
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     return()
   endif()
@@ -82,9 +79,6 @@ function(qduino_share_test_headers name)
     file(WRITE ${CMAKE_BINARY_DIR}/test_headers.cpp "")
     add_executable(test_headers EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/test_headers.cpp)
     target_link_libraries(test_headers PRIVATE qduino_options GTest::gmock GTest::gtest_main)
-    if(CMAKE_BUILD_TYPE STREQUAL RelWithDebInfo)
-      target_compile_options(test_headers PRIVATE -O1)
-    endif()
     target_precompile_headers(test_headers PRIVATE <gtest/gtest.h> <gmock/gmock.h> <algorithm> <map> <random> <string> <vector>)
   endif()
   set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)
