@@ -18,8 +18,7 @@ option(QDUINO_FUZZ "Build the libFuzzer targets (clang)" OFF)
 # Paths are cached relative to the tree, so that a second clone finds what the first has compiled.
 find_program(CCACHE ccache)
 if(CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
-                                  CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
 endif()
 
 find_package(Threads REQUIRED)
@@ -61,29 +60,12 @@ endfunction()
 # What ./test runs under the sanitizers in its short run; the presets `asan` and `tsan` build and run everything.
 set(QDUINO_SHORT_SANITIZED
     test_base test_channel test_sched test_device test_twin test_sim test_runtime test-gcode-reading test-gcode-meaning
-    test-preflight test-link test-motion test-step test-spool unit-heat unit-machine unit-machine-file unit-board-file unit_linux_pins
-    scenario-printer)
+    test-preflight test-link test-motion test-step unit-heat unit-machine unit-machine-file unit-board-file unit_linux_pins)
 # Everything lock-free, under the thread sanitizer.
 set(QDUINO_LOCK_FREE test_channel test-link unit_linux_pins)
 add_custom_target(sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
-
-# What every test includes is read once, which halves the time to compile most of them. With g++ alone: clang wants more flags to
-# agree; it also finds the includes that a test forgot.
-function(qduino_share_test_headers name)
-  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    return()
-  endif()
-  if(NOT TARGET test_headers)
-    file(WRITE ${CMAKE_BINARY_DIR}/test_headers.cpp "")
-    add_executable(test_headers EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/test_headers.cpp)
-    target_link_libraries(test_headers PRIVATE qduino_options GTest::gmock GTest::gtest_main)
-    target_precompile_headers(test_headers PRIVATE <gtest/gtest.h> <gmock/gmock.h> <algorithm> <map> <random> <string> <vector>)
-  endif()
-  set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)
-  target_precompile_headers(${name} REUSE_FROM test_headers)
-endfunction()
 
 # qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL]): a GoogleTest program; each TEST is one ctest test.
 # SERIAL: with nothing else beside it (it takes the machine's cores, or changes its settings).
@@ -93,7 +75,6 @@ function(qduino_test name)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK} GTest::gmock GTest::gtest_main)
-  qduino_share_test_headers(${name})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
