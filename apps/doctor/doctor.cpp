@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor/finding.h"
-#include "apps/doctor/wrap.h"
+#include "apps/terminal/wrap.h"
 
 namespace qduino::apps {
 namespace {
@@ -66,18 +66,18 @@ std::string machine_of(const Facts& facts) {
 }
 
 std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
-    std::string out = doctor::wrapped(machine_of(facts), "Machine: ") +
-                      doctor::wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
+    std::string out = wrapped(machine_of(facts), "Machine: ") +
+                      wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
     const char* group = "";
     for (const Entry& entry : entries) {
         if (entry.group != group) out += std::string{"\n"} + entry.group + "\n";
         group = entry.group;
         char head[80];
         std::snprintf(head, sizeof head, "  %-15s  %-17s ", text_of(entry.finding.state), entry.check->id);
-        out += doctor::wrapped(entry.finding.found, head);
+        out += wrapped(entry.finding.found, head);
         if (entry.finding.state == State::ok) continue;
-        out += doctor::wrapped(entry.check->why, "      why  ");
-        out += doctor::wrapped_command(entry.finding.fix, "      fix  ");
+        out += wrapped(entry.check->why, "      why  ");
+        out += wrapped_command(entry.finding.fix, "      fix  ");
     }
     return out + "\n" + summary(entries) + "\n";
 }

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/terminal/wrap.h"
+
 namespace qduino::apps {
 namespace {
 
@@ -12,23 +14,8 @@ double microseconds(Nanoseconds duration) { return static_cast<double>(duration.
 
 const char* yes_no(bool yes) { return yes ? "yes" : "NO"; }
 
-/// `text` after `prefix`, broken at spaces so that no line passes 80 columns.
-std::string wrapped(std::string_view text, std::string_view prefix) {
-    constexpr std::size_t kColumns = 80;
-    std::string out, line(prefix);
-    while (!text.empty()) {
-        const std::size_t end = std::min(text.find(' '), text.size());
-        const std::string_view word = text.substr(0, end);
-        if (line.size() + word.size() + 1 > kColumns && line.size() > prefix.size()) {
-            out += line + '\n';
-            line = prefix;
-        }
-        if (line.size() > prefix.size()) line += ' ';
-        line += word;
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return line.size() > prefix.size() ? out + line + '\n' : out;
-}
+/// Below its line; nothing when there is nothing to say.
+std::string remark(std::string_view text) { return text.empty() ? "" : wrapped(text, "         "); }
 
 std::string loop_line(const board::LoopGuarantee& loop) {
     char text[120];
@@ -36,7 +23,7 @@ std::string loop_line(const board::LoopGuarantee& loop) {
                   static_cast<unsigned>(loop.id), loop.core, microseconds(loop.budget),
                   microseconds(loop.period), yes_no(loop.priority_enforced), yes_no(loop.budget_enforced),
                   loop.core_owned ? "owned" : "shared");
-    return text + wrapped(loop.shortfall, "         ");
+    return text + remark(loop.shortfall);
 }
 
 std::string core_line(const board::CoreGuarantee& core) {
@@ -52,7 +39,7 @@ std::string core_line(const board::CoreGuarantee& core) {
     }
     out += core.tick_stopped ? " no tick," : " tick,";
     out += core.throttling_lifted ? " no throttling\n" : " RT throttling\n";
-    return out + wrapped(core.note, "         ");
+    return out + remark(core.note);
 }
 
 }  // namespace

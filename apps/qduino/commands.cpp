@@ -17,6 +17,7 @@
 #include "apps/qduino/kernel_trace.h"
 #include "apps/qduino/new_sketch.h"
 #include "apps/qduino/sketch_build.h"
+#include "board/linux/budget_keeper.h"
 #include "board/linux/machine_settings.h"
 
 namespace qduino::apps {
@@ -280,7 +281,7 @@ int trace_on_linux(Arguments arguments) {
     const Result<int> status = run_on_linux(arguments, *built, board);
     if (!status) return fail(status.error().message);
     if (*status == 2) return 2;  // refused: there was nothing to record
-    KernelTraceReader reader(budget_signal_number(), ::getpid());
+    KernelTraceReader reader(board::linux::BudgetKeeper::signal_number(), ::getpid());
     if (auto stopped = tracer->stop(reader); !stopped) return fail(stopped.error().message);
     const int written = write_trace(reader, *output);
     return *status != 0 ? *status : written;

@@ -70,8 +70,6 @@ std::string thread_name(int core, int thread, const std::string& name) {
 
 }  // namespace
 
-int budget_signal_number() { return board::linux::BudgetKeeper::signal_number(); }
-
 // ---- reading ----------------------------------------------------------------------------------------------
 
 void KernelTraceReader::line(std::string_view text) {
@@ -270,7 +268,7 @@ Result<void> KernelTracer::write(const std::string& file, const std::string& tex
 }
 
 Result<void> KernelTracer::set_up() {
-    const std::string signal = "sig == " + std::to_string(budget_signal_number());
+    const std::string signal = "sig == " + std::to_string(board::linux::BudgetKeeper::signal_number());
     const std::vector<std::pair<std::string, std::string>> settings{
         {"tracing_on", "0"},
         {"buffer_size_kb", kBufferKib},

@@ -106,7 +106,4 @@ class KernelTracer {
     std::filesystem::path instance_;  // a folder in tracefs; empty: moved away
 };
 
-/// The signal that ends a budget on this board (board/linux/budget_keeper.cpp).
-[[nodiscard]] int budget_signal_number();
-
 }  // namespace qduino::apps

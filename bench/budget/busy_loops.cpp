@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/guarantee/guarantee_report.h"
 #include "bench/rig/child.h"
+#include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
 #include "board/linux/linux_board.h"
 
@@ -92,7 +92,7 @@ void spin_entry(void* context) {
 }
 
 int play_sporadic_server(BurstLog& log, BudgetCase budget, Nanoseconds length,
-                         const std::string& guarantee_path) {
+                         const GuaranteeFile& guarantee) {
     auto opened = LinuxBoard::open({});
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
@@ -105,7 +105,7 @@ int play_sporadic_server(BurstLog& log, BudgetCase budget, Nanoseconds length,
                                .entry = &spin_entry,
                                .context = &spinner};
     if (!board.start(std::span{&spec, 1})) return 1;
-    std::ofstream{guarantee_path} << apps::guarantee_json(board.guarantee());
+    guarantee.write(board.guarantee());
     board.request_stop();
     board.run(board.now() + length + 2s);
     return 0;
@@ -132,12 +132,10 @@ Bursts summary(const BurstLog& log, std::string failure) {
 
 Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length) {
     BurstLog log{budget, length};
-    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".budget";
+    const GuaranteeFile guarantee;
     Bursts bursts = summary(
-        log, run_child([&] { return play_sporadic_server(log, budget, length, report); }, length + 5s));
-    std::ifstream file{report};
-    bursts.guarantee = Json::parse(file, nullptr, false);
-    std::filesystem::remove(report);
+        log, run_child([&] { return play_sporadic_server(log, budget, length, guarantee); }, length + 5s));
+    bursts.guarantee = guarantee.read();
     return bursts;
 }
 

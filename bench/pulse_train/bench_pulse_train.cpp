@@ -86,28 +86,27 @@ std::vector<std::string> verdicts(const Report& report) {
     std::map<std::pair<std::string, std::string>, const Json*> at;
     for (const Json& each : report.results) at[{each["variant"], each["load"]}] = &each;
     std::vector<std::string> lines;
-    const auto say = [&](bool good, const char* format, auto... values) {
-        char text[160];
-        std::snprintf(text, sizeof text, format, values...);
-        lines.push_back(std::string(good ? "  holds     " : "  MISSED    ") + text);
-    };
     for (const char* load : {"idle", "submission"}) {
         if (!at.contains({"listing2", load})) continue;
         const double listing2 = (*at[{"listing2", load}])["mean_hz"];
         const double absolute = (*at[{"absolute", load}])["mean_hz"];
         const double tail = (*at[{"absolute", load}])["interval_ns_p999"].get<double>() /
                             (*at[{"floor", load}])["interval_ns_p999"].get<double>();
-        say(listing2 >= 9980, "%s: Listing 2 runs at %.1f Hz; at least 9980 (a bare relative spin: %.1f)",
-            load, listing2, (*at[{"floor_relative", load}])["mean_hz"].get<double>());
-        say(std::abs(absolute - 10'000) <= 0.2, "%s: absolute runs at %.3f Hz; 10000 within 0.2", load,
-            absolute);
-        say(tail <= 1.15, "%s: absolute's 99.9 %% interval is %.3f of the floor's; at most 1.15", load, tail);
+        lines.push_back(verdict(listing2 >= 9980,
+                                "%s: Listing 2 runs at %.1f Hz; at least 9980 (a bare relative spin: %.1f)",
+                                load, listing2, (*at[{"floor_relative", load}])["mean_hz"].get<double>()));
+        lines.push_back(verdict(std::abs(absolute - 10'000) <= 0.2,
+                                "%s: absolute runs at %.3f Hz; 10000 within 0.2", load, absolute));
+        lines.push_back(verdict(tail <= 1.15,
+                                "%s: absolute's 99.9 %% interval is %.3f of the floor's; at most 1.15", load,
+                                tail));
     }
     if (at.contains({"listing2", "idle"}) && at.contains({"listing2", "submission"})) {
         const double idle = (*at[{"listing2", "idle"}])["mean_hz"];
         const double loaded = (*at[{"listing2", "submission"}])["mean_hz"];
-        say(std::abs(loaded / idle - 1) <= 0.0005,
-            "Listing 2 under load against idle: %.5f; within 0.0005 of 1", loaded / idle);
+        lines.push_back(verdict(std::abs(loaded / idle - 1) <= 0.0005,
+                                "Listing 2 under load against idle: %.5f; within 0.0005 of 1",
+                                loaded / idle));
     }
     return lines;
 }

@@ -4,10 +4,9 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 
-#include "apps/guarantee/guarantee_report.h"
 #include "bench/rig/child.h"
+#include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
 #include "board/linux/linux_board.h"
 #include "board/linux/pins_server.h"
@@ -82,11 +81,6 @@ Train seen_on(Pins& pins, std::string failure) {
     return train;
 }
 
-Json guarantee_in(const std::string& path) {
-    std::ifstream file{path};
-    return Json::parse(file, nullptr, false);
-}
-
 /// The paper's Listing 1, with virtual pins in place of its GPIO calls.
 int play_listing1(const std::string& pins_path, Nanoseconds length) {
     VirtualPins pins;
@@ -123,7 +117,7 @@ void spin_floor(void* context) {
     }
 }
 
-int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const std::string& guarantee_path) {
+int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const GuaranteeFile& guarantee) {
     LinuxConfig config;
     config.isolate = true;
     auto opened = LinuxBoard::open(std::move(config));
@@ -139,7 +133,7 @@ int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const 
                                .entry = &spin_floor,
                                .context = &floor};
     if (!board.start(std::span{&spec, 1})) return 1;
-    std::ofstream{guarantee_path} << apps::guarantee_json(board.guarantee());
+    guarantee.write(board.guarantee());
     board.run(board.now() + length);
     board.request_stop();
     board.run(board.now() + 2s);
@@ -148,14 +142,13 @@ int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const 
 
 Train run_bare_spin(Nanoseconds length, bool relative) {
     SharedSamples samples{static_cast<std::size_t>((length + kStart) / kTrainPeriod) + 1000};
-    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".floor";
-    std::string failure =
-        run_child([&] { return play_floor(samples, relative, length + kStart, report); }, length + kOverhead);
+    const GuaranteeFile guarantee;
+    std::string failure = run_child([&] { return play_floor(samples, relative, length + kStart, guarantee); },
+                                    length + kOverhead);
     Train train;
     train.failure = std::move(failure);
     train.rising_ns = samples.taken();
-    train.guarantee = guarantee_in(report);
-    std::filesystem::remove(report);
+    train.guarantee = guarantee.read();
     drop_start(train.rising_ns);
     if (train.rising_ns.size() < 2 && train.failure.empty()) train.failure = "took no samples";
     return train;
@@ -174,16 +167,15 @@ Train run_listing1(Nanoseconds length) {
 Train run_sketch(const std::string& program, Nanoseconds length) {
     Pins pins;
     if (!pins.ready()) return failed_train("no virtual pins to be had in /dev/shm");
-    const std::string report = pins.path() + ".guarantee";
+    const GuaranteeFile guarantee;
     const std::string log = pins.path() + ".log";
     const std::string seconds = std::to_string(to_seconds(length + kStart));
-    std::string failure =
-        run_program({program, "--pins", pins.path(), "--isolate", "--for", seconds, "--report", report},
-                    length + kOverhead, log, [&] { pins.poll(); });
+    std::string failure = run_program(
+        {program, "--pins", pins.path(), "--isolate", "--for", seconds, "--report", guarantee.path()},
+        length + kOverhead, log, [&] { pins.poll(); });
     const bool good = failure.empty();
     Train train = seen_on(pins, std::move(failure));
-    train.guarantee = guarantee_in(report);
-    std::filesystem::remove(report);
+    train.guarantee = guarantee.read();
     if (good) std::filesystem::remove(log);
     return train;
 }

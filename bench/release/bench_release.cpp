@@ -64,10 +64,8 @@ void add_verdicts(Report& report) {
         for (const char* figure : {"latency_ns_p50", "latency_ns_p999"}) {
             const double ratio =
                 (*who.at("qduino"))[figure].get<double>() / (*who.at("cyclictest"))[figure].get<double>();
-            char text[120];
-            std::snprintf(text, sizeof text, "%s%s: %s is %.3f of cyclictest's; at most 1.1",
-                          ratio <= 1.1 ? "  holds     " : "  MISSED    ", load.c_str(), figure, ratio);
-            report.remarks.push_back(text);
+            report.remarks.push_back(verdict(ratio <= 1.1, "%s: %s is %.3f of cyclictest's; at most 1.1",
+                                             load.c_str(), figure, ratio));
         }
     }
 }

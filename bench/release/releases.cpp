@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/guarantee/guarantee_report.h"
 #include "apps/host/bind_linux.h"
 #include "bench/rig/child.h"
+#include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
 #include "board/linux/real_time_thread.h"
 
@@ -33,7 +33,7 @@ void body() {
     measured->wait_for_next_period();
 }
 
-int play_qduino(Nanoseconds length, const std::string& guarantee_path) {
+int play_qduino(Nanoseconds length, const GuaranteeFile& guarantee) {
     auto opened = LinuxBoard::open({});
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
@@ -49,7 +49,7 @@ int play_qduino(Nanoseconds length, const std::string& guarantee_path) {
                            .file = __FILE__,
                            .line = __LINE__});
     if (!runtime.begin(table)) return 1;
-    std::ofstream{guarantee_path} << apps::guarantee_json(board.guarantee());
+    guarantee.write(board.guarantee());
     runtime.run(board.now() + length);
     board.request_stop();
     runtime.run(board.now() + 1s);
@@ -80,13 +80,11 @@ void drop_warm_up(Releases& releases) {
 Releases run_qduino(Nanoseconds length) {
     SharedSamples taken{static_cast<std::size_t>(length / kReleasePeriod) + 1000};
     samples = &taken;
-    const std::string report = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".release";
+    const GuaranteeFile guarantee;
     Releases releases;
-    releases.failure = run_child([&] { return play_qduino(length, report); }, length + 5s);
+    releases.failure = run_child([&] { return play_qduino(length, guarantee); }, length + 5s);
     releases.latencies_ns = taken.taken();
-    std::ifstream file{report};
-    releases.guarantee = Json::parse(file, nullptr, false);
-    std::filesystem::remove(report);
+    releases.guarantee = guarantee.read();
     drop_warm_up(releases);
     return releases;
 }

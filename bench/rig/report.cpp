@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdarg>
 #include <cstdio>
 #include <fstream>
 #include <string_view>
@@ -68,6 +69,15 @@ std::string commit() {
     }
     const std::string_view line{text};
     return line.empty() ? "unknown" : std::string{line.substr(0, line.find('\n'))};
+}
+
+std::string verdict(bool holds, const char* format, ...) {
+    char text[160];
+    va_list values;
+    va_start(values, format);
+    std::vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    return std::string(holds ? "  holds     " : "  MISSED    ") + text;
 }
 
 void print(const Report& report, bool json) {

@@ -17,6 +17,9 @@ struct Report {
     std::vector<std::string> remarks;  ///< for people: verdicts, what could not be had
 };
 
+/// A remark on what the project holds itself to: "holds" or "MISSED", and the figure, as printf has it.
+[[gnu::format(printf, 2, 3)]] std::string verdict(bool holds, const char* format, ...);
+
 /// To standard output: one JSON object, or a table of 80 to 130 columns with the remarks below it.
 void print(const Report& report, bool json);
 

@@ -127,9 +127,7 @@ void LinuxBoard::sleep_until(Instant t) {
     if (watched_) promise_until(t);
     const AnnouncedWait wait{t};
     VcpuThread* thread = VcpuThread::current();
-    if (thread && thread->rests()) thread->before_sleep(monotonic_now());
-    block_until(t);
-    if (thread && thread->rests()) thread->after_sleep(monotonic_now());
+    thread ? thread->sleep(t) : block_until(t);
 }
 
 void LinuxBoard::promise_until(Instant t) {

@@ -72,7 +72,6 @@ void PinsServer::find_new_sources(Instant now) {
     }
 }
 
-/// Up to which instant everything that will ever be pushed is in the rings already.
 /// Its process lives, as far as one can see: it may yet push what it has begun.
 bool PinsServer::sketch_lives() const {
     if (sketch_death() != SketchDeath::none) return false;
@@ -80,6 +79,7 @@ bool PinsServer::sketch_lives() const {
     return pid <= 0 || ::kill(pid, 0) == 0 || errno != ESRCH;
 }
 
+/// Up to which instant everything that will ever be pushed is in the rings already.
 Instant PinsServer::exact_until(Instant now) {
     Instant until = now;
     for (std::size_t i = 0; i < source_count_; ++i) {

@@ -36,10 +36,10 @@ class PinsServer {
     PinsServer(PinsServer&&) = default;
     PinsServer& operator=(PinsServer&&) = default;
 
-    /// Delivers all events up to `now` (up to the latest request, if there are any) that can be ordered, publishes the
-    /// input pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `now` must have been read from CLOCK_MONOTONIC before the call. Calls of `peripherals` carry
-    /// non-decreasing times. Returns how many events and requests were served; at most kBatch events a call,
-    /// so that requests are not starved.
+    /// Delivers all events up to `now` (up to the latest request, if there are any) that can be ordered, publishes the input
+    /// pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `now` must have been
+    /// read from CLOCK_MONOTONIC before the call. Calls of `peripherals` carry non-decreasing times. Returns how many events and
+    /// requests were served; at most kBatch events a call, so that requests are not starved.
     std::size_t poll(Instant now, Peripherals& peripherals);
 
     /// Sleeps until a bus request comes, at most `limit`.

@@ -23,14 +23,13 @@ class SpinAllowance {
   public:
     SpinAllowance() = default;  ///< for a core of its own: never sleeps
 
-    /// `share`: of the time that the thread may run, 0…1 (exclusive).
-    SpinAllowance(double share, Instant now) : share_(share), seen_(now), limited_(true) {}
+    /// `share`: of the time that the thread may run, 0…1; 1: all of it.
+    SpinAllowance(double share, Instant now) : share_(share), seen_(now) {}
 
-    [[nodiscard]] bool limited() const { return limited_; }
+    [[nodiscard]] bool limited() const { return share_ < 1; }
 
     /// About to spin from `now` to `t`: until when to sleep first; `now` for not at all.
     [[nodiscard]] Instant sleep_first(Instant now, Instant t) {
-        if (!limited_) return now;
         ran(now);
         if (2 * left_ > kMost) return now;
         if (t - now > 2 * kWakeUp) return t - kWakeUp;
@@ -56,7 +55,6 @@ class SpinAllowance {
     double share_ = 1;
     Instant seen_{};
     Nanoseconds left_ = kMost;
-    bool limited_ = false;
 };
 
 }  // namespace qduino::board::linux

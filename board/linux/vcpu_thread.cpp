@@ -48,7 +48,7 @@ void VcpuThread::prepare() {
     if (options_.priority != 0) {
         if (auto real_time = become_real_time(options_.priority); real_time) {
             real_time_ = true;
-            if (options_.spin_share < 1) spin_ = SpinAllowance{options_.spin_share, monotonic_now()};
+            spin_ = SpinAllowance{options_.spin_share, monotonic_now()};
         } else {
             add_shortfall("no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
         }
@@ -64,9 +64,13 @@ void VcpuThread::prepare() {
 
 void VcpuThread::rest(Instant t) {
     const Instant now = monotonic_now();
-    const Instant until = spin_.sleep_first(now, t);
-    if (until <= now) return;
-    block_until(until);
+    if (const Instant until = spin_.sleep_first(now, t); until > now) sleep(until);
+}
+
+void VcpuThread::sleep(Instant t) {
+    if (!spin_.limited()) return block_until(t);
+    spin_.ran(monotonic_now());
+    block_until(t);
     spin_.slept(monotonic_now());
 }
 

@@ -67,9 +67,8 @@ class VcpuThread {
     void rest_before_spin(Instant t) {
         if (spin_.limited()) rest(t);
     }
-    /// What it sleeps besides counts as rest.
-    void before_sleep(Instant now) { spin_.ran(now); }
-    void after_sleep(Instant now) { spin_.slept(now); }
+    /// Sleeps until `t`, and counts it as rest.
+    void sleep(Instant t);
     [[nodiscard]] bool rests() const { return spin_.limited(); }
 
     /// The VCPU that the caller is; kNoVcpu on any other thread.

@@ -76,8 +76,8 @@ export function makeGcode({ layers = 20, radius = 20, spacing = 1.2, speed_mm_s 
 
 /** What must be refused, and how the page must say it. */
 export const BAD_FILES = [
-  { name: 'too-hot.gcode', bytes: Buffer.from('G28\nM104 S999\nG1 X10 Y10 F3000\n'), says: /Line 2\b.*999/s },
-  { name: 'outside.gcode', bytes: Buffer.from('G28\nM109 S200\nG1 Z0.3 F300\nG1 X400 Y10 E5 F3000\n'), says: /Line 4\b.*\bX\b/s },
+  { name: 'too-hot.gcode', bytes: Buffer.from('G28\nM104 S999\nG1 X10 Y10 F3000\n'), says: /Line 2, M104: .*999/s },
+  { name: 'outside.gcode', bytes: Buffer.from('G28\nM109 S200\nG1 Z0.3 F300\nG1 X400 Y10 E5 F3000\n'), says: /Line 4, G1: .*\bX\b/s },
   {
     name: 'picture.gcode', says: /G-code|text|PNG|binary/i,
     bytes: Buffer.concat([Buffer.from('89504e470d0a1a0a0000000d49484452', 'hex'), Buffer.alloc(400, 0x81)]),

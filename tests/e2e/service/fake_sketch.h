@@ -37,8 +37,7 @@ class FakeSketch {
         serve_emergency();
         read_commands();
         std::size_t taken = 0;
-        while (taken < bytes_max && status_.state != MachineState::paused &&
-               status_.state != MachineState::faulted) {
+        while (taken < bytes_max && status_.state != MachineState::paused) {
             const auto frame = reader_.read(link_.jobs);
             if (!frame.ok()) continue;
             if (!frame->has_value()) break;
@@ -145,8 +144,11 @@ class FakeSketch {
         status_.job_length = begin->length;
         status_.bytes_accepted = status_.bytes_planned = status_.bytes_executed = 0;
         status_.outcome = printer::link::JobOutcome::running;
-        status_.state = printer::link::MachineState::printing;
         if (log_.begun) log_.begun(begin->job_id, begin->length);
+        // A job that arrives while the machine is faulted is refused, not kept for later: as the sketch does it.
+        if (status_.state == printer::link::MachineState::faulted)
+            return end(printer::link::JobOutcome::failed);
+        status_.state = printer::link::MachineState::printing;
     }
 
     std::size_t take_bytes(std::span<const std::uint8_t> payload) {

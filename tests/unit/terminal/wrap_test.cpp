@@ -1,11 +1,11 @@
 // Commands stay commands when they are broken into lines.
-#include "apps/doctor/wrap.h"
+#include "apps/terminal/wrap.h"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
 
-namespace qduino::apps::doctor {
+namespace qduino::apps {
 namespace {
 
 /// What a shell makes of the lines: a backslash at the end joins the next one.
@@ -52,4 +52,4 @@ TEST(Wrap, OrdinaryTextHasNoBackslashes) {
 }
 
 }  // namespace
-}  // namespace qduino::apps::doctor
+}  // namespace qduino::apps

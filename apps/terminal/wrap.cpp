@@ -1,8 +1,8 @@
-#include "apps/doctor/wrap.h"
+#include "apps/terminal/wrap.h"
 
 #include <vector>
 
-namespace qduino::apps::doctor {
+namespace qduino::apps {
 namespace {
 
 constexpr std::size_t kColumns = 80;
@@ -60,4 +60,4 @@ std::string wrapped_command(std::string_view text, std::string_view prefix) {
     return joined(words_of(text, true), prefix, " \\");
 }
 
-}  // namespace qduino::apps::doctor
+}  // namespace qduino::apps

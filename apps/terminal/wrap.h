@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace qduino::apps::doctor {
+namespace qduino::apps {
 
 /// `text` after `prefix`, broken at spaces; further lines are indented as far as the prefix reaches.
 std::string wrapped(std::string_view text, std::string_view prefix);
@@ -13,4 +13,4 @@ std::string wrapped(std::string_view text, std::string_view prefix);
 /// backslash at each broken end. A command begins with "sudo " or "echo "; other text is wrapped as usual.
 std::string wrapped_command(std::string_view text, std::string_view prefix);
 
-}  // namespace qduino::apps::doctor
+}  // namespace qduino::apps
