@@ -45,6 +45,7 @@ concept Board = requires(B board, const B constant, Instant t, PinId pin, Level 
     { constant.core_count() } -> std::same_as<int>;
     { board.now() } -> std::same_as<Instant>;
     { board.busy_until(t) } -> std::same_as<void>;
+    { board.busy_for(period) } -> std::same_as<void>;  // from the call to the return, never less
     { board.sleep_until(t) } -> std::same_as<void>;
     { board.current_vcpu() } -> std::same_as<VcpuId>;
 

@@ -53,12 +53,6 @@ class RingBuffer {
         return true;
     }
 
-    /// Asks the cache for the slot that the next push will write. Worth it where pushes are rare and must be quick: the line was last the
-    /// reader's, or long ago nobody's.
-    void prefetch_for_push() const {
-        __builtin_prefetch(&slots_[head_.load(std::memory_order_relaxed) & (N - 1)], 1);
-    }
-
     /// Pushes as many of `items` as fit, in order, and returns how many; they appear to the reader all at once.
     std::size_t push_some(std::span<const T> items) {
         const std::uint64_t head = head_.load(std::memory_order_relaxed);

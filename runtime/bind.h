@@ -35,6 +35,9 @@ namespace qduino::port {
     void busy_until(Instant t) {                                                                             \
         if (wired) wired->busy_until(t);                                                                     \
     }                                                                                                        \
+    void busy_for(Nanoseconds length) {                                                                      \
+        if (wired) wired->busy_for(length);                                                                  \
+    }                                                                                                        \
     void sleep_until(Instant t) {                                                                            \
         if (wired) wired->sleep_until(t);                                                                    \
     }                                                                                                        \

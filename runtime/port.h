@@ -31,8 +31,9 @@ using board::VcpuId;
 
 // ---- time -------------------------------------------------------------------------------------------------
 [[nodiscard]] Instant now();
-void busy_until(Instant t);   ///< spins, consuming budget; never returns early
-void sleep_until(Instant t);  ///< blocks, consuming none; never returns early
+void busy_until(Instant t);         ///< spins, consuming budget; never returns early
+void busy_for(Nanoseconds length);  ///< the same, counted from the call to the return
+void sleep_until(Instant t);        ///< blocks, consuming none; never returns early
 
 // ---- pins and buses ---------------------------------------------------------------------------------------
 Result<void> pin_mode(PinId pin, PinMode mode);  ///< setup-time

@@ -32,7 +32,7 @@ Result<std::unique_ptr<VirtualMachine>> VirtualMachine::create(const VirtualMach
 }
 
 void VirtualMachine::pass() {
-    if (pins_.poll(monotonic_now(), printer_) == 0) pins_.wait(kPass);
+    if (pins_.poll(monotonic_now() - board::linux::kSettle, printer_) == 0) pins_.wait(kPass);
     if (socket_) socket_->poll();
 }
 

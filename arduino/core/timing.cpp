@@ -34,9 +34,9 @@ void delay(unsigned long ms) {
     if (setup_work && port::current_vcpu() == qduino::board::kNoVcpu) setup_work(until);
     port::sleep_until(until);
 }
-void delayMicroseconds(unsigned long us) { port::busy_until(port::now() + duration_of(us, 1'000)); }
+void delayMicroseconds(unsigned long us) { port::busy_for(duration_of(us, 1'000)); }
 void delayBusyMicroseconds(unsigned long us) { delayMicroseconds(us); }
-void delayBusyNanoseconds(unsigned long ns) { port::busy_until(port::now() + duration_of(ns, 1)); }
+void delayBusyNanoseconds(unsigned long ns) { port::busy_for(duration_of(ns, 1)); }
 
 qduino::Instant timeNow() { return port::now(); }
 void delayBusyUntil(qduino::Instant t) { port::busy_until(t); }

@@ -19,15 +19,18 @@ namespace {
 
 struct Variant {
     const char* name;
-    Train (*run)(Nanoseconds length);
+    Train (*run)(Nanoseconds length, Nanoseconds phase);
 };
 
+/// `floor` comes after `absolute`, whose phase it takes.
 constexpr std::array kVariants{
-    Variant{"listing1", &run_listing1},
-    Variant{"listing2", [](Nanoseconds length) { return run_sketch("pulse-train-linux", length); }},
-    Variant{"absolute", [](Nanoseconds length) { return run_sketch("pulse-train-absolute-linux", length); }},
+    Variant{"listing1", [](Nanoseconds length, Nanoseconds) { return run_listing1(length); }},
+    Variant{"listing2",
+            [](Nanoseconds length, Nanoseconds) { return run_sketch("pulse-train-linux", length); }},
+    Variant{"absolute",
+            [](Nanoseconds length, Nanoseconds) { return run_sketch("pulse-train-absolute-linux", length); }},
     Variant{"floor", &run_floor},
-    Variant{"floor_relative", &run_floor_relative},
+    Variant{"floor_relative", [](Nanoseconds length, Nanoseconds) { return run_floor_relative(length); }},
 };
 
 /// The intervals of one variant under one load, over all rounds.
@@ -66,14 +69,16 @@ Json row(const std::string& variant, const std::string& load, Pool& pool) {
 
 /// Every variant once. False: one could not run; said.
 bool play_round(const Options& options, const std::string& load, Pools& pools, Json& guarantee) {
+    Nanoseconds phase{0};
     for (const Variant& variant : kVariants) {
         std::fprintf(stderr, "%-10s %-9s %.0f s …\n", load.c_str(), variant.name, options.seconds);
-        const Train train = variant.run(from_seconds(options.seconds));
+        const Train train = variant.run(from_seconds(options.seconds), phase);
         if (interrupted()) return false;
         if (!train.failure.empty()) {
             std::fprintf(stderr, "%s: %s\n", variant.name, train.failure.c_str());
             return false;
         }
+        phase = phase_of(train);
         pools[{variant.name, load}].add(train);
         if (!train.guarantee.is_discarded() && !train.guarantee.is_null())
             guarantee[variant.name] = train.guarantee;

@@ -3,7 +3,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
@@ -102,28 +104,30 @@ int play_listing1(const std::string& pins_path, Nanoseconds length) {
 struct Floor {
     LinuxBoard* board;
     SharedSamples* samples;
-    bool relative;
+    std::optional<Nanoseconds> phase;  ///< of its grid; none: relative
 };
 
 /// Each instant of the grid, or 100 µs after the one before was seen, as soon as the clock shows that it has come.
 void spin_floor(void* context) {
     const Floor& floor = *static_cast<const Floor*>(context);
     Instant due = monotonic_now() + kTrainPeriod;
+    if (floor.phase) due += *floor.phase - due.time_since_epoch() % kTrainPeriod;
     while (!floor.board->stop_requested() && !floor.samples->full()) {
         Instant now = monotonic_now();
         while (now < due) now = monotonic_now();
         floor.samples->push(to_ns(now));
-        due = (floor.relative ? now : due) + kTrainPeriod;
+        due = (floor.phase ? due : now) + kTrainPeriod;
     }
 }
 
-int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const GuaranteeFile& guarantee) {
+int play_floor(SharedSamples& samples, std::optional<Nanoseconds> phase, Nanoseconds length,
+               const GuaranteeFile& guarantee) {
     LinuxConfig config;
     config.isolate = true;
     auto opened = LinuxBoard::open(std::move(config));
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
-    Floor floor{.board = &board, .samples = &samples, .relative = relative};
+    Floor floor{.board = &board, .samples = &samples, .phase = phase};
     const board::VcpuSpec spec{.id = 1,
                                .budget = kTrainPeriod,
                                .period = kTrainPeriod,
@@ -140,11 +144,11 @@ int play_floor(SharedSamples& samples, bool relative, Nanoseconds length, const 
     return 0;
 }
 
-Train run_bare_spin(Nanoseconds length, bool relative) {
+Train run_bare_spin(Nanoseconds length, std::optional<Nanoseconds> phase) {
     SharedSamples samples{static_cast<std::size_t>((length + kStart) / kTrainPeriod) + 1000};
     const GuaranteeFile guarantee;
-    std::string failure = run_child([&] { return play_floor(samples, relative, length + kStart, guarantee); },
-                                    length + kOverhead);
+    std::string failure =
+        run_child([&] { return play_floor(samples, phase, length + kStart, guarantee); }, length + kOverhead);
     Train train;
     train.failure = std::move(failure);
     train.rising_ns = samples.taken();
@@ -180,7 +184,16 @@ Train run_sketch(const std::string& program, Nanoseconds length) {
     return train;
 }
 
-Train run_floor(Nanoseconds length) { return run_bare_spin(length, false); }
-Train run_floor_relative(Nanoseconds length) { return run_bare_spin(length, true); }
+Train run_floor(Nanoseconds length, Nanoseconds phase) { return run_bare_spin(length, phase); }
+Train run_floor_relative(Nanoseconds length) { return run_bare_spin(length, std::nullopt); }
+
+Nanoseconds phase_of(const Train& train) {
+    if (train.rising_ns.empty()) return Nanoseconds{0};
+    std::vector<std::int64_t> phases;  // a pulse may be late: the median is the grid's, and 0.1 us of writing
+    for (const std::int64_t instant : train.rising_ns) phases.push_back(instant % kTrainPeriod.count());
+    const auto median = phases.begin() + static_cast<std::ptrdiff_t>(phases.size() / 2);
+    std::nth_element(phases.begin(), median, phases.end());
+    return Nanoseconds{*median};
+}
 
 }  // namespace qduino::bench

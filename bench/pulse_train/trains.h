@@ -3,7 +3,7 @@
 //   listing1   nanosleep(100 µs), write 1, write 0       an ordinary Linux process, as in the paper's Listing 1
 //   listing2   sketches/pulse_train                      a loop that owns its core and spins 100 µs, then writes, after Listing 2
 //   absolute   sketches/pulse_train_absolute             the same with delayBusyUntil(t += 100 µs): no drift
-//   floor      a bare spin over the same instants        no pins, no sketch: what this core can do at all
+//   floor      a bare spin over the same grid            no pins, no sketch: what this core can do at all
 //   floor_relative  a bare spin of 100 µs, again and again: the same for Listing 2, which never makes up for what was taken from it
 //
 // The first three are seen from outside, by the edges on virtual pin 6, with the time that the board stamped on each.
@@ -40,7 +40,11 @@ inline constexpr int kTrainPin = 6;
 Train run_listing1(Nanoseconds length);
 /// `program`: pulse-train-linux or pulse-train-absolute-linux.
 Train run_sketch(const std::string& program, Nanoseconds length);
-Train run_floor(Nanoseconds length);
+/// `phase`: of the instants within their period, on CLOCK_MONOTONIC. The scheduling tick comes at multiples of 4 ms, forty periods:
+/// either every tick falls on an instant of the grid or none does, so only trains of the same phase can be compared.
+Train run_floor(Nanoseconds length, Nanoseconds phase);
 Train run_floor_relative(Nanoseconds length);
+/// The phase that `train` had; zero when it made no pulses.
+Nanoseconds phase_of(const Train& train);
 
 }  // namespace qduino::bench

@@ -16,9 +16,12 @@ namespace {
 
 struct Contender {
     const char* who;
-    Releases (*run)(Nanoseconds length);
+    Releases (*run)(Nanoseconds length, Nanoseconds phase);
 };
-constexpr std::array kContenders{Contender{"qduino", &run_qduino}, Contender{"cyclictest", &run_cyclictest}};
+/// cyclictest takes its phase from the run of ours before it.
+constexpr std::array kContenders{
+    Contender{"qduino", [](Nanoseconds length, Nanoseconds) { return run_qduino(length); }},
+    Contender{"cyclictest", &run_cyclictest}};
 
 Json row(const char* who, const std::string& load, std::vector<std::int64_t>& sorted) {
     std::sort(sorted.begin(), sorted.end());
@@ -31,14 +34,15 @@ Json row(const char* who, const std::string& load, std::vector<std::int64_t>& so
             {"releases", sorted.size()}};
 }
 
-/// The contenders in turn, their order changed from round to round. False: interrupted, or ours did not run.
+/// The contenders in turn. False: interrupted, or ours did not run.
 bool play(const Options& options, const std::string& load, Report& report) {
     std::array<std::vector<std::int64_t>, kContenders.size()> pools;
     for (int round = 0; round < options.rounds; ++round) {
-        for (std::size_t turn = 0; turn < kContenders.size(); ++turn) {
-            const std::size_t i = (turn + static_cast<std::size_t>(round)) % kContenders.size();
+        Nanoseconds phase{0};
+        for (std::size_t i = 0; i < kContenders.size(); ++i) {
             std::fprintf(stderr, "%-10s %-10s %.0f s …\n", load.c_str(), kContenders[i].who, options.seconds);
-            const Releases releases = kContenders[i].run(from_seconds(options.seconds));
+            const Releases releases = kContenders[i].run(from_seconds(options.seconds), phase);
+            phase = releases.phase;
             if (interrupted()) return false;
             if (!releases.failure.empty()) {
                 if (round == 0)
@@ -86,7 +90,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
     using namespace qduino::bench;
     Options options;
-    options.rounds = 12;
+    options.rounds = 20;
     const auto leave = parse_options(
         options, argc, argv,
         "Release latency of a periodic loop, against cyclictest at the same priority, period and core.",

@@ -25,11 +25,13 @@ constexpr board::VcpuId kLoop = 1;
 
 runtime::Runtime<LinuxBoard>* measured = nullptr;
 SharedSamples* samples = nullptr;
+SharedSamples* first_due = nullptr;  // one: an instant at which the loop was due
 
 /// The body of the loop: writes down how late it is, and waits.
 void body() {
-    const Nanoseconds latency = measured->board().now() - measured->loop(kLoop)->clock.nominal();
-    samples->push(latency.count());
+    const Instant due = measured->loop(kLoop)->clock.nominal();
+    samples->push((measured->board().now() - due).count());
+    first_due->push(to_ns(due));
     measured->wait_for_next_period();
 }
 
@@ -79,17 +81,20 @@ void drop_warm_up(Releases& releases) {
 
 Releases run_qduino(Nanoseconds length) {
     SharedSamples taken{static_cast<std::size_t>(length / kReleasePeriod) + 1000};
+    SharedSamples due{1};
     samples = &taken;
+    first_due = &due;
     const GuaranteeFile guarantee;
     Releases releases;
     releases.failure = run_child([&] { return play_qduino(length, guarantee); }, length + 5s);
     releases.latencies_ns = taken.taken();
+    for (const std::int64_t instant : due.taken()) releases.phase = Nanoseconds{instant} % kReleasePeriod;
     releases.guarantee = guarantee.read();
     drop_warm_up(releases);
     return releases;
 }
 
-Releases run_cyclictest(Nanoseconds length) {
+Releases run_cyclictest(Nanoseconds length, Nanoseconds phase) {
     const std::string output = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".cyclictest";
     const auto start = [&] {
         ::dup2(::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
@@ -97,8 +102,9 @@ Releases run_cyclictest(Nanoseconds length) {
         const std::string interval = "-i" + std::to_string(kReleasePeriod.count() / 1000);
         const std::string core = "-a" + std::to_string(cpu_count() - 1);
         const std::string loops = "-l" + std::to_string(length / kReleasePeriod);
+        const std::string aligned = "--secaligned=" + std::to_string(phase.count() / 1000);
         ::execlp("cyclictest", "cyclictest", "-t1", "-m", "-N", "-v", priority.c_str(), interval.c_str(),
-                 core.c_str(), loops.c_str(), nullptr);
+                 core.c_str(), loops.c_str(), aligned.c_str(), nullptr);
         return 127;
     };
     Releases releases;

@@ -16,7 +16,8 @@ namespace qduino::bench {
 
 struct Releases {
     std::vector<std::int64_t> latencies_ns;
-    Json guarantee;  ///< null for cyclictest
+    Nanoseconds phase{};  ///< of the instants that were due, within their period; not known of cyclictest
+    Json guarantee;       ///< null for cyclictest
     std::string failure;
 };
 
@@ -26,7 +27,8 @@ inline constexpr Nanoseconds kReleaseBudget = 250us;
 inline constexpr int kReleasePriority = 80;
 
 Releases run_qduino(Nanoseconds length);
+/// At the same phase, for a release that falls on the scheduling tick (every 4 ms, four periods) is late and the others are not.
 /// Failure when cyclictest (Debian's rt-tests) is not installed.
-Releases run_cyclictest(Nanoseconds length);
+Releases run_cyclictest(Nanoseconds length, Nanoseconds phase);
 
 }  // namespace qduino::bench

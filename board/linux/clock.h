@@ -1,9 +1,7 @@
 // The clocks of stock Linux as Instants.
 //
-// The board's clock is CLOCK_MONOTONIC, read through the vDSO: the cycle counter, scaled by the kernel. It
-// costs 23 ns where the TSC is the clock source (measured on an EPYC VM, kernel 6.18; a bare `lfence; rdtsc`
-// costs 19 ns there, so a calibration of our own would gain 4 ns and lose that instants mean the same in
-// every process). It is slewed, never stepped.
+// CLOCK_MONOTONIC, read through the vDSO (23 ns where the TSC is the clock source; EPYC VM, kernel 6.18), is the time of everything
+// that crosses a process. It is slewed, never stepped. What loops read is the same time by a shorter way: cycle_clock.h.
 #pragma once
 
 #include <time.h>

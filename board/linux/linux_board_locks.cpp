@@ -11,6 +11,7 @@
 
 #include "base/contract.h"
 #include "board/linux/announced_wait.h"
+#include "board/linux/cycle_clock.h"
 #include "board/linux/futex.h"
 #include "board/linux/linux_board.h"
 
@@ -27,8 +28,10 @@ std::uint32_t own_value() {
 
 bool take(LockWord& word) {
     std::uint32_t free = 0;
-    return word.value.compare_exchange_strong(free, own_value(), std::memory_order_acquire,
-                                              std::memory_order_relaxed);
+    const bool taken = word.value.compare_exchange_strong(free, own_value(), std::memory_order_acquire,
+                                                          std::memory_order_relaxed);
+    finish_loads();  // what the holder writes to pins is later than what the last one wrote: cycle_clock.h
+    return taken;
 }
 
 }  // namespace

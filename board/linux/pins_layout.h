@@ -16,18 +16,22 @@
 // The machine side creates the file and outlives the sketch. Every writer has its own single-writer ring, so
 // no loop can ever wait for another; a full ring loses the edge and counts it, and the writer goes on.
 //
-// Order across rings. Events carry CLOCK_MONOTONIC, common to all processes. A writer raises `writing`
-// *before* it reads the clock and lowers it after the push:
+// Order across rings. Events carry CLOCK_MONOTONIC, common to all processes. A writer raises `writing` *before* it reads the
+// clock and lowers it after the push; the machine asks about the past alone, kSettle after it:
 //
 //   writer   ──[writing:=1]──(t := now)──[push t]──[writing:=0]──
-//   machine  ──(h := now)──[writing == 0?]──[drain the ring up to h]──
+//   machine  ──(h)── kSettle ──[writing == 0?]──[drain the ring up to h]──
 //
-// If the machine, having read h, sees `writing` low, then whatever is not yet in the ring will carry a time
-// after h: the merge up to h is exact, without a guessed safety lag. (The store of `writing` and the reading
-// of the clock must not pass each other: the store is sequentially consistent and the vDSO's clock read is
-// ordered.) A writer that is preempted or throttled in between holds the horizon back for at most
-// kWriterHold (a busy machine takes an ordinary process off its core for that long), then the others go on without it; a dead one
-// holds up nobody.
+// If a machine that looks kSettle after h sees `writing` low, then whatever is not yet in the ring will carry a time after h: a
+// write with a time up to h raised its flag before h, and what was stored by h is seen kSettle later. So the merge up to h is
+// exact. kSettle stands for two things that are thousands of times shorter: how long a store waits in its core before the others
+// see it (at most until what is in front of it has left, well below 1 us; interrupts and traps empty the store buffer), and how
+// far apart two processes read the same clock (cycle_clock.h). The alternative is a full fence in every write to a pin, so that
+// each waits for the cache lines of the one before: a fence-free flag with a bound in time instead, as in Morrison and Afek,
+// "Temporally Bounding TSO for Fence-Free Asymmetric Synchronization", ASPLOS 2015.
+//
+// A writer that is preempted or throttled in between holds the horizon back for at most kWriterHold (a busy machine takes an
+// ordinary process off its core for that long), then the others go on without it; a dead one holds up nobody.
 //
 // Whose file: the machine holds an OFD lock on byte 0, the sketch on byte 1, the supervisor on byte 2. The
 // kernel drops them with the process, however it died: a second sketch is refused while one lives, never
@@ -73,6 +77,8 @@ inline constexpr int kNarrowWriters = kVcpuLimit + 2;
 inline constexpr int kWideWriters = 4;
 inline constexpr int kWriterCount = kNarrowWriters + kWideWriters;
 
+/// After so long everybody sees what was stored, and every clock shows a later time.
+inline constexpr Nanoseconds kSettle = 20us;
 /// How long a writer that stopped in the middle of a write holds the others back.
 inline constexpr Nanoseconds kWriterHold = 250ms;
 /// How long a bus transaction waits for the machine before it fails with timed_out.

@@ -18,7 +18,7 @@ namespace {
 /// done.
 bool seen_quiet(const WriterSlot& slot) {
     for (int look = 0; look < 64; ++look) {
-        if (slot.writing.load(std::memory_order_seq_cst) == 0) return true;
+        if (slot.writing.load(std::memory_order_acquire) == 0) return true;
     }
     return false;
 }
@@ -60,7 +60,7 @@ Result<PinsServer> PinsServer::create(const std::string& path) {
     return server;
 }
 
-void PinsServer::find_new_sources(Instant now) {
+void PinsServer::find_new_sources(Instant until) {
     for (int writer = 0; writer < kWriterCount; ++writer) {
         const auto index = static_cast<std::size_t>(writer);
         WriterSlot& slot = layout().writers[index];
@@ -68,7 +68,8 @@ void PinsServer::find_new_sources(Instant now) {
         auto ring = file_.map_ring(writer, false);
         if (!ring) continue;  // no memory now: tried again at the next poll, nothing is lost meanwhile
         known_[index] = true;
-        sources_[source_count_++] = Source{std::move(*ring), &slot, is_wide(writer), std::max(horizon_, now)};
+        sources_[source_count_++] =
+            Source{std::move(*ring), &slot, is_wide(writer), std::max(horizon_, until)};
     }
 }
 
@@ -79,14 +80,14 @@ bool PinsServer::sketch_lives() const {
     return pid <= 0 || ::kill(pid, 0) == 0 || errno != ESRCH;
 }
 
-/// Up to which instant everything that will ever be pushed is in the rings already.
-Instant PinsServer::exact_until(Instant now) {
-    Instant until = now;
+/// Up to which instant everything that will ever be pushed is in the rings already; at most `asked`, which is kSettle ago.
+Instant PinsServer::exact_until(Instant asked) {
+    Instant until = asked;
     for (std::size_t i = 0; i < source_count_; ++i) {
         Source& source = sources_[i];
         if (seen_quiet(*source.slot)) {
-            source.quiet_since = now;
-        } else if (now - source.quiet_since < kWriterHold && sketch_lives()) {
+            source.quiet_since = asked;
+        } else if (asked - source.quiet_since < kWriterHold && sketch_lives()) {
             until = std::min(until, source.quiet_since);
         }
     }
@@ -95,14 +96,16 @@ Instant PinsServer::exact_until(Instant now) {
 
 // ---- delivery -------------------------------------------------------------------------------------------
 
-std::size_t PinsServer::poll(Instant now, Peripherals& peripherals) {
-    layout().machine_alive_ns.store(to_ns(now), std::memory_order_relaxed);
+std::size_t PinsServer::poll(Instant until, Peripherals& peripherals) {
+    layout().machine_alive_ns.store(to_ns(monotonic_now()), std::memory_order_relaxed);
     doorbell_seen_ = layout().doorbell.load(std::memory_order_acquire);
     Requests asked{};
-    // Read again behind them: what was written before they were posted is older than this.
-    if (find_requests(asked)) now = std::max(now, monotonic_now());
-    find_new_sources(now);
-    const Instant until = exact_until(now);
+    // Read behind them: what was written before they were posted is older than this.
+    if (find_requests(asked)) until = std::max(until, monotonic_now());
+    while (monotonic_now() < until + kSettle) {
+    }
+    find_new_sources(until);
+    until = exact_until(until);
     const std::size_t events = deliver(until, peripherals);
     if (events < kBatch) horizon_ = std::max(horizon_, until);
     publish_inputs(peripherals);

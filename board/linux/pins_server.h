@@ -3,7 +3,7 @@
 //
 //   loop of an app that plays the machine:
 //       server.wait(1ms);                       sleeps until a bus request comes, at most so long
-//       server.poll(monotonic_now());           edges in order of time, bus requests, inputs published
+//       server.poll(monotonic_now() - kSettle); edges in order of time, bus requests, inputs published
 //
 // One thread. A sketch may die at any instruction and another attach: the server goes on, and what the dead
 // one had pushed is still played.
@@ -36,11 +36,11 @@ class PinsServer {
     PinsServer(PinsServer&&) = default;
     PinsServer& operator=(PinsServer&&) = default;
 
-    /// Delivers all events up to `now` (up to the latest request, if there are any) that can be ordered, publishes the input
-    /// pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `now` must have been
-    /// read from CLOCK_MONOTONIC before the call. Calls of `peripherals` carry non-decreasing times. Returns how many events and
+    /// Delivers all events up to `until` (up to the latest request, if there are any) that can be ordered, publishes the input
+    /// pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `until` is of
+    /// CLOCK_MONOTONIC, and past: the call waits (spinning) where it is less than kSettle ago. Calls of `peripherals` carry non-decreasing times. Returns how many events and
     /// requests were served; at most kBatch events a call, so that requests are not starved.
-    std::size_t poll(Instant now, Peripherals& peripherals);
+    std::size_t poll(Instant until, Peripherals& peripherals);
 
     /// Sleeps until a bus request comes, at most `limit`.
     void wait(Nanoseconds limit);
@@ -61,16 +61,16 @@ class PinsServer {
         Mapping ring;
         WriterSlot* slot = nullptr;
         bool wide = false;
-        Instant quiet_since{};  ///< the latest `now` at which the writer was seen not to be writing
+        Instant quiet_since{};  ///< up to here nothing more will come: the writer was seen not to be writing
 
         [[nodiscard]] const PinEvent* front();
         void pop();
     };
 
     PinsServer() = default;
-    void find_new_sources(Instant now);
+    void find_new_sources(Instant until);
     [[nodiscard]] bool sketch_lives() const;
-    [[nodiscard]] Instant exact_until(Instant now);
+    [[nodiscard]] Instant exact_until(Instant asked);
     std::size_t deliver(Instant until, Peripherals& peripherals);
     void hand_over(const PinEvent& event, Peripherals& peripherals);
     void publish_inputs(Peripherals& peripherals);

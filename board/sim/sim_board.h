@@ -65,6 +65,7 @@ class SimBoard final : private PinEdgeSink {
             busy_through_events(t);
         }
     }
+    void busy_for(Nanoseconds length) { busy_until(now_ + length); }
     /// Consumes `amount` of the calling VCPU's CPU time: unlike busy_until, not until an instant, so that time taken by others
     /// does not count. For tests and models of load.
     void compute(Nanoseconds amount) {

@@ -45,6 +45,7 @@ void busy_until(Instant t) {
     state().spun_ns += to_ns(t - state().now);
     state().now = t;
 }
+void busy_for(Nanoseconds length) { busy_until(now() + length); }
 void sleep_until(Instant t) {
     if (t > state().now) {
         state().slept_ns += to_ns(t - state().now);

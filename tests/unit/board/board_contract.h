@@ -97,6 +97,19 @@ TYPED_TEST_P(BoardContract, BusyUntilAndSleepUntilAreNeverEarly) {
     });
 }
 
+TYPED_TEST_P(BoardContract, BusyForIsNeverShort) {
+    this->run_one([this] {
+        auto& board = this->board();
+        for (const int length_ns : {-5, 0, 1, 40, 1000, 100'000}) {
+            for (int i = 0; i < 100; ++i) {
+                const Instant start = board.now();
+                board.busy_for(Nanoseconds{length_ns});
+                ASSERT_GE((board.now() - start).count(), length_ns) << i;
+            }
+        }
+    });
+}
+
 TYPED_TEST_P(BoardContract, TimeNeverRunsBackwardsAndIsOneForAllVcpus) {
     auto& board = this->board();
     const int cores = board.core_count();
@@ -497,6 +510,36 @@ TYPED_TEST_P(BoardContract, ALockIsHeldByOneAtATime) {
     EXPECT_EQ(lock.value, 0u);
 }
 
+TYPED_TEST_P(BoardContract, WritesUnderALockAreSeenInTheOrderOfItsHolders) {
+    auto& board = this->board();
+    constexpr int kTurns = 3000;
+    LockWord lock;
+    std::vector<PinId> order;  // under the lock
+    order.reserve(2 * kTurns);
+    std::atomic<int> left{2};
+    for (VcpuId id = 1; id <= 2; ++id) {
+        this->add_loop(id, (id - 1) % board.core_count(), [&, pin = id == 1 ? kDriver : kLamp] {
+            for (int turn = 0; turn < kTurns; ++turn) {
+                board.lock(lock);
+                order.push_back(pin);
+                board.pin_write(pin, turn % 2 == 0 ? Level::high : Level::low);
+                board.unlock(lock);
+                board.busy_for(Nanoseconds{turn % 7 * 100});
+            }
+            if (--left == 0) board.request_stop();
+        });
+    }
+    ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
+    ASSERT_TRUE(board.pin_mode(kLamp, PinMode::output));
+    ASSERT_TRUE(this->start());
+    board.run(kForever);
+    const auto& writes = this->bench_.finish().pin_writes;
+    ASSERT_GE(writes.size(), order.size());  // becoming an output may write a level
+    const auto first = writes.end() - static_cast<std::ptrdiff_t>(order.size());
+    EXPECT_TRUE(std::equal(order.begin(), order.end(), first,
+                           [](PinId pin, const auto& write) { return pin == write.pin; }));
+}
+
 TYPED_TEST_P(BoardContract, SetupMayLockToo) {
     auto& board = this->board();
     LockWord lock;
@@ -586,14 +629,15 @@ TYPED_TEST_P(BoardContract, AStoppedBoardLeavesItsPinsInTheirSafeStates) {
 }
 
 REGISTER_TYPED_TEST_SUITE_P(
-    BoardContract, BusyUntilAndSleepUntilAreNeverEarly, TimeNeverRunsBackwardsAndIsOneForAllVcpus,
-    EveryEntryRunsOnceOnItsVcpuAndCore, RunReturnsAtUntilAndGoesOnWhenCalledAgain,
-    AStopIsSeenByEveryLoopAndRunWaitsForAll, BadSpecsAreRefusedAndNothingRuns, TheGuaranteeNamesEveryLoop,
-    WritesReachTheWiresInOrderAndAtTheirTime, AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire,
-    PinsStartAsInputsAndDriveNothing, PinsThatAreNotThereAreRefused, PwmArrivesAsItsDutyAndOnlyWithinBounds,
-    APwmHasThePeriodThatItIsGiven, I2cCarriesExactBytesBothWays, AnAddressWithoutAChipTimesOut,
-    SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage, EdgesRunTheirHandlerOnItsIoVcpu,
-    AnEdgeNeedsAHandlerAndAnIoVcpu, ALockIsHeldByOneAtATime, SetupMayLockToo,
+    BoardContract, BusyUntilAndSleepUntilAreNeverEarly, BusyForIsNeverShort,
+    TimeNeverRunsBackwardsAndIsOneForAllVcpus, EveryEntryRunsOnceOnItsVcpuAndCore,
+    RunReturnsAtUntilAndGoesOnWhenCalledAgain, AStopIsSeenByEveryLoopAndRunWaitsForAll,
+    BadSpecsAreRefusedAndNothingRuns, TheGuaranteeNamesEveryLoop, WritesReachTheWiresInOrderAndAtTheirTime,
+    AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire, PinsStartAsInputsAndDriveNothing,
+    PinsThatAreNotThereAreRefused, PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven,
+    I2cCarriesExactBytesBothWays, AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace,
+    AnAnalogPinReadsItsVoltage, EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu,
+    ALockIsHeldByOneAtATime, WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
     TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
 
 }  // namespace qduino::board::contract

@@ -1,0 +1,101 @@
+#include "board/linux/cycle_clock.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "board/linux/machine_settings.h"
+
+namespace qduino::board::linux {
+namespace {
+
+constexpr Nanoseconds kFirstBase = 2ms;   // a rate within 20 ppm: 20 ns over the age of an anchor
+constexpr Nanoseconds kLongBase = 100ms;  // within 0.3 ppm
+/// A slope further from the rate than this is no slope: the machine was suspended or moved in between.
+constexpr double kBelievable = 1e-3;
+/// What an anchor may lie behind its predecessor by the width of their readings; more is another time.
+constexpr std::int64_t kJitterNs = 1000;
+
+bool kernel_trusts_cycles() {
+#if defined(__x86_64__)
+    const auto source = read_small_file("/sys/devices/system/clocksource/clocksource0/current_clocksource");
+    return source && source->starts_with("tsc");
+#else
+    return false;
+#endif
+}
+
+}  // namespace
+
+CycleClock cycle_clock;
+
+/// The narrowest of a few tries: what interrupted one makes it wide.
+CycleClock::Pair CycleClock::read_pair(std::uint64_t good_width) {
+    Pair best{.cycles = 0, .ns = 0, .width = std::numeric_limits<std::uint64_t>::max()};
+    for (int attempt = 0; attempt < 5 && best.width > good_width; ++attempt) {
+        finish_loads();
+        const std::uint64_t before = read_cycles();
+        const std::int64_t ns = read_clock_ns(CLOCK_MONOTONIC);
+        finish_loads();
+        const std::uint64_t width = read_cycles() - before;
+        if (width < best.width) best = {before + width / 2, ns, width};
+    }
+    return best;
+}
+
+void CycleClock::start() {
+    if (started() || !kernel_trusts_cycles()) return;
+    std::uint64_t narrowest = std::numeric_limits<std::uint64_t>::max();
+    for (int i = 0; i < 100; ++i) narrowest = std::min(narrowest, read_pair(0).width);
+    good_width_ = narrowest + narrowest / 4;
+    base_ = read_pair(good_width_);
+    block_until(instant_from_ns(base_.ns) + kFirstBase);
+    set_rate(base_, read_pair(good_width_));
+    started_.store(true, std::memory_order_release);
+    refresh();
+}
+
+void CycleClock::set_rate(const Pair& from, const Pair& to) {
+    const double slope = static_cast<double>(to.ns - from.ns) / static_cast<double>(to.cycles - from.cycles);
+    if (!(slope > 0)) return;
+    const double rate = std::ldexp(slope, kRateBits);
+    const auto known = static_cast<double>(rate_.load(std::memory_order_relaxed));
+    if (known > 0 && std::abs(rate / known - 1) > kBelievable) return;
+    rate_.store(static_cast<std::uint64_t>(rate), std::memory_order_release);
+    oldest_.store(static_cast<std::uint64_t>(static_cast<double>(kAnchorAge.count()) / slope),
+                  std::memory_order_release);
+}
+
+/// The instant of `pair`, or what was handed out for it already, when that is later by no more than jitter.
+std::int64_t CycleClock::never_back(const Pair& pair) const {
+    const std::uint64_t passed = pair.cycles - cycles_.load(std::memory_order_relaxed);
+    if (passed > oldest_.load(std::memory_order_relaxed) * 16) return pair.ns;
+    const std::int64_t handed_out =
+        ns_.load(std::memory_order_relaxed) +
+        static_cast<std::int64_t>((passed * rate_.load(std::memory_order_relaxed)) >> kRateBits);
+    return handed_out - pair.ns <= kJitterNs ? std::max(pair.ns, handed_out) : pair.ns;
+}
+
+void CycleClock::refresh() {
+    std::uint32_t even = sequence_.load(std::memory_order_relaxed) & ~1u;
+    if (!sequence_.compare_exchange_strong(even, even + 1, std::memory_order_acquire))
+        return;  // somebody does
+    const Pair pair = read_pair(good_width_);
+    const std::int64_t ns = never_back(pair);
+    if (pair.ns - base_.ns > kLongBase.count()) {
+        set_rate(base_, pair);
+        base_ = pair;
+    }
+    cycles_.store(pair.cycles, std::memory_order_release);
+    ns_.store(ns, std::memory_order_release);
+    sequence_.store(even + 2, std::memory_order_release);
+}
+
+Instant CycleClock::refreshed_now() {
+    Instant result;
+    if (!started()) return monotonic_now();
+    refresh();
+    return read(kAnchorAge, result) ? result : monotonic_now();
+}
+
+}  // namespace qduino::board::linux
