@@ -21,6 +21,8 @@ function(qduino_link_closure targets out_libraries out_options)
       elseif(item MATCHES "::")
         # An imported target is known only where it was looked for: find_package() it in the calling folder.
         message(FATAL_ERROR "qduino-sdk.json: the library ${item} is not known in ${CMAKE_CURRENT_SOURCE_DIR}")
+      elseif(item MATCHES "^(qduino|app|sketch)_")
+        message(FATAL_ERROR "qduino-sdk.json: the project's library ${item} is declared after this folder (CMakeLists.txt)")
       elseif(NOT item MATCHES "^[-/]")
         string(PREPEND item "-l")
       endif()
