@@ -92,7 +92,7 @@ class CycleClock {
         const std::int64_t from_ns = ns_.load(std::memory_order_acquire);
         const std::uint64_t oldest = oldest_.load(std::memory_order_acquire);
         if (sequence_.load(std::memory_order_relaxed) != before || (before & 1u) != 0) return false;
-        if (passed > (age == kAnchorAge ? oldest : oldest / 2)) return false;  // none yet: oldest is 0
+        if (passed >= (age == kAnchorAge ? oldest : oldest / 2)) return false;  // none yet: oldest is 0
         result = instant_from_ns(from_ns + static_cast<std::int64_t>((passed * rate) >> kRateBits));
         return true;
     }
