@@ -15,6 +15,9 @@
 // thread's count of voluntary context switches: when it grew, what was used since the last look counts from
 // the latest instant at which it can have begun, `now − used`. That errs on the late side.
 //
+// Time that a hypervisor takes from a virtual machine and does not report looks like the thread's own: it is charged, and paid
+// back like any overrun.
+//
 // Locks. A thread that slept for its budget while it holds a lock would hold up whoever waits for it, whatever its
 // priority: the kernel's priority inheritance cannot run a thread that sleeps. So the sleep is put off until the last
 // unlock, for one budget more at most (a loop that hangs in its critical section is throttled all the same); what was
