@@ -7,8 +7,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"

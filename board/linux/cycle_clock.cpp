@@ -95,7 +95,7 @@ Instant CycleClock::refreshed_now() {
     Instant result;
     if (!started()) return monotonic_now();
     refresh();
-    return read(kAnchorAge, result) ? result : monotonic_now();
+    return read(result) ? result : monotonic_now();
 }
 
 }  // namespace qduino::board::linux

@@ -62,13 +62,12 @@ class CycleClock {
     /// The same at half the price, perhaps 0.2 us early: see above.
     [[nodiscard]] Instant soon() {
         Instant result;
-        return read(kAnchorAge, result) ? result : refreshed_now();
+        return read(result) ? result : refreshed_now();
     }
     /// Sets a new anchor when the present one is half as old as it may become: for a thread that has time now and
     /// none later.
     void keep_fresh() {
-        Instant unused;
-        if (started() && !read(kAnchorAge / 2, unused)) refresh();
+        if (started() && cycles_since_anchor() > oldest_.load(std::memory_order_relaxed) / 2) refresh();
     }
 
     /// How old an anchor may become.
@@ -79,20 +78,22 @@ class CycleClock {
     struct Pair {
         std::uint64_t cycles = 0;
         std::int64_t ns = 0;
-        std::uint64_t width =
-            0;  ///< cycles between the two looks at the counter around the look at the clock
+        std::uint64_t width = 0;  ///< cycles from the look at the counter before the clock's to the one after
     };
     static constexpr int kRateBits = 32;  ///< a rate is nanoseconds a cycle times 2^32
 
-    /// From the anchor, unless it is older than `age` or being set.
-    [[nodiscard]] bool read(Nanoseconds age, Instant& result) const {
+    [[nodiscard]] std::uint64_t cycles_since_anchor() const {
+        return read_cycles() - cycles_.load(std::memory_order_acquire);
+    }
+    /// From the anchor, unless it is too old, being set, or there is none yet (oldest_ is 0).
+    [[nodiscard]] bool read(Instant& result) const {
         const std::uint32_t before = sequence_.load(std::memory_order_acquire);
-        const std::uint64_t passed = read_cycles() - cycles_.load(std::memory_order_acquire);
+        const std::uint64_t passed = cycles_since_anchor();
         const std::uint64_t rate = rate_.load(std::memory_order_acquire);
         const std::int64_t from_ns = ns_.load(std::memory_order_acquire);
-        const std::uint64_t oldest = oldest_.load(std::memory_order_acquire);
-        if (sequence_.load(std::memory_order_relaxed) != before || (before & 1u) != 0) return false;
-        if (passed >= (age == kAnchorAge ? oldest : oldest / 2)) return false;  // none yet: oldest is 0
+        const bool too_old = passed >= oldest_.load(std::memory_order_acquire);
+        if (sequence_.load(std::memory_order_relaxed) != before || (before & 1u) != 0 || too_old)
+            return false;
         result = instant_from_ns(from_ns + static_cast<std::int64_t>((passed * rate) >> kRateBits));
         return true;
     }

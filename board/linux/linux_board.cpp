@@ -122,9 +122,9 @@ LinuxBoard::~LinuxBoard() {
 void LinuxBoard::busy_until(Instant t) {
     if (watched_) promise_until(t);
     if (VcpuThread* thread = VcpuThread::current()) thread->rest_before_spin(t);
-    if (t - cycle_clock.soon() > kLongSpin)
-        cycle_clock.keep_fresh();  // who writes to a pin afterwards need not
-    for (Nanoseconds left = t - cycle_clock.soon(); left > Nanoseconds{0}; left = t - cycle_clock.soon()) {
+    Nanoseconds left = t - cycle_clock.soon();
+    if (left > kLongSpin) cycle_clock.keep_fresh();  // who writes to a pin afterwards need not
+    for (; left > Nanoseconds{0}; left = t - cycle_clock.soon()) {
         if (left > kTightSpin) relax_core();
     }
 }

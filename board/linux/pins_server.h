@@ -38,8 +38,9 @@ class PinsServer {
 
     /// Delivers all events up to `until` (up to the latest request, if there are any) that can be ordered, publishes the input
     /// pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `until` is of
-    /// CLOCK_MONOTONIC, and past: the call waits (spinning) where it is less than kSettle ago. Calls of `peripherals` carry non-decreasing times. Returns how many events and
-    /// requests were served; at most kBatch events a call, so that requests are not starved.
+    /// CLOCK_MONOTONIC, and past: the call waits (spinning) where it is less than kSettle ago. Calls of `peripherals` carry
+    /// non-decreasing times. Returns how many events and requests were served; at most kBatch events a call, so that requests are not
+    /// starved.
     std::size_t poll(Instant until, Peripherals& peripherals);
 
     /// Sleeps until a bus request comes, at most `limit`.
