@@ -235,6 +235,28 @@ class Qduino(unittest.TestCase):
                                "device = \"nic\"\nrate_hz = 1\ncore = 3\n"), "--cores", "1", status=1)
         self.assertIn("on core 3, but there are only 1 cores", done.stderr)
 
+    def test_the_kernel_traces_a_run_on_linux(self):
+        # In a mount namespace of its own: what is mounted there goes with the command.
+        with_tracefs = ["unshare", "--mount", "sh", "-c", 'mount -t tracefs tracefs /sys/kernel/tracing && exec "$@"', "sh"]
+        if subprocess.run([*with_tracefs, "true"], capture_output=True, check=False).returncode != 0:
+            self.skipTest("the kernel's tracer cannot be had: it takes root, and a kernel with tracefs")
+        self.write("busy/busy.ino", """
+            void setup() {}
+            void loop(1, 1, 5, 0) { delayBusyMicroseconds(200); waitForNextPeriod(); }
+            void loop(2, 10, 100, 0) { delayBusyMicroseconds(30000); waitForNextPeriod(); }
+        """)
+        done = subprocess.run([*with_tracefs, PROGRAM, "trace", "busy", "--linux", "--for", "1", "-o", "busy.json"], cwd=self.folder,
+                              env=self.environment, capture_output=True, text=True, timeout=120, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.folder / "busy.json", encoding="utf-8") as file:
+            events = json.load(file)
+        threads = {event["args"]["name"] for event in events if event["name"] == "thread_name"}
+        self.assertLessEqual({"loop 1", "loop 2"}, threads)
+        self.assertLessEqual({"wake", "block", "throttle"}, {event["name"] for event in events if event["ph"] == "i"})
+        stretches = [event for event in events if event["ph"] == "X" and event["name"].startswith("loop")]
+        self.assertTrue(stretches)
+        self.assertTrue(all(event["dur"] >= 0 for event in stretches))
+
     def test_run_holds_the_safe_states_and_reports_the_guarantees(self):
         self.write("lamp/lamp.ino", """
             #include <fstream>
