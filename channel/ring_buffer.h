@@ -43,14 +43,26 @@ class RingBuffer {
 
     /// False, and nothing changed, when full. Wait-free.
     [[nodiscard]] bool try_push(const T& item) {
+        if (!try_stage(item)) return false;
+        commit(1);
+        return true;
+    }
+
+    /// The first half of try_push(): `item` is in its slot, and the reader does not see it until commit(1). Staged again,
+    /// it is overwritten. False when full.
+    [[nodiscard]] bool try_stage(const T& item) {
         const std::uint64_t head = head_.load(std::memory_order_relaxed);
         if (head - cached_tail_ >= N) {
             cached_tail_ = tail_.load(std::memory_order_acquire);
             if (head - cached_tail_ >= N) return false;
         }
         slots_[head & (N - 1)] = item;
-        head_.store(head + 1, std::memory_order_release);
         return true;
+    }
+
+    /// Lets the reader see the first `count` staged items: 0 or 1.
+    void commit(std::uint64_t count) {
+        head_.store(head_.load(std::memory_order_relaxed) + count, std::memory_order_release);
     }
 
     /// Pushes as many of `items` as fit, in order, and returns how many; they appear to the reader all at once.

@@ -31,6 +31,12 @@ bool is_pin(const char* call, int pin) {
 
 constexpr port::PinId pin_id(int pin) { return port::PinId{static_cast<std::uint16_t>(pin)}; }
 
+/// Not inlined: a write to a pin without PWM is quicker without.
+[[gnu::noinline]] void end_pwm(int pin, int level) {
+    pwm_active[static_cast<std::size_t>(pin)].store(false, std::memory_order_relaxed);
+    succeeded("digitalWrite", pin, port::pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
+}
+
 int full_scale(int bits) { return (1 << bits) - 1; }
 
 bool is_resolution(const char* call, int bits) {
@@ -76,10 +82,7 @@ void qduino::arduino::make_output(int pin) {
 
 void digitalWrite(int pin, int level) {
     if (!is_pin("digitalWrite", pin)) return;
-    if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) {
-        pwm_active[static_cast<std::size_t>(pin)].store(false, std::memory_order_relaxed);
-        succeeded("digitalWrite", pin, port::pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
-    }
+    if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) end_pwm(pin, level);
     port::pin_write(pin_id(pin), level == LOW ? port::Level::low : port::Level::high);
 }
 

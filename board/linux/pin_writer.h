@@ -29,6 +29,9 @@ class PinWriter {
     }
     [[nodiscard]] bool is_open() const { return slot_ != nullptr; }
 
+    /// Does all that a write does but let it be seen, so that the next one finds its code and its data in the caches.
+    void rehearse() { push({}, 0); }
+
     void write_level(PinId pin, Level level) { push({0, pin.number, PinEventKind::level, level, 0}); }
     void write_pwm(PinId pin, double duty) {
         push({0, pin.number, PinEventKind::pwm, Level::low,
@@ -40,14 +43,21 @@ class PinWriter {
     }
 
   private:
-    void push(PinEvent event) {
+    /// `count`: 1; 0 for a rehearsal, which must go through these very instructions: hence never inlined.
+    [[gnu::noinline]] void push(PinEvent event, std::uint64_t count = 1) {
         slot_->writing.store(1, std::memory_order_relaxed);
         std::atomic_signal_fence(std::memory_order_seq_cst);  // then the clock: see kSettle in pins_layout.h
         event.time_ns = to_ns(cycle_clock.soon());
-        const bool held =
-            wide_ ? ring_.as<WideRing>()->try_push(event) : ring_.as<NarrowRing>()->try_push(event);
-        if (!held) slot_->lost.fetch_add(1, std::memory_order_relaxed);
+        const bool held = wide_ ? push_to(*ring_.as<WideRing>(), event, count)
+                                : push_to(*ring_.as<NarrowRing>(), event, count);
+        if (!held) slot_->lost.fetch_add(count, std::memory_order_relaxed);
         slot_->writing.store(0, std::memory_order_release);
+    }
+    template <typename Ring>
+    static bool push_to(Ring& ring, const PinEvent& event, std::uint64_t count) {
+        if (!ring.try_stage(event)) return false;
+        ring.commit(count);
+        return true;
     }
 
     Mapping ring_;

@@ -100,11 +100,6 @@ Result<void> VirtualPins::open_writer(VcpuId vcpu, bool wide) {
     return writer.open(file_, vcpu, vcpu);
 }
 
-PinWriter& VirtualPins::writer_of(VcpuId vcpu) {
-    QDUINO_EXPECT(vcpu < kVcpuLimit && writers_[vcpu].is_open());
-    return writers_[vcpu];
-}
-
 // ---- pins -----------------------------------------------------------------------------------------------
 
 Result<void> VirtualPins::set_mode(VcpuId vcpu, PinId pin, PinMode mode) {
@@ -124,12 +119,7 @@ void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
     if (output.pwm.load(std::memory_order_relaxed)) output.pwm.store(0, std::memory_order_relaxed);
     if (!is_output(output.mode.load(std::memory_order_relaxed)))
         return;  // the latch alone: nothing is driven
-    if (vcpu == kNoVcpu) {
-        const std::lock_guard lock{shared_by_non_vcpus_};
-        writer_of(vcpu).write_level(pin, level);
-    } else {
-        writer_of(vcpu).write_level(pin, level);
-    }
+    with_writer(vcpu, [=](PinWriter& writer) { writer.write_level(pin, level); });
 }
 
 Level VirtualPins::read(VcpuId, PinId pin) {
@@ -152,20 +142,13 @@ Result<void> VirtualPins::write_pwm(VcpuId vcpu, PinId pin, double duty) {
     }
     output.pwm.store(1, std::memory_order_relaxed);
     output.level.store(duty >= 0.5 ? 1 : 0, std::memory_order_relaxed);
-    if (vcpu == kNoVcpu) {
-        const std::lock_guard lock{shared_by_non_vcpus_};
-        writer_of(vcpu).write_pwm(pin, duty);
-    } else {
-        writer_of(vcpu).write_pwm(pin, duty);
-    }
+    with_writer(vcpu, [=](PinWriter& writer) { writer.write_pwm(pin, duty); });
     return {};
 }
 
 Result<void> VirtualPins::set_pwm_period(VcpuId vcpu, PinId pin, Nanoseconds period) {
     static_cast<void>(index_of(pin));
-    std::unique_lock lock{shared_by_non_vcpus_, std::defer_lock};
-    if (vcpu == kNoVcpu) lock.lock();
-    writer_of(vcpu).write_pwm_period(pin, period);
+    with_writer(vcpu, [=](PinWriter& writer) { writer.write_pwm_period(pin, period); });
     return {};
 }
 

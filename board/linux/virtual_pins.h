@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "base/contract.h"
 #include "base/result.h"
 #include "board/linux/pin_driver.h"
 #include "board/linux/pin_writer.h"
@@ -26,6 +27,11 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     /// Gives `vcpu` a ring of its own: must come before its first write. `wide` asks for one of the few large
     /// rings (falls back to a narrow one when they are taken). Setup-time.
     Result<void> open_writer(VcpuId vcpu, bool wide);
+
+    /// Before a write of `vcpu` that is to be quick, by its own thread: see PinWriter::rehearse().
+    void rehearse_write(VcpuId vcpu) {
+        if (writers_[vcpu].is_open()) writers_[vcpu].rehearse();
+    }
 
     // ---- PinDriver --------------------------------------------------------------------------------------
     /// For inputs, waits until the machine has published the pin's level once. Error: timed_out when no
@@ -74,7 +80,22 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     [[nodiscard]] PinsLayout& layout() const { return file_.layout(); }
 
   private:
-    [[nodiscard]] PinWriter& writer_of(VcpuId vcpu);
+    [[nodiscard]] PinWriter& writer_of(VcpuId vcpu) {
+        QDUINO_EXPECT(vcpu < kVcpuLimit && writers_[vcpu].is_open());
+        return writers_[vcpu];
+    }
+    /// Calls `write` with the writer of `vcpu`.
+    template <typename Write>
+    void with_writer(VcpuId vcpu, Write write) {
+        if (vcpu == kNoVcpu) return with_shared_writer(write);
+        write(writer_of(vcpu));
+    }
+    /// Threads that are no VCPU have one writer in turns. Not inlined: a VCPU's write is quicker without.
+    template <typename Write>
+    [[gnu::noinline]] void with_shared_writer(Write write) {
+        const std::lock_guard lock{shared_by_non_vcpus_};
+        write(writer_of(kNoVcpu));
+    }
     Result<void> ask(VcpuId vcpu, const MailHead& head, std::span<const std::uint8_t> out,
                      std::span<std::uint8_t> in, double* analog);
 

@@ -17,7 +17,7 @@ class Comparison {
     explicit Comparison(std::uint64_t seed) : random_(seed) {}
 
     void step() {
-        switch (random_() % 10) {
+        switch (random_() % 11) {
             case 0:
                 return push_all();
             case 1:
@@ -34,6 +34,8 @@ class Comparison {
                 return adopt();
             case 8:
                 return push_one();
+            case 9:
+                return stage();
             default:
                 return pop_one();
         }
@@ -56,6 +58,11 @@ class Comparison {
         const bool fits = oracle_.size() < N;
         ASSERT_EQ(ring_.try_push(item), fits);
         if (fits) oracle_.push_back(item);
+    }
+    /// What was not committed was never there.
+    void stage() {
+        ASSERT_EQ(ring_.try_stage(next_++), oracle_.size() < N);
+        ring_.commit(0);
     }
     void push_some() {
         const std::vector<int> items = some();

@@ -44,6 +44,29 @@ TEST(VirtualPins, CarryEdgesInOrderWithTheirInstants) {
     EXPECT_EQ(running.server().faults().disordered, 0u);
 }
 
+TEST(VirtualPins, ARehearsedWriteIsNeverSeenNorLost) {
+    TemporaryPins file;
+    auto server = PinsServer::create(file.path());
+    ASSERT_TRUE(server.ok());
+    VirtualPins pins;
+    attach(pins, file.path());
+    pins.rehearse_write(1);  // has no writer yet
+    ASSERT_TRUE(pins.open_writer(1, false).ok());
+    ASSERT_TRUE(pins.set_mode(1, kPin, PinMode::output).ok());  // one edge
+    RecordingMachine machine;
+    for (int i = 0; i < 10; ++i) {
+        pins.rehearse_write(1);
+        pins.write(1, kPin, i % 2 ? Level::low : Level::high);
+        pins.rehearse_write(1);
+        server->poll(monotonic_now(), machine);
+        EXPECT_EQ(machine.seen.size(), static_cast<std::size_t>(i + 2));
+        EXPECT_EQ(machine.seen.back().value, i % 2 ? 0.0 : 1.0);
+    }
+    for (std::size_t i = 0; i < NarrowRing::kCapacity; ++i) pins.write(1, kPin, Level::high);
+    pins.rehearse_write(1);  // the ring is full
+    EXPECT_EQ(pins.lost_edges(), 0u);
+}
+
 TEST(VirtualPins, AWriteToAPinThatIsNoOutputStaysInTheLatch) {
     TemporaryPins file;
     RunningMachine running{file.path()};
