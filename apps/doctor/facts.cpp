@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "apps/doctor/unpack.h"
+#include "board/linux/kernel_release.h"
 #include "board/linux/machine_settings.h"
 
 namespace qduino::apps::doctor {
@@ -99,9 +100,7 @@ int Facts::owned_core() const {
 std::string Facts::release() const { return text("/proc/sys/kernel/osrelease").value_or("unknown"); }
 
 bool Facts::kernel_at_least(int major, int minor) const {
-    int found_major = 0, found_minor = 0;
-    if (std::sscanf(release().c_str(), "%d.%d", &found_major, &found_minor) != 2) return false;
-    return found_major != major ? found_major > major : found_minor >= minor;
+    return board::linux::release_at_least(release(), major, minor);
 }
 
 std::string Facts::architecture() const {

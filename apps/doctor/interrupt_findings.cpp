@@ -1,58 +1,51 @@
 // Which interrupts reach the core that a loop would own, and who moves them about.
-#include <sys/stat.h>
-
 #include <array>
-#include <sstream>
 
 #include "apps/doctor/finding.h"
+#include "board/linux/device_interrupts.h"
 
 namespace qduino::apps::doctor {
 namespace {
 
 using board::linux::CpuList;
+using board::linux::Interrupt;
 
-/// "36 (virtio1-req.0)": the number, and the handlers as /sys names them.
-std::string name_of(const Facts& facts, const std::string& irq) {
-    const auto handlers = facts.text("/sys/kernel/irq/" + irq + "/actions");
-    return handlers && !handlers->empty() ? irq + " (" + *handlers + ")" : irq;
-}
-
-/// The kernel lets it be moved: since Linux 6.10 the file's mode says so, before it all look movable.
-bool is_movable(const Facts& facts, const std::string& irq) {
-    struct stat entry {};
-    const std::string path = facts.at("/proc/irq/" + irq + "/smp_affinity_list");
-    return ::stat(path.c_str(), &entry) == 0 && (entry.st_mode & S_IWUSR) != 0;
-}
-
-/// Whether somebody handles it. Idle lines are no trouble.
-bool is_used(const Facts& facts, const std::string& irq) {
-    const auto handlers = facts.text("/sys/kernel/irq/" + irq + "/actions");
-    return !handlers || !handlers->empty();  // without /sys/kernel/irq: cannot tell
+/// Those with a handler that go to the core of a loop.
+std::vector<Interrupt> interrupts_on_core(const Facts& facts) {
+    std::vector<Interrupt> here;
+    for (Interrupt& irq : board::linux::all_interrupts(facts.at(""))) {
+        if (irq.used && irq.target.has(facts.owned_core())) here.push_back(std::move(irq));
+    }
+    return here;
 }
 
 Finding interrupt_affinity(const Facts& facts) {
     if (facts.core_count() < 2) return {State::ok, "one core only: nothing can be moved", ""};
     const int core = facts.owned_core();
     std::vector<std::string> here;
-    std::size_t bound = 0;
-    for (const std::string& irq : facts.entries("/proc/irq")) {
-        const std::string folder = "/proc/irq/" + irq;
-        CpuList target = facts.cpus(folder + "/effective_affinity_list");
-        if (target.empty()) target = facts.cpus(folder + "/smp_affinity_list");
-        if (!target.has(core) || !is_used(facts, irq)) continue;
-        if (is_movable(facts, irq)) {
-            here.push_back(name_of(facts, irq));
-        } else {
-            ++bound;
-        }
+    for (const Interrupt& irq : interrupts_on_core(facts)) {
+        if (irq.movable) here.push_back(irq.name());
     }
     const std::string on_core = " on core " + std::to_string(core);
-    const std::string stuck = bound == 0 ? "" : ", " + std::to_string(bound) + " that cannot be moved";
-    if (here.empty()) return {State::ok, "no movable interrupt" + on_core + stuck, ""};
+    if (here.empty()) return {State::ok, "no movable interrupt" + on_core, ""};
     CpuList rest = CpuList::first(facts.core_count());
     rest.remove(core);
-    return {State::better, std::to_string(here.size()) + on_core + ": " + some_of(here, 5) + stuck,
+    return {State::better, std::to_string(here.size()) + on_core + ": " + some_of(here, 5),
             facts.boot_with("irqaffinity=" + rest.to_list())};
+}
+
+/// Only those that could be elsewhere: of a disk with a queue for each core, the core's own is silent while the core is not used.
+Finding managed_interrupts(const Facts& facts) {
+    if (facts.core_count() < 2) return {State::ok, "one core only: nothing can be moved", ""};
+    std::vector<std::string> here;
+    for (const Interrupt& irq : interrupts_on_core(facts)) {
+        if (!irq.movable && irq.allowed.size() > 1) here.push_back(irq.name());
+    }
+    const std::string core = facts.owned_core_name();
+    if (here.empty()) return {State::ok, "none on core " + core, ""};
+    const char* kept =
+        facts.boot_parameter("isolcpus") ? "isolcpus=managed_irq,domain," : "isolcpus=managed_irq,";
+    return {State::better, some_of(here, 5) + " on core " + core, facts.boot_with(kept + core)};
 }
 
 Finding irqbalance(const Facts& facts) {
@@ -64,6 +57,8 @@ constexpr std::array kChecks{
     Check{"irq_affinity",
           "a device's interrupt on a loop's core makes a pulse late, until the board moves it",
           interrupt_affinity},
+    Check{"managed_irqs", "its driver keeps it on a loop's core, with the threads that finish its work",
+          managed_interrupts},
     Check{"irqbalance", "it puts interrupts back on the core from which the board has moved them",
           irqbalance},
 };

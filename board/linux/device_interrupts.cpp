@@ -1,13 +1,13 @@
 #include "board/linux/device_interrupts.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <optional>
-
-#include "board/linux/cpu_list.h"
 
 namespace qduino::board::linux {
 namespace {
@@ -29,6 +29,11 @@ std::optional<int> number(std::string_view text) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
     return value;
+}
+
+CpuList cpus_in(const std::string& path) {
+    const auto text = read_small_file(path);
+    return (text ? CpuList::from_list(*text) : std::nullopt).value_or(CpuList{});
 }
 
 /// Words in the names of handlers, lower case.
@@ -105,6 +110,27 @@ void add_by_handler(DeviceClass device, const std::string& root, std::set<int>& 
 const char* name_of(DeviceClass device) {
     constexpr std::array kNames{"GPIO", "I2C", "SPI", "UART", "NIC", "DISK", "ALL"};
     return kNames[std::min(static_cast<std::size_t>(device), kNames.size() - 1)];
+}
+
+std::vector<Interrupt> all_interrupts(const std::string& root) {
+    std::vector<Interrupt> all;
+    for (const int irq : interrupts_of_class(DeviceClass::all, root)) {
+        Interrupt found;
+        found.number = std::to_string(irq);
+        const std::string folder = root + "/proc/irq/" + found.number;
+        found.allowed = cpus_in(folder + "/smp_affinity_list");
+        found.target = cpus_in(folder + "/effective_affinity_list");
+        if (found.target.empty()) found.target = found.allowed;
+        struct stat entry {};
+        found.movable =
+            ::stat((folder + "/smp_affinity_list").c_str(), &entry) == 0 && (entry.st_mode & S_IWUSR) != 0;
+        if (const auto handlers = read_small_file(root + "/sys/kernel/irq/" + found.number + "/actions")) {
+            found.handlers = handlers->substr(0, handlers->find('\n'));
+            found.used = !found.handlers.empty();
+        }
+        all.push_back(std::move(found));
+    }
+    return all;
 }
 
 std::set<int> interrupts_of_class(DeviceClass device, const std::string& root) {

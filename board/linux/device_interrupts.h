@@ -1,4 +1,4 @@
-// Which of the kernel's interrupts, and which of its threads, belong to a class of devices.
+// The kernel's interrupts: where each goes and may go, and which of them, and of its threads, belong to a class of devices.
 //
 // Two sources, joined: where sysfs ties a device to its interrupts (network, disk, serial), and otherwise the
 // names that drivers give to their handlers (/sys/kernel/irq/N/actions), which is all there is for platform
@@ -12,10 +12,30 @@
 #include <vector>
 
 #include "base/result.h"
+#include "board/linux/cpu_list.h"
 #include "board/linux/machine_settings.h"
 #include "board/types.h"
 
 namespace qduino::board::linux {
+
+/// An interrupt as /proc/irq and /sys/kernel/irq show it.
+struct Interrupt {
+    std::string number;
+    std::string handlers;  ///< as their drivers name them; empty: none, or the kernel does not say
+    bool used = true;      ///< has a handler, as far as the kernel says
+    /// False: its driver keeps it where it is (a managed interrupt). Kernels before 6.10 do not say: true.
+    bool movable = true;
+    CpuList allowed;
+    CpuList target;  ///< where it is delivered now
+
+    /// "36 (virtio1-req.0)".
+    [[nodiscard]] std::string name() const {
+        return handlers.empty() ? number : number + " (" + handlers + ")";
+    }
+};
+
+/// All, by number. `root` precedes /proc and /sys (tests). Setup-time.
+std::vector<Interrupt> all_interrupts(const std::string& root = "");
 
 /// Numbers of the interrupts of `device`; `all` is every one. `root` precedes /sys and /proc (tests). Setup-time.
 std::set<int> interrupts_of_class(DeviceClass device, const std::string& root = "");

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <set>
 
+#include "board/linux/device_interrupts.h"
+#include "board/linux/kernel_release.h"
 #include "board/linux/system_error.h"
 
 namespace qduino::board::linux {
@@ -188,21 +190,27 @@ Result<void> Isolation::adopt(int core, pid_t tid) const {
 void Isolation::move_interrupts(MachineSettings& settings) {
     try_change(settings, at("/proc/irq/default_smp_affinity"), rest_.to_mask(options_.cpus),
                "default interrupt affinity");
-    int stuck = 0;
-    for (const std::string& irq : entries(at("/proc/irq"))) {
-        const std::string path = at("/proc/irq/") + irq + "/smp_affinity_list";
-        const auto text = read_small_file(path);
-        const auto cpus = text ? CpuList::from_list(*text) : std::nullopt;
-        if (!cpus || cpus->without(owned_) == *cpus) continue;
-        const CpuList left = cpus->without(owned_);
-        if (settings.change(path, (left.empty() ? rest_ : left).to_list())) {
+    for (const Interrupt& irq : all_interrupts(options_.root)) {
+        const CpuList left = irq.allowed.without(owned_);
+        if (left == irq.allowed) continue;
+        const std::string path = at("/proc/irq/") + irq.number + "/smp_affinity_list";
+        if (irq.movable && settings.change(path, (left.empty() ? rest_ : left).to_list())) {
             ++interrupts_moved_;
-        } else {
-            ++stuck;  // managed by its driver, or bound to its core
+        } else if (irq.used && irq.target.without(owned_) != irq.target) {
+            kept_interrupts_.push_back(irq.name());
         }
     }
-    if (stuck > 0)
-        notes_.push_back(std::to_string(stuck) + " interrupts cannot be moved (managed or per-core)");
+    if (!kept_interrupts_.empty()) note_kept_interrupts();
+}
+
+void Isolation::note_kept_interrupts() {
+    const bool one = kept_interrupts_.size() == 1;
+    std::string note = one ? "interrupt " : "interrupts ";
+    for (std::size_t i = 0; i < kept_interrupts_.size(); ++i)
+        note += (i == 0 ? "" : ", ") + kept_interrupts_[i];
+    notes_.push_back(note + (one ? " stays" : " stay") + " on the core: to let the kernel place " +
+                     (one ? "it" : "them") + " elsewhere, boot with isolcpus=managed_irq," +
+                     owned_.to_list());
 }
 
 void Isolation::move_network(MachineSettings& settings) {
@@ -244,7 +252,26 @@ void Isolation::stay_fast(MachineSettings& settings) {
     }
 }
 
+// What an interrupt begins, threads finish that the kernel binds to the same core: of a disk, the requests behind the one that is
+// done. Were they kept waiting for ever by a loop that spins, so were all who wait for the disk. They get their share from the fair
+// server (since Linux 6.12) or else from the throttling.
 void Isolation::lift_throttling(MachineSettings& settings) {
+    const bool needed = !kept_interrupts_.empty();
+    const auto release = read_small_file(at("/proc/sys/kernel/osrelease"));
+    if (needed && !(release && release_at_least(*release, 6, 12))) {
+        notes_.push_back("RT throttling left on, for the threads that finish what that begins");
+        return;
+    }
+    if (needed) {
+        notes_.push_back("fair server left on, for the threads that finish what that begins");
+    } else {
+        lift_fair_server(settings);
+    }
+    throttling_lifted_ =
+        try_change(settings, at("/proc/sys/kernel/sched_rt_runtime_us"), "-1", "RT throttling");
+}
+
+void Isolation::lift_fair_server(MachineSettings& settings) {
     for (const int core : options_.cores) {
         const std::string fair =
             at("/sys/kernel/debug/sched/fair_server/cpu") + std::to_string(core) + "/runtime";
@@ -254,12 +281,12 @@ void Isolation::lift_throttling(MachineSettings& settings) {
             continue;  // a kernel before 6.12 has none
         } else {
             notes_.push_back(
-                "fair server not seen (debugfs is not mounted): with no task left on the core it stays idle");
+                "fair server not seen (debugfs is not mounted): threads that the kernel binds to the core "
+                "may have 50 ms of "
+                "each second");
             break;
         }
     }
-    throttling_lifted_ =
-        try_change(settings, at("/proc/sys/kernel/sched_rt_runtime_us"), "-1", "RT throttling");
 }
 
 }  // namespace qduino::board::linux

@@ -6,7 +6,8 @@
 //      RPS, XPS     network softirqs
 //      workqueues, watchdog, vmstat                kernel threads that would come back
 //   3. governor                                    no slow clock
-//   4. RT throttling, fair server                  last: only when 1 succeeded is nobody left on the core to starve
+//   4. RT throttling, fair server                  last: only when 1 succeeded is nobody left on the core to starve;
+//                                                  not even then when 2 left an interrupt behind (lift_throttling)
 //
 // Undone in the opposite order (machine_settings.h). What the machine does not have or refuses is a note, not a failure.
 //
@@ -65,6 +66,8 @@ class Isolation {
     void move_kernel_work(MachineSettings& settings);
     void stay_fast(MachineSettings& settings);
     void lift_throttling(MachineSettings& settings);
+    void lift_fair_server(MachineSettings& settings);
+    void note_kept_interrupts();
     bool try_change(MachineSettings& settings, const std::string& path, std::string_view text,
                     std::string_view what);
     [[nodiscard]] std::string at(std::string_view path) const { return options_.root + std::string{path}; }
@@ -75,6 +78,7 @@ class Isolation {
     Cpusets cpusets_ = Cpusets::none;
     bool throttling_lifted_ = false;
     int interrupts_moved_ = 0;
+    std::vector<std::string> kept_interrupts_;  // on an owned core still; by name
     std::vector<std::string> notes_;
 };
 

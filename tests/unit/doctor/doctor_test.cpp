@@ -83,7 +83,7 @@ TEST(Doctor, AGoodMachineNeedsNothing) {
     const Said said = ask(machine, false);
     EXPECT_EQ(said.result, 0) << said.text;
     EXPECT_NE(said.text.find("Test Board 4000, 4 cores"), std::string::npos);
-    EXPECT_NE(said.text.find("\nAll 25 are as they should be.\n"), std::string::npos);
+    EXPECT_NE(said.text.find("\nAll 26 are as they should be.\n"), std::string::npos);
     EXPECT_EQ(said.text.find("fix"), std::string::npos);
 }
 
@@ -96,7 +96,7 @@ TEST(Doctor, SaysTheSameInJson) {
     const Json json = Json::parse(said.text);
     EXPECT_EQ(json.at("machine"), "Test Board 4000, 4 cores");
     EXPECT_EQ(json.at("kernel"), "6.12.30-rt-amd64");
-    ASSERT_EQ(json.at("findings").size(), 25u);
+    ASSERT_EQ(json.at("findings").size(), 26u);
     const Json& finding = *std::find_if(json["findings"].begin(), json["findings"].end(),
                                         [](const Json& f) { return f["id"] == "irqbalance"; });
     EXPECT_EQ(finding.at("state"), "could be better");
@@ -245,11 +245,11 @@ TEST(Doctor, CountsWhatIsWrong) {
     FakeMachine machine;
     furnish_well(machine);
     machine.put("/proc/900/comm", "irqbalance");
-    EXPECT_NE(ask(machine, false).text.find("\n1 of 25 could be better.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\n1 of 26 could be better.\n"), std::string::npos);
     machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
-    EXPECT_NE(ask(machine, false).text.find("\n1 of 25 could be better, 1 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\n1 of 26 could be better, 1 is missing.\n"), std::string::npos);
     machine.put("/proc/900/comm", "bash");
-    EXPECT_NE(ask(machine, false).text.find("\n1 of 25 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\n1 of 26 is missing.\n"), std::string::npos);
 }
 
 TEST(Doctor, NeverPasses80Columns) {
@@ -270,14 +270,31 @@ TEST(Doctor, NeverPasses80Columns) {
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
 }
 
-TEST(Doctor, AnInterruptThatCannotBeMovedIsNotBlamed) {
+TEST(Doctor, AnInterruptThatItsDriverKeepsIsToldFromOnesThatCanBeMoved) {
     FakeMachine machine;
     furnish_well(machine);
     machine.put("/proc/irq/10/effective_affinity_list", "1");
     ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
     const Json finding = finding_of(machine, "irq_affinity");
     EXPECT_EQ(finding["state"], "ok");
-    EXPECT_EQ(finding["found"], "no movable interrupt on core 1, 1 that cannot be moved");
+    EXPECT_EQ(finding["found"], "no movable interrupt on core 1");
+    const Json managed = finding_of(machine, "managed_irqs");
+    EXPECT_EQ(managed["state"], kBetter);
+    EXPECT_EQ(managed["found"], "10 (ahci) on core 1");
+    EXPECT_NE(managed["fix"].get<std::string>().find("isolcpus=managed_irq,1"), std::string::npos);
+    machine.put("/proc/cmdline", "isolcpus=1 quiet");
+    EXPECT_NE(
+        finding_of(machine, "managed_irqs")["fix"].get<std::string>().find("isolcpus=managed_irq,domain,1"),
+        std::string::npos);
+}
+
+TEST(Doctor, ACoresOwnQueueOfADiskIsNotBlamed) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/proc/irq/10/smp_affinity_list", "1");
+    machine.put("/proc/irq/10/effective_affinity_list", "1");
+    ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
+    EXPECT_EQ(finding_of(machine, "managed_irqs")["found"], "none on core 1");
 }
 
 TEST(Doctor, TheCoreThatWasSetApartAtBootIsTheOneJudged) {

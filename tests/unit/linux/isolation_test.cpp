@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <random>
@@ -199,6 +200,44 @@ TEST(Isolation, LiftsNoThrottlingWhileOthersMayRunOnTheCore) {
     EXPECT_FALSE(begun->throttling_lifted());
     EXPECT_EQ(machine.get("/proc/sys/kernel/sched_rt_runtime_us"), "950000");
     EXPECT_FALSE(begun->notes().empty());
+}
+
+TEST(Isolation, KeepsTheThreadsAliveThatServeAnInterruptWhichStays) {
+    for (const bool has_fair_server : {true, false}) {
+        FakeMachine machine;
+        machine.furnish();
+        machine.put("/proc/sys/kernel/osrelease", has_fair_server ? "6.12.30-rt-amd64" : "6.1.0-50-rt-amd64");
+        machine.put("/sys/kernel/irq/10/actions", "virtio1-req.0");
+        machine.put("/proc/irq/10/effective_affinity_list", "3");
+        ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
+        MachineSettings settings = open_settings(machine.state());
+        const auto begun = Isolation::begin(settings, third_core_of(machine));
+        ASSERT_TRUE(begun.ok());
+        EXPECT_EQ(machine.get("/proc/irq/10/smp_affinity_list"), "0-3");
+        EXPECT_EQ(machine.get("/sys/kernel/debug/sched/fair_server/cpu3/runtime"), "50000000");
+        EXPECT_EQ(begun->throttling_lifted(), has_fair_server);
+        EXPECT_EQ(machine.get("/proc/sys/kernel/sched_rt_runtime_us"), has_fair_server ? "-1" : "950000");
+        ASSERT_EQ(begun->notes().size(), 2u);
+        EXPECT_EQ(
+            begun->notes()[0],
+            "interrupt 10 (virtio1-req.0) stays on the core: to let the kernel place it elsewhere, boot with "
+            "isolcpus=managed_irq,3");
+        EXPECT_EQ(begun->notes()[1],
+                  has_fair_server ? "fair server left on, for the threads that finish what that begins"
+                                  : "RT throttling left on, for the threads that finish what that begins");
+    }
+}
+
+TEST(Isolation, AnInterruptThatGoesElsewhereAnywayIsNoTrouble) {
+    FakeMachine machine;
+    machine.furnish();
+    machine.put("/proc/irq/10/effective_affinity_list", "0");
+    ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
+    MachineSettings settings = open_settings(machine.state());
+    const auto begun = Isolation::begin(settings, third_core_of(machine));
+    ASSERT_TRUE(begun.ok());
+    EXPECT_TRUE(begun->notes().empty());
+    EXPECT_EQ(machine.get("/sys/kernel/debug/sched/fair_server/cpu3/runtime"), "0");
 }
 
 TEST(Isolation, UsesAPartitionWhereCgroupsAreOfTheSecondVersion) {
