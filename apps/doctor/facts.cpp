@@ -66,10 +66,7 @@ std::vector<std::string> Facts::entries(std::string_view folder) const {
     return names;
 }
 
-CpuList Facts::cpus(std::string_view path) const {
-    const auto list = text(path);
-    return (list ? CpuList::from_list(*list) : std::nullopt).value_or(CpuList{});
-}
+CpuList Facts::cpus(std::string_view path) const { return board::linux::read_cpu_list(at(path)); }
 
 long long Facts::number_in(std::string_view path, std::string_view key) const {
     const auto all = text(path);

@@ -12,9 +12,10 @@ using board::linux::Interrupt;
 
 /// Those with a handler that go to the core of a loop.
 std::vector<Interrupt> interrupts_on_core(const Facts& facts) {
+    const int core = facts.owned_core();
     std::vector<Interrupt> here;
     for (Interrupt& irq : board::linux::all_interrupts(facts.at(""))) {
-        if (irq.used && irq.target.has(facts.owned_core())) here.push_back(std::move(irq));
+        if (irq.used && irq.target.has(core)) here.push_back(std::move(irq));
     }
     return here;
 }

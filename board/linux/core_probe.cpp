@@ -40,22 +40,12 @@ std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
     return total;
 }
 
-namespace {
-
-CpuList cores_in(const std::string& path) {
-    const auto text = read_small_file(path);
-    const auto cpus = text ? CpuList::from_list(*text) : std::nullopt;  // "(null)" where there are none
-    return cpus.value_or(CpuList{});
-}
-
-}  // namespace
-
 CpuList tickless_cores(const std::string& root) {
-    return cores_in(root + "/sys/devices/system/cpu/nohz_full");
+    return read_cpu_list(root + "/sys/devices/system/cpu/nohz_full");
 }
 
 CpuList isolated_cores(const std::string& root) {
-    return cores_in(root + "/sys/devices/system/cpu/isolated");
+    return read_cpu_list(root + "/sys/devices/system/cpu/isolated");
 }
 
 CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::function<void()>& enter) {

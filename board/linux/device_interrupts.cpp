@@ -31,11 +31,6 @@ std::optional<int> number(std::string_view text) {
     return value;
 }
 
-CpuList cpus_in(const std::string& path) {
-    const auto text = read_small_file(path);
-    return (text ? CpuList::from_list(*text) : std::nullopt).value_or(CpuList{});
-}
-
 /// Words in the names of handlers, lower case.
 std::vector<std::string_view> handler_words(DeviceClass device) {
     switch (device) {
@@ -118,8 +113,8 @@ std::vector<Interrupt> all_interrupts(const std::string& root) {
         Interrupt found;
         found.number = std::to_string(irq);
         const std::string folder = root + "/proc/irq/" + found.number;
-        found.allowed = cpus_in(folder + "/smp_affinity_list");
-        found.target = cpus_in(folder + "/effective_affinity_list");
+        found.allowed = read_cpu_list(folder + "/smp_affinity_list");
+        found.target = read_cpu_list(folder + "/effective_affinity_list");
         if (found.target.empty()) found.target = found.allowed;
         struct stat entry {};
         found.movable =
@@ -152,19 +147,18 @@ int route_class(MachineSettings& settings, DeviceClass device, int core, int cpu
     stuck = 0;
     for (const int irq : interrupts_of_class(device, root)) {
         const std::string path = root + "/proc/irq/" + std::to_string(irq) + "/smp_affinity_list";
-        const auto text = read_small_file(path);
-        auto list = text ? CpuList::from_list(*text) : std::nullopt;
-        if (!list || list->has(core) == allowed) continue;
+        CpuList list = read_cpu_list(path);
+        if (list.empty() || list.has(core) == allowed) continue;
         if (allowed) {
-            list->add(core);
+            list.add(core);
         } else {
-            list->remove(core);
-            if (list->empty()) {  // it lived there alone: any other core
-                *list = CpuList::first(cpus);
-                list->remove(core);
+            list.remove(core);
+            if (list.empty()) {  // it lived there alone: any other core
+                list = CpuList::first(cpus);
+                list.remove(core);
             }
         }
-        if (settings.change(path, list->to_list())) {
+        if (settings.change(path, list.to_list())) {
             ++moved;
         } else {
             ++stuck;

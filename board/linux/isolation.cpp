@@ -103,12 +103,11 @@ void Isolation::shrink_other_sets_v1(MachineSettings& settings, const std::strin
     for (const std::string& name : entries(top)) {
         const std::string cpus = top + "/" + name + "/cpuset.cpus";
         if (name.rfind("qduino-", 0) == 0 || !exists(cpus)) continue;
-        const auto text = read_small_file(cpus);
-        const auto list = text ? CpuList::from_list(*text) : std::nullopt;
-        if (!list || list->without(owned_) == *list) continue;
+        const CpuList list = read_cpu_list(cpus);
+        const CpuList left = list.without(owned_);
+        if (left == list) continue;
         shrink_other_sets_v1(settings,
                              top + "/" + name);  // children first: a child is never larger than its parent
-        const CpuList left = list->without(owned_);
         try_change(settings, cpus, (left.empty() ? rest_ : left).to_list(), "cpuset " + name);
     }
 }
@@ -282,8 +281,7 @@ void Isolation::lift_fair_server(MachineSettings& settings) {
         } else {
             notes_.push_back(
                 "fair server not seen (debugfs is not mounted): threads that the kernel binds to the core "
-                "may have 50 ms of "
-                "each second");
+                "may have 50 ms of each second");
             break;
         }
     }

@@ -194,6 +194,11 @@ Result<std::string> read_small_file(const std::string& path) {
     }
 }
 
+CpuList read_cpu_list(const std::string& path) {
+    const auto text = read_small_file(path);
+    return (text ? CpuList::from_list(*text) : std::nullopt).value_or(CpuList{});
+}
+
 Result<void> write_small_file(const std::string& path, std::string_view text) {
     const UniqueFd file{::open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC)};
     if (!file.valid()) return system_error("open", path);

@@ -32,6 +32,8 @@ inline constexpr const char* kDefaultSettingsState = "/run/qduino/settings.state
 
 /// The whole text of a small file. Error: the system's.
 Result<std::string> read_small_file(const std::string& path);
+/// A file with a list of CPUs; the empty list when it cannot be read or is none ("(null)").
+CpuList read_cpu_list(const std::string& path);
 /// One write(2) of `text` to a file that exists. Error: the system's.
 Result<void> write_small_file(const std::string& path, std::string_view text);
 

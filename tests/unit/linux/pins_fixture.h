@@ -40,7 +40,8 @@ struct Seen {
     double value = 0;
 };
 
-/// Peripherals with a memory: read it when the machine has stopped; the atomics at any time. I2C chip 0x48 answers with the bytes it was sent, each plus one; SPI inverts.
+/// Peripherals with a memory: read it when the machine has stopped; the atomics at any time. I2C chip 0x48
+/// answers with the bytes it was sent, each plus one; SPI inverts.
 class RecordingMachine final : public Peripherals {
   public:
     void pin_written(Instant now, PinId pin, Level level) override {
@@ -76,10 +77,30 @@ class RecordingMachine final : public Peripherals {
     std::atomic<std::int64_t> last_transaction_ns{0};
 };
 
+inline PinsServer open_server(const std::string& path) {
+    auto made = PinsServer::create(path);
+    EXPECT_TRUE(made.ok()) << made.error().message.view();
+    return std::move(*made);
+}
+
+inline void attach(VirtualPins& pins, const std::string& path) {
+    const auto attached = pins.attach(path);
+    ASSERT_TRUE(attached.ok()) << attached.error().message.view();
+}
+
+/// Both ends, where the test itself polls the server.
+struct PolledPins {
+    PolledPins() { attach(pins, file.path()); }
+    TemporaryPins file;
+    PinsServer server = open_server(file.path());
+    VirtualPins pins;
+};
+
 /// Polls a server on a thread of its own until it goes.
 class RunningMachine {
   public:
-    explicit RunningMachine(const std::string& path) : server_(open(path)), thread_([this] { run(); }) {}
+    explicit RunningMachine(const std::string& path)
+        : server_(open_server(path)), thread_([this] { run(); }) {}
     ~RunningMachine() { stop(); }
     RunningMachine(const RunningMachine&) = delete;
     RunningMachine& operator=(const RunningMachine&) = delete;
@@ -99,11 +120,6 @@ class RunningMachine {
     RecordingMachine machine;
 
   private:
-    static PinsServer open(const std::string& path) {
-        auto made = PinsServer::create(path);
-        EXPECT_TRUE(made.ok()) << made.error().message.view();
-        return std::move(*made);
-    }
     void run() {
         while (!stop_) {
             server_.wait(1ms);

@@ -17,11 +17,6 @@ namespace {
 constexpr PinId kPin{7};
 constexpr PinId kOther{8};
 
-void attach(VirtualPins& pins, const std::string& path) {
-    const auto attached = pins.attach(path);
-    ASSERT_TRUE(attached.ok()) << attached.error().message.view();
-}
-
 TEST(VirtualPins, CarryEdgesInOrderWithTheirInstants) {
     TemporaryPins file;
     RunningMachine running{file.path()};
@@ -45,26 +40,22 @@ TEST(VirtualPins, CarryEdgesInOrderWithTheirInstants) {
 }
 
 TEST(VirtualPins, ARehearsedWriteIsNeverSeenNorLost) {
-    TemporaryPins file;
-    auto server = PinsServer::create(file.path());
-    ASSERT_TRUE(server.ok());
-    VirtualPins pins;
-    attach(pins, file.path());
-    pins.rehearse_write(1);  // has no writer yet
-    ASSERT_TRUE(pins.open_writer(1, false).ok());
-    ASSERT_TRUE(pins.set_mode(1, kPin, PinMode::output).ok());  // one edge
+    PolledPins ends;
+    ends.pins.rehearse_write(1);  // has no writer yet
+    ASSERT_TRUE(ends.pins.open_writer(1, false).ok());
+    ASSERT_TRUE(ends.pins.set_mode(1, kPin, PinMode::output).ok());  // one edge
     RecordingMachine machine;
     for (int i = 0; i < 10; ++i) {
-        pins.rehearse_write(1);
-        pins.write(1, kPin, i % 2 ? Level::low : Level::high);
-        pins.rehearse_write(1);
-        server->poll(monotonic_now(), machine);
+        ends.pins.rehearse_write(1);
+        ends.pins.write(1, kPin, i % 2 ? Level::low : Level::high);
+        ends.pins.rehearse_write(1);
+        ends.server.poll(monotonic_now(), machine);
         EXPECT_EQ(machine.seen.size(), static_cast<std::size_t>(i + 2));
         EXPECT_EQ(machine.seen.back().value, i % 2 ? 0.0 : 1.0);
     }
-    for (std::size_t i = 0; i < NarrowRing::kCapacity; ++i) pins.write(1, kPin, Level::high);
-    pins.rehearse_write(1);  // the ring is full
-    EXPECT_EQ(pins.lost_edges(), 0u);
+    for (std::size_t i = 0; i < NarrowRing::kCapacity; ++i) ends.pins.write(1, kPin, Level::high);
+    ends.pins.rehearse_write(1);  // the ring is full
+    EXPECT_EQ(ends.pins.lost_edges(), 0u);
 }
 
 TEST(VirtualPins, AWriteToAPinThatIsNoOutputStaysInTheLatch) {
@@ -135,22 +126,18 @@ TEST(VirtualPins, MergeSeveralWritersByTime) {
 }
 
 TEST(VirtualPins, CountEdgesThatFindTheRingFullAndGoOn) {
-    TemporaryPins file;
-    auto server = PinsServer::create(file.path());
-    ASSERT_TRUE(server.ok());
-    VirtualPins pins;
-    attach(pins, file.path());
-    ASSERT_TRUE(pins.open_writer(1, false).ok());
-    ASSERT_TRUE(pins.set_mode(1, kPin, PinMode::output).ok());  // one edge
-    for (std::size_t i = 0; i < NarrowRing::kCapacity + 9; ++i) pins.write(1, kPin, Level::high);
-    EXPECT_EQ(pins.lost_edges(), 10u);
+    PolledPins ends;
+    ASSERT_TRUE(ends.pins.open_writer(1, false).ok());
+    ASSERT_TRUE(ends.pins.set_mode(1, kPin, PinMode::output).ok());  // one edge
+    for (std::size_t i = 0; i < NarrowRing::kCapacity + 9; ++i) ends.pins.write(1, kPin, Level::high);
+    EXPECT_EQ(ends.pins.lost_edges(), 10u);
     RecordingMachine machine;
     std::size_t served = 0;
-    for (std::size_t batch = 0; (batch = server->poll(monotonic_now(), machine)) != 0;) served += batch;
+    for (std::size_t batch = 0; (batch = ends.server.poll(monotonic_now(), machine)) != 0;) served += batch;
     EXPECT_EQ(served, NarrowRing::kCapacity);
-    EXPECT_EQ(server->faults().lost, 10u);
-    pins.write(1, kPin, Level::low);
-    server->poll(monotonic_now(), machine);
+    EXPECT_EQ(ends.server.faults().lost, 10u);
+    ends.pins.write(1, kPin, Level::low);
+    ends.server.poll(monotonic_now(), machine);
     EXPECT_EQ(machine.seen.back().value, 0.0);  // there is room again
 }
 
@@ -220,30 +207,26 @@ TEST(VirtualPins, SeveralLoopsUseTheBusAtOnce) {
 }
 
 TEST(VirtualPins, ABusThatNobodyServesTimesOutAndTheNextAnswerIsTheRightOne) {
-    TemporaryPins file;
-    auto server = PinsServer::create(file.path());
-    ASSERT_TRUE(server.ok());
-    VirtualPins pins;
-    attach(pins, file.path());
+    PolledPins ends;
     const std::array<std::uint8_t, 1> first{10};
     std::array<std::uint8_t, 1> in{};
     const Instant before = monotonic_now();
-    const auto silent = pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, first, in);
+    const auto silent = ends.pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, first, in);
     ASSERT_FALSE(silent.ok());
     EXPECT_EQ(silent.error().code, ErrorCode::timed_out);
     EXPECT_GE(monotonic_now() - before, kBusTimeout);
 
     RecordingMachine machine;
-    server->poll(monotonic_now(), machine);  // answers the transaction that was given up
+    ends.server.poll(monotonic_now(), machine);  // answers the transaction that was given up
     std::atomic<bool> stop{false};
     std::thread serving{[&] {
         while (!stop) {
-            server->wait(1ms);
-            server->poll(monotonic_now(), machine);
+            ends.server.wait(1ms);
+            ends.server.poll(monotonic_now(), machine);
         }
     }};
     const std::array<std::uint8_t, 1> second{20};
-    EXPECT_TRUE(pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, second, in).ok());
+    EXPECT_TRUE(ends.pins.transfer(0, I2cBus{0}, I2cAddress{0x48}, second, in).ok());
     EXPECT_EQ(in[0], 21);
     stop = true;
     serving.join();
@@ -265,16 +248,12 @@ TEST(VirtualPins, ATransactionComesAfterTheEdgesThatWereWrittenBeforeIt) {
 }
 
 TEST(VirtualPins, RefuseASecondSketchAndASecondMachine) {
-    TemporaryPins file;
-    auto server = PinsServer::create(file.path());
-    ASSERT_TRUE(server.ok());
-    VirtualPins first;
-    attach(first, file.path());
+    PolledPins ends;
     VirtualPins second;
-    const auto refused = second.attach(file.path());
+    const auto refused = second.attach(ends.file.path());
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::unavailable);
-    const auto other = PinsServer::create(file.path());
+    const auto other = PinsServer::create(ends.file.path());
     ASSERT_FALSE(other.ok());
     EXPECT_EQ(other.error().code, ErrorCode::unavailable);
 }
