@@ -8,9 +8,8 @@ namespace qduino::board::linux {
 /// Stands around the waiting call. On a thread that is no VCPU it does nothing.
 class AnnouncedWait {
   public:
-    /// `until`: when the wait will end; kForever when nobody knows.
-    explicit AnnouncedWait(Instant until = kForever) : thread_(VcpuThread::current()) {
-        if (thread_) thread_->before_block(until);
+    AnnouncedWait() : thread_(VcpuThread::current()) {
+        if (thread_) thread_->before_block();
     }
     ~AnnouncedWait() {
         if (thread_) thread_->after_block();

@@ -98,12 +98,30 @@ void BudgetKeeper::stop() {
 
 // ---- the account ----------------------------------------------------------------------------------------
 
+/// The account's time never runs back, though wake-ups are told by the cycle clock, which may be some 20 ns off.
+Instant BudgetKeeper::account_now() const { return std::max(monotonic_now(), settled_at_); }
+
 /// Tells the server of a wake-up that it has not been told of yet. Until something is charged it need not know, and the way from the
 /// wake-up to the loop is short without it.
 void BudgetKeeper::take_up_work() {
     if (!woken_) return;
     woken_ = false;
     server_unblock(settled_at_);
+    if (!analysed_wait(settled_at_)) charge(settled_at_, cpu_at_wake_ - cpu_before_);
+    cpu_before_ = cpu_at_wake_;
+}
+
+/// The way into a wait and out of it is not the budget's once in a period (twice after a period without): so the analysis has it. What
+/// makes it longer than that is not the loop's doing: an interrupt, or the host.
+bool BudgetKeeper::analysed_wait(Instant now) {
+    if (next_analysed_ - period_ > now) return false;
+    next_analysed_ = std::max(next_analysed_, now) + period_;
+    return true;
+}
+
+void BudgetKeeper::charge(Instant now, Nanoseconds used) {
+    std::visit([&](auto& server) { static_cast<void>(server.consume(now, used)); }, server_);
+    charged_ns_.store(charged_ns_.load(std::memory_order_relaxed) + to_ns(used), std::memory_order_relaxed);
 }
 
 /// Charges what was used since the last settlement.
@@ -117,11 +135,10 @@ void BudgetKeeper::settle(Instant now) {
         server_block(settled_at_);
         server_unblock(std::max(settled_at_, now - used));
     }
-    std::visit([&](auto& server) { static_cast<void>(server.consume(now, used)); }, server_);
+    charge(now, used);
     cpu_before_ += used;
     switches_before_ = switches;
     settled_at_ = now;
-    charged_ns_.store(charged_ns_.load(std::memory_order_relaxed) + to_ns(used), std::memory_order_relaxed);
 }
 
 void BudgetKeeper::arm(Nanoseconds in) {
@@ -133,16 +150,16 @@ void BudgetKeeper::arm(Nanoseconds in) {
 /// Sleeps until there is budget, if there is none, and sets the timer to its end.
 void BudgetKeeper::throttle_and_arm() {
     take_up_work();
-    Instant now = monotonic_now();
+    Instant now = account_now();
     while (available(now) <= Nanoseconds{0}) {
         if (overrun_while_holding()) return;
         throttled_.store(throttled_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
         block_until(next_replenishment());
-        now = monotonic_now();
+        now = account_now();
         // This sleep is the account's own and no wait of the thread's; the instructions around it are charged as any.
         const Nanoseconds cpu = thread_cpu_time();
         const Nanoseconds used = std::clamp(cpu - cpu_before_, Nanoseconds{0}, now - settled_at_);
-        std::visit([&](auto& server) { static_cast<void>(server.consume(now, used)); }, server_);
+        charge(now, used);
         cpu_before_ += used;
         settled_at_ = now;
         switches_before_ = voluntary_switches();
@@ -168,7 +185,7 @@ void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
         return;
     }
     const int saved_errno = errno;
-    self->settle(monotonic_now());
+    self->settle(self->account_now());
     self->throttle_and_arm();
     errno = saved_errno;
 }
@@ -178,7 +195,7 @@ void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
 void BudgetKeeper::before_block(Instant until) {
     if (!running_) return;
     busy_ = 1;
-    const Instant now = monotonic_now();
+    const Instant now = account_now();
     settle(now);
     server_block(now);
     missed_ = 0;
@@ -210,10 +227,10 @@ bool BudgetKeeper::arm_for_wake(Instant now, Instant until) {
     return true;
 }
 
-void BudgetKeeper::after_block() {
+void BudgetKeeper::after_block(Instant now) {
     if (!running_) return;
-    // Nothing ran in between but the way into the wait and out of it: charged with what follows.
-    settled_at_ = monotonic_now();
+    settled_at_ = std::max(settled_at_, now);
+    cpu_at_wake_ = thread_cpu_time();
     woken_ = true;
     // Armed ahead: there will have been budget at the instant that was waited for, and there is no less of it later.
     if (armed_ahead_ && missed_ == 0) {
@@ -241,7 +258,7 @@ void BudgetKeeper::end_hold() {
     if (!running_ || locks_held_ > 0 || overrunning_ == 0) return;
     busy_ = 1;
     overrunning_ = 0;
-    settle(monotonic_now());
+    settle(account_now());
     leave_ordinary_path();
 }
 

@@ -15,6 +15,9 @@
 // thread's count of voluntary context switches: when it grew, what was used since the last look counts from
 // the latest instant at which it can have begun, `now − used`. That errs on the late side.
 //
+// The way into a wait and out of it takes some 20 us of the thread's CPU time. Admission counts one in each period beside the
+// budget (sched/admission.h), so one is not charged; a loop that waits more often pays for the others.
+//
 // Time that a hypervisor takes from a virtual machine and does not report looks like the thread's own: it is charged, and paid
 // back like any overrun.
 //
@@ -62,8 +65,9 @@ class BudgetKeeper {
     [[nodiscard]] bool running() const { return running_; }
 
     /// Around a wait of the thread, which ends at `until` or, kForever, nobody knows when.
-    void before_block(Instant until = kForever);
-    void after_block();
+    void before_block(Instant until);
+    /// The wait ended at `now`.
+    void after_block(Instant now);
 
     /// Before the thread takes a lock, and after it has released it. Nests.
     void begin_hold();
@@ -81,6 +85,9 @@ class BudgetKeeper {
 
   private:
     static void on_timer(int, siginfo_t*, void*);
+    [[nodiscard]] Instant account_now() const;
+    bool analysed_wait(Instant now);
+    void charge(Instant now, Nanoseconds used);
     void take_up_work();
     void settle(Instant now);
     void throttle_and_arm();
@@ -109,7 +116,9 @@ class BudgetKeeper {
     volatile std::sig_atomic_t overrunning_ = 0;  // its budget is spent, and it goes on with a lock
     Nanoseconds overrun_ends_{};                  // on its CPU clock
     Nanoseconds cpu_before_{};                    // CPU clock at the last settlement
-    long switches_before_ = 0;                    // voluntary context switches at the last settlement
+    Nanoseconds cpu_at_wake_{};                   // and after the wait since then
+    Instant next_analysed_{};   // when the analysis has counted the way through one more wait
+    long switches_before_ = 0;  // voluntary context switches at the last settlement
     Instant settled_at_{};
     std::atomic<std::uint64_t> throttled_{0};
     std::atomic<std::int64_t> charged_ns_{0};

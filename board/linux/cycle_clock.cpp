@@ -9,8 +9,10 @@
 namespace qduino::board::linux {
 namespace {
 
-constexpr Nanoseconds kFirstBase = 2ms;   // a rate within 20 ppm: 20 ns over the age of an anchor
-constexpr Nanoseconds kLongBase = 100ms;  // within 0.3 ppm
+// The rate is measured over 2 ms, which makes it good to 20 ppm or 20 ns over the age of an anchor, then over 4, 8 and so on,
+// and from 100 ms on, which makes it good to 0.3 ppm, over each 100 ms.
+constexpr Nanoseconds kFirstBase = 2ms;
+constexpr Nanoseconds kLongBase = 100ms;
 /// A slope further from the rate than this is no slope: the machine was suspended or moved in between.
 constexpr double kBelievable = 1e-3;
 /// What an anchor may lie behind its predecessor by the width of their readings; more is another time.
@@ -30,9 +32,9 @@ bool kernel_trusts_cycles() {
 CycleClock cycle_clock;
 
 /// The narrowest of a few tries: what interrupted one makes it wide.
-CycleClock::Pair CycleClock::read_pair(std::uint64_t good_width) {
+CycleClock::Pair CycleClock::read_pair(std::uint64_t good_width, int attempts) {
     Pair best{.cycles = 0, .ns = 0, .width = std::numeric_limits<std::uint64_t>::max()};
-    for (int attempt = 0; attempt < 5 && best.width > good_width; ++attempt) {
+    for (int attempt = 0; attempt < attempts && best.width > good_width; ++attempt) {
         finish_loads();
         const std::uint64_t before = read_cycles();
         const std::int64_t ns = read_clock_ns(CLOCK_MONOTONIC);
@@ -51,8 +53,9 @@ void CycleClock::start() {
     base_ = read_pair(good_width_);
     block_until(instant_from_ns(base_.ns) + kFirstBase);
     set_rate(base_, read_pair(good_width_));
+    next_span_ = 2 * kFirstBase.count();
     started_.store(true, std::memory_order_release);
-    refresh();
+    static_cast<void>(refresh(kPatience));
 }
 
 void CycleClock::set_rate(const Pair& from, const Pair& to) {
@@ -68,34 +71,38 @@ void CycleClock::set_rate(const Pair& from, const Pair& to) {
 
 /// The instant of `pair`, or what was handed out for it already, when that is later by no more than jitter.
 std::int64_t CycleClock::never_back(const Pair& pair) const {
-    const std::uint64_t passed = pair.cycles - cycles_.load(std::memory_order_relaxed);
-    if (passed > oldest_.load(std::memory_order_relaxed) * 16) return pair.ns;
+    const std::uint64_t passed = std::min(pair.cycles - cycles_.load(std::memory_order_relaxed),
+                                          oldest_.load(std::memory_order_relaxed));
     const std::int64_t handed_out =
         ns_.load(std::memory_order_relaxed) +
         static_cast<std::int64_t>((passed * rate_.load(std::memory_order_relaxed)) >> kRateBits);
     return handed_out - pair.ns <= kJitterNs ? std::max(pair.ns, handed_out) : pair.ns;
 }
 
-void CycleClock::refresh() {
+/// Reads both clocks and sets the anchor; what they show. Who has time for one reading only takes a wide one as the kernel's time
+/// and leaves the anchor to the next, for whom the way is warm.
+Instant CycleClock::refresh(int attempts) {
     std::uint32_t even = sequence_.load(std::memory_order_relaxed) & ~1u;
     if (!sequence_.compare_exchange_strong(even, even + 1, std::memory_order_acquire))
-        return;  // somebody does
-    const Pair pair = read_pair(good_width_);
+        return monotonic_now();  // somebody does
+    const Pair pair = read_pair(good_width_, attempts);
+    const bool good = attempts > 1 || pair.width <= good_width_;
+    const std::int64_t ns = good ? set_anchor(pair) : pair.ns;
+    sequence_.store(even + 2, std::memory_order_release);
+    return instant_from_ns(ns);
+}
+
+/// Contract: `sequence_` is odd, and made so by the caller.
+std::int64_t CycleClock::set_anchor(const Pair& pair) {
     const std::int64_t ns = never_back(pair);
-    if (pair.ns - base_.ns > kLongBase.count()) {
+    if (pair.ns - base_.ns >= next_span_) {
         set_rate(base_, pair);
-        base_ = pair;
+        if (next_span_ >= kLongBase.count()) base_ = pair;
+        next_span_ = std::min(2 * next_span_, kLongBase.count());
     }
     cycles_.store(pair.cycles, std::memory_order_release);
     ns_.store(ns, std::memory_order_release);
-    sequence_.store(even + 2, std::memory_order_release);
-}
-
-Instant CycleClock::refreshed_now() {
-    Instant result;
-    if (!started()) return monotonic_now();
-    refresh();
-    return read(result) ? result : monotonic_now();
+    return ns;
 }
 
 }  // namespace qduino::board::linux

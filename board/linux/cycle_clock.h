@@ -4,7 +4,7 @@
 //              ┊      ·
 //              ┊  × anchor: both clocks read at once, at most 1 ms ago
 //              ┊  ·
-//              × base: an anchor of 0.1 s and more ago; the slope from it is the rate
+//              × base: an anchor of up to 0.1 s ago; the slope from it is the rate
 //              └───────────── cycles
 //
 // A reading through the vDSO costs 24 ns, now() 19, and soon() 10 (EPYC VM, kernel 6.18). What makes the last step is that soon()
@@ -67,7 +67,8 @@ class CycleClock {
     /// Sets a new anchor when the present one is half as old as it may become: for a thread that has time now and
     /// none later.
     void keep_fresh() {
-        if (started() && cycles_since_anchor() > oldest_.load(std::memory_order_relaxed) / 2) refresh();
+        if (started() && cycles_since_anchor() > oldest_.load(std::memory_order_relaxed) / 2)
+            static_cast<void>(refresh(kPatience));
     }
 
     /// How old an anchor may become.
@@ -81,6 +82,7 @@ class CycleClock {
         std::uint64_t width = 0;  ///< cycles from the look at the counter before the clock's to the one after
     };
     static constexpr int kRateBits = 32;  ///< a rate is nanoseconds a cycle times 2^32
+    static constexpr int kPatience = 5;   ///< readings, of a thread that has time for them
 
     [[nodiscard]] std::uint64_t cycles_since_anchor() const {
         return read_cycles() - cycles_.load(std::memory_order_acquire);
@@ -97,9 +99,10 @@ class CycleClock {
         result = instant_from_ns(from_ns + static_cast<std::int64_t>((passed * rate) >> kRateBits));
         return true;
     }
-    [[nodiscard]] Instant refreshed_now();
-    void refresh();
-    [[nodiscard]] static Pair read_pair(std::uint64_t good_width);
+    [[nodiscard]] Instant refreshed_now() { return started() ? refresh(1) : monotonic_now(); }
+    [[nodiscard]] Instant refresh(int attempts);
+    [[nodiscard]] static Pair read_pair(std::uint64_t good_width, int attempts = kPatience);
+    [[nodiscard]] std::int64_t set_anchor(const Pair& pair);
     void set_rate(const Pair& from, const Pair& to);
     [[nodiscard]] std::int64_t never_back(const Pair& pair) const;
 
@@ -113,7 +116,9 @@ class CycleClock {
     std::atomic<std::int64_t> ns_{0};
     std::atomic<std::uint64_t> rate_{0};
     std::atomic<std::uint64_t> oldest_{0};  // … and for how many cycles it holds
-    Pair base_;                             // only the writer's
+    // Only the writer's:
+    Pair base_;
+    std::int64_t next_span_ = 0;  // how far from the base the rate is measured next
 };
 
 /// The process's.

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "base/contract.h"
-#include "board/linux/announced_wait.h"
 #include "board/linux/bus_device.h"
 #include "board/linux/futex.h"
 #include "board/linux/gpio_pin.h"
@@ -163,9 +162,10 @@ void LinuxBoard::measure_busy_overhead() {
 
 void LinuxBoard::sleep_until(Instant t) {
     if (watched_) promise_until(t);
-    const AnnouncedWait wait{t};
     VcpuThread* thread = VcpuThread::current();
-    thread ? thread->sleep(t) : block_until(t);
+    if (!thread) return block_until(t);
+    thread->sleep_towards(t);
+    spin_until(t);
 }
 
 void LinuxBoard::promise_until(Instant t) {

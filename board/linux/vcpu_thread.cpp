@@ -64,14 +64,24 @@ void VcpuThread::prepare() {
 
 void VcpuThread::rest(Instant t) {
     const Instant now = monotonic_now();
-    if (const Instant until = spin_.sleep_first(now, t); until > now) sleep(until);
+    if (const Instant until = spin_.sleep_first(now, t); until > now) static_cast<void>(sleep(now, until));
 }
 
-void VcpuThread::sleep(Instant t) {
-    if (!spin_.limited()) return block_until(t);
-    spin_.ran(monotonic_now());
+void VcpuThread::sleep_towards(Instant t) {
+    const Instant now = cycle_clock.now();
+    if (t <= now) return;
+    gravity_.woke(sleep(now, real_time_ ? gravity_.alarm_for(t, now) : t));
+}
+
+/// Counted as rest. Returns when it ended.
+Instant VcpuThread::sleep(Instant now, Instant t) {
+    if (spin_.limited()) spin_.ran(now);
+    keeper_.before_block(t);
     block_until(t);
-    spin_.slept(monotonic_now());
+    const Instant woke = cycle_clock.now();
+    keeper_.after_block(woke);
+    if (spin_.limited()) spin_.slept(woke);
+    return woke;
 }
 
 void VcpuThread::add_shortfall(std::string_view text) {

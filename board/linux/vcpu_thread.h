@@ -12,8 +12,10 @@
 #include "base/fixed_string.h"
 #include "base/result.h"
 #include "board/linux/budget_keeper.h"
+#include "board/linux/cycle_clock.h"
 #include "board/linux/isolation.h"
 #include "board/linux/spin_allowance.h"
+#include "board/linux/timer_gravity.h"
 #include "board/types.h"
 
 namespace qduino::board::linux {
@@ -56,8 +58,8 @@ class VcpuThread {
     [[nodiscard]] const FixedString<160>& shortfall() const { return shortfall_; }
 
     /// The calling thread is about to wait, or has waited: its budget is told. No effect without enforcement.
-    void before_block(Instant until = kForever) { keeper_.before_block(until); }
-    void after_block() { keeper_.after_block(); }
+    void before_block() { keeper_.before_block(kForever); }
+    void after_block() { keeper_.after_block(cycle_clock.now()); }
     /// Around the time that the calling thread holds a lock (budget_keeper.h).
     void begin_hold() { keeper_.begin_hold(); }
     void end_hold() { keeper_.end_hold(); }
@@ -67,8 +69,8 @@ class VcpuThread {
     void rest_before_spin(Instant t) {
         if (spin_.limited()) rest(t);
     }
-    /// Sleeps until `t`, and counts it as rest.
-    void sleep(Instant t);
+    /// Sleeps until about `t`: perhaps a little less, so that the thread runs by then (timer_gravity.h). Announced to its budget.
+    void sleep_towards(Instant t);
     [[nodiscard]] bool rests() const { return spin_.limited(); }
 
     /// The VCPU that the caller is; kNoVcpu on any other thread.
@@ -81,6 +83,7 @@ class VcpuThread {
     static void* main(void* self);
     void prepare();
     void rest(Instant t);
+    Instant sleep(Instant now, Instant t);
     void add_shortfall(std::string_view text);
 
     VcpuSpec spec_;
@@ -93,6 +96,7 @@ class VcpuThread {
     bool budget_kept_ = false;
     BudgetKeeper keeper_;
     SpinAllowance spin_;
+    TimerGravity gravity_;
     FixedString<160> shortfall_;
     std::atomic<bool> finished_{false};
     static constinit thread_local VcpuThread* current_;

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <thread>
+#include <vector>
 
 #include "board/linux/clock.h"
 
@@ -16,12 +18,13 @@ constexpr Nanoseconds kBudget = 2ms;
 constexpr Nanoseconds kPeriod = 500ms;  // long: on a busy machine what is consumed here may take a while
 
 /// Runs `body` on a thread that `keeper` keeps to that.
-void keep(const std::function<void(BudgetKeeper& keeper)>& body) {
+void keep(const std::function<void(BudgetKeeper& keeper)>& body, Nanoseconds budget = kBudget,
+          Nanoseconds period = kPeriod) {
     std::thread{[&] {
         BudgetKeeper keeper;
         VcpuSpec spec;
-        spec.budget = kBudget;
-        spec.period = kPeriod;
+        spec.budget = budget;
+        spec.period = period;
         ASSERT_TRUE(keeper.start(spec).ok());
         body(keeper);
         keeper.stop();
@@ -72,6 +75,60 @@ TEST(BudgetKeeper, ALockWithinTheBudgetChangesNothing) {
         EXPECT_EQ(keeper.throttled(), 0u);
         consume(2ms);
         EXPECT_GE(keeper.throttled(), 1u);
+    });
+}
+
+/// Waits announced, as a loop's are. The CPU time that it took.
+Nanoseconds wait(BudgetKeeper& keeper, Nanoseconds length) {
+    const Nanoseconds before = thread_cpu_time();
+    const Instant until = monotonic_now() + length;
+    keeper.before_block(until);
+    block_until(until);
+    keeper.after_block(monotonic_now());
+    return thread_cpu_time() - before;
+}
+
+Nanoseconds median(std::vector<Nanoseconds>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+TEST(BudgetKeeper, TheWayThroughOneWaitInAPeriodIsNotCharged) {
+    keep(
+        [](BudgetKeeper& keeper) {
+            std::vector<Nanoseconds> waiting, charged;
+            for (int i = 0; i < 200; ++i) {
+                const Nanoseconds before = keeper.charged();
+                waiting.push_back(wait(keeper, 1100us));
+                charged.push_back(keeper.charged() - before);
+            }
+            EXPECT_LT(median(charged), median(waiting) / 2) << to_ns(median(waiting));
+        },
+        500us, 1ms);
+}
+
+TEST(BudgetKeeper, WhatIsNotChargedIsNotChargedLaterEither) {
+    keep(
+        [](BudgetKeeper& keeper) {
+            for (int i = 0; i < 200; ++i) wait(keeper, 1100us);  // 2 ms and more, all together
+            const Nanoseconds before = thread_cpu_time();
+            const Nanoseconds charged = keeper.charged();
+            block_until(monotonic_now() + 20ms);  // unannounced
+            wait(keeper, 10ms);
+            EXPECT_LE(keeper.charged() - charged, thread_cpu_time() - before + 100us);
+        },
+        500us, 1ms);
+}
+
+TEST(BudgetKeeper, ALoopThatOnlyWaitsPaysForItsWaits) {
+    keep([](BudgetKeeper& keeper) {
+        Nanoseconds waiting{0};
+        int waits = 0;
+        for (; waiting < kBudget / 2; ++waits) waiting += wait(keeper, 50us);
+        wait(keeper, 1us);
+        EXPECT_GE(keeper.charged(), (waiting * (waits - 3)) / waits * 9 / 10)
+            << to_ns(waiting) << " in " << waits;
     });
 }
 
