@@ -76,9 +76,8 @@ int run(const Options& options) {
                 if (interrupted()) return 1;
                 if (bursts.failure.empty()) {
                     pools[i][k].add(bursts);
-                } else if (round == 0) {
-                    report.remarks.push_back(std::string{"  not run   "} + kMechanisms[k].name + ": " +
-                                             bursts.failure);
+                } else {
+                    report.add_failure(kMechanisms[k].name, bursts.failure);
                 }
                 if (bursts.guarantee.is_object()) report.guarantee = bursts.guarantee;
             }

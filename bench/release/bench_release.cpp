@@ -2,7 +2,6 @@
 //
 //   bench-release [--json] [--seconds S] [--rounds N] [--load idle|submission|both]
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <map>
 
@@ -13,15 +12,6 @@
 
 namespace qduino::bench {
 namespace {
-
-struct Contender {
-    const char* who;
-    Releases (*run)(Nanoseconds length, Nanoseconds phase);
-};
-/// cyclictest takes its phase from the run of ours before it.
-constexpr std::array kContenders{
-    Contender{"qduino", [](Nanoseconds length, Nanoseconds) { return run_qduino(length); }},
-    Contender{"cyclictest", &run_cyclictest}};
 
 Json row(const char* who, const std::string& load, std::vector<std::int64_t>& sorted) {
     std::sort(sorted.begin(), sorted.end());
@@ -34,28 +24,31 @@ Json row(const char* who, const std::string& load, std::vector<std::int64_t>& so
             {"releases", sorted.size()}};
 }
 
-/// The contenders in turn. False: interrupted, or ours did not run.
-bool play(const Options& options, const std::string& load, Report& report) {
-    std::array<std::vector<std::int64_t>, kContenders.size()> pools;
-    for (int round = 0; round < options.rounds; ++round) {
-        Nanoseconds phase{0};
-        for (std::size_t i = 0; i < kContenders.size(); ++i) {
-            std::fprintf(stderr, "%-10s %-10s %.0f s …\n", load.c_str(), kContenders[i].who, options.seconds);
-            const Releases releases = kContenders[i].run(from_seconds(options.seconds), phase);
-            phase = releases.phase;
-            if (interrupted()) return false;
-            if (!releases.failure.empty()) {
-                if (round == 0)
-                    report.remarks.push_back(std::string{"  not run   "} + kContenders[i].who + ": " +
-                                             releases.failure);
-                continue;
-            }
-            pools[i].insert(pools[i].end(), releases.latencies_ns.begin(), releases.latencies_ns.end());
-            if (releases.guarantee.is_object()) report.guarantee = releases.guarantee;
-        }
+/// What one contender had in all rounds.
+struct Pool {
+    const char* who;
+    std::vector<std::int64_t> latencies_ns;
+
+    void add(const Releases& releases, Report& report) {
+        if (!releases.failure.empty()) return report.add_failure(who, releases.failure);
+        latencies_ns.insert(latencies_ns.end(), releases.latencies_ns.begin(), releases.latencies_ns.end());
     }
-    for (std::size_t i = 0; i < kContenders.size(); ++i) {
-        if (!pools[i].empty()) report.results.push_back(row(kContenders[i].who, load, pools[i]));
+};
+
+/// False: interrupted.
+bool play(const Options& options, const std::string& load, Report& report) {
+    Pool qduino{"qduino", {}}, cyclictest{"cyclictest", {}};
+    for (int round = 0; round < options.rounds; ++round) {
+        std::fprintf(stderr, "%-10s %d of %d, %.0f s …\n", load.c_str(), round + 1, options.rounds,
+                     options.seconds);
+        const Contenders both = run_both(from_seconds(options.seconds));
+        if (interrupted()) return false;
+        qduino.add(both.qduino, report);
+        cyclictest.add(both.cyclictest, report);
+        if (both.qduino.guarantee.is_object()) report.guarantee = both.qduino.guarantee;
+    }
+    for (Pool* pool : {&qduino, &cyclictest}) {
+        if (!pool->latencies_ns.empty()) report.results.push_back(row(pool->who, load, pool->latencies_ns));
     }
     return true;
 }
@@ -90,6 +83,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
     using namespace qduino::bench;
     Options options;
+    options.seconds = 4;
     options.rounds = 20;
     const auto leave = parse_options(
         options, argc, argv,

@@ -21,17 +21,26 @@ using namespace board::linux;
 
 /// Releases at the start that are left out: caches, and the way out of the start gate.
 constexpr std::size_t kWarmUp = 100;
+/// For cyclictest to come up, which waits for a whole second, and to write down what it saw.
+constexpr Nanoseconds kStartUp = 6s;
 constexpr board::VcpuId kLoop = 1;
 
+/// What ours and its parent share.
+struct Exchange {
+    explicit Exchange(Nanoseconds longest) : latencies(static_cast<std::size_t>(longest / kReleasePeriod)) {}
+    SharedSamples latencies;
+    SharedSamples first_due{1};  ///< an instant at which the loop was due
+    SharedSamples enough{1};     ///< not empty: ours may end
+};
+
 runtime::Runtime<LinuxBoard>* measured = nullptr;
-SharedSamples* samples = nullptr;
-SharedSamples* first_due = nullptr;  // one: an instant at which the loop was due
+Exchange* exchange = nullptr;
 
 /// The body of the loop: writes down how late it is, and waits.
 void body() {
     const Instant due = measured->loop(kLoop)->clock.nominal();
-    samples->push((measured->board().now() - due).count());
-    first_due->push(to_ns(due));
+    exchange->latencies.push((measured->board().now() - due).count());
+    exchange->first_due.push(to_ns(due));
     measured->wait_for_next_period();
 }
 
@@ -52,7 +61,8 @@ int play_qduino(Nanoseconds length, const GuaranteeFile& guarantee) {
                            .line = __LINE__});
     if (!runtime.begin(table)) return 1;
     guarantee.write(board.guarantee());
-    runtime.run(board.now() + length);
+    const Instant end = board.now() + length;
+    while (!exchange->enough.full() && board.now() < end) runtime.run(board.now() + 20ms);
     board.request_stop();
     runtime.run(board.now() + 1s);
     port::bind(nullptr);
@@ -71,29 +81,7 @@ std::vector<std::int64_t> latencies_in(const std::string& path) {
     return latencies;
 }
 
-void drop_warm_up(Releases& releases) {
-    auto& all = releases.latencies_ns;
-    all.erase(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(kWarmUp, all.size())));
-    if (all.empty() && releases.failure.empty()) releases.failure = "no releases were seen";
-}
-
-}  // namespace
-
-Releases run_qduino(Nanoseconds length) {
-    SharedSamples taken{static_cast<std::size_t>(length / kReleasePeriod) + 1000};
-    SharedSamples due{1};
-    samples = &taken;
-    first_due = &due;
-    const GuaranteeFile guarantee;
-    Releases releases;
-    releases.failure = run_child([&] { return play_qduino(length, guarantee); }, length + 5s);
-    releases.latencies_ns = taken.taken();
-    for (const std::int64_t instant : due.taken()) releases.phase = Nanoseconds{instant} % kReleasePeriod;
-    releases.guarantee = guarantee.read();
-    drop_warm_up(releases);
-    return releases;
-}
-
+/// `phase`: of the instants at which it is due, within their period.
 Releases run_cyclictest(Nanoseconds length, Nanoseconds phase) {
     const std::string output = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".cyclictest";
     const auto start = [&] {
@@ -108,13 +96,53 @@ Releases run_cyclictest(Nanoseconds length, Nanoseconds phase) {
         return 127;
     };
     Releases releases;
-    releases.failure = run_child(start, length + 5s);
+    releases.failure = run_child(start, length + kStartUp);
     if (releases.failure == "ended with status 127")
         releases.failure = "cyclictest is not installed (apt-get install rt-tests)";
     releases.latencies_ns = latencies_in(output);
     std::filesystem::remove(output);
-    drop_warm_up(releases);
     return releases;
+}
+
+/// Keeps those from `from` to `to` without the warm-up.
+void keep(Releases& releases, std::size_t from, std::size_t to) {
+    auto& all = releases.latencies_ns;
+    const auto at = [&](std::size_t i) {
+        return all.begin() + static_cast<std::ptrdiff_t>(std::min(i, all.size()));
+    };
+    all.erase(at(to), all.end());
+    all.erase(all.begin(), at(from + kWarmUp));
+    if (all.empty() && releases.failure.empty()) releases.failure = "no releases were seen";
+}
+
+}  // namespace
+
+Contenders run_both(Nanoseconds length) {
+    const Nanoseconds longest = length + kStartUp;
+    Exchange shared{longest};
+    exchange = &shared;
+    const GuaranteeFile guarantee;
+    Contenders both;
+    bool rival_ran = false;
+    std::size_t from = 0;
+    std::size_t to = SIZE_MAX;
+    const auto rival = [&] {
+        const auto due = shared.first_due.taken();
+        if (rival_ran || due.empty()) return;
+        rival_ran = true;
+        const Nanoseconds apart = Nanoseconds{due.front()} + kReleasePeriod / 2;
+        both.cyclictest = run_cyclictest(length, apart % kReleasePeriod);
+        if (!both.cyclictest.failure.empty()) return;
+        to = shared.latencies.taken().size();
+        from = to - std::min(to, static_cast<std::size_t>(length / kReleasePeriod));
+        shared.enough.push(1);
+    };
+    both.qduino.failure = run_child([&] { return play_qduino(length + 2s, guarantee); }, longest, rival);
+    both.qduino.latencies_ns = shared.latencies.taken();
+    both.qduino.guarantee = guarantee.read();
+    keep(both.qduino, from, to);
+    keep(both.cyclictest, 0, SIZE_MAX);
+    return both;
 }
 
 }  // namespace qduino::bench

@@ -82,16 +82,18 @@ std::string verdict(bool holds, const char* format, ...) {
 
 void print(const Report& report, bool json) {
     if (json) {
-        const Json whole{{"machine", machine_name()},     {"kernel", kernel_release()},
-                         {"compiler", __VERSION__},       {"commit", commit()},
-                         {"guarantee", report.guarantee}, {"results", report.results}};
+        Json whole{{"machine", machine_name()}, {"kernel", kernel_release()},    {"compiler", __VERSION__},
+                   {"commit", commit()},        {"guarantee", report.guarantee}, {"results", report.results}};
+        if (!report.failures.empty()) whole["failures"] = report.failures;
         std::printf("%s\n", whole.dump(2).c_str());
         return;
     }
     std::printf("%s, %s, commit %s\n\n", machine_name().c_str(), kernel_release().c_str(), commit().c_str());
     print_table(report.results);
-    if (!report.remarks.empty()) std::putchar('\n');
+    if (!report.remarks.empty() || !report.failures.empty()) std::putchar('\n');
     for (const std::string& remark : report.remarks) std::printf("%s\n", remark.c_str());
+    for (const auto& [what, runs] : report.failures)
+        std::printf("  not run   %s (%d runs)\n", what.c_str(), runs);
 }
 
 }  // namespace qduino::bench
