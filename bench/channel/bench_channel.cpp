@@ -3,7 +3,8 @@
 //   bench-channel [--json] [--rounds N] [--round-ms M]
 //
 // Rivals take turns within each round, so that what else happens on the machine hits them alike; reported is
-// the median of many short rounds. Queue figures are items received per second; slot figures are reads and
+// the mean of many short rounds (a virtual machine's two cores are near each other at one time and far at
+// another, so that a median would show now the one, now the other). Queue figures are items received per second; slot figures are reads and
 // writes per second while the other side goes on at full speed.
 
 #include <sys/resource.h>
@@ -92,7 +93,7 @@ Throughput writes_and_reads(CpuPair cpus, std::chrono::milliseconds duration) {
 
 // ---- all of them ----------------------------------------------------------------------------------------------
 
-/// Rounds of `measures`, in turn; the median of each.
+/// Rounds of `measures`, in turn; the mean of each.
 template <std::size_t N>
 std::array<double, N> in_turn(int rounds,
                               const std::array<double (*)(CpuPair, std::chrono::milliseconds), N>& measures,
@@ -101,9 +102,9 @@ std::array<double, N> in_turn(int rounds,
     for (int round = 0; round < rounds; ++round) {
         for (std::size_t i = 0; i < N; ++i) seen[i].push_back(measures[i](cpus, duration));
     }
-    std::array<double, N> medians{};
-    for (std::size_t i = 0; i < N; ++i) medians[i] = median(seen[i]);
-    return medians;
+    std::array<double, N> means{};
+    for (std::size_t i = 0; i < N; ++i) means[i] = mean(seen[i]);
+    return means;
 }
 
 template <std::size_t Bytes>
@@ -130,8 +131,8 @@ void measure_slot(const Options& options, CpuPair cpus, std::vector<Row>& rows) 
         writes.push_back(seen.first_per_s);
         reads.push_back(seen.second_per_s);
     }
-    rows.push_back({Slot::kName, "write", sizeof(T), median(writes)});
-    rows.push_back({Slot::kName, "read", sizeof(T), median(reads)});
+    rows.push_back({Slot::kName, "write", sizeof(T), mean(writes)});
+    rows.push_back({Slot::kName, "read", sizeof(T), mean(reads)});
 }
 
 template <std::size_t Bytes>
@@ -149,7 +150,7 @@ std::string guarantee(const Options& options, CpuPair cpus, bool raised) {
         cpus.first == cpus.second
             ? "both threads on CPU " + std::to_string(cpus.first) + " (the only one allowed)"
             : "threads pinned to CPUs " + std::to_string(cpus.first) + " and " + std::to_string(cpus.second);
-    return where + (raised ? ", nice -20" : ", ordinary priority") + ", not isolated; median of " +
+    return where + (raised ? ", nice -20" : ", ordinary priority") + ", not isolated; mean of " +
            std::to_string(options.rounds) + " rounds of " + std::to_string(options.round_ms) + " ms in turn";
 }
 

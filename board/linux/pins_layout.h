@@ -50,7 +50,7 @@
 namespace qduino::board::linux {
 
 inline constexpr std::uint32_t kPinsMagic = 0x51445049;  // "QDPI"
-inline constexpr std::uint32_t kPinsVersion = 3;
+inline constexpr std::uint32_t kPinsVersion = 4;
 
 enum class PinEventKind : std::uint8_t { level = 1, pwm = 2, pwm_period = 3 };
 
