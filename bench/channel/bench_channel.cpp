@@ -27,7 +27,7 @@ namespace {
 
 struct Options {
     bool json = false;
-    int rounds = 41;
+    int rounds = 81;
     int round_ms = 12;
 };
 
