@@ -3,9 +3,9 @@
 //   bench-channel [--json] [--rounds N] [--round-ms M]
 //
 // Rivals take turns within each round, so that what else happens on the machine hits them alike; reported is
-// the mean of many short rounds (a virtual machine's two cores are near each other at one time and far at
-// another, so that a median would show now the one, now the other). Queue figures are items received per second; slot figures are reads and
-// writes per second while the other side goes on at full speed.
+// the mean of many short rounds: a virtual machine's two cores are near each other at one time and far apart at
+// another, and a median would show now the one, now the other. Queue figures are items received per second;
+// slot figures are reads and writes per second while the other side goes on at full speed.
 
 #include <sys/resource.h>
 

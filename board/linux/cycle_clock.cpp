@@ -95,7 +95,8 @@ Instant CycleClock::refresh(int attempts) {
 /// Contract: `sequence_` is odd, and made so by the caller.
 std::int64_t CycleClock::set_anchor(const Pair& pair) {
     const std::int64_t ns = never_back(pair);
-    if (pair.ns - base_.ns >= next_span_) {
+    const bool good_for_rate = pair.width <= 2 * good_width_;
+    if (good_for_rate && pair.ns - base_.ns >= next_span_) {
         set_rate(base_, pair);
         if (next_span_ >= kLongBase.count()) base_ = pair;
         next_span_ = std::min(2 * next_span_, kLongBase.count());
