@@ -110,17 +110,17 @@ struct RawRing {
     RawRing() { std::memset(bytes.get(), 0, sizeof(Ring)); }
     void set_counters(std::uint64_t head, std::uint64_t tail) {
         std::memcpy(bytes.get(), &head, sizeof head);
-        std::memcpy(bytes.get() + 2 * kCacheLine, &tail, sizeof tail);
+        std::memcpy(bytes.get() + kLinePair, &tail, sizeof tail);
         ring().adopt_writer();
         ring().adopt_reader();
     }
     Ring& ring() { return *reinterpret_cast<Ring*>(bytes.get()); }
 
     struct Free {
-        void operator()(std::byte* at) const { ::operator delete[](at, std::align_val_t{kCacheLine}); }
+        void operator()(std::byte* at) const { ::operator delete[](at, std::align_val_t{kLinePair}); }
     };
     std::unique_ptr<std::byte[], Free> bytes{
-        static_cast<std::byte*>(::operator new[](sizeof(Ring), std::align_val_t{kCacheLine}))};
+        static_cast<std::byte*>(::operator new[](sizeof(Ring), std::align_val_t{kLinePair}))};
 };
 
 TEST(RingBuffer, ZeroedMemoryIsAnEmptyRing) {
@@ -169,7 +169,7 @@ TEST(RingBuffer, AWriterThatDiedBeforeReleasingLeavesTheRingAsItWas) {
     RawRing<RingBuffer<std::uint32_t, 4>> raw;
     ASSERT_TRUE(raw.ring().try_push(1));
     const std::uint32_t half_written = 0xffff'ffff;  // in the next slot; head was never moved
-    std::memcpy(raw.bytes.get() + sizeof(raw.ring()) - kCacheLine + sizeof(std::uint32_t), &half_written,
+    std::memcpy(raw.bytes.get() + sizeof(raw.ring()) - kLinePair + sizeof(std::uint32_t), &half_written,
                 sizeof half_written);
     raw.ring().adopt_writer();
     EXPECT_EQ(raw.ring().size(), 1u);
