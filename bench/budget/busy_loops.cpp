@@ -114,7 +114,7 @@ int play_sched_deadline(BurstLog& log, BudgetCase budget, Nanoseconds length) {
     DeadlineAttributes attributes;
     attributes.runtime_ns = static_cast<std::uint64_t>(budget.budget.count());
     attributes.deadline_ns = attributes.period_ns = static_cast<std::uint64_t>(budget.period.count());
-    if (::syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) return errno == EPERM ? 77 : 1;
+    if (::syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) return errno;
     log.spin(monotonic_now() + length);
     return 0;
 }
@@ -140,7 +140,10 @@ Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length) {
 Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length) {
     BurstLog log{budget, length};
     std::string failure = run_child([&] { return play_sched_deadline(log, budget, length); }, length + 5s);
-    if (failure == "ended with status 77") failure = "SCHED_DEADLINE is for root";
+    for (const int error : {EPERM, EBUSY}) {
+        if (failure == "ended with status " + std::to_string(error))
+            failure = std::string{"sched_setattr: "} + std::strerror(error);
+    }
     return summary(log, std::move(failure));
 }
 
