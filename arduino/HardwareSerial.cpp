@@ -56,6 +56,17 @@ void HardwareSerial::flush() {
     if (port_) port_->flush();
 }
 
+void HardwareSerial::settle(int ms) {
+    if (port_) port_->flush_for(ms);
+}
+
+void HardwareSerial::hold_output(bool held) {
+    if (port_) port_->hold_output(held);
+}
+
+void qduino::arduino::settle_console() { Serial.settle(1000); }
+void qduino::arduino::hold_console(bool held) { Serial.hold_output(held); }
+
 std::size_t HardwareSerial::write(std::uint8_t value) { return write(&value, 1); }
 
 std::size_t HardwareSerial::write(const std::uint8_t* buffer, std::size_t size) {

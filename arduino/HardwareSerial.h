@@ -50,6 +50,10 @@ class HardwareSerial : public Stream {
         return write(static_cast<std::uint8_t>(value));
     }
     using Print::write;
+    /// For the program around the sketch, when no loop runs: waits up to `ms` until all has left, and takes no lock.
+    void settle(int ms);
+    /// For the program around the sketch: true keeps what is written back, false lets it go.
+    void hold_output(bool held);
 
   protected:
     void hold() override { lock_.lock(); }
@@ -68,3 +72,9 @@ extern HardwareSerial Serial;
 extern HardwareSerial Serial1;
 extern HardwareSerial Serial2;
 extern HardwareSerial Serial3;
+
+namespace qduino::arduino {
+/// Serial.settle() and Serial.hold_output(), for who must not pull Serial in (apps/host/sketch_output.cpp).
+void settle_console();
+void hold_console(bool held);
+}  // namespace qduino::arduino

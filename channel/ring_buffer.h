@@ -34,10 +34,8 @@ inline constexpr std::size_t kLinePair = 2 * kCacheLine;
 
 /// Asks for the line at `address` to be written: a store that finds it here does not hold up the stores behind it.
 inline void fetch_for_writing(const void* address) {
-#if defined(__x86_64__)
-    asm volatile("prefetchw %0"
-                 :
-                 : "m"(*static_cast<const char*>(address)));  // the builtin asks for a shared line
+#if defined(__x86_64__)  // where the builtin asks for a line to be shared
+    asm volatile("prefetchw %0" : : "m"(*static_cast<const char*>(address)));
 #else
     __builtin_prefetch(address, 1);
 #endif

@@ -52,6 +52,17 @@ struct HeaterConfig {
     double at_target_s = 1.0;
 };
 
+/// Where the head waits while a job is paused (printer/machine/parking.cpp).
+struct ParkConfig {
+    bool enabled = true;  ///< false: a pause stops where it is
+    double x_mm = 0;      ///< machine coordinates; kept within the bounds of the axes
+    double y_mm = 150;
+    double z_hop_mm = 5;  ///< up before anything moves sideways; as far as the bounds allow
+    double retract_mm = 2;
+    double speed_mm_s = 80;  ///< sideways; up and down at Z's own largest speed
+    double retract_speed_mm_s = 25;
+};
+
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
     std::array<AxisConfig, kAxisCount> axes{{
@@ -63,6 +74,8 @@ struct MachineConfig {
     double default_acceleration_mm_s2 = 3000;
     double travel_acceleration_mm_s2 = 3000;
     double minimum_extrude_celsius = 170;
+    double idle_timeout_s = 600;  ///< heaters that nobody uses go off after so long; 0: never
+    ParkConfig park;
     HeaterConfig hot_end{22.2, 1.08, 114, 5, 275, 17, 0, 2, 20, 5, 120, 1.0, 1.0};
     HeaterConfig bed{10, 0.023, 305.4, 5, 125, 18, 1, 2, 60, 5, 300, 1.0, 1.0};
     bool has_bed = true;

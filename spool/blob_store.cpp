@@ -5,37 +5,23 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+
+#include "base/whole_number.h"
+#include "spool/durable_file.h"
 
 namespace qduino::spool {
 
 namespace {
 
 constexpr std::uint64_t kSpaceCheckEveryBytes = std::uint64_t{8} << 20;
-
-Error system_error(std::string_view what, int number) {
-    if (number == ENOSPC || number == EDQUOT) {
-        return make_error(ErrorCode::unavailable,
-                          "the disk is full; delete finished jobs or free some space");
-    }
-    const ErrorCode code =
-        number == EACCES || number == EPERM ? ErrorCode::not_permitted : ErrorCode::internal;
-    Error error{code, {}};
-    error.message.append("job files: cannot ").append(what).append(": ").append(std::strerror(number));
-    return error;
-}
-
-Result<void> write_all(int descriptor, std::span<const char> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) return system_error("write", errno);
-        bytes = bytes.subspan(static_cast<std::size_t>(count));
-    }
-    return {};
-}
+constexpr const char* kJournalIdFile = "blobs-journal-id";
+constexpr std::array kParts{BlobPart::layers, BlobPart::layers_index, BlobPart::thumbnail,
+                            BlobPart::record, BlobPart::new_record,   BlobPart::gcode};
 
 std::string random_name() {
     std::array<unsigned char, 16> bytes{};
@@ -43,37 +29,36 @@ std::string random_name() {
     return sha256_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()}).substr(0, 32);
 }
 
-Result<void> sync_folder(const std::filesystem::path& folder) {
-    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) return system_error("open the folder", errno);
-    const int failed = ::fsync(descriptor) != 0 ? errno : 0;
-    ::close(descriptor);
-    if (failed) return system_error("sync the folder", failed);
-    return {};
+/// One line a record: number, time, name. A name has no control characters, so that a tab and a line's end part them.
+std::string text_of(std::span<const UploadRecord> records) {
+    std::string text;
+    for (const UploadRecord& record : records) {
+        text +=
+            std::to_string(record.id) + "\t" + std::to_string(record.uploaded_s) + "\t" + record.name + "\n";
+    }
+    return text;
 }
 
-/// A small file, whole on the disk before it has its name.
-Result<void> write_file(const std::filesystem::path& path, std::string_view bytes) {
-    const std::filesystem::path part = path.string() + ".part";
-    const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (descriptor < 0) return system_error("create", errno);
-    Result<void> written = write_all(descriptor, {bytes.data(), bytes.size()});
-    if (written.ok() && ::fdatasync(descriptor) != 0) written = system_error("sync", errno);
-    ::close(descriptor);
-    if (written.ok() && ::rename(part.c_str(), path.c_str()) != 0) written = system_error("rename", errno);
-    if (!written.ok()) ::unlink(part.c_str());
-    return written;
+/// Nothing when the line is damaged.
+std::optional<UploadRecord> record_of(std::string_view line) {
+    UploadRecord record;
+    for (std::int64_t* number : {&record.id, &record.uploaded_s}) {
+        const std::size_t tab = line.find('\t');
+        if (tab == std::string_view::npos) return std::nullopt;
+        const auto whole = whole_number<std::int64_t>(line.substr(0, tab));
+        if (!whole || *whole < 0) return std::nullopt;
+        *number = *whole;
+        line.remove_prefix(tab + 1);
+    }
+    record.name = line;
+    return record;
 }
 
 /// Packed layers can be made again from the bytes, but the job's row promises them: synced before they are named.
 Result<void> sync_and_move(const std::filesystem::path& from, const std::filesystem::path& to) {
-    const int descriptor = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0 && errno == ENOENT) return {};
-    if (descriptor < 0) return system_error("open", errno);
-    const int failed = ::fdatasync(descriptor) != 0 ? errno : 0;
-    ::close(descriptor);
-    if (failed) return system_error("sync", failed);
-    if (::rename(from.c_str(), to.c_str()) != 0) return system_error("rename", errno);
+    if (::access(from.c_str(), F_OK) != 0 && errno == ENOENT) return {};
+    if (const Result<void> synced = sync_to_disk(from); !synced.ok()) return synced;
+    if (::rename(from.c_str(), to.c_str()) != 0) return file_error("rename", errno);
     return {};
 }
 
@@ -98,7 +83,7 @@ Result<void> StagedFile::write(std::span<const char> bytes) {
         space_checked_at_ = size_;
         if (::fstatvfs(descriptor_, &disk) == 0 &&
             static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < limits_.free_space_min_bytes) {
-            return system_error("write", ENOSPC);
+            return file_error("write", ENOSPC);
         }
     }
     const Result<void> written = write_all(descriptor_, bytes);
@@ -113,84 +98,177 @@ Result<void> StagedFile::seal() {
     const int failed = ::fdatasync(descriptor_) != 0 ? errno : 0;
     ::close(descriptor_);
     descriptor_ = -1;
-    if (failed) return system_error("sync", failed);
+    if (failed) return file_error("sync", failed);
     sha256_ = hash_.finish();
     return {};
 }
 
 BlobStore::BlobStore(std::filesystem::path folder, BlobLimits limits)
-    : incoming_(folder / "incoming"), blobs_(folder / "blobs"), limits_(limits) {}
+    : folder_(folder),
+      incoming_(folder / "incoming"),
+      blobs_(folder / "blobs"),
+      set_aside_(folder / "set-aside"),
+      limits_(limits) {}
 
 Result<std::unique_ptr<BlobStore>> BlobStore::open(const std::filesystem::path& folder, BlobLimits limits) {
     std::unique_ptr<BlobStore> store{new BlobStore{folder, limits}};
     std::error_code failed;
     for (const std::filesystem::path& each : {folder, store->incoming_, store->blobs_}) {
         std::filesystem::create_directories(each, failed);
-        if (failed) return system_error("make the folder", failed.value());
+        if (failed) return file_error("make the folder", failed.value());
         std::filesystem::permissions(each, std::filesystem::perms::owner_all, failed);
-        if (failed) return system_error("restrict the folder", failed.value());
+        if (failed) return file_error("restrict the folder", failed.value());
     }
     for (const auto& entry : std::filesystem::directory_iterator{store->incoming_, failed}) {
         std::error_code ignored;  // what cannot be swept now is swept next time
         std::filesystem::remove(entry.path(), ignored);
     }
-    if (failed) return system_error("read the folder", failed.value());
+    if (failed) return file_error("read the folder", failed.value());
     return store;
 }
 
 Result<std::unique_ptr<StagedFile>> BlobStore::stage() const {
     const std::filesystem::path path = incoming_ / random_name();
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (descriptor < 0) return system_error("create", errno);
+    if (descriptor < 0) return file_error("create", errno);
     return std::unique_ptr<StagedFile>{new StagedFile{path, descriptor, limits_}};
 }
 
-Result<void> BlobStore::adopt(StagedFile& file, std::string_view layers_index,
-                              std::string_view thumbnail) const {
-    QDUINO_EXPECT(!file.sha256().empty());
-    const std::string& name = file.sha256();
+std::uint64_t BlobStore::size_of(std::uint64_t gcode_bytes, const std::filesystem::path& packed_layers,
+                                 const BlobCompanions& companions) {
+    std::error_code absent;
+    const std::uintmax_t layers = std::filesystem::file_size(packed_layers, absent);
+    return gcode_bytes + (absent ? 0 : layers) + companions.layers_index.size() + companions.thumbnail.size();
+}
+
+Result<void> BlobStore::take_in(const std::string& sha256, const std::filesystem::path& gcode,
+                                const std::filesystem::path& layers, const BlobCompanions& companions,
+                                std::span<const UploadRecord> records) const {
     // Companions first: once the blob itself has its name, the rest is there.
-    Result<void> done = sync_and_move(file.layers_path(), path(name, BlobPart::layers));
-    if (done.ok() && !layers_index.empty())
-        done = write_file(path(name, BlobPart::layers_index), layers_index);
-    if (done.ok() && !thumbnail.empty()) done = write_file(path(name, BlobPart::thumbnail), thumbnail);
-    if (done.ok() && ::access(path(name, BlobPart::gcode).c_str(), F_OK) != 0) {
-        if (::rename(file.path().c_str(), path(name, BlobPart::gcode).c_str()) != 0) {
-            done = system_error("rename", errno);
+    Result<void> done = sync_and_move(layers, path(sha256, BlobPart::layers));
+    if (done.ok() && !companions.layers_index.empty())
+        done = write_file(path(sha256, BlobPart::layers_index), companions.layers_index);
+    if (done.ok() && !companions.thumbnail.empty())
+        done = write_file(path(sha256, BlobPart::thumbnail), companions.thumbnail);
+    if (done.ok()) done = write_file(path(sha256, BlobPart::new_record), text_of(records));
+    if (done.ok() && ::access(path(sha256, BlobPart::gcode).c_str(), F_OK) != 0) {
+        if (::rename(gcode.c_str(), path(sha256, BlobPart::gcode).c_str()) != 0) {
+            done = file_error("rename", errno);
         }
     }
-    if (done.ok()) done = sync_folder(blobs_);
+    if (done.ok()) done = sync_to_disk(blobs_);
     return done;
 }
 
+Result<void> BlobStore::adopt(StagedFile& file, const BlobCompanions& companions,
+                              const UploadRecord& record) const {
+    QDUINO_EXPECT(!file.sha256().empty());
+    std::vector<UploadRecord> all = records(file.sha256());
+    if (all.size() >= kRecordsMax) all.erase(all.begin());
+    all.push_back(record);
+    return take_in(file.sha256(), file.path(), file.layers_path(), companions, all);
+}
+
+Result<void> BlobStore::adopt_again(const std::string& sha256, const std::filesystem::path& layers,
+                                    const BlobCompanions& companions,
+                                    std::span<const UploadRecord> records) const {
+    const Result<void> done =
+        take_in(sha256, part_of(set_aside_, sha256, BlobPart::gcode), layers, companions, records);
+    if (!done.ok()) return done;
+    confirm(sha256);
+    for (const BlobPart part : kParts) ::unlink(part_of(set_aside_, sha256, part).c_str());
+    return {};
+}
+
+void BlobStore::confirm(const std::string& sha256) const {
+    ::rename(path(sha256, BlobPart::new_record).c_str(), path(sha256, BlobPart::record).c_str());
+}
+
+void BlobStore::forget(const std::string& sha256, JobId id) const {
+    std::vector<UploadRecord> left = records(sha256);
+    std::erase_if(left, [id](const UploadRecord& record) { return record.id == id; });
+    // What cannot be written now comes back, held, after a repair: harmless.
+    static_cast<void>(write_file(path(sha256, BlobPart::record), text_of(left)));
+}
+
+std::vector<UploadRecord> BlobStore::records(const std::string& sha256) const {
+    for (const auto* folder : {&blobs_, &set_aside_}) {
+        std::ifstream file{part_of(*folder, sha256, BlobPart::record), std::ios::binary};
+        if (!file) continue;
+        std::vector<UploadRecord> found;
+        for (std::string line; found.size() < kRecordsMax && std::getline(file, line);) {
+            if (std::optional<UploadRecord> record = record_of(line)) found.push_back(std::move(*record));
+        }
+        return found;
+    }
+    return {};
+}
+
 void BlobStore::remove(const std::string& sha256) const {
-    for (const BlobPart part :
-         {BlobPart::gcode, BlobPart::layers, BlobPart::layers_index, BlobPart::thumbnail}) {
-        ::unlink(path(sha256, part).c_str());
-    }
+    for (const BlobPart part : kParts) ::unlink(path(sha256, part).c_str());
 }
 
-void BlobStore::sweep(const std::set<std::string>& wanted) const {
+void BlobStore::remove_partial(const std::string& name) const { ::unlink((blobs_ / name).c_str()); }
+
+Result<void> BlobStore::set_aside(const std::string& sha256) const {
     std::error_code failed;
-    for (const auto& entry : std::filesystem::directory_iterator{blobs_, failed}) {
-        const std::string name = entry.path().filename().string();
-        const bool partial = name.ends_with(".part");
-        if (!partial && wanted.contains(name.substr(0, name.find('.')))) continue;
-        std::error_code ignored;
-        std::filesystem::remove(entry.path(), ignored);
+    std::filesystem::create_directories(set_aside_, failed);
+    if (failed) return file_error("make the folder", failed.value());
+    for (const BlobPart part :
+         kParts) {  // the G-code last: as long as it is in its old place, this is tried again
+        if (part == BlobPart::gcode) continue;
+        ::rename(path(sha256, part).c_str(), part_of(set_aside_, sha256, part).c_str());
     }
+    const auto from = path(sha256, BlobPart::gcode);
+    if (::rename(from.c_str(), part_of(set_aside_, sha256, BlobPart::gcode).c_str()) != 0 && errno != ENOENT)
+        return file_error("move aside", errno);
+    return {};
 }
 
-std::filesystem::path BlobStore::path(const std::string& sha256, BlobPart part) const {
+std::vector<std::string> BlobStore::blobs_in(const std::filesystem::path& folder) {
+    std::vector<std::string> found;
+    std::error_code failed;
+    for (const auto& entry : std::filesystem::directory_iterator{folder, failed}) {
+        const std::string name = entry.path().filename().string();
+        if (name.ends_with(".gcode")) found.push_back(name.substr(0, name.find('.')));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+std::string BlobStore::journal_id() const {
+    std::ifstream file{folder_ / kJournalIdFile, std::ios::binary};
+    std::string id;
+    std::getline(file, id);
+    return id;
+}
+
+Result<void> BlobStore::set_journal_id(std::string_view id) const {
+    Result<void> done = write_file(folder_ / kJournalIdFile, std::string{id} + "\n");
+    if (done.ok()) done = sync_to_disk(folder_);
+    return done;
+}
+
+std::filesystem::path BlobStore::find_gcode(const std::string& sha256) const {
+    const std::filesystem::path here = path(sha256, BlobPart::gcode);
+    return ::access(here.c_str(), F_OK) == 0 ? here : part_of(set_aside_, sha256, BlobPart::gcode);
+}
+
+std::filesystem::path BlobStore::part_of(const std::filesystem::path& folder, const std::string& sha256,
+                                         BlobPart part) {
     switch (part) {
         case BlobPart::gcode:
-            return blobs_ / (sha256 + ".gcode");
+            return folder / (sha256 + ".gcode");
         case BlobPart::layers:
-            return blobs_ / (sha256 + ".layers");
+            return folder / (sha256 + ".layers");
         case BlobPart::layers_index:
-            return blobs_ / (sha256 + ".layers.json");
+            return folder / (sha256 + ".layers.json");
         case BlobPart::thumbnail:
-            return blobs_ / (sha256 + ".png");
+            return folder / (sha256 + ".png");
+        case BlobPart::record:
+            return folder / (sha256 + ".job");
+        case BlobPart::new_record:
+            return folder / (sha256 + ".job.new");
     }
     return {};
 }

@@ -3,22 +3,28 @@
 //   DIR/incoming/RANDOM            an upload on its way; swept away at the next start
 //   DIR/blobs/SHA256.gcode         whole, durable, never changed; what printing reads
 //   DIR/blobs/SHA256.layers        its packed layers;  .layers.json their index;  .png its thumbnail
+//   DIR/blobs/SHA256.job           which uploads brought these bytes (UploadRecord); .job.new until the journal has their rows
+//   DIR/set-aside/SHA256.*         blobs that no journal vouches for; `printd --recover` makes jobs of them again
+//   DIR/blobs-journal-id           the journal that these blobs belong to
 //
 //   StagedFile: write … write → seal (fdatasync, SHA-256)        on a worker thread
 //   BlobStore:  adopt: rename into blobs/, fsync the folder       on the spool's thread, before the job's row commits
 //
-// Invariant: a file in blobs/ is whole. One without a job's row (killed between rename and commit) is swept at start.
+// Invariants: a file in blobs/ is whole. One without a job's row was left by a kill between rename and commit, or between the
+// deletion of its row and its own; only the journal that these blobs belong to may say so. Nothing else is ever removed.
 // No name that a client sent ever becomes part of a path.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <set>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
+#include "spool/job.h"
 #include "spool/sha256.h"
 
 namespace qduino::spool {
@@ -61,32 +67,85 @@ class StagedFile {
 };
 
 /// Kinds of files that belong to one blob.
-enum class BlobPart : std::uint8_t { gcode, layers, layers_index, thumbnail };
+enum class BlobPart : std::uint8_t { gcode, layers, layers_index, thumbnail, record, new_record };
+
+/// One upload of a blob's bytes, written beside them: from it a lost journal is rebuilt.
+struct UploadRecord {
+    JobId id = 0;
+    UnixSeconds uploaded_s = 0;
+    std::string name;
+};
+
+/// What is small and lies beside the bytes.
+struct BlobCompanions {
+    std::string_view layers_index;
+    std::string_view thumbnail;
+};
 
 class BlobStore {
   public:
+    /// Uploads of the same bytes that are remembered; of more, the newest.
+    static constexpr std::size_t kRecordsMax = 256;
+
     /// Makes the folders (mode 0700) and sweeps incoming/. Errors: not_permitted, unavailable, internal.
     [[nodiscard]] static Result<std::unique_ptr<BlobStore>> open(const std::filesystem::path& folder,
                                                                  BlobLimits limits);
 
     /// A new file in incoming/. Any thread. Errors: unavailable (disk full), internal.
     [[nodiscard]] Result<std::unique_ptr<StagedFile>> stage() const;
+    /// What adopt() will store, in bytes. There may be no packed layers.
+    [[nodiscard]] static std::uint64_t size_of(std::uint64_t gcode_bytes,
+                                               const std::filesystem::path& packed_layers,
+                                               const BlobCompanions& companions);
     /// Moves a sealed file and its packed layers into blobs/, writes its small companions, and makes that durable.
     /// The same bytes may be there already: then nothing is moved. Errors: unavailable, internal.
-    [[nodiscard]] Result<void> adopt(StagedFile& file, std::string_view layers_index,
-                                     std::string_view thumbnail) const;
+    [[nodiscard]] Result<void> adopt(StagedFile& file, const BlobCompanions& companions,
+                                     const UploadRecord& record) const;
+    /// The same for a blob that lies in set-aside/ or in blobs/ already; its packed layers are at `layers`.
+    [[nodiscard]] Result<void> adopt_again(const std::string& sha256, const std::filesystem::path& layers,
+                                           const BlobCompanions& companions,
+                                           std::span<const UploadRecord> records) const;
+    /// The journal has the rows of all uploads of this blob.
+    void confirm(const std::string& sha256) const;
+    /// One upload of a blob that others still need is deleted.
+    void forget(const std::string& sha256, JobId id) const;
+    /// Uploads that were confirmed, oldest first. Empty: none was, or an older program stored the blob.
+    [[nodiscard]] std::vector<UploadRecord> records(const std::string& sha256) const;
+
     /// Removes all parts of a blob. A part that is not there is not missed.
     void remove(const std::string& sha256) const;
-    /// Removes every blob whose SHA-256 is not in `wanted`.
-    void sweep(const std::set<std::string>& wanted) const;
+    /// Removes a file of blobs/ that nobody had finished writing.
+    void remove_partial(const std::string& name) const;
+    /// Moves all parts of a blob to set-aside/. Error: internal, when that folder cannot be written.
+    [[nodiscard]] Result<void> set_aside(const std::string& sha256) const;
+    /// SHA-256 of all blobs there are in set-aside/, or in blobs/. Reads the whole folder.
+    [[nodiscard]] std::vector<std::string> all_set_aside() const { return blobs_in(set_aside_); }
+    [[nodiscard]] std::vector<std::string> all() const { return blobs_in(blobs_); }
+    [[nodiscard]] const std::filesystem::path& blobs_folder() const { return blobs_; }
 
-    [[nodiscard]] std::filesystem::path path(const std::string& sha256, BlobPart part) const;
+    /// The journal that the blobs belong to; empty: not known.
+    [[nodiscard]] std::string journal_id() const;
+    [[nodiscard]] Result<void> set_journal_id(std::string_view id) const;
+
+    [[nodiscard]] std::filesystem::path path(const std::string& sha256, BlobPart part) const {
+        return part_of(blobs_, sha256, part);
+    }
+    /// Where the G-code lies, in blobs/ or in set-aside/.
+    [[nodiscard]] std::filesystem::path find_gcode(const std::string& sha256) const;
     [[nodiscard]] const BlobLimits& limits() const { return limits_; }
 
   private:
     BlobStore(std::filesystem::path folder, BlobLimits limits);
+    [[nodiscard]] static std::filesystem::path part_of(const std::filesystem::path& folder,
+                                                       const std::string& sha256, BlobPart part);
+    [[nodiscard]] static std::vector<std::string> blobs_in(const std::filesystem::path& folder);
+    [[nodiscard]] Result<void> take_in(const std::string& sha256, const std::filesystem::path& gcode,
+                                       const std::filesystem::path& layers, const BlobCompanions& companions,
+                                       std::span<const UploadRecord> records) const;
+    std::filesystem::path folder_;
     std::filesystem::path incoming_;
     std::filesystem::path blobs_;
+    std::filesystem::path set_aside_;
     BlobLimits limits_;
 };
 

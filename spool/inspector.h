@@ -16,8 +16,8 @@ class Inspector {
     virtual void begin(std::uint64_t run, const std::filesystem::path& gcode) = 0;
     /// True once the inspector looks, or is known not to answer: the first byte may cross.
     [[nodiscard]] virtual bool begun(std::uint64_t run) = 0;
-    /// The run has ended.
-    virtual void end(std::uint64_t run) = 0;
+    /// The run has ended; the machine says that the head left the path so many times (pauses), and came back.
+    virtual void end(std::uint64_t run, std::uint32_t excursions) = 0;
     /// The report as a JSON object; an empty string when there will be none; nothing while it is awaited.
     [[nodiscard]] virtual std::optional<std::string> report(std::uint64_t run) = 0;
 };

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -34,16 +35,53 @@ struct Job {
     bool hold = false;
     int copies = 1;  ///< 1 … kMaxCopies
     int copies_done = 0;
-    int priority = 0;        ///< −kMaxPriority … kMaxPriority; higher first
-    std::int64_t order = 0;  ///< within a priority, lower first
+    int priority = 0;  ///< −kMaxPriority … kMaxPriority; higher first
+    /// Waiting: within a priority, lower first. Ended: the later it ended, the higher; a clock that was set back cannot mix them.
+    std::int64_t order = 0;
     UnixSeconds created_s = 0;
     UnixSeconds started_s = 0;  ///< of the running or last copy; 0: never
     UnixSeconds ended_s = 0;    ///< of the last copy; 0: never
     std::string error;          ///< why it failed; empty otherwise
-    std::string facts_json;     ///< an object, as the analyzer made it
-    double estimated_s = 0;     ///< of one copy; 0: unknown
+    std::optional<std::int64_t>
+        stopped_line;  ///< where its last copy failed or was cancelled; empty: unknown, or it was not
+    std::optional<std::int64_t> stopped_layer;  ///< likewise
+    std::string facts_json;                     ///< an object, as the analyzer made it
+    double estimated_s = 0;                     ///< of one copy; 0: unknown
     bool has_layers = false;
     bool has_thumbnail = false;
+    std::uint64_t stored_bytes =
+        0;  ///< of all files of its blob; shared by the jobs that have the same bytes
+};
+
+/// No copy of it prints or waits any more.
+[[nodiscard]] constexpr bool is_ended(JobState state) {
+    return state == JobState::done || state == JobState::cancelled || state == JobState::failed;
+}
+
+/// Jobs by their stored state.
+struct JobCounts {
+    std::int64_t queued = 0;  ///< held ones included
+    std::int64_t printing = 0;
+    std::int64_t done = 0;
+    std::int64_t cancelled = 0;
+    std::int64_t failed = 0;
+    [[nodiscard]] std::int64_t& of(JobState state) {
+        switch (state) {
+            case JobState::queued:
+                return queued;
+            case JobState::printing:
+                return printing;
+            case JobState::done:
+                return done;
+            case JobState::cancelled:
+                return cancelled;
+            case JobState::failed:
+                return failed;
+        }
+        return failed;
+    }
+    [[nodiscard]] std::int64_t ended() const { return done + cancelled + failed; }
+    [[nodiscard]] std::int64_t total() const { return queued + printing + ended(); }
 };
 
 inline constexpr int kMaxCopies = 1000;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "printer/link/layout.h"
 
@@ -18,7 +19,11 @@ struct MachineView {
     bool connected = false;  ///< false: nothing below means anything
     std::uint64_t session = 0;
     SketchLife life = SketchLife::alive;
+    std::string death_note;  ///< why it is dead, in its supervisor's words; empty: not said
+    bool may_be_explained =
+        false;               ///< it is dead, and the note may still come (set by who watches it over time)
     bool responding = true;  ///< false: the heartbeat stands still (set by who watches it over time)
+    double time_factor = 1;  ///< the printer's seconds in one of the wall's; above 0, finite
     printer::link::JobStatus job;
     printer::link::MotionStatus motion;
     printer::link::HeatStatus heat;

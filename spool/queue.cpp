@@ -12,17 +12,6 @@ bool prints_before(const Job* a, const Job* b) {
     return a->id < b->id;
 }
 
-bool ended_later(const Job* a, const Job* b) {
-    if (a->ended_s != b->ended_s) return a->ended_s > b->ended_s;
-    return a->id > b->id;
-}
-
-bool is_ended(const Job& job) {
-    return job.state == JobState::done || job.state == JobState::cancelled || job.state == JobState::failed;
-}
-
-Error no_such_job() { return make_error(ErrorCode::not_found, "there is no job with this number"); }
-
 Result<void> check_numbers(const Job& job) {
     if (job.copies < 1 || job.copies > kMaxCopies) {
         return make_error(ErrorCode::invalid_argument, "copies must be 1 to 1000");
@@ -31,6 +20,13 @@ Result<void> check_numbers(const Job& job) {
         return make_error(ErrorCode::invalid_argument, "priority must be -1000 to 1000");
     }
     return {};
+}
+
+/// It prints again: how the last copy ended is no longer what it is known by.
+void forget_end(Job& job) {
+    job.error.clear();
+    job.stopped_line.reset();
+    job.stopped_layer.reset();
 }
 
 /// Length of the well-formed sequence that starts at `text`, 0 when it is none (RFC 3629, section 4).
@@ -56,6 +52,8 @@ std::size_t utf8_length(std::string_view text) {
 }
 
 }  // namespace
+
+Error no_such_job() { return make_error(ErrorCode::not_found, "there is no job with this number"); }
 
 std::string_view to_word(JobState state) {
     switch (state) {
@@ -97,7 +95,8 @@ Result<void> check_name(std::string_view name) {
     return {};
 }
 
-Queue::Queue(std::vector<Job> jobs, JobId next_id) : jobs_(std::move(jobs)), next_id_(next_id) {
+Queue::Queue(std::vector<Job> jobs, JobId next_id, std::int64_t last_ended)
+    : jobs_(std::move(jobs)), next_id_(next_id), last_ended_(last_ended) {
     std::sort(jobs_.begin(), jobs_.end(), [](const Job& a, const Job& b) { return a.id < b.id; });
     if (!jobs_.empty()) next_id_ = std::max(next_id_, jobs_.back().id + 1);
 }
@@ -136,17 +135,7 @@ std::vector<const Job*> Queue::listing() const {
     std::vector<const Job*> all;
     if (const Job* job = printing()) all.push_back(job);
     for (const Job* job : queued()) all.push_back(job);
-    const auto ended_from = static_cast<std::ptrdiff_t>(all.size());
-    for (const Job& job : jobs_) {
-        if (is_ended(job)) all.push_back(&job);
-    }
-    std::sort(all.begin() + ended_from, all.end(), ended_later);
     return all;
-}
-
-bool Queue::blob_shared(const Job& job) const {
-    return std::any_of(jobs_.begin(), jobs_.end(),
-                       [&](const Job& other) { return other.id != job.id && other.sha256 == job.sha256; });
 }
 
 std::int64_t Queue::last_order() const {
@@ -165,13 +154,10 @@ Result<Change> Queue::plan_add(Job job) const {
     return Change{{std::move(job)}, {}};
 }
 
-Result<Change> Queue::plan_patch(JobId id, const JobPatch& patch) const {
-    const Job* found = find(id);
-    if (!found) return no_such_job();
-    if (patch.move && found->state != JobState::queued) {
+Result<Change> Queue::plan_patch(Job job, const JobPatch& patch) const {
+    if (patch.move && job.state != JobState::queued) {
         return make_error(ErrorCode::not_permitted, "only a queued job has a place in the queue");
     }
-    Job job = *found;
     if (patch.hold) job.hold = *patch.hold;
     if (patch.priority) job.priority = *patch.priority;
     if (patch.copies) job.copies = *patch.copies;
@@ -184,13 +170,14 @@ Result<Change> Queue::plan_patch(JobId id, const JobPatch& patch) const {
     if (job.state == JobState::done && job.copies > job.copies_done) {
         job.state = JobState::queued;
         job.order = last_order() + 1;
+        forget_end(job);
     }
     Change change;
     if (!patch.move) {
         change.put.push_back(std::move(job));
         return change;
     }
-    if (patch.before && *patch.before != id) {
+    if (patch.before && *patch.before != job.id) {
         const Job* other = find(*patch.before);
         if (!other || other->state != JobState::queued) {
             return make_error(ErrorCode::not_found, "the job to stand before is not in the queue");
@@ -220,31 +207,26 @@ void Queue::plan_move(Change& change, const Job& job, std::optional<JobId> befor
     change.put = std::move(order);
 }
 
-Result<Change> Queue::plan_remove(JobId id) const {
-    const Job* found = find(id);
-    if (!found) return no_such_job();
-    if (found->state == JobState::printing) {
+Result<Change> Queue::plan_remove(const Job& job) const {
+    if (job.state == JobState::printing) {
         return make_error(ErrorCode::not_permitted, "the job is printing; cancel it first");
     }
-    return Change{{}, {id}};
+    return Change{{}, {job.id}};
 }
 
-Result<Change> Queue::plan_start(JobId id) const {
-    const Job* found = find(id);
-    if (!found) return no_such_job();
-    if (found->state == JobState::printing) {
+Result<Change> Queue::plan_start(Job job) const {
+    if (job.state == JobState::printing) {
         return make_error(ErrorCode::not_permitted, "the job is printing already");
     }
-    Job job = *found;
     job.hold = false;
-    if (is_ended(job)) {
+    if (is_ended(job.state)) {
         if (job.copies_done >= kMaxCopies) {
             return make_error(ErrorCode::not_permitted, "the job was printed 1000 times; upload it again");
         }
         job.state = JobState::queued;
         job.copies = std::max(job.copies, job.copies_done + 1);
         job.order = last_order() + 1;
-        job.error.clear();
+        forget_end(job);
     }
     return Change{{std::move(job)}, {}};
 }
@@ -259,12 +241,11 @@ Result<Change> Queue::plan_begin_copy(JobId id, UnixSeconds now_s) const {
     job.state = JobState::printing;
     job.started_s = now_s;
     job.ended_s = 0;
-    job.error.clear();
+    forget_end(job);
     return Change{{std::move(job)}, {}};
 }
 
-Result<Change> Queue::plan_end_copy(JobId id, CopyOutcome outcome, std::string_view error,
-                                    UnixSeconds now_s) const {
+Result<Change> Queue::plan_end_copy(JobId id, const CopyEnd& end, UnixSeconds now_s) const {
     const Job* found = find(id);
     if (!found) return no_such_job();
     if (found->state != JobState::printing) {
@@ -272,7 +253,7 @@ Result<Change> Queue::plan_end_copy(JobId id, CopyOutcome outcome, std::string_v
     }
     Job job = *found;
     job.ended_s = now_s;
-    switch (outcome) {
+    switch (end.outcome) {
         case CopyOutcome::completed:
             ++job.copies_done;
             job.state = job.copies_done < job.copies ? JobState::queued : JobState::done;
@@ -282,14 +263,29 @@ Result<Change> Queue::plan_end_copy(JobId id, CopyOutcome outcome, std::string_v
             break;
         case CopyOutcome::failed:
             job.state = JobState::failed;
-            job.error = error;
+            job.error = end.error;
             break;
+    }
+    if (is_ended(job.state)) job.order = last_ended_ + 1;
+    if (end.outcome != CopyOutcome::completed) {
+        job.stopped_line = end.stopped_line;
+        job.stopped_layer = end.stopped_layer;
     }
     return Change{{std::move(job)}, {}};
 }
 
+void Queue::remove(JobId id) {
+    std::erase_if(jobs_, [id](const Job& job) { return job.id == id; });
+}
+
 void Queue::apply(const Change& change) {
     for (const Job& job : change.put) {
+        next_id_ = std::max(next_id_, job.id + 1);
+        if (is_ended(job.state)) {
+            last_ended_ = std::max(last_ended_, job.order);
+            remove(job.id);
+            continue;
+        }
         const auto at = std::lower_bound(jobs_.begin(), jobs_.end(), job.id,
                                          [](const Job& a, JobId wanted) { return a.id < wanted; });
         if (at != jobs_.end() && at->id == job.id) {
@@ -297,11 +293,8 @@ void Queue::apply(const Change& change) {
         } else {
             jobs_.insert(at, job);
         }
-        next_id_ = std::max(next_id_, job.id + 1);
     }
-    std::erase_if(jobs_, [&](const Job& job) {
-        return std::find(change.erase.begin(), change.erase.end(), job.id) != change.erase.end();
-    });
+    for (const JobId id : change.erase) remove(id);
 }
 
 }  // namespace qduino::spool

@@ -1,4 +1,7 @@
-// The queue: every job, the order in which they print, and which changes are allowed. Pure.
+// The queue: the jobs that wait or print, in which order, and which changes are allowed. Pure.
+//
+// A job that has ended is no longer in here (store.h has it); what may become of one is still decided here: every plan
+// takes the job as it stands, wherever it was found.
 //
 // Every change is planned, made durable by the caller, and only then applied:
 //
@@ -11,6 +14,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -20,7 +24,7 @@ namespace qduino::spool {
 
 /// What a plan does to the set of jobs: whole rows.
 struct Change {
-    std::vector<Job> put;  ///< new or replaced, by id
+    std::vector<Job> put;  ///< new or replaced, by id; one that has ended leaves the queue
     std::vector<JobId> erase;
 };
 
@@ -37,11 +41,19 @@ struct JobPatch {
 /// How a copy ended.
 enum class CopyOutcome : std::uint8_t { completed, cancelled, failed };
 
+struct CopyEnd {
+    CopyOutcome outcome = CopyOutcome::completed;
+    std::string error;                          ///< why it failed
+    std::optional<std::int64_t> stopped_line;   ///< where it failed or was cancelled; empty: unknown
+    std::optional<std::int64_t> stopped_layer;  ///< likewise
+};
+
 class Queue {
   public:
     Queue() = default;
-    /// `next_id` is above the id of every job that ever was: an id is never used twice.
-    Queue(std::vector<Job> jobs, JobId next_id);
+    /// `jobs` wait or print. `next_id` is above the id of every job that ever was: an id is never used twice.
+    /// `last_ended` is the highest `order` of an ended job.
+    Queue(std::vector<Job> jobs, JobId next_id, std::int64_t last_ended = 0);
 
     [[nodiscard]] const Job* find(JobId id) const;
     [[nodiscard]] const Job* printing() const;
@@ -49,35 +61,39 @@ class Queue {
     [[nodiscard]] const Job* next() const;
     /// Queued jobs in the order they print, held ones included in their places.
     [[nodiscard]] std::vector<const Job*> queued() const;
-    /// The printing job, then the queue in its order, then the ended, newest first.
+    /// The printing job, then the queue in its order.
     [[nodiscard]] std::vector<const Job*> listing() const;
     [[nodiscard]] std::size_t size() const { return jobs_.size(); }
-    /// True when another job uses the same blob.
-    [[nodiscard]] bool blob_shared(const Job& job) const;
+    [[nodiscard]] JobId next_id() const { return next_id_; }
+    [[nodiscard]] std::span<const Job> jobs() const { return jobs_; }
 
     /// A new job at the end of its priority; `job` carries all but id, state, order. Errors: invalid_argument.
     [[nodiscard]] Result<Change> plan_add(Job job) const;
-    /// Errors: not_found, invalid_argument, not_permitted (does not apply in its state).
-    [[nodiscard]] Result<Change> plan_patch(JobId id, const JobPatch& patch) const;
-    /// Errors: not_found, not_permitted (it prints).
-    [[nodiscard]] Result<Change> plan_remove(JobId id) const;
-    /// Releases a held job, or queues an ended one for one more copy. Errors: not_found, not_permitted (it prints).
-    [[nodiscard]] Result<Change> plan_start(JobId id) const;
+    /// Errors: not_found (`before` is not in the queue), invalid_argument, not_permitted (does not apply in its state).
+    [[nodiscard]] Result<Change> plan_patch(Job job, const JobPatch& patch) const;
+    /// Error: not_permitted (it prints).
+    [[nodiscard]] Result<Change> plan_remove(const Job& job) const;
+    /// Releases a held job, or queues an ended one for one more copy. Error: not_permitted (it prints).
+    [[nodiscard]] Result<Change> plan_start(Job job) const;
     /// Errors: not_found, not_permitted (not queued, or another one prints).
     [[nodiscard]] Result<Change> plan_begin_copy(JobId id, UnixSeconds now_s) const;
-    /// `error` says why, when failed. Errors: not_found, not_permitted (it does not print).
-    [[nodiscard]] Result<Change> plan_end_copy(JobId id, CopyOutcome outcome, std::string_view error,
-                                               UnixSeconds now_s) const;
+    /// Errors: not_found, not_permitted (it does not print).
+    [[nodiscard]] Result<Change> plan_end_copy(JobId id, const CopyEnd& end, UnixSeconds now_s) const;
 
     void apply(const Change& change);
 
   private:
     [[nodiscard]] std::int64_t last_order() const;
+    void remove(JobId id);
     void plan_move(Change& change, const Job& job, std::optional<JobId> before) const;
 
     std::vector<Job> jobs_;  // by id
     JobId next_id_ = 1;
+    std::int64_t last_ended_ = 0;
 };
+
+/// What is said when a number is no job's.
+[[nodiscard]] Error no_such_job();
 
 /// A name that is safe to show and to store: UTF-8, 1 to 200 bytes, no control characters, no path.
 /// Errors: invalid_argument, saying what is wrong without repeating the name.

@@ -46,6 +46,10 @@ RunAction decide(const Run& run, const MachineView& machine) {
         if (action.kind != RunAction::Kind::feed) return action;
         if (machine.life == SketchLife::alive) return action;
     }
+    if (machine.life != SketchLife::alive) {
+        if (!machine.death_note.empty()) return failed(machine.death_note);
+        if (machine.may_be_explained) return {};
+    }
     if (machine.life == SketchLife::died) {
         return failed(
             "the machine's program died while the job was printing; the supervisor has switched it off");

@@ -12,7 +12,7 @@
 //
 //     store has no run                → nothing crossed: the job is still queued
 //     link of another session         → the sketch that had the run is gone: failed, with that reason
-//     the sketch is dead or hung      → failed
+//     the sketch is dead or hung      → failed, with the supervisor's reason if that comes soon
 //     sketch's last id < run's        → killed between 1 and 2: begin it
 //     sketch's last id = run's        → killed after 2: feed from where the sketch acknowledged, or take the outcome
 //     sketch's last id > run's        → someone else fed this sketch: failed

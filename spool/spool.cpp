@@ -3,8 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <set>
+#include <limits>
 #include <utility>
+
+#include "spool/recovery.h"
 
 namespace qduino::spool {
 
@@ -51,38 +53,11 @@ void EmergencyLine::attach(LinkLayout* link) {
 Spool::Spool(SpoolOptions options, LinkSource& link, Inspector* inspector)
     : options_(std::move(options)), link_(link), inspector_(inspector) {}
 
-Spool::~Spool() { emergency_.attach(nullptr); }
-
 Result<std::unique_ptr<Spool>> Spool::open(SpoolOptions options, LinkSource& link, Inspector* inspector) {
     std::unique_ptr<Spool> spool{new Spool{std::move(options), link, inspector}};
     const Result<void> loaded = spool->load();
     if (!loaded.ok()) return loaded.error();
     return spool;
-}
-
-Result<void> Spool::load() {
-    Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(options_.folder, options_.limits);
-    if (!blobs.ok()) return blobs.error();
-    blobs_ = std::move(*blobs);
-    const std::filesystem::path journal =
-        options_.journal_in_memory ? ":memory:" : options_.folder / "journal.sqlite";
-    Result<std::unique_ptr<Store>> store = Store::open(journal);
-    if (!store.ok()) return store.error();
-    store_ = std::move(*store);
-    Result<StoredState> state = store_->load();
-    if (!state.ok()) return state.error();
-
-    std::set<std::string> wanted;
-    for (const Job& job : state->jobs) wanted.insert(job.sha256);
-    blobs_->sweep(wanted);
-    queue_ = Queue{std::move(state->jobs), state->next_job_id};
-    gate_ = state->gate;
-    run_ = state->active_run;
-    awaited_report_ = state->awaited_report;
-    last_run_id_ = state->last_run_id;
-    if (run_)
-        log("carrying on with run " + std::to_string(run_->id) + " of job " + std::to_string(run_->job));
-    return {};
 }
 
 // ---- jobs ------------------------------------------------------------------------------------------------------
@@ -108,37 +83,55 @@ Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJo
     job.size = file.size();
     job.sha256 = file.sha256();
     job.created_s = now_s;
-    job.facts_json = analysis.facts_json.empty() ? "{}" : analysis.facts_json;
-    job.estimated_s = analysis.estimated_s;
-    job.has_layers = !analysis.layers_json.empty();
-    job.has_thumbnail = !analysis.thumbnail.empty();
+    spool::describe(job, analysis);
+    const BlobCompanions companions{analysis.layers_json, analysis.thumbnail};
+    job.stored_bytes = BlobStore::size_of(file.size(), file.layers_path(), companions);
     Result<Change> change = queue_.plan_add(job);
     if (!change.ok()) return change.error();
-    const Result<void> adopted = blobs_->adopt(file, analysis.layers_json, analysis.thumbnail);
-    if (!adopted.ok()) return adopted.error();
+    if (const Result<void> room = make_room(job.sha256, job.stored_bytes); !room.ok()) return room.error();
     const JobId id = change->put.front().id;
+    const Result<void> adopted = blobs_->adopt(file, companions, {id, now_s, job.name});
+    if (!adopted.ok()) return adopted.error();
     const Result<void> committed = commit_jobs(std::move(change));
     if (!committed.ok()) {
-        if (!queue_.blob_shared(job)) blobs_->remove(job.sha256);
+        static_cast<void>(remove_blob_unless_wanted(job));  // else it is swept at the next start
         return committed.error();
     }
+    blobs_->confirm(job.sha256);
     log("queued " + describe(*queue_.find(id)) + ", " + std::to_string(job.size) + " bytes");
     return id;
 }
 
-Result<void> Spool::patch(JobId id, const JobPatch& patch) {
-    return commit_jobs(queue_.plan_patch(id, patch));
+Result<Job> Spool::find_job(JobId id) const {
+    if (const Job* live = queue_.find(id)) return *live;
+    return store_->find(id);
 }
 
-Result<void> Spool::start(JobId id) { return commit_jobs(queue_.plan_start(id)); }
+std::optional<Job> Spool::find(JobId id) const {
+    Result<Job> found = find_job(id);
+    return found.ok() ? std::optional{std::move(*found)} : std::nullopt;
+}
+
+Result<void> Spool::patch(JobId id, const JobPatch& patch) {
+    Result<Job> job = find_job(id);
+    if (!job.ok()) return job.error();
+    return commit_jobs(queue_.plan_patch(std::move(*job), patch));
+}
+
+Result<void> Spool::start(JobId id) {
+    Result<Job> job = find_job(id);
+    if (!job.ok()) return job.error();
+    return commit_jobs(queue_.plan_start(std::move(*job)));
+}
 
 Result<void> Spool::remove(JobId id) {
-    const Job* found = queue_.find(id);
-    const Job job = found ? *found : Job{};
-    const Result<void> done = commit_jobs(queue_.plan_remove(id));
+    const Result<Job> job = find_job(id);
+    if (!job.ok()) return job.error();
+    const Result<void> done = commit_jobs(queue_.plan_remove(*job));
     if (!done.ok()) return done;
-    if (!queue_.blob_shared(job)) blobs_->remove(job.sha256);
-    log("deleted " + describe(job));
+    if (const Result<bool> removed = remove_blob_unless_wanted(*job); removed.ok() && !*removed)
+        blobs_->forget(job->sha256, id);
+    log("deleted " + describe(*job));
     return {};
 }
 
@@ -233,6 +226,10 @@ Result<void> Spool::clear_fault() {
     if (machine_.job.state != MachineState::faulted) {
         return make_error(ErrorCode::not_permitted, "the machine has no fault");
     }
+    if (const auto persists = machine_.job.fault_persists.view(); !persists.empty()) {
+        return make_error(ErrorCode::not_permitted,
+                          FixedString<236>{"the fault is still there: "}.append(persists));
+    }
     return push_command(Command::clear_fault, {});
 }
 
@@ -271,8 +268,10 @@ void Spool::tick(Instant now, UnixSeconds now_s) {
     if (link) {
         link->service_heartbeat.fetch_add(1, std::memory_order_relaxed);
         watch_heartbeat(now);
+        watch_death(now, replaced);
         read_replies();
     }
+    if (run_) note_place();
     if (run_) advance_run(now, now_s);
     if (awaited_report_) await_report();
     if (!replaced && may_begin()) {
@@ -280,12 +279,31 @@ void Spool::tick(Instant now, UnixSeconds now_s) {
         if (run_) advance_run(now, now_s);
     }
     if (replaced) attach_link();
+    keep_house(now_s);
+}
+
+/// Where the active run is. The machine may be gone by the time that it has failed.
+void Spool::note_place() {
+    const auto& job = machine_.job;
+    if (!machine_.connected || machine_.session != run_->session || job.job_id != run_->id || job.line == 0)
+        return;
+    line_ = static_cast<std::int64_t>(
+        std::min<std::uint64_t>(job.line, std::numeric_limits<std::int64_t>::max()));
+    layer_ = job.layer;
 }
 
 void Spool::watch_heartbeat(Instant now) {
     if (machine_.job.heartbeat != heartbeat_ || heartbeat_at_ == Instant{}) heartbeat_at_ = now;
     heartbeat_ = machine_.job.heartbeat;
     machine_.responding = now - heartbeat_at_ < kSilentAfter;
+}
+
+/// A sketch that has been started anew was explained before, or is never.
+void Spool::watch_death(Instant now, bool replaced) {
+    if (machine_.life == SketchLife::alive) return dead_since_.reset();
+    if (!dead_since_) dead_since_ = now;
+    machine_.may_be_explained =
+        !replaced && machine_.death_note.empty() && now - *dead_since_ < kExplainedWithin;
 }
 
 /// The same line again and again (a full disk, say) is one line.
@@ -385,7 +403,7 @@ void Spool::repeat_cancel(Instant now) {
 }
 
 void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSeconds now_s) {
-    Result<Change> change = queue_.plan_end_copy(run_->job, outcome, reason, now_s);
+    Result<Change> change = queue_.plan_end_copy(run_->job, {outcome, reason, line_, layer_}, now_s);
     QDUINO_EXPECT(change.ok());
     Commit commit;
     commit.jobs = *change;
@@ -395,7 +413,11 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     if (outcome == CopyOutcome::failed && options_.hold_after_failure) {
         gate.hold_reason = describe(job) + " failed: " + reason;
     }
-    if (options_.confirm_bed) gate.bed_occupied = true;
+    // A run that the machine never named has moved nothing. Of any other nobody knows better than who looks.
+    const bool untouched = outcome == CopyOutcome::failed && machine_.connected &&
+                           machine_.life == SketchLife::alive && machine_.session == run_->session &&
+                           machine_.job.job_id < run_->id;
+    if (options_.confirm_bed && !untouched) gate.bed_occupied = true;
     commit.gate = gate;
     const Result<void> done = store_->commit(commit);
     if (!done.ok()) {  // nothing is lost: the link still says how it ended, and the next tick tries again
@@ -411,12 +433,15 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     feeder_.reset();
     cancel_sent_at_.reset();
     pause_wanted_ = false;
+    line_.reset();
+    layer_.reset();
 }
 
 void Spool::await_report() {
     std::optional<std::string> report = std::string{};
     if (inspector_) {
-        inspector_->end(awaited_report_->id);
+        const bool told = machine_.connected && machine_.job.job_id == awaited_report_->id;
+        inspector_->end(awaited_report_->id, told ? machine_.job.excursions : 0);
         report = inspector_->report(awaited_report_->id);
     }
     if (!report) return;

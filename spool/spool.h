@@ -28,6 +28,7 @@
 #include "spool/blob_store.h"
 #include "spool/feeder.h"
 #include "spool/inspector.h"
+#include "spool/journal.h"
 #include "spool/link_source.h"
 #include "spool/machine_view.h"
 #include "spool/queue.h"
@@ -36,12 +37,45 @@
 
 namespace qduino::spool {
 
+/// How long ended jobs are kept; 0: no limit of this kind. The ones that ended first go first, with their files. Jobs that wait or
+/// print are never deleted.
+struct Retention {
+    std::int64_t jobs_max = 100'000;
+    std::int64_t days_max = 0;
+    std::uint64_t bytes_max = 0;  ///< of all stored files
+};
+
+/// Which jobs a person wants to see, in the order of the list: printing, waiting in the queue's order, ended with the newest first.
+struct JobQuery {
+    static constexpr std::size_t kLimitMax = 1000;
+
+    std::size_t limit = 50;
+    std::optional<JobId> before;  ///< what stands behind this one; an unknown one: from the start
+    bool waiting = true, held = true, printing = true, done = true, cancelled = true,
+         failed = true;  ///< wanted states
+    std::string text;    ///< a part of the name, in any case
+    /// The first page: everything that prints, the first kFirstWaiting that wait, and `limit` of the ended.
+    static constexpr std::size_t kFirstWaiting = 100;
+    [[nodiscard]] bool is_first_page() const {
+        return !before && text.empty() && waiting && held && printing && done && cancelled && failed;
+    }
+};
+
+struct JobPage {
+    std::vector<Job> jobs;
+    std::optional<JobId> next_before;  ///< the next page stands behind it; empty: there is none
+};
+
 struct SpoolOptions {
     std::filesystem::path folder;
     BlobLimits limits;
     bool journal_in_memory = false;  ///< for fuzzing: nothing survives
     bool hold_after_failure = true;  ///< a failed job holds the queue until a person releases it
-    bool confirm_bed = false;        ///< after a copy, wait for a person to clear the bed
+    bool confirm_bed = true;         ///< after a copy that moved, wait for a person to clear the bed
+    Retention retention;
+    Analyzer* analyzer =
+        nullptr;               ///< for files whose jobs a damaged journal has lost; null: those get no facts
+    UnixSeconds opened_s = 0;  ///< now; names what has to be set aside
 };
 
 /// Text from the machine.
@@ -79,13 +113,20 @@ class Spool {
     ~Spool();
 
     // ---- jobs ----------------------------------------------------------------------------------------------
-    /// A sealed and analyzed file becomes a job: durable when this returns. Errors: invalid_argument, unavailable.
+    /// A sealed and analyzed file becomes a job: durable when this returns. Errors: invalid_argument, unavailable (disk or store full).
     [[nodiscard]] Result<JobId> add(StagedFile& file, const Analysis& analysis, const NewJob& wanted,
                                     UnixSeconds now_s);
     [[nodiscard]] Result<void> patch(JobId id, const JobPatch& patch);
     [[nodiscard]] Result<void> remove(JobId id);
     [[nodiscard]] Result<void> start(JobId id);
+    /// Those that wait or print.
     [[nodiscard]] const Queue& queue() const { return queue_; }
+    /// Any job; nothing when there is none of this number.
+    [[nodiscard]] std::optional<Job> find(JobId id) const;
+    /// Reads no more rows than it gives, but for a search. Error: as Store::ended.
+    [[nodiscard]] Result<JobPage> page(const JobQuery& query) const;
+    [[nodiscard]] const JobCounts& counts() const { return store_->counts(); }
+    [[nodiscard]] bool confirms_bed() const { return options_.confirm_bed; }
     [[nodiscard]] const BlobStore& blobs() const { return *blobs_; }
     [[nodiscard]] Store& store() { return *store_; }
     /// Grows whenever the jobs or the gate change.
@@ -124,6 +165,8 @@ class Spool {
     static constexpr std::size_t kRepliesHeld = 1000;
     /// A sketch whose heartbeat stands still for so long is given nothing; only its supervisor may call it dead.
     static constexpr Nanoseconds kSilentAfter = std::chrono::seconds{3};
+    /// A dead sketch's job is failed without its supervisor's reason when that has not come after so long.
+    static constexpr Nanoseconds kExplainedWithin = std::chrono::seconds{1};
 
   private:
     Spool(SpoolOptions options, LinkSource& link, Inspector* inspector);
@@ -136,6 +179,18 @@ class Spool {
     void feed_run(const RunAction& action, Instant now, UnixSeconds now_s);
     void repeat_cancel(Instant now);
     void finish_run(CopyOutcome outcome, const std::string& reason, UnixSeconds now_s);
+    [[nodiscard]] Result<StoredState> load_journal();
+    [[nodiscard]] Result<void> rebuild();
+    [[nodiscard]] Result<void> set_strangers_aside();
+    [[nodiscard]] Result<Job> find_job(JobId id) const;
+    [[nodiscard]] Result<void> make_room(const std::string& sha256, std::uint64_t bytes);
+    [[nodiscard]] Result<void> erase_ended(const std::vector<Job>& jobs);
+    [[nodiscard]] Result<bool> remove_blob_unless_wanted(const Job& job);
+    void keep_house(UnixSeconds now_s);
+    void sweep();
+    void sweep_blob(const std::string& name);
+    void retain(UnixSeconds now_s);
+    void note_place();
     void await_report();
     [[nodiscard]] bool may_begin();
     void begin_next(UnixSeconds now_s);
@@ -143,12 +198,18 @@ class Spool {
     [[nodiscard]] Result<void> push_command(printer::link::Command command, std::string_view text);
     void log(std::string line);
     void watch_heartbeat(Instant now);
+    void watch_death(Instant now, bool replaced);
 
     SpoolOptions options_;
     LinkSource& link_;
     Inspector* inspector_;
     std::unique_ptr<BlobStore> blobs_;
     std::unique_ptr<Store> store_;
+    std::unique_ptr<JournalCopier> copier_;      // null: nothing to copy
+    std::filesystem::directory_iterator sweep_;  // through blobs/, a few entries each tick
+    JobId first_new_id_ = 1;                     // numbers from here on were not given out before this start
+    UnixSeconds retained_s_ = 0;                 // when ages were last looked at
+    std::optional<std::int64_t> line_, layer_;   // of the active run, as the machine last said
     Queue queue_;
     QueueGate gate_;
     std::optional<Run> run_;
@@ -163,7 +224,8 @@ class Spool {
     bool pause_wanted_ = false;  // asked for before the machine had begun the job
     std::vector<Reply> replies_;
     std::uint64_t heartbeat_ = 0;
-    Instant heartbeat_at_{};  // when it last changed
+    Instant heartbeat_at_{};             // when it last changed
+    std::optional<Instant> dead_since_;  // as this service saw it
     std::vector<std::string> log_;
     std::string last_log_;
 };

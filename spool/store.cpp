@@ -5,57 +5,28 @@
 
 #include <functional>
 
+#include "spool/name_search.h"
+#include "spool/store_schema.h"
+
 namespace qduino::spool {
 
 namespace {
 
-constexpr int kSchemaVersion = 1;
-
-// The state column holds the words of to_word(): a person with a sqlite shell should be able to read it.
-constexpr const char* kSchema = R"sql(
-CREATE TABLE IF NOT EXISTS jobs(
-  id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, size INTEGER NOT NULL, sha256 TEXT NOT NULL,
-  state TEXT NOT NULL CHECK(state IN ('queued','printing','done','cancelled','failed')),
-  hold INTEGER NOT NULL, copies INTEGER NOT NULL, copies_done INTEGER NOT NULL, priority INTEGER NOT NULL,
-  position INTEGER NOT NULL, created_s INTEGER NOT NULL, started_s INTEGER NOT NULL, ended_s INTEGER NOT NULL,
-  error TEXT NOT NULL, facts TEXT NOT NULL, estimated_s REAL NOT NULL,
-  has_layers INTEGER NOT NULL, has_thumbnail INTEGER NOT NULL) STRICT;
-CREATE UNIQUE INDEX IF NOT EXISTS one_prints ON jobs(state) WHERE state = 'printing';
-CREATE TABLE IF NOT EXISTS runs(
-  id INTEGER PRIMARY KEY, job INTEGER NOT NULL, session INTEGER NOT NULL, length INTEGER NOT NULL,
-  cancel_asked INTEGER NOT NULL, inspected INTEGER NOT NULL, outcome TEXT, ended_s INTEGER, report TEXT) STRICT;
-CREATE UNIQUE INDEX IF NOT EXISTS one_runs ON runs((1)) WHERE outcome IS NULL;
-CREATE INDEX IF NOT EXISTS runs_of_job ON runs(job);
-CREATE TABLE IF NOT EXISTS settings(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
-CREATE TABLE IF NOT EXISTS sessions(token_hash TEXT PRIMARY KEY, expires_s INTEGER NOT NULL) STRICT;
-)sql";
-
 constexpr const char* kPutJob = R"sql(
 INSERT INTO jobs(id, name, size, sha256, state, hold, copies, copies_done, priority, position, created_s, started_s,
-                 ended_s, error, facts, estimated_s, has_layers, has_thumbnail)
-VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)
+                 ended_s, error, facts, estimated_s, has_layers, has_thumbnail, stopped_line, stopped_layer, stored_bytes)
+VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)
 ON CONFLICT(id) DO UPDATE SET state=excluded.state, hold=excluded.hold, copies=excluded.copies,
   copies_done=excluded.copies_done, priority=excluded.priority, position=excluded.position,
-  started_s=excluded.started_s, ended_s=excluded.ended_s, error=excluded.error)sql";
+  started_s=excluded.started_s, ended_s=excluded.ended_s, error=excluded.error,
+  stopped_line=excluded.stopped_line, stopped_layer=excluded.stopped_layer)sql";
 
-constexpr const char* kJobColumns =
+const std::string kJobColumns =
     "SELECT id, name, size, sha256, state, hold, copies, copies_done, priority, position, created_s, "
-    "started_s, "
-    "ended_s, error, facts, estimated_s, has_layers, has_thumbnail FROM jobs ORDER BY id";
+    "started_s, ended_s, error, facts, estimated_s, has_layers, has_thumbnail, stopped_line, stopped_layer, "
+    "stored_bytes FROM jobs WHERE ";
 
 constexpr const char* kRunColumns = "SELECT id, job, session, length, cancel_asked, inspected FROM runs ";
-
-Error as_error(const SQLite::Exception& exception) {
-    const int code = exception.getErrorCode();
-    FixedString<236> text{"job store: "};
-    if (code == SQLITE_FULL) return {ErrorCode::unavailable, text.append("the disk is full")};
-    if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB)
-        return {ErrorCode::corrupt, text.append(exception.what())};
-    if (code == SQLITE_IOERR || code == SQLITE_BUSY || code == SQLITE_CANTOPEN || code == SQLITE_READONLY) {
-        return {ErrorCode::unavailable, text.append(exception.what())};
-    }
-    return {ErrorCode::internal, text.append(exception.what())};
-}
 
 JobState state_of(const std::string& word) {
     for (const JobState state :
@@ -89,6 +60,9 @@ Job job_of(SQLite::Statement& row) {
     job.estimated_s = row.getColumn(15).getDouble();
     job.has_layers = row.getColumn(16).getInt() != 0;
     job.has_thumbnail = row.getColumn(17).getInt() != 0;
+    if (!row.getColumn(18).isNull()) job.stopped_line = row.getColumn(18).getInt64();
+    if (!row.getColumn(19).isNull()) job.stopped_layer = row.getColumn(19).getInt64();
+    job.stored_bytes = unsigned_of(row.getColumn(20).getInt64());
     return job;
 }
 
@@ -124,6 +98,11 @@ void put_job(SQLite::Database& database, const Job& job) {
     put.bind(++at, job.estimated_s);
     put.bind(++at, job.has_layers ? 1 : 0);
     put.bind(++at, job.has_thumbnail ? 1 : 0);
+    for (const auto& number : {job.stopped_line, job.stopped_layer}) {
+        ++at;
+        if (number) put.bind(at, *number);  // else it stays NULL
+    }
+    put.bind(++at, signed_of(job.stored_bytes));
     put.exec();
 }
 
@@ -175,10 +154,40 @@ std::optional<Run> first_run(SQLite::Database& database, const std::string& cond
     return run_of(get);
 }
 
-std::int64_t single_number(SQLite::Database& database, const char* query) {
-    SQLite::Statement get{database, query};
-    return get.executeStep() && !get.getColumn(0).isNull() ? get.getColumn(0).getInt64() : 0;
+std::vector<Job> read_jobs(SQLite::Statement& rows) {
+    std::vector<Job> jobs;
+    while (rows.executeStep()) jobs.push_back(job_of(rows));
+    return jobs;
 }
+
+/// SQL function name_holds(name, folded part).
+void name_holds_sql(sqlite3_context* context, int, sqlite3_value** values) {
+    const auto text = [](sqlite3_value* value) {
+        const auto* bytes = reinterpret_cast<const char*>(sqlite3_value_text(value));
+        return std::string_view{bytes ? bytes : "",
+                                bytes ? static_cast<std::size_t>(sqlite3_value_bytes(value)) : 0};
+    };
+    sqlite3_result_int(context, name_holds(text(values[0]), text(values[1])) ? 1 : 0);
+}
+
+bool is_wanted(SQLite::Database& database, const std::string& sha256, JobId except) {
+    SQLite::Statement get{database, "SELECT 1 FROM jobs WHERE sha256=? AND id<>? LIMIT 1"};
+    get.bind(1, sha256);
+    get.bind(2, except);
+    return get.executeStep();
+}
+
+template <typename T>
+struct GuardedAs {
+    using Type = Result<T>;
+};
+template <typename T>
+struct GuardedAs<Result<T>> {
+    using Type = Result<T>;
+};
+/// What `guarded` gives back: a Result, whether the work itself gives one or not.
+template <typename T>
+using Guarded = typename GuardedAs<T>::Type;
 
 }  // namespace
 
@@ -187,7 +196,7 @@ struct Store::Database {
 
     /// Runs `work`, turning what SQLite throws into an Error.
     template <typename Work>
-    auto guarded(Work&& work) -> Result<std::invoke_result_t<Work>> {
+    auto guarded(Work&& work) -> Guarded<std::invoke_result_t<Work>> {
         try {
             if constexpr (std::is_void_v<std::invoke_result_t<Work>>) {
                 work();
@@ -210,74 +219,180 @@ Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
             Database{SQLite::Database{file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE}});
         SQLite::Database& connection = database->connection;
         connection.setBusyTimeout(5000);
+        // A damaged file must stay as it was found, its log included: somebody may still want to look at it.
+        sqlite3_db_config(connection.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
         connection.exec("PRAGMA journal_mode=WAL");
         connection.exec("PRAGMA synchronous=FULL");
         connection.exec("PRAGMA foreign_keys=ON");
-        const std::int64_t version = single_number(connection, "PRAGMA user_version");
-        if (version > kSchemaVersion) {
-            return make_error(ErrorCode::unsupported,
-                              "job store: written by a newer version of this program");
-        }
-        SQLite::Transaction transaction{connection};
-        connection.exec(kSchema);
-        connection.exec("PRAGMA user_version=" + std::to_string(kSchemaVersion));
-        transaction.commit();
-        return std::unique_ptr<Store>{new Store{std::move(database)}};
+        connection.createFunction("name_holds", 2, true, nullptr, name_holds_sql, nullptr, nullptr, nullptr);
+        if (const Result<void> ready = prepare_schema(connection); !ready.ok()) return ready.error();
+        std::unique_ptr<Store> store{new Store{std::move(database)}};
+        store->load_totals();
+        sqlite3_db_config(connection.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
+        return store;
     } catch (const SQLite::Exception& exception) {
-        return as_error(exception);
+        Error error = as_error(exception);
+        if (error.code == ErrorCode::internal)
+            error.code = ErrorCode::corrupt;  // tables of another program, say
+        return error;
     }
+}
+
+/// May throw, as SQLite does.
+void Store::load_totals() {
+    SQLite::Database& connection = database_->connection;
+    for (const char* condition : {kEndedCondition, kLiveCondition}) {
+        SQLite::Statement rows{connection, "SELECT state, count(*) FROM jobs WHERE " +
+                                               std::string{condition} + " GROUP BY state"};
+        while (rows.executeStep())
+            totals_.counts.of(state_of(rows.getColumn(0).getString())) = rows.getColumn(1).getInt64();
+    }
+    totals_.stored_bytes = unsigned_of(single_number(
+        connection, "SELECT sum(bytes) FROM (SELECT max(stored_bytes) AS bytes FROM jobs GROUP BY sha256)"));
 }
 
 Result<StoredState> Store::load() {
     return database_->guarded([&] {
         SQLite::Database& connection = database_->connection;
         StoredState state;
-        SQLite::Statement jobs{connection, kJobColumns};
-        while (jobs.executeStep()) state.jobs.push_back(job_of(jobs));
+        SQLite::Statement jobs{connection, kJobColumns + kLiveCondition + " ORDER BY id"};
+        state.jobs = read_jobs(jobs);
         state.next_job_id =
             single_number(connection, "SELECT seq FROM sqlite_sequence WHERE name='jobs'") + 1;
+        state.last_ended = single_number(
+            connection, ("SELECT max(position) FROM jobs WHERE " + std::string{kEndedCondition}).c_str());
         state.last_run_id = unsigned_of(single_number(connection, "SELECT max(id) FROM runs"));
         state.active_run = first_run(connection, "WHERE outcome IS NULL");
         state.awaited_report = first_run(
             connection, "WHERE outcome IS NOT NULL AND inspected=1 AND report IS NULL ORDER BY id DESC");
         state.gate.hold_reason = setting(connection, "hold_reason");
         state.gate.bed_occupied = setting(connection, "bed_occupied") == "1";
-        SQLite::Statement sessions{connection, "SELECT token_hash, expires_s FROM sessions"};
-        while (sessions.executeStep()) {
-            state.sessions.push_back({sessions.getColumn(0).getString(), sessions.getColumn(1).getInt64()});
-        }
+        state.journal_id = setting(connection, "journal_id");
+        state.rebuilding = setting(connection, "rebuilding") == "1";
         return state;
     });
 }
 
+Result<std::vector<SessionRecord>> Store::sessions() {
+    return database_->guarded([&] {
+        std::vector<SessionRecord> found;
+        SQLite::Statement rows{database_->connection, "SELECT token_hash, expires_s FROM sessions"};
+        while (rows.executeStep())
+            found.push_back({rows.getColumn(0).getString(), rows.getColumn(1).getInt64()});
+        return found;
+    });
+}
+
+void Store::erase_job(JobId id, Totals& totals) {
+    SQLite::Database& connection = database_->connection;
+    SQLite::Statement old{connection, "SELECT state, sha256, stored_bytes FROM jobs WHERE id=?"};
+    old.bind(1, id);
+    if (!old.executeStep()) return;
+    --totals.counts.of(state_of(old.getColumn(0).getString()));
+    if (!is_wanted(connection, old.getColumn(1).getString(), id))
+        totals.stored_bytes -= unsigned_of(old.getColumn(2).getInt64());
+    // The newest run stays: its number must never be given again.
+    for (const char* erase :
+         {"DELETE FROM jobs WHERE id=?", "UPDATE runs SET report='' WHERE job=?",
+          "DELETE FROM runs WHERE job=? AND id < (SELECT max(id) FROM runs) AND outcome IS NOT NULL"}) {
+        SQLite::Statement statement{connection, erase};
+        statement.bind(1, id);
+        statement.exec();
+    }
+}
+
+void Store::write_job(const Job& job, Totals& totals) {
+    SQLite::Database& connection = database_->connection;
+    SQLite::Statement old{connection, "SELECT state FROM jobs WHERE id=?"};
+    old.bind(1, job.id);
+    if (old.executeStep()) {
+        --totals.counts.of(state_of(old.getColumn(0).getString()));
+    } else if (!is_wanted(connection, job.sha256, job.id)) {
+        totals.stored_bytes += job.stored_bytes;
+    }
+    ++totals.counts.of(job.state);
+    put_job(connection, job);
+}
+
+void Store::write(const Commit& commit, Totals& totals) {
+    SQLite::Database& connection = database_->connection;
+    for (const JobId id : commit.jobs.erase) erase_job(id, totals);
+    for (const Job& job : commit.jobs.put) write_job(job, totals);
+    if (commit.run_changed) change_run(connection, *commit.run_changed);
+    if (commit.run_ended) end_run(connection, *commit.run_ended);
+    if (commit.run_begun) begin_run(connection, *commit.run_begun);
+    if (commit.gate) {
+        put_setting(connection, "hold_reason", commit.gate->hold_reason);
+        put_setting(connection, "bed_occupied", commit.gate->bed_occupied ? "1" : "0");
+    }
+    if (commit.rebuilding) put_setting(connection, "rebuilding", *commit.rebuilding ? "1" : "0");
+    if (!commit.report) return;
+    SQLite::Statement put{connection, "UPDATE runs SET report=? WHERE id=?"};
+    put.bind(1, commit.report->second);
+    put.bind(2, signed_of(commit.report->first));
+    put.exec();
+}
+
 Result<void> Store::commit(const Commit& commit) {
     return database_->guarded([&] {
-        SQLite::Database& connection = database_->connection;
-        SQLite::Transaction transaction{connection};  // rolled back if anything below throws
-        for (const JobId id : commit.jobs.erase) {
-            for (const char* erase :
-                 {"DELETE FROM jobs WHERE id=?", "UPDATE runs SET report='' WHERE job=?"}) {
-                SQLite::Statement statement{connection, erase};
-                statement.bind(1, id);
-                statement.exec();
-            }
-        }
-        for (const Job& job : commit.jobs.put) put_job(connection, job);
-        if (commit.run_changed) change_run(connection, *commit.run_changed);
-        if (commit.run_ended) end_run(connection, *commit.run_ended);
-        if (commit.run_begun) begin_run(connection, *commit.run_begun);
-        if (commit.gate) {
-            put_setting(connection, "hold_reason", commit.gate->hold_reason);
-            put_setting(connection, "bed_occupied", commit.gate->bed_occupied ? "1" : "0");
-        }
-        if (commit.report) {
-            SQLite::Statement put{connection, "UPDATE runs SET report=? WHERE id=?"};
-            put.bind(1, commit.report->second);
-            put.bind(2, signed_of(commit.report->first));
-            put.exec();
-        }
+        SQLite::Transaction transaction{database_->connection};  // rolled back if anything below throws
+        Totals totals = totals_;
+        write(commit, totals);
+        transaction.commit();
+        totals_ = totals;
+        ++commits_;
+    });
+}
+
+Result<void> Store::hold_everything(const std::string& reason) {
+    return database_->guarded([&] {
+        SQLite::Transaction transaction{database_->connection};
+        database_->connection.exec(std::string{"UPDATE jobs SET hold=1 WHERE "} + kLiveCondition);
+        put_setting(database_->connection, "hold_reason", reason);
+        put_setting(database_->connection, "rebuilding", "1");
         transaction.commit();
     });
+}
+
+Result<Job> Store::find(JobId id) {
+    return database_->guarded([&]() -> Result<Job> {
+        SQLite::Statement get{database_->connection, kJobColumns + "id=?"};
+        get.bind(1, id);
+        if (!get.executeStep()) return no_such_job();
+        return job_of(get);
+    });
+}
+
+Result<std::vector<Job>> Store::ended(const EndedQuery& query) {
+    std::string condition = kEndedCondition;
+    std::string words;
+    for (const JobState state : query.states)
+        words += (words.empty() ? "'" : ",'") + std::string{to_word(state)} + "'";
+    if (!query.states.empty()) condition += " AND state IN (" + words + ")";
+    if (query.below_order) condition += " AND position < ?1";
+    if (!query.text.empty()) condition += " AND name_holds(name, ?2)";
+    return database_->guarded([&] {
+        SQLite::Statement rows{database_->connection,
+                               kJobColumns + condition + " ORDER BY position DESC LIMIT ?3"};
+        if (query.below_order) rows.bind(1, *query.below_order);
+        if (!query.text.empty()) rows.bind(2, folded(query.text));
+        rows.bind(3, signed_of(query.limit));
+        return read_jobs(rows);
+    });
+}
+
+Result<std::vector<Job>> Store::oldest_ended(std::size_t limit, UnixSeconds until_s) {
+    return database_->guarded([&] {
+        SQLite::Statement rows{database_->connection,
+                               kJobColumns + kEndedCondition + " AND ended_s<=? ORDER BY position LIMIT ?"};
+        rows.bind(1, until_s);
+        rows.bind(2, signed_of(limit));
+        return read_jobs(rows);
+    });
+}
+
+Result<bool> Store::blob_wanted(const std::string& sha256, JobId except) {
+    return database_->guarded([&] { return is_wanted(database_->connection, sha256, except); });
 }
 
 Result<std::string> Store::report_of(JobId job) {

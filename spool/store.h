@@ -4,7 +4,10 @@
 // leaves it whole or absent. (SQLite, "Write-Ahead Logging" and "PRAGMA synchronous".)
 //
 //   jobs      one row a job                                       runs      one row an attempt to print a copy
-//   settings  key → value: next job id, hold of the queue …       sessions  SHA-256 of a browser's cookie → expiry
+//   settings  key → value: journal's id, hold of the queue …      sessions  SHA-256 of a browser's cookie → expiry
+//
+// What waits or prints is read once, at the start. What has ended is read when it is asked for, a page at a time by an
+// index: there may be a hundred thousand of them.
 #pragma once
 
 #include <filesystem>
@@ -45,40 +48,83 @@ struct Commit {
     std::optional<Run> run_changed;  ///< flags of the active run
     std::optional<QueueGate> gate;
     std::optional<std::pair<std::uint64_t, std::string>> report;  ///< of a run; empty text: there is none
+    std::optional<bool> rebuilding;                               ///< StoredState::rebuilding
 };
 
-/// Everything that a service needs when it starts.
+/// Everything that a service needs when it starts, but the ended jobs.
 struct StoredState {
-    std::vector<Job> jobs;
+    std::vector<Job> jobs;  ///< those that wait or print
     JobId next_job_id = 1;
+    std::int64_t last_ended = 0;  ///< highest order of an ended job
     std::uint64_t last_run_id = 0;
     std::optional<Run> active_run;      ///< begun, not ended
     std::optional<Run> awaited_report;  ///< ended, its report not yet stored
     QueueGate gate;
-    std::vector<SessionRecord> sessions;
+    std::string journal_id;   ///< random; made with the journal
+    bool rebuilding = false;  ///< it does not know all of its jobs yet (recovery.h)
+};
+
+/// Which ended jobs, newest first.
+struct EndedQuery {
+    std::size_t limit = 50;
+    std::optional<std::int64_t> below_order;  ///< those that ended before this one; empty: from the newest
+    std::vector<JobState> states;             ///< empty: all that have ended
+    std::string text;                         ///< a part of the name, in any case; empty: all
 };
 
 /// One connection; used from one thread. Operating errors (disk full, damaged file) are Results.
 class Store {
   public:
-    /// `file` ":memory:" keeps everything in memory. Errors: corrupt, unavailable, unsupported (a newer schema).
+    /// `file` ":memory:" keeps everything in memory. Reads the whole file once, and finds damaged pages.
+    /// Errors: corrupt, unavailable, unsupported (a newer schema). A damaged file is left as it is.
     [[nodiscard]] static Result<std::unique_ptr<Store>> open(const std::filesystem::path& file);
     ~Store();
 
     [[nodiscard]] Result<StoredState> load();
+    [[nodiscard]] Result<std::vector<SessionRecord>> sessions();
     /// All of it durably, or nothing. Errors: unavailable (disk full, I/O), internal.
     [[nodiscard]] Result<void> commit(const Commit& commit);
     /// The newest report of a job. Error: not_found.
     [[nodiscard]] Result<std::string> report_of(JobId job);
 
+    /// Any job, ended ones too. Error: not_found.
+    [[nodiscard]] Result<Job> find(JobId id);
+    /// Touches no more rows than `limit`, but for a search by name or a state that is rare.
+    [[nodiscard]] Result<std::vector<Job>> ended(const EndedQuery& query);
+    /// The ended jobs that ended first, oldest first; those only that ended at `until_s` or before.
+    [[nodiscard]] Result<std::vector<Job>> oldest_ended(std::size_t limit, UnixSeconds until_s);
+    /// Whether any job has this blob; `except` does not count.
+    [[nodiscard]] Result<bool> blob_wanted(const std::string& sha256, JobId except = 0);
+    /// Kept up to date by commit().
+    [[nodiscard]] const JobCounts& counts() const { return totals_.counts; }
+    /// What the files of all jobs take; shared ones once.
+    [[nodiscard]] std::uint64_t stored_bytes() const { return totals_.stored_bytes; }
+    /// Grows with every commit that is durable.
+    [[nodiscard]] std::uint64_t commits() const { return commits_; }
+
     [[nodiscard]] Result<void> put_session(const SessionRecord& session);
     [[nodiscard]] Result<void> erase_session(const std::string& token_hash);
     [[nodiscard]] Result<void> erase_sessions_expired(UnixSeconds now_s);
 
+    /// For a copy that is older than what it is a copy of: everything that waits or prints is held, so that nothing of it prints
+    /// again by itself; the queue is held with `reason`; the journal counts as not knowing all of its jobs.
+    [[nodiscard]] Result<void> hold_everything(const std::string& reason);
+
   private:
     struct Database;
     explicit Store(std::unique_ptr<Database> database);
+    struct Totals {
+        JobCounts counts;
+        std::uint64_t stored_bytes = 0;
+    };
+    void erase_job(JobId id, Totals& totals);
+    void write_job(const Job& job, Totals& totals);
+    void write(const Commit& commit, Totals& totals);
+    void load_totals();
+
     std::unique_ptr<Database> database_;
+    Totals totals_;
+    std::uint64_t commits_ = 0;
 };
 
 }  // namespace qduino::spool

@@ -52,6 +52,7 @@ class Heater {
     /// The heater's switch from `now` on, 0…1.
     void set_duty(Instant now, double duty) {
         advance(now);
+        if (duty <= 0 && duty_ > 0) off_since_ = now;
         duty_ = duty;
     }
     void set_fan(Instant now, double duty) {
@@ -73,6 +74,8 @@ class Heater {
     [[nodiscard]] double sensor_celsius() const { return sensor_celsius_; }
     /// What the board drives, whatever a fault makes of it.
     [[nodiscard]] double duty() const { return duty_; }
+    /// When it was last switched off; the epoch: it never was on. Means nothing while it is on.
+    [[nodiscard]] Instant off_since() const { return off_since_; }
     /// What really heats, 0…1.
     [[nodiscard]] double power_share() const { return !connected_ ? 0.0 : stuck_on_ ? 1.0 : duty_; }
 
@@ -81,6 +84,7 @@ class Heater {
     double room_celsius_;
     double block_celsius_;
     double sensor_celsius_;
+    Instant off_since_{};
     double duty_ = 0;
     double fan_duty_ = 0;
     bool connected_ = true;

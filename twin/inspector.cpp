@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "base/contract.h"
 
@@ -33,13 +34,14 @@ InspectionStart InspectionStart::at_power_on(const std::array<std::int64_t, kAxi
 Inspector::Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start)
     : machine_(machine),
       asked_(source, start.asked_mm, home_coordinates(machine)),
-      at_(to_steps(start.asked_mm)),
       origin_(start.origin),
       position_(start.built),
       pressed_(start.pressed) {
+    so_far_.at = to_steps(start.asked_mm);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        built_[axis] = static_cast<double>(position_[axis]) - origin_[axis];
-    pieces_.push_back({AskedItem::Kind::move, 0, 0, at_, at_});  // of no length: the place to start from
+        so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+    pieces_.push_back(
+        {AskedItem::Kind::move, 0, 0, so_far_.at, so_far_.at});  // of no length: the place to start from
 }
 
 Inspector::Point Inspector::to_steps(const Position& mm) const {
@@ -53,6 +55,8 @@ const Inspector::Piece& Inspector::piece(std::size_t index) {
     while (pieces_.size() <= index && pieces_.back().kind != AskedItem::Kind::end) {
         const AskedItem item = asked_.next();
         pieces_.push_back({item.kind, item.homed, item.line, pieces_.back().to, to_steps(item.to)});
+        ++pieces_read_;
+        if (!remembered_.empty()) read_since_.push_back(pieces_.back());
     }
     return pieces_[std::min(index, pieces_.size() - 1)];
 }
@@ -62,18 +66,25 @@ const Inspector::Piece& Inspector::piece(std::size_t index) {
 void Inspector::on_step(const StepSeen& step) {
     const std::size_t axis = step.axis;
     if (homing_.active()) end_homing(homing_.settle(step.at, step.axis));
+    if (step.at - now_ >= kRest) rest();
+    since_rest_ += axis < 2 ? 1 : 0;
     position_[axis] = step.position;
     now_ = step.at;
-    ++findings_.axes[axis].steps;
+    ++so_far_.findings.axes[axis].steps;
+    if (away_) {
+        ++so_far_.findings.axes[axis].unexplained;
+        return;
+    }
     if (homing_.pending(step.axis)) return;
-    built_[axis] += step.direction;
+    so_far_.built[axis] += step.direction;
     if (axis == kExtruder) {
-        pushed_steps_ += step.direction > 0 ? 1 : 0;
-        net_steps_ += step.direction;
+        so_far_.pushed_steps += step.direction > 0 ? 1 : 0;
+        so_far_.net_steps += step.direction;
         follow_extruder(step.direction);
     } else {
         follow(axis, step.direction);
     }
+    away_ = leaves(axis);
 }
 
 void Inspector::on_endstop(Instant at, int axis, bool pressed) {
@@ -83,9 +94,12 @@ void Inspector::on_endstop(Instant at, int axis, bool pressed) {
 }
 
 void Inspector::begin_homing() {
+    remembered_.clear();  // where zero was then is not where it will be
+    read_since_.clear();
     const std::uint8_t mask = pieces_.front().homed;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis)
-        if ((mask >> axis & 1u) != 0) built_[axis] = at_[axis];  // nothing is compared until it is home
+        if ((mask >> axis & 1u) != 0)
+            so_far_.built[axis] = so_far_.at[axis];  // nothing is compared until it is home
     homing_.begin(now_, mask, pressed_);
 }
 
@@ -94,42 +108,138 @@ void Inspector::end_homing(std::uint8_t homed) {
         if ((homed >> axis & 1u) == 0) continue;
         const AxisSpec& spec = machine_.axes[axis];
         origin_[axis] = static_cast<double>(position_[axis]) - spec.home_mm * spec.steps_per_mm;
-        built_[axis] = at_[axis] = spec.home_mm * spec.steps_per_mm;
-        findings_.axes[axis].homed = true;
+        so_far_.built[axis] = so_far_.at[axis] = spec.home_mm * spec.steps_per_mm;
+        so_far_.findings.axes[axis].homed = true;
         homed_at_[axis] = position_[axis];
     }
+}
+
+// ---- away from the path, and back ---------------------------------------------------------------------------
+
+// Nothing has moved for kRest. Is this where the head left the path, and is it on the path at all?
+void Inspector::rest() {
+    since_rest_ = 0;
+    if (homing_.active()) return;
+    for (std::size_t i = remembered_.size(); i-- > 0;) {
+        if (!stands_at(remembered_[i])) continue;
+        if (!is_clean_since(remembered_[i])) return come_back(i);
+        break;
+    }
+    if (is_on_path()) {
+        remember();
+    } else if (!remembered_.empty()) {
+        note_near_miss();
+    }
+}
+
+bool Inspector::stands_at(const Remembered& then) const {
+    return std::equal(position_.begin(), position_.begin() + kSlideCount, then.position.begin());
+}
+
+bool Inspector::is_on_path() const {
+    if (away_ || so_far_.unexplained_run != 0) return false;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        if (std::abs(so_far_.built[axis] - so_far_.at[axis]) > kCleanSteps) return false;
+    return std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) <= kCleanExtruderSteps;
+}
+
+// The path has explained every step since.
+bool Inspector::is_clean_since(const Remembered& then) const {
+    if (away_) return false;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        if (so_far_.findings.axes[axis].unexplained != then.so_far.findings.axes[axis].unexplained)
+            return false;
+    }
+    return so_far_.worst[kExtruder] <= std::max(then.so_far.worst[kExtruder], kCleanExtruderSteps);
+}
+
+void Inspector::remember() {
+    remembered_.push_back({so_far_, pieces_, position_, pieces_read_});
+    if (remembered_.size() > kRests) forget_oldest();
+}
+
+void Inspector::forget_oldest() {
+    const std::uint64_t from = remembered_.front().pieces_read;
+    remembered_.pop_front();
+    const std::uint64_t to = remembered_.empty() ? pieces_read_ : remembered_.front().pieces_read;
+    read_since_.erase(read_since_.begin(), read_since_.begin() + static_cast<std::ptrdiff_t>(to - from));
+}
+
+// The excursion is over. It is counted when the path goes on: until then it may only be at rest where it left.
+void Inspector::come_back(std::size_t which) {
+    const Remembered& then = remembered_[which];
+    const auto known = static_cast<std::ptrdiff_t>(then.pieces_read - remembered_.front().pieces_read);
+    pieces_ = then.pieces;
+    pieces_.insert(pieces_.end(), read_since_.begin() + known, read_since_.end());
+    const Findings seen = so_far_.findings;
+    so_far_ = then.so_far;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        so_far_.findings.axes[axis].steps = seen.axes[axis].steps;
+    // E counts on from where it left.
+    const double origin = static_cast<double>(position_[kExtruder]) - so_far_.built[kExtruder];
+    pushed_away_ += std::llround(origin - origin_[kExtruder]);
+    origin_[kExtruder] = origin;
+    remembered_.resize(which + 1);
+    away_ = false;
+    counted_ = false;
+}
+
+// At rest beside where it left: how far, for the report.
+void Inspector::note_near_miss() {
+    std::array<std::int64_t, kSlideCount> beside{};
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        beside[axis] = position_[axis] - remembered_.back().position[axis];
+        if (std::abs(beside[axis]) > kNearSteps) return;
+    }
+    so_far_.findings.beside_steps = beside;
+}
+
+// The path explains a step again.
+void Inspector::goes_on() {
+    if (!counted_) ++so_far_.findings.excursions;
+    counted_ = true;
+    // Nobody leaves the path from so far behind: what is remembered is of no use any more, and would grow.
+    while (read_since_.size() > 2 * kLookAhead) forget_oldest();
+}
+
+bool Inspector::leaves(std::size_t axis) const {
+    if (remembered_.empty() || homing_.active() || since_rest_ > kAwayWithinSteps) return false;
+    if (axis != kExtruder) return so_far_.unexplained_run >= kAwaySteps;
+    return stands_at(remembered_.back()) &&
+           std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) >= static_cast<double>(kAwaySteps);
 }
 
 // ---- following the path ------------------------------------------------------------------------------------
 
 void Inspector::follow(std::size_t axis, int direction) {
     const double way = direction;
-    const Step step{axis, way, built_[axis] - 0.5 * way,
-                    kAstraySteps + static_cast<double>(unexplained_run_)};
+    const Step step{axis, way, so_far_.built[axis] - 0.5 * way,
+                    kAstraySteps + static_cast<double>(so_far_.unexplained_run)};
     // Beyond its boundary the path has been: the step is late. On the boundary itself, where a step the other way may just
     // have put the cursor, the path ahead is asked first.
-    const double beyond = way * (at_[axis] - step.boundary);
+    const double beyond = way * (so_far_.at[axis] - step.boundary);
     const bool found =
-        beyond <= kTieSteps && (advance_in_piece(step) || (unexplained_run_ < kGiveUp && walk(step)));
+        beyond <= kTieSteps && (advance_in_piece(step) || (so_far_.unexplained_run < kGiveUp && walk(step)));
     if (found || beyond >= -kTieSteps) {
         if (!found) note(axis, std::abs(beyond) + 0.5, pieces_.front().line);
-        unexplained_run_ = 0;
+        so_far_.unexplained_run = 0;
+        if (found) goes_on();
         return;
     }
-    ++unexplained_run_;
-    ++findings_.axes[axis].unexplained;
-    note(axis, std::abs(built_[axis] - at_[axis]), pieces_.front().line);
+    ++so_far_.unexplained_run;
+    ++so_far_.findings.axes[axis].unexplained;
+    note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), pieces_.front().line);
 }
 
 // Nearly every step ends here: the boundary lies on the piece that the cursor is on.
 bool Inspector::advance_in_piece(const Step& step) {
     const Piece& here = pieces_.front();
     if (here.kind != AskedItem::Kind::move) return false;
-    Cursor cursor{0, share_, at_, {}};
+    Cursor cursor{0, so_far_.share, so_far_.at, {}};
     if (step.direction * (here.to[step.axis] - step.boundary) < 0 || !creep(cursor, step)) return false;
     if (!others_near(cursor, step)) return false;
-    share_ = cursor.share;
-    at_ = cursor.at;
+    so_far_.share = cursor.share;
+    so_far_.at = cursor.at;
     note_all();
     return true;
 }
@@ -161,9 +271,10 @@ bool Inspector::creep(Cursor& cursor, const Step& step) const {
 // Whether no other slide is left further behind (or ahead) by this move of the cursor than the limit allows.
 bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
-        const double deviation = std::abs(built_[axis] - cursor.at[axis]);
+        const double deviation = std::abs(so_far_.built[axis] - cursor.at[axis]);
         if (deviation <= step.limit_steps || axis == step.axis) continue;
-        if (deviation > step.limit_steps + std::max(std::abs(built_[axis] - at_[axis]), 0.5)) return false;
+        if (deviation > step.limit_steps + std::max(std::abs(so_far_.built[axis] - so_far_.at[axis]), 0.5))
+            return false;
     }
     return true;
 }
@@ -173,18 +284,19 @@ bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
     cursor.at = pieces_[cursor.piece].to;
     cursor.share = 1;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        const double before_step = built_[axis] - (axis == step.axis ? step.direction : 0.0);
+        const double before_step = so_far_.built[axis] - (axis == step.axis ? step.direction : 0.0);
         const double deviation = std::abs(before_step - cursor.at[axis]);
         cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
         if (!slide(axis) || deviation <= step.limit_steps) continue;
-        if (deviation > step.limit_steps + std::max(std::abs(before_step - at_[axis]), 0.5)) return false;
+        if (deviation > step.limit_steps + std::max(std::abs(before_step - so_far_.at[axis]), 0.5))
+            return false;
     }
     return true;
 }
 
 // Looks for the step's boundary on the pieces ahead, and in doing so for the homing that would explain it.
 bool Inspector::walk(const Step& step) {
-    Cursor cursor{0, share_, at_, {}};
+    Cursor cursor{0, so_far_.share, so_far_.at, {}};
     while (cursor.piece < kLookAhead) {
         if (cursor.share < 1 || cursor.piece == 0) {
             if (pieces_[cursor.piece].kind == AskedItem::Kind::move && creep(cursor, step)) {
@@ -199,10 +311,10 @@ bool Inspector::walk(const Step& step) {
         if (next.kind == AskedItem::Kind::end) return false;
         if (next.kind == AskedItem::Kind::home) {
             if ((next.homed >> step.axis & 1u) == 0) return false;
-            built_[step.axis] -= step.direction;  // this step is homing's own
+            so_far_.built[step.axis] -= step.direction;  // this step is homing's own
             commit(cursor);
-            at_ = pieces_.front().to;
-            share_ = 1;
+            so_far_.at = pieces_.front().to;
+            so_far_.share = 1;
             begin_homing();
             return true;
         }
@@ -213,10 +325,10 @@ bool Inspector::walk(const Step& step) {
 // The extruder moves the cursor no further than to where a slide would be due to step.
 void Inspector::follow_extruder(int direction) {
     const double way = direction;
-    const Step step{kExtruder, way, built_[kExtruder] - 0.5 * way, 0};
-    note(kExtruder, std::abs(at_[kExtruder] - (built_[kExtruder] - way)), pieces_.front().line);
-    Cursor cursor{0, share_, at_, {}};
-    bool found = way * (at_[kExtruder] - step.boundary) > kTieSteps;
+    const Step step{kExtruder, way, so_far_.built[kExtruder] - 0.5 * way, 0};
+    note(kExtruder, std::abs(so_far_.at[kExtruder] - (so_far_.built[kExtruder] - way)), pieces_.front().line);
+    Cursor cursor{0, so_far_.share, so_far_.at, {}};
+    bool found = way * (so_far_.at[kExtruder] - step.boundary) > kTieSteps;
     while (!found && cursor.piece < kLookAhead) {
         const Piece& here = pieces_[cursor.piece];
         if (here.kind == AskedItem::Kind::move) {
@@ -226,8 +338,8 @@ void Inspector::follow_extruder(int direction) {
             cursor = found ? crossing : place_on(cursor, reach);
             if (found || reach < 1) break;
         }
-        cursor.worst[kExtruder] =
-            std::max(cursor.worst[kExtruder], std::abs(built_[kExtruder] - way - cursor.at[kExtruder]));
+        cursor.worst[kExtruder] = std::max(cursor.worst[kExtruder],
+                                           std::abs(so_far_.built[kExtruder] - way - cursor.at[kExtruder]));
         if (piece(cursor.piece + 1).kind != AskedItem::Kind::move) break;
         ++cursor.piece;
         cursor.share = 0;
@@ -241,7 +353,7 @@ double Inspector::slides_reach(const Piece& here, double share) const {
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const double length = here.to[axis] - here.from[axis];
         if (length == 0) continue;
-        const double edge = built_[axis] + (length > 0 ? 0.5 : -0.5);
+        const double edge = so_far_.built[axis] + (length > 0 ? 0.5 : -0.5);
         reach = std::min(reach, (edge - here.from[axis]) / length);
     }
     return std::max(reach, share);
@@ -257,23 +369,23 @@ Inspector::Cursor Inspector::place_on(const Cursor& cursor, double share) const 
 
 void Inspector::commit(const Cursor& cursor) {
     pieces_.erase(pieces_.begin(), pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
-    share_ = cursor.share;
-    at_ = cursor.at;
+    so_far_.share = cursor.share;
+    so_far_.at = cursor.at;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         note(axis, cursor.worst[axis], pieces_.front().line);
     note_all();
 }
 
 void Inspector::note(std::size_t axis, double deviation_steps, std::uint64_t line) {
-    if (deviation_steps <= worst_[axis]) return;
-    worst_[axis] = deviation_steps;
-    findings_.axes[axis].worst_line = line;
+    if (deviation_steps <= so_far_.worst[axis]) return;
+    so_far_.worst[axis] = deviation_steps;
+    so_far_.findings.axes[axis].worst_line = line;
 }
 
 void Inspector::note_all() {
     const std::uint64_t line = pieces_.front().line;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        note(axis, std::abs(built_[axis] - at_[axis]), line);
+        note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), line);
 }
 
 // ---- the end -----------------------------------------------------------------------------------------------
@@ -281,7 +393,7 @@ void Inspector::note_all() {
 // Passes the pieces that ask for no further step. True when that leads to the end of the path.
 bool Inspector::pass_rest() {
     const Step nobody{kNoAxis, 0, 0, kAstraySteps};
-    Cursor cursor{0, share_, at_, {}};
+    Cursor cursor{0, so_far_.share, so_far_.at, {}};
     for (; cursor.piece < kLookAhead; ++cursor.piece, cursor.share = 0) {
         const Piece& here = piece(cursor.piece);
         if (here.kind == AskedItem::Kind::end) break;
@@ -297,26 +409,31 @@ bool Inspector::pass_rest() {
 
 Findings Inspector::finish(Instant now, bool read_rest) {
     if (homing_.active()) end_homing(homing_.settle(now, -1));
-    findings_.line = pieces_.front().line;
-    findings_.path_consumed = !homing_.active() && pass_rest();
+    if (!remembered_.empty() && !is_clean_since(remembered_.back())) rest();
+    if (!counted_) ++so_far_.findings.excursions;
+    so_far_.findings.away = away_;
+    so_far_.findings.left_line = remembered_.empty() ? 0 : remembered_.back().pieces.front().line;
+    so_far_.findings.line = pieces_.front().line;
+    so_far_.findings.path_consumed = !homing_.active() && pass_rest();
     while (read_rest && asked_.next().kind != AskedItem::Kind::end) {
     }
     final_asked_ = asked_.position();
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const double steps_per_mm = machine_.axes[axis].steps_per_mm;
         const double built = static_cast<double>(position_[axis]) - origin_[axis];
-        AxisFindings& found = findings_.axes[axis];
-        found.path_deviation_mm_max = worst_[axis] / steps_per_mm;
+        AxisFindings& found = so_far_.findings.axes[axis];
+        found.path_deviation_mm_max = so_far_.worst[axis] / steps_per_mm;
         found.final_asked_mm = final_asked_[axis];
         found.final_built_mm = built / steps_per_mm;
         found.final_exact = std::abs(built - final_asked_[axis] * steps_per_mm) <= 0.5 + kTieSteps;
     }
     const double filament_steps_per_mm = machine_.axes[kExtruder].steps_per_mm;
-    findings_.filament_asked_mm = asked_.filament_net_mm();
-    findings_.filament_asked_pushed_mm = asked_.filament_pushed_mm();
-    findings_.filament_built_mm = static_cast<double>(net_steps_) / filament_steps_per_mm;
-    findings_.filament_built_pushed_mm = static_cast<double>(pushed_steps_) / filament_steps_per_mm;
-    return findings_;
+    so_far_.findings.filament_asked_mm = asked_.filament_net_mm();
+    so_far_.findings.filament_asked_pushed_mm = asked_.filament_pushed_mm();
+    so_far_.findings.filament_built_mm = static_cast<double>(so_far_.net_steps) / filament_steps_per_mm;
+    so_far_.findings.filament_built_pushed_mm =
+        static_cast<double>(so_far_.pushed_steps) / filament_steps_per_mm;
+    return so_far_.findings;
 }
 
 InspectionStart Inspector::next_start() const {
@@ -328,7 +445,7 @@ InspectionStart Inspector::next_start() const {
         const double built_mm =
             (static_cast<double>(position_[axis]) - origin_[axis]) / machine_.axes[axis].steps_per_mm;
         // A job that was cut short leaves the firmware on whole steps: the fraction that was asked last is gone.
-        const bool as_asked = findings_.path_consumed && findings_.axes[axis].final_exact;
+        const bool as_asked = so_far_.findings.path_consumed && so_far_.findings.axes[axis].final_exact;
         start.asked_mm[axis] = as_asked ? final_asked_[axis] : built_mm;
     }
     return start;

@@ -23,7 +23,19 @@
 // Homing: at a G28 the steps of its axes are skipped until homing_watch.h finds them home; the coordinate of the switch
 // (home_mm) is then given to the place where the axis stands.
 //
-// Invariants: s never goes back; memory is bounded by the look-ahead (kLookAhead items) and one read buffer.
+// Excursions: a person pauses the print; the head leaves the path and comes back. The inspector recognises this from the pins:
+//
+//   built  path ──────●  (rest)  ~~~ steps that the path does not ask for, rests ~~~  (rest)  ●────── path
+//                     P  kRest                                                               P: the same microsteps of X Y Z
+//
+// At every rest on the path the comparison is remembered. When steps follow that the path does not ask for, and a later rest finds
+// X, Y and Z back at exactly the steps of P, then it goes on from what was remembered: nothing between counts, E counts on from
+// where it left. One step beside P is not P: what follows is compared as it stands, and differs. How many excursions there were is a
+// finding (judge() compares it with how many the machine owns up to), so that a detour of its own is still a difference.
+//
+// A step or two before a G28 an excursion is not told from the homing, and may be reported as a difference.
+//
+// Invariants: s never goes back, but to P; memory is bounded by the look-ahead (kLookAhead items) and one read buffer.
 #pragma once
 
 #include <array>
@@ -72,6 +84,12 @@ struct Findings {
     double filament_asked_pushed_mm = 0;  ///< forward movements alone
     double filament_built_pushed_mm = 0;
     std::uint64_t line = 0;  ///< line that was reached
+    std::uint64_t excursions =
+        0;              ///< times that the head left the path at a rest, and came back to the same step
+    bool away = false;  ///< it left the path for good …
+    std::uint64_t left_line = 0;  ///< … at this line of the G-code
+    /// … and when it rested nearest to where it left, it stood so many microsteps beside (0 0 0: it never came near)
+    std::array<std::int64_t, kSlideCount> beside_steps{};
 };
 
 class Inspector {
@@ -80,6 +98,19 @@ class Inspector {
     static constexpr std::size_t kLookAhead = 4096;
     /// After this many unexplained steps in a row the comparison gives up and only counts.
     static constexpr std::uint64_t kGiveUp = 20'000;
+    /// Nothing moved for so long: a rest. The machine rests longer on both ends of an excursion.
+    static constexpr Nanoseconds kRest{40'000'000};
+    /// Rests that are remembered.
+    static constexpr std::size_t kRests = 4;
+    /// So many unexplained steps in a row, or so far off with E alone, and the head is away: no place on the path is looked for.
+    static constexpr std::uint64_t kAwaySteps = 64;
+    /// Further behind a rest nobody leaves the path: what goes wrong there is the machine's own, and is followed.
+    static constexpr std::uint64_t kAwayWithinSteps = 2000;
+    /// So near to what was asked, the head is on the path; E by its tolerance.
+    static constexpr double kCleanSteps = 1.0;
+    static constexpr double kCleanExtruderSteps = 5.0;
+    /// Nearer than this to where it left, a rest is worth reporting.
+    static constexpr std::int64_t kNearSteps = 400;
 
     /// `source` must outlive the inspector.
     Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start);
@@ -96,6 +127,10 @@ class Inspector {
     /// Built microsteps at which each slide came to rest on its switch, where it was homed.
     [[nodiscard]] const std::array<std::int64_t, kSlideCount>& homed_at() const { return homed_at_; }
     [[nodiscard]] std::uint64_t line() const { return pieces_.front().line; }
+    /// The head has left the path: what is pushed now is no part of the print.
+    [[nodiscard]] bool away() const { return away_; }
+    /// Microsteps that E went on excursions, all together.
+    [[nodiscard]] std::int64_t pushed_away() const { return pushed_away_; }
 
   private:
     using Point = std::array<double, kAxisCount>;  // microsteps from coordinate 0
@@ -120,6 +155,35 @@ class Inspector {
         double limit_steps = 0;  // how far another axis may be left behind
     };
 
+    /// What the comparison knows, and what coming back from an excursion puts back.
+    struct Comparison {
+        double share = 0;            ///< of pieces_[0]: the cursor
+        Point at{};                  ///< asked there
+        Point built{};               ///< whole steps relative to origin_
+        std::int64_t net_steps = 0;  ///< of the extruder
+        std::uint64_t pushed_steps = 0;
+        std::uint64_t unexplained_run = 0;
+        Point worst{};
+        Findings findings{};
+    };
+    /// The comparison as it stood at a rest on the path.
+    struct Remembered {
+        Comparison so_far;
+        std::deque<Piece> pieces;
+        std::array<std::int64_t, kAxisCount> position{};
+        std::uint64_t pieces_read = 0;
+    };
+
+    void rest();
+    void remember();
+    void come_back(std::size_t which);
+    void forget_oldest();
+    void note_near_miss();
+    void goes_on();
+    [[nodiscard]] bool is_clean_since(const Remembered& then) const;
+    [[nodiscard]] bool is_on_path() const;
+    [[nodiscard]] bool stands_at(const Remembered& then) const;
+    [[nodiscard]] bool leaves(std::size_t axis) const;
     void follow(std::size_t axis, int direction);
     [[nodiscard]] bool advance_in_piece(const Step& step);
     [[nodiscard]] bool walk(const Step& step);
@@ -142,20 +206,21 @@ class Inspector {
     Machine machine_;
     AskedPath asked_;
     std::deque<Piece> pieces_;  // [0] holds the cursor
-    double share_ = 0;
-    Point at_{};
-    Point built_{};  // whole steps relative to origin_
+    Comparison so_far_;
     std::array<double, kAxisCount> origin_{};
     std::array<std::int64_t, kAxisCount> position_{};  // as the twin counts
     std::array<bool, kSlideCount> pressed_{};
     Instant now_{};
     HomingWatch homing_;
     std::array<std::int64_t, kSlideCount> homed_at_{};
-    std::int64_t net_steps_ = 0;  // of the extruder
-    std::uint64_t pushed_steps_ = 0;
-    std::uint64_t unexplained_run_ = 0;
-    Point worst_{};
-    Findings findings_{};
+    std::deque<Remembered>
+        remembered_;  // the newest last; more than one, as a way that begins along the path looks like it
+    std::deque<Piece> read_since_;  // pieces read since the oldest of them
+    std::uint64_t pieces_read_ = 0;
+    std::int64_t pushed_away_ = 0;
+    std::uint64_t since_rest_ = 0;  // steps of X and Y: a lift may be the path's and the way's
+    bool away_ = false;
+    bool counted_ = true;  // the excursion that was come back from last
     Position final_asked_{};
 };
 

@@ -61,9 +61,12 @@ void Job::on_step(const StepSeen& step) {
     inspector_.on_step(step);
     position_[step.axis] = step.position;
     if (step.axis != kExtruder) return;
-    deposit_.extruder_at(step.position, {static_cast<double>(position_[0]) * mm_per_step_[0],
-                                         static_cast<double>(position_[1]) * mm_per_step_[1],
-                                         static_cast<double>(position_[2]) * mm_per_step_[2]});
+    // What is pushed away from the path is no part of the print; E counts on from where it left.
+    if (!inspector_.away())
+        deposit_.extruder_at(step.position - inspector_.pushed_away(),
+                             {static_cast<double>(position_[0]) * mm_per_step_[0],
+                              static_cast<double>(position_[1]) * mm_per_step_[1],
+                              static_cast<double>(position_[2]) * mm_per_step_[2]});
     if (step.direction < 0) return;
     if (pushed_++ % kStepsPerSample == 0) sample_temperatures(step.at);
     if (too_cold_) ++cold_;
@@ -78,13 +81,14 @@ void Job::sample_temperatures(Instant at) {
 
 void Job::on_endstop(Instant at, int axis, bool pressed) { inspector_.on_endstop(at, axis, pressed); }
 
-Report Job::finish(Instant now, bool read_rest) {
+Report Job::finish(Instant now, bool read_rest, std::uint64_t excursions_told) {
     printer_.observe(nullptr);
     watching_ = false;
     deposit_.finish();
     const PrinterState state = printer_.state(now);
     Report report;
     report.findings = inspector_.finish(now, read_rest);
+    report.excursions_told = excursions_told;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         report.counters[axis] = difference(state.counters[axis], at_begin_.counters[axis]);
         report.lost_steps[axis] = report.counters[axis].lost();

@@ -36,8 +36,9 @@ class Job final : public MotionObserver {
     void on_step(const StepSeen& step) override;
     void on_endstop(Instant at, int axis, bool pressed) override;
 
-    /// Ends the watch. Call once. `read_rest`: see Inspector::finish.
-    [[nodiscard]] Report finish(Instant now, bool read_rest = true);
+    /// Ends the watch. Call once. `read_rest`: see Inspector::finish. `excursions_told`: how often the machine says that it
+    /// left the path and came back.
+    [[nodiscard]] Report finish(Instant now, bool read_rest = true, std::uint64_t excursions_told = 0);
     /// After finish(): where the next job of this session begins.
     [[nodiscard]] InspectionStart next_start() const { return inspector_.next_start(); }
     /// Line of the file that the nozzle is at.

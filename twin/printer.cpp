@@ -177,6 +177,7 @@ PrinterState Printer::state(Instant now) {
         state.celsius[heater] = sensor_celsius(now, static_cast<int>(heater));
         state.block_celsius[heater] = heaters_[heater].block_celsius();
         state.heater_duty[heater] = heaters_[heater].duty();
+        state.heater_off_since[heater] = heaters_[heater].off_since();
     }
     state.fan_duty = fan_duty_;
     state.conversions = conversions_;

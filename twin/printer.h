@@ -38,7 +38,8 @@ struct PrinterState {
     std::array<bool, kSlideCount> pressed{};
     std::array<double, kHeaterCount> celsius{};  ///< at the sensor
     std::array<double, kHeaterCount> block_celsius{};
-    std::array<double, kHeaterCount> heater_duty{};  ///< what the board drives
+    std::array<double, kHeaterCount> heater_duty{};        ///< what the board drives
+    std::array<Instant, kHeaterCount> heater_off_since{};  ///< of those whose duty is 0; the epoch: never on
     double fan_duty = 0;
     std::uint64_t timing_violations = 0;
     std::uint64_t conversions = 0;  ///< answered by the converter

@@ -34,6 +34,27 @@ void judge_axis(Report& report, std::size_t axis, double tolerance_mm) {
                static_cast<unsigned long long>(report.lost_steps[axis]));
 }
 
+void judge_excursions(Report& report) {
+    const Findings& found = report.findings;
+    if (found.excursions > report.excursions_told)
+        differ(report,
+               "the head left the asked path at a rest and came back %llu times; the machine tells of %llu",
+               static_cast<unsigned long long>(found.excursions),
+               static_cast<unsigned long long>(report.excursions_told));
+    if (!found.away) return;
+    const auto& beside = found.beside_steps;
+    const bool near = beside != decltype(found.beside_steps){};
+    if (near)
+        differ(report,
+               "the head left the asked path near line %llu and did not come back to the step: X %+lld, Y "
+               "%+lld, Z %+lld",
+               static_cast<unsigned long long>(found.left_line), static_cast<long long>(beside[0]),
+               static_cast<long long>(beside[1]), static_cast<long long>(beside[2]));
+    else
+        differ(report, "the head left the asked path near line %llu and did not come back",
+               static_cast<unsigned long long>(found.left_line));
+}
+
 template <typename Value>
 Json by_axis(const std::array<Value, kAxisCount>& values) {
     Json json;
@@ -87,6 +108,7 @@ void judge(Report& report, const Tolerances& tolerances, double filament_steps_p
     if (!report.completed)
         differ(report, "the asked path was not built to its end: line %llu was reached",
                static_cast<unsigned long long>(report.findings.line));
+    judge_excursions(report);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) judge_axis(report, axis, tolerances.path_mm[axis]);
     const double asked = report.findings.filament_asked_mm;
     const double built = report.findings.filament_built_mm;
@@ -106,6 +128,7 @@ std::string to_json(const Report& report, std::size_t layer_limit) {
     json["matches"] = report.matches;
     json["differences"] = report.differences;
     json["line"] = found.line;
+    json["excursions"] = {{"seen", found.excursions}, {"told", report.excursions_told}};
     json["duration_s"] = report.duration_s;
     json["steps"] = by_axis(gather(report, &AxisFindings::steps));
     json["lost_steps"] = by_axis(report.lost_steps);

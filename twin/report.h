@@ -30,6 +30,7 @@ struct Report {
     std::vector<std::string>
         differences;  ///< each names an axis or a quantity, asked, built and the tolerance
     Findings findings;
+    std::uint64_t excursions_told = 0;  ///< how often the machine says that it left the path, and came back
     std::array<std::uint64_t, kAxisCount> lost_steps{};  ///< during this job, whatever the reason
     std::array<AxisCounters, kAxisCount> counters{};     ///< during this job
     std::uint64_t timing_violations = 0;
@@ -43,7 +44,8 @@ struct Report {
     std::vector<Layer> layers;
 };
 
-/// Fills `completed`, `matches` and `differences` from the rest of `report`. `steps_per_mm` is E's.
+/// Fills `completed`, `matches` and `differences` from the rest of `report`. `steps_per_mm` is E's. An excursion that
+/// came back to the step is no difference, as long as the machine tells of it.
 void judge(Report& report, const Tolerances& tolerances, double filament_steps_per_mm);
 
 /// The report as one JSON object (keys as in docs/twin.md); at most `layer_limit` layers are listed.

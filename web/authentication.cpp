@@ -168,8 +168,8 @@ Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> 
 
 Proof Authenticator::prove_key(std::string_view key, const std::string& remote, Instant now) {
     if (is_off()) return Proof::off;
-    if (!failures_.allows(remote, now)) return Proof::limited;
     if (equal_in_constant_time(key, key_)) return Proof::key;
+    if (!failures_.allows(remote, now)) return Proof::limited;
     failures_.failed(remote, now);
     return Proof::none;
 }

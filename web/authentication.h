@@ -1,9 +1,14 @@
-// Who may: the key, browser sessions, one-time tickets for the live stream, and a limit on failed tries.
+// Who may: the key, browser sessions, one-time tickets for the live stream, and a limit on wrong tries.
 //
 // The key is 32 random bytes, made at the first start and kept in a file that only the service's user reads; no request
 // ever returns it. Everything presented is compared by its digest in constant time
 // (libsodium), so neither length nor first difference shows in the time. Sessions and tickets are random tokens of which
 // only the SHA-256 is kept. Time is a parameter. One thread.
+//
+// What is presented is always compared, and what is right is always let in: wrong tries of others from the same address (a NAT, this
+// machine) must not lock out the owner, least of all from the emergency stop. So the limit does not hide from a guesser that he
+// guessed right; 256 random bits do that. It tells wrong tries that they are too many, and makes each of them cost a
+// connection: a client that repeats an old key for ever is told to wait, and guessing takes little of the service's time.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +35,8 @@ namespace qduino::web {
 /// True in the same time for every pair of equal-sized inputs, and nearly so for any.
 [[nodiscard]] bool equal_in_constant_time(std::string_view a, std::string_view b);
 
-/// Failed tries per address: kBurst at once, then one every kEvery. Bounded in memory: the oldest address is forgotten.
+/// Wrong tries per address: kBurst at once, then one every kEvery; what is above is too many. Bounded in memory: the oldest address is
+/// forgotten.
 class FailureLimiter {
   public:
     static constexpr int kBurst = 20;
@@ -82,7 +88,7 @@ enum class Proof : std::uint8_t {
     none,  ///< nothing was presented, or it was wrong
     key,
     cookie,   ///< a browser did: the request must come from our own page
-    limited,  ///< too many wrong tries from this address
+    limited,  ///< it was wrong, as too many before it from this address
     off,      ///< authentication is off
 };
 
@@ -93,7 +99,7 @@ class Authenticator {
     /// An empty key turns authentication off.
     Authenticator(std::string key, std::vector<spool::SessionRecord> stored);
 
-    /// Looks at X-Api-Key, Authorization: Bearer, and the cookie. A wrong key counts as a failure.
+    /// Looks at X-Api-Key, Authorization: Bearer, and the cookie. A wrong key counts as a failure; a right one is never refused.
     [[nodiscard]] Proof prove(const RequestHead& head, const std::string& remote, Instant now,
                               spool::UnixSeconds now_s);
     /// A key presented in a body.

@@ -8,6 +8,17 @@ constexpr Nanoseconds kReportEvery = std::chrono::milliseconds{200};
 
 }  // namespace
 
+void Pace::moved(std::uint64_t count, Instant now) {
+    bytes += count;
+    if (count > 0) last = now;
+}
+
+bool Pace::is_too_slow(Instant now, Nanoseconds gap, const ConnectionLimits& limits) const {
+    const Nanoseconds passed = now - began;
+    return now - last > gap || (passed > limits.body_grace &&
+                                static_cast<double>(bytes) < limits.body_rate_min * to_seconds(passed));
+}
+
 Connection::Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment,
                        ConnectionLimits limits)
     : service_(service),
@@ -29,6 +40,7 @@ bool Connection::wants_input() const {
         case State::uploading:
             return !piece_with_disk_;
         case State::replying:
+        case State::answering:
         case State::live:
         case State::closed:
             return false;
@@ -36,11 +48,23 @@ bool Connection::wants_input() const {
     return false;
 }
 
+std::size_t Connection::input_max() const {
+    if (!wants_input()) return 0;
+    return state_ == State::uploading || state_ == State::draining ? kBodyReadMax : kHeadReadMax;
+}
+
+std::size_t Connection::held_bytes() const {
+    std::size_t total = reader_.held_bytes() + body_.size();
+    for (const Output& output : outputs_) total += output.held_bytes();
+    return total;
+}
+
 void Connection::receive(std::span<const char> bytes, Moment moment) {
     moment_ = moment;
     if (state_ == State::draining) return;  // thrown away
     if (state_ == State::head && reader_.idle()) state_since_ = moment.now;
     input_at_ = moment.now;
+    body_pace_.moved(bytes.size(), moment.now);
     reader_.feed(bytes);
     advance();
 }
@@ -48,7 +72,8 @@ void Connection::receive(std::span<const char> bytes, Moment moment) {
 void Connection::receive_end() {
     peer_done_ = true;
     // Whoever has sent a whole request may close its side and still wait for the answer.
-    if (state_ == State::replying || (state_ == State::uploading && piece_with_disk_)) return;
+    if (state_ == State::replying || state_ == State::answering) return;
+    if (state_ == State::uploading && piece_with_disk_) return;
     close_cut_short();
 }
 
@@ -70,11 +95,7 @@ void Connection::drop_upload() {
 void Connection::check_time(Moment moment) {
     moment_ = moment;
     const Nanoseconds in_state = moment.now - state_since_;
-    const auto too_slow = [&] {
-        const double allowed = limits_.body_rate_min * to_seconds(in_state);
-        return moment.now - input_at_ > limits_.body_gap ||
-               (in_state > limits_.body_grace && static_cast<double>(body_bytes_) < allowed);
-    };
+    if (sending_ && send_pace_.is_too_slow(moment.now, limits_.send_gap, limits_)) stalled_ = true;
     switch (state_) {
         case State::head:
             if (reader_.idle()) {
@@ -85,24 +106,47 @@ void Connection::check_time(Moment moment) {
             return;
         case State::collecting:
         case State::uploading:
-            if (!piece_with_disk_ && too_slow())
-                refuse(error_response(408, "timed_out", "the body came too slowly"));
-            return;
+            return check_body_time(moment);
         case State::draining:
             if (in_state > limits_.drain_time) state_ = State::closed;
             return;
         case State::replying:
+        case State::answering:
         case State::live:
         case State::closed:
             return;
     }
 }
 
+/// A body without a proof is a login's: small, and as urgent as a head.
+void Connection::check_body_time(Moment moment) {
+    if (piece_with_disk_) return;
+    const bool login_late = !known_ && moment.now - state_since_ > limits_.head_time;
+    if (login_late || body_pace_.is_too_slow(moment.now, limits_.body_gap, limits_))
+        refuse(error_response(408, "timed_out", "the body came too slowly"));
+}
+
 std::optional<Connection::Output> Connection::take_output() {
-    if (outputs_.empty()) return std::nullopt;
+    if (outputs_.empty() || sending_) return std::nullopt;
     Output output = std::move(outputs_.front());
     outputs_.pop_front();
+    sending_ = true;
+    send_pace_.begin(moment_.now);
     return output;
+}
+
+void Connection::sent_some(std::size_t count, Moment moment) { send_pace_.moved(count, moment.now); }
+
+void Connection::sent(Moment moment) {
+    moment_ = moment;
+    sending_ = false;
+    if (state_ != State::answering || !outputs_.empty()) return;
+    state_since_ = moment.now;
+    input_at_ = moment.now;
+    state_ = peer_done_ ? State::closed : State::head;
+    if (peer_done_) return;
+    reader_.next();
+    advance();  // the next request may have arrived with this one
 }
 
 void Connection::advance() {
@@ -144,9 +188,10 @@ bool Connection::step() {
 void Connection::on_head() {
     const RequestHead& head = reader_.head();
     body_.clear();
-    body_bytes_ = 0;
+    body_pace_.begin(moment_.now);
     state_since_ = moment_.now;
     plan_ = service_.plan(head, remote_, moment_);
+    note_proof();
     switch (plan_.kind) {
         case Plan::Kind::respond:
             if (head.has_body()) return refuse(std::move(plan_.response));
@@ -166,11 +211,18 @@ void Connection::on_head() {
             break;
     }
     if (head.expects_continue && head.has_body())
-        outputs_.push_back({"HTTP/1.1 100 Continue\r\n\r\n", std::nullopt});
+        outputs_.push_back({"HTTP/1.1 100 Continue\r\n\r\n", {}, nullptr, std::nullopt});
+}
+
+/// What needs no proof, the page's files, changes nothing.
+void Connection::note_proof() {
+    if (plan_.proof != Proof::none) known_ = true;
+    const bool refused =
+        plan_.kind == Plan::Kind::respond && (plan_.response.status == 401 || plan_.response.status == 429);
+    if (refused) known_ = false;
 }
 
 void Connection::on_body(std::string bytes) {
-    body_bytes_ += bytes.size();
     if (state_ == State::uploading) return send_piece(std::move(bytes));
     if (body_.size() + bytes.size() > plan_.body_max) {
         return refuse(error_response(413, "out_of_range", "the body is too long"));
@@ -205,7 +257,7 @@ void Connection::send_piece(std::string bytes) {
 
 void Connection::piece_done(const Result<void>& taken) {
     if (state_ != State::uploading) return;  // dropped meanwhile
-    input_at_ = moment_.now;
+    body_pace_.last = moment_.now;
     if (!taken.ok()) return refuse(Service::refused_upload(taken.error()));
     report_progress();
     advance();
@@ -222,32 +274,30 @@ Reply Connection::reply_later() {
     return [self = shared_from_this()](Response response) {
         if (self->state_ != State::replying) return;
         self->answer(std::move(response));
-        self->advance();  // the next request may have arrived with this one
         self->wake_();
     };
 }
 
-void Connection::answer(Response response) {
-    const RequestHead& head = reader_.head();
-    const bool keep_alive = head.keep_alive && !response.close && !peer_done_;
+Connection::Output Connection::output_of(Response response, bool keep_alive) const {
     service_.metrics().count_request(response.status);
-    Output output{head_bytes(response, keep_alive), std::nullopt};
-    if (head.method != Method::head) {
-        output.bytes += response.body;
-        output.file = std::move(response.file);
-    }
-    outputs_.push_back(std::move(output));
+    Output output{head_bytes(response, keep_alive), {}, nullptr, std::nullopt};
+    if (reader_.head().method == Method::head) return output;
+    output.body = std::move(response.body);
+    output.shared = std::move(response.shared);
+    output.file = std::move(response.file);
+    return output;
+}
+
+void Connection::answer(Response response) {
+    const bool keep_alive = reader_.head().keep_alive && !response.close && !peer_done_;
+    if (plan_.proves) known_ = response.status < 300;
+    outputs_.push_back(output_of(std::move(response), keep_alive));
     state_since_ = moment_.now;
-    input_at_ = moment_.now;
-    state_ = keep_alive ? State::head : State::closed;
-    if (keep_alive) reader_.next();
+    state_ = keep_alive ? State::answering : State::closed;
 }
 
 void Connection::refuse(Response response) {
-    service_.metrics().count_request(response.status);
-    Output output{head_bytes(response, false), std::nullopt};
-    if (reader_.head().method != Method::head) output.bytes += response.body;
-    outputs_.push_back(std::move(output));
+    outputs_.push_back(output_of(std::move(response), false));
     drop_upload();
     state_since_ = moment_.now;
     // Closing at once would reset the connection under a peer that still sends, and with it the answer.

@@ -2,14 +2,15 @@
 //
 //            ┌───────────────────────────── keep-alive ─────────────────────────────┐
 //            ▼                                                                      │
-//   head ──► plan ─┬─ respond ───────────────────────────────► (answer) ──► next ───┤
-//                  ├─ collect ──► body ──► handle ──► replying ──► (answer) ────────┘
-//                  ├─ upload ───► piece ⇄ disk ──► end ──► replying ──► (answer) …
+//   head ──► plan ─┬─ respond ───────────────────────────────► answering ──► sent ──┤
+//                  ├─ collect ──► body ──► handle ──► replying ──► answering ───────┘
+//                  ├─ upload ───► piece ⇄ disk ──► end ──► replying ──► answering …
 //                  ├─ live ─────► the socket's owner takes over
 //                  └─ refused with a body unread ──► (answer) ──► draining ──► closed
 //
-// Back pressure: while a piece is with the disk, or an answer is awaited, no input is wanted. So a connection holds one read's
-// worth of bytes, however long its upload. Every state has a deadline: a peer that sends a byte a minute is dropped.
+// Back pressure: while a piece is with the disk, an answer is awaited, or one is not yet with the kernel, no input is wanted and the
+// next request is not looked at. So a connection holds one read's worth of bytes and one answer, however long its upload and however
+// many requests were sent at once. Every state has a deadline, in both directions: a peer that moves a byte a minute is dropped.
 //
 // I/O thread only. Answers that come later keep the connection alive until they have come (shared from this).
 #pragma once
@@ -31,17 +32,35 @@ struct ConnectionLimits {
     Nanoseconds head_time = std::chrono::seconds{15};   ///< from a head's first byte to its last
     Nanoseconds idle_time = std::chrono::seconds{75};   ///< between requests
     Nanoseconds body_gap = std::chrono::seconds{30};    ///< between two pieces of a body
-    Nanoseconds body_grace = std::chrono::seconds{60};  ///< after it a body has to come at …
+    Nanoseconds send_gap = std::chrono::seconds{60};    ///< in which the peer has to take some of an answer
+    Nanoseconds body_grace = std::chrono::seconds{60};  ///< after it a body, or an answer, has to move at …
     double body_rate_min = 1024;                        ///< … this many bytes a second on average
     Nanoseconds drain_time = std::chrono::seconds{5};   ///< for a refused body to be sent and thrown away
+};
+
+/// How fast bytes move in one direction.
+struct Pace {
+    Instant began{};
+    Instant last{};
+    std::uint64_t bytes = 0;
+
+    void begin(Instant now) { *this = {now, now, 0}; }
+    void moved(std::uint64_t count, Instant now);
+    [[nodiscard]] bool is_too_slow(Instant now, Nanoseconds gap, const ConnectionLimits& limits) const;
 };
 
 class Connection : public std::enable_shared_from_this<Connection> {
   public:
     struct Output {
         std::string bytes;
-        std::optional<FileRange> file;  ///< to be sent behind `bytes`
+        std::string body;                           ///< behind `bytes`
+        std::shared_ptr<const std::string> shared;  ///< or this, which others have too
+        std::optional<FileRange> file;              ///< or this
+        /// Memory that is its own.
+        [[nodiscard]] std::size_t held_bytes() const { return bytes.size() + body.size(); }
     };
+    static constexpr std::size_t kHeadReadMax = 16 * 1024;
+    static constexpr std::size_t kBodyReadMax = 64 * 1024;
 
     /// `wake` is called when an answer has come and there may be something to do.
     Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment,
@@ -55,8 +74,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void check_time(Moment moment);
 
     [[nodiscard]] bool wants_input() const;
-    /// The next bytes to send, in order; nothing when there are none now.
+    /// How much of it at once: more than a head only where it can be handed on.
+    [[nodiscard]] std::size_t input_max() const;
+    /// The next bytes to send, in order; nothing when there are none now. The one before was sent.
     [[nodiscard]] std::optional<Output> take_output();
+    /// The kernel has taken some of the output in hand.
+    void sent_some(std::size_t count, Moment moment);
+    /// The output in hand is sent, its file too. Only now is the next request looked at.
+    void sent(Moment moment);
+    /// The peer takes nothing, or next to nothing, of what is sent to it: only closing is left.
+    [[nodiscard]] bool is_stalled() const { return stalled_; }
     /// Nothing more will come out; once all outputs are sent, the sending side is to be shut.
     [[nodiscard]] bool wants_close() const { return state_ == State::draining || state_ == State::closed; }
     /// Nothing more is wanted from the peer either.
@@ -66,13 +93,29 @@ class Connection : public std::enable_shared_from_this<Connection> {
     [[nodiscard]] const RequestHead& head() const { return reader_.head(); }
     /// Between requests: may be dropped to make room.
     [[nodiscard]] bool is_idle() const { return state_ == State::head && reader_.idle(); }
+    /// Its requests have proved a key, a session or a ticket, and the last that tried did not fail.
+    [[nodiscard]] bool is_known() const { return known_; }
+    /// Memory for what has come and what is to go, without what is shared.
+    [[nodiscard]] std::size_t held_bytes() const;
 
   private:
-    enum class State : std::uint8_t { head, collecting, uploading, replying, draining, live, closed };
+    enum class State : std::uint8_t {
+        head,
+        collecting,
+        uploading,
+        replying,
+        answering,
+        draining,
+        live,
+        closed
+    };
 
     void advance();
     bool step();
     void on_head();
+    void note_proof();
+    void check_body_time(Moment moment);
+    [[nodiscard]] Output output_of(Response response, bool keep_alive) const;
     void on_body(std::string bytes);
     void on_complete();
     void send_piece(std::string bytes);
@@ -98,10 +141,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
     bool piece_with_disk_ = false;
     bool peer_done_ = false;
     bool advancing_ = false;
+    bool sending_ = false;  // an output was taken and is not yet sent
+    bool stalled_ = false;
+    bool known_ = false;
     Instant state_since_{};
     Instant input_at_{};
     Instant reported_at_{};
-    std::uint64_t body_bytes_ = 0;
+    Pace body_pace_;
+    Pace send_pace_;
 };
 
 }  // namespace qduino::web

@@ -163,14 +163,13 @@ Response error_response(int status, std::string_view code, std::string_view mess
 }
 
 std::string head_bytes(const Response& response, bool keep_alive) {
-    const std::uint64_t length = response.file ? response.file->length : response.body.size();
     std::string head = "HTTP/1.1 " + std::to_string(response.status) + " ";
     head.append(reason_of(response.status)).append("\r\n");
     const auto field = [&head](std::string_view name, std::string_view value) {
         head.append(name).append(": ").append(value).append("\r\n");
     };
     if (response.status != 204 && response.status != 304) {
-        field("Content-Length", std::to_string(length));
+        field("Content-Length", std::to_string(response.body_size()));
         field("Content-Type", response.content_type);
     }
     field("Connection", keep_alive ? "keep-alive" : "close");

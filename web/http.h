@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -57,9 +58,13 @@ struct Response {
     std::string content_type = "application/json";
     std::vector<Header> headers;
     std::string body;
-    std::optional<FileRange> file;  ///< instead of `body`
-    bool close = false;             ///< end the connection after it
+    std::shared_ptr<const std::string> shared;  ///< instead of `body`: bytes that many answers have in common
+    std::optional<FileRange> file;              ///< instead of both
+    bool close = false;                         ///< end the connection after it
 
+    [[nodiscard]] std::uint64_t body_size() const {
+        return file ? file->length : shared ? shared->size() : body.size();
+    }
     Response& add(std::string name, std::string value) {
         headers.push_back({std::move(name), std::move(value)});
         return *this;

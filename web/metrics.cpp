@@ -75,12 +75,11 @@ void Metrics::count_refused_login() { families_->refused_logins.Increment(); }
 
 std::string Metrics::text(const spool::Spool& spool) {
     Families& f = *families_;
+    spool::JobCounts counts = spool.counts();
     for (const spool::JobState state :
          {spool::JobState::queued, spool::JobState::printing, spool::JobState::done,
           spool::JobState::cancelled, spool::JobState::failed}) {
-        int count = 0;
-        for (const spool::Job* job : spool.queue().listing()) count += job->state == state ? 1 : 0;
-        f.jobs.Add({{"state", std::string{to_word(state)}}}).Set(count);
+        f.jobs.Add({{"state", std::string{to_word(state)}}}).Set(static_cast<double>(counts.of(state)));
     }
     const spool::MachineView& machine = spool.machine();
     const std::string_view state = api::machine_word(machine);

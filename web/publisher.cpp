@@ -1,5 +1,7 @@
 #include "web/publisher.h"
 
+#include <limits>
+
 #include "web/api/json.h"
 
 namespace qduino::web {
@@ -65,8 +67,12 @@ void Publisher::publish_sample(Moment moment) {
     const spool::MachineView& machine = spool_.machine();
     if (!machine.connected) return;
     const auto& heat = machine.heat;
-    const TemperatureHistory::Sample sample{static_cast<double>(moment.now_s), heat.hot_end.celsius,
-                                            heat.hot_end.target_celsius, heat.bed.celsius,
+    // What is no number is written as null: a gap in the curve.
+    const auto celsius = [](const auto& heater) {
+        return heater.reading ? heater.celsius : std::numeric_limits<double>::quiet_NaN();
+    };
+    const TemperatureHistory::Sample sample{static_cast<double>(moment.now_s), celsius(heat.hot_end),
+                                            heat.hot_end.target_celsius, celsius(heat.bed),
                                             heat.bed.target_celsius};
     io_([this, sample] { service_.live().add(sample); });
 }

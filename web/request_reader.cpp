@@ -113,9 +113,18 @@ const RequestHead& RequestReader::head() const { return parser_->head; }
 bool RequestReader::idle() const { return !parser_->got_some() && used_ == pending_.size(); }
 
 void RequestReader::feed(std::span<const char> bytes) {
-    pending_.erase(0, used_);
-    used_ = 0;
+    drop_used();
     pending_.append(bytes.data(), bytes.size());
+}
+
+/// Gives the memory back when all was used: most connections wait, and there may be hundreds.
+void RequestReader::drop_used() {
+    if (used_ == pending_.size()) {
+        std::string{}.swap(pending_);
+    } else {
+        pending_.erase(0, used_);
+    }
+    used_ = 0;
 }
 
 std::string RequestReader::take_rest() {
@@ -152,7 +161,12 @@ Result<RequestReader::Progress> RequestReader::advance(std::string& body) {
         if (code == http::error::need_more) break;
         if (code) return error_of(code);
     }
-    if (parser_->body.empty()) return Progress::need_more;
+    if (parser_->body.empty()) {
+        if (held_bytes() > limits_.header_bytes_max)
+            return make_error(ErrorCode::out_of_range, "the header of a chunk is too large");
+        drop_used();
+        return Progress::need_more;
+    }
     body.swap(parser_->body);
     return Progress::body;
 }

@@ -5,7 +5,8 @@
 //                   advance() → complete  next() begins with the next request, which may have arrived already
 //
 // The grammar is Boost.Beast's parser; bounds and strictness are decided here: header size and number, one Host,
-// Content-Length and Transfer-Encoding never together, targets that are absolute paths.
+// Content-Length and Transfer-Encoding never together, targets that are absolute paths. What is held is one feed and one
+// header's length at most: Beast bounds a head, but neither the line before a chunk nor what follows the last one.
 #pragma once
 
 #include <cstddef>
@@ -44,11 +45,14 @@ class RequestReader {
     [[nodiscard]] const RequestHead& head() const;
     /// Bytes fed and not yet used: to be handed on when the connection changes its protocol.
     [[nodiscard]] std::string take_rest();
+    /// Bytes fed and not yet used.
+    [[nodiscard]] std::size_t held_bytes() const { return pending_.size() - used_; }
     /// True between requests, when nothing of the next has arrived.
     [[nodiscard]] bool idle() const;
 
   private:
     class Parser;
+    void drop_used();
     ReadLimits limits_;
     std::unique_ptr<Parser> parser_;
     std::string pending_;

@@ -5,17 +5,19 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
-#include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/websocket.hpp>
+#include <cerrno>
+#include <map>
 #include <set>
 #include <thread>
 #include <vector>
@@ -30,9 +32,32 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::size_t kReadBytes = 64 * 1024;
-constexpr Nanoseconds kWriteStallMax = std::chrono::seconds{60};
+constexpr std::size_t kFilePiece = 64 * 1024;
+constexpr int kKernelSendBytes =
+    64 * 1024;  // the kernel doubles it; its own choice goes up to megabytes a connection
 constexpr int kAnalysisNice = 10;
+
+/// How many descriptors the process may open: raised to `wanted` when it is allowed to.
+std::size_t descriptors_for(std::size_t wanted) {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return 0;
+    if (limit.rlim_cur < wanted) {
+        rlimit raised = limit;
+        raised.rlim_cur = std::min<rlim_t>(wanted, limit.rlim_max);
+        if (::setrlimit(RLIMIT_NOFILE, &raised) == 0) limit = raised;
+    }
+    return static_cast<std::size_t>(std::min<rlim_t>(limit.rlim_cur, wanted));
+}
+
+/// Who counts as one peer: an IPv4 address, or the 64 bits of an IPv6 address that one customer is given.
+std::string peer_of(asio::ip::address address) {
+    if (address.is_v6() && address.to_v6().is_v4_mapped())
+        address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+    if (address.is_v4()) return address.to_string();
+    asio::ip::address_v6::bytes_type bytes = address.to_v6().to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
+    return asio::ip::address_v6{bytes}.to_string() + "/64";
+}
 
 }  // namespace
 
@@ -118,13 +143,15 @@ struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
           disk(threads.executors().disk),
           io(threads.parts_->io),
           acceptor(io),
-          timer(io) {}
+          timer(io),
+          door(options.door.within(descriptors_for(options.door.descriptors()))) {}
 
     [[nodiscard]] Result<void> open();
     void accept();
+    void accept_failed(const error_code& failed);
     void accepted(tcp::socket socket);
     void check_time();
-    void make_room();
+    void drop(Door::Leaver leaver);
     void become_live(const std::shared_ptr<Session>& session);
 
     ServerOptions options;
@@ -134,15 +161,18 @@ struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
     asio::io_context& io;
     tcp::acceptor acceptor;
     asio::steady_timer timer;
-    std::set<std::shared_ptr<Session>> sessions;
+    Door door;
+    Door::Id next_id = 1;
+    std::map<Door::Id, std::shared_ptr<Session>> sessions;
     std::set<std::shared_ptr<LiveSession>> live_sessions;
+    std::vector<char> read_buffer = std::vector<char>(Connection::kBodyReadMax);
 };
 
 /// A socket and its connection: moves bytes between the two, one read and one write under way at most.
 class Session : public std::enable_shared_from_this<Session> {
   public:
-    Session(tcp::socket socket, Server::Parts& server, std::string remote)
-        : socket_(std::move(socket)), server_(server), remote_(std::move(remote)), buffer_(kReadBytes) {}
+    Session(tcp::socket socket, Server::Parts& server, Door::Id id, std::string remote)
+        : socket_(std::move(socket)), server_(server), id_(id), remote_(std::move(remote)) {}
 
     void start() {
         std::weak_ptr<Session> weak = weak_from_this();
@@ -156,23 +186,32 @@ class Session : public std::enable_shared_from_this<Session> {
     }
     void check_time(Moment moment) {
         connection_->check_time(moment);
-        if (writing_ && moment.now - write_began_ > kWriteStallMax) return close();
+        if (connection_->is_stalled()) return reset();
         pump();
     }
-    [[nodiscard]] bool is_idle() const { return connection_->is_idle() && !writing_; }
     [[nodiscard]] Connection& connection() { return *connection_; }
     [[nodiscard]] tcp::socket& socket() { return socket_; }
+    [[nodiscard]] Door::Id id() const { return id_; }
 
     void close() {
         error_code ignored;
         socket_.close(ignored);
-        server_.sessions.erase(shared_from_this());
+        server_.door.leave(id_);
+        server_.sessions.erase(id_);
+    }
+    /// Without waiting for what the peer has not taken: the kernel forgets that at once, too.
+    void reset() {
+        error_code ignored;
+        static_cast<void>(socket_.set_option(asio::socket_base::linger(true, 0), ignored));
+        close();
     }
 
     /// Starts whatever is due. Called after every event.
     void pump() {
         if (!socket_.is_open()) return;
         if (!writing_) write_next();
+        tell_door();
+        if (!socket_.is_open()) return;
         if (connection_->is_live() && !writing_ && !reading_) return server_.become_live(shared_from_this());
         if (connection_->wants_close() && !writing_) {
             if (connection_->is_closed()) return close();
@@ -186,22 +225,33 @@ class Session : public std::enable_shared_from_this<Session> {
     }
 
   private:
+    void tell_door() {
+        if (std::exchange(known_, connection_->is_known()) != connection_->is_known())
+            server_.drop(server_.door.set_known(id_, connection_->is_known()));
+        const bool busy = writing_ || !connection_->is_idle();
+        if (std::exchange(busy_, busy) != busy) server_.door.set_busy(id_, busy, server_.clock().now);
+    }
+
+    /// Waits for bytes first: a connection that waits needs no buffer.
     void read() {
         reading_ = true;
-        socket_.async_read_some(asio::buffer(buffer_),
-                                [self = shared_from_this()](const error_code& failed, std::size_t count) {
-                                    self->reading_ = false;
-                                    self->on_read(failed, count);
-                                });
+        socket_.async_wait(tcp::socket::wait_read, [self = shared_from_this()](const error_code& failed) {
+            self->reading_ = false;
+            if (!self->socket_.is_open()) return;
+            failed ? self->close() : self->take_input();
+        });
     }
-    void on_read(const error_code& failed, std::size_t count) {
-        if (!socket_.is_open()) return;
+    void take_input() {
+        error_code failed;
+        const std::size_t wanted = connection_->input_max();
+        const std::size_t count =
+            wanted > 0 ? socket_.read_some(asio::buffer(server_.read_buffer.data(), wanted), failed) : 0;
         if (failed == asio::error::eof) {
             connection_->receive_end();
-        } else if (failed) {
+        } else if (failed && failed != asio::error::would_block) {
             return close();
-        } else {
-            connection_->receive({buffer_.data(), count}, server_.clock());
+        } else if (count > 0) {
+            connection_->receive({server_.read_buffer.data(), count}, server_.clock());
         }
         pump();
     }
@@ -210,25 +260,49 @@ class Session : public std::enable_shared_from_this<Session> {
         std::optional<Connection::Output> output = connection_->take_output();
         if (!output) return;
         output_ = std::move(*output);
-        write(asio::buffer(output_.bytes));
+        hold(output_.held_bytes());
+        write();
     }
-    void write(asio::const_buffer bytes) {
+    void hold(std::size_t bytes) { server_.drop(server_.door.set_held(id_, bytes, server_.clock().now)); }
+
+    /// What the kernel takes now of what is left.
+    void write() {
+        std::array<asio::const_buffer, 3> left{
+            asio::buffer(output_.bytes), asio::buffer(output_.body),
+            output_.shared ? asio::buffer(*output_.shared) : asio::const_buffer{}};
+        std::size_t skipped = written_;
+        for (asio::const_buffer& part : left) {
+            const std::size_t count = std::min(skipped, part.size());
+            part += count;
+            skipped -= count;
+        }
         writing_ = true;
-        write_began_ = server_.clock().now;
-        asio::async_write(socket_, bytes, [self = shared_from_this()](const error_code& failed, std::size_t) {
-            self->writing_ = false;
-            if (!self->socket_.is_open()) return;
-            if (failed) return self->close();
-            self->output_.file && self->output_.file->length > 0 ? self->read_file() : self->pump();
-        });
+        socket_.async_write_some(left,
+                                 [self = shared_from_this()](const error_code& failed, std::size_t count) {
+                                     self->writing_ = false;
+                                     if (!self->socket_.is_open()) return;
+                                     failed ? self->close() : self->on_written(count);
+                                 });
+    }
+    void on_written(std::size_t count) {
+        const Moment moment = server_.clock();
+        connection_->sent_some(count, moment);
+        written_ += count;
+        const std::size_t shared = output_.shared ? output_.shared->size() : 0;
+        if (written_ < output_.held_bytes() + shared) return write();
+        written_ = 0;
+        if (output_.file && output_.file->length > 0) return read_file();
+        output_ = {};
+        hold(0);
+        connection_->sent(moment);
+        pump();
     }
 
     /// The next piece of the file, read on a disk thread. A file that is shorter than was said ends the connection.
     void read_file() {
         writing_ = true;
-        write_began_ = server_.clock().now;
         FileRange& range = *output_.file;
-        const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(kReadBytes, range.length));
+        const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(kFilePiece, range.length));
         server_.disk([self = shared_from_this(), path = range.path, offset = range.offset, count] {
             std::string piece(count, '\0');
             const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
@@ -247,19 +321,23 @@ class Session : public std::enable_shared_from_this<Session> {
         output_.file->offset += piece.size();
         output_.file->length -= piece.size();
         output_.bytes = std::move(piece);
-        write(asio::buffer(output_.bytes));
+        output_.body.clear();
+        hold(output_.held_bytes());
+        write();
     }
 
     tcp::socket socket_;
     Server::Parts& server_;
+    Door::Id id_;
     std::string remote_;
-    std::vector<char> buffer_;
     std::shared_ptr<Connection> connection_;
     Connection::Output output_;
+    std::size_t written_ = 0;  // of output_'s memory
     bool reading_ = false;
     bool writing_ = false;
     bool shut_ = false;
-    Instant write_began_{};
+    bool known_ = false;
+    bool busy_ = false;
 };
 
 /// A WebSocket that listens to the hub. What the client says is read and ignored.
@@ -357,8 +435,12 @@ Result<void> Server::Parts::open() {
     if (!failed) static_cast<void>(acceptor.bind(endpoint, failed));
     if (!failed) static_cast<void>(acceptor.listen(asio::socket_base::max_listen_connections, failed));
     if (!failed) return {};
-    Error error{ErrorCode::internal, FixedString<236>{"cannot listen: "}.append(failed.message())};
-    if (failed == asio::error::address_in_use) error.code = ErrorCode::already_exists;
+    const std::string where = options.address + " port " + std::to_string(options.port);
+    Error error = make_error(ErrorCode::internal, "cannot listen on " + where + ": " + failed.message());
+    if (failed == asio::error::address_in_use) {
+        error = make_error(ErrorCode::already_exists,
+                           where + " is taken by another program: stop it, or give another port");
+    }
     if (failed == asio::error::access_denied) error.code = ErrorCode::not_permitted;
     return error;
 }
@@ -367,11 +449,22 @@ void Server::Parts::accept() {
     acceptor.async_accept([weak = weak_from_this()](const error_code& failed, tcp::socket socket) {
         const std::shared_ptr<Parts> self = weak.lock();
         if (!self || failed == asio::error::operation_aborted) return;
-        if (!failed) self->accepted(std::move(socket));
-        if (!failed) return self->accept();
-        // Out of descriptors, most likely: wait for some to come back instead of spinning.
-        auto pause = std::make_shared<asio::steady_timer>(self->io, std::chrono::milliseconds{100});
-        pause->async_wait([self, pause](const error_code&) { self->accept(); });
+        if (failed) return self->accept_failed(failed);
+        self->accepted(std::move(socket));
+        self->accept();
+    });
+}
+
+/// Out of descriptors, most likely: one that has a place goes for the newcomer. With nobody to go it waits instead of spinning.
+void Server::Parts::accept_failed(const error_code& failed) {
+    const bool short_of_room = failed == asio::error::no_descriptors || failed.value() == ENFILE ||
+                               failed == asio::error::no_buffer_space || failed == asio::error::no_memory;
+    const Door::Leaver leaver = short_of_room ? door.make_room() : std::nullopt;
+    drop(leaver);
+    if (leaver) return accept();
+    auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds{100});
+    pause->async_wait([weak = weak_from_this(), pause](const error_code&) {
+        if (const std::shared_ptr<Parts> self = weak.lock()) self->accept();
     });
 }
 
@@ -379,22 +472,23 @@ void Server::Parts::accepted(tcp::socket socket) {
     error_code failed;
     const tcp::endpoint peer = socket.remote_endpoint(failed);
     if (failed) return;
+    const std::string remote = peer_of(peer.address());
     static_cast<void>(socket.set_option(tcp::no_delay(true), failed));
-    make_room();
-    if (sessions.size() >= options.connections_max) return;  // the socket closes here
-    const auto session = std::make_shared<Session>(std::move(socket), *this, peer.address().to_string());
-    sessions.insert(session);
+    static_cast<void>(socket.set_option(asio::socket_base::send_buffer_size(kKernelSendBytes), failed));
+    static_cast<void>(socket.non_blocking(true, failed));
+    const Door::Id id = next_id++;
+    drop(door.enter(id, remote, clock().now));
+    const auto session = std::make_shared<Session>(std::move(socket), *this, id, remote);
+    sessions[id] = session;
     session->start();
 }
 
-/// When all places are taken, one that waits between requests gives up its own.
-void Server::Parts::make_room() {
-    if (sessions.size() < options.connections_max) return;
-    const auto idle =
-        std::find_if(sessions.begin(), sessions.end(), [](const auto& each) { return each->is_idle(); });
-    if (idle != sessions.end()) std::shared_ptr<Session> {
-            *idle
-            } -> close();
+void Server::Parts::drop(Door::Leaver leaver) {
+    if (!leaver) return;
+    const auto at = sessions.find(*leaver);
+    if (at != sessions.end()) std::shared_ptr<Session> {
+            at->second
+            } -> reset();
 }
 
 void Server::Parts::check_time() {
@@ -404,8 +498,8 @@ void Server::Parts::check_time() {
         if (!self || failed) return;
         const Moment moment = self->clock();
         // Copies: a session that ends takes itself out of the set.
-        for (const auto& session : std::vector(self->sessions.begin(), self->sessions.end()))
-            session->check_time(moment);
+        for (const auto& [id, session] : std::vector(self->sessions.begin(), self->sessions.end()))
+            if (session->socket().is_open()) session->check_time(moment);
         for (const auto& each : std::vector(self->live_sessions.begin(), self->live_sessions.end()))
             each->check_time(moment);
         self->check_time();
@@ -416,7 +510,8 @@ void Server::Parts::become_live(const std::shared_ptr<Session>& session) {
     const auto live = std::make_shared<LiveSession>(std::move(session->socket()), *this);
     live_sessions.insert(live);
     live->start(session->connection().head());
-    sessions.erase(session);
+    door.leave(session->id());
+    sessions.erase(session->id());
 }
 
 Server::Server(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}

@@ -4,6 +4,11 @@
 //   spool's thread          journal, link, handlers; ticks
 //   2 disk threads          pieces of uploads, sync, reads of files to be sent
 //   1 analysis thread       preflight of uploads, at lower priority: it must not disturb anything
+//
+// Nothing a peer does grows the memory without bound: a connection that waits has no buffer (one is shared, bytes are read when
+// they are there), one that is served has what connection.h allows, the number of connections and what waits to be sent
+// to all of them is door.h's, and the kernel's own buffer of unsent bytes is small. A newcomer is always accepted: when descriptors run
+// out too, another goes for it. Connections that are half open are the kernel's (its SYN cookies): they take nothing here.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +18,7 @@
 
 #include "base/result.h"
 #include "web/connection.h"
+#include "web/door.h"
 #include "web/service.h"
 
 namespace qduino::web {
@@ -43,7 +49,7 @@ class Threads {
 struct ServerOptions {
     std::string address = "127.0.0.1";
     std::uint16_t port = 0;  ///< 0: any free one
-    std::size_t connections_max = 256;
+    DoorLimits door;         ///< fewer, when the process may not open so many descriptors
     ConnectionLimits limits;
 };
 

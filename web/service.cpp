@@ -1,8 +1,8 @@
 #include "web/service.h"
 
 #include <algorithm>
-#include <charconv>
 
+#include "base/whole_number.h"
 #include "web/api/json.h"
 
 namespace qduino::web {
@@ -44,9 +44,10 @@ Response unauthorized() {
 }
 
 Response too_many_tries() {
-    Response response =
-        error_response(429, "not_permitted", "too many wrong keys from this address; try again in a minute");
+    Response response = error_response(429, "not_permitted",
+                                       "this key is wrong, and it was too many wrong ones from this address");
     response.add("Retry-After", "60");
+    response.close = true;  // each further guess costs a connection
     return response;
 }
 
@@ -65,8 +66,9 @@ bool is_false(std::string_view text) {
 /// A field that is absent leaves `value`; one that is no whole number is an error.
 bool read_number(const std::string& text, int& value) {
     if (text.empty()) return true;
-    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return failed == std::errc{} && end == text.data() + text.size();
+    const std::optional<int> number = whole_number<int>(text);
+    value = number.value_or(value);
+    return number.has_value();
 }
 
 /// An upload alone starts nothing: without print=true (or hold=false) the job waits, held.
@@ -158,7 +160,9 @@ Plan Service::plan(const RequestHead& head, const std::string& remote, Moment mo
             return respond(
                 error_response(403, "not_permitted", "this request comes from a page of another site"));
         }
-        return collect(4096);
+        Plan plan = collect(4096);
+        plan.proves = true;
+        return plan;
     }
     if (is_path(head, {"api", "v1", "live"}) && head.method == Method::get)
         return plan_live(head, remote, moment);
@@ -396,7 +400,7 @@ Response Service::queue_upload(Upload& upload, const spool::Analysis& analysis, 
     if (!wanted.ok()) return api::error_response(wanted.error());
     const Result<spool::JobId> id = context_.spool.add(upload.file(), analysis, *wanted, moment.now_s);
     if (!id.ok()) return refused_upload(id.error());
-    const spool::Job& job = *context_.spool.queue().find(*id);
+    const spool::Job& job = *context_.spool.queue().find(*id);  // it has just been queued
     if (upload.dialect == UploadDialect::octoprint) return octoprint_created(job, host, !wanted->hold);
     Response response = api::json_response(api::job_json(context_.spool, job), 201);
     response.add("Location", "/api/v1/jobs/" + std::to_string(*id));

@@ -53,6 +53,7 @@ struct Plan {
     std::size_t body_max = 0;
     std::shared_ptr<Upload> upload;
     Proof proof = Proof::none;
+    bool proves = false;  ///< a login: who succeeds with it has shown the key
 };
 
 using Reply = std::function<void(Response)>;

@@ -1,5 +1,6 @@
 #include "web/static_files.h"
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <iterator>
@@ -28,6 +29,20 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kContent
     {".jpg", "image/jpeg"},
 }};
 
+constexpr std::array<std::pair<Coding, std::string_view>, 2> kEndings{{
+    {Coding::gzip, ".gz"},
+    {Coding::brotli, ".br"},
+}};
+
+/// Whether `name` is another file's name with a coding's ending.
+template <typename Found>
+bool is_coded_form(std::string_view name, const Found& found) {
+    return std::any_of(kEndings.begin(), kEndings.end(), [&](const auto& each) {
+        return name.ends_with(each.second) &&
+               found.contains(name.substr(0, name.size() - each.second.size()));
+    });
+}
+
 }  // namespace
 
 std::string_view content_type_of(std::string_view name) {
@@ -38,30 +53,47 @@ std::string_view content_type_of(std::string_view name) {
 }
 
 Result<StaticFiles> StaticFiles::read(const std::filesystem::path& folder) {
-    StaticFiles found;
+    Found found;
     std::uint64_t total = 0;
     std::error_code failed;
     for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
         if (entry.is_symlink() || !entry.is_regular_file()) continue;
         std::ifstream stream{entry.path(), std::ios::binary};
-        File file;
-        file.bytes.assign(std::istreambuf_iterator<char>{stream}, {});
-        total += file.bytes.size();
-        if (!stream || total > kBytesMax || found.files_.size() >= kFilesMax) {
+        std::string bytes{std::istreambuf_iterator<char>{stream}, {}};
+        total += bytes.size();
+        if (!stream || total > kBytesMax || found.size() >= kFilesMax) {
             return make_error(ErrorCode::out_of_range,
                               "the page's files are too many, too large or not readable");
         }
-        const std::string name = std::filesystem::relative(entry.path(), folder).generic_string();
-        file.content_type = content_type_of(name);
-        file.etag = "\"" + spool::sha256_of(file.bytes).substr(0, 16) + "\"";
-        file.immutable = name.starts_with("assets/");
-        found.files_[name] = std::move(file);
+        found[std::filesystem::relative(entry.path(), folder).generic_string()] =
+            std::make_shared<const std::string>(std::move(bytes));
     }
     if (failed) {
         return Error{ErrorCode::not_found,
                      FixedString<236>{"no folder of the page's files: "}.append(folder.native())};
     }
-    return found;
+    StaticFiles files;
+    for (const auto& [name, bytes] : found) {
+        if (!is_coded_form(name, found)) files.files_[name] = file_of(name, found);
+    }
+    return files;
+}
+
+/// `name` and the coded forms beside it. One that is no smaller is left out.
+StaticFiles::File StaticFiles::file_of(const std::string& name, const Found& found) {
+    File file;
+    file.content_type = content_type_of(name);
+    file.immutable = name.starts_with("assets/");
+    const std::shared_ptr<const std::string>& plain = found.find(name)->second;
+    const std::string hash = spool::sha256_of(*plain).substr(0, 16);
+    file.variants[0] = {"\"" + hash + "\"", plain};
+    for (const auto& [coding, ending] : kEndings) {
+        const auto at = found.find(name + std::string{ending});
+        if (at == found.end() || at->second->size() >= plain->size()) continue;
+        file.variants[static_cast<std::size_t>(coding)] = {
+            "\"" + hash + "-" + std::string{word_of(coding)} + "\"", at->second};
+    }
+    return file;
 }
 
 std::optional<Response> StaticFiles::find(const RequestHead& head) const {
@@ -71,15 +103,22 @@ std::optional<Response> StaticFiles::find(const RequestHead& head) const {
     const auto at = files_.find(name);
     if (at == files_.end()) return std::nullopt;
     const File& file = at->second;
+    std::array<bool, kCodings> there{};
+    for (std::size_t i = 0; i < kCodings; ++i) there[i] = file.variants[i].bytes != nullptr;
+    const Coding coding = choose_coding(head.value("Accept-Encoding"), there);
+    const Variant& variant = file.variants[static_cast<std::size_t>(coding)];
     Response response;
     response.content_type = file.content_type;
-    response.add("ETag", file.etag);
+    response.add("ETag", variant.etag);
     response.add("Cache-Control", file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
-    if (head.value("If-None-Match") == file.etag) {
+    // Also on the plain form: a cache must ask for another client's coding.
+    if (there[1] || there[2]) response.add("Vary", "Accept-Encoding");
+    if (names_etag(head.value("If-None-Match"), variant.etag)) {
         response.status = 304;
-    } else {
-        response.body = file.bytes;
+        return response;
     }
+    if (coding != Coding::identity) response.add("Content-Encoding", std::string{word_of(coding)});
+    response.shared = variant.bytes;
     return response;
 }
 

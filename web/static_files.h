@@ -1,11 +1,18 @@
-// The page's own files: listed and read once at start, looked up by name. A request's path never meets the file system.
+// The page's own files: listed and read once at start, looked up by name. A request's path never meets the file system, and an
+// answer shares the bytes with every other.
+//
+//   app.js   app.js.gz   app.js.br      one file in three codings, made when the page is built; the client's Accept-Encoding chooses.
+//                                       Each has an ETag of its own: caches must not mix them up.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "base/result.h"
+#include "web/content_coding.h"
 #include "web/http.h"
 
 namespace qduino::web {
@@ -19,17 +26,23 @@ class StaticFiles {
     /// Reads every regular file below `folder`; links are not followed. Errors: not_found, out_of_range (too many).
     [[nodiscard]] static Result<StaticFiles> read(const std::filesystem::path& folder);
 
-    /// The file, or 304 when the client has it; nothing when there is none of this name. The empty path is index.html.
+    /// The file in the client's coding, or 304 when it has that; nothing when there is none of this name. The empty path is index.html.
     [[nodiscard]] std::optional<Response> find(const RequestHead& head) const;
     [[nodiscard]] std::size_t size() const { return files_.size(); }
 
   private:
+    struct Variant {
+        std::string etag;
+        std::shared_ptr<const std::string> bytes;  ///< null: not in this coding
+    };
     struct File {
         std::string content_type;
-        std::string etag;
-        std::string bytes;
+        std::array<Variant, kCodings> variants;
         bool immutable = false;  ///< its name holds its hash: it never changes
     };
+    using Found = std::map<std::string, std::shared_ptr<const std::string>, std::less<>>;
+    [[nodiscard]] static File file_of(const std::string& name, const Found& found);
+
     std::map<std::string, File, std::less<>> files_;  // by path, "assets/index-1f2e.js"
 };
 

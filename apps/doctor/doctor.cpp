@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor/finding.h"
+#include "apps/terminal/message.h"
 #include "apps/terminal/wrap.h"
 
 namespace qduino::apps {
@@ -51,7 +52,7 @@ std::string summary(const std::vector<Entry>& entries) {
     const long better = count(entries, State::better);
     const long missing = count(entries, State::missing);
     const std::string all = std::to_string(entries.size());
-    if (better + missing == 0) return "All " + all + " are as they should be.";
+    if (better + missing == 0) return "all " + all + " are as they should be.";
     std::string text;
     if (better > 0) text = std::to_string(better) + " of " + all + " could be better";
     if (missing > 0)
@@ -79,7 +80,7 @@ std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
         out += wrapped(entry.check->why, "      why  ");
         out += wrapped_command(entry.finding.fix, "      fix  ");
     }
-    return out + "\n" + summary(entries) + "\n";
+    return out + "\n" + verdict(summary(entries));
 }
 
 std::string report_json(const Facts& facts, const std::vector<Entry>& entries) {

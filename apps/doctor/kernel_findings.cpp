@@ -4,6 +4,7 @@
 #include <array>
 
 #include "apps/doctor/finding.h"
+#include "apps/terminal/human.h"
 
 namespace qduino::apps::doctor {
 namespace {
@@ -63,7 +64,7 @@ Finding timer_resolution(const Facts& facts) {
         ::clock_getres(CLOCK_MONOTONIC, &resolution);
         nanoseconds = resolution.tv_sec * 1'000'000'000LL + resolution.tv_nsec;
     }
-    const std::string found = "timers resolve " + std::to_string(nanoseconds) + " ns";
+    const std::string found = "timers resolve " + human_duration(Nanoseconds{nanoseconds});
     if (nanoseconds <= 1000) return {State::ok, found, ""};
     if (facts.boot_parameter("highres") == "off")
         return {State::missing, found + ": booted with highres=off", facts.boot_with("highres=on")};

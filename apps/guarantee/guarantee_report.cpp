@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/terminal/human.h"
 #include "apps/terminal/wrap.h"
 
 namespace qduino::apps {
@@ -19,10 +20,10 @@ std::string remark(std::string_view text) { return text.empty() ? "" : wrapped(t
 
 std::string loop_line(const board::LoopGuarantee& loop) {
     char text[120];
-    std::snprintf(text, sizeof text, "  %-4u %-4d %9.0f / %-9.0f %-9s %-9s %s\n",
-                  static_cast<unsigned>(loop.id), loop.core, microseconds(loop.budget),
-                  microseconds(loop.period), yes_no(loop.priority_enforced), yes_no(loop.budget_enforced),
-                  loop.core_owned ? "owned" : "shared");
+    std::snprintf(text, sizeof text, "  %-4u %-4d %9s / %-9s    %-9s %-9s %s\n",
+                  static_cast<unsigned>(loop.id), loop.core, human_duration(loop.budget).c_str(),
+                  human_duration(loop.period).c_str(), yes_no(loop.priority_enforced),
+                  yes_no(loop.budget_enforced), loop.core_owned ? "owned" : "shared");
     return text + remark(loop.shortfall);
 }
 
@@ -34,8 +35,7 @@ std::string core_line(const board::CoreGuarantee& core) {
         out += text;
     }
     if (core.worst_gap.count() >= 0) {
-        std::snprintf(text, sizeof text, " worst gap of a bare spin %.0f us,", microseconds(core.worst_gap));
-        out += text;
+        out += " worst gap of a bare spin " + human_duration(core.worst_gap) + ",";
     }
     out += core.tick_stopped ? " no tick," : " tick,";
     out += core.throttling_lifted ? " no throttling\n" : " RT throttling\n";
@@ -47,7 +47,7 @@ std::string core_line(const board::CoreGuarantee& core) {
 std::string guarantee_text(const board::GuaranteeReport& report) {
     std::string out = "What holds on this board (" + std::string(report.board.view()) + ", memory " +
                       (report.memory_locked ? "locked" : "NOT locked") + "):\n";
-    out += "  loop core  budget / period (us)   priority  budget    core\n";
+    out += "  loop core    budget / period       priority  budget    core\n";
     for (const board::LoopGuarantee& loop : report.loops) out += loop_line(loop);
     for (const board::CoreGuarantee& core : report.cores) out += core_line(core);
     return out;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "apps/terminal/human.h"
 #include "sched/explain.h"
 
 namespace qduino::apps {
@@ -162,6 +163,19 @@ std::string admission_text(const Plan& plan, const SketchTable& table, const Che
            : board.setup_needed ? "setup() was not run: the loops alone are refused.\n"
                                 : "setup() was not run: it calls nothing that declares an I/O VCPU.\n";
     return out;
+}
+
+std::string admission_verdict(const Plan& plan, const CheckedBoard& board) {
+    const std::string on = " on " + counted(board.cores, "core");
+    if (all_admitted(plan))
+        return board.sketch + " is admitted" + on + ": " +
+               counted(static_cast<long long>(plan.admission().placed.size()), "VCPU") + ".";
+    const sched::Refusal& refusal = plan.admission().refusal;
+    std::string why;
+    if (refusal.because != RefusedBecause::none) why = ": " + std::string{runtime::vcpu_name(refusal.id)};
+    if (why.empty() && !plan.refused_ios().empty())
+        why = ": I/O VCPU " + std::to_string(plan.refused_ios().front().request.id);
+    return board.sketch + " is REFUSED" + on + why + ".";
 }
 
 // ---- JSON ------------------------------------------------------------------------------------------------

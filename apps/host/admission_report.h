@@ -24,6 +24,9 @@ struct CheckedBoard {
 [[nodiscard]] std::string admission_text(const runtime::Plan& plan, const runtime::SketchTable& table,
                                          const CheckedBoard& board);
 
+/// In one sentence: whether it is admitted, or how many of its VCPUs stand in the way.
+[[nodiscard]] std::string admission_verdict(const runtime::Plan& plan, const CheckedBoard& board);
+
 /// The same: {"sketch","admitted","board":{…},"setup_ran","loops":[…],"io":[…],"cores":[…],"overheads":[…],
 /// "refusals":[…],"explanation"}; durations are whole nanoseconds (docs/qduino.md lists every key).
 [[nodiscard]] std::string admission_json(const runtime::Plan& plan, const runtime::SketchTable& table,

@@ -7,17 +7,21 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/board_file/board_file.h"
+#include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/bind_linux.h"
+#include "apps/host/sketch_output.h"
 #include "apps/host/sketch_report.h"
 #include "apps/host/write_report.h"
+#include "apps/terminal/message.h"
 
 namespace {
 
 using namespace qduino;
 
 int fail(std::string_view message) {
-    return std::fprintf(stderr, "%.*s\n", static_cast<int>(message.size()), message.data()), 1;
+    apps::say(message);
+    return 1;
 }
 
 struct Options {
@@ -37,26 +41,42 @@ bool report_to(const std::string& path, board::linux::LinuxBoard& board) {
     return written.ok();
 }
 
+/// The sketch, whose loops' words wait behind setup()'s: what holds for them is said before their first.
+runtime::SketchTable quiet_sketch() {
+    static void (*const setup)() = runtime::sketch_table().setup;
+    runtime::SketchTable table = runtime::sketch_table();
+    table.setup = [] {
+        if (setup) setup();
+        apps::settle_sketch_output();
+        apps::hold_sketch_output(true);
+    };
+    return table;
+}
+
 int run(const Options& options, board::linux::LinuxConfig config) {
     auto opened = board::linux::LinuxBoard::open(std::move(config));
     if (!opened) return fail(opened.error().message);
     board::linux::LinuxBoard& board = *opened.value();
     runtime::Runtime<board::linux::LinuxBoard> runtime(board);
     port::bind(&runtime);
-    if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun) {
+    if (Result<void> begun = runtime.begin(quiet_sketch()); !begun) {
         fail(begun.error().message);
+        if (runtime.plan().admitted() && runtime.plan().refused_ios().empty())
+            return 1;  // the board would not
         fail(runtime.explanation());
         return 2;
     }
-    std::fputs(std::string(runtime.plan().admission_table().view()).c_str(), stderr);
-    std::fputs(apps::guarantee_text(board.guarantee()).c_str(), stderr);
+    apps::report_beside_sketch(std::string(runtime.plan().admission_table().view()) +
+                               apps::guarantee_text(board.guarantee()) + "\n");
+    apps::hold_sketch_output(false);
     bool reported = report_to(options.report_path, board);
     runtime.run(options.length_s > 0 ? board.now() + from_seconds(options.length_s) : kForever);
     reported = report_to(options.report_path, board) && reported;
     board.request_stop();
     runtime.run(board.now() + 2s);
-    std::fflush(stdout);
-    std::fputs(apps::loop_table(apps::loops_of(runtime)).c_str(), stderr);
+    const auto loops = apps::loops_of(runtime);
+    apps::settle_sketch_output();
+    apps::report_beside_sketch(apps::loop_table(loops) + "Periods: " + apps::periods_kept(loops) + ".\n\n");
     return reported ? 0 : 1;
 }
 
@@ -92,7 +112,7 @@ int main(int argc, char** argv) {
     app.add_option("--report", options.report_path, "Write the guarantee report here, as JSON")
         ->option_text("FILE");
     app.add_flag("--best-effort", options.best_effort, "Do not ask for real-time scheduling");
-    CLI11_PARSE(app, argc, argv);
+    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
     board::linux::LinuxConfig config;
     if (const std::string wrong = read_config(options, config); !wrong.empty()) return fail(wrong);
     return run(options, std::move(config));

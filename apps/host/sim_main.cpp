@@ -2,6 +2,7 @@
 // loops kept theirs; or, with --check, only says what admission makes of it.
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -14,12 +15,15 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/board_file/board_file.h"
+#include "apps/command_line/command_line.h"
 #include "apps/host/admission_report.h"
 #include "apps/host/bind_sim.h"
 #include "apps/host/chrome_trace.h"
 #include "apps/host/setup_need.h"
+#include "apps/host/sketch_output.h"
 #include "apps/host/sketch_report.h"
 #include "apps/host/write_report.h"
+#include "apps/terminal/message.h"
 
 namespace {
 
@@ -47,14 +51,15 @@ struct Options {
 std::atomic<bool> interrupted{false};
 
 int fail(std::string_view message) {
-    return std::fprintf(stderr, "%.*s\n", static_cast<int>(message.size()), message.data()), 1;
+    apps::say(message);
+    return 1;
 }
 
-int refuse(const SimRuntime& runtime, const Error& error) {
-    const auto explanation = runtime.explanation().view();
-    const std::string_view text = explanation.empty() ? error.message.view() : explanation;
-    std::fprintf(stderr, "%.*s\n%.*s\n", static_cast<int>(error.message.size()), error.message.view().data(),
-                 static_cast<int>(text.size()), text.data());
+int refuse(const SimRuntime& runtime, const Options& options, const Error& error) {
+    apps::settle_sketch_output();
+    apps::say(error.message);
+    apps::say(runtime.explanation());
+    apps::say(apps::verdict(options.sketch + " is REFUSED: no loop of it ran."));
     return 2;
 }
 
@@ -76,6 +81,21 @@ void run_paced(SimRuntime& runtime, const Options& options) {
     if (!board.stopped()) board.force_safe_states();
 }
 
+int report_end(const Options& options, board::sim::SimBoard& board,
+               const std::vector<const runtime::Loop*>& loops, apps::ChromeTrace* trace) {
+    std::array<char, 80> line{};
+    std::snprintf(line.data(), line.size(), "%.6f s, trace hash %016llx\n", to_seconds(board.now() - kEpoch),
+                  static_cast<unsigned long long>(board.trace_hash()));
+    std::string report = apps::loop_table(loops) + "\n" + line.data();
+    const bool written = !trace || trace->finish(board.now()).ok();
+    if (trace && written)
+        report += "trace: " + options.trace_path + "\n  (open it in ui.perfetto.dev or chrome://tracing)\n";
+    apps::report_beside_sketch(report);
+    if (!written) return fail("the trace could not be written");
+    apps::say(apps::verdict(options.sketch + ": " + apps::periods_kept(loops) + "."));
+    return 0;
+}
+
 int run(const Options& options) {
     std::unique_ptr<apps::ChromeTrace> trace;
     if (!options.trace_path.empty()) {
@@ -88,8 +108,9 @@ int run(const Options& options) {
     SimRuntime runtime(board, {.enforce_admission = options.enforce_admission});
     port::bind(&runtime);
     if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
-        return refuse(runtime, begun.error());
-    std::fputs(std::string(runtime.plan().admission_table().view()).c_str(), stderr);
+        return refuse(runtime, options, begun.error());
+    apps::settle_sketch_output();  // of setup()
+    apps::report_beside_sketch(std::string(runtime.plan().admission_table().view()) + "\n");
     if (!options.report_path.empty()) {
         if (Result<void> written = apps::write_guarantee(board.guarantee(), options.report_path); !written)
             return fail(written.error().message);
@@ -97,15 +118,8 @@ int run(const Options& options) {
 
     run_paced(runtime, options);
     port::bind(nullptr);
-    std::fflush(stdout);
-    std::fputs(apps::loop_table(apps::loops_of(runtime)).c_str(), stderr);
-    std::fprintf(stderr, "%.6f s, trace hash %016llx\n", to_seconds(board.now() - kEpoch),
-                 static_cast<unsigned long long>(board.trace_hash()));
-    if (!trace) return 0;
-    if (!trace->finish(board.now())) return fail("the trace could not be written");
-    std::fprintf(stderr, "trace: %s (open it in ui.perfetto.dev or chrome://tracing)\n",
-                 options.trace_path.c_str());
-    return 0;
+    apps::settle_sketch_output();
+    return report_end(options, board, apps::loops_of(runtime), trace.get());
 }
 
 /// What the sketch prints in setup() goes to stderr: stdout is the report's. Returns where that goes.
@@ -139,7 +153,7 @@ int check(const Options& options) {
     const Result<void> begun = runtime.begin(table);
     ::alarm(0);
     port::bind(nullptr);
-    std::fflush(stdout);
+    apps::settle_sketch_output();
 
     const runtime::Plan& plan = runtime.plan();
     const apps::CheckedBoard checked{.sketch = options.sketch,
@@ -148,7 +162,8 @@ int check(const Options& options) {
                                      .setup_needed = needed,
                                      .setup_ran = needed && plan.admitted()};
     const std::string text = options.json ? apps::admission_json(plan, table, checked) + "\n"
-                                          : apps::admission_text(plan, table, checked);
+                                          : apps::admission_text(plan, table, checked) + "\n" +
+                                                apps::verdict(apps::admission_verdict(plan, checked));
     std::fputs(text.c_str(), report);
     if (std::fclose(report) != 0) return fail("the table could not be written");
     // Admitted, and yet not begun: the board would not take it.
@@ -194,10 +209,10 @@ int main(int argc, char** argv) {
     Options options;
     CLI::App app("This sketch, in the simulator: virtual time, the same every time.");
     app.footer(
-        "Example: blink-sim --for 5 --trace blink.json     (open the trace in ui.perfetto.dev)\n"
+        "Example: blink-sim --for 5 --trace blink.json    (open it in ui.perfetto.dev)\n"
         "Ends with 2 when admission refuses the sketch.");
     add_options(app, options);
-    CLI11_PARSE(app, argc, argv);
+    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
     options.sketch = std::filesystem::path(argv[0]).filename().string();
     if (options.sketch.ends_with("-sim")) options.sketch.resize(options.sketch.size() - 4);
     if (const std::string wrong = read_machine(options); !wrong.empty()) return fail(wrong);

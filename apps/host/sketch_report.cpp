@@ -1,37 +1,53 @@
 #include "apps/host/sketch_report.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
-#include "sched/explain.h"
+#include "apps/terminal/human.h"
 
 namespace qduino::apps {
 
 namespace {
 
-std::string text_of(Nanoseconds duration) { return std::string(sched::duration_text(duration).view()); }
-std::string text_of(std::uint64_t ns) { return text_of(Nanoseconds{static_cast<std::int64_t>(ns)}); }
+std::string text_of(std::uint64_t ns) { return human_duration(Nanoseconds{static_cast<std::int64_t>(ns)}); }
+
+long long sum_of(const std::vector<const runtime::Loop*>& loops,
+                 runtime::Counter runtime::LoopStatistics::*counter) {
+    long long sum = 0;
+    for (const runtime::Loop* loop : loops) sum += static_cast<long long>((loop->statistics.*counter).get());
+    return sum;
+}
 
 }  // namespace
 
 std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
     std::string table =
-        "loop  passes  releases  overruns  dropped  worst late  latency p50      p99.9        max\n";
+        "                                                        release latency\n"
+        "loop   passes releases overruns dropped  worst late      p50    p99.9      max\n";
     for (const runtime::Loop* loop : loops) {
-        const runtime::LoopStatistics& counted = loop->statistics;
-        const Histogram& latency = counted.release_latency_ns;
+        const runtime::LoopStatistics& was = loop->statistics;
+        const Histogram& latency = was.release_latency_ns;
         std::array<char, 160> line{};
-        std::snprintf(line.data(), line.size(), "%4d %7lld %9lld %9lld %8lld %11s %12s %10s %10s\n",
-                      int{loop->declaration.id}, static_cast<long long>(counted.passes.get()),
-                      static_cast<long long>(counted.releases.get()),
-                      static_cast<long long>(counted.overruns.get()),
-                      static_cast<long long>(counted.dropped.get()),
-                      text_of(Nanoseconds{counted.lateness_ns_max.get()}).c_str(),
+        std::snprintf(line.data(), line.size(), "%4d %8lld %8lld %8lld %7lld  %10s %8s %8s %8s\n",
+                      int{loop->declaration.id}, static_cast<long long>(was.passes.get()),
+                      static_cast<long long>(was.releases.get()), static_cast<long long>(was.overruns.get()),
+                      static_cast<long long>(was.dropped.get()),
+                      human_duration(Nanoseconds{was.lateness_ns_max.get()}).c_str(),
                       text_of(latency.quantile(0.5)).c_str(), text_of(latency.quantile(0.999)).c_str(),
                       text_of(latency.max()).c_str());
         table += line.data();
     }
     return table;
+}
+
+std::string periods_kept(const std::vector<const runtime::Loop*>& loops) {
+    const long long releases = sum_of(loops, &runtime::LoopStatistics::releases);
+    const long long overruns = sum_of(loops, &runtime::LoopStatistics::overruns);
+    const std::string all =
+        counted(static_cast<long long>(loops.size()), "loop") + ", " + counted(releases, "release");
+    if (overruns == 0) return "every period was kept (" + all + ")";
+    return counted(overruns, "OVERRUN") + " (" + all + ")";
 }
 
 }  // namespace qduino::apps

@@ -12,6 +12,9 @@ namespace qduino::apps {
 /// have ended, or are those of a simulator between two runs.
 std::string loop_table(const std::vector<const runtime::Loop*>& loops);
 
+/// In a few words: "every period was kept (2 loops, 1200 releases)", or how many overran.
+std::string periods_kept(const std::vector<const runtime::Loop*>& loops);
+
 /// The loops of a runtime, in order of id.
 template <typename Runtime>
 std::vector<const runtime::Loop*> loops_of(const Runtime& runtime) {

@@ -109,8 +109,11 @@ Result<std::string> InspectClient::job_begin(std::string_view job, std::string_v
     return ask(R"({"op":"job_begin","job":)" + std::string(job) + R"(,"path":)" + quoted + "}", timeout);
 }
 
-Result<std::string> InspectClient::job_end(std::string_view job, Nanoseconds timeout) const {
-    return ask(R"({"op":"job_end","job":)" + std::string(job) + "}", timeout);
+Result<std::string> InspectClient::job_end(std::string_view job, std::uint32_t excursions,
+                                           Nanoseconds timeout) const {
+    return ask(R"({"op":"job_end","job":)" + std::string(job) + R"(,"excursions":)" +
+                   std::to_string(excursions) + "}",
+               timeout);
 }
 
 }  // namespace qduino::apps

@@ -40,7 +40,8 @@ Json by_axis(const Values& values) {
 Json heater_json(const twin::PrinterState& state, std::size_t heater) {
     return {{"c", state.celsius[heater]},
             {"block_c", state.block_celsius[heater]},
-            {"duty", state.heater_duty[heater]}};
+            {"duty", state.heater_duty[heater]},
+            {"off_since_s", to_seconds(state.heater_off_since[heater].time_since_epoch())}};
 }
 
 }  // namespace
@@ -62,31 +63,34 @@ std::string InspectService::answer(std::string_view line) {
         return refusal("known are op: job_begin, job_end, state, fault, clear_faults");
     const std::string job = id_of(request);
     if (job.empty()) return refusal("job: a string or a whole number is needed");
-    return op == "job_begin" ? begin(job, text_of(request, "path")) : end(job);
+    if (op == "job_begin") return begin(job, text_of(request, "path"));
+    const auto told = request.find("excursions");
+    const bool given = told != request.end() && told->is_number_unsigned();
+    return end(job, given ? told->get<std::uint64_t>() : 0);
 }
 
 std::string InspectService::begin(const std::string& job, const std::string& path) {
     if (job_ && job_id_ == job) return to_line({{"ok", true}, {"already", true}});
     auto source = std::make_unique<PrefetchSource>(path);
     if (!source->ok()) return refusal("path: the file cannot be read");
-    end_watch();
+    end_watch(0);
     const Instant now = drain_();
     job_ = std::make_unique<twin::Job>(printer_, std::move(source), now, last_place_);
     job_id_ = job;
     return to_line({{"ok", true}, {"already", false}});
 }
 
-std::string InspectService::end(const std::string& job) {
-    if (job_ && job_id_ == job) end_watch();
+std::string InspectService::end(const std::string& job, std::uint64_t excursions_told) {
+    if (job_ && job_id_ == job) end_watch(excursions_told);
     const Ended* ended = find_report(job);
     if (!ended) return refusal("no such job is or was watched");
     return R"({"ok":true,"report":)" + ended->report + "}";
 }
 
-void InspectService::end_watch() {
+void InspectService::end_watch(std::uint64_t excursions_told) {
     if (!job_) return;
     // The rest of a job that was cut short is not read here: the machine cannot wait for a disk.
-    const twin::Report report = job_->finish(drain_(), false);
+    const twin::Report report = job_->finish(drain_(), false, excursions_told);
     last_place_ = job_->next_start();
     job_.reset();
     std::erase_if(ended_, [&](const Ended& ended) { return ended.job == job_id_; });

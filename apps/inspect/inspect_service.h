@@ -1,8 +1,10 @@
 // The inspector as a service: questions about the twin in, answers out, one JSON object on one line each.
 //
 //   {"op":"job_begin","job":ID,"path":"/…/file.gcode"}   watch from now on; a job that is being watched already: no change
-//   {"op":"job_end","job":ID}                            plays what is on its way, ends the watch, answers the report;
-//                                                        asked again, the same report
+//   {"op":"job_end","job":ID,"excursions":N}             plays what is on its way, ends the watch, answers the report;
+//                                                        asked again, the same report;
+//                                                        N: how often the machine says that it left the path and came back
+//                                                        (pauses); 0 when it is not given
 //   {"op":"state"}                                       positions, temperatures, duties, losses, switches
 //   {"op":"fault","fault":"sensor_stuck:hot_end@5"}      twin/fault.h; @ counts from now
 //   {"op":"clear_faults"}
@@ -16,6 +18,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -48,10 +51,10 @@ class InspectService {
     };
 
     std::string begin(const std::string& job, const std::string& path);
-    std::string end(const std::string& job);
+    std::string end(const std::string& job, std::uint64_t excursions_told);
     std::string state();
     std::string fault(const std::string& text);
-    void end_watch();
+    void end_watch(std::uint64_t excursions_told);
     [[nodiscard]] const Ended* find_report(const std::string& job) const;
 
     twin::Printer& printer_;

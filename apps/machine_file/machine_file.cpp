@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <array>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -16,6 +17,9 @@ namespace {
 using printer::AxisConfig;
 using printer::HeaterConfig;
 using printer::MachineConfig;
+
+/// Shorter, and heaters would go off while a person reads what the page says.
+constexpr double kIdleTimeoutMin_s = 30;
 
 std::string where(std::string_view name, const toml::source_region& source) {
     return std::string(name) + ":" + std::to_string(source.begin.line) + ": ";
@@ -133,6 +137,17 @@ void read_heater(Section& s, HeaterConfig& h) {
     s.number("at_target_s", h.at_target_s, 0, 60);
 }
 
+/// A place that the file does not name is the corner in which the bed is free to be reached.
+void read_park(Section& s, printer::ParkConfig& p) {
+    s.flag("enabled", p.enabled);
+    s.number("x_mm", p.x_mm, -10000, 10000);
+    s.number("y_mm", p.y_mm, -10000, 10000);
+    s.number("z_hop_mm", p.z_hop_mm, 0, 100);
+    s.number("retract_mm", p.retract_mm, 0, 20);
+    s.number("speed_mm_s", p.speed_mm_s, 1, 2000);
+    s.number("retract_speed_mm_s", p.retract_speed_mm_s, 0.1, 200);
+}
+
 void read_machine(Section& s, MachineConfig& m) {
     s.text("name", m.name);
     s.table("axes", [&](Section& axes) {
@@ -144,6 +159,10 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("default_acceleration_mm_s2", m.default_acceleration_mm_s2, 0.1, 200000);
     s.number("travel_acceleration_mm_s2", m.travel_acceleration_mm_s2, 0.1, 200000);
     s.number("minimum_extrude_celsius", m.minimum_extrude_celsius, 0, 400);
+    s.number("idle_timeout_s", m.idle_timeout_s, 0, 86400);
+    m.park.x_mm = m.axes[0].minimum_mm;
+    m.park.y_mm = m.axes[1].maximum_mm;
+    s.table("park", [&](Section& p) { read_park(p, m.park); });
     s.table("hot_end", [&](Section& h) { read_heater(h, m.hot_end); });
     s.table("bed", [&](Section& h) { read_heater(h, m.bed); });
     s.flag("has_bed", m.has_bed);
@@ -164,6 +183,19 @@ std::string contradictions(const MachineConfig& m) {
             return std::string("axis ") + printer::kAxisLetter[static_cast<std::size_t>(i)] +
                    ": minimum_mm is not below maximum_mm";
         }
+    }
+    if (m.idle_timeout_s > 0 && m.idle_timeout_s < kIdleTimeoutMin_s) {
+        return "idle_timeout_s: give 0 (never) or at least " +
+               std::to_string(static_cast<int>(kIdleTimeoutMin_s)) + " s";
+    }
+    const std::array park{m.park.x_mm, m.park.y_mm};
+    for (std::size_t i = 0; i < park.size(); ++i) {
+        const AxisConfig& a = m.axes[i];
+        if (park[i] >= a.minimum_mm && park[i] <= a.maximum_mm) continue;
+        std::ostringstream text;
+        text << "park: " << (i == 0 ? "x_mm" : "y_mm") << " is " << park[i] << ", outside the axis' "
+             << a.minimum_mm << " to " << a.maximum_mm;
+        return text.str();
     }
     return {};
 }

@@ -33,7 +33,7 @@ void Inspection::begin(std::uint64_t run, const std::filesystem::path& gcode) {
     Answers& answers = answers_[run];
     if (std::exchange(answers.begin_asked, true)) return;
     while (answers_.size() > kAnswersKept) answers_.erase(answers_.begin());
-    ask({run, std::filesystem::absolute(gcode).string(), false});
+    ask({run, std::filesystem::absolute(gcode).string(), false, 0});
 }
 
 bool Inspection::begun(std::uint64_t run) {
@@ -42,10 +42,10 @@ bool Inspection::begun(std::uint64_t run) {
     return at != answers_.end() && at->second.begin_answered;
 }
 
-void Inspection::end(std::uint64_t run) {
+void Inspection::end(std::uint64_t run, std::uint32_t excursions) {
     const std::scoped_lock lock{mutex_};
     if (std::exchange(answers_[run].end_asked, true)) return;
-    ask({run, {}, true});
+    ask({run, {}, true, excursions});
 }
 
 std::optional<std::string> Inspection::report(std::uint64_t run) {
@@ -64,7 +64,7 @@ void Inspection::serve() {
         lock.unlock();
         std::string report;
         if (question.is_end) {
-            report = ask_end(question.run);
+            report = ask_end(question.run, question.excursions);
         } else {
             // Whatever the answer: without an inspector the job prints as well.
             static_cast<void>(client_.job_begin(std::to_string(question.run), question.path, kBeginTimeout));
@@ -80,8 +80,8 @@ void Inspection::serve() {
 }
 
 /// The report alone; empty when there is none.
-std::string Inspection::ask_end(std::uint64_t run) const {
-    const Result<std::string> answer = client_.job_end(std::to_string(run), kEndTimeout);
+std::string Inspection::ask_end(std::uint64_t run, std::uint32_t excursions) const {
+    const Result<std::string> answer = client_.job_end(std::to_string(run), excursions, kEndTimeout);
     if (!answer.ok()) return {};
     const auto json = nlohmann::ordered_json::parse(*answer, nullptr, false);
     if (!json.is_object() || !json.contains("report")) return {};

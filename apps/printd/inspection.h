@@ -26,7 +26,7 @@ class Inspection final : public spool::Inspector {
 
     void begin(std::uint64_t run, const std::filesystem::path& gcode) override;
     bool begun(std::uint64_t run) override;
-    void end(std::uint64_t run) override;
+    void end(std::uint64_t run, std::uint32_t excursions) override;
     std::optional<std::string> report(std::uint64_t run) override;
 
   private:
@@ -34,6 +34,7 @@ class Inspection final : public spool::Inspector {
         std::uint64_t run = 0;
         std::string path;
         bool is_end = false;
+        std::uint32_t excursions = 0;
     };
     struct Answers {
         bool begin_asked = false, begin_answered = false;
@@ -42,7 +43,7 @@ class Inspection final : public spool::Inspector {
     };
     void ask(Question question);
     void serve();
-    [[nodiscard]] std::string ask_end(std::uint64_t run) const;
+    [[nodiscard]] std::string ask_end(std::uint64_t run, std::uint32_t excursions) const;
 
     apps::InspectClient client_;
     std::mutex mutex_;

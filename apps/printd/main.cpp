@@ -21,6 +21,7 @@
 #include "apps/printd/link_watch.h"
 #include "apps/printd/options.h"
 #include "apps/printd/privileges.h"
+#include "spool/recovery.h"
 #include "web/publisher.h"
 #include "web/server.h"
 
@@ -105,9 +106,11 @@ Result<Ground> prepare(const printd::Options& options) {
     Result<printd::StateLock> lock = printd::StateLock::take(options.state);
     if (!lock.ok()) return lock.error();
     ground.lock = std::move(*lock);
-    if (!options.run_as.empty()) {
-        if (const Result<void> done = printd::become(options.run_as, options.state); !done.ok())
-            return done.error();
+    // What root would write while it recovers, the service's own user could not open afterwards.
+    const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
+    const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
+    if (!user.empty()) {
+        if (const Result<void> done = printd::become(user, options.state); !done.ok()) return done.error();
     }
     Result<std::string> key = web::load_or_make_key(options.state / "api-key");
     if (!key.ok()) return key.error();
@@ -145,24 +148,28 @@ int serve(const printd::Options& options, const printer::MachineConfig& machine,
     spool_options.limits.size_max_bytes = options.upload_max_mib << 20;
     spool_options.hold_after_failure = options.hold_after_failure;
     spool_options.confirm_bed = options.confirm_bed;
+    spool_options.retention = {options.keep_jobs, options.keep_days, options.store_max_mib << 20};
+    spool_options.opened_s = clock_now().now_s;
+    printd::PreflightAnalyzer analyzer{machine};
+    spool_options.analyzer = &analyzer;
     auto spool = spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr);
     if (!spool.ok()) return fail(spool.error());
-    auto stored = (*spool)->store().load();
-    if (!stored.ok()) return fail(stored.error());
+    for (const std::string& line : (*spool)->take_log()) spdlog::info("{}", line);
+    auto sessions = (*spool)->store().sessions();
+    if (!sessions.ok()) return fail(sessions.error());
     web::StaticFiles files;
     if (!options.ui.empty()) {
         auto read = web::StaticFiles::read(options.ui);
         if (!read.ok()) return fail(read.error());
         files = std::move(*read);
     }
-    printd::PreflightAnalyzer analyzer{machine};
     // Last in, first out: the threads end before what their tasks use.
     std::unique_ptr<web::Service> service;
     std::unique_ptr<web::Publisher> publisher;
     web::Threads threads;
     service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{options.hosts}, 32},
                                              context_of(**spool, machine),
-                                             web::Authenticator{ground.key, std::move(stored->sessions)},
+                                             web::Authenticator{ground.key, std::move(*sessions)},
                                              std::move(files), analyzer, threads.executors());
     publisher = std::make_unique<web::Publisher>(**spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
@@ -183,6 +190,18 @@ int serve(const printd::Options& options, const printer::MachineConfig& machine,
     return 0;
 }
 
+/// Offline: jobs out of their files (spool/recovery.h).
+int recover(const printd::Options& options, const printer::MachineConfig& machine) {
+    printd::PreflightAnalyzer analyzer{machine};
+    const auto say = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };
+    const Result<spool::Recovered> done =
+        spool::recover_folder(options.state, analyzer, clock_now().now_s, say);
+    if (!done.ok()) return fail(done.error());
+    std::printf("%zu jobs made, all held; %zu stored files had theirs; %zu left in %s/set-aside\n",
+                done->jobs, done->known, done->left, options.state.c_str());
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -198,5 +217,6 @@ int main(int argc, char** argv) {
     }
     Result<Ground> ground = prepare(*options);
     if (!ground.ok()) return fail(ground.error());
+    if (options->recover) return recover(*options, machine);
     return serve(*options, machine, std::move(*ground));
 }

@@ -21,7 +21,11 @@ struct Options {
     std::vector<std::string> hosts;  ///< further names that browsers may use
     std::uint64_t upload_max_mib = 2048;
     bool hold_after_failure = true;
-    bool confirm_bed = false;
+    bool confirm_bed = true;
+    std::int64_t keep_jobs = 100'000;  ///< ended ones; 0: all
+    std::int64_t keep_days = 0;        ///< 0: for ever
+    std::uint64_t store_max_mib = 0;   ///< 0: as much as the disk has
+    bool recover = false;              ///< do not serve: make jobs of the stored files
     bool authentication = true;
     bool print_link = false;
     bool verbose = false;

@@ -95,4 +95,11 @@ Result<void> become(const std::string& user, const std::filesystem::path& state)
     return {};
 }
 
+std::string owner_of(const std::filesystem::path& folder) {
+    struct stat found {};
+    if (::lstat(folder.c_str(), &found) != 0 || found.st_uid == 0) return {};
+    const passwd* owner = ::getpwuid(found.st_uid);
+    return owner ? owner->pw_name : std::string{};
+}
+
 }  // namespace qduino::printd

@@ -26,4 +26,7 @@ class StateLock {
 /// Before any thread is started. Errors: not_permitted (not root), not_found (no such user), internal.
 [[nodiscard]] Result<void> become(const std::string& user, const std::filesystem::path& state);
 
+/// Whose folder it is, by name; empty: root's, or nobody's that has a name.
+[[nodiscard]] std::string owner_of(const std::filesystem::path& folder);
+
 }  // namespace qduino::printd

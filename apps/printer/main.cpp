@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "PrinterWiring.h"
+#include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/bind_linux.h"
 #include "apps/link/link_file.h"
@@ -70,6 +71,6 @@ int main(int argc, char** argv) {
                    "Machine file (TOML); default: the reference machine");
     app.add_flag("--isolate", arguments.board.isolate,
                  "Move everything else off the stepper loop's core; undone at the end (root)");
-    CLI11_PARSE(app, argc, argv);
+    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
     return run(arguments);
 }

@@ -35,6 +35,7 @@ void stop_on_signals() {
 Result<void> run_live(const LiveOptions& options) {
     auto link = create_link(options.link_path, static_cast<std::uint64_t>(std::time(nullptr)));
     if (!link.ok()) return link.error();
+    link->get()->time_factor.store(options.speed, std::memory_order_relaxed);
     SimPrinter printer(options.machine, *link->get());
     InspectService inspector(printer.twin(), [&printer] { return printer.now(); });
     std::unique_ptr<InspectServer> socket;

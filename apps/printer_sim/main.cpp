@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "apps/command_line/command_line.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/printer_sim/live.h"
 #include "apps/printer_sim/print_file.h"
@@ -45,15 +46,15 @@ void show_progress(double fraction, double virtual_s) {
 
 int main(int argc, char** argv) {
     CLI::App app{
-        "Prints a G-code file in virtual time: the printer sketch, the simulated board and the virtual\n"
-        "machine in one process. Ends with 0 only if what was built is what was asked."};
+        "Prints a G-code file in virtual time: the printer sketch, the simulated board and "
+        "the virtual machine in one process. Ends with 0 only if what was built is what was asked."};
     apps::PrintOptions options;
     std::string machine_path, report_path;
     std::vector<std::string> faults;
     apps::LiveOptions live;
     app.footer(
         "Example: printer-sim benchy.gcode --report report.json\n"
-        "Live:    printer-sim --link /dev/shm/link --speed 20      (what ./run --speed starts)");
+        "Live:    printer-sim --link /dev/shm/link --speed 20  (what ./run --speed starts)");
     app.add_option("FILE", options.file, "The G-code file");
     app.add_option("--link", live.link_path, "Instead of a file: serve a print service through this link");
     app.add_option("--inspect", live.inspect_path,
@@ -67,7 +68,7 @@ int main(int argc, char** argv) {
     app.add_option("--steps", options.steps_path, "Write every step here: time_ns,axis,direction");
     app.add_option("--fault", faults,
                    "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
-    CLI11_PARSE(app, argc, argv);
+    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
 
     if (!machine_path.empty()) {
         const Result<printer::MachineConfig> machine = apps::read_machine_file(machine_path);

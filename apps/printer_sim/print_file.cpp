@@ -120,7 +120,7 @@ Result<PrintResult> print_file(const PrintOptions& options) {
     run_job(printer, feeder, replies, options, result);
     printer.run(printer.now() + 500ms);
     result.motion = memory.get()->motion_status.read();
-    result.built = job.finish(printer.now());
+    result.built = job.finish(printer.now(), true, memory.get()->job_status.read().excursions);
     if (steps && !steps->close())
         return make_error(ErrorCode::unavailable, options.steps_path + ": disk full?");
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();

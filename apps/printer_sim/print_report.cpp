@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "apps/terminal/human.h"
 #include "printer/machine_config.h"
 
 namespace qduino::apps {
@@ -73,6 +74,11 @@ Json to_json(const PrintResult& result) {
 std::string summary(const PrintResult& result) {
     const twin::Report& built = result.built;
     const auto& axes = built.findings.axes;
+    const auto late = [&](double share) {
+        const Histogram& lateness = result.motion.lateness_ns;
+        const std::uint64_t ns = share < 1 ? lateness.quantile(share) : lateness.max();
+        return human_duration(Nanoseconds{static_cast<std::int64_t>(ns)});
+    };
     char text[1200];
     std::snprintf(
         text, sizeof text,
@@ -81,17 +87,15 @@ std::string summary(const PrintResult& result) {
         "  filament  asked %.2f mm, built %.2f mm\n"
         "  deviation X %.4f  Y %.4f  Z %.5f  E %.4f mm at most\n"
         "  steps     X %llu  Y %llu  Z %llu  E %llu, lost %llu\n"
-        "  lateness  p50 %llu  p99 %llu  max %llu ns\n",
+        "  lateness  p50 %s  p99 %s  max %s\n",
         result.success() ? "Built is what was asked." : "NOT what was asked.", result.print_time_s,
         result.wall_s, built.layers.size(), built.findings.filament_asked_mm,
         built.findings.filament_built_mm, axes[0].path_deviation_mm_max, axes[1].path_deviation_mm_max,
         axes[2].path_deviation_mm_max, axes[3].path_deviation_mm_max,
         static_cast<unsigned long long>(axes[0].steps), static_cast<unsigned long long>(axes[1].steps),
         static_cast<unsigned long long>(axes[2].steps), static_cast<unsigned long long>(axes[3].steps),
-        static_cast<unsigned long long>(total_lost(built)),
-        static_cast<unsigned long long>(result.motion.lateness_ns.quantile(0.5)),
-        static_cast<unsigned long long>(result.motion.lateness_ns.quantile(0.99)),
-        static_cast<unsigned long long>(result.motion.lateness_ns.max()));
+        static_cast<unsigned long long>(total_lost(built)), late(0.5).c_str(), late(0.99).c_str(),
+        late(1).c_str());
     std::string out = text;
     if (!result.error.empty()) out += "  error     " + result.error + "\n";
     for (const std::string& difference : built.differences) out += "  differs   " + difference + "\n";

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
@@ -17,6 +18,8 @@
 #include "apps/qduino/kernel_trace.h"
 #include "apps/qduino/new_sketch.h"
 #include "apps/qduino/sketch_build.h"
+#include "apps/terminal/human.h"
+#include "apps/terminal/message.h"
 #include "board/linux/budget_keeper.h"
 #include "board/linux/machine_settings.h"
 
@@ -27,7 +30,8 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
 int fail(std::string_view message) {
-    return std::fprintf(stderr, "qduino: %.*s\n", static_cast<int>(message.size()), message.data()), 1;
+    say(message, "qduino: ");
+    return 1;
 }
 
 /// A number as the programs' own parsers read it back.
@@ -85,8 +89,11 @@ int build(const Arguments& arguments) {
     std::vector<BoardKind> boards{BoardKind::sim, BoardKind::linux};
     if (!arguments.only.empty()) boards = {arguments.only == "sim" ? BoardKind::sim : BoardKind::linux};
     const Result<Built> built = build_sketch(arguments, boards);
-    if (!built) return fail(built.error().message);
-    if (built->steps == 0) std::fprintf(stderr, "%s is up to date\n", built->sketch.name.c_str());
+    if (!built) {
+        fail(built.error().message);
+        say(verdict("nothing was built."));
+        return 1;
+    }
     for (fs::path program : built->programs) {
         if (!arguments.output.empty()) {
             const fs::path copy = fs::path(arguments.output) / program.filename();
@@ -98,6 +105,10 @@ int build(const Arguments& arguments) {
         }
         std::printf("%s\n", program.c_str());
     }
+    std::fflush(stdout);
+    say(verdict(built->sketch.name + (built->steps == 0
+                                          ? " is up to date."
+                                          : " is built: " + counted(built->steps, "step") + ".")));
     return 0;
 }
 
@@ -202,8 +213,7 @@ Result<int> run_on_linux(const Arguments& arguments, const Built& built,
     std::string pins = arguments.pins.empty() ? board.pins_path : arguments.pins;
     const std::string program = built.programs[0].string();
     if (!fs::exists(built.sdk.supervisor)) {
-        std::fputs("qduino: no qduino-supervisor: safe states hold only as long as the sketch lives\n",
-                   stderr);
+        say("no qduino-supervisor: safe states hold only as long as the sketch lives", "qduino: ");
         return run_in_front(sketch_words(arguments, program, pins));
     }
     PinsFolder folder;
@@ -239,6 +249,18 @@ bool read_linux_board(const Arguments& arguments, board::linux::LinuxConfig& boa
     return error.empty();
 }
 
+/// What came of a run. How its loops kept their periods, the sketch's own report has said.
+std::string end_of(const std::string& name, int status) {
+    if (status == 0) return name + " ran to its end.";
+    if (status == 2) return name + " is REFUSED: no loop of it ran.";
+    if (status > 128) {
+        const char* signal = ::strsignal(status - 128);
+        return name + " DIED of signal " + std::to_string(status - 128) + " (" +
+               (signal ? signal : "unknown") + ").";
+    }
+    return name + " FAILED with status " + std::to_string(status) + ".";
+}
+
 int run(const Arguments& arguments) {
     board::linux::LinuxConfig board;
     std::string wrong;
@@ -246,7 +268,9 @@ int run(const Arguments& arguments) {
     const Result<Built> built = build_sketch(arguments, {BoardKind::linux});
     if (!built) return fail(built.error().message);
     const Result<int> status = run_on_linux(arguments, *built, board);
-    return status ? *status : fail(status.error().message);
+    if (!status) return fail(status.error().message);
+    say(verdict(end_of(built->sketch.name, *status)));
+    return *status;
 }
 
 int write_trace(KernelTraceReader& reader, const std::string& path) {
@@ -254,7 +278,8 @@ int write_trace(KernelTraceReader& reader, const std::string& path) {
     file << reader.chrome_json() << std::flush;
     if (!file) return fail("the trace cannot be written: " + path);
     std::fprintf(stderr,
-                 "trace: %s (open it in ui.perfetto.dev or chrome://tracing): %d stretches of loops, wakes,\n"
+                 "trace: %s\n"
+                 "  (open it in ui.perfetto.dev or chrome://tracing): %d stretches of loops, wakes,\n"
                  "preemption, throttling and interrupts, as the kernel saw them. Not in it: where a\n"
                  "release begins in a loop that spins on its own core, and overruns (counted above).\n",
                  path.c_str(), reader.stretches());

@@ -1,7 +1,8 @@
 // qduino: makes, builds, checks, simulates, traces and runs sketches; looks after the machine that they run
-// on.
+// on. Alone, it says what it can do: nothing was asked, and nothing went wrong (0).
 #include <cstdio>
 
+#include "apps/command_line/command_line.h"
 #include "apps/qduino/arguments.h"
 #include "apps/qduino/commands.h"
 
@@ -21,12 +22,12 @@ bool is_unknown_command(const CLI::App& parser, const char* word) {
 int main(int argc, char** argv) {
     qduino::apps::Arguments arguments;
     const auto parser = qduino::apps::make_parser(arguments);
-    if (argc > 1 && is_unknown_command(*parser, argv[1])) {
-        std::fprintf(stderr,
-                     "qduino: no such command: %s\nRun with --help for the commands that there are.\n",
-                     argv[1]);
-        return static_cast<int>(CLI::ExitCodes::ExtrasError);
+    if (argc <= 1) {
+        qduino::apps::fit_help(*parser, "qduino");
+        std::fputs(parser->help().c_str(), stdout);
+        return 0;
     }
-    CLI11_PARSE(*parser, argc, argv);
+    if (is_unknown_command(*parser, argv[1])) return qduino::apps::explain_unknown_command(*parser, argv[1]);
+    if (const auto status = qduino::apps::parse_command_line(*parser, argc, argv)) return *status;
     return qduino::apps::run_command(arguments, *parser);
 }

@@ -1,7 +1,6 @@
 #include "apps/supervisor/sketch_process.h"
 
 #include <fcntl.h>
-#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
@@ -10,6 +9,7 @@
 
 #include <cerrno>
 
+#include "apps/supervisor/importance.h"
 #include "board/linux/system_error.h"
 
 namespace qduino::supervisor {
@@ -25,6 +25,7 @@ using board::linux::UniqueFd;
     sigset_t none;
     sigemptyset(&none);
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    restore_real_time_limit();
     std::vector<char*> arguments;
     for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);
@@ -55,20 +56,16 @@ Result<SketchProcess> SketchProcess::start(const std::vector<std::string>& comma
     process.pidfd_ = UniqueFd{static_cast<int>(::syscall(SYS_pidfd_open, process.pid_, 0))};
     if (!process.pidfd_.valid()) {
         const Error failed = system_error("watch", command[0]);
-        process.send(SIGKILL);
+        ::kill(process.pid_, SIGKILL);
         ::waitpid(process.pid_, nullptr, 0);
         return failed;
     }
     return process;
 }
 
-void SketchProcess::send(int signal) const { ::kill(pid_, signal); }
-
-bool SketchProcess::wait(int timeout_ms, Ending& ending) const {
-    pollfd watched{pidfd_.get(), POLLIN, 0};
-    if (::poll(&watched, 1, timeout_ms) <= 0) return false;
+bool SketchProcess::ended(Ending& ending) const {
     siginfo_t info{};
-    if (::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG) != 0 || info.si_pid == 0)
+    if (::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == 0)
         return false;
     ending.by_signal = info.si_code != CLD_EXITED;
     ending.status = info.si_status;

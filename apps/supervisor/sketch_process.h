@@ -21,17 +21,15 @@ struct Ending {
 
 class SketchProcess {
   public:
-    /// Starts `command`. If the supervisor itself is killed the sketch gets SIGTERM: nobody would force its
-    /// pins, so it must stop and do it itself. Error: not_found and the like, as execvp said; nothing runs
-    /// then.
+    /// Starts `command`. If the supervisor itself is killed the sketch gets SIGTERM: should the heat watch be dead too, nobody
+    /// would force its pins, so it must stop and do it itself. Error: not_found and the like, as execvp said; nothing runs then.
     static Result<SketchProcess> start(const std::vector<std::string>& command);
 
     [[nodiscard]] pid_t pid() const { return pid_; }
     /// Readable once the process is dead.
     [[nodiscard]] int descriptor() const { return pidfd_.get(); }
-    void send(int signal) const;
-    /// Waits at most `timeout_ms` for its death and collects it. False: it lives.
-    [[nodiscard]] bool wait(int timeout_ms, Ending& ending) const;
+    /// It is dead, and how it died. Does not collect it, and cannot wait.
+    [[nodiscard]] bool ended(Ending& ending) const;
 
   private:
     pid_t pid_ = -1;

@@ -1,41 +1,46 @@
 #include "apps/supervisor/supervisor.h"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/signalfd.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstring>
 
+#include "apps/supervisor/importance.h"
+#include "apps/supervisor/link_death.h"
+#include "apps/terminal/human.h"
+#include "apps/terminal/message.h"
 #include "board/linux/clock.h"
-#include "board/linux/gpio_pin.h"
-#include "board/linux/virtual_pins.h"
-#include "printer/link/layout.h"
+#include "board/linux/core_rivals.h"
+#include "board/linux/death_witness.h"
 
 namespace qduino::supervisor {
 namespace {
 
+using board::linux::block_until;
 using board::linux::monotonic_now;
 using board::linux::PinsFile;
 using board::linux::PinsLayout;
 using board::linux::PinsRole;
+using board::linux::SketchDeath;
 
 constexpr int kPollMs = 10;
 /// A sketch that was asked to stop has so long, then it is killed.
 constexpr Nanoseconds kStopGrace = 5s;
-/// A killed process that still does not go (it is stuck in the kernel) is not waited for longer.
-constexpr int kKillWaitMs = 50;
 constexpr Nanoseconds kFirstBackoff = 200ms;
 constexpr Nanoseconds kLastBackoff = 5s;
+/// A heat watch that dies at once is not started more often.
+constexpr Nanoseconds kHeatWatchEvery = 1s;
+
+void complain(std::string_view text) { apps::say(text, "qduino-supervisor: "); }
 
 }  // namespace
 
-Result<Supervisor> Supervisor::open(Options options) {
-    Supervisor supervisor;
+Result<Supervisor> Supervisor::open(Options options, SystemCalls& system) {
+    Supervisor supervisor{system};
     if (options.make_pins) {
         auto made = PinsFile::create(options.pins);
         if (!made) return made.error();
@@ -44,34 +49,66 @@ Result<Supervisor> Supervisor::open(Options options) {
     auto file = PinsFile::open(options.pins, PinsRole::supervisor);
     if (!file) return file.error();
     supervisor.file_ = std::move(*file);
-    auto opened = supervisor.writer_.open(supervisor.file_, board::linux::kSupervisorWriter, board::kNoVcpu);
-    if (!opened) return opened.error();
     supervisor.options_ = std::move(options);
     return supervisor;
 }
 
 int Supervisor::run(int signals) {
+    auto opened =
+        hands_.open(file_, board::linux::kSupervisorWriter, options_.link, options_.sysfs_root, *system_);
+    if (!opened) {
+        complain(opened.error().message);
+        return 1;
+    }
+    heat_watch_task_ = {&file_, options_.link, options_.settings_state, options_.sysfs_root,
+                        options_.real_time};
+    start_heat_watch();
+    const int status = keep_running(signals);
+    heat_watch_.end();
+    return status;
+}
+
+void Supervisor::start_heat_watch() {
+    renew_heat_watch_at_ = monotonic_now() + kHeatWatchEvery;
+    if (auto started = heat_watch_.start(heat_watch_task_); !started)
+        complain(std::string{started.error().message.view()} + ": nobody watches the supervisor");
+}
+
+/// Of a watch that has died. For as long as this takes, the sketch is watched at ordinary priority.
+void Supervisor::renew_heat_watch() {
+    step_down();
+    heat_watch_.end();
+    complain("the heat watch died; another is started");
+    start_heat_watch();
+    if (options_.real_time) rise(kSupervisorPriority);
+}
+
+int Supervisor::keep_running(int signals) {
     Nanoseconds backoff = kFirstBackoff;
     for (;;) {
-        file_.layout().heartbeat_bound_ns.store(to_ns(options_.heartbeat_timeout));
-        for (auto& beat : file_.layout().heartbeats)
-            beat.expected_by_ns.store(0);  // promises of an earlier sketch
-        lines_.clear();                    // the new sketch needs them
+        PinsLayout& layout = file_.layout();
+        layout.heartbeat_bound_ns.store(to_ns(options_.heartbeat_timeout));
+        layout.witness.store(0);
+        for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0);  // promises of an earlier sketch
+        hands_.release_lines();                                             // the new sketch needs them
         auto sketch = SketchProcess::start(options_.command);
         if (!sketch) {
-            std::fprintf(stderr, "qduino-supervisor: %s\n",
-                         std::string{sketch.error().message.view()}.c_str());
+            complain(sketch.error().message);
             return 127;
         }
         const Instant started = monotonic_now();
-        const Watched watched = watch(*sketch, signals);
-        make_safe(watched, sketch->pid());
+        heat_watch_.sketch_is(sketch->pid());
+        if (options_.real_time) rise(kSupervisorPriority);
+        Watched watched = watch(*sketch, signals);
+        outlive(watched, *sketch);
         const bool well = watched.outcome == Outcome::ended && watched.ending.exit_status() == 0;
         if (well || stop_asked_ || !options_.restart) return watched.ending.exit_status();
 
         if (monotonic_now() - started > kLastBackoff) backoff = kFirstBackoff;
+        const Instant next = monotonic_now() + backoff;
         pollfd stop{signals, POLLIN, 0};
-        if (::poll(&stop, 1, static_cast<int>(backoff / 1ms)) > 0) return watched.ending.exit_status();
+        if (system_->poll(&stop, 1, static_cast<int>(backoff / 1ms)) > 0) return watched.ending.exit_status();
+        block_until(next);
         backoff = std::min(2 * backoff, kLastBackoff);
     }
 }
@@ -85,22 +122,40 @@ board::VcpuId Supervisor::overdue_loop(Instant now) const {
     return board::kNoVcpu;
 }
 
+// The witness counts only as that of the very process that was started: of a script's child, the script knows what to do next.
+bool Supervisor::is_dying(const SketchProcess& sketch) const {
+    const PinsLayout& layout = file_.layout();
+    const bool own = static_cast<pid_t>(layout.sketch_pid.load()) == sketch.pid();
+    if (own && (layout.witness.load() & board::linux::kWitnessDied) != 0) return true;
+    Ending ending;
+    return sketch.ended(ending);
+}
+
+void Supervisor::hand_on_signal(const SketchProcess& sketch, int signals, Instant& kill_at) {
+    signalfd_siginfo signal{};
+    if (!system_->read_signal(signals, signal)) return;
+    // Ctrl-C in a terminal reaches the sketch by itself: twice would mean "at once".
+    if (signal.ssi_code != SI_KERNEL) system_->kill(sketch.descriptor(), static_cast<int>(signal.ssi_signo));
+    stop_asked_ = true;
+    kill_at = std::min(kill_at, monotonic_now() + kStopGrace);
+}
+
 Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) {
     Watched watched;
     Instant kill_at = kForever;
+    Pace pace;
     for (;;) {
-        std::array<pollfd, 2> events{{{sketch.descriptor(), POLLIN, 0}, {signals, POLLIN, 0}}};
-        ::poll(events.data(), events.size(), kPollMs);
-        if (sketch.wait(0, watched.ending)) return watched;
-        if ((events[1].revents & POLLIN) != 0) {
-            signalfd_siginfo signal{};
-            if (::read(signals, &signal, sizeof signal) == sizeof signal) {
-                // Ctrl-C in a terminal reaches the sketch by itself: twice would mean "at once".
-                if (signal.ssi_code != SI_KERNEL) sketch.send(static_cast<int>(signal.ssi_signo));
-                stop_asked_ = true;
-                kill_at = std::min(kill_at, monotonic_now() + kStopGrace);
-            }
-        }
+        pace.next_turn();
+        heat_watch_.expect_beats(true);
+        heat_watch_.beat();
+        const bool may_renew = monotonic_now() >= renew_heat_watch_at_;
+        std::array<pollfd, 3> events{{{sketch.descriptor(), POLLIN, 0},
+                                      {signals, POLLIN, 0},
+                                      {may_renew ? heat_watch_.descriptor() : -1, POLLIN, 0}}};
+        system_->poll(events.data(), events.size(), kPollMs);
+        if (is_dying(sketch)) return watched;
+        if ((events[1].revents & POLLIN) != 0) hand_on_signal(sketch, signals, kill_at);
+        if ((events[2].revents & POLLIN) != 0) renew_heat_watch();
         const Instant now = monotonic_now();
         if (options_.heartbeat_timeout > Nanoseconds{0}) watched.hung_loop = overdue_loop(now);
         if (watched.hung_loop == board::kNoVcpu && now < kill_at) continue;
@@ -109,32 +164,29 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
             watched.overdue = now - instant_from_ns(beat.expected_by_ns.load(std::memory_order_relaxed));
         }
         watched.outcome = Outcome::hung;
-        watched.ending = {true, SIGKILL};
-        sketch.send(SIGKILL);
-        static_cast<void>(sketch.wait(kKillWaitMs, watched.ending));
+        system_->kill(sketch.descriptor(), SIGKILL);
         return watched;
     }
 }
 
-void Supervisor::make_safe(const Watched& watched, pid_t sketch) {
-    const Instant from = monotonic_now();
-    PinsLayout& layout = file_.layout();
-    // Writers that died in the middle of a write would hold the machine back for a moment.
-    for (int writer = 0; writer < board::linux::kWriterCount; ++writer) {
-        if (writer != board::linux::kSupervisorWriter)
-            layout.writers[static_cast<std::size_t>(writer)].writing.store(0);
-    }
-    const int pins = board::linux::force_safe_states(layout, writer_);
-    int lines_failed = 0;
-    lines_ = board::linux::take_over_safe_lines(layout, lines_failed);
-    const Nanoseconds took = monotonic_now() - from;
-
+/// Everything from a sketch that is dead, or as good as dead, to a machine as it was before. The order is the point: see the head of
+/// supervisor.h.
+void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
+    const Dying dying{sketch.descriptor(), sketch.pid()};
     const bool hung = watched.outcome == Outcome::hung;
-    layout.sketch_dead.store(
-        static_cast<std::uint32_t>(hung ? board::linux::SketchDeath::hung : board::linux::SketchDeath::died));
-    if (!options_.link.empty()) mark_link_dead(options_.link, sketch, hung);
+    watched.cut = hands_.cut(dying, hung ? SketchDeath::hung : SketchDeath::died);
+    heat_watch_.expect_beats(false);
+    step_down();
+
+    // A sketch whose core was taken cannot even die before it gets that back: the words for it do not wait so long.
+    if (hung) explain(watched, sketch.pid());
+    hands_.outlast(dying, watched.cut);
+    static_cast<void>(sketch.ended(watched.ending));
+    if (!hung) explain(watched, sketch.pid());
+    system_->reap(sketch.pid());
     put_machine_back();
-    report(watched, sketch, pins, lines_failed, took);
+    report(watched, sketch.pid());
+    heat_watch_.sketch_is(0);
 }
 
 /// Undoes what the dead sketch had changed on the machine (owned cores, routed interrupts).
@@ -144,17 +196,15 @@ void Supervisor::put_machine_back() const {
     // Not ours to undo: another sketch's, or root's.
     const ErrorCode code = restored.error().code;
     if (code == ErrorCode::unavailable || code == ErrorCode::not_permitted) return;
-    std::fprintf(stderr, "qduino-supervisor: the machine's settings are not as before: %s\n",
-                 std::string{restored.error().message.view()}.c_str());
+    complain("the machine's settings are not as before: " + std::string{restored.error().message.view()});
 }
 
-void Supervisor::report(const Watched& watched, pid_t sketch, int pins, int lines_failed,
-                        Nanoseconds took) const {
+std::string Supervisor::how_it_ended(const Watched& watched) {
     char how[128];
     if (watched.outcome == Outcome::hung && watched.hung_loop != board::kNoVcpu) {
         std::snprintf(how, sizeof how,
-                      "loop %d hung (noticed %.2f ms after its heartbeat was due); the sketch was killed",
-                      static_cast<int>(watched.hung_loop), to_seconds(watched.overdue) * 1e3);
+                      "loop %d hung (noticed %s after its heartbeat was due); the sketch was killed",
+                      static_cast<int>(watched.hung_loop), apps::human_duration(watched.overdue).c_str());
     } else if (watched.outcome == Outcome::hung) {
         std::snprintf(how, sizeof how, "it did not stop when asked to, and was killed");
     } else if (watched.ending.by_signal) {
@@ -163,30 +213,37 @@ void Supervisor::report(const Watched& watched, pid_t sketch, int pins, int line
     } else {
         std::snprintf(how, sizeof how, "it ended with status %d", watched.ending.status);
     }
-    std::fprintf(stderr, "qduino-supervisor: sketch %d: %s; %d pins forced to their safe states in %.2f ms\n",
-                 static_cast<int>(sketch), how, pins, to_seconds(took) * 1e3);
-    if (lines_failed > 0) {
-        std::fprintf(stderr,
-                     "qduino-supervisor: %d GPIO lines could NOT be taken over: switch the machine off\n",
-                     lines_failed);
-    }
+    return how;
 }
 
-void mark_link_dead(const std::string& path, pid_t sketch, bool hung) {
-    using printer::link::LinkLayout;
-    const board::linux::UniqueFd fd{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
-    struct stat status {};
-    if (!fd.valid() || ::fstat(fd.get(), &status) != 0) return;
-    if (status.st_size < static_cast<off_t>(sizeof(LinkLayout))) return;
-    auto mapping = board::linux::map_shared(fd.get(), 0, sizeof(LinkLayout), false);
-    if (!mapping) return;
-    auto& link = *mapping->as<LinkLayout>();
-    if (link.magic.load(std::memory_order_acquire) != printer::link::kMagic) return;
-    if (link.version != printer::link::kVersion || link.size != sizeof(LinkLayout)) return;
-    // Another living sketch's link is not ours to close; the sketch may be a child of what we started (a script).
-    const auto owner = static_cast<pid_t>(link.sketch_pid);
-    if (owner != sketch && owner > 0 && ::kill(owner, 0) == 0) return;
-    link.sketch_dead.store(hung ? 2 : 1, std::memory_order_release);
+/// The words for the print service: how it ended and, of a hung loop, which real-time task took its core. Called once for each
+/// sketch, at ordinary priority, after its machine is safe and before it is reaped. At most 235 bytes are kept.
+void Supervisor::explain(const Watched& watched, pid_t sketch) const {
+    if (options_.link.empty()) return;
+    std::string note = how_it_ended(watched);
+    if (watched.hung_loop != board::kNoVcpu) {
+        const std::string taken =
+            board::linux::who_took_the_core_of(watched.hung_loop, file_.layout(), sketch);
+        if (!taken.empty()) note += ": " + taken;
+    }
+    write_death_note(options_.link, sketch, note);
+}
+
+void Supervisor::report(const Watched& watched, pid_t sketch) const {
+    const auto& outputs = watched.cut.outputs;
+    complain("sketch " + std::to_string(sketch) + ": " + how_it_ended(watched) + "; " +
+             apps::counted(outputs.pins, "pin") + " forced to safe states in " +
+             apps::human_duration(watched.cut.took));
+    // What the heat watch has taken over is in its hands.
+    if (outputs.lines_missing > 0 && !heat_watch_.has_cut(sketch)) {
+        complain(std::to_string(outputs.lines_missing) +
+                 " GPIO lines could NOT be taken over: switch the machine off");
+    }
+    if (outputs.channels_failed > 0) {
+        complain(std::to_string(outputs.channels_failed) +
+                 " PWM channels could NOT be switched off: switch the machine off");
+    }
+    if (budget_was_spent()) complain("it had spent its real-time budget, and went on at ordinary priority");
 }
 
 }  // namespace qduino::supervisor

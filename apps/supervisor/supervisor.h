@@ -1,29 +1,36 @@
 // Outlives the sketch, and makes the machine safe when the sketch no longer can.
 //
-//   supervisor  ──fork, exec──► sketch
-//       │  is it dead (pidfd: known at once)?  has a loop broken its promise (heartbeats in the pins file, every 10 ms)?
+//   supervisor  ──fork──► heat watch      cuts the heat when this process cannot (heat_watch.h, with a table of all deaths)
+//       │  ──fork, exec──► sketch
 //       │
+//       │  is it dying (its death witness in the pins file)?  dead?  has a loop broken its promise (heartbeats)?     every 10 ms,
+//       │                                                                                                      or woken by its pidfd
 //       ├─ a promise is broken ──► SIGKILL: a sketch that hangs cannot be reasoned with
-//       └─ it is dead ──► 1. force every pin that has a safe state   (virtual: edges of the supervisor's own ring;
-//                                                                      real: the lines are requested anew)
-//                         2. say so: sketch_dead in the pins file and in the link to the service
-//                         3. put the machine's settings back
-//                         4. leave with the sketch's status, or start it again
+//       └─ it is dead or dying ──► 1. force every output that has a safe state       real-time priority
+//                                  2. say so: sketch_dead in the pins file and in the link to the service
+//                                  ────────────────────────────────────────────────────────────────────────────
+//                                  3. back to ordinary scheduling                     ordinary priority
+//                                  4. the words for it: the link's death note
+//                                  5. reap it
+//                                  6. put the machine's settings back, report
+//                                  7. leave with the sketch's status, or start it again
 //
-// The bound of the design is 100 ms, from death or from the broken promise to step 1. A death wakes the supervisor; a broken
-// promise is seen within kPollMs, and the killed sketch is waited for at most kKillWaitMs. (How long a loop may be silent before its
-// promise is broken is another matter: --timeout-ms, and LinuxConfig::heartbeat_bound.) Measured on a loaded 2-core virtual machine:
-// 2 ms after a kill, 7 ms after a missed heartbeat; tests/scenario/supervisor prints it.
+// Nothing before step 3 can wait for an ordinary process, and nothing spins: importance.h says what bounds it.
+//
+// The bound of the design is 100 ms, from death or from the broken promise to step 1. (How long a loop may be silent before its
+// promise is broken is another matter: --timeout-ms, and LinuxConfig::heartbeat_bound.) bench/safety measures it from outside.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "apps/supervisor/heat_watch.h"
+#include "apps/supervisor/safe_hands.h"
 #include "apps/supervisor/sketch_process.h"
+#include "apps/supervisor/system_calls.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "board/linux/machine_settings.h"
-#include "board/linux/pin_writer.h"
 #include "board/linux/pins_file.h"
 
 namespace qduino::supervisor {
@@ -34,18 +41,20 @@ struct Options {
     Nanoseconds heartbeat_timeout = 1s;  ///< zero: loops are not watched
     std::string settings_state =
         board::linux::kDefaultSettingsState;  ///< what the sketch changed on the machine
+    std::string sysfs_root;                   ///< precedes /sys (tests)
     bool restart = false;                     ///< start the sketch again when it died or hung
     bool make_pins = false;                   ///< no virtual machine: make the file (real pins only)
+    bool real_time = false;                   ///< watch at a priority above every loop, where that is allowed
     std::vector<std::string> command;         ///< the sketch and its arguments
 };
 
 class Supervisor {
   public:
-    /// Opens the pins file and takes the supervisor's role on it. Errors: PinsFile::open.
-    static Result<Supervisor> open(Options options);
+    /// Opens the pins file and takes the supervisor's role on it. `system` outlives it. Errors: PinsFile::open.
+    static Result<Supervisor> open(Options options, SystemCalls& system);
 
     /// Runs the sketch to its end (with `restart`: until it ends well or a stop is asked for). `signals` is a
-    /// signalfd that carries SIGTERM and SIGINT, which are handed on to the sketch. Returns the exit status.
+    /// signalfd that carries SIGTERM and SIGINT, which are handed on to the sketch; −1: none. One thread. Returns the exit status.
     int run(int signals);
 
   private:
@@ -55,25 +64,34 @@ class Supervisor {
         Ending ending;
         board::VcpuId hung_loop = 0;
         Nanoseconds overdue{};  ///< of the hung loop, when it was noticed
+        SafeHands::Cut cut;
     };
 
-    Supervisor() = default;
+    explicit Supervisor(SystemCalls& system) : system_(&system) {}
+    int keep_running(int signals);
+    void start_heat_watch();
+    void renew_heat_watch();
     Watched watch(const SketchProcess& sketch, int signals);
+    void hand_on_signal(const SketchProcess& sketch, int signals, Instant& kill_at);
+    /// It is dead, or all its threads are about to be.
+    [[nodiscard]] bool is_dying(const SketchProcess& sketch) const;
     /// The loop whose promise is overdue; kNoVcpu: none.
     [[nodiscard]] board::VcpuId overdue_loop(Instant now) const;
-    void make_safe(const Watched& watched, pid_t sketch);
+    void outlive(Watched& watched, const SketchProcess& sketch);
+    [[nodiscard]] static std::string how_it_ended(const Watched& watched);
+    void explain(const Watched& watched, pid_t sketch) const;
     void put_machine_back() const;
-    void report(const Watched& watched, pid_t sketch, int pins, int lines_failed, Nanoseconds took) const;
+    void report(const Watched& watched, pid_t sketch) const;
 
     Options options_;
+    SystemCalls* system_;
     board::linux::PinsFile machine_role_;  // with make_pins
     board::linux::PinsFile file_;
-    board::linux::PinWriter writer_;
-    std::vector<board::linux::UniqueFd> lines_;  // taken over from a dead sketch
+    SafeHands hands_;
+    HeatWatchTask heat_watch_task_;
+    HeatWatch heat_watch_;
+    Instant renew_heat_watch_at_ = kEpoch;
     bool stop_asked_ = false;
 };
-
-/// Says in the link that its sketch is dead. Nothing happens when there is no such link or it is another sketch's.
-void mark_link_dead(const std::string& path, pid_t sketch, bool hung);
 
 }  // namespace qduino::supervisor

@@ -5,8 +5,6 @@
 namespace qduino::apps {
 namespace {
 
-constexpr std::size_t kColumns = 80;
-
 /// Words between spaces; what stands in quotes is part of one word.
 std::vector<std::string> words_of(std::string_view text, bool keep_quoted) {
     std::vector<std::string> words;

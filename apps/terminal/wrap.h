@@ -6,6 +6,8 @@
 
 namespace qduino::apps {
 
+inline constexpr std::size_t kColumns = 80;
+
 /// `text` after `prefix`, broken at spaces; further lines are indented as far as the prefix reaches.
 std::string wrapped(std::string_view text, std::string_view prefix);
 

@@ -1,20 +1,29 @@
 // virtual-machine: the printer that is not there, wired to the Linux board's virtual pins.
+#include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "apps/command_line/command_line.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/machine_file/twin_machine.h"
 #include "apps/virtual_machine/virtual_machine.h"
+#include "board/linux/clock.h"
+#include "board/linux/unique_fd.h"
 
 namespace {
+
+/// Longer than a supervisor takes to stop a sketch.
+constexpr qduino::Nanoseconds kStayAtMost = std::chrono::seconds{10};
 
 volatile std::sig_atomic_t stop_asked = 0;
 
@@ -37,6 +46,16 @@ void be_prompt(int fifo) {
     ::setpriority(PRIO_PROCESS, 0, -10);
 }
 
+/// A real machine outlives its sketch: asked to stop, this one stays while a process of the sketch's side holds `lock_file`
+/// (apps/launcher), to see its last edges. Not for ever: such a process may hang.
+void outlive_sketch(qduino::apps::VirtualMachine& machine, const std::string& lock_file) {
+    using qduino::board::linux::monotonic_now;
+    const qduino::board::linux::UniqueFd lock{::open(lock_file.c_str(), O_RDWR | O_CLOEXEC)};
+    const qduino::Instant until = monotonic_now() + kStayAtMost;
+    while (lock.valid() && monotonic_now() < until && ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0)
+        machine.pass();
+}
+
 /// Edges that the twin never saw, or saw too late, spoil its verdict: said at the end.
 void report_lost_edges(const qduino::board::linux::PinsFaults& faults) {
     if (faults.lost + faults.disordered + faults.malformed == 0) return;
@@ -44,6 +63,20 @@ void report_lost_edges(const qduino::board::linux::PinsFaults& faults) {
                  static_cast<unsigned long long>(faults.lost),
                  static_cast<unsigned long long>(faults.disordered),
                  static_cast<unsigned long long>(faults.malformed));
+}
+
+/// The last word on what is hot, for a witness who asks after this machine has ended.
+void report_heat(const qduino::twin::PrinterState& state) {
+    const std::array<const char*, qduino::twin::kHeaterCount> names{"hot end", "bed"};
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const double since_s = qduino::to_seconds(state.heater_off_since[i].time_since_epoch());
+        if (state.heater_duty[i] > 0) {
+            std::printf("virtual-machine: %s left ON\n", names[i]);
+        } else if (since_s > 0) {
+            std::printf("virtual-machine: %s off since %.6f s\n", names[i], since_s);
+        }
+    }
+    std::fflush(stdout);
 }
 
 int complain(std::string_view what) {
@@ -57,11 +90,11 @@ int main(int argc, char** argv) {
     using namespace qduino;
     CLI::App app{
         "Plays the printer behind the Linux board's virtual pins: motors, switches, heaters, converter. It "
-        "outlives the\n"
-        "sketch, watches what is built, and tells on its socket.\n"
-        "Example: virtual-machine --pins /dev/shm/qduino-pins --inspect /run/qduino/inspect.sock"};
+        "outlives the sketch, watches what is built, and tells on its socket.\n"
+        "Example: virtual-machine --pins /dev/shm/qduino-pins --inspect /run/inspect.sock"};
     apps::VirtualMachineOptions options;
     std::string machine_file;
+    std::string sketch_lock;
     std::vector<std::string> faults;
     int fifo = 20;  // above all ordinary load, below every loop
     app.add_option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs")->required();
@@ -73,7 +106,9 @@ int main(int argc, char** argv) {
                    "run at this SCHED_FIFO priority where that is permitted; 0: as an ordinary process")
         ->capture_default_str()
         ->check(CLI::Range(0, 98));
-    CLI11_PARSE(app, argc, argv);
+    app.add_option("--stay-while-locked", sketch_lock,
+                   "asked to stop, stay while somebody holds a lock on this file (10 s at most)");
+    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
 
     if (!machine_file.empty()) {
         const auto config = apps::read_machine_file(machine_file);
@@ -93,6 +128,8 @@ int main(int argc, char** argv) {
                 options.inspect.empty() ? "" : ", inspector at ", options.inspect.c_str());
     std::fflush(stdout);
     while (stop_asked == 0) machine.value()->pass();
+    outlive_sketch(**machine, sketch_lock);
+    report_heat((*machine)->state());
     report_lost_edges(machine.value()->pins_faults());
     ::unlink(options.pins.c_str());  // tmpfs is memory; who still has the pins mapped keeps them
     return 0;

@@ -40,6 +40,8 @@ class VirtualMachine {
 
     /// One pass.
     void pass();
+    /// The machine as it is now, after every edge written before the call.
+    [[nodiscard]] twin::PrinterState state() { return printer_.state(drain()); }
     [[nodiscard]] twin::Printer& printer() { return printer_; }
     /// What went wrong between the sketch and the twin; all 0 in a healthy run.
     [[nodiscard]] board::linux::PinsFaults pins_faults() const { return pins_.faults(); }

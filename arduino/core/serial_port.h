@@ -32,6 +32,13 @@ class SerialPort {
     [[nodiscard]] virtual std::size_t room() = 0;
     /// Waits until what was written has left.
     virtual void flush() = 0;
+    /// The same, but no longer than about `ms`: the other side may not be reading.
+    virtual void flush_for(int ms) {
+        static_cast<void>(ms);
+        flush();
+    }
+    /// True: what is written stays here; false: it leaves again. Where that makes no sense, nothing.
+    virtual void hold_output(bool held) { static_cast<void>(held); }
 };
 
 }  // namespace qduino::arduino

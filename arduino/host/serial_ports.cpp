@@ -95,6 +95,19 @@ void DescriptorPort::flush() {
     while (carrier_.joinable() && carried_.load(std::memory_order_acquire) < until) nanosleep(&kNap, nullptr);
 }
 
+void DescriptorPort::flush_for(int ms) {
+    const std::uint64_t until = ring_->pushed();
+    for (int naps = ms * 5; naps > 0 && carrier_.joinable(); --naps) {
+        if (carried_.load(std::memory_order_acquire) >= until) return;
+        nanosleep(&kNap, nullptr);
+    }
+}
+
+void DescriptorPort::hold_output(bool held) {
+    held_ = held;
+    if (carrier_.joinable()) sem_post(&wake_);
+}
+
 void DescriptorPort::carry() {
     sigset_t signals;  // all of them are the sketch's; a broken pipe comes back as an error of write(2)
     sigfillset(&signals);
@@ -102,7 +115,9 @@ void DescriptorPort::carry() {
     std::array<std::uint8_t, 4096> chunk;
     bool connected = true;
     while (true) {
-        while (const std::size_t count = ring_->pop_some(chunk)) {
+        while (!held_.load() || stopping_.load()) {
+            const std::size_t count = ring_->pop_some(chunk);
+            if (count == 0) break;
             connected = connected && carry_bytes({chunk.data(), count});
             carried_.fetch_add(count, std::memory_order_release);
         }
@@ -240,6 +255,7 @@ class AnnouncedPseudoTerminal final : public SerialPort {
     std::size_t write(std::span<const std::uint8_t> bytes) override { return port_.write(bytes); }
     std::size_t room() override { return port_.room(); }
     void flush() override { port_.flush(); }
+    void flush_for(int ms) override { port_.flush_for(ms); }
 
   private:
     int number_;

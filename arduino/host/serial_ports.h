@@ -42,6 +42,8 @@ class DescriptorPort : public SerialPort {
     std::size_t write(std::span<const std::uint8_t> bytes) override;
     std::size_t room() override { return ring_->free(); }
     void flush() override;
+    void flush_for(int ms) override;
+    void hold_output(bool held) override;
 
   protected:
     using Ring = channel::RingBuffer<std::uint8_t, 65536>;
@@ -65,6 +67,7 @@ class DescriptorPort : public SerialPort {
     std::unique_ptr<Ring> ring_ = std::make_unique<Ring>();
     std::atomic<std::uint64_t> carried_{0};
     std::atomic<bool> stopping_{false};
+    std::atomic<bool> held_{false};
     sem_t wake_{};
     std::thread carrier_;
 };

@@ -140,10 +140,11 @@ Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length) {
 Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length) {
     BurstLog log{budget, length};
     std::string failure = run_child([&] { return play_sched_deadline(log, budget, length); }, length + 5s);
-    for (const int error : {EPERM, EBUSY}) {
-        if (failure == "ended with status " + std::to_string(error))
-            failure = std::string{"sched_setattr: "} + std::strerror(error);
-    }
+    const auto ended_with = [&](int error) {
+        return failure == "ended with status " + std::to_string(error);
+    };
+    if (ended_with(EPERM)) failure = "SCHED_DEADLINE is for root";
+    if (ended_with(EBUSY)) failure = "the kernel refuses SCHED_DEADLINE: no bandwidth free (EBUSY)";
     return summary(log, std::move(failure));
 }
 

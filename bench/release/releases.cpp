@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -127,10 +126,9 @@ Contenders run_both(Nanoseconds length) {
     std::size_t from = 0;
     std::size_t to = SIZE_MAX;
     const auto rival = [&] {
-        const auto due = shared.first_due.taken();
-        if (rival_ran || due.empty()) return;
+        if (rival_ran || !shared.first_due.full()) return;
         rival_ran = true;
-        const Nanoseconds apart = Nanoseconds{due.front()} + kReleasePeriod / 2;
+        const Nanoseconds apart = Nanoseconds{shared.first_due.taken().front()} + kReleasePeriod / 2;
         both.cyclictest = run_cyclictest(length, apart % kReleasePeriod);
         if (!both.cyclictest.failure.empty()) return;
         to = shared.latencies.taken().size();

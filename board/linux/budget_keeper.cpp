@@ -124,21 +124,28 @@ void BudgetKeeper::charge(Instant now, Nanoseconds used) {
     charged_ns_.store(charged_ns_.load(std::memory_order_relaxed) + to_ns(used), std::memory_order_relaxed);
 }
 
+/// CPU time since the last settlement. Two clocks are read one after the other: never more than the time that passed.
+Nanoseconds BudgetKeeper::used_until(Instant now) const {
+    return std::clamp(thread_cpu_time() - cpu_before_, Nanoseconds{0}, now - settled_at_);
+}
+
+void BudgetKeeper::charge_run(Instant now, Nanoseconds used) {
+    charge(now, used);
+    cpu_before_ += used;
+    settled_at_ = now;
+}
+
 /// Charges what was used since the last settlement.
 void BudgetKeeper::settle(Instant now) {
     take_up_work();
-    const Nanoseconds cpu = thread_cpu_time();
-    // The two clocks are read one after the other: never charge more than the time that passed.
-    const Nanoseconds used = std::clamp(cpu - cpu_before_, Nanoseconds{0}, now - settled_at_);
+    const Nanoseconds used = used_until(now);
     const long switches = voluntary_switches();
     if (switches != switches_before_) {  // it waited for something, unannounced
         server_block(settled_at_);
         server_unblock(std::max(settled_at_, now - used));
     }
-    charge(now, used);
-    cpu_before_ += used;
+    charge_run(now, used);
     switches_before_ = switches;
-    settled_at_ = now;
 }
 
 void BudgetKeeper::arm(Nanoseconds in) {
@@ -157,11 +164,7 @@ void BudgetKeeper::throttle_and_arm() {
         block_until(next_replenishment());
         now = account_now();
         // This sleep is the account's own and no wait of the thread's; the instructions around it are charged as any.
-        const Nanoseconds cpu = thread_cpu_time();
-        const Nanoseconds used = std::clamp(cpu - cpu_before_, Nanoseconds{0}, now - settled_at_);
-        charge(now, used);
-        cpu_before_ += used;
-        settled_at_ = now;
+        charge_run(now, used_until(now));
         switches_before_ = voluntary_switches();
     }
     arm(available(now));

@@ -88,6 +88,8 @@ class BudgetKeeper {
     [[nodiscard]] Instant account_now() const;
     bool analysed_wait(Instant now);
     void charge(Instant now, Nanoseconds used);
+    [[nodiscard]] Nanoseconds used_until(Instant now) const;
+    void charge_run(Instant now, Nanoseconds used);
     void take_up_work();
     void settle(Instant now);
     void throttle_and_arm();

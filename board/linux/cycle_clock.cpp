@@ -55,7 +55,7 @@ void CycleClock::start() {
     set_rate(base_, read_pair(good_width_));
     next_span_ = 2 * kFirstBase.count();
     started_.store(true, std::memory_order_release);
-    static_cast<void>(refresh(kPatience));
+    refresh(kPatience);
 }
 
 void CycleClock::set_rate(const Pair& from, const Pair& to) {

@@ -4,7 +4,7 @@
 //              ┊      ·
 //              ┊  × anchor: both clocks read at once, at most 1 ms ago
 //              ┊  ·
-//              × base: an anchor of up to 0.1 s ago; the slope from it is the rate
+//              × base: an anchor of some 0.1 s ago, at first less; the slope from it is the rate
 //              └───────────── cycles
 //
 // A reading through the vDSO costs 24 ns, now() 19, and soon() 10 (EPYC VM, kernel 6.18). What makes the last step is that soon()
@@ -68,7 +68,7 @@ class CycleClock {
     /// none later.
     void keep_fresh() {
         if (started() && cycles_since_anchor() > oldest_.load(std::memory_order_relaxed) / 2)
-            static_cast<void>(refresh(kPatience));
+            refresh(kPatience);
     }
 
     /// How old an anchor may become.
@@ -100,7 +100,7 @@ class CycleClock {
         return true;
     }
     [[nodiscard]] Instant refreshed_now() { return started() ? refresh(1) : monotonic_now(); }
-    [[nodiscard]] Instant refresh(int attempts);
+    Instant refresh(int attempts);
     [[nodiscard]] static Pair read_pair(std::uint64_t good_width, int attempts = kPatience);
     [[nodiscard]] std::int64_t set_anchor(const Pair& pair);
     void set_rate(const Pair& from, const Pair& to);

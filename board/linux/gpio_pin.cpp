@@ -136,23 +136,9 @@ EdgeCounts GpioPin::edges(PinId) {
     }
 }
 
-std::vector<UniqueFd> take_over_safe_lines(const PinsLayout& layout, int& failed) {
-    std::vector<UniqueFd> held;
-    failed = 0;
-    for (const OutputPin& output : layout.outputs) {
-        const std::uint32_t where = output.line.load(std::memory_order_acquire);
-        const std::uint8_t safe = output.safe.load(std::memory_order_acquire);
-        if (where == 0 || safe == 0) continue;
-        const unsigned chip = (where - 1) >> 16;
-        const unsigned line = (where - 1) & 0xffff;
-        const int fd = request_line(chip, line, GPIO_V2_LINE_FLAG_OUTPUT, safe > 1);
-        if (fd < 0) {
-            ++failed;
-        } else {
-            held.emplace_back(fd);
-        }
-    }
-    return held;
+UniqueFd take_over_line(unsigned chip, unsigned line, Level level) {
+    const int fd = request_line(chip, line, GPIO_V2_LINE_FLAG_OUTPUT, level == Level::high);
+    return UniqueFd{fd < 0 ? -1 : fd};
 }
 
 }  // namespace qduino::board::linux

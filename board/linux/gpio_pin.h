@@ -5,12 +5,10 @@
 
 #include <array>
 #include <atomic>
-#include <vector>
 
 #include "base/result.h"
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
-#include "board/linux/pins_layout.h"
 #include "board/linux/unique_fd.h"
 
 namespace qduino::board::linux {
@@ -45,9 +43,8 @@ class GpioPin final : public PinDriver {
     std::atomic<std::uint8_t> safe_{0};  // 0: none; else 1 + Level
 };
 
-/// Takes over the lines of a dead sketch that have a safe state (OutputPin::line, OutputPin::safe) and drives
-/// them to it. The lines are held for as long as the descriptors live. For the supervisor. `failed` counts
-/// those it could not get.
-std::vector<UniqueFd> take_over_safe_lines(const PinsLayout& layout, int& failed);
+/// Takes over a line that a dead sketch has let go of and drives it to `level`, for as long as the descriptor lives. Not valid: it
+/// could not be had. For whoever outlives the sketch.
+UniqueFd take_over_line(unsigned chip, unsigned line, Level level);
 
 }  // namespace qduino::board::linux

@@ -88,6 +88,7 @@ Result<void> LinuxBoard::open_real_pins() {
     for (const PwmChannel& channel : config_.pwm) {
         if (auto added = add_pin(channel.pin, std::make_unique<PwmPin>(channel, config_.sysfs_root)); !added)
             return added;
+        if (virtual_.attached()) virtual_.publish_channel(channel.pin, channel.chip, channel.channel);
     }
     for (const AnalogChannel& channel : config_.analog) {
         auto added = add_pin(channel.pin, std::make_unique<AnalogPin>(channel, config_.sysfs_root));
@@ -120,6 +121,7 @@ LinuxBoard::~LinuxBoard() {
     request_stop();
     threads_.clear();  // joins
     force_safe_states();
+    witness_.dismiss();
     static_cast<void>(
         settings_.undo());  // what could not be undone stays in the state file, for `qduino restore`
 }
@@ -295,10 +297,13 @@ int LinuxBoard::priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all)
 Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
     QDUINO_EXPECT(threads_.empty());
     if (auto checked = check(specs); !checked) return checked;
+    if (auto locked = lock_cores(specs); !locked) return locked;
     for (const VcpuSpec& spec : specs) {
         if (!virtual_.attached()) break;
         if (auto opened = virtual_.open_writer(spec.id, spec.owns_core); !opened) return opened;
+        virtual_.publish_place(spec.id, {.core = spec.core, .priority = priority_of(spec, specs)});
     }
+    if (virtual_.attached()) witness_.call(virtual_.layout().witness, config_.real_time);
     if (config_.real_time) {
         if (auto awake = keep_cores_awake(config_.sysfs_root); awake) awake_ = std::move(*awake);
     }

@@ -26,8 +26,10 @@
 #include "base/result.h"
 #include "board/board.h"
 #include "board/linux/clock.h"
+#include "board/linux/core_lock.h"
 #include "board/linux/core_probe.h"
 #include "board/linux/cycle_clock.h"
+#include "board/linux/death_witness.h"
 #include "board/linux/fatal_signals.h"
 #include "board/linux/isolation.h"
 #include "board/linux/linux_config.h"
@@ -96,7 +98,7 @@ class LinuxBoard {
     /// Makes the threads and lets them go all at once. An I/O VCPU without an entry runs the handlers
     /// attached to it. Errors: invalid_argument (a spec is malformed), out_of_range (a budget below
     /// kShortestSharedBudget on a core that others use: give the loop a core of its own), unavailable (no
-    /// thread to be had). Nothing runs after an error.
+    /// thread to be had; a core to be owned is another sketch's: who that is). Nothing runs after an error.
     Result<void> start(std::span<const VcpuSpec> specs);
     /// Returns when a stop was requested and all loops have returned (then the safe states have been forced),
     /// or at `until`.
@@ -143,6 +145,7 @@ class LinuxBoard {
     void wait_for_edges(VcpuId io, std::uint32_t seen);
     static void edge_entry(void* board);
     Result<void> open_settings();
+    Result<void> lock_cores(std::span<const VcpuSpec> specs);
     void take_cores(std::span<const VcpuSpec> specs);
     void schedule_bottom_halves(std::span<const VcpuSpec> specs);
     Result<void> make_threads(std::span<const VcpuSpec> specs);
@@ -156,6 +159,7 @@ class LinuxBoard {
     int core_count_ = 1;
     Nanoseconds busy_overhead_{};  // what busy_for() takes at least beyond what it spins
     VirtualPins virtual_;
+    DeathWitness witness_;  // before everything that could end it: dismissed by hand, in the destructor
     std::vector<std::unique_ptr<PinDriver>> real_pins_;
     std::vector<std::unique_ptr<I2cDriver>> real_i2c_;
     std::vector<std::unique_ptr<SpiDriver>> real_spi_;
@@ -173,6 +177,8 @@ class LinuxBoard {
         std::optional<std::uint64_t> interrupts_at_start;
     };
 
+    std::vector<CoreLock> core_locks_;  // before the settings: given up after they are undone
+    FixedString<200> lock_shortfall_;
     MachineSettings settings_;  // open once something was changed; undoes it
     Isolation isolation_;
     UniqueFd awake_;  // keep_cores_awake()

@@ -36,6 +36,23 @@ Result<void> LinuxBoard::open_settings() {
     return {};
 }
 
+/// One owner for each core of the machine. A sketch without real-time priorities starves nobody, and owns nothing.
+Result<void> LinuxBoard::lock_cores(std::span<const VcpuSpec> specs) {
+    for (const VcpuSpec& spec : specs) {
+        if (!spec.owns_core || !config_.real_time) continue;
+        auto lock = CoreLock::take(spec.core, config_.core_patience, config_.sysfs_root);
+        if (lock) {
+            core_locks_.push_back(std::move(*lock));
+        } else if (lock.error().code == ErrorCode::unavailable) {
+            core_locks_.clear();
+            return lock.error();
+        } else {
+            lock_shortfall_ = lock.error().message.view();
+        }
+    }
+    return {};
+}
+
 /// Notes the cores in use; isolates and probes those that a loop owns.
 void LinuxBoard::take_cores(std::span<const VcpuSpec> specs) {
     IsolationOptions options;
@@ -198,6 +215,7 @@ CoreGuarantee LinuxBoard::guarantee_of_core(int core) const {
     if (!report.tick_stopped) {
         join(report.note, "to stop its tick, boot with nohz_full=" + std::to_string(core));
     }
+    join(report.note, lock_shortfall_.view());
     for (const std::string& note : isolation_.notes()) join(report.note, note);
     return report;
 }

@@ -68,6 +68,8 @@ struct LinuxConfig {
     bool isolate = false;
     /// Lift the kernel's limit of 95 % real-time per second, and its fair server, while a core is owned and empty.
     bool lift_throttling = true;
+    /// A core that another sketch owns is waited for so long: its holder may be dying (core_lock.h).
+    Nanoseconds core_patience = 2s;
     /// Where changes to the machine are recorded, for the supervisor and `qduino restore`.
     std::string settings_state = "/run/qduino/settings.state";
     /// Each owned core is probed by a bare spin of so long before its loop starts; 0: not.

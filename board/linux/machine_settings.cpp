@@ -153,6 +153,10 @@ Result<void> undo_line(std::string_view line) {
     const std::string path{rest.substr(0, second)};
     if (::access(path.c_str(), F_OK) != 0) return {};  // the device has gone
     const std::string_view old = rest.substr(second + 1);
+    // A kill between the record and the write leaves the old value. It is not written again: the kernel
+    // may refuse any write there (a disk's interrupt whose cores the kernel manages).
+    const auto now = read_small_file(path);
+    if (now && without_newline(*now) == old) return {};
     return write_small_file(path, old.empty() ? "\n" : old);  // an empty write would reach nobody
 }
 

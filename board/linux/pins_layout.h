@@ -50,7 +50,7 @@
 namespace qduino::board::linux {
 
 inline constexpr std::uint32_t kPinsMagic = 0x51445049;  // "QDPI"
-inline constexpr std::uint32_t kPinsVersion = 4;
+inline constexpr std::uint32_t kPinsVersion = 5;
 
 enum class PinEventKind : std::uint8_t { level = 1, pwm = 2, pwm_period = 3 };
 
@@ -69,11 +69,12 @@ using NarrowRing = channel::RingBuffer<PinEvent, std::size_t{1} << 17>;
 /// 16 MB: 10 s at 100 000 edges/s. For loops that own a core and play pulses.
 using WideRing = channel::RingBuffer<PinEvent, std::size_t{1} << 20>;
 
-// Writers: one per VCPU, the sketch's last will (its fatal-signal handler), the supervisor, and the wide
-// ones.
+// Writers: one per VCPU, the sketch's last will (its fatal-signal handler), the supervisor, its heat watch, and
+// the wide ones.
 inline constexpr int kWillWriter = kVcpuLimit;
 inline constexpr int kSupervisorWriter = kVcpuLimit + 1;
-inline constexpr int kNarrowWriters = kVcpuLimit + 2;
+inline constexpr int kHeatWatchWriter = kVcpuLimit + 2;
+inline constexpr int kNarrowWriters = kVcpuLimit + 3;
 inline constexpr int kWideWriters = 4;
 inline constexpr int kWriterCount = kNarrowWriters + kWideWriters;
 
@@ -97,9 +98,10 @@ struct OutputPin {
     std::atomic<std::uint8_t> level{0};  ///< the output latch
     std::atomic<std::uint8_t> pwm{0};    ///< 1: the last write was a PWM duty
     std::atomic<std::uint8_t> safe{0};   ///< 0: none; else 1 + Level
-    /// The kernel line behind this pin when it is real, so that a supervisor can take it over: 0, or 1 + line
-    /// + (chip << 16).
-    std::atomic<std::uint32_t> line{0};
+    // What the kernel has behind this pin when it is real, so that whoever outlives the sketch can make it safe. Said before
+    // the pin can be driven.
+    std::atomic<std::uint32_t> line{0};         ///< GPIO: 0, or 1 + line + (chip << 16)
+    std::atomic<std::uint32_t> pwm_channel{0};  ///< PWM: 0, or 1 + channel + (chip << 16)
 };
 
 /// Written by the machine.
@@ -109,10 +111,25 @@ struct InputPin {
     std::atomic<std::uint32_t> falling{0};
 };
 
+/// Where a loop runs: for who must say why it did not (core_rivals.h).
+struct LoopPlace {
+    int core = -1;     ///< −1: not said
+    int priority = 0;  ///< SCHED_FIFO; 0: an ordinary task
+
+    [[nodiscard]] bool known() const { return core >= 0; }
+    [[nodiscard]] std::uint32_t word() const {
+        return (static_cast<std::uint32_t>(core) + 1) | static_cast<std::uint32_t>(priority) << 16;
+    }
+    static LoopPlace from(std::uint32_t word) {
+        return {static_cast<int>(word & 0xffff) - 1, static_cast<int>(word >> 16)};
+    }
+};
+
 /// A promise of a loop: "you will hear of me by then".
 struct alignas(channel::kCacheLine) Heartbeat {
     std::atomic<std::int64_t> expected_by_ns{0};  ///< CLOCK_MONOTONIC; 0: this loop is not watched
     std::atomic<std::uint64_t> count{0};
+    std::atomic<std::uint32_t> place{0};  ///< LoopPlace::word(), or 0
 };
 
 inline constexpr std::size_t kMailBytes = 1024;  ///< largest bus transaction, each way
@@ -166,6 +183,8 @@ struct PinsLayout {
     std::atomic<std::uint64_t> sketch_session{0};  ///< counts sketches that attached
     std::atomic<std::uint32_t> sketch_dead{
         0};  ///< SketchDeath; set by the supervisor, cleared by the next sketch
+    /// The sketch's thread that dies first (death_witness.h): 0 or its number; kWitnessDied is set by the kernel.
+    std::atomic<std::uint32_t> witness{0};
     /// Shortest bound of a heartbeat; set by the supervisor before it starts the sketch. 0: nobody watches.
     std::atomic<std::int64_t> heartbeat_bound_ns{0};
 

@@ -61,13 +61,18 @@ void touch_stack() {
     }
 }
 
+bool has_capability(int capability) {
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3] = {};
+    const auto index = static_cast<unsigned>(capability);
+    return ::syscall(SYS_capget, &header, data) == 0 &&
+           (data[index / 32].effective & (1u << index % 32)) != 0;
+}
+
 namespace {
 
 bool may_lock_all() {
-    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
-    __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3] = {};
-    if (::syscall(SYS_capget, &header, data) == 0 && (data[0].effective & (1u << CAP_IPC_LOCK)) != 0)
-        return true;
+    if (has_capability(CAP_IPC_LOCK)) return true;
     rlimit limit{};
     return ::getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
 }

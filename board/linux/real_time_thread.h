@@ -26,6 +26,8 @@ Result<void> lock_memory();
 /// The kernel forgets it with the process (Documentation/power/pm_qos_interface.rst). `root` precedes /dev (tests). Error:
 /// not_permitted, not_found.
 Result<UniqueFd> keep_cores_awake(const std::string& root = "");
+/// The calling process may do what `capability` (a CAP_… of linux/capability.h) stands for.
+bool has_capability(int capability);
 /// CPUs of this machine, from 0 on; those that are offline count too.
 int cpu_count();
 

@@ -20,14 +20,16 @@ Result<void> write_once(const std::string& path, const std::string& text) {
     return {};
 }
 
+std::string folder_of(const PwmChannel& channel, const std::string& root) {
+    return root + "/sys/class/pwm/pwmchip" + std::to_string(channel.chip) + "/pwm" +
+           std::to_string(channel.channel);
+}
+
 }  // namespace
 
 // ---- PWM ------------------------------------------------------------------------------------------------
 
-std::string PwmPin::folder() const {
-    return root_ + "/sys/class/pwm/pwmchip" + std::to_string(channel_.chip) + "/pwm" +
-           std::to_string(channel_.channel);
-}
+std::string PwmPin::folder() const { return folder_of(channel_, root_); }
 
 Result<void> PwmPin::open() {
     const std::string chip = root_ + "/sys/class/pwm/pwmchip" + std::to_string(channel_.chip);
@@ -37,15 +39,18 @@ Result<void> PwmPin::open() {
     if (::stat(channel.c_str(), &exported) != 0) {
         if (auto done = write_once(chip + "/export", std::to_string(channel_.channel)); !done) return done;
     }
+    static_cast<void>(
+        write_once(channel + "/enable", "0"));  // refused when it has no period yet: it is off then
     // In this order: the kernel refuses a period below the duty that it still has.
     for (const auto& [file, value] :
-         {std::pair{"/duty_cycle", std::int64_t{0}}, std::pair{"/period", to_ns(channel_.period)},
-          std::pair{"/enable", std::int64_t{1}}}) {
+         {std::pair{"/duty_cycle", std::int64_t{0}}, std::pair{"/period", to_ns(channel_.period)}}) {
         if (auto done = write_once(channel + file, std::to_string(value)); !done) return done;
     }
-    const std::string duty = channel + "/duty_cycle";
-    duty_file_ = UniqueFd{::open(duty.c_str(), O_WRONLY | O_CLOEXEC)};
-    if (!duty_file_.valid()) return system_error("open", duty);
+    for (const auto& [file, name] :
+         {std::pair{&duty_file_, "/duty_cycle"}, std::pair{&enable_file_, "/enable"}}) {
+        *file = UniqueFd{::open((channel + name).c_str(), O_WRONLY | O_CLOEXEC)};
+        if (!file->valid()) return system_error("open", channel + name);
+    }
     return {};
 }
 
@@ -57,8 +62,14 @@ void PwmPin::set_duty(std::int64_t duty_ns) {
         duty_ns_ = 0;
 }
 
+Result<void> PwmPin::enable() {
+    enabled_ = enabled_ || ::pwrite(enable_file_.get(), "1", 1, 0) == 1;
+    if (enabled_) return {};
+    return make_error(ErrorCode::faulted, "the kernel does not switch this PWM channel on");
+}
+
 Result<void> PwmPin::set_mode(VcpuId, PinId, PinMode mode) {
-    if (mode == PinMode::output) return {};
+    if (mode == PinMode::output) return enable();  // with the duty that was written before
     return pin_cannot("other mode than output");
 }
 
@@ -67,7 +78,7 @@ void PwmPin::write(VcpuId, PinId, Level level) { set_duty(level == Level::high ?
 Result<void> PwmPin::write_pwm(VcpuId, PinId, double duty) {
     if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
     set_duty(std::llround(duty * static_cast<double>(to_ns(period_))));
-    return {};
+    return enable();  // analogWrite() needs no pinMode()
 }
 
 Result<void> PwmPin::set_pwm_period(VcpuId, PinId, Nanoseconds period) {
@@ -87,6 +98,19 @@ Result<void> PwmPin::set_safe_state(PinId, Level level) {
 
 void PwmPin::force_safe_states() {
     if (safe_ >= 0) set_duty(safe_ > 0 ? to_ns(period_) : 0);
+}
+
+bool force_pwm_channel(const PwmChannel& channel, const std::string& root, Level level) {
+    const std::string folder = folder_of(channel, root);
+    std::string duty = "0";
+    if (level == Level::high) {
+        const UniqueFd file{::open((folder + "/period").c_str(), O_RDONLY | O_CLOEXEC)};
+        std::array<char, 32> text{};
+        const ssize_t bytes = ::read(file.get(), text.data(), text.size());
+        if (bytes > 0) duty.assign(text.data(), static_cast<std::size_t>(bytes));
+    }
+    if (write_once(folder + "/duty_cycle", duty)) return true;
+    return write_once(folder + "/enable", "0").ok();
 }
 
 // ---- analog ---------------------------------------------------------------------------------------------

@@ -9,13 +9,14 @@
 
 namespace qduino::board::linux {
 
-/// PWM made by hardware: /sys/class/pwm/pwmchipN/pwmM. digitalWrite() is duty 0 or 1.
+/// PWM made by hardware: /sys/class/pwm/pwmchipN/pwmM. digitalWrite() is duty 0 or 1. The channel is off until pinMode(OUTPUT) or
+/// analogWrite(): what is written before is its first level.
 class PwmPin final : public PinDriver {
   public:
     /// `root` precedes /sys (tests).
     PwmPin(PwmChannel channel, std::string root) : channel_(channel), root_(std::move(root)) {}
 
-    /// Exports the channel, sets its period, duty 0, enables it. Error: not_found, not_permitted, unavailable.
+    /// Exports the channel, switches it off, sets its period and duty 0. Error: not_found, not_permitted, unavailable.
     Result<void> open();
 
     Result<void> set_mode(VcpuId, PinId, PinMode mode) override;
@@ -30,14 +31,21 @@ class PwmPin final : public PinDriver {
   private:
     [[nodiscard]] std::string folder() const;
     void set_duty(std::int64_t duty_ns);
+    Result<void> enable();
 
     PwmChannel channel_;
     std::string root_;
     UniqueFd duty_file_;
+    UniqueFd enable_file_;
     Nanoseconds period_{};
     std::int64_t duty_ns_ = 0;
+    bool enabled_ = false;
     int safe_ = -1;  // −1: none; else the level
 };
+
+/// Makes a channel safe that a dead sketch has left behind (`period` is not looked at): duty 0, or the whole period for high; a
+/// channel that takes no duty is switched off. False: neither could be done. For whoever outlives the sketch.
+bool force_pwm_channel(const PwmChannel& channel, const std::string& root, Level level);
 
 /// One channel of an IIO analog-to-digital converter.
 class AnalogPin final : public PinDriver {

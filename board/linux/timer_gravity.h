@@ -12,8 +12,19 @@
 // never early: the caller waits for the instant itself.
 //
 // The eighth is found by steps: down by 7 after a wake-up that was quicker, up by 1 after one that was not, so that it stands where
-// both are as frequent as that (the stochastic approximation of a quantile: Robbins and Monro, 1951). What takes longer than 50 us
-// was no wake-up alone, but a stall of the host or another loop with a higher priority, and teaches nothing.
+// both are as frequent as that (the stochastic approximation of a quantile: Robbins and Monro, 1951).
+//
+// What counts as a wake-up follows the machine: on a host that takes 69 us for nearly every one of them, 69 us is no stall. The floor,
+// the thirty-second of all wake-ups that are quickest (found in the same way), is what the machine takes when nothing is in the way; what
+// takes longer than three times that, and longer than 50 us, was a stall of the host or another loop with a higher priority, and teaches
+// nothing. So a loop never spins through more than two of the machine's quickest wake-ups, unless they are below 17 us each.
+//
+//   0        floor            lead                        3 x floor
+//   ├──────────┼───────────────┼──────────────────────────────┼───────────────
+//              │ 1/32 quicker  │ 1/8 quicker                  │ teaches nothing
+//
+// Hard limits: kSlowest for what can be a wake-up at all, half of the wait, and `most` for the lead: the spin is charged to the loop's
+// budget, and may never be a large part of it (lead_limit()).
 //
 // One thread. Time is a parameter.
 #pragma once
@@ -26,6 +37,21 @@ namespace qduino::board::linux {
 
 class TimerGravity {
   public:
+    /// What takes no longer is a wake-up on any machine.
+    static constexpr Nanoseconds kQuick = 50us;
+    /// What takes longer is none on any.
+    static constexpr Nanoseconds kSlowest = 500us;
+    static constexpr int kFirst = 32;  ///< wake-ups, of which the quickest is where it begins
+
+    TimerGravity() = default;
+    /// `most`: the lead's own limit.
+    explicit TimerGravity(Nanoseconds most) : most_(std::clamp(most, Nanoseconds{0}, kSlowest)) {}
+
+    /// For a loop with this budget: a quarter of it, but what kQuick allows at least. A loop that is not charged has no limit but kSlowest.
+    [[nodiscard]] static Nanoseconds lead_limit(Nanoseconds budget, bool charged) {
+        return charged ? std::clamp(budget / 4, kQuick, kSlowest) : kSlowest;
+    }
+
     /// About to sleep at `now` until `t`, which is later: when to set the alarm. At least half of the wait is slept.
     [[nodiscard]] Instant alarm_for(Instant t, Instant now) {
         learn();
@@ -36,29 +62,33 @@ class TimerGravity {
     void woke(Instant now) { woke_ = now; }
 
     [[nodiscard]] Nanoseconds lead() const { return lead_; }
-
-    static constexpr Nanoseconds kMost = 50us;
-    static constexpr int kFirst = 32;  ///< wake-ups, of which the quickest is where it begins
+    /// What takes longer teaches nothing, for now.
+    [[nodiscard]] Nanoseconds limit() const { return std::clamp(3 * floor_, kQuick, kSlowest); }
 
   private:
     void learn() {
         const Nanoseconds took = woke_ - alarm_;
         woke_ = kEpoch;
-        if (took <= Nanoseconds{0} || took > kMost) return;
+        if (took <= Nanoseconds{0}) return;
         if (seen_ < kFirst) {
-            quickest_ = std::min(quickest_, took);
-            if (++seen_ == kFirst) lead_ = quickest_;
-        } else {
-            lead_ = std::clamp(lead_ + (took < lead_ ? -7 * kStep : kStep), Nanoseconds{0}, kMost);
+            floor_ = std::min(floor_, took);
+            // No further at once: all of them may have been behind another loop. It climbs there if they were not.
+            if (++seen_ == kFirst) lead_ = std::min({floor_, kQuick, most_});
+            return;
         }
+        const Nanoseconds most = std::min(limit(), most_);
+        if (took <= limit())
+            lead_ = std::clamp(lead_ + (took < lead_ ? -7 * kStep : kStep), Nanoseconds{0}, most);
+        floor_ = std::clamp(floor_ + (took < floor_ ? -31 * kStep : kStep), Nanoseconds{0}, kSlowest);
     }
 
     static constexpr Nanoseconds kStep = 50ns;
 
     Instant alarm_{};
     Instant woke_ = kEpoch;
+    Nanoseconds most_ = kSlowest;
     Nanoseconds lead_{0};
-    Nanoseconds quickest_ = kMost;
+    Nanoseconds floor_ = kSlowest;
     int seen_ = 0;
 };
 

@@ -49,6 +49,7 @@ void VcpuThread::prepare() {
         if (auto real_time = become_real_time(options_.priority); real_time) {
             real_time_ = true;
             spin_ = SpinAllowance{options_.spin_share, monotonic_now()};
+            gravity_ = TimerGravity{TimerGravity::lead_limit(spec_.budget, options_.enforce_budget)};
         } else {
             add_shortfall("no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
         }
@@ -64,7 +65,7 @@ void VcpuThread::prepare() {
 
 void VcpuThread::rest(Instant t) {
     const Instant now = monotonic_now();
-    if (const Instant until = spin_.sleep_first(now, t); until > now) static_cast<void>(sleep(now, until));
+    if (const Instant until = spin_.sleep_first(now, t); until > now) sleep(now, until);
 }
 
 void VcpuThread::sleep_towards(Instant t) {

@@ -67,13 +67,17 @@ Result<void> VirtualPins::attach(const std::string& path) {
     file_ = std::move(*opened);
     PinsLayout& layout = file_.layout();
     for (auto& slot : layout.writers) slot.lost.store(0, std::memory_order_relaxed);
-    for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0, std::memory_order_relaxed);
+    for (auto& beat : layout.heartbeats) {
+        beat.expected_by_ns.store(0, std::memory_order_relaxed);
+        beat.place.store(0, std::memory_order_relaxed);
+    }
     for (auto& output : layout.outputs) {  // as after a reset: all pins are inputs
         output.mode.store(0, std::memory_order_relaxed);
         output.level.store(0, std::memory_order_relaxed);
         output.pwm.store(0, std::memory_order_relaxed);
         output.safe.store(0, std::memory_order_relaxed);
         output.line.store(0, std::memory_order_relaxed);
+        output.pwm_channel.store(0, std::memory_order_relaxed);
     }
     for (int wide = kNarrowWriters; wide < kWriterCount; ++wide) {
         // Given out anew in this session; what the last owner left in the ring is still played: the machine
@@ -81,6 +85,7 @@ Result<void> VirtualPins::attach(const std::string& path) {
         layout.writers[static_cast<std::size_t>(wide)].in_use.store(0, std::memory_order_relaxed);
     }
     layout.input_waiters.store(0, std::memory_order_relaxed);
+    layout.witness.store(0, std::memory_order_relaxed);
     layout.sketch_pid.store(static_cast<std::uint32_t>(::getpid()), std::memory_order_relaxed);
     layout.sketch_dead.store(0, std::memory_order_relaxed);
     layout.sketch_session.fetch_add(1, std::memory_order_release);
@@ -174,6 +179,11 @@ void VirtualPins::publish_safe_state(PinId pin, Level level) {
 void VirtualPins::publish_line(PinId pin, unsigned chip, unsigned line) {
     QDUINO_EXPECT(chip < 0xffff && line < 0xffff);
     layout().outputs[index_of(pin)].line.store(1 + line + (chip << 16), std::memory_order_release);
+}
+
+void VirtualPins::publish_channel(PinId pin, unsigned chip, unsigned channel) {
+    QDUINO_EXPECT(chip < 0xffff && channel < 0xffff);
+    layout().outputs[index_of(pin)].pwm_channel.store(1 + channel + (chip << 16), std::memory_order_release);
 }
 
 void VirtualPins::force_safe_states() {
@@ -282,6 +292,10 @@ void VirtualPins::promise(VcpuId vcpu, Instant expected_by) {
 
 void VirtualPins::end_promise(VcpuId vcpu) {
     layout().heartbeats[vcpu].expected_by_ns.store(0, std::memory_order_relaxed);
+}
+
+void VirtualPins::publish_place(VcpuId vcpu, LoopPlace place) {
+    layout().heartbeats[vcpu].place.store(place.word(), std::memory_order_relaxed);
 }
 
 Nanoseconds VirtualPins::heartbeat_bound() const {

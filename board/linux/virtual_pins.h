@@ -68,10 +68,13 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     void promise(VcpuId vcpu, Instant expected_by);
     /// `vcpu` is not watched any more.
     void end_promise(VcpuId vcpu);
+    /// Where this loop runs, for who looks why it does not (core_rivals.h). Setup-time.
+    void publish_place(VcpuId vcpu, LoopPlace place);
     /// The supervisor's shortest bound; zero when nobody watches.
     [[nodiscard]] Nanoseconds heartbeat_bound() const;
     /// Says which kernel line is behind a pin, so that the supervisor can take it over (OutputPin::line).
     void publish_line(PinId pin, unsigned chip, unsigned line);
+    void publish_channel(PinId pin, unsigned chip, unsigned channel);  ///< the same for a kernel PWM channel
     /// Records a safe state for the supervisor without being the pin's driver (real pins).
     void publish_safe_state(PinId pin, Level level);
 

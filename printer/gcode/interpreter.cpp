@@ -181,6 +181,12 @@ void Interpreter::set_homed(Axis axis, bool homed) {
     state_.warned_unhomed[static_cast<std::size_t>(axis)] = false;
 }
 
+void Interpreter::adopt_factors(const ModalState& from) {
+    state_.speed_factor = from.speed_factor;
+    state_.speed_factor_kept = from.speed_factor_kept;
+    state_.flow_factor = from.flow_factor;
+}
+
 void Interpreter::reset_modes() {
     ModalState fresh;
     fresh.machine = state_.machine;

@@ -100,6 +100,8 @@ class Interpreter {
     void set_position(const Position& machine);
     /// Homed or not, by an event outside of G-code (a motor switched off, a fault).
     void set_homed(Axis axis, bool homed);
+    /// Takes M220's and M221's factors over from another interpreter.
+    void adopt_factors(const ModalState& from);
     /// To the state at start (modes, offsets, factors, retraction); position and homing stay. For the next
     /// job.
     void reset_modes();

@@ -16,12 +16,15 @@ PidGains bed_gains_of(const HeaterConfig& config) {
 }  // namespace
 
 HeatControl::HeatControl(const MachineConfig& config)
-    : hot_end_{Pid{gains_of(config.hot_end)}, HeaterWatch{config.hot_end, "hot end"}, {}, {}},
-      bed_{Pid{bed_gains_of(config.bed)}, HeaterWatch{config.bed, "bed"}, {}, {}},
-      has_bed_(config.has_bed) {}
+    : hot_end_{Pid{gains_of(config.hot_end)}, HeaterWatch{config.hot_end, "hot end"}, {}, {}, false},
+      bed_{Pid{bed_gains_of(config.bed)}, HeaterWatch{config.bed, "bed"}, {}, {}, false},
+      has_bed_(config.has_bed),
+      idle_timeout_s_(config.idle_timeout_s),
+      idle_(config.idle_timeout_s) {}
 
 double HeatControl::drive(Heater& heater, Instant now, std::optional<Celsius> reading, Celsius target,
                           double dt_s, bool cut) {
+    heater.reading = reading.has_value();
     if (reading) heater.shown = *reading;
     if (cut) target = Celsius{};
     static_cast<void>(heater.watch.sample(now, reading, target));  // it latches; asked for below
@@ -33,8 +36,17 @@ double HeatControl::drive(Heater& heater, Instant now, std::optional<Celsius> re
     return heater.pid.update(target.value(), reading->value(), dt_s);
 }
 
+/// From what the last sample left: which heaters were on their way then. One sample late is early enough.
+bool HeatControl::nobody_uses(Instant now, const HeatTargets& targets, std::uint64_t step_pulses) {
+    const auto use_of = [](const Heater& heater, Celsius target) {
+        return HeatUse::Heater{heater.shown.value(), target.value(), heater.watch.heating_up()};
+    };
+    return idle_.sample(
+        now, {{use_of(hot_end_, targets.hot_end), use_of(bed_, targets.bed)}, step_pulses, targets.requests});
+}
+
 HeatDuties HeatControl::sample(Instant now, const HeatReadings& readings, bool cut) {
-    const HeatTargets targets = targets_.read();
+    HeatTargets targets = targets_.read();
     if (targets.clear_faults != cleared_) {
         cleared_ = targets.clear_faults;
         hot_end_.watch.clear();
@@ -42,6 +54,7 @@ HeatDuties HeatControl::sample(Instant now, const HeatReadings& readings, bool c
     }
     const double dt_s = samples_ == 0 ? 0.008 : std::clamp(to_seconds(now - last_), 1e-4, 1.0);
     last_ = now;
+    if (nobody_uses(now, targets, readings.step_pulses)) targets.hot_end = targets.bed = Celsius{};
     HeatDuties duties;
     duties.hot_end = drive(hot_end_, now, readings.hot_end, targets.hot_end, dt_s, cut);
     if (has_bed_) duties.bed = drive(bed_, now, readings.bed, targets.bed, dt_s, cut);
@@ -54,14 +67,23 @@ HeatDuties HeatControl::sample(Instant now, const HeatReadings& readings, bool c
     return duties;
 }
 
+link::HeaterStatus HeatControl::status_of(const Heater& heater, Celsius target, double duty) {
+    return {heater.shown.value(), target.value(), duty, heater.watch.faulted(), heater.reading};
+}
+
 void HeatControl::publish(const HeatTargets& targets, const HeatDuties& duties) {
     link::HeatStatus status;
     status.heartbeat = samples_;
-    status.hot_end = {hot_end_.shown.value(), targets.hot_end.value(), duties.hot_end,
-                      hot_end_.watch.faulted()};
-    status.bed = {bed_.shown.value(), targets.bed.value(), duties.bed, bed_.watch.faulted()};
+    status.hot_end = status_of(hot_end_, targets.hot_end, duties.hot_end);
+    status.bed = status_of(bed_, targets.bed, duties.bed);
+    if (!has_bed_) status.bed.reading = true;  // none is missing
     status.fan_duty = duties.fan;
     status.fault = hot_end_.watch.faulted() ? hot_end_.watch.fault() : bed_.watch.fault();
+    status.persists = hot_end_.watch.persists().empty() ? bed_.watch.persists() : hot_end_.watch.persists();
+    status.idle_timeout_s = idle_timeout_s_;
+    status.idle_left_s = idle_.left() ? to_seconds(*idle_.left()) : -1.0;
+    status.idle_timed_out = idle_.timed_out();
+    status.requests_seen = targets.requests;
     status_.write(status);
     if (link_) link_->write(status);
 }

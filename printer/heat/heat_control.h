@@ -2,7 +2,8 @@
 //
 //   targets (four-slot, loop 1 writes) ─►┐
 //   readings (converter, by the sketch) ─►  watch → PID ─► duties (the sketch drives the pins) + status
-//   (four-slots)
+//   (four-slots)                 ▲
+//                             idle watch ◄─ step pulses, temperatures asked for
 //
 // It depends on nothing but loop 3 itself: with loops 1 and 2 dead or the service gone it goes on watching.
 // When the sketch itself is gone, the supervisor's safe states have the heaters (board/linux/supervisor).
@@ -15,6 +16,7 @@
 #include "base/time.h"
 #include "channel/four_slot.h"
 #include "printer/heat/heater_watch.h"
+#include "printer/heat/idle_watch.h"
 #include "printer/heat/pid.h"
 #include "printer/link/layout.h"
 #include "printer/machine_config.h"
@@ -27,11 +29,13 @@ struct HeatTargets {
     Celsius bed{};
     double fan_duty = 0;
     std::uint32_t clear_faults = 0;  ///< a new number clears latched faults
+    std::uint32_t requests = 0;      ///< a new number: somebody asked for a temperature, maybe the same again
 };
 
 struct HeatReadings {
     std::optional<Celsius> hot_end;
     std::optional<Celsius> bed;
+    std::uint64_t step_pulses = 0;  ///< ever sent by loop 2: while they go out, the heat is used
 };
 
 /// What the sketch drives onto the pins; 0 … 1.
@@ -61,15 +65,20 @@ class HeatControl {
         Pid pid;
         HeaterWatch watch;
         Celsius last_target{};
-        Celsius shown{};  // last good reading
+        Celsius shown{};       // last good reading
+        bool reading = false;  // there is one now
     };
     double drive(Heater& heater, Instant now, std::optional<Celsius> reading, Celsius target, double dt_s,
                  bool cut);
+    [[nodiscard]] bool nobody_uses(Instant now, const HeatTargets& targets, std::uint64_t step_pulses);
     void publish(const HeatTargets& targets, const HeatDuties& duties);
+    [[nodiscard]] static link::HeaterStatus status_of(const Heater& heater, Celsius target, double duty);
 
     Heater hot_end_;
     Heater bed_;
     bool has_bed_;
+    double idle_timeout_s_;
+    IdleWatch idle_;
     channel::FourSlot<HeatTargets> targets_;
     channel::FourSlot<link::HeatStatus> status_;
     channel::FourSlot<link::HeatStatus>* link_ = nullptr;

@@ -6,15 +6,21 @@
 
 namespace qduino::printer::heat {
 
-bool HeaterWatch::raise(const char* what, double value, const char* unit, const char* advice) {
+HeaterWatch::Fault HeaterWatch::words(const char* what, double value, const char* unit,
+                                      const char* advice) const {
     char text[160];
     std::snprintf(text, sizeof text, "%s %s %.1f %s: heat is off; %s", name_, what, value, unit, advice);
-    fault_.assign(text);
+    return Fault{text};
+}
+
+bool HeaterWatch::raise(const char* what, double value, const char* unit, const char* advice) {
+    fault_ = words(what, value, unit, advice);
     return true;
 }
 
 void HeaterWatch::clear() {
     fault_.clear();
+    persists_.clear();
     bad_readings_ = 0;
     target_ = Celsius{};
     reached_ = false;
@@ -24,19 +30,21 @@ void HeaterWatch::clear() {
     running_away_ = false;
 }
 
-bool HeaterWatch::check_reading(std::optional<Celsius> reading) {
+bool HeaterWatch::reads_badly(std::optional<Celsius> reading) {
     const bool good = reading && *reading >= Celsius{config_.minimum_celsius} &&
                       *reading <= Celsius{config_.maximum_celsius};
-    bad_readings_ = good ? 0 : bad_readings_ + 1;
+    bad_readings_ = good ? 0 : std::min(bad_readings_ + 1, kBadReadings);
+    persists_.clear();
     if (bad_readings_ < kBadReadings) return false;
-    if (!reading) {
-        fault_.assign(name_);
-        fault_.append(
-            " sensor does not answer: heat is off; check the thermistor's wires and the I2C converter");
+    if (reading) {
+        persists_ = words("sensor reads", reading->value(), "°C, outside its range",
+                          "check the thermistor: open reads cold, shorted reads hot");
         return true;
     }
-    return raise("sensor reads", reading->value(), "°C, outside its range",
-                 "check the thermistor: open reads cold, shorted reads hot");
+    persists_.assign(name_);
+    persists_.append(
+        " sensor does not answer: heat is off; check the thermistor's wires and the I2C converter");
+    return true;
 }
 
 void HeaterWatch::start_heating(Instant now, Celsius from) {
@@ -94,8 +102,12 @@ bool HeaterWatch::check_runaway(Instant now, Celsius now_celsius, Celsius target
 }
 
 bool HeaterWatch::sample(Instant now, std::optional<Celsius> reading, Celsius target) {
+    const bool bad = reads_badly(reading);
     if (faulted()) return false;
-    if (check_reading(reading)) return true;
+    if (bad) {
+        fault_ = persists_;
+        return true;
+    }
     if (!reading) return false;
     if (target != target_) {
         target_ = target;

@@ -36,11 +36,18 @@ class HeaterWatch {
 
     [[nodiscard]] bool faulted() const { return !fault_.empty(); }
     [[nodiscard]] const Fault& fault() const { return fault_; }
+    /// What would fault again at once if it were cleared now: the sensor, which is looked at while a fault is latched, too.
+    /// Empty: nothing.
+    [[nodiscard]] const Fault& persists() const { return persists_; }
+    /// On the way up to its target, which it has not reached since that was set.
+    [[nodiscard]] bool heating_up() const { return !faulted() && target_.value() > 0 && !reached_; }
     void clear();
 
   private:
+    [[nodiscard]] Fault words(const char* what, double value, const char* unit, const char* advice) const;
     bool raise(const char* what, double value, const char* unit, const char* advice);
-    bool check_reading(std::optional<Celsius> reading);
+    /// Four bad readings in a row; `persists_` then says which.
+    bool reads_badly(std::optional<Celsius> reading);
     bool check_heating(Instant now, Celsius now_celsius, Celsius target);
     bool check_runaway(Instant now, Celsius now_celsius, Celsius target);
     void start_heating(Instant now, Celsius from);
@@ -48,6 +55,7 @@ class HeaterWatch {
     HeaterConfig config_;
     const char* name_;
     Fault fault_;
+    Fault persists_;
     int bad_readings_ = 0;
     Celsius target_{};
     bool reached_ = false;

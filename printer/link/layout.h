@@ -30,7 +30,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 2;
+inline constexpr std::uint32_t kVersion = 4;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -50,7 +50,7 @@ enum class Command : std::uint8_t {
     resume = 2,
     cancel = 3,
     gcode = 4,  ///< one line, run between moves when no job runs, or queued behind the job's planned moves
-    clear_fault = 5,  ///< after a fault or emergency stop: back to idle if the cause is gone
+    clear_fault = 5,  ///< after a fault or emergency stop: back to idle; refused while `fault_persists`
 };
 
 enum class ReplyKind : std::uint8_t { text = 1, warning = 2, error = 3 };
@@ -94,6 +94,12 @@ struct JobStatus {
     std::array<std::int64_t, kAxisCount> origin_steps{};
     FixedString<128> message;  ///< M117
     FixedString<236> fault;    ///< why faulted, or why the last job failed
+    FixedString<160>
+        fault_persists;    ///< while faulted: what would fault again at once; empty: may be cleared
+    bool parked = false;   ///< paused, and the head has moved away from the part
+    bool may_jog = false;  ///< moves may be typed: idle, or paused with the head at rest
+    std::uint32_t excursions =
+        0;  ///< how often the head has left the running or last job's path, and come back
     std::uint64_t replies_dropped = 0;
 };
 
@@ -119,6 +125,7 @@ struct HeaterStatus {
     double target_celsius = 0;  ///< 0: off
     double duty = 0;
     bool fault = false;
+    bool reading = false;  ///< false: the sensor gives none, `celsius` is the last one
 };
 
 /// Written by loop 3.
@@ -127,7 +134,12 @@ struct HeatStatus {
     HeaterStatus hot_end;
     HeaterStatus bed;
     double fan_duty = 0;
-    FixedString<160> fault;  ///< empty when none
+    FixedString<160> fault;           ///< empty when none
+    FixedString<160> persists;        ///< which sensor would fault again at once; empty: none
+    double idle_timeout_s = 0;        ///< of the machine file; 0: never
+    double idle_left_s = -1;          ///< until the heaters go off because nobody uses them; -1: not counting
+    bool idle_timed_out = false;      ///< they went off for that reason; until a target is asked for again
+    std::uint32_t requests_seen = 0;  ///< the newest request for a temperature that this sample knew of
 };
 
 /// What the sketch could be promised at start: the text of the guarantee report as JSON, for the page.
@@ -150,6 +162,11 @@ struct LinkLayout {
         0};  ///< incremented by the service; its silence stops nothing
     std::atomic<std::uint32_t> service_pid{
         0};  ///< who feeds; a second feeder must not start while this one lives
+    /// 1 once `death_note` may be read: some time after `sketch_dead`, for nothing waits for words.
+    std::atomic<std::uint32_t> death_note_ready{0};
+    /// How many of the printer's seconds pass in one of the wall's, by whoever runs the sketch; 0 and 1: real time.
+    std::atomic<double> time_factor{1};
+    std::array<char, 236> death_note{};  ///< by the supervisor: how the sketch came to its end; ends with a 0
 
     channel::RingBuffer<std::uint8_t, kJobRingBytes> jobs;
     channel::RingBuffer<std::uint8_t, kCommandRingBytes> commands;

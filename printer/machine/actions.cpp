@@ -45,6 +45,7 @@ void Machine::switch_motors(const motion::AxisVector& from, const motion::AxisVe
 }
 
 Result<void> Machine::move(const gcode::Move& move) {
+    if (Result<void> homed = check_homed_for_jog(move); !homed.ok()) return homed;
     const motion::AxisVector from = to_vector(move.from);
     const motion::AxisVector to = to_vector(move.to);
     const double filament_mm = to[3] - from[3];
@@ -63,12 +64,14 @@ Result<void> Machine::move(const gcode::Move& move) {
     PlaceAction done;
     done.end_offset = planned.job.byte_offset;
     done.line = planned.job.line;
+    done.layer = from_job ? layers_.layers() : 0;
     place(done);
     return {};
 }
 
 void Machine::place(PlaceAction action) {
     if (from_console_ && action.kind != PlaceAction::Kind::nothing) return perform(action);
+    if (away_ != Away::no) return;  // what stands behind the stop keeps its numbers
     QDUINO_EXPECT(pipe_.planner().append_marker(places_.next_number()));
     places_.append(action);
 }
@@ -77,6 +80,7 @@ void Machine::perform(const PlaceAction& action) {
     if (action.end_offset != 0 && job_running()) {
         status_.bytes_executed = action.end_offset;
         status_.line = action.line;
+        if (action.layer != 0) status_.layer = action.layer;
     }
     using Kind = PlaceAction::Kind;
     switch (action.kind) {
@@ -84,9 +88,11 @@ void Machine::perform(const PlaceAction& action) {
             return;
         case Kind::hot_end_target:
             targets_.hot_end = Celsius{action.value};
+            note_request(gcode::Heater::hot_end, targets_.hot_end);
             break;
         case Kind::bed_target:
             targets_.bed = Celsius{action.value};
+            note_request(gcode::Heater::bed, targets_.bed);
             break;
         case Kind::fan:
             targets_.fan_duty = action.value;
@@ -95,6 +101,7 @@ void Machine::perform(const PlaceAction& action) {
             for (std::size_t i = 0; i < kAxisCount; ++i) {
                 if (((static_cast<unsigned>(action.value) >> i) & 1u) == 0) continue;
                 motors_.switch_motor(static_cast<Axis>(i), motor_on_[i] = false);
+                if (i < homed_.size()) homed_[i] = false;
             }
             return;
     }
@@ -196,7 +203,7 @@ void Machine::report(gcode::Report what) {
         text = gcode::format_temperatures(
             {reading(heat_seen_.hot_end), reading(heat_seen_.bed), config_.has_bed});
     } else if (what == gcode::Report::position) {
-        gcode::PositionReport position{interpreter_.programmed_position(), pipe_.seen().steps};
+        gcode::PositionReport position{shown_interpreter().programmed_position(), pipe_.seen().steps};
         for (std::size_t i = 0; i < kAxisCount; ++i) position.steps[i] -= origin_[i];
         text = gcode::format_position(position);
     } else {

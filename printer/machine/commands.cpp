@@ -11,6 +11,17 @@ using link::Command;
 using link::MachineState;
 using link::ReplyKind;
 
+namespace {
+
+/// What the page's buttons send while the head waits beside the part: straight moves, and how their words are meant.
+bool is_jog(const gcode::Command& command) {
+    const std::uint32_t number = command.number;
+    if (command.letter == 'G') return number == 0 || number == 1 || number == 90 || number == 91;
+    return command.letter == 'M' && (number == 82 || number == 83);
+}
+
+}  // namespace
+
 void Machine::serve_commands() {
     for (int i = 0; i < kCommandsPerPlan; ++i) {
         const Result<std::optional<link::FrameView>> frame = command_reader_.read(link_.commands);
@@ -54,11 +65,19 @@ void Machine::pause_job() {
     if (status_.state != MachineState::printing) return;
     status_.state = MachineState::pausing;
     pause_at_end_ = false;
+    if (away_ == Away::heating) stay_parked();
 }
 
 void Machine::resume_job() {
     if (status_.state != MachineState::paused && status_.state != MachineState::pausing) return;
-    if (pipe_.planner().held()) pipe_.planner().resume();
+    // On its way to the park place, or without heat: that is finished first.
+    const bool later = away_ == Away::leaving || (away_ == Away::no && kept_targets_);
+    if (later) {
+        resume_wanted_ = true;
+        return;
+    }
+    if (away_ == Away::parked) return begin_return();
+    if (away_ == Away::no && pipe_.planner().held()) pipe_.planner().resume();
     pause_at_end_ = false;
     status_.state = MachineState::printing;
 }
@@ -72,6 +91,10 @@ void Machine::cancel_job() {
 
 void Machine::clear_fault() {
     if (status_.state != MachineState::faulted || stop_running_) return;
+    if (const auto persists = persisting_fault(); !persists.empty()) {
+        FixedString<236> text{"the fault is still there: "};
+        return reply(ReplyKind::error, text.append(persists));
+    }
     heat_off();
     ++targets_.clear_faults;
     heat_.set_targets(targets_);
@@ -81,7 +104,14 @@ void Machine::clear_fault() {
     reply(ReplyKind::text, "fault cleared: home the axes before the next move");
 }
 
-/// While a job runs, only what does not move anything may be typed; while faulted, only questions.
+/// What would fault again at once if the fault were cleared now; empty: nothing.
+std::string_view Machine::persisting_fault() const {
+    if (heat_silent_) return "the heater loop (loop 3) does not sample: restart the sketch";
+    return heat_seen_.persists.view();
+}
+
+/// While a job runs, only what does not move anything may be typed, and jogs when the head waits beside the part; while faulted,
+/// only questions.
 Result<void> Machine::may_type(const gcode::Command& command) const {
     struct Code {
         char letter;
@@ -94,22 +124,23 @@ Result<void> Machine::may_type(const gcode::Command& command) const {
         Code{'M', 107, false}, Code{'M', 220, false}, Code{'M', 221, false}, Code{'M', 73, true},
     };
     const bool faulted = status_.state == MachineState::faulted;
-    if (!faulted && !job_running()) return {};
+    if (!faulted && (!job_running() || (away_ == Away::parked && is_jog(command)))) return {};
     const bool allowed = std::any_of(kAlways.begin(), kAlways.end(), [&](const Code& code) {
         return code.letter == command.letter && code.number == command.number && (code.in_fault || !faulted);
     });
     if (allowed) return {};
     FixedString<236> text{command.name().view()};
-    text.append(
-        faulted ? " was not done: the machine has a fault; clear it first"
-                : " was not done: a job runs; only temperatures, fan, M220, M221 and questions are taken");
+    text.append(faulted ? " was not done: the machine has a fault; clear it first"
+                        : " was not done: a job runs; only temperatures, fan, M220, M221 and questions are "
+                          "taken, and while it is paused jogs");
     return Error{ErrorCode::unavailable, text};
 }
 
-/// While a job runs or a fault is latched, what may be typed needs no room in the planner and waits for nothing.
+/// While a job runs or a fault is latched, what may be typed waits for nothing; while away it may be a jog, which needs room.
 void Machine::answer_typed_lines() {
-    const bool moves_are_refused = job_running() || status_.state == MachineState::faulted;
-    while (moves_are_refused && !typed_.empty() && !interpreter_.pending()) run_typed_line();
+    const bool at_once = job_running() || status_.state == MachineState::faulted;
+    const auto ready = [this] { return away_ == Away::no ? !interpreter_.pending() : pipe_.has_room(); };
+    while (at_once && !typed_.empty() && ready()) run_typed_line();
 }
 
 void Machine::run_typed_line() {
@@ -120,9 +151,12 @@ void Machine::run_typed_line() {
     if (!parsed->has_value()) return;
     Result<void> done = may_type(**parsed);
     if (done.ok()) {
+        // Away from the path the job's interpreter stands still, with all its modes, where the path was read to.
+        gcode::Interpreter& interpreter = away_ == Away::no ? interpreter_ : jog_interpreter_;
         from_console_ = true;
-        done = interpreter_.execute(**parsed, 4);
+        done = interpreter.execute(**parsed, 4);
         from_console_ = false;
+        if (away_ != Away::no) interpreter_.adopt_factors(jog_interpreter_.state());
     }
     if (done.ok()) {
         reply(ReplyKind::text, "ok");

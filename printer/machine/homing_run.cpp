@@ -84,7 +84,7 @@ void Machine::homing_failed(const char* why) {
     homing_.abandon();
     homing_order_running_ = false;
     wait_ = Wait::nothing;
-    for (Axis each : gcode::kToolAxes) interpreter_.set_homed(each, false);
+    forget_homed();
     if (*why != '\0') {
         char text[160];
         const std::size_t index = static_cast<std::size_t>(axis);
@@ -103,6 +103,7 @@ void Machine::settle_axis() {
     const double home_steps = config_.axes[axis].home_position_mm * config_.axes[axis].steps_per_mm;
     origin_[axis] = pipe_.seen().steps[axis] - std::llround(home_steps);
     position[axis] = config_.axes[axis].home_position_mm;
+    homed_[axis] = true;
     adopt_position(position);
 }
 

@@ -34,7 +34,7 @@ void Machine::on_job_line(const gcode::Line& line) {
 void Machine::on_comment(std::string_view comment) {
     const gcode::Annotation annotation = gcode::parse_annotation(comment);
     if (annotation.kind == gcode::AnnotationKind::none) return;
-    if (layers_.on_annotation(annotation)) status_.layer = layers_.layers();
+    static_cast<void>(layers_.on_annotation(annotation));  // it is shown when its first move has been made
 }
 
 /// Ends the job where its motion can come to rest; end_job() follows when it has (advance_hold).
@@ -60,9 +60,13 @@ void Machine::end_job(JobOutcome outcome, std::string_view why) {
     if (outcome != JobOutcome::completed) {
         heat_off();
         interpreter_.reset_modes();
+        // What was read and will not be done, an M84 say, has changed nothing.
+        for (Axis axis : gcode::kToolAxes)
+            interpreter_.set_homed(axis, homed_[static_cast<std::size_t>(axis)]);
     }
     input_complete_ = false;
     pause_at_end_ = false;
+    forget_excursion();
     wait_ = Wait::nothing;
     if (status_.state != MachineState::faulted) status_.state = MachineState::idle;
 }
@@ -75,15 +79,21 @@ void Machine::enter_fault(std::string_view why) {
     typed_.clear();
     homing_.abandon();
     homing_order_running_ = false;
+    forget_excursion();
     wait_ = Wait::nothing;
     pipe_.request_stop();
     stop_running_ = true;
-    for (Axis axis : gcode::kToolAxes) interpreter_.set_homed(axis, false);
+    forget_homed();
     if (job_running()) {
         end_job(JobOutcome::failed, why);
     } else {
         reply(link::ReplyKind::error, why);
     }
+}
+
+void Machine::forget_homed() {
+    homed_.fill(false);
+    for (Axis axis : gcode::kToolAxes) interpreter_.set_homed(axis, false);
 }
 
 void Machine::heat_off() {

@@ -16,6 +16,9 @@
 //                 └─ done ◄─┴───────────────────┘        any ── fault, emergency ──► faulted ── clear_fault
 //                 ──► idle
 //
+// `pausing` lasts until the head is parked; a job that is resumed is `printing` from then on, while it heats up and goes
+// back, too. A running job that lost its heat because nobody used it is paused.
+//
 // A job runs from its job_begin frame until every byte has been read and every move played (completed), or
 // until it is cancelled, or until a line of it fails or the machine faults (failed). A failed or cancelled
 // job leaves heaters and fan off. What a line says is checked before anything moves; the first bad line ends
@@ -71,7 +74,10 @@ class Machine final : private gcode::Actions {
         return link_.emergency.load(std::memory_order_acquire) !=
                emergency_taken_.load(std::memory_order_acquire);
     }
-    void feed_back(const MotionFeedback& feedback) { pipe_.feed_back(feedback); }
+    void feed_back(const MotionFeedback& feedback) {
+        step_pulses_.store(feedback.pulses, std::memory_order_relaxed);
+        pipe_.feed_back(feedback);
+    }
 
     // ---- loop 3 -------------------------------------------------------------------------------------------
 
@@ -90,6 +96,26 @@ class Machine final : private gcode::Actions {
     static constexpr int kLinesPerPlan = 2000;  // bounds loop 1's release: about 4 ms
     static constexpr int kCommandsPerPlan = 32;
     static constexpr std::size_t kTypedMax = 16;
+
+    /// Where the head is while a job is paused.
+    enum class Away : std::uint8_t {
+        no,         ///< on the path
+        leaving,    ///< on its way to the park place
+        parked,     ///< there, or where it stopped when it may not park: jogs are taken
+        heating,    ///< resumed: waits for the heat that it left with
+        returning,  ///< on its way back to the path
+    };
+    /// How the path was left.
+    struct Left {
+        std::array<std::int64_t, kAxisCount> steps{};  ///< pulse counts at the stop
+        double retracted_mm = 0;
+        double filament_mm = 0;  ///< the planner's E after the retraction: what differs from it was jogged
+        bool parked = false;     ///< the head has moved away
+    };
+    struct KeptTargets {
+        Celsius hot_end{};
+        Celsius bed{};
+    };
 
     enum class Wait : std::uint8_t { nothing, temperature, homing };
 
@@ -117,6 +143,27 @@ class Machine final : private gcode::Actions {
     void answer_typed_lines();
     [[nodiscard]] Result<void> may_type(const gcode::Command& command) const;
 
+    [[nodiscard]] std::string_view persisting_fault() const;
+
+    // Leaving the path during a pause, and coming back to it (parking.cpp).
+    void leave_path();
+    void plan_parking();
+    void advance_excursion();
+    void stay_parked();
+    void begin_return();
+    void plan_return();
+    void finish_return();
+    void forget_excursion();
+    void watch_idle();
+    void keep_targets();
+    void note_request(gcode::Heater heater, Celsius target);
+    [[nodiscard]] bool is_warm_again() const;
+    [[nodiscard]] Result<void> check_homed_for_jog(const gcode::Move& move) const;
+    /// Whose position people are shown.
+    [[nodiscard]] const gcode::Interpreter& shown_interpreter() const {
+        return away_ == Away::parked ? jog_interpreter_ : interpreter_;
+    }
+
     // Jobs and how they end (jobs.cpp).
     void begin_job();
     void on_job_line(const gcode::Line& line);
@@ -125,6 +172,7 @@ class Machine final : private gcode::Actions {
     void end_job(link::JobOutcome outcome, std::string_view why);
     void enter_fault(std::string_view why);
     void heat_off();
+    void forget_homed();
     void reply(link::ReplyKind kind, std::string_view text);
 
     // Homing (homing_run.cpp).
@@ -166,6 +214,7 @@ class Machine final : private gcode::Actions {
     link::LinkLayout& link_;
     MotorSwitch& motors_;
     gcode::Interpreter interpreter_;
+    gcode::Interpreter jog_interpreter_;  // of what is typed while the head is away from the path
     gcode::Parser parser_;
     heat::HeatControl heat_;
     heat::HeatTargets targets_;
@@ -183,6 +232,12 @@ class Machine final : private gcode::Actions {
     std::array<bool, kAxisCount> motor_on_{};
     gcode::LayerCounter layers_;
     std::atomic<std::uint32_t> emergency_taken_{0};
+    std::atomic<std::uint64_t> step_pulses_{0};  // loop 2 writes, loop 3 reads
+
+    Away away_ = Away::no;
+    Left left_;
+    bool resume_wanted_ = false;               // as soon as it is parked
+    std::optional<KeptTargets> kept_targets_;  // in force when the job was paused, or lost its heat
 
     bool input_complete_ = false;  // every byte of the job has been parsed
     bool input_dry_ = true;        // nothing was there to read at the last try
@@ -198,6 +253,8 @@ class Machine final : private gcode::Actions {
     double wait_target_ = 0;
     std::optional<Instant> at_target_since_;
 
+    /// As of what has been played; the interpreter counts on what it has read, an M84 at the end of the job, say.
+    std::array<bool, 3> homed_{};
     std::array<std::int64_t, kAxisCount> origin_{};  // pulse counts at machine position 0
     bool homing_order_running_ = false;
     Instant homing_settled_{};

@@ -10,10 +10,15 @@ motion::AxisVector home_positions(const MachineConfig& config) {
     for (std::size_t i = 0; i < 3; ++i) home[i] = config.axes[i].home_position_mm;
     return home;
 }
+
+bool is_long(const motion::Segment& segment) {
+    return segment.end.ns_after(0) - segment.start.ns_after(0) >= to_ns(MotionPipe::kAhead);
+}
 }  // namespace
 
 MotionPipe::MotionPipe(const MachineConfig& config, const std::atomic<std::uint32_t>& emergency)
     : planner_(motion::motion_settings(config), home_positions(config)),
+      excursion_(motion::motion_settings(config), home_positions(config)),
       solver_(step::solver_settings(config), home_positions(config)),
       emergency_(emergency) {
     for (std::size_t i = 0; i < kAxisCount; ++i) steps_per_mm_[i] = config.axes[i].steps_per_mm;
@@ -38,15 +43,17 @@ void MotionPipe::pump(bool more_may_come) {
         budget -= given;
         if (given == slice || !solver_.wants_segment()) continue;
         motion::Segment segment;
-        if (planner_.next(segment)) {
+        if (planner().next(segment)) {
             solver_.load(segment);
-        } else if (planner_.resting()) {
+            // What follows a long dwell is not begun before it must be: meanwhile the job may be paused, or lose its heat.
+            if (segment.kind == motion::SegmentKind::dwell && is_long(segment)) solver_.drain();
+        } else if (planner().resting()) {
             if (solver_.tail_size() == 0) return;
             solver_.drain();
         } else if (more_may_come || ahead() >= kFlushBelow) {
             return;
         } else {
-            planner_.flush();
+            planner().flush();
         }
     }
 }
@@ -56,12 +63,29 @@ bool MotionPipe::played_out() const {
            !seen_.moving;
 }
 
+void MotionPipe::depart() {
+    QDUINO_EXPECT(!away_ && planner_.stopped() && played_out());
+    excursion_.set_settings(planner_.settings());
+    excursion_.reset(planner_.held_position_mm(), planner_.released_until());
+    away_ = true;
+}
+
+void MotionPipe::come_back() {
+    QDUINO_EXPECT(away_ && drained());
+    away_ = false;
+    planner_.wait_until(excursion_.released_until());
+    solver_.reset(planner_.held_position_mm());  // E counts from here again, whatever was pushed
+}
+
 void MotionPipe::request_stop() { stop_asked_.fetch_add(1, std::memory_order_release); }
 
 void MotionPipe::reset(const motion::AxisVector& position_mm) {
     QDUINO_EXPECT(!stopping());
-    planner_.reset(position_mm);
-    solver_.reset(position_mm);
+    // On the time line of whoever was planning: it never runs back.
+    const motion::AxisVector position = position_mm;
+    planner_.reset(position, planner().released_until());
+    away_ = false;
+    solver_.reset(position);
     idle_ = true;
     solved_until_ns_ = began_ns_ = seen_.timeline_ns;
 }

@@ -11,6 +11,10 @@
 // When nothing more can be read (a dead service, a slow one, the end of a job) and less than `kFlushBelow`
 // lies ahead, what the planner kept for a better corner speed is planned down to a standstill: the motion
 // ends at rest, never in mid-air.
+//
+// Away from the path. While the path is held (a pause), depart() puts a second planner in the place of the first, which keeps
+// what is behind the stop. The head may then go anywhere through the same solver and ring. come_back() puts the path's
+// planner back: X, Y and Z must stand where they left, E counts on from where it left, whatever was pushed meanwhile.
 #pragma once
 
 #include <algorithm>
@@ -34,6 +38,7 @@ struct MotionFeedback {
     std::array<std::int64_t, kAxisCount> steps{};
     std::array<std::uint32_t, 3> endstop_hits{};
     std::uint64_t events_taken = 0;  ///< off the ring, ever
+    std::uint64_t pulses = 0;        ///< of all axes, ever
     std::int64_t timeline_ns =
         0;  ///< how far the print's own time line has been played; runs on during a dwell
     std::uint32_t last_marker = 0;
@@ -54,9 +59,18 @@ class MotionPipe {
 
     // ---- loop 1 -------------------------------------------------------------------------------------------
 
-    [[nodiscard]] bool has_room() const { return planner_.free() >= kPlannerReserve; }
-    [[nodiscard]] motion::Planner& planner() { return planner_; }
-    [[nodiscard]] const motion::Planner& planner() const { return planner_; }
+    [[nodiscard]] bool has_room() const { return planner().free() >= kPlannerReserve; }
+    /// Of the motion that is fed now: the path's, or while away the other.
+    [[nodiscard]] motion::Planner& planner() { return away_ ? excursion_ : planner_; }
+    [[nodiscard]] const motion::Planner& planner() const { return away_ ? excursion_ : planner_; }
+
+    /// Leaves the path where it is held. Contract: not away, planner().stopped(), played_out().
+    void depart();
+    [[nodiscard]] bool away() const { return away_; }
+    /// Where the path was left. Contract: away().
+    [[nodiscard]] const motion::AxisVector& left_at_mm() const { return planner_.held_position_mm(); }
+    /// Back on the path, still held. Contract: away(), drained(), and X, Y, Z stand at left_at_mm().
+    void come_back();
 
     /// Takes loop 2's freshest word. Once per release, before anything is decided.
     void observe() { seen_ = feedback_.read(); }
@@ -68,12 +82,12 @@ class MotionPipe {
     /// Everything handed to the solver has been played.
     [[nodiscard]] bool played_out() const;
     /// Everything appended has been played.
-    [[nodiscard]] bool drained() const { return planner_.empty() && played_out(); }
+    [[nodiscard]] bool drained() const { return planner().empty() && played_out(); }
 
     /// Asks loop 2 to drop everything it has, at once. Nothing is pumped until it has done so.
     void request_stop();
     [[nodiscard]] bool stopping() const { return stop_asked() != seen_.stops_served; }
-    /// After a stop: nothing is planned, the machine rests at `position_mm`. Contract: not stopping().
+    /// After a stop: nothing is planned, on the path or away from it, the machine rests at `position_mm`. Contract: not stopping().
     void reset(const motion::AxisVector& position_mm);
     /// Where the pulses say the machine is, from what `origin` counts as zero.
     [[nodiscard]] motion::AxisVector position_of_pulses(
@@ -96,6 +110,8 @@ class MotionPipe {
 
     motion::AxisVector steps_per_mm_{};
     motion::Planner planner_;
+    motion::Planner excursion_;
+    bool away_ = false;
     step::Solver solver_;
     StepRing ring_;
     channel::FourSlot<MotionFeedback> feedback_;

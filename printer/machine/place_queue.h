@@ -25,6 +25,7 @@ struct PlaceAction {
     double value = 0;
     std::uint64_t end_offset = 0;  ///< job bytes done when this place is passed; 0: not part of a job
     std::uint64_t line = 0;
+    std::uint32_t layer = 0;  ///< that the place belongs to; 0: none
 };
 
 class PlaceQueue {

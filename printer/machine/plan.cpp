@@ -13,6 +13,7 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
       link_(link),
       motors_(motors),
       interpreter_(config_, *this),
+      jog_interpreter_(config_, *this),
       heat_(config),
       pipe_(config, link.emergency),
       homing_(config_),
@@ -28,7 +29,9 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
 }
 
 heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
-    return heat_.sample(now, readings, emergency_pending());
+    heat::HeatReadings seen = readings;
+    seen.step_pulses = step_pulses_.load(std::memory_order_relaxed);
+    return heat_.sample(now, seen, emergency_pending());
 }
 
 void Machine::plan(Instant now) {
@@ -38,15 +41,17 @@ void Machine::plan(Instant now) {
     if (status_.state == MachineState::starting) status_.state = MachineState::idle;
     watch_emergency();
     watch_heat(now);
+    watch_idle();
     pass_places();
     finish_stop();
     serve_commands();
     advance_wait(now);
     advance_hold();
+    advance_excursion();
     answer_typed_lines();
     read_input();
     const bool reading = status_.state == MachineState::printing || status_.state == MachineState::idle;
-    pipe_.pump(reading && wait_ == Wait::nothing && !input_dry_);
+    pipe_.pump(reading && away_ == Away::no && wait_ == Wait::nothing && !input_dry_);
     finish_job_when_played();
     publish(now);
 }
@@ -117,17 +122,12 @@ void Machine::advance_hold() {
     const bool pausing = status_.state == MachineState::pausing;
     const bool cancelling = status_.state == MachineState::cancelling;
     if ((!pausing && !cancelling) || wait_ == Wait::homing || stop_running_) return;
+    if (pausing && away_ != Away::no) return;  // advance_excursion() says when
     motion::Planner& planner = pipe_.planner();
-    if (pause_at_end_ && pausing) {
-        if (pipe_.drained()) status_.state = MachineState::paused;
-        return;
-    }
+    if (pause_at_end_ && pausing && !pipe_.drained()) return;
     if (!planner.held()) planner.hold();
     if (!planner.stopped() || !pipe_.played_out()) return;
-    if (pausing) {
-        status_.state = MachineState::paused;
-        return;
-    }
+    if (pausing) return leave_path();
     planner.discard_held();
     places_.forget();
     adopt_position(planner.position_mm());
@@ -136,7 +136,8 @@ void Machine::advance_hold() {
 
 bool Machine::may_read() const {
     const bool state = status_.state == MachineState::idle || status_.state == MachineState::printing;
-    return state && wait_ == Wait::nothing && !stop_running_ && pipe_.has_room() && !places_.full();
+    return state && away_ == Away::no && wait_ == Wait::nothing && !stop_running_ && pipe_.has_room() &&
+           !places_.full();
 }
 
 void Machine::read_input() {
@@ -194,8 +195,9 @@ bool Machine::read_job() {
 }
 
 void Machine::finish_job_when_played() {
-    const bool done = status_.state == MachineState::printing && input_complete_ && wait_ == Wait::nothing &&
-                      !interpreter_.pending() && !stop_running_ && pipe_.drained() && places_.all_passed();
+    const bool done = status_.state == MachineState::printing && away_ == Away::no && input_complete_ &&
+                      wait_ == Wait::nothing && !interpreter_.pending() && !stop_running_ &&
+                      pipe_.drained() && places_.all_passed();
     if (!done) return;
     status_.bytes_executed = status_.job_length;
     end_job(JobOutcome::completed, {});
@@ -214,14 +216,20 @@ void Machine::publish(Instant now) {
     status_.unknown_codes = interpreter_.unknown_codes();
     status_.warnings = interpreter_.warnings();
     for (Axis axis : gcode::kToolAxes) {
-        // The interpreter counts on a homing as soon as it is asked for; people are told when it is done.
-        status_.homed[static_cast<std::size_t>(axis)] = interpreter_.homed(axis) && !homing_.waits_for(axis);
+        const auto i = static_cast<std::size_t>(axis);
+        status_.homed[i] = homed_[i] && !homing_.waits_for(axis);
     }
     status_.origin_steps = origin_;
     for (Axis axis : gcode::kAllAxes) {
         status_.position_mm[static_cast<std::size_t>(axis)] =
-            interpreter_.programmed_position()[axis].value();
+            shown_interpreter().programmed_position()[axis].value();
     }
+    const bool paused = status_.state == MachineState::paused;
+    status_.parked = paused && left_.parked;
+    status_.may_jog = (paused && away_ == Away::parked) ||
+                      (status_.state == MachineState::idle && !job_running() && wait_ == Wait::nothing);
+    status_.fault_persists.assign(status_.state == MachineState::faulted ? persisting_fault()
+                                                                         : std::string_view{});
     status_.fan_duty = targets_.fan_duty;
     link_.job_status.write(status_);
 }

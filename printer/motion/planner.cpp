@@ -12,13 +12,13 @@ Planner::Planner(const MotionSettings& settings, const AxisVector& position_mm)
 
 // ---- in --------------------------------------------------------------------------------------------------
 
-MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, const Move& move) const {
+MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, double speed_mm_s,
+                                  double acceleration_mm_s2) const {
     MoveGeometry geometry;
     geometry.length_mm = length_mm;
-    geometry.speed_mm_s = std::max(move.speed_mm_s, kSpeedMin_mm_s);
-    geometry.acceleration_mm_s2 = move.acceleration_mm_s2;
-    geometry.deviation_mm =
-        junction_deviation_mm(settings_.square_corner_speed_mm_s, move.acceleration_mm_s2);
+    geometry.speed_mm_s = std::max(speed_mm_s, kSpeedMin_mm_s);
+    geometry.acceleration_mm_s2 = acceleration_mm_s2;
+    geometry.deviation_mm = junction_deviation_mm(settings_.square_corner_speed_mm_s, acceleration_mm_s2);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         geometry.direction[i] = delta_mm[i] / length_mm;
         const double share = std::abs(geometry.direction[i]);
@@ -33,11 +33,15 @@ MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, 
 }
 
 bool Planner::append(const Move& move) {
-    QDUINO_EXPECT(std::isfinite(move.speed_mm_s + move.filament_mm) && move.acceleration_mm_s2 > 0);
-    QDUINO_EXPECT(std::isfinite(move.end_mm[0] + move.end_mm[1] + move.end_mm[2]));
+    return append_to({move.end_mm[0], move.end_mm[1], move.end_mm[2], position_mm_[3] + move.filament_mm},
+                     move.speed_mm_s, move.acceleration_mm_s2, move.job);
+}
+
+bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2,
+                        JobPosition job) {
+    QDUINO_EXPECT(std::isfinite(speed_mm_s) && acceleration_mm_s2 > 0);
+    QDUINO_EXPECT(std::isfinite(end_mm[0] + end_mm[1] + end_mm[2] + end_mm[3]));
     if (full()) return false;
-    const AxisVector end_mm{move.end_mm[0], move.end_mm[1], move.end_mm[2],
-                            position_mm_[3] + move.filament_mm};
     AxisVector delta_mm{};
     for (std::size_t i = 0; i < kAxisCount; ++i) delta_mm[i] = end_mm[i] - position_mm_[i];
     const double space_mm =
@@ -46,14 +50,14 @@ bool Planner::append(const Move& move) {
     const double length_mm = extrude_only ? std::abs(delta_mm[3]) : space_mm;
     if (length_mm < kLengthMin_mm) return true;
 
-    MoveGeometry geometry = geometry_of(delta_mm, length_mm, move);
+    MoveGeometry geometry = geometry_of(delta_mm, length_mm, speed_mm_s, acceleration_mm_s2);
     geometry.extrude_only = extrude_only;
     const double limit2 =
         end_at_rest_ ? 0 : junction_speed_squared(last_move_, geometry, settings_.instantaneous_speed_mm_s);
     Entry& added = push(SegmentKind::move, limit2, 2 * geometry.acceleration_mm_s2 * length_mm);
     added.end_mm = end_mm;
     added.geometry = geometry;
-    added.job = move.job;
+    added.job = job;
     position_mm_ = end_mm;
     last_move_ = geometry;
     end_at_rest_ = false;
@@ -206,6 +210,16 @@ std::uint64_t Planner::earliest_stop() {
         if (reachable2 >= entry2_) return stop;
     }
     return tail_;
+}
+
+const AxisVector& Planner::held_position_mm() const {
+    QDUINO_EXPECT(held_);
+    return hold_ == tail_ ? position_mm_ : entries_[hold_ % kCapacity].start_mm;
+}
+
+void Planner::wait_until(const TimelineInstant& at) {
+    QDUINO_EXPECT(stopped() && at.ns_after(0) >= clock_.ns_after(0));
+    clock_ = at;
 }
 
 void Planner::resume() {

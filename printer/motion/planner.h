@@ -56,6 +56,9 @@ class Planner {
 
     /// Contract: the move's numbers are finite and its acceleration is above 0.
     [[nodiscard]] bool append(const Move& move);
+    /// The same to an absolute place, E too: where E ends then is that very number, not a sum.
+    [[nodiscard]] bool append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2,
+                                 JobPosition job = {});
     /// Stands still for `duration_s` >= 0.
     [[nodiscard]] bool append_dwell(double duration_s, JobPosition job = {});
     /// The player reports `value` when it has played everything before. Does not slow the motion.
@@ -81,6 +84,10 @@ class Planner {
     [[nodiscard]] bool held() const { return held_; }
     /// True when held, and everything before the stop has been handed out.
     [[nodiscard]] bool stopped() const { return held_ && head_ == hold_; }
+    /// Where it stands then: the place of the stop. Contract: held().
+    [[nodiscard]] const AxisVector& held_position_mm() const;
+    /// The time line has run on to `at` in the meantime, by motion of somebody else's. Contract: stopped(), and not back.
+    void wait_until(const TimelineInstant& at);
     /// Goes on from the stop.
     void resume();
     /// Forgets everything behind the stop (and the hold): the position is that of the stop. Contract: held().
@@ -126,8 +133,8 @@ class Planner {
 
     Node& node(std::uint64_t number) { return nodes_[number % kCapacity]; }
     Entry& entry(std::uint64_t number) { return entries_[number % kCapacity]; }
-    [[nodiscard]] MoveGeometry geometry_of(const AxisVector& delta_mm, double length_mm,
-                                           const Move& move) const;
+    [[nodiscard]] MoveGeometry geometry_of(const AxisVector& delta_mm, double length_mm, double speed_mm_s,
+                                           double acceleration_mm_s2) const;
     Entry& push(SegmentKind kind, double limit2, double gain2);
     [[nodiscard]] bool push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s);
     void stop_behind_tail();

@@ -186,6 +186,14 @@ void Preflight::check_step_rate(const gcode::Move& move) {
 }
 
 Result<void> Preflight::dwell(Seconds duration) {
+    const double timeout_s = options_.machine.idle_timeout_s;
+    const bool heated = hot_end_target_.value() > 0 || bed_target_.value() > 0;
+    if (heated && timeout_s > 0 && duration.value() > timeout_s) {
+        FixedString<236> text{"a dwell of "};
+        append_shortest(text, duration.value()).append(" s is longer than the idle time-out of ");
+        append_shortest(text, timeout_s).append(" s: the heaters go off in it, and the job pauses");
+        add_warning(text, "Shorten it, or raise idle_timeout_s in the machine file.");
+    }
     for (MoveSink* sink : sinks_) sink->on_dwell(duration);
     return {};
 }
@@ -198,6 +206,7 @@ Result<void> Preflight::home(gcode::AxisSet axes) {
 Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
     if (heater == gcode::Heater::bed) {
         facts_.bed_maximum = std::max(facts_.bed_maximum, target);
+        bed_target_ = target;
         return {};
     }
     facts_.hot_end_maximum = std::max(facts_.hot_end_maximum, target);

@@ -94,6 +94,7 @@ class Preflight final : private gcode::LineSink, private gcode::Actions {
     LayerTracker layers_;
     FixedVector<MoveSink*, kSinksMax> sinks_;
     std::array<double, kAxisCount> speed_max_mm_s_{};
+    Celsius bed_target_{};
     Celsius hot_end_target_{};
     bool was_hot_ = false;        ///< the hot end has been asked to be warm enough to extrude
     Millimetres filament_end_{};  ///< the furthest that E has been

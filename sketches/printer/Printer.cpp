@@ -55,23 +55,32 @@ struct Printer::Parts {
     printer::link::LinkLayout& link;
 };
 
+namespace {
+
+/// An output that is at `level` from the first instant on: the latch is set before the pin is driven, and who outlives the sketch
+/// knows the safe level before that.
+void begin_output(std::uint16_t pin, int level) {
+    safeState(pin, level);
+    digitalWrite(pin, level);
+    pinMode(pin, OUTPUT);
+}
+
+}  // namespace
+
 void Printer::begin() {
     const PrinterWiring& wiring = printer_wiring();
+    for (const std::uint16_t heater :
+         {wiring.config.hot_end.heater_pin, wiring.config.bed.heater_pin, wiring.config.fan_pin}) {
+        begin_output(heater, LOW);
+        analogWrite(heater, 0);
+    }
     for (std::size_t i = 0; i < printer::kAxisCount; ++i) {
         const printer::AxisConfig& axis = wiring.config.axes[i];
-        pinMode(axis.step_pin, OUTPUT);
+        begin_output(axis.enable_pin, HIGH);  // low would switch the motor's driver on
+        begin_output(axis.step_pin, LOW);
+        digitalWrite(axis.direction_pin, LOW);
         pinMode(axis.direction_pin, OUTPUT);
-        pinMode(axis.enable_pin, OUTPUT);
-        digitalWrite(axis.enable_pin, HIGH);
-        safeState(axis.enable_pin, HIGH);
-        safeState(axis.step_pin, LOW);
         if (i < 3) pinMode(axis.endstop_pin, INPUT_PULLUP);
-    }
-    for (const std::uint16_t pin :
-         {wiring.config.hot_end.heater_pin, wiring.config.bed.heater_pin, wiring.config.fan_pin}) {
-        pinMode(pin, OUTPUT);
-        analogWrite(pin, 0);
-        safeState(pin, LOW);
     }
     Wire.begin();
     stops_served_ = 0;
@@ -106,6 +115,7 @@ void Printer::publish_motion(Instant now) {
     status.stops_served = stops_served_;
     printer::machine::MotionFeedback feedback;
     feedback.steps = status.steps;
+    for (const std::uint64_t pulses : status.pulses) feedback.pulses += pulses;
     feedback.endstop_hits = status.endstop_hits;
     feedback.events_taken = events_taken;
     feedback.timeline_ns = status.timeline_ns;

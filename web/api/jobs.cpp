@@ -1,9 +1,9 @@
 // /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs"). Uploads are web/service.cpp's.
 #include <sys/stat.h>
-#include <charconv>
 #include <fstream>
 #include <iterator>
 
+#include "base/whole_number.h"
 #include "web/api/json.h"
 #include "web/api/route.h"
 
@@ -15,24 +15,17 @@ using spool::BlobPart;
 using spool::Job;
 using spool::JobPatch;
 
-/// A whole decimal number from one path segment.
-std::optional<std::int64_t> number_of(std::string_view text) {
-    std::int64_t value = 0;
-    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failed != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
-    return value;
+std::optional<Job> job_of(Context& context, const Call& call) {
+    const std::optional<std::int64_t> id = whole_number<spool::JobId>(call.arguments.front());
+    return id ? context.spool.find(*id) : std::nullopt;
 }
 
-const Job* job_of(Context& context, const Call& call) {
-    const std::optional<std::int64_t> id = number_of(call.arguments.front());
-    return id ? context.spool.queue().find(*id) : nullptr;
-}
-
-Response no_such_job() { return web::error_response(404, "not_found", "there is no job with this number"); }
+Response no_such_job() { return error_response(spool::no_such_job()); }
 
 Response answer_job(Context& context, spool::JobId id, const Result<void>& done) {
     if (!done.ok()) return error_response(done.error());
-    return json_response(job_json(context.spool, *context.spool.queue().find(id)));
+    const std::optional<Job> job = context.spool.find(id);
+    return job ? json_response(job_json(context.spool, *job)) : no_such_job();
 }
 
 std::uint64_t size_of(const std::filesystem::path& path) {
@@ -48,15 +41,23 @@ Response file_response(const std::filesystem::path& path, std::uint64_t offset, 
     return response;
 }
 
-Response list_jobs(Context& context, const Call&) { return json_response(jobs_json(context.spool)); }
+Response list_jobs(Context& context, const Call& call) {
+    Job running;
+    running.state = spool::JobState::printing;
+    const Result<spool::JobQuery> query =
+        job_query_of(call.request.head.query, job_word(context.spool, running));
+    if (!query.ok()) return error_response(query.error());
+    const Result<Json> page = page_json(context.spool, *query);
+    return page.ok() ? json_response(*page) : error_response(page.error());
+}
 
 Response get_job(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     return job ? json_response(job_json(context.spool, *job)) : no_such_job();
 }
 
 Response delete_job(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     return job ? answer(context.spool.remove(job->id), no_content()) : no_such_job();
 }
 
@@ -84,7 +85,7 @@ bool read_member(const std::string& name, const Json& value, JobPatch& patch) {
 }
 
 Response patch_job(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     const std::optional<Json> body = object_of(call.request.body);
     if (!body) return bad_patch("the body must be a JSON object");
@@ -101,7 +102,7 @@ Response patch_job(Context& context, const Call& call) {
 }
 
 Response start_job(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     const spool::JobId id = job->id;
     return answer_job(context, id, context.spool.start(id));
@@ -119,7 +120,7 @@ std::string attachment(const std::string& name) {
 }
 
 Response job_file(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     Response response = file_response(context.spool.blobs().path(job->sha256, BlobPart::gcode), 0, job->size,
                                       "application/octet-stream");
@@ -128,7 +129,7 @@ Response job_file(Context& context, const Call& call) {
 }
 
 Response job_thumbnail(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     if (!job->has_thumbnail)
         return web::error_response(404, "not_found", "the job's file holds no thumbnail");
@@ -148,28 +149,29 @@ Json layers_of(Context& context, const Job& job) {
 }
 
 Response job_layers(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     return json_response({{"layers", layers_of(context, *job)}});
 }
 
 /// Layers lie in the packed file one behind the other: a range of them is a range of bytes.
 Response packed_layers(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     const std::string& range = call.arguments[1];
     const std::size_t dash = range.find('-');
-    const auto first = number_of(std::string_view{range}.substr(0, dash));
-    const auto last = dash == std::string::npos ? first : number_of(std::string_view{range}.substr(dash + 1));
+    const auto first = whole_number<std::uint32_t>(std::string_view{range}.substr(0, dash));
+    const auto last = dash == std::string::npos
+                          ? first
+                          : whole_number<std::uint32_t>(std::string_view{range}.substr(dash + 1));
     const Json layers = layers_of(context, *job);
-    if (!first || !last || *first > *last || static_cast<std::size_t>(*last) >= layers.size()) {
+    if (!first || !last || *first > *last || *last >= layers.size()) {
         return web::error_response(404, "not_found", "give layers as FIRST-LAST, both within the job");
     }
     std::uint64_t offset = 0;
     std::uint64_t length = 0;
-    for (std::int64_t i = 0; i <= *last; ++i) {
-        (i < *first ? offset : length) +=
-            layers[static_cast<std::size_t>(i)].value("bytes", std::uint64_t{0});
+    for (std::size_t i = 0; i <= *last; ++i) {
+        (i < *first ? offset : length) += layers[i].value("bytes", std::uint64_t{0});
     }
     const auto path = context.spool.blobs().path(job->sha256, BlobPart::layers);
     if (size_of(path) < offset + length)
@@ -180,7 +182,7 @@ Response packed_layers(Context& context, const Call& call) {
 }
 
 Response job_inspection(Context& context, const Call& call) {
-    const Job* job = job_of(context, call);
+    const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();
     const Result<std::string> report = context.spool.store().report_of(job->id);
     if (!report.ok()) return error_response(report.error());

@@ -16,6 +16,7 @@ namespace {
 
 Json heater_json(const HeaterStatus& heater) {
     return {{"c", heater.celsius},
+            {"reading", heater.reading},
             {"target_c", heater.target_celsius},
             {"duty", heater.duty},
             {"fault", heater.fault}};
@@ -41,6 +42,7 @@ Json timing_json(const MotionStatus& motion) {
 
 /// Why the machine does nothing; null when it has no fault.
 Json fault_json(const spool::MachineView& machine) {
+    if (!machine.death_note.empty()) return machine.death_note;
     if (machine.life == spool::SketchLife::died) return "the machine's program has died";
     if (machine.life == spool::SketchLife::hung) return "the machine's program hangs";
     if (!machine.responding) return "the machine does not answer";
@@ -90,6 +92,8 @@ Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std:
         {"started", time_json(job.started_s)},
         {"ended", time_json(job.ended_s)},
         {"error", job.error.empty() ? Json{} : Json(job.error)},
+        {"stopped_line", job.stopped_line ? Json(*job.stopped_line) : Json{}},
+        {"stopped_layer", job.stopped_layer ? Json(*job.stopped_layer) : Json{}},
         {"facts", facts_json(job)},
         {"progress",
          {{"bytes", progress.bytes},
@@ -97,6 +101,14 @@ Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std:
           {"elapsed_s", progress.elapsed_s},
           {"remaining_s", progress.remaining_s}}},
     };
+}
+
+Json gate_json(const spool::Spool& spool) {
+    const spool::QueueGate& gate = spool.gate();
+    return {{"held", !gate.hold_reason.empty()},
+            {"reason", gate.hold_reason.empty() ? Json{} : Json(gate.hold_reason)},
+            {"bed_occupied", gate.bed_occupied},
+            {"confirm_bed", spool.confirms_bed()}};
 }
 
 }  // namespace
@@ -148,6 +160,13 @@ std::string_view machine_word(const spool::MachineView& machine) {
     return "faulted";
 }
 
+bool may_jog(const spool::Spool& spool) {
+    const spool::MachineView& machine = spool.machine();
+    if (machine_word(machine) == "disconnected" || !machine.job.may_jog) return false;
+    // Idle with a run: its first byte is on its way.
+    return machine.job.state == MachineState::paused || !spool.active_run();
+}
+
 std::string_view job_word(const spool::Spool& spool, const spool::Job& job) {
     if (job.state == spool::JobState::queued && job.hold) return "held";
     const MachineState machine = spool.machine().job.state;
@@ -175,12 +194,12 @@ Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
     return progress;
 }
 
-std::vector<Place> places_of(const spool::Spool& spool) {
-    std::vector<Place> places;
+std::map<spool::JobId, Place> places_of(const spool::Spool& spool) {
+    std::map<spool::JobId, Place> places;
     const spool::Job* printing = spool.queue().printing();
     std::optional<double> time_s = printing ? remaining_of(spool, *printing) : 0.0;
     for (const spool::Job* job : spool.queue().queued()) {
-        places.push_back({places.size() + 1, job->hold ? std::nullopt : time_s});
+        places.emplace(job->id, Place{places.size() + 1, job->hold ? std::nullopt : time_s});
         if (job->hold) continue;
         const std::optional<double> remaining = remaining_of(spool, *job);
         time_s = time_s && remaining ? std::optional{*time_s + *remaining} : std::nullopt;
@@ -188,27 +207,57 @@ std::vector<Place> places_of(const spool::Spool& spool) {
     return places;
 }
 
-Json job_json(const spool::Spool& spool, const spool::Job& job) {
+namespace {
+
+/// `places` is filled when the first job needs it: that takes the whole queue.
+Json job_json(const spool::Spool& spool, const spool::Job& job, std::map<spool::JobId, Place>& places) {
     if (job.state != spool::JobState::queued) return whole_job_json(spool, job, std::nullopt);
-    const auto queued = spool.queue().queued();
-    const auto at = static_cast<std::size_t>(std::find(queued.begin(), queued.end(), &job) - queued.begin());
-    return whole_job_json(spool, job, places_of(spool)[at]);
+    if (places.empty()) places = places_of(spool);
+    const auto place = places.find(job.id);
+    return whole_job_json(spool, job, place == places.end() ? std::nullopt : std::optional{place->second});
+}
+
+}  // namespace
+
+Json job_json(const spool::Spool& spool, const spool::Job& job) {
+    std::map<spool::JobId, Place> places;
+    return job_json(spool, job, places);
+}
+
+namespace {
+
+Json counts_json(const spool::Spool& spool) {
+    const spool::JobCounts& counts = spool.counts();
+    std::int64_t held = 0;
+    for (const spool::Job& job : spool.queue().jobs())
+        held += job.state == spool::JobState::queued && job.hold ? 1 : 0;
+    return {{"queued", counts.queued - held}, {"held", held},
+            {"printing", counts.printing},    {"done", counts.done},
+            {"cancelled", counts.cancelled},  {"failed", counts.failed},
+            {"total", counts.total()}};
+}
+
+Json list_json(const spool::Spool& spool, const spool::JobPage& page) {
+    std::map<spool::JobId, Place> places;
+    Json jobs = Json::array();
+    for (const spool::Job& job : page.jobs) jobs.push_back(job_json(spool, job, places));
+    return {{"jobs", std::move(jobs)},
+            {"next_before", page.next_before ? Json(*page.next_before) : Json{}},
+            {"counts", counts_json(spool)},
+            {"queue", gate_json(spool)}};
+}
+
+}  // namespace
+
+Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query) {
+    const Result<spool::JobPage> page = spool.page(query);
+    if (!page.ok()) return page.error();
+    return list_json(spool, *page);
 }
 
 Json jobs_json(const spool::Spool& spool) {
-    Json jobs = Json::array();
-    const std::vector<Place> places = places_of(spool);
-    std::size_t queued = 0;
-    for (const spool::Job* job : spool.queue().listing()) {
-        const bool waits = job->state == spool::JobState::queued;
-        jobs.push_back(whole_job_json(spool, *job, waits ? std::optional{places[queued++]} : std::nullopt));
-    }
-    const spool::QueueGate& gate = spool.gate();
-    return {{"jobs", std::move(jobs)},
-            {"queue",
-             {{"held", !gate.hold_reason.empty()},
-              {"reason", gate.hold_reason.empty() ? Json{} : Json(gate.hold_reason)},
-              {"bed_occupied", gate.bed_occupied}}}};
+    Result<Json> page = page_json(spool, {});
+    return page.ok() ? std::move(*page) : list_json(spool, {});
 }
 
 Json status_json(const spool::Spool& spool) {
@@ -229,6 +278,12 @@ Json status_json(const spool::Spool& spool) {
     status["hot_end"] = heater_json(machine.heat.hot_end);
     status["bed"] = heater_json(machine.heat.bed);
     status["fan"] = machine.heat.fan_duty;
+    status["idle_off_in_s"] = machine.heat.idle_left_s >= 0 ? Json(machine.heat.idle_left_s) : Json{};
+    status["idle_timed_out"] = machine.heat.idle_timed_out;
+    status["idle_timeout_s"] = machine.heat.idle_timeout_s;
+    status["parked"] = job.parked && job.state == MachineState::paused;
+    status["may_jog"] = may_jog(spool);
+    status["time_factor"] = machine.time_factor;
     status["feed_factor"] = job.feed_factor;
     status["flow_factor"] = job.flow_factor;
     status["layer"] = job.layer;

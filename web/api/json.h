@@ -1,11 +1,11 @@
 // The objects of the HTTP interface (docs/api.md) as JSON.
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "spool/spool.h"
 #include "web/http.h"
@@ -27,16 +27,24 @@ using Json = nlohmann::ordered_json;
 /// Where a queued job stands.
 struct Place {
     std::size_t position = 0;  ///< 1-based
-    std::optional<double>
-        starts_in_s;  ///< if every estimate holds; nothing when one is unknown, or it is held
+    /// If every estimate holds; nothing when one is unknown, or the job is held.
+    std::optional<double> starts_in_s;
 };
-/// Places of all queued jobs, in the order of the queue.
-[[nodiscard]] std::vector<Place> places_of(const spool::Spool& spool);
-/// {"jobs":[…],"queue":{…}}
+/// Places of all queued jobs.
+[[nodiscard]] std::map<spool::JobId, Place> places_of(const spool::Spool& spool);
+/// {"jobs":[…],"next_before":…,"counts":{…},"queue":{…}}: one page of the list, with what concerns all of it.
+[[nodiscard]] Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query);
+/// The first page: for the live stream. Without jobs when the journal cannot be read.
 [[nodiscard]] Json jobs_json(const spool::Spool& spool);
+/// The parameters limit, before, state and q of GET /api/v1/jobs, as they stand behind the `?`. `running_word`: how a job that prints
+/// is called now, "printing" or "paused". Errors: invalid_argument, out_of_range, with words.
+[[nodiscard]] Result<spool::JobQuery> job_query_of(std::string_view parameters,
+                                                   std::string_view running_word);
 [[nodiscard]] Json status_json(const spool::Spool& spool);
 /// The word of `state` in the status object, "disconnected" included.
 [[nodiscard]] std::string_view machine_word(const spool::MachineView& machine);
+/// Axes may be moved by hand now: the machine takes it, and no job is about to begin.
+[[nodiscard]] bool may_jog(const spool::Spool& spool);
 /// The word of a job's state as people see it: with `held` and `paused`.
 [[nodiscard]] std::string_view job_word(const spool::Spool& spool, const spool::Job& job);
 

@@ -72,6 +72,14 @@ Response home(Context& context, const Call& call) {
     return send(context, {line});
 }
 
+/// The first axis that a jog would move without knowing where it is; none: '\0'.
+char unhomed_axis(const Context& context, const std::array<std::optional<double>, 4>& by_mm) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (by_mm[axis] && *by_mm[axis] != 0 && !context.spool.machine().job.homed[axis]) return "XYZ"[axis];
+    }
+    return '\0';
+}
+
 struct Jog {
     std::array<std::optional<double>, 4> by_mm;
     std::optional<double> speed_mm_s;
@@ -109,7 +117,12 @@ Response jog(Context& context, const Call& call) {
         speed_mm_s = std::min(speed_mm_s, context.limits.speed_max_mm_s[axis]);
     }
     if (line.size() == 2) return bad_request("give at least one axis to jog");
-    if (is_busy(context.spool)) return busy();
+    if (context.spool.machine().connected && !may_jog(context.spool)) return busy();
+    if (const char axis = unhomed_axis(context, jog.by_mm); axis != '\0') {
+        return web::error_response(
+            409, "not_permitted",
+            std::string{"home first: nobody knows where "} + axis + " is before it has been homed");
+    }
     if (!stays_inside(context, jog)) return out_of_range("the jog would leave the machine's bounds");
     return send(context, {"M83", "G91", line + " F" + decimal(speed_mm_s * 60), "G90", "M82"});
 }

@@ -162,17 +162,19 @@ Response login(Context&, const Call& call) {
                           {"_is_external_client", false}});
 }
 
-/// GET /api/files: what is queued, in OctoPrint's form.
+/// GET /api/files: the first page of the jobs, in OctoPrint's form, which knows no pages.
 Response files(Context& context, const Call&) {
+    const Result<spool::JobPage> page = context.spool.page({});
+    if (!page.ok()) return error_response(page.error());
     Json list = Json::array();
-    for (const spool::Job* job : context.spool.queue().listing()) {
-        list.push_back({{"name", job->name},
-                        {"path", job->name},
+    for (const spool::Job& job : page->jobs) {
+        list.push_back({{"name", job.name},
+                        {"path", job.name},
                         {"origin", "local"},
                         {"type", "machinecode"},
                         {"typePath", {"machinecode", "gcode"}},
-                        {"size", job->size},
-                        {"date", job->created_s}});
+                        {"size", job.size},
+                        {"date", job.created_s}});
     }
     return json_response({{"files", std::move(list)}, {"free", nullptr}, {"total", nullptr}});
 }

@@ -1,15 +1,14 @@
 // The page in a real browser, in front of the real service, spooler and simulated printer: what a person does in a day.
 //
-//   node tests/e2e/browser/browser.test.mjs              (SCREENSHOTS=1: also renews docs/screenshots)
+//   node tests/e2e/browser/browser.test.mjs
 //
 // Started with node itself, not with `node --test`: the status 77, "skipped", would be swallowed there.
 // The page runs here under a stricter policy than the service sends: no inline style either. No violation may occur.
 import assert from 'node:assert/strict';
-import { mkdir, stat } from 'node:fs/promises';
-import { join } from 'node:path';
 import { after, before, test as nodeTest } from 'node:test';
 import { BAD_FILES, makeGcode } from './part.mjs';
-import { ROOT, startBrowser, startStack, whatIsMissing } from './stack.mjs';
+import { drop as dropOn, findings, lookAt as lookOn } from './person.mjs';
+import { startBrowser, startStack, whatIsMissing } from './stack.mjs';
 
 const missing = whatIsMissing();
 if (missing) {
@@ -22,7 +21,6 @@ const SPEED = 30;
 const PATIENCE_MS = 40_000; // the machine may be busy with other tests: nothing here is about timing
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
-const SCREENSHOT_BYTES_MAX = 300_000;
 
 let stack, browser, context, page;
 const problems = [];
@@ -72,58 +70,45 @@ async function until(what, check, patience_ms = PATIENCE_MS) {
   for (let last; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
     last = await check();
     if (last) return last;
+    if (stack.ended()) assert.fail(`${what} cannot come about: ./run has ended\n${stack.said()}`);
     if (Date.now() > deadline) assert.fail(`${what} did not come about; the state is "${await at('state').textContent()}"\n${stack.said()}`);
   }
 }
 
 const stateIs = (word) => until(`the state "${word}"`, async () => (await at('state').textContent()) === word);
 const percent = async () => Number.parseFloat(await at('percent').textContent());
-const endedAs = async (name, state) => (await job('ended', name).and(page.locator(`[data-state=${state}]`)).count()) === 1;
+/** Fails at once, with what the page says of the job, when it has ended in another way. */
+async function endedAs(name, state) {
+  const [ended] = await job('ended', name).evaluateAll((found) => found.map((each) => ({ state: each.dataset.state, text: each.textContent })));
+  if (ended && ended.state !== state) assert.fail(`${name} is not ${state}: ${ended.text}\n${stack.said()}`);
+  return ended !== undefined;
+}
+/** A job onto the upper edge of another. As the events that a mouse makes: a browser on a busy machine loses the mouse on its way. */
+async function drag(name, onto) {
+  const dataTransfer = await page.evaluateHandle(() => new DataTransfer());
+  const target = job('job', onto);
+  const { x, y } = await target.boundingBox();
+  const at = { dataTransfer, clientX: x + 60, clientY: y + 4 };
+  await job('job', name).dispatchEvent('dragstart', { dataTransfer });
+  await until('a row that is dragged', async () => (await page.locator('.job.dragged').count()) === 1);
+  await target.dispatchEvent('dragover', at);
+  await until('the place where it would go', async () => (await page.locator('.job.over').count()) === 1);
+  await target.dispatchEvent('drop', at);
+}
 const names = async () => (await at('job').locator('.name').allTextContents());
 
-/** As a file manager does it: the events of a drop, with the file in them. */
-async function drop(name, bytes) {
-  const data = await page.evaluateHandle(({ name, text }) => {
-    const transfer = new DataTransfer();
-    transfer.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
-    return transfer;
-  }, { name, text: bytes.toString('base64') });
-  await at('drop').dispatchEvent('dragover', { dataTransfer: data });
-  await at('drop').dispatchEvent('drop', { dataTransfer: data });
-}
-
-/** Distinct colours of the canvas as the browser composes it, and a sum that tells two pictures apart. */
-async function lookAt(canvas) {
-  const text = (await canvas.screenshot()).toString('base64');
-  return page.evaluate(async (png) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${png}`;
-    await image.decode();
-    const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
-    const drawing = copy.getContext('2d');
-    drawing.drawImage(image, 0, 0);
-    const words = new Uint32Array(drawing.getImageData(0, 0, copy.width, copy.height).data.buffer);
-    let warm = 0; // the part is orange, the bed and the ground are grey or blue
-    for (const word of words) if ((word & 255) > ((word >> 16) & 255) + 60) warm++;
-    return { colours: new Set(words).size, warm };
-  }, text);
-}
-
-async function picture(name, of = page) {
-  if (process.env.SCREENSHOTS !== '1') return;
-  const folder = join(ROOT, 'docs/screenshots');
-  await mkdir(folder, { recursive: true });
-  const path = join(folder, `${name}.png`);
-  await of.evaluate(() => scrollTo(0, 0));
-  await of.screenshot({ path });
-  assert.ok((await stat(path)).size < SCREENSHOT_BYTES_MAX, `${name}.png is too large for the repository`);
-}
+const drop = (name, bytes) => dropOn(page, name, bytes);
+const lookAt = (canvas) => lookOn(page, canvas);
+const bedIsClear = async () => {
+  await page.getByRole('button', { name: 'Bed is clear' }).click();
+  await until('a clear bed', async () => (await at('bed').count()) === 0);
+};
 
 test('without a key there is nothing but the question for it', async () => {
   await page.goto(stack.address.split('#')[0]);
   await page.getByLabel('Key').fill('not-the-key');
   await page.getByRole('button', { name: 'Sign in' }).click();
-  await page.getByRole('alert').waitFor();
+  assert.match(await page.getByRole('alert').textContent(), /not the key of this printer/);
   assert.equal(await at('state').count(), 0);
 });
 
@@ -135,7 +120,7 @@ test('the link signs in, and its key leaves the address bar', async () => {
   const { cookies } = await context.storageState();
   assert.ok(cookies.length > 0 && cookies.every((each) => each.httpOnly && each.sameSite === 'Strict'));
   assert.ok(!(await page.evaluate(() => document.cookie + JSON.stringify(localStorage))).includes(stack.key));
-  await picture('desktop-ready');
+  assert.equal(await at('factor').textContent(), `simulated, ${SPEED}×`);
 });
 
 for (const { name, bytes, says } of BAD_FILES) {
@@ -144,7 +129,6 @@ for (const { name, bytes, says } of BAD_FILES) {
     const row = job('upload', name);
     await row.locator('.error').waitFor();
     assert.match(await row.locator('.error').textContent(), says);
-    if (name === 'too-hot.gcode') await picture('desktop-refused');
     await row.getByRole('button').click();
     assert.equal(await at('job').count(), 0);
   });
@@ -156,13 +140,15 @@ test('a print ends inspected: what was built is what was asked', async () => {
   await job('ended', 'small.gcode').locator('.name-button').click();
   await at('report').waitFor();
   assert.match(await at('report').textContent(), /what was built is what was asked.*\b0 lost steps · 5 layers/s);
+  assert.match(await at('bed').textContent(), /clear bed.*small\.gcode/s);
   await page.locator('.legend li').first().waitFor();
-  await picture('desktop-inspected');
 });
 
 test('a dropped file is printed, and the picture grows with it', async () => {
   // Long enough that it still prints when it is cancelled below, however busy the machine is.
-  await drop('tower.gcode', makeGcode({ layers: 100, radius: 24, spacing: 1, estimated_min: 54 }));
+  await drop('tower.gcode', makeGcode({ layers: 180, radius: 24, spacing: 1, estimated_min: 97 }));
+  await until('a tower that waits for the bed', async () => /tower\.gcode waits/.test(await at('bed').textContent()));
+  await bedIsClear();
   await job('running', 'tower.gcode').waitFor();
   await stateIs('Printing');
   const first = await until('a first percent', percent);
@@ -178,6 +164,8 @@ test('a dropped file is printed, and the picture grows with it', async () => {
 test('it can be paused and resumed', async () => {
   await page.getByRole('button', { name: 'Pause', exact: true }).click();
   await stateIs('Paused');
+  await until('a parked head', async () => /Parked/.test(await at('pause-note').textContent()));
+  assert.ok(await page.getByRole('button', { name: 'X plus 10 mm' }).isEnabled());
   await page.getByRole('button', { name: 'Resume' }).click();
   await stateIs('Printing');
 });
@@ -195,7 +183,7 @@ test('jobs queue up, move and can be deleted', async () => {
   await until('third before second', async () => (await names())[0] === 'third.gcode');
   await page.getByRole('button', { name: 'Move third.gcode down' }).click();
   await until('second before third', async () => (await names())[0] === 'second.gcode');
-  await job('job', 'third.gcode').dragTo(job('job', 'second.gcode'), { targetPosition: { x: 60, y: 4 } });
+  await drag('third.gcode', 'second.gcode');
   await until('third before second, by dragging', async () => (await names())[0] === 'third.gcode');
   await page.getByRole('button', { name: 'Hold second.gcode' }).click();
   await job('job', 'second.gcode').getByText('On hold').waitFor();
@@ -204,8 +192,6 @@ test('jobs queue up, move and can be deleted', async () => {
   await page.getByRole('button', { name: /^Delete <img/ }).click();
   await at('yes').click();
   await until('two jobs that wait', async () => (await names()).length === 2);
-  if (process.env.SCREENSHOTS === '1') await until('half a tower', async () => (await percent()) > 40, 120_000);
-  await picture('desktop-printing');
 });
 
 test('the console answers', async () => {
@@ -228,7 +214,6 @@ test('a phone shows the same, and nothing sticks out', async () => {
     .map((each) => ({ label: each.getAttribute('aria-label') ?? each.textContent, height: each.getBoundingClientRect().height }))
     .filter(({ height }) => height < 40).map(({ label }) => label));
   assert.deepEqual(small, [], 'these buttons are too low for a finger');
-  await picture('phone-printing', phone);
   await pocket.close();
 });
 
@@ -236,16 +221,21 @@ test('a cancelled print makes way for the next', async () => {
   await page.getByRole('button', { name: 'Cancel', exact: true }).click();
   await at('yes').click();
   await until('a cancelled tower', () => endedAs('tower.gcode', 'cancelled'));
+  assert.match(await job('ended', 'tower.gcode').textContent(), /Cancelled at line \d/);
+  await bedIsClear();
   await job('running', 'third.gcode').waitFor();
   await stateIs('Printing');
 });
 
 test('the emergency stop stops, says so, and can be cleared', async () => {
+  await until('lines that are printed', percent);
   await page.getByRole('button', { name: 'Emergency stop' }).click();
   await at('fault').waitFor();
   await stateIs('Stopped by a fault');
+  await until('the failed job', async () => (await page.locator('.part-card h2').textContent()) === 'third.gcode');
+  await until('where it stopped', async () => /failed at line \d/.test(await at('stopped').textContent()));
+  assert.equal(await at('report').count(), 0, 'no older verdict');
   await page.locator('.legend li').first().waitFor();
-  await picture('desktop-stopped');
   await page.getByRole('button', { name: 'Clear fault' }).click();
   await stateIs('Ready');
   assert.equal(await at('fault').count(), 0);
@@ -255,8 +245,23 @@ test('the queue waits after a failure, and goes on when it is told to', async ()
   await at('gate').waitFor();
   await page.getByRole('button', { name: 'Go on with the queue' }).click();
   await until('an open gate', async () => (await at('gate').count()) === 0);
+  if ((await at('bed').count()) > 0) await bedIsClear();
   await job('running', 'second.gcode').waitFor();
   await stateIs('Printing');
+});
+
+test('axe finds nothing on the page, light and dark', async () => {
+  for (const colorScheme of ['light', 'dark']) {
+    await page.emulateMedia({ colorScheme });
+    await page.evaluate(() => scrollTo(0, 0));
+    assert.deepEqual(await findings(page), [], colorScheme);
+  }
+});
+
+test('jobs are found again by name, by the service', async () => {
+  const { jobs, counts } = await page.evaluate(async () => (await fetch('/api/v1/jobs?q=tower&state=cancelled&limit=1')).json());
+  assert.deepEqual(jobs.map((each) => each.name), ['tower.gcode']);
+  assert.ok(counts.total >= 4, JSON.stringify(counts));
 });
 
 test('nothing was logged as an error, and the policy was kept', async () => {

@@ -21,11 +21,18 @@ const BROWSER_ARGUMENTS = [
 
 const chromiumPath = () => CHROMIUM.find((path) => path && existsSync(path));
 
-/** Why this test cannot run here; null when it can. */
-export function whatIsMissing() {
+/** Why no test of the page can run here; null when it can. */
+export function whatThePageMisses() {
   if (!chromiumPath()) return 'no chromium (apt-get install chromium, or set CHROMIUM)';
   if (!existsSync(join(ROOT, 'web/ui/node_modules/playwright-core'))) return 'no playwright-core (npm ci in web/ui)';
   if (!existsSync(join(ROOT, 'web/ui/dist/index.html'))) return 'the page is not built (tools/build_page.sh)';
+  return null;
+}
+
+/** Why no test of the whole can run here; null when it can. */
+export function whatIsMissing() {
+  const page = whatThePageMisses();
+  if (page) return page;
   const absent = PROGRAMS.find((name) => !existsSync(join(ROOT, 'build/release/bin', name)));
   return absent ? `build/release/bin/${absent} is not built (ninja -C build/release printer-programs)` : null;
 }
@@ -53,7 +60,7 @@ async function stop(child, state) {
   await rm(state, { recursive: true, force: true });
 }
 
-/** {address, key, said(), stop()}: a printer in the simulator, `speed` times as fast as the clock on the wall. */
+/** {address, key, said(), ended(), stop()}: a printer in the simulator, `speed` times as fast as the clock on the wall. */
 export async function startStack({ speed }) {
   const port = await freePort();
   const state = await mkdtemp(join(tmpdir(), 'qduinomc-browser-'));
@@ -66,7 +73,8 @@ export async function startStack({ speed }) {
   const deadline = Date.now() + 60_000;
   for (;;) {
     const found = /Open\s+(http:\/\/\S+#key=(\S+))/.exec(said);
-    if (found) return { address: found[1], key: found[2], said: () => said, stop: () => stop(child, state) };
+    const ended = () => child.exitCode !== null || child.signalCode !== null;
+    if (found) return { address: found[1], key: found[2], said: () => said, ended, stop: () => stop(child, state) };
     if (child.exitCode !== null || Date.now() > deadline) {
       await stop(child, state);
       throw new Error(`./run gave no address:\n${said}`);

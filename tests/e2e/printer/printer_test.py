@@ -18,7 +18,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "service"))
 import service  # noqa: E402
-from service import Printd, wait_until  # noqa: E402
+from service import WATCHED, Hopeless, Printd, wait_until  # noqa: E402
 
 
 def square_job(laps, corner=60):
@@ -62,13 +62,21 @@ class Printer:
         self.wait_for_state("idle")
 
     def program(self, name, *arguments):
-        return subprocess.Popen([os.path.join(self.programs, name), *arguments], stdout=self.log, stderr=self.log)
+        process = subprocess.Popen([os.path.join(self.programs, name), *arguments], stdout=self.log, stderr=self.log)
+        WATCHED[name] = (process, self.log.name)
+        return process
 
     def wait_for_state(self, state):
-        wait_until(lambda: self.printd.machine()["state"] == state, "the printer is " + state)
+        def reached():
+            machine = self.printd.machine()
+            if machine["state"] == "faulted" and state != "faulted":
+                raise Hopeless("it is faulted: %s" % machine["fault"])
+            return machine["state"] == state
+
+        wait_until(reached, "the printer is " + state)
 
     def wait_for_job(self, number, state, timeout_s=120):
-        wait_until(lambda: self.printd.state_of(number) == state, "job %d is %s" % (number, state), timeout_s)
+        self.printd.wait_for_job(number, state, timeout_s)
 
     def ask_twin(self, **question):
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
@@ -82,7 +90,7 @@ class Printer:
         return {name: state[name]["duty"] for name in ("hot_end", "bed")}
 
     def sketch_pid(self):
-        children = subprocess.run(["pgrep", "-P", str(self.supervisor.pid)], capture_output=True, text=True, check=False)
+        children = subprocess.run(["pgrep", "-x", "-P", str(self.supervisor.pid), "printer"], capture_output=True, text=True, check=False)
         return int(children.stdout.split()[0]) if children.stdout.split() else None
 
     def inspection(self, number):
@@ -91,6 +99,7 @@ class Printer:
 
     def stop(self):
         self.printd.stop()
+        WATCHED.clear()
         for process in (self.supervisor, self.machine):
             process.send_signal(signal.SIGTERM)
             process.wait(timeout=30)
@@ -150,6 +159,35 @@ class Prints(Case):
         self.assertEqual(self.printd.jobs(), [])
 
 
+class PausedPrint(Case):
+    def command(self, name, body=None):
+        status, answer, _ = self.printd.request("POST", "/api/v1/machine/" + name, body)
+        self.assertEqual(status, 202, answer)
+
+    def test_the_head_parks_is_jogged_and_comes_back_to_the_step(self):
+        status, answer, _ = self.printd.request("POST", "/api/v1/machine/jog", {"x_mm": 5})
+        self.assertEqual(status, 409, answer)
+        self.assertIn("home first", answer["error"]["message"])
+        number = self.upload(square_job(6))
+        wait_until(lambda: self.printd.machine()["line"] > 8, "it is in the middle of the print", 60)
+        self.command("pause")
+        self.printer.wait_for_state("paused")
+        machine = self.printd.machine()
+        self.assertTrue(machine["parked"] and machine["may_jog"], machine)
+        parked = self.printer.ask_twin(op="state")["position_mm"]
+        self.assertAlmostEqual(parked["y"], 150, delta=0.02)
+        self.assertGreater(parked["z"], 5)
+        self.command("jog", {"x_mm": 12.5, "z_mm": 1.5, "speed_mm_s": 40})
+        wait_until(lambda: abs(self.printer.ask_twin(op="state")["position_mm"]["x"] - 12.5) < 0.02, "it was jogged")
+        self.printd.kill()
+        self.printd.start()
+        self.printer.wait_for_state("paused")
+        self.command("resume")
+        self.printer.wait_for_job(number, "done")
+        self.assert_built_as_asked(number)
+        self.assertEqual(self.printer.inspection(number)["excursions"], {"seen": 1, "told": 1})
+
+
 class KilledService(Case):
     def test_the_print_goes_on_and_is_printed_once(self):
         number = self.upload(square_job(12))
@@ -162,6 +200,8 @@ class KilledService(Case):
             self.printd.start()
         self.printer.wait_for_job(number, "done")
         self.assert_built_as_asked(number)
+        self.assertEqual(self.printd.state_of(then), "queued", "it would home through the last part")
+        self.printd.bed_is_clear()
         self.printer.wait_for_job(then, "done")
         self.assert_built_as_asked(then)
 
@@ -175,7 +215,7 @@ class KilledSketch(Case):
         for _ in range(self.kills):
             number = self.upload(heating_job())
             other = self.upload(square_job(1), "other.gcode")
-            wait_until(lambda: self.printd.state_of(number) == "printing", "it prints")
+            self.printer.wait_for_job(number, "printing")
             time.sleep(generator.uniform(0, 4))  # anywhere: before it heats, while it homes, while it moves
             was_hot += self.printer.heater_duties()["hot_end"] > 0
             os.kill(self.printer.sketch_pid(), signal.SIGKILL)
@@ -189,7 +229,62 @@ class KilledSketch(Case):
             for each in (number, other):
                 self.assertEqual(self.printd.request("DELETE", "/api/v1/jobs/%d" % each)[0], 204)
             self.assertEqual(self.printd.request("POST", "/api/v1/queue/release")[0] // 100, 2)
+            self.printd.bed_is_clear()
         self.assertGreaterEqual(was_hot, self.kills // 2, "most kills came while a heater was on")
+
+
+# Ends by itself whatever becomes of the test: after its time, by RLIMIT_RTTIME, and with its parent's pipe.
+THIEF = """
+import os, resource, sys, time
+core, priority, length_s = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
+limit_us = int(length_s * 1e6) + 300_000
+resource.setrlimit(resource.RLIMIT_RTTIME, (limit_us, limit_us))
+with open("/proc/self/comm", "w") as name:
+    name.write("core-thief")
+os.sched_setaffinity(0, {core})
+os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+end = time.monotonic() + length_s
+while time.monotonic() < end:
+    pass
+"""
+
+
+class TakenCore(Case):
+    """A real-time task of another program on the stepper loop's core, above its priority."""
+
+    def setUp(self):
+        if os.geteuid() != 0 or os.cpu_count() < 2:
+            self.skipTest("needs root and two cores")
+        super().setUp()
+
+    def test_the_job_fails_with_the_name_of_the_task_that_took_the_core(self):
+        number = self.upload(square_job(12))
+        self.printer.wait_for_job(number, "printing")
+        time.sleep(2)
+        thief = subprocess.Popen(["timeout", "-s", "KILL", "6", sys.executable, "-c", THIEF, "1", "85", "3"])
+        self.addCleanup(thief.wait)
+        self.addCleanup(thief.kill)
+        self.printer.wait_for_job(number, "failed", 30)
+        self.assertRegex(self.printd.job(number)["error"], r"loop 2 hung.*: core 1 was taken by core-thief \(pid \d+, SCHED_FIFO 85\)")
+        self.assertEqual(self.printer.heater_duties(), {"hot_end": 0, "bed": 0})
+        self.printer.wait_for_state("idle")  # the thief is gone, and the sketch is there again, on its core
+
+
+class SecondOwner(Case):
+    """A second sketch that would own the stepper loop's core."""
+
+    def setUp(self):
+        if os.cpu_count() < 2:
+            self.skipTest("needs two cores")
+        super().setUp()
+
+    def test_is_refused_by_the_name_of_the_first(self):
+        second = subprocess.run([os.path.join(self.printer.programs, "pulse-train-linux"), "--for", "1"], capture_output=True, text=True,
+                                timeout=30, check=False)
+        self.assertEqual(second.returncode, 1, second.stderr)
+        self.assertIn("core 1 is taken: printer (pid %d) owns it since 20" % self.printer.sketch_pid(), second.stderr)
+        self.assertIn("stop that one, or give the loop another core", second.stderr)
+        self.assertEqual(self.printd.machine()["state"], "idle")
 
 
 class SilentSensor(Case):

@@ -60,7 +60,7 @@ class Qduino(unittest.TestCase):
         self.assertTrue(all(os.access(p, os.X_OK) for p in programs))
         self.assertIn("Compiling blinker.ino", built.stderr)
         again = self.run_qduino("build", ino)
-        self.assertEqual(again.stderr, "blinker is up to date\n")
+        self.assertEqual(again.stderr, "Verdict: blinker is up to date.\n")
         self.assertEqual(again.stdout, built.stdout)
         copied = self.run_qduino("build", "blinker", "--only", "sim", "--output", "out")
         self.assertEqual(copied.stdout, "out/blinker-sim\n")
@@ -283,7 +283,7 @@ class Qduino(unittest.TestCase):
         self.assertIn("SCHED_FIFO was not asked for", report["loops"][0]["shortfall"])
 
         died = self.run_qduino("run", "lamp", "--best-effort", status=134, DIE="1")
-        self.assertRegex(died.stderr, r"died of signal 6 .*; 1 pins forced to their safe states")
+        self.assertRegex(died.stderr, r"died of signal 6 .*; 1 pin forced to safe states")
         # Its pins were in memory, and are gone with it.
         for run in (done, died):
             pins = re.search(r"--pins (/dev/shm/qduino-\w+)/pins", run.stdout)
@@ -300,7 +300,7 @@ class Qduino(unittest.TestCase):
         running.send_signal(signal.SIGTERM)
         rest = running.communicate(timeout=60)[1]
         self.assertEqual(running.returncode, 0, rest)
-        self.assertIn("it ended with status 0; 1 pins forced to their safe states", rest)
+        self.assertIn("it ended with status 0; 1 pin forced to safe states", rest)
 
     def test_restore_undoes_what_a_dead_sketch_left(self):
         self.assertIn("Nothing to undo", self.run_qduino("restore", "--state", self.folder / "none").stdout)

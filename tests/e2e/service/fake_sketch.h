@@ -27,6 +27,10 @@ class FakeSketch {
     FakeSketch(printer::link::LinkLayout& link, Log log) : link_(link), log_(std::move(log)) {
         served_emergencies_ = link_.emergency.load();
         status_.state = printer::link::MachineState::idle;
+        status_.homed.fill(true);
+        status_.position_mm = {75, 75, 10, 0};
+        heat_.hot_end.reading = heat_.bed.reading = true;
+        heat_.idle_timeout_s = 600;
         publish();
     }
 
@@ -55,7 +59,16 @@ class FakeSketch {
         publish();
     }
 
-    [[nodiscard]] const printer::link::JobStatus& status() const { return status_; }
+    /// What the next publish() says of the machine.
+    [[nodiscard]] printer::link::JobStatus& status() { return status_; }
+    [[nodiscard]] printer::link::HeatStatus& heat_status() { return heat_; }
+    /// What the machine says of where it is in the job. It reads no G-code, and would not know.
+    void stand_at(std::uint64_t line, std::uint32_t layer) {
+        status_.line = line;
+        status_.layer = layer;
+        publish();
+    }
+
     [[nodiscard]] std::uint64_t corrupt_count() const { return reader_.corrupt_count(); }
 
   private:
@@ -100,6 +113,7 @@ class FakeSketch {
                 if (running()) end(printer::link::JobOutcome::cancelled);
                 return;
             case Command::clear_fault:
+                if (!status_.fault_persists.empty()) return;
                 if (status_.state == MachineState::faulted) status_.state = MachineState::idle;
                 status_.fault.clear();
                 return;
@@ -142,6 +156,7 @@ class FakeSketch {
         if (!begin.ok() || begin->job_id <= status_.job_id || running()) return;
         status_.job_id = begin->job_id;
         status_.job_length = begin->length;
+        status_.line = status_.layer = 0;
         status_.bytes_accepted = status_.bytes_planned = status_.bytes_executed = 0;
         status_.outcome = printer::link::JobOutcome::running;
         if (log_.begun) log_.begun(begin->job_id, begin->length);
@@ -177,6 +192,9 @@ class FakeSketch {
     }
 
     void publish() {
+        using printer::link::MachineState;
+        status_.parked = status_.state == MachineState::paused;
+        status_.may_jog = status_.state == MachineState::paused || status_.state == MachineState::idle;
         link_.job_status.write(status_);
         link_.heat_status.write(heat_);
         motion_.heartbeat = status_.heartbeat;

@@ -15,6 +15,8 @@ import tempfile
 import time
 
 PRINTD, FAKE_SKETCH, SANITIZED = None, None, False
+ENDED = ("done", "cancelled", "failed")
+WATCHED = {}  # name: (process, path of its log or None), of what must live while anything is waited for
 
 
 def configure(arguments):
@@ -25,15 +27,47 @@ def configure(arguments):
     return [arguments[0]] + arguments[4:]
 
 
+def tail_of(path, size=2000):
+    with open(path, "rb") as file:
+        file.seek(max(0, os.path.getsize(path) - size))
+        return file.read().decode(errors="replace")
+
+
+def in_vain(what, why):
+    """The error of a wait: what for, why it will not come, and what the processes said last."""
+    paths = sorted({log for _, log in WATCHED.values() if log and os.path.exists(log)})
+    logs = ["\n--- %s\n%s" % (os.path.basename(path), tail_of(path)) for path in paths]
+    return AssertionError("waited in vain until %s: %s%s" % (what, why, "".join(logs)))
+
+
+def check_processes(what):
+    for name, (process, _) in WATCHED.items():
+        if process.poll() is not None:
+            raise in_vain(what, "%s has ended with status %d" % (name, process.returncode))
+
+
 def wait_until(condition, what, timeout_s=30):
-    """The value of `condition` once it is true. Waits, and never asserts how long."""
-    end = time.monotonic() + timeout_s * (4 if SANITIZED else 1)
+    """The value of `condition` once it is true. Waits, and never asserts how long; but not for what will not come: `condition` may raise
+    Hopeless, and a process that has died ends the wait at once."""
+    limit_s = timeout_s * (4 if SANITIZED else 1)
+    end = time.monotonic() + limit_s
     while time.monotonic() < end:
-        value = condition()
+        check_processes(what)
+        try:
+            value = condition()
+        except Hopeless as hopeless:
+            raise in_vain(what, hopeless) from None
+        except OSError:
+            check_processes(what)  # that says more than "connection refused"
+            raise
         if value:
             return value
         time.sleep(0.02)
-    raise AssertionError("waited in vain until " + what)
+    raise in_vain(what, "it did not come about within %d s" % limit_s)
+
+
+class Hopeless(Exception):
+    """What is waited for will not come; says why."""
 
 
 def gcode(size, seed=0):
@@ -55,6 +89,7 @@ class Sketch:
         self.log = os.path.join(folder, "sketch.log")
         self.link = os.path.join(folder, "link")
         self.process = subprocess.Popen([FAKE_SKETCH, "--link", self.link, "--log", self.log, "--rate", str(rate)])
+        WATCHED["the sketch"] = (self.process, self.log)
         wait_until(lambda: os.path.exists(self.link), "the sketch made its link")
 
     def events(self):
@@ -71,6 +106,7 @@ class Sketch:
             return file.read()
 
     def stop(self, how=signal.SIGTERM):
+        WATCHED.pop("the sketch", None)
         if self.process.poll() is None:
             self.process.send_signal(how)
         self.process.wait()
@@ -83,14 +119,16 @@ class Printd:
         self.folder = folder
         self.state = os.path.join(folder, "state")
         self.options = list(options)
+        self.wrapper = []  # a command that starts it
         self.process = None
         self.start()
 
     def start(self):
-        command = [PRINTD, "--state", self.state, "--link", os.path.join(self.folder, "link"), "--listen", "127.0.0.1:0",
+        command = [*self.wrapper, PRINTD, "--state", self.state, "--link", os.path.join(self.folder, "link"), "--listen", "127.0.0.1:0",
                    "--print-link"] + self.options
         with open(os.path.join(self.folder, "printd.log"), "ab") as log:
             self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
+        WATCHED["printd"] = (self.process, log.name)
         address = self.process.stdout.readline()
         if not address:
             raise AssertionError("printd did not start: " + self.log()[-2000:])
@@ -103,11 +141,13 @@ class Printd:
             return file.read()
 
     def kill(self):
+        WATCHED.pop("printd", None)
         self.process.kill()
         self.process.wait()
         self.process.stdout.close()
 
     def stop(self):
+        WATCHED.pop("printd", None)
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         status = self.process.wait(timeout=60)
@@ -143,6 +183,38 @@ class Printd:
 
     def machine(self):
         return self.request("GET", "/api/v1/machine")[1]
+
+    def queue_hold(self):
+        """Why the queue stands still; None when it does not."""
+        queue = self.request("GET", "/api/v1/jobs")[1]["queue"]
+        if queue["bed_occupied"]:
+            return "nobody has said that the bed is clear"
+        return queue["reason"] or "no reason given" if queue["held"] else None
+
+    def bed_is_clear(self):
+        status, answer, _ = self.request("POST", "/api/v1/machine/bed-cleared")
+        if status != 202:
+            raise AssertionError("bed-cleared: %d %s" % (status, answer))
+
+    def check_hope(self, job, state, since):
+        """Raises Hopeless when this job will not be in `state`: it has ended otherwise, or stands in a queue that is held."""
+        if job["state"] in ENDED:
+            raise Hopeless("it is %s%s" % (job["state"], job["error"] and ": " + job["error"]))
+        waits = job["state"] == "queued" and state not in ("queued", "held") and time.monotonic() > since + 1
+        if waits and self.queue_hold() and self.state_of(job["id"]) == "queued":
+            raise Hopeless("it is queued, and the queue is held: %s" % self.queue_hold())
+
+    def wait_for_job(self, number, state, timeout_s=30):
+        """Until the job is in `state`. Fails at once, with the job's own error, when it never will be."""
+        since = time.monotonic()
+
+        def reached():
+            job = self.job(number)
+            if job["state"] != state:
+                self.check_hope(job, state, since)
+            return job["state"] == state
+
+        wait_until(reached, "job %d is %s" % (number, state), timeout_s)
 
     def upload(self, name, content, **fields):
         boundary = "----e2e%d" % random.getrandbits(64)

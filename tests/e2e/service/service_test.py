@@ -22,7 +22,7 @@ from service import Folder, Live, Printd, Sketch, curl, gcode, wait_until
 
 class Case(unittest.TestCase):
     rate = 20_000_000
-    options = ()
+    options = ("--no-confirm-bed",)  # several jobs in a row; BedConfirmation has it on
 
     def setUp(self):
         self.folder = Folder()
@@ -36,7 +36,7 @@ class Case(unittest.TestCase):
         self.folder.remove()
 
     def wait_for(self, number, state):
-        wait_until(lambda: self.printd.state_of(number) == state, "job %d is %s" % (number, state))
+        self.printd.wait_for_job(number, state)
 
     def begun(self):
         return [int(event[1]) for event in self.sketch.events() if event[0] == "begun"]
@@ -183,7 +183,7 @@ class Queue(Case):
     rate = 300_000
 
     def test_reorder_hold_pause_resume_cancel_delete(self):
-        contents = {n: gcode(400_000 if n == 1 else 30_000, n) for n in range(1, 6)}
+        contents = {n: gcode(8_000_000 if n == 1 else 30_000, n) for n in range(1, 6)}
         for n, content in contents.items():
             self.assertEqual(self.printd.put("job%d.gcode" % n, content, start=True)[0], 201)
         self.wait_for(1, "printing")
@@ -239,6 +239,108 @@ class Queue(Case):
         self.wait_for(2, "done")
 
 
+class BedConfirmation(Case):
+    """As printd is without options: each copy that moved waits for a person."""
+
+    rate = 300_000
+    options = ()
+
+    def test_the_next_copy_waits_for_a_clear_bed_also_over_a_restart(self):
+        self.printd.upload("two.gcode", gcode(20_000, 1), print="true", copies="2")
+        self.printd.put("next.gcode", gcode(1000, 2), start=True)
+        for copy in (1, 2):
+            wait_until(lambda: self.printd.job(1)["copies_done"] == copy, "copy %d is printed" % copy)
+            queue = self.printd.request("GET", "/api/v1/jobs")[1]["queue"]
+            self.assertEqual(queue, {"held": False, "reason": None, "bed_occupied": True, "confirm_bed": True})
+            self.printd.kill()
+            self.printd.start()
+            time.sleep(0.5)
+            self.assertEqual(len(self.begun()), copy, "nothing begins onto what lies there")
+            self.printd.bed_is_clear()
+        self.wait_for(1, "done")
+        self.wait_for(2, "done")
+        self.assertEqual(len(self.begun()), 3)
+
+    def test_a_cancelled_and_a_failed_job_leave_the_bed_occupied_too(self):
+        for number, verb, state in ((1, "cancel", "cancelled"), (2, "emergency-stop", "failed")):
+            self.printd.put("a.gcode", gcode(2_000_000, number), start=True)
+            self.wait_for(number, "printing")
+            self.assertEqual(self.printd.request("POST", "/api/v1/machine/" + verb)[0], 202)
+            self.wait_for(number, state)
+            self.assertTrue(self.printd.request("GET", "/api/v1/jobs")[1]["queue"]["bed_occupied"])
+            self.printd.bed_is_clear()
+        listed = self.printd.jobs()
+        self.assertEqual([job["id"] for job in listed], [2, 1], "what failed last stands first of the ended")
+
+
+class Recovery(Case):
+    """The journal is lost or damaged: the uploads are not."""
+
+    def damaged(self, damage):
+        for n in range(1, 4):
+            self.assertEqual(self.printd.put("part%%20%d.gcode" % n, gcode(30_000, n))[0], 201)
+        self.assertEqual(self.printd.stop(), 0)
+        damage(os.path.join(self.printd.state, "journal.sqlite"))
+
+    def remove_copy(self):
+        os.remove(os.path.join(self.printd.state, "journal.copy.sqlite"))
+
+    def recover(self):
+        return subprocess.run([service.PRINTD, "--recover", "--state", self.printd.state], capture_output=True, text=True, check=False)
+
+    def check_all_there(self):
+        jobs = {job["id"]: job for job in self.printd.jobs()}
+        self.assertEqual({number: job["name"] for number, job in jobs.items()}, {n: "part %d.gcode" % n for n in range(1, 4)})
+        for number, job in jobs.items():
+            self.assertEqual(job["state"], "held")
+            self.assertGreater(job["facts"]["lines"], 0)
+            self.assertEqual(self.printd.request("GET", "/api/v1/jobs/%d/file" % number)[1], gcode(30_000, number))
+
+    def test_a_missing_journal_wipes_nothing_and_recover_brings_all_back(self):
+        self.damaged(os.remove)
+        self.remove_copy()
+        self.printd.start()
+        self.assertIn("printd --recover", self.printd.queue_hold())
+        self.assertEqual(self.printd.jobs(), [])
+        busy = self.recover()
+        self.assertEqual((busy.returncode, "already running" in busy.stderr), (3, True))
+        self.printd.stop()
+        self.assertIn("printd --recover", self.printd.log())
+        done = self.recover()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("3 of 3: job 3 (part 3.gcode), held", done.stdout)
+        self.assertIn("3 jobs made", done.stdout)
+        self.printd.start()
+        self.check_all_there()
+
+    def test_garbage_ends_it_with_the_way_out(self):
+        def garbage(path):
+            with open(path, "wb") as file:
+                file.write(os.urandom(40_000))
+
+        self.damaged(garbage)
+        self.remove_copy()
+        refused = subprocess.run([service.PRINTD, "--state", self.printd.state, "--link", "x", "--listen", "127.0.0.1:0"],
+                                 capture_output=True, text=True, check=False)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("printd --recover", refused.stderr)
+        self.assertEqual(self.recover().returncode, 0)
+        self.printd.start()
+        self.check_all_there()
+
+    def test_a_damaged_page_is_repaired_from_the_copy(self):
+        def flip(path):
+            with open(path, "r+b") as file:
+                file.seek(4096 * 3)
+                file.write(os.urandom(4096))
+
+        self.damaged(flip)
+        self.printd.start()
+        self.assertIn("repaired", self.printd.queue_hold())
+        self.check_all_there()
+        self.assertTrue(any(name.startswith("journal.damaged-20") for name in os.listdir(self.printd.state)))
+
+
 class LiveStream(Case):
     def test_status_jobs_history_and_uploads_arrive(self):
         ticket = self.printd.request("POST", "/api/v1/live-ticket")[1]["ticket"]
@@ -248,8 +350,8 @@ class LiveStream(Case):
         self.assertTrue(live.next_of("status")["status"]["connected"])
         self.printd.put("a.gcode", gcode(200_000, 1), start=True)
         self.assertEqual(live.next_of("upload")["name"], "a.gcode")
-        while live.next_of("jobs")["jobs"][0]["state"] != "done":
-            pass
+        while (job := live.next_of("jobs")["jobs"][0])["state"] != "done":
+            self.assertNotIn(job["state"], ("failed", "cancelled"), job)
         self.printd.request("POST", "/api/v1/machine/gcode", {"line": "M105"})
         self.assertEqual(live.next_of("reply")["text"], "ok")
         live.close()
@@ -295,7 +397,7 @@ class Process(unittest.TestCase):
         taken = subprocess.run([service.PRINTD, "--state", other, "--link", "x", "--listen", "127.0.0.1:%d" % printd.port],
                                capture_output=True, text=True, check=False)
         self.assertEqual(taken.returncode, 3)
-        self.assertIn("in use", taken.stderr)
+        self.assertIn("is taken by another program", taken.stderr)
         for arguments in (["--listen", "127.0.0.1:99999"], ["--listen", "x:y"], ["--nonsense"], ["--after-failure", "explode"]):
             done = subprocess.run([service.PRINTD, "--state", other, "--link", "x"] + arguments, capture_output=True, check=False)
             self.assertEqual(done.returncode, 2, arguments)
@@ -337,6 +439,13 @@ class Process(unittest.TestCase):
         self.assertNotIn("0", status["Gid"].split())
         self.assertEqual(status["NoNewPrivs"], "1")
         self.assertEqual(printd.put("a.gcode", gcode(1000))[0], 201)
+        printd.stop()
+        for name in ("journal.sqlite", "journal.copy.sqlite"):
+            os.remove(os.path.join(printd.state, name))
+        done = subprocess.run([service.PRINTD, "--recover", "--state", printd.state], capture_output=True, text=True, check=False)
+        self.assertIn("1 jobs made", done.stdout, done.stderr)
+        printd.start()
+        self.assertEqual(len(printd.jobs()), 1, "what root has recovered is the service's own")
         printd.stop()
 
 
@@ -381,8 +490,15 @@ class Kills(Case):
                     self.assertEqual(states[number]["sha256"], hashlib.sha256(content).hexdigest(), "seed %d" % seed)
         self.finish(acknowledged, seed)
 
+    def all_done(self):
+        jobs = self.printd.jobs()
+        for job in jobs:
+            if job["state"] in ("failed", "cancelled"):
+                raise service.Hopeless("job %d is %s: %s" % (job["id"], job["state"], job["error"]))
+        return all(job["state"] == "done" for job in jobs)
+
     def finish(self, acknowledged, seed):
-        wait_until(lambda: all(job["state"] == "done" for job in self.printd.jobs()), "everything is printed", 50)
+        wait_until(self.all_done, "everything is printed", 50)
         unknown = [hashlib.sha256(content).hexdigest() for content in acknowledged.pop("unknown", [])]
         expected = sorted(hashlib.sha256(content).hexdigest() for content in acknowledged.values())
         runs = self.begun()

@@ -30,7 +30,8 @@ int run_supervised() {
     options.make_pins = true;
     options.heartbeat_timeout = Nanoseconds{0};  // an emulated core may be late at any time
     options.command = {"/init", kPins};
-    auto supervisor = supervisor::Supervisor::open(std::move(options));
+    supervisor::SystemCalls system;
+    auto supervisor = supervisor::Supervisor::open(std::move(options), system);
     if (supervisor) return supervisor->run(-1);
     std::printf("emulated: %s\n", std::string{supervisor.error().message.view()}.c_str());
     return 2;

@@ -2,7 +2,8 @@
 // any bytes in the rings, at any time.
 //
 // Input: operations. First byte of each: 0 job status, 1 motion, 2 heat (then as many bytes as follow, up to the slot's size, laid
-// over it), 3 replies (a length byte, then raw bytes), 4 the sketch is dead or not, 5 a tick, 6 a well-formed frame whose
+// over it), 3 replies (a length byte, then raw bytes), 4 the sketch is dead or not (from 128 on, then eight bytes of
+// its time factor), 5 a tick, 6 a well-formed frame whose
 // type and payload are the input's. Properties: every frame that the reader accepts encodes to the very bytes that it was read from;
 // the status that goes out is valid JSON; a job is never begun twice with the same run.
 #include <unistd.h>
@@ -94,9 +95,12 @@ class World {
             case 3:
                 static_cast<void>(layout_->replies.try_push_all(input.take(input.byte())));
                 return;
-            case 4:
-                layout_->sketch_dead.store(input.byte() % 4);
+            case 4: {
+                const std::uint8_t dead = input.byte();
+                layout_->sketch_dead.store(dead % 4);
+                if (dead >= 128) set_time_factor(input.take(sizeof(double)));
                 return;
+            }
             case 5:
                 tick();
                 return;
@@ -106,6 +110,12 @@ class World {
                 return;
             }
         }
+    }
+
+    void set_time_factor(std::span<const std::uint8_t> bytes) {
+        double factor = 0;
+        if (!bytes.empty()) std::memcpy(&factor, bytes.data(), bytes.size());
+        layout_->time_factor.store(factor);
     }
 
     template <typename Slot>

@@ -1,8 +1,8 @@
 // The whole way of an upload but its socket: bytes → connection → service → spool, with the journal in memory.
 //
 // Input: one byte that seeds how the rest is cut into reads, then what a peer sends. Authentication is off, so that the
-// fuzzer need not guess a key. Properties: every answer begins as HTTP does; nothing stays in incoming/; what was queued
-// is stored whole under its own SHA-256.
+// fuzzer need not guess a key. Properties: every answer begins as HTTP does and comes when the one before is sent; what is held is
+// bounded; nothing stays in incoming/; what was queued is stored whole under its own SHA-256.
 #include <unistd.h>
 
 #include <cstdint>
@@ -66,10 +66,11 @@ class World {
             connection->receive({bytes.data(), count}, moment);
             connection->check_time(moment);
             bytes.remove_prefix(count);
-            check_output(*connection);
+            check_output(*connection, moment);
+            FUZZ_EXPECT(connection->held_bytes() < 2 * ReadLimits{}.header_bytes_max + 64 * 1024);
         }
         connection->receive_end();
-        check_output(*connection);
+        check_output(*connection, moment);
         connection.reset();
         check_store();
     }
@@ -85,22 +86,27 @@ class World {
         if (tasks_.size() > 1) return;
         for (; !tasks_.empty(); tasks_.pop_front()) tasks_.front()();
     }
-    static void check_output(Connection& connection) {
-        while (const auto output = connection.take_output())
+    static void check_output(Connection& connection, Moment moment) {
+        while (const auto output = connection.take_output()) {
             FUZZ_EXPECT(output->bytes.starts_with("HTTP/1.1 "));
+            FUZZ_EXPECT(!connection.take_output());  // one is in hand
+            connection.sent(moment);
+        }
     }
     void check_store() {
         FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "incoming"));
-        const auto jobs = spool_->queue().listing();
-        std::vector<spool::JobId> ids;
-        for (const spool::Job* job : jobs) {
-            std::ifstream file{spool_->blobs().path(job->sha256, spool::BlobPart::gcode), std::ios::binary};
+        spool::JobQuery all;
+        all.limit = spool::JobQuery::kLimitMax;
+        const auto page = spool_->page(all);
+        FUZZ_EXPECT(page.ok() && !page->next_before);
+        for (const spool::Job& job : page->jobs) {
+            std::ifstream file{spool_->blobs().path(job.sha256, spool::BlobPart::gcode), std::ios::binary};
             const std::string bytes{std::istreambuf_iterator<char>{file}, {}};
-            FUZZ_EXPECT(bytes.size() == job->size && spool::sha256_of(bytes) == job->sha256);
-            FUZZ_EXPECT(spool::check_name(job->name).ok());
-            ids.push_back(job->id);
+            FUZZ_EXPECT(bytes.size() == job.size && spool::sha256_of(bytes) == job.sha256);
+            FUZZ_EXPECT(spool::check_name(job.name).ok());
         }
-        for (const spool::JobId id : ids) FUZZ_EXPECT(spool_->remove(id).ok());
+        for (const spool::Job& job : page->jobs) FUZZ_EXPECT(spool_->remove(job.id).ok());
+        FUZZ_EXPECT(spool_->counts().total() == 0 && spool_->store().stored_bytes() == 0);
         FUZZ_EXPECT(std::filesystem::is_empty(folder_ / "blobs"));
         static_cast<void>(spool_->take_log());
     }

@@ -22,7 +22,9 @@ using testing::NaiveFirmware;
 /// A job as a slicer writes it, and the same as waypoints: the two come from one stream of decisions, not from each other.
 class RandomJob {
   public:
-    explicit RandomJob(std::uint64_t seed) : random_(seed), firmware(machine) {
+    /// `paused`: here and there the head leaves the path and comes back, which the G-code says nothing of.
+    explicit RandomJob(std::uint64_t seed, bool paused = false)
+        : paused_(paused), random_(seed), firmware(machine) {
         if (chance(0.7)) home();
         if (chance(0.3)) say("M83"), relative_e_ = true;
         const int moves = 15 + static_cast<int>(random_() % 25);
@@ -32,11 +34,14 @@ class RandomJob {
     Machine machine{};
 
   private:
+    bool paused_;
     std::mt19937_64 random_;
 
   public:
     NaiveFirmware firmware;
     std::string gcode;
+    std::size_t excursions = 0;
+    std::vector<std::size_t> returns;  ///< first event of the way back of each excursion
 
   private:
     bool chance(double probability) { return std::uniform_real_distribution<>(0, 1)(random_) < probability; }
@@ -50,8 +55,19 @@ class RandomJob {
         return buffer;
     }
     void say(const std::string& line) { gcode += line + "\n"; }
+    void excursion() {
+        std::array<int, kAxisCount> away{};
+        for (int& steps : away) steps = chance(0.6) ? 80 + static_cast<int>(random_() % 3000) : 0;
+        if (chance(0.5)) away[kExtruder] = -192;
+        if (away == std::array<int, kAxisCount>{}) away[2] = 500;
+        returns.push_back(firmware.excursion(away));
+        ++excursions;
+        back_at_ = firmware.events.size();
+    }
     void any_command() {
-        if (chance(0.04)) return home();
+        if (paused_ && chance(0.15)) return excursion();
+        // An excursion right before a homing is not told from it.
+        if (chance(0.04) && firmware.events.size() >= back_at_ + 500) return home();
         if (chance(0.15)) return retract();
         if (chance(0.06)) return say("G92 E" + text(rename_e()));
         if (chance(0.05)) return lift();
@@ -97,20 +113,22 @@ class RandomJob {
         firmware.move_to(at_);
     }
 
+    std::size_t back_at_ = 0;  // first event after the last excursion
     Position at_{};
     double logical_e_ = 0;
     bool relative_e_ = false;
 };
 
-Report judged(const Findings& findings) {
+Report judged(const Findings& findings, std::uint64_t excursions_told) {
     Report report;
     report.findings = findings;
+    report.excursions_told = excursions_told;
     judge(report, {}, Machine{}.axes[kExtruder].steps_per_mm);
     return report;
 }
 
 Report report_of(const RandomJob& job, const std::vector<Event>& events) {
-    return judged(inspect(job.machine, job.gcode, events, job.firmware.start()));
+    return judged(inspect(job.machine, job.gcode, events, job.firmware.start()), job.excursions);
 }
 
 TEST(InspectorProperty, WhatIsBuiltRightMatches) {
@@ -125,6 +143,34 @@ TEST(InspectorProperty, WhatIsBuiltRightMatches) {
             ASSERT_EQ(report.findings.axes[axis].unexplained, 0u) << "seed " << seed << " axis " << axis;
         }
     }
+}
+
+TEST(InspectorProperty, ExcursionsThatComeBackMatch) {
+    std::size_t excursions = 0;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        const RandomJob job(seed, true);
+        const Report report = report_of(job, job.firmware.events);
+        ASSERT_TRUE(report.matches) << "seed " << seed << "\n" << to_json(report, 0) << "\n" << job.gcode;
+        ASSERT_LE(report.findings.excursions, job.excursions);
+        excursions += report.findings.excursions;
+    }
+    ASSERT_GT(excursions, 100u);
+}
+
+TEST(InspectorProperty, AnExcursionThatEndsAStepBesideIsSeen) {
+    int mutants = 0;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        const RandomJob job(seed, true);
+        for (const std::size_t back : job.returns) {
+            std::vector<Event> events = job.firmware.events;
+            if (back >= events.size() || events[back].axis == kExtruder) continue;
+            events.erase(events.begin() + static_cast<std::ptrdiff_t>(back));
+            ASSERT_FALSE(report_of(job, events).matches) << "seed " << seed << " at " << back << "\n"
+                                                         << job.gcode;
+            ++mutants;
+        }
+    }
+    ASSERT_GT(mutants, 100);
 }
 
 /// Steps outside of homing, which the inspector skips, as indices.

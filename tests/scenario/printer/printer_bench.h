@@ -47,6 +47,7 @@ class PrinterBench {
     void job(std::string text, std::uint64_t id = 1) {
         text_ = std::make_unique<std::istringstream>(text);
         feeder_ = std::make_unique<apps::JobFeeder>(*text_, id, text.size());
+        watch_.reset();  // one at a time watches the pins
         watch_ = std::make_unique<twin::Job>(printer_.twin(), std::make_unique<twin::TextSource>(text),
                                              printer_.now());
     }
@@ -65,7 +66,7 @@ class PrinterBench {
     [[nodiscard]] link::HeatStatus heat() { return printer_.link().heat_status.read(); }
     [[nodiscard]] twin::PrinterState metal() { return printer_.twin().state(printer_.now()); }
     [[nodiscard]] twin::Printer& twin() { return printer_.twin(); }
-    [[nodiscard]] twin::Report report() { return watch_->finish(printer_.now()); }
+    [[nodiscard]] twin::Report report() { return watch_->finish(printer_.now(), true, status().excursions); }
     [[nodiscard]] const std::string& replies() const { return replies_; }
     [[nodiscard]] std::string fault() { return std::string(status().fault.view()); }
     [[nodiscard]] Instant now() const { return printer_.now(); }

@@ -228,6 +228,32 @@ INSTANTIATE_TEST_SUITE_P(
                     Broken{"EndstopAlwaysClosed", "endstop_stuck_closed:x", "X endstop"}),
     [](const auto& each) { return each.param.name; });
 
+TEST(Printer, AFaultThatIsStillThereIsNotCleared) {
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(std::string(kSquare));
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().line >= 9; }, 600));
+    const std::uint64_t line = bench.status().line;
+    bench.twin().inject(*twin::parse_fault("sensor_open:hot_end"));
+    bench.run(1);
+    ASSERT_EQ(bench.status().state, MachineState::faulted);
+    EXPECT_FALSE(bench.heat().hot_end.reading);
+    EXPECT_NE(bench.status().fault_persists.view().find("hot end sensor"), std::string_view::npos);
+    bench.command(Command::clear_fault);
+    bench.run(1);
+    EXPECT_EQ(bench.status().state, MachineState::faulted);
+    EXPECT_NE(bench.replies().find("the fault is still there: hot end sensor"), std::string::npos);
+    bench.twin().clear_faults(bench.now());
+    bench.run(1);
+    EXPECT_TRUE(bench.status().fault_persists.empty());
+    bench.command(Command::clear_fault);
+    bench.run(1);
+    EXPECT_EQ(bench.status().state, MachineState::idle);
+    EXPECT_TRUE(bench.heat().hot_end.reading);
+    EXPECT_GE(bench.status().line, line) << "where it stopped is kept";
+    EXPECT_EQ(bench.status().outcome, JobOutcome::failed);
+}
+
 TEST(Printer, FanAndHeatFollowTheMotionNotTheParser) {
     PrinterBench bench;
     ASSERT_TRUE(bench.begin());
@@ -319,6 +345,43 @@ TEST(Printer, AJobThatArrivesWhileFaultedIsRefused) {
     bench.command(Command::clear_fault);
     bench.run(60);
     EXPECT_EQ(bench.metal().counters[0].moved, 0u) << "it does not start after the repair";
+}
+
+/// Every level and duty that a pin was ever driven to; nothing is wired to it.
+class DrivenPins final : public board::Peripherals {
+  public:
+    void pin_written(Instant, board::PinId pin, board::Level level) override {
+        driven[pin.number].push_back(level == board::Level::high ? 1.0 : 0.0);
+    }
+    void pwm_written(Instant, board::PinId pin, double duty) override { driven[pin.number].push_back(duty); }
+    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
+    double analog_level(Instant, board::PinId) override { return 0; }
+    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
+                              std::span<std::uint8_t>) override {
+        return make_error(ErrorCode::timed_out, "nobody at this address");
+    }
+    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
+        return {};
+    }
+    std::map<std::uint16_t, std::vector<double>> driven;
+};
+
+TEST(Printer, FromPowerUpOnNoDriverAndNoHeaterIsOnForAMoment) {
+    DrivenPins pins;
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin(&pins));
+    const printer::MachineConfig& config = bench.printer().config();
+    for (const printer::AxisConfig& axis : config.axes) {
+        const std::vector<double>& enable = pins.driven[axis.enable_pin];
+        ASSERT_FALSE(enable.empty());
+        EXPECT_EQ(std::count(enable.begin(), enable.end(), 0.0), 0) << "EN low switches the driver on";
+        EXPECT_FALSE(pins.driven[axis.step_pin].empty());
+    }
+    for (const std::uint16_t heater : {config.hot_end.heater_pin, config.bed.heater_pin, config.fan_pin}) {
+        const std::vector<double>& duties = pins.driven[heater];
+        ASSERT_FALSE(duties.empty());
+        EXPECT_EQ(std::count(duties.begin(), duties.end(), 0.0), std::ssize(duties));
+    }
 }
 
 }  // namespace

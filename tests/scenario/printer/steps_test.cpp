@@ -4,39 +4,24 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests {
 namespace {
 
-/// Notes the instant of every rising edge of X, and forwards everything to the twin. Must outlive the bench, whose board
-/// writes its pins until the end.
-class EdgeNotes final : public board::Peripherals {
+/// Notes the instant of every rising edge of X.
+class EdgeNotes final : public ForwardingPins {
   public:
-    void forward_to(board::Peripherals& next) { next_ = &next; }
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         const bool high = level == board::Level::high;
         if (pin.number == 2 && high && !high_) rises.push_back(now);
         if (pin.number == 2) high_ = high;
         next_->pin_written(now, pin, level);
     }
-    void pwm_written(Instant now, board::PinId pin, double duty) override {
-        next_->pwm_written(now, pin, duty);
-    }
-    board::Level pin_level(Instant now, board::PinId pin) override { return next_->pin_level(now, pin); }
-    double analog_level(Instant now, board::PinId pin) override { return next_->analog_level(now, pin); }
-    Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
-                              std::span<const std::uint8_t> out, std::span<std::uint8_t> in) override {
-        return next_->i2c_transfer(now, bus, address, out, in);
-    }
-    Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
-                              std::span<std::uint8_t> data) override {
-        return next_->spi_transfer(now, bus, settings, data);
-    }
     std::vector<Instant> rises;
 
   private:
-    board::Peripherals* next_ = nullptr;
     bool high_ = false;
 };
 

@@ -2,6 +2,8 @@
 //
 //   pin 3  digital, driven high, safe low     pin 4  PWM at 0.5, safe low     pin 5  driven low, safe high
 //   pin 6  driven high, no safe state: must stay as it is
+//   with a third argument, what precedes /sys:
+//   pin 7  channel 2 of pwmchip0 at 0.5, safe low                      pin 8  channel 3, driven low, safe high
 #include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -76,13 +78,17 @@ void heartless_body(void*) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) return 2;
+    if (argc != 3 && argc != 4) return 2;
     g_end = argv[2];
     board::linux::LinuxConfig config;
     config.pins_path = argv[1];
     config.real_time =
         false;  // the pins are the matter here; no test hangs a core of the machine at real-time priority
     config.heartbeat_bound = 50ms;
+    if (argc == 4) {
+        config.sysfs_root = argv[3];
+        config.pwm = {{PinId{7}, 0, 2}, {PinId{8}, 0, 3}};
+    }
     auto opened = LinuxBoard::open(config);
     if (!opened) return std::fprintf(stderr, "%s\n", opened.error().message.view().data()), 1;
     g_board = opened->get();
@@ -94,6 +100,11 @@ int main(int argc, char** argv) {
     g_board->pin_write(PinId{6}, Level::high);
     well &= g_board->safe_state(PinId{3}, Level::low).ok() &&
             g_board->safe_state(PinId{4}, Level::low).ok() && g_board->safe_state(PinId{5}, Level::high).ok();
+    if (argc == 4) {
+        well &= g_board->safe_state(PinId{7}, Level::low).ok() &&
+                g_board->safe_state(PinId{8}, Level::high).ok() && g_board->pwm_write(PinId{7}, 0.5).ok() &&
+                g_board->pin_mode(PinId{8}, PinMode::output).ok();
+    }
     board::VcpuSpec first;
     first.id = 1;
     first.budget = 4ms;

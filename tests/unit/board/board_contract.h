@@ -314,6 +314,29 @@ TYPED_TEST_P(BoardContract, PinsStartAsInputsAndDriveNothing) {
     EXPECT_TRUE(wires.levels_of(kDriver).empty());
 }
 
+TYPED_TEST_P(BoardContract, ALevelWrittenBeforeTheModeIsTheFirstThatIsDriven) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        ASSERT_TRUE(board.safe_state(kLamp, Level::high));
+        board.pin_write(kLamp, Level::high);
+        ASSERT_TRUE(board.pin_mode(kLamp, PinMode::output));
+        EXPECT_EQ(board.pin_read(kLamp), Level::high);
+        ASSERT_TRUE(
+            board.pin_mode(kDriver, PinMode::input_pullup));  // which is no write: the latch is low still
+        ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
+        EXPECT_EQ(board.pin_read(kDriver), Level::low);
+        board.pin_write(kHeater, Level::high);
+        board.pin_write(kHeater, Level::low);  // the last counts
+        ASSERT_TRUE(board.pin_mode(kHeater, PinMode::output_open_drain));
+    });
+    for (const auto& [pin, level] :
+         {std::pair{kLamp, Level::high}, std::pair{kDriver, Level::low}, std::pair{kHeater, Level::low}}) {
+        const std::vector<Level> levels = wires.levels_of(pin);
+        EXPECT_FALSE(levels.empty()) << pin.number;
+        EXPECT_EQ(std::count(levels.begin(), levels.end(), level), std::ssize(levels)) << pin.number;
+    }
+}
+
 TYPED_TEST_P(BoardContract, PinsThatAreNotThereAreRefused) {
     auto& board = this->board();
     constexpr PinId kNone{kPinCount};
@@ -634,10 +657,11 @@ REGISTER_TYPED_TEST_SUITE_P(
     RunReturnsAtUntilAndGoesOnWhenCalledAgain, AStopIsSeenByEveryLoopAndRunWaitsForAll,
     BadSpecsAreRefusedAndNothingRuns, TheGuaranteeNamesEveryLoop, WritesReachTheWiresInOrderAndAtTheirTime,
     AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire, PinsStartAsInputsAndDriveNothing,
-    PinsThatAreNotThereAreRefused, PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven,
-    I2cCarriesExactBytesBothWays, AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace,
-    AnAnalogPinReadsItsVoltage, EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu,
-    ALockIsHeldByOneAtATime, WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
+    ALevelWrittenBeforeTheModeIsTheFirstThatIsDriven, PinsThatAreNotThereAreRefused,
+    PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven, I2cCarriesExactBytesBothWays,
+    AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage,
+    EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu, ALockIsHeldByOneAtATime,
+    WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
     TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
 
 }  // namespace qduino::board::contract

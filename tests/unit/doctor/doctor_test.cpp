@@ -83,7 +83,7 @@ TEST(Doctor, AGoodMachineNeedsNothing) {
     const Said said = ask(machine, false);
     EXPECT_EQ(said.result, 0) << said.text;
     EXPECT_NE(said.text.find("Test Board 4000, 4 cores"), std::string::npos);
-    EXPECT_NE(said.text.find("\nAll 26 are as they should be.\n"), std::string::npos);
+    EXPECT_NE(said.text.find("\nVerdict: all 26 are as they should be.\n"), std::string::npos);
     EXPECT_EQ(said.text.find("fix"), std::string::npos);
 }
 
@@ -159,7 +159,7 @@ const Case kCases[] = {
          "CONFIG_HZ=100\nCONFIG_HIGH_RES_TIMERS=y\n# CONFIG_CPUSETS is not set\nCONFIG_NO_HZ_FULL=y\n"
          "CONFIG_RCU_NOCB_CPU=y\nCONFIG_GPIO_CDEV=y\nCONFIG_I2C_CHARDEV=m\nCONFIG_CPU_ISOLATION=y\n"
          "CONFIG_POSIX_TIMERS=y"),
-    with("coarse_timers", "timer_resolution", kMissing, "4000000 ns", "linux-image-rt-amd64",
+    with("coarse_timers", "timer_resolution", kMissing, "timers resolve 4 ms", "linux-image-rt-amd64",
          "/proc/timer_list", "  .resolution: 4000000 nsecs"),
     with("slow_clock", "clocksource", kBetter, "hpet, though tsc is there",
          "echo tsc | sudo tee /sys/devices/system/clocksource/clocksource0/current_clocksource",
@@ -245,11 +245,12 @@ TEST(Doctor, CountsWhatIsWrong) {
     FakeMachine machine;
     furnish_well(machine);
     machine.put("/proc/900/comm", "irqbalance");
-    EXPECT_NE(ask(machine, false).text.find("\n1 of 26 could be better.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 26 could be better.\n"), std::string::npos);
     machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
-    EXPECT_NE(ask(machine, false).text.find("\n1 of 26 could be better, 1 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 26 could be better, 1 is missing.\n"),
+              std::string::npos);
     machine.put("/proc/900/comm", "bash");
-    EXPECT_NE(ask(machine, false).text.find("\n1 of 26 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 26 is missing.\n"), std::string::npos);
 }
 
 TEST(Doctor, NeverPasses80Columns) {

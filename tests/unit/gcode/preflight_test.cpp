@@ -123,6 +123,21 @@ TEST(Preflight, StepRate) {
     EXPECT_NEAR(read(kStart + "G1 X2 Z.1 F60000\n").step_rate_maximum_hz, 10100, 1e-6);
 }
 
+TEST(Preflight, ADwellLongerThanTheIdleTimeOutIsWarnedOf) {
+    Facts facts = read("G28\nM109 S200\nG1 X10 F600\nG4 S601\n");
+    EXPECT_TRUE(facts.accepted());
+    EXPECT_EQ(first_warning(facts),
+              "a dwell of 601 s is longer than the idle time-out of 600 s: the heaters go off in it, and the "
+              "job pauses");
+    EXPECT_EQ(facts.warnings[0].line, 4U);
+    EXPECT_EQ(read("G28\nM140 S50\nM0 S900\nG1 X10 F600\n").warnings_count, 1U);
+    EXPECT_EQ(read("G28\nM109 S200\nG1 X10 F600\nG4 S600\n").warnings_count, 0U);
+    EXPECT_EQ(read("G28\nM109 S200\nM104 S0\nG1 X10 F600\nG4 S900\n").warnings_count, 0U) << "nothing is hot";
+    Options never;
+    never.machine.idle_timeout_s = 0;
+    EXPECT_EQ(read("G28\nM109 S200\nG1 X10 F600\nG4 S9000\n", never).warnings_count, 0U);
+}
+
 TEST(Preflight, UnknownAndUndoneCodesAreWarningsOnceEach) {
     const Facts facts = read(kStart + "G999\nG999\nM300 S1\nM900 K0.04\nG999\nG1 X1 F600\n");
     EXPECT_TRUE(facts.accepted());

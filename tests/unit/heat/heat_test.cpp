@@ -139,6 +139,37 @@ TEST(Heat, FallingAwayFromTheTargetIsFound) {
     EXPECT_NE(bench.fault().find("lost its temperature"), std::string_view::npos) << bench.fault();
 }
 
+TEST(Heat, ADeadSensorIsNoReadingAndPersists) {
+    Bench bench;
+    bench.target(209);
+    bench.run(30);
+    const double last = bench.hot_end.reading().value();
+    EXPECT_TRUE(bench.control.status().hot_end.reading);
+    bench.silent = true;
+    bench.run(0.5);
+    EXPECT_FALSE(bench.control.status().hot_end.reading);
+    EXPECT_TRUE(bench.control.status().bed.reading);
+    EXPECT_NEAR(bench.control.status().hot_end.celsius, last, 1) << "the last one stays";
+    EXPECT_NE(bench.control.status().persists.view().find("hot end sensor does not answer"),
+              std::string_view::npos);
+    bench.silent = false;
+    bench.run(0.5);
+    EXPECT_TRUE(bench.control.status().persists.view().empty()) << "latched, but it may be cleared";
+    EXPECT_NE(bench.fault(), "");
+}
+
+TEST(Heat, UnusedHeatIsCutWithoutLoop1) {
+    Bench bench;
+    bench.target(209);
+    bench.run(100 + 610);
+    EXPECT_TRUE(bench.control.status().idle_timed_out);
+    EXPECT_EQ(bench.duties.hot_end, 0.0);
+    EXPECT_EQ(bench.control.status().hot_end.target_celsius, 0) << "whatever is still asked";
+    bench.run(300);
+    EXPECT_LT(bench.hot_end.celsius, 60);
+    EXPECT_EQ(bench.fault(), "");
+}
+
 TEST(Heat, SwitchStuckOnIsFound) {
     Bench bench;
     bench.target(0);

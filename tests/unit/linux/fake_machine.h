@@ -19,7 +19,7 @@ class FakeMachine {
         static std::atomic<int> number{0};
         root_ = std::filesystem::temp_directory_path() /
                 ("qduino-machine-" + std::to_string(::getpid()) + "-" + std::to_string(number++));
-        std::filesystem::create_directories(root_);
+        std::filesystem::create_directories(root_ / "run/lock");
     }
     ~FakeMachine() { std::filesystem::remove_all(root_); }
     FakeMachine(const FakeMachine&) = delete;

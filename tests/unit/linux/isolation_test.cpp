@@ -13,6 +13,7 @@
 #include "board/linux/device_interrupts.h"
 #include "board/linux/real_time_thread.h"
 #include "tests/unit/linux/fake_machine.h"
+#include "tests/unit/linux/foreign_spinner.h"
 #include "tests/unit/linux/machine_snapshot.h"
 
 namespace qduino::board::linux::test {
@@ -85,20 +86,38 @@ TEST(MachineSettings, ThoseOfADeadProcessAreUndoneByRestoreAndByTheNextStart) {
     }
 }
 
+/// A state file of this boot with `lines`, as a dead process left it.
+void write_state(const FakeMachine& machine, const std::string& lines) {
+    const auto boot = read_small_file("/proc/sys/kernel/random/boot_id");
+    ASSERT_TRUE(boot.ok());
+    std::ofstream{machine.state()} << "qduino-settings 1 " << *boot << lines;  // the id ends in a newline
+}
+
 TEST(MachineSettings, ALineCutShortByAKillIsIgnored) {
     FakeMachine machine;
     machine.put("/a", "1");
     machine.put("/b", "1");
     { MachineSettings settings = open_settings(machine.state()); }
-    const std::string boot = [] {
-        const auto id = read_small_file("/proc/sys/kernel/random/boot_id");
-        return id ? id->substr(0, id->find('\n')) : std::string{"?"};
-    }();
-    std::ofstream{machine.state()} << "qduino-settings 1 " << boot << "\nwrite\t" << machine.path("/a")
-                                   << "\t0\nwrite\t" << machine.path("/b") << "\t0";
+    write_state(machine, "write\t" + machine.path("/a") + "\t0\nwrite\t" + machine.path("/b") + "\t0");
     EXPECT_TRUE(restore_settings(machine.state()).ok());
     EXPECT_EQ(machine.get("/a"), "0");
     EXPECT_EQ(machine.get("/b"), "1");
+}
+
+// The kernel manages some interrupts itself (a disk's queues) and refuses every write of their cores. A kill
+// between the record and the refused write leaves a record of a setting that never changed. osrelease is such a
+// file for root too: readable, never writable.
+TEST(MachineSettings, ASettingThatNeverChangedIsNotWrittenAgain) {
+    FakeMachine machine;
+    { MachineSettings settings = open_settings(machine.state()); }
+    const char* const unwritable = "/proc/sys/kernel/osrelease";
+    const auto value = read_small_file(unwritable);
+    ASSERT_TRUE(value.ok());
+    ASSERT_FALSE(write_small_file(unwritable, *value).ok());
+    write_state(machine, "write\t" + std::string{unwritable} + "\t" + *value);  // it ends in a newline
+    const auto restored = restore_settings(machine.state());
+    ASSERT_TRUE(restored.ok()) << restored.error().message.view();
+    EXPECT_EQ(*restored, Restored::undone);
 }
 
 TEST(MachineSettings, OfAnEarlierBootAreForgotten) {
@@ -377,6 +396,33 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
         ASSERT_TRUE(restored.ok()) << restored.error().message.view();
         EXPECT_EQ(MachineSnapshot::take().changes_since(before), "");
     }
+}
+
+// The spinner's priority is below those of the machine's own threads, and it never spins for longer than a moment.
+TEST(Isolation, ARealTimeTaskOfAnotherProcessCannotComeToTheOwnedCore) {
+    if (::geteuid() != 0 || cpu_count() < 2) GTEST_SKIP() << "needs root and two cores";
+    const int core = cpu_count() - 1;
+    {
+        const ForeignSpinner open_core{core, 3, 50ms};
+        if (!open_core.spins()) GTEST_SKIP() << "no SCHED_FIFO here: error " << open_core.priority_error();
+    }
+    auto opened = MachineSettings::open(kDefaultSettingsState);
+    if (!opened.ok()) GTEST_SKIP() << opened.error().message.view();
+    IsolationOptions options;
+    options.cores = {core};
+    options.cpus = cpu_count();
+    options.lift_throttling = false;
+    {
+        MachineSettings settings = std::move(*opened);
+        const auto begun = Isolation::begin(settings, options);
+        ASSERT_TRUE(begun.ok()) << begun.error().message.view();
+        if (!begun->exclusive()) GTEST_SKIP() << "no cpusets here: " << begun->notes().front();
+        const ForeignSpinner foreign{core, 3, 200ms};
+        EXPECT_FALSE(foreign.spins());
+        EXPECT_EQ(foreign.core_error(), EINVAL) << "sched_setaffinity(2) to a core outside its set";
+    }
+    const ForeignSpinner afterwards{core, 3, 50ms};
+    EXPECT_TRUE(afterwards.spins()) << "all is put back: error " << afterwards.core_error();
 }
 
 }  // namespace

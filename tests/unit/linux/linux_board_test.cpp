@@ -330,10 +330,11 @@ TEST(LinuxBoard, ARealPwmKeepsItsDutyWhenItsPeriodChanges) {
     config.pwm.push_back({.pin = PinId{9}, .chip = 0, .channel = 2, .period = 1ms});
     const auto board = open(config);
     EXPECT_EQ(machine.get(channel + "period"), "1000000");
-    EXPECT_EQ(machine.get(channel + "enable"), "1");
+    EXPECT_EQ(machine.get(channel + "enable"), "0");  // nothing is driven yet
     clear();
     ASSERT_TRUE(board->pwm_write(PinId{9}, 0.25).ok());
     EXPECT_EQ(machine.get(channel + "duty_cycle"), "250000");
+    EXPECT_EQ(machine.get(channel + "enable"), "1");
     clear();
     ASSERT_TRUE(board->pwm_period(PinId{9}, 20ms).ok());
     EXPECT_EQ(machine.get(channel + "period"), "20000000");
@@ -355,6 +356,25 @@ TEST(LinuxBoard, ARealPwmKeepsItsDutyWhenItsPeriodChanges) {
     EXPECT_EQ(machine.get(channel + "duty_cycle"), "500000");
 }
 
+TEST(LinuxBoard, ARealPwmChannelIsOffUntilItIsAnOutputAndThenHasTheLevelWrittenBefore) {
+    FakeMachine machine;
+    const std::string channel = "/sys/class/pwm/pwmchip0/pwm2/";
+    machine.put(channel + "enable", "");
+    for (const char* file : {"duty_cycle", "period"}) std::ofstream{machine.path(channel + file)}.flush();
+    std::ofstream{machine.path(channel + "enable")} << '1';  // as a dead sketch has left it
+    LinuxConfig config = on(machine);
+    config.pwm.push_back({.pin = PinId{9}, .chip = 0, .channel = 2, .period = 1ms});
+    const auto board = open(config);
+    EXPECT_EQ(machine.get(channel + "enable"), "0");
+    ASSERT_TRUE(board->safe_state(PinId{9}, Level::high).ok());
+    board->pin_write(PinId{9}, Level::high);
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "1000000");
+    EXPECT_EQ(machine.get(channel + "enable"), "0");
+    ASSERT_TRUE(board->pin_mode(PinId{9}, PinMode::output).ok());
+    EXPECT_EQ(machine.get(channel + "enable"), "1");
+    EXPECT_EQ(machine.get(channel + "duty_cycle"), "1000000");
+}
+
 /// Of core 0, owned by a loop, on a machine of files.
 CoreGuarantee guarantee_of_an_owner(const FakeMachine& machine) {
     LinuxConfig config = on(machine);
@@ -370,6 +390,52 @@ CoreGuarantee guarantee_of_an_owner(const FakeMachine& machine) {
     board->request_stop();
     board->run(kForever);
     return report.cores.size() == 1 ? report.cores[0] : CoreGuarantee{};
+}
+
+TEST(LinuxBoard, ACoreThatAnotherSketchOwnsIsRefusedBeforeAnyLoopRuns) {
+    FakeMachine machine;
+    LinuxConfig config = on(machine);
+    config.real_time = true;
+    config.core_patience = 10ms;
+    std::atomic<int> runs{0};
+    std::function<void()> body = [&] { ++runs; };
+    VcpuSpec owner = loop(1, 10ms, 10ms, &body);
+    owner.owns_core = true;
+    const auto first = open(config);
+    ASSERT_TRUE(first->start(std::array{owner}).ok());
+    {
+        const auto second = open(config);
+        const auto refused = second->start(std::array{owner});
+        ASSERT_FALSE(refused.ok());
+        EXPECT_EQ(refused.error().code, ErrorCode::unavailable);
+        EXPECT_NE(refused.error().message.view().find("(pid " + std::to_string(::getpid()) + ") owns it"),
+                  std::string_view::npos)
+            << refused.error().message.view();
+    }
+    const auto modest_one = open(on(machine));  // no real-time priority: starves nobody
+    EXPECT_TRUE(modest_one->start(std::array{owner}).ok());
+    first->request_stop();
+    first->run(kForever);
+    modest_one->request_stop();
+    modest_one->run(kForever);
+    EXPECT_EQ(runs, 2);
+}
+
+TEST(LinuxBoard, ALoopSaysInThePinsFileWhereItRuns) {
+    TemporaryPins file;
+    const auto server = PinsServer::create(file.path());
+    ASSERT_TRUE(server.ok());
+    const auto board = open(modest(file.path()));
+    std::function<void()> body = [] {};
+    VcpuSpec spec = loop(3, 1ms, 10ms, &body);
+    spec.core = board->core_count() - 1;
+    ASSERT_TRUE(board->start(std::array{spec}).ok());
+    const auto place = LoopPlace::from(server->layout().heartbeats[3].place.load());
+    EXPECT_EQ(place.core, spec.core);
+    EXPECT_EQ(place.priority, 0) << "it was not asked for";
+    EXPECT_FALSE(LoopPlace::from(server->layout().heartbeats[2].place.load()).known());
+    board->request_stop();
+    board->run(kForever);
 }
 
 TEST(LinuxBoard, TheGuaranteeTellsACoreThatWasSetApartAtBoot) {

@@ -80,6 +80,87 @@ TEST(TimerGravity, WhatTakesLongerThanAWakeUpTeachesNothing) {
     EXPECT_NEAR(static_cast<double>(loop.gravity.lead().count()), 15'000, 500);
 }
 
+/// `median` nearly always; a little less or more, and now and then much more.
+std::function<Nanoseconds()> wake_ups_around(Nanoseconds median, std::uint32_t seed) {
+    return [median, random = std::mt19937{seed}]() mutable {
+        const double scale = std::normal_distribution{1.0, 0.06}(random);
+        const bool stalled = random() % 50 == 0;
+        return from_seconds(to_seconds(median) * std::max(scale, 0.7)) + (stalled ? 2ms : Nanoseconds{0});
+    };
+}
+
+TEST(TimerGravity, LearnsOnMachinesOfEverySpeed) {
+    for (const Nanoseconds median : {Nanoseconds{20us}, Nanoseconds{69us}, Nanoseconds{200us}}) {
+        SCOPED_TRACE(median.count());
+        Loop loop;
+        loop.run(5000, wake_ups_around(median, 3));  // it climbs by 50 ns a wake-up
+        EXPECT_GT(loop.gravity.lead(), median * 80 / 100);
+        EXPECT_LT(loop.gravity.lead(), median);
+        loop.early = 0;
+        loop.waited = Nanoseconds{0};
+        loop.run(10'000, wake_ups_around(median, 4));
+        EXPECT_GT(loop.early, 10'000 / 14);
+        EXPECT_LT(loop.early, 10'000 / 6);
+        EXPECT_LT(loop.waited / 10'000, median / 50);
+    }
+}
+
+TEST(TimerGravity, WhereSomeWakeUpsAreQuickAndMostAreSlowItNeverSpinsForLong) {
+    for (const std::uint32_t quick_percent : {50u, 5u}) {
+        SCOPED_TRACE(quick_percent);
+        Loop loop;
+        std::mt19937 random{5};
+        const auto mixed = [&] {
+            return random() % 100 < quick_percent ? Nanoseconds{20us} : Nanoseconds{200us};
+        };
+        loop.run(5000, mixed);
+        Nanoseconds longest_lead{0};
+        for (int i = 0; i < 5000; ++i) {
+            loop.run(1, mixed);
+            longest_lead = std::max(longest_lead, loop.gravity.lead());
+        }
+        EXPECT_LE(longest_lead, 60us);  // three of its quickest
+        EXPECT_GT(loop.gravity.lead(), 15us);
+    }
+}
+
+TEST(TimerGravity, FollowsAMachineThatBecomesMuchSlower) {
+    Loop loop;
+    loop.run(1000, [] { return Nanoseconds{12us}; });
+    EXPECT_EQ(loop.gravity.limit(), TimerGravity::kQuick);
+    loop.run(9000, [] { return Nanoseconds{200us}; });
+    EXPECT_NEAR(static_cast<double>(loop.gravity.lead().count()), 200'000, 500);
+    loop.run(1000, [] { return Nanoseconds{12us}; });
+    EXPECT_NEAR(static_cast<double>(loop.gravity.lead().count()), 12'000, 500);
+}
+
+// A harmonic period: the longer loop is released together with the shorter one, always, and waits for it.
+TEST(TimerGravity, ALoopThatIsAlwaysReleasedBehindAnotherLearnsNoMoreThanItsWakeUp) {
+    Loop loop;
+    for (int i = 0; i < 3000; ++i) {
+        const Instant before = loop.due + 200us, due = loop.due + 1ms, other_runs = due - 20us;
+        loop.due = due;
+        const Instant alarm = loop.gravity.alarm_for(due, before);
+        // The other one runs from 20 us before this one is due, for 300 us.
+        loop.gravity.woke(alarm + 20us < other_runs ? alarm + 20us
+                                                    : std::max(alarm + 20us, other_runs + 300us));
+        if (i > 500) {
+            ASSERT_LE(loop.gravity.lead(), 60us) << i;
+        }
+    }
+}
+
+TEST(TimerGravity, TheLeadIsASmallPartOfTheBudgetThatItIsChargedTo) {
+    EXPECT_EQ(TimerGravity::lead_limit(100us, true), TimerGravity::kQuick);
+    EXPECT_EQ(TimerGravity::lead_limit(1ms, true), 250us);
+    EXPECT_EQ(TimerGravity::lead_limit(30ms, true), TimerGravity::kSlowest);
+    EXPECT_EQ(TimerGravity::lead_limit(100us, false), TimerGravity::kSlowest);
+    Loop loop{.gravity = TimerGravity{TimerGravity::lead_limit(100us, true)}};
+    loop.run(5000, [] { return Nanoseconds{200us}; });
+    EXPECT_EQ(loop.gravity.lead(), TimerGravity::kQuick);
+    EXPECT_EQ(loop.early, 0);
+}
+
 TEST(TimerGravity, AtLeastHalfOfAWaitIsSlept) {
     Loop loop;
     loop.run(1000, [] { return Nanoseconds{20us}; });

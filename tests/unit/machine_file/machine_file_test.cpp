@@ -40,6 +40,36 @@ TEST(MachineFile, ErrorsNameFileLineAndKey) {
               "axis Y: minimum_mm is not below maximum_mm");
 }
 
+TEST(MachineFile, TheIdleTimeOutIsZeroOrLongEnoughToRead) {
+    EXPECT_EQ(parse_machine("", "m.toml")->idle_timeout_s, 600);
+    EXPECT_EQ(parse_machine("idle_timeout_s = 0\n", "m.toml")->idle_timeout_s, 0);
+    EXPECT_EQ(parse_machine("idle_timeout_s = 1800\n", "m.toml")->idle_timeout_s, 1800);
+    EXPECT_EQ(error_of("idle_timeout_s = 5\n"), "idle_timeout_s: give 0 (never) or at least 30 s");
+    EXPECT_EQ(error_of("idle_timeout_s = -1\n"), "m.toml:1: 'idle_timeout_s' is -1, outside 0 to 86400");
+    EXPECT_NE(error_of("idle_timeout_s = nan\n"), "");
+}
+
+TEST(MachineFile, TheParkPlaceFollowsTheBoundsAndStaysInside) {
+    const auto reference = parse_machine("", "m.toml");
+    EXPECT_TRUE(reference->park.enabled);
+    EXPECT_EQ(reference->park.x_mm, 0);
+    EXPECT_EQ(reference->park.y_mm, 150);
+    const auto moved = parse_machine("[axes.x]\nminimum_mm = -10\n[axes.y]\nmaximum_mm = 90\n", "m.toml");
+    ASSERT_TRUE(moved) << moved.error().message.view();
+    EXPECT_EQ(moved->park.x_mm, -10);
+    EXPECT_EQ(moved->park.y_mm, 90);
+    const auto given = parse_machine(
+        "[park]\nenabled = false\nx_mm = 5\nz_hop_mm = 12\nretract_mm = 0\nspeed_mm_s = "
+        "40\nretract_speed_mm_s = 9\n",
+        "m.toml");
+    ASSERT_TRUE(given);
+    EXPECT_FALSE(given->park.enabled);
+    EXPECT_EQ(given->park.x_mm, 5);
+    EXPECT_EQ(given->park.z_hop_mm, 12);
+    EXPECT_EQ(error_of("[park]\nx_mm = 200\n"), "park: x_mm is 200, outside the axis' 0 to 150");
+    EXPECT_EQ(error_of("[park]\nretract_mm = 90\n"), "m.toml:2: 'retract_mm' is 90, outside 0 to 20");
+}
+
 TEST(MachineFile, MissingFileIsNamed) {
     const auto parsed = read_machine_file("/nonexistent/m.toml");
     ASSERT_FALSE(parsed);

@@ -88,8 +88,8 @@ TEST_F(InspectionTest, BeginsEndsAndReportsEachOnce) {
     inspection.begin(7, folder_ / "part.gcode");
     ASSERT_TRUE(becomes([&] { return inspection.begun(7); }));
     EXPECT_FALSE(inspection.report(7).has_value());
-    inspection.end(7);
-    inspection.end(7);
+    inspection.end(7, 2);
+    inspection.end(7, 2);
     ASSERT_TRUE(becomes([&] { return inspection.report(7).has_value(); }));
     EXPECT_EQ(*inspection.report(7), R"({"completed":true})");
     const std::scoped_lock lock{answerer.mutex};
@@ -98,14 +98,16 @@ TEST_F(InspectionTest, BeginsEndsAndReportsEachOnce) {
     EXPECT_EQ(begin["op"], "job_begin");
     EXPECT_EQ(begin["job"], 7);
     EXPECT_EQ(begin["path"], (folder_ / "part.gcode").string());
-    EXPECT_EQ(nlohmann::json::parse(answerer.asked[1])["job"], 7);
+    const auto end = nlohmann::json::parse(answerer.asked[1]);
+    EXPECT_EQ(end["job"], 7);
+    EXPECT_EQ(end["excursions"], 2) << "what the machine tells of is handed on";
 }
 
 TEST_F(InspectionTest, AnAbsentInspectorHoldsUpNothing) {
     Inspection inspection{folder_ / "nobody"};
     inspection.begin(1, "x");
     ASSERT_TRUE(becomes([&] { return inspection.begun(1); }));
-    inspection.end(1);
+    inspection.end(1, 0);
     ASSERT_TRUE(becomes([&] { return inspection.report(1).has_value(); }));
     EXPECT_EQ(*inspection.report(1), "") << "there will be no report";
 }

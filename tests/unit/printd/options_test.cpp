@@ -24,7 +24,11 @@ TEST(Options, TheDefaultsAreTheSafeOnes) {
     EXPECT_EQ(options->address, "127.0.0.1");
     EXPECT_TRUE(options->authentication);
     EXPECT_TRUE(options->hold_after_failure);
-    EXPECT_FALSE(options->confirm_bed);
+    EXPECT_TRUE(options->confirm_bed);
+    EXPECT_EQ(options->keep_jobs, 100'000);
+    EXPECT_EQ(options->keep_days, 0);
+    EXPECT_EQ(options->store_max_mib, 0u);
+    EXPECT_FALSE(options->recover);
     EXPECT_FALSE(options->print_link);
 }
 
@@ -44,19 +48,37 @@ TEST(Options, WhatIsWrongOrMissingIsRefused) {
     int status = 0;
     EXPECT_FALSE(parse({"--after-failure", "explode"}, status).has_value());
     EXPECT_FALSE(parse({"--upload-limit-mib", "0"}, status).has_value());
+    EXPECT_FALSE(parse({"--keep-jobs", "-1"}, status).has_value());
+    EXPECT_FALSE(parse({"--keep-days", "x"}, status).has_value());
+    EXPECT_FALSE(parse({"--store-limit-mib", "-5"}, status).has_value());
     EXPECT_FALSE(parse({"--nonsense"}, status).has_value());
     EXPECT_FALSE(parse({"--help"}, status).has_value());
     EXPECT_EQ(status, 0);
 }
 
+TEST(Options, ToRecoverNeedsNoLinkToServeDoes) {
+    int status = 0;
+    const auto parse_only = [&](std::vector<const char*> line) {
+        ::testing::internal::CaptureStderr();
+        const auto options =
+            parse_options(static_cast<int>(line.size()), const_cast<char**>(line.data()), status);
+        static_cast<void>(::testing::internal::GetCapturedStderr());
+        return options;
+    };
+    EXPECT_TRUE(parse_only({"printd", "--state", "s", "--recover"})->recover);
+    EXPECT_FALSE(parse_only({"printd", "--state", "s"}).has_value());
+    EXPECT_EQ(status, 2);
+}
+
 TEST(Options, FlagsAreUnderstood) {
     int status = 0;
-    const auto options = parse({"--no-auth", "--confirm-bed", "--print-link", "--after-failure", "continue",
-                                "--allow-host", "a", "--allow-host", "b", "--upload-limit-mib", "5"},
-                               status);
+    const auto options =
+        parse({"--no-auth", "--no-confirm-bed", "--print-link", "--after-failure", "continue", "--allow-host",
+               "a", "--allow-host", "b", "--upload-limit-mib", "5"},
+              status);
     ASSERT_TRUE(options.has_value());
     EXPECT_FALSE(options->authentication);
-    EXPECT_TRUE(options->confirm_bed);
+    EXPECT_FALSE(options->confirm_bed);
     EXPECT_TRUE(options->print_link);
     EXPECT_FALSE(options->hold_after_failure);
     EXPECT_EQ(options->hosts.size(), 2u);

@@ -38,13 +38,19 @@ TEST_F(BlobStoreTest, AdoptsWhatWasSealed) {
     ASSERT_TRUE(file->seal().ok());
     EXPECT_EQ(file->sha256(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     std::ofstream{file->layers_path()} << "layers";
-    ASSERT_TRUE(store->adopt(*file, "[1]", "png").ok());
+    ASSERT_TRUE(store->adopt(*file, {"[1]", "png"}, {7, 100, "a b.gcode"}).ok());
     const std::string name = file->sha256();
     file.reset();
     EXPECT_EQ(std::filesystem::file_size(store->path(name, BlobPart::gcode)), 3u);
     EXPECT_EQ(std::filesystem::file_size(store->path(name, BlobPart::layers)), 6u);
     EXPECT_EQ(std::filesystem::file_size(store->path(name, BlobPart::layers_index)), 3u);
     EXPECT_EQ(std::filesystem::file_size(store->path(name, BlobPart::thumbnail)), 3u);
+    EXPECT_TRUE(store->records(name).empty()) << "not confirmed yet";
+    store->confirm(name);
+    ASSERT_EQ(store->records(name).size(), 1u);
+    EXPECT_EQ(store->records(name).front().id, 7);
+    EXPECT_EQ(store->records(name).front().uploaded_s, 100);
+    EXPECT_EQ(store->records(name).front().name, "a b.gcode");
     struct stat found {};
     ASSERT_EQ(::stat(store->path(name, BlobPart::gcode).c_str(), &found), 0);
     EXPECT_EQ(found.st_mode & 0777, 0600u);
@@ -54,13 +60,20 @@ TEST_F(BlobStoreTest, AdoptsWhatWasSealed) {
 
 TEST_F(BlobStoreTest, TheSameBytesTwiceAreOneBlob) {
     auto store = open();
+    std::string name;
     for (int i = 0; i < 2; ++i) {
         auto file = store->stage().value();
         ASSERT_TRUE(file->write(std::string_view{"abc"}).ok());
         ASSERT_TRUE(file->seal().ok());
-        ASSERT_TRUE(store->adopt(*file, "", "").ok());
+        ASSERT_TRUE(store->adopt(*file, {}, {i + 1, 100, "a.gcode"}).ok());
+        store->confirm(file->sha256());
+        name = file->sha256();
     }
-    EXPECT_EQ(files(), 1u);
+    EXPECT_EQ(files(), 2u) << "the bytes, and who brought them";
+    EXPECT_EQ(store->records(name).size(), 2u);
+    store->forget(name, 1);
+    ASSERT_EQ(store->records(name).size(), 1u);
+    EXPECT_EQ(store->records(name).front().id, 2);
 }
 
 TEST_F(BlobStoreTest, AnAbandonedUploadLeavesNothing) {
@@ -92,16 +105,35 @@ TEST_F(BlobStoreTest, AFullDiskIsSaidClearly) {
     EXPECT_NE(refused.error().message.view().find("full"), std::string_view::npos);
 }
 
-TEST_F(BlobStoreTest, WhatAKilledServiceLeftIsSwept) {
+TEST_F(BlobStoreTest, AnUnfinishedUploadIsSweptAtTheStart) {
     auto store = open();
     std::ofstream{folder_ / "incoming" / "half"} << "x";
     std::ofstream{folder_ / "blobs" / "aa.gcode"} << "x";
-    std::ofstream{folder_ / "blobs" / "bb.gcode"} << "x";
-    std::ofstream{folder_ / "blobs" / "bb.png.part"} << "x";
     store = open();
-    store->sweep({"bb"});
     EXPECT_EQ(files(), 1u);
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "blobs" / "bb.gcode"));
+}
+
+TEST_F(BlobStoreTest, WhatIsSetAsideKeepsAllItsParts) {
+    auto store = open();
+    for (const char* name : {"aa.gcode", "aa.layers", "aa.job", "bb.gcode"})
+        std::ofstream{folder_ / "blobs" / name} << "1\t2\tn\n";
+    ASSERT_TRUE(store->set_aside("aa").ok());
+    EXPECT_EQ(files(), 4u);
+    EXPECT_EQ(store->all(), std::vector<std::string>{"bb"});
+    EXPECT_EQ(store->all_set_aside(), std::vector<std::string>{"aa"});
+    EXPECT_EQ(store->find_gcode("aa"), folder_ / "set-aside" / "aa.gcode");
+    ASSERT_EQ(store->records("aa").size(), 1u) << "read there, too";
+    ASSERT_TRUE(store->adopt_again("aa", folder_ / "none", {}, store->records("aa")).ok());
+    EXPECT_EQ(store->all(), (std::vector<std::string>{"aa", "bb"}));
+    EXPECT_TRUE(std::filesystem::is_empty(folder_ / "set-aside"));
+}
+
+TEST_F(BlobStoreTest, DamagedRecordsAreLeftOut) {
+    auto store = open();
+    std::ofstream{folder_ / "blobs" / "aa.job"} << "x\ty\tz\n7\t8\tname\twith a tab\n\n-1\t2\tn\n9\n";
+    const auto records = store->records("aa");
+    ASSERT_EQ(records.size(), 1u);
+    EXPECT_EQ(records.front().name, "name\twith a tab");
 }
 
 }  // namespace

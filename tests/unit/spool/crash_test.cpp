@@ -62,8 +62,8 @@ class CrashTest : public SpoolTest {
                 if (!id.ok()) ::_exit(2);
                 send(acknowledge, {Acknowledged::What::added, *id, content_seed, size});
             }
-            if (random() % 10 == 0 && spool_->queue().size() > 0) {
-                const JobId id = spool_->queue().listing().back()->id;
+            if (random() % 10 == 0 && spool_->counts().total() > 0) {
+                const JobId id = spool_->page({})->jobs.back().id;
                 if (spool_->remove(id).ok()) send(acknowledge, {Acknowledged::What::removed, id, 0, 0});
             }
         }
@@ -106,9 +106,9 @@ class CrashTest : public SpoolTest {
     void expect_acknowledged(std::uint64_t seed) {
         std::size_t missing = 0;
         for (const auto& [id, content] : contents_) {
-            const Job* job = spool_->queue().find(id);
+            const std::optional<Job> job = spool_->find(id);
             if (removed_.contains(id)) {
-                EXPECT_EQ(job, nullptr) << "seed " << seed << " job " << id;
+                EXPECT_FALSE(job.has_value()) << "seed " << seed << " job " << id;
                 continue;
             }
             if (!job) {
@@ -133,7 +133,9 @@ class CrashTest : public SpoolTest {
 TEST_F(CrashTest, WhatWasAcknowledgedSurvivesAndPrintsOnce) {
     Printed printed;
     shared_sketch_ = std::make_unique<tests::FakeSketch>(*shared_, printed.log());
-    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    // On a busy machine a child may be killed before it has printed anything: then there are more of them.
+    std::uint64_t kills = 0;
+    for (std::uint64_t seed = 1; seed <= 40 || (printed.bytes.size() <= 40 && seed <= 400); ++seed, ++kills) {
         kill_at_random_moment(seed);
         open_on_shared();
         expect_acknowledged(seed);
@@ -160,12 +162,12 @@ TEST_F(CrashTest, WhatWasAcknowledgedSurvivesAndPrintsOnce) {
         }
     }
     // A job may be durable and print although its uploader was killed before the acknowledgement: one a kill at most.
-    EXPECT_LE(unacknowledged_prints_, 40u);
+    EXPECT_LE(unacknowledged_prints_, kills);
     EXPECT_GT(printed.bytes.size(), 40u) << "the test printed too little to prove anything";
     for (const auto& [id, content] : contents_) {
-        const Job* job = spool_->queue().find(id);
+        const std::optional<Job> job = spool_->find(id);
         if (!removed_.contains(id)) {
-            ASSERT_NE(job, nullptr);
+            ASSERT_TRUE(job.has_value());
             EXPECT_EQ(job->state, JobState::done) << id;
             EXPECT_EQ(uploaded.count(content), 0u) << "job " << id << " was not printed";
         }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 
@@ -21,25 +22,79 @@ Job wanted(std::string name, int copies = 1, int priority = 0) {
     return job;
 }
 
-JobId add(Queue& queue, Job job) {
+/// The queue with what keeps its ended jobs, as the store does: every job by its number.
+class Jobs {
+  public:
+    Jobs() = default;
+    Jobs(std::vector<Job> jobs, JobId next_id) : queue_(std::move(jobs), next_id) {}
+
+    [[nodiscard]] const Job* find(JobId id) const {
+        if (const Job* live = queue_.find(id)) return live;
+        const auto at = ended_.find(id);
+        return at == ended_.end() ? nullptr : &at->second;
+    }
+    [[nodiscard]] const Job* printing() const { return queue_.printing(); }
+    [[nodiscard]] const Job* next() const { return queue_.next(); }
+    [[nodiscard]] std::vector<const Job*> queued() const { return queue_.queued(); }
+    [[nodiscard]] std::vector<const Job*> listing() const {
+        std::vector<const Job*> all = queue_.listing();
+        std::vector<const Job*> ended;
+        for (const auto& [id, job] : ended_) ended.push_back(&job);
+        std::sort(ended.begin(), ended.end(), [](const Job* a, const Job* b) { return a->order > b->order; });
+        all.insert(all.end(), ended.begin(), ended.end());
+        return all;
+    }
+    [[nodiscard]] std::size_t size() const { return queue_.size() + ended_.size(); }
+    [[nodiscard]] Result<Change> plan_add(Job job) const { return queue_.plan_add(std::move(job)); }
+    [[nodiscard]] Result<Change> plan_patch(JobId id, const JobPatch& patch) const {
+        return find(id) ? queue_.plan_patch(*find(id), patch) : no_such_job();
+    }
+    [[nodiscard]] Result<Change> plan_remove(JobId id) const {
+        return find(id) ? queue_.plan_remove(*find(id)) : no_such_job();
+    }
+    [[nodiscard]] Result<Change> plan_start(JobId id) const {
+        return find(id) ? queue_.plan_start(*find(id)) : no_such_job();
+    }
+    [[nodiscard]] Result<Change> plan_begin_copy(JobId id, UnixSeconds now_s) const {
+        return queue_.plan_begin_copy(id, now_s);
+    }
+    [[nodiscard]] Result<Change> plan_end_copy(JobId id, CopyOutcome outcome, std::string error,
+                                               UnixSeconds now_s) const {
+        return queue_.plan_end_copy(id, {outcome, std::move(error), 12, 3}, now_s);
+    }
+    void apply(const Change& change) {
+        queue_.apply(change);
+        for (const Job& job : change.put) {
+            ended_.erase(job.id);
+            if (is_ended(job.state)) ended_[job.id] = job;
+        }
+        for (const JobId id : change.erase) ended_.erase(id);
+    }
+
+  private:
+    Queue queue_;
+    std::map<JobId, Job> ended_;
+};
+
+JobId add(Jobs& queue, Job job) {
     const Result<Change> change = queue.plan_add(std::move(job));
     EXPECT_TRUE(change.ok());
     queue.apply(*change);
     return change->put.front().id;
 }
 
-void apply(Queue& queue, const Result<Change>& change) {
+void apply(Jobs& queue, const Result<Change>& change) {
     ASSERT_TRUE(change.ok()) << change.error().message.view();
     queue.apply(*change);
 }
 
-std::vector<JobId> order(const Queue& queue) {
+std::vector<JobId> order(const Jobs& queue) {
     std::vector<JobId> ids;
     for (const Job* job : queue.queued()) ids.push_back(job->id);
     return ids;
 }
 
-std::vector<JobId> listed(const Queue& queue) {
+std::vector<JobId> listed(const Jobs& queue) {
     std::vector<JobId> ids;
     for (const Job* job : queue.listing()) ids.push_back(job->id);
     return ids;
@@ -53,7 +108,7 @@ JobPatch move_before(std::optional<JobId> before) {
 }
 
 TEST(Queue, PrintsByPriorityThenByArrival) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     const JobId b = add(queue, wanted("b", 1, 5));
     const JobId c = add(queue, wanted("c"));
@@ -62,7 +117,7 @@ TEST(Queue, PrintsByPriorityThenByArrival) {
 }
 
 TEST(Queue, PlanningChangesNothing) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     ASSERT_TRUE(queue.plan_remove(a).ok());
     ASSERT_TRUE(queue.plan_begin_copy(a, 1).ok());
@@ -70,7 +125,7 @@ TEST(Queue, PlanningChangesNothing) {
 }
 
 TEST(Queue, CopiesPrintOneAfterAnother) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a", 2));
     for (int copy = 1; copy <= 2; ++copy) {
         apply(queue, queue.plan_begin_copy(a, 10 * copy));
@@ -84,7 +139,7 @@ TEST(Queue, CopiesPrintOneAfterAnother) {
 }
 
 TEST(Queue, AHeldJobKeepsItsPlaceAndIsPassedOver) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     const JobId b = add(queue, wanted("b"));
     JobPatch hold;
@@ -96,7 +151,7 @@ TEST(Queue, AHeldJobKeepsItsPlaceAndIsPassedOver) {
 }
 
 TEST(Queue, MovesBeforeAnotherAndTakesItsPriority) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a", 1, 5));
     const JobId b = add(queue, wanted("b"));
     const JobId c = add(queue, wanted("c"));
@@ -112,7 +167,7 @@ TEST(Queue, MovesBeforeAnotherAndTakesItsPriority) {
 }
 
 TEST(Queue, OnlyQueuedJobsMove) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     const JobId b = add(queue, wanted("b"));
     apply(queue, queue.plan_begin_copy(a, 1));
@@ -122,7 +177,7 @@ TEST(Queue, OnlyQueuedJobsMove) {
 }
 
 TEST(Queue, ThePrintingJobCannotBeRemovedStartedOrJoinedByAnother) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     const JobId b = add(queue, wanted("b"));
     apply(queue, queue.plan_begin_copy(a, 1));
@@ -133,20 +188,23 @@ TEST(Queue, ThePrintingJobCannotBeRemovedStartedOrJoinedByAnother) {
 }
 
 TEST(Queue, AFailedJobKeepsItsReasonUntilItIsStartedAgain) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     apply(queue, queue.plan_begin_copy(a, 1));
     apply(queue, queue.plan_end_copy(a, CopyOutcome::failed, "thermistor stuck", 9));
     EXPECT_EQ(queue.find(a)->error, "thermistor stuck");
+    EXPECT_EQ(queue.find(a)->stopped_line, 12);
+    EXPECT_EQ(queue.find(a)->stopped_layer, 3);
     EXPECT_EQ(queue.next(), nullptr);
     apply(queue, queue.plan_start(a));
     EXPECT_EQ(queue.find(a)->state, JobState::queued);
     EXPECT_EQ(queue.find(a)->error, "");
+    EXPECT_FALSE(queue.find(a)->stopped_line || queue.find(a)->stopped_layer);
     EXPECT_EQ(queue.find(a)->copies, 1) << "the failed copy was not done";
 }
 
 TEST(Queue, AFinishedJobStartedAgainPrintsOneMoreCopy) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     apply(queue, queue.plan_begin_copy(a, 1));
     apply(queue, queue.plan_end_copy(a, CopyOutcome::completed, "", 2));
@@ -156,7 +214,7 @@ TEST(Queue, AFinishedJobStartedAgainPrintsOneMoreCopy) {
 }
 
 TEST(Queue, MoreCopiesOfAFinishedJobQueueItAgain) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     apply(queue, queue.plan_begin_copy(a, 1));
     apply(queue, queue.plan_end_copy(a, CopyOutcome::completed, "", 2));
@@ -170,7 +228,7 @@ TEST(Queue, MoreCopiesOfAFinishedJobQueueItAgain) {
 }
 
 TEST(Queue, ListsThePrintingThenTheQueueThenTheNewestEnded) {
-    Queue queue;
+    Jobs queue;
     const JobId a = add(queue, wanted("a"));
     const JobId b = add(queue, wanted("b"));
     const JobId c = add(queue, wanted("c"));
@@ -183,8 +241,23 @@ TEST(Queue, ListsThePrintingThenTheQueueThenTheNewestEnded) {
     EXPECT_THAT(listed(queue), ElementsAre(d, c, b, a));
 }
 
+TEST(Queue, WhatEndedLastIsListedFirstWhateverTheClockSays) {
+    Jobs queue;
+    const JobId a = add(queue, wanted("a"));
+    const JobId b = add(queue, wanted("b"));
+    apply(queue, queue.plan_begin_copy(b, 100));
+    apply(queue, queue.plan_end_copy(b, CopyOutcome::completed, "", 200));
+    apply(queue, queue.plan_begin_copy(a, 50));  // the clock was set back
+    apply(queue, queue.plan_end_copy(a, CopyOutcome::failed, "emergency stop", 60));
+    EXPECT_THAT(listed(queue), ElementsAre(a, b));
+    apply(queue, queue.plan_start(b));
+    apply(queue, queue.plan_begin_copy(b, 60));
+    apply(queue, queue.plan_end_copy(b, CopyOutcome::failed, "again", 60));
+    EXPECT_THAT(listed(queue), ElementsAre(b, a)) << "in the same second";
+}
+
 TEST(Queue, NumbersAreNeverUsedTwice) {
-    Queue queue{{}, 8};
+    Jobs queue{{}, 8};
     const JobId a = add(queue, wanted("a"));
     EXPECT_EQ(a, 8);
     apply(queue, queue.plan_remove(a));
@@ -192,7 +265,7 @@ TEST(Queue, NumbersAreNeverUsedTwice) {
 }
 
 TEST(Queue, RefusesNumbersOutOfRange) {
-    Queue queue;
+    Jobs queue;
     EXPECT_FALSE(queue.plan_add(wanted("a", 0)).ok());
     EXPECT_FALSE(queue.plan_add(wanted("a", 1001)).ok());
     EXPECT_FALSE(queue.plan_add(wanted("a", 1, 1001)).ok());
@@ -232,7 +305,7 @@ struct Oracle {
     }
 };
 
-void check(const Queue& queue, const Oracle& oracle, std::uint64_t seed) {
+void check(const Jobs& queue, const Oracle& oracle, std::uint64_t seed) {
     ASSERT_EQ(queue.size(), oracle.jobs.size()) << "seed " << seed;
     ASSERT_EQ(queue.listing().size(), oracle.jobs.size()) << "seed " << seed;
     ASSERT_EQ(queue.printing() ? 1 : 0, oracle.printing()) << "seed " << seed;
@@ -252,7 +325,7 @@ void check(const Queue& queue, const Oracle& oracle, std::uint64_t seed) {
     }
 }
 
-void random_step(Queue& queue, Oracle& oracle, std::mt19937_64& random) {
+void random_step(Jobs& queue, Oracle& oracle, std::mt19937_64& random) {
     const JobId id = 1 + static_cast<JobId>(random() % 12);
     switch (random() % 6) {
         case 0: {
@@ -303,7 +376,7 @@ void random_step(Queue& queue, Oracle& oracle, std::mt19937_64& random) {
 TEST(Queue, RandomSequencesKeepItsInvariants) {
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         std::mt19937_64 random{seed};
-        Queue queue;
+        Jobs queue;
         Oracle oracle;
         for (int step = 0; step < 200; ++step) {
             random_step(queue, oracle, random);

@@ -75,6 +75,20 @@ TEST(Run, ADeadSketchFailsTheRunButNotOneItHadFinished) {
     }
 }
 
+TEST(Run, ADeadSketchFailsWithTheReasonThatItsSupervisorGives) {
+    MachineView dead = machine(5, JobOutcome::running, 10);
+    dead.life = SketchLife::hung;
+    dead.may_be_explained = true;
+    EXPECT_EQ(decide(kRun, dead).kind, Kind::wait) << "the reason may still come";
+    dead.death_note = "loop 2 hung: core 1 was taken by stress-ng (pid 4711, SCHED_FIFO 85)";
+    EXPECT_EQ(decide(kRun, dead).kind, Kind::failed);
+    EXPECT_EQ(decide(kRun, dead).reason, dead.death_note);
+    dead = machine(5, JobOutcome::completed);
+    dead.life = SketchLife::died;
+    dead.may_be_explained = true;
+    EXPECT_EQ(decide(kRun, dead).kind, Kind::completed) << "nothing is waited for when it had ended";
+}
+
 TEST(Run, ForeignJobsOnTheMachineAreAFailure) {
     EXPECT_EQ(decide(kRun, machine(6, JobOutcome::running)).kind, Kind::failed);
 }

@@ -57,6 +57,7 @@ class SpoolTest : public ::testing::Test {
         folder_ = pattern;
         options_.folder = folder_ / "state";
         options_.limits.free_space_min_bytes = 0;
+        options_.confirm_bed = false;  // its own tests switch it on
     }
     void TearDown() override {
         spool_.reset();
@@ -96,7 +97,7 @@ class SpoolTest : public ::testing::Test {
         EXPECT_TRUE((*staged)->seal().ok());
         return spool_->add(**staged, {}, wanted, 1000);
     }
-    JobState state(JobId id) { return spool_->queue().find(id)->state; }
+    JobState state(JobId id) { return spool_->find(id)->state; }
     Printed& printed() { return printed_[session_]; }
 
     std::filesystem::path folder_;

@@ -43,8 +43,8 @@ TEST_F(SpoolTest, TheQueueWaitsForAMachineAndSurvivesARestart) {
     run(5);
     EXPECT_EQ(state(a), JobState::queued);
     open_spool();
-    const Job* job = spool_->queue().find(b);
-    ASSERT_NE(job, nullptr);
+    const std::optional<Job> job = spool_->find(b);
+    ASSERT_TRUE(job.has_value());
     EXPECT_EQ(job->name, "later.gcode");
     EXPECT_EQ(job->copies, 2);
     EXPECT_EQ(job->priority, 7);
@@ -97,7 +97,7 @@ TEST_F(SpoolTest, ASketchStartedAnewFailsTheJobAndHoldsTheQueue) {
     start_sketch();
     run(5);
     EXPECT_EQ(state(a), JobState::failed);
-    EXPECT_THAT(spool_->queue().find(a)->error, HasSubstr("started anew"));
+    EXPECT_THAT(spool_->find(a)->error, HasSubstr("started anew"));
     EXPECT_THAT(spool_->gate().hold_reason, HasSubstr("failed"));
     run(20);
     EXPECT_EQ(state(b), JobState::queued) << "nothing moves before a person says so";
@@ -142,10 +142,46 @@ TEST_F(SpoolTest, ADeadSketchFailsTheJobAndKeepsTheQueue) {
     run(3, 1000);
     layout_->sketch_dead.store(1);
     sketch_.reset();
-    run(3);
+    run(60);
     EXPECT_EQ(state(a), JobState::failed);
-    EXPECT_THAT(spool_->queue().find(a)->error, HasSubstr("died"));
+    EXPECT_THAT(spool_->find(a)->error, HasSubstr("died"));
     EXPECT_EQ(state(b), JobState::queued);
+}
+
+TEST_F(SpoolTest, TheJobOfADeadSketchSaysWhatItsSupervisorSays) {
+    start_sketch();
+    open_spool();
+    const JobId a = *add(content_of(3'000'000, 4));
+    run(3, 1000);
+    layout_->sketch_dead.store(2);
+    sketch_.reset();
+    run(3);
+    EXPECT_EQ(state(a), JobState::printing) << "the reason may still come";
+    constexpr std::string_view kNote =
+        "loop 2 hung: core 1 was taken by stress-ng (pid 4711, SCHED_FIFO 85)\n";
+    std::copy(kNote.begin(), kNote.end(), layout_->death_note.begin());
+    layout_->death_note_ready.store(1);
+    run(1);
+    EXPECT_EQ(state(a), JobState::failed);
+    EXPECT_EQ(spool_->find(a)->error,
+              "loop 2 hung: core 1 was taken by stress-ng (pid 4711, SCHED_FIFO 85) ");
+}
+
+TEST_F(SpoolTest, WithoutASupervisorsReasonTheJobFailsAfterASecondAllTheSame) {
+    start_sketch();
+    open_spool();
+    const JobId a = *add(content_of(3'000'000, 4));
+    run(3, 1000);
+    layout_->sketch_dead.store(1);
+    sketch_.reset();
+    run(1);
+    now_ += Spool::kExplainedWithin - std::chrono::milliseconds{100};
+    run(1);
+    EXPECT_EQ(state(a), JobState::printing);
+    now_ += std::chrono::milliseconds{200};
+    run(1);
+    EXPECT_EQ(state(a), JobState::failed);
+    EXPECT_THAT(spool_->find(a)->error, HasSubstr("died"));
 }
 
 TEST_F(SpoolTest, CancelIsDurableAndReachesAMachineThatHasNotBegun) {
@@ -208,7 +244,7 @@ TEST_F(SpoolTest, AnEmergencyStopFailsTheJobAndNeedsNoTick) {
     std::thread{[&] { EXPECT_TRUE(spool_->emergency().stop().ok()); }}.join();
     run(3, 1000);
     EXPECT_EQ(state(a), JobState::failed);
-    EXPECT_EQ(spool_->queue().find(a)->error, "emergency stop");
+    EXPECT_EQ(spool_->find(a)->error, "emergency stop");
     EXPECT_EQ(spool_->machine().job.state, MachineState::faulted);
     ASSERT_TRUE(spool_->clear_fault().ok());
     run(3, 1000);
@@ -266,13 +302,97 @@ TEST_F(SpoolTest, TheBedIsConfirmedBetweenCopies) {
     open_spool();
     const JobId a = *add("G28\n", {"", 2, 0, false});
     run(20);
-    EXPECT_EQ(spool_->queue().find(a)->copies_done, 1);
+    EXPECT_EQ(spool_->find(a)->copies_done, 1);
     open_spool();
     run(20);
-    EXPECT_EQ(spool_->queue().find(a)->copies_done, 1);
+    EXPECT_EQ(spool_->find(a)->copies_done, 1);
     ASSERT_TRUE(spool_->bed_cleared().ok());
     run(20);
     EXPECT_EQ(state(a), JobState::done);
+}
+
+TEST_F(SpoolTest, BedConfirmationIsOnByDefaultAndACopyThatMovedOccupiesIt) {
+    options_.confirm_bed = SpoolOptions{}.confirm_bed;
+    start_sketch();
+    open_spool();
+    EXPECT_TRUE(spool_->confirms_bed());
+    const JobId cancelled = *add(content_of(2'000'000, 5)), failed = *add(content_of(2'000'000, 6));
+    run(4, 1000);
+    ASSERT_TRUE(spool_->cancel().ok());
+    run(100, 1000);
+    ASSERT_EQ(state(cancelled), JobState::cancelled);
+    EXPECT_TRUE(spool_->gate().bed_occupied);
+    EXPECT_EQ(state(failed), JobState::queued) << "it would home through the last part";
+    ASSERT_TRUE(spool_->bed_cleared().ok());
+    run(4, 1000);
+    ASSERT_EQ(state(failed), JobState::printing);
+    start_sketch();
+    run(5);
+    EXPECT_EQ(state(failed), JobState::failed);
+    EXPECT_TRUE(spool_->gate().bed_occupied) << "nobody knows what lies there";
+}
+
+TEST_F(SpoolTest, AJobThatNeverReachedTheMachineLeavesTheBedClear) {
+    options_.confirm_bed = true;
+    options_.hold_after_failure = false;
+    open_spool();
+    const JobId a = *add("G28\n"), b = *add("G29\n");
+    std::ofstream{spool_->blobs().path(spool_->find(a)->sha256, BlobPart::gcode)} << "G";
+    start_sketch();
+    run(30);
+    EXPECT_EQ(state(a), JobState::failed);
+    EXPECT_EQ(state(b), JobState::done);
+}
+
+TEST_F(SpoolTest, SwitchedOffNobodyIsAskedAboutTheBedAnyMore) {
+    options_.confirm_bed = true;
+    start_sketch();
+    open_spool();
+    const JobId a = *add("G28\n", {"", 2, 0, false});
+    run(20);
+    ASSERT_TRUE(spool_->gate().bed_occupied);
+    options_.confirm_bed = false;
+    open_spool();
+    EXPECT_FALSE(spool_->confirms_bed());
+    run(20);
+    EXPECT_EQ(state(a), JobState::done);
+}
+
+TEST_F(SpoolTest, AStoppedJobKeepsTheLineAndTheLayerWhereItStopped) {
+    start_sketch();
+    open_spool();
+    const JobId stopped = *add(content_of(2'000'000, 5)), done = *add("G28\n");
+    run(4, 1000);
+    sketch_->stand_at(812, 14);
+    run(1, 1000);
+    std::thread{[&] { EXPECT_TRUE(spool_->emergency().stop().ok()); }}.join();
+    run(3, 1000);
+    ASSERT_EQ(state(stopped), JobState::failed);
+    open_spool();
+    EXPECT_EQ(spool_->find(stopped)->stopped_line, 812);
+    EXPECT_EQ(spool_->find(stopped)->stopped_layer, 14);
+    ASSERT_TRUE(spool_->release_queue().ok());
+    run(2);
+    ASSERT_TRUE(spool_->clear_fault().ok());
+    run(30);
+    ASSERT_EQ(state(done), JobState::done);
+    EXPECT_FALSE(spool_->find(done)->stopped_line.has_value()) << "it did not stop";
+    ASSERT_TRUE(spool_->start(stopped).ok());
+    EXPECT_FALSE(spool_->find(stopped)->stopped_line.has_value()) << "it prints again";
+}
+
+TEST_F(SpoolTest, WhereAJobStoppedIsKnownAlsoWhenItsSketchIsGone) {
+    start_sketch();
+    open_spool();
+    const JobId a = *add(content_of(2'000'000, 5));
+    run(4, 1000);
+    sketch_->stand_at(99, 2);
+    run(2, 1000);
+    start_sketch();
+    run(5);
+    ASSERT_EQ(state(a), JobState::failed);
+    EXPECT_EQ(spool_->find(a)->stopped_line, 99);
+    EXPECT_EQ(spool_->find(a)->stopped_layer, 2);
 }
 
 TEST_F(SpoolTest, RunNumbersGoOnAboveWhatTheSketchHasSeenWhenTheJournalIsNew) {
@@ -292,21 +412,21 @@ TEST_F(SpoolTest, RunNumbersGoOnAboveWhatTheSketchHasSeenWhenTheJournalIsNew) {
 TEST_F(SpoolTest, ADamagedFileFailsItsJobOnly) {
     open_spool();
     const JobId a = *add("G28\n"), b = *add("G29\n");
-    const auto file = spool_->blobs().path(spool_->queue().find(a)->sha256, BlobPart::gcode);
+    const auto file = spool_->blobs().path(spool_->find(a)->sha256, BlobPart::gcode);
     std::ofstream{file} << "G";
     options_.hold_after_failure = false;
     open_spool();
     start_sketch();
     run(30);
     EXPECT_EQ(state(a), JobState::failed);
-    EXPECT_THAT(spool_->queue().find(a)->error, HasSubstr("length"));
+    EXPECT_THAT(spool_->find(a)->error, HasSubstr("length"));
     EXPECT_EQ(state(b), JobState::done);
 }
 
 TEST_F(SpoolTest, BlobsLiveAsLongAsAJobNamesThem) {
     open_spool();
     const JobId a = *add("G28\n"), b = *add("G28\n");
-    const auto file = spool_->blobs().path(spool_->queue().find(a)->sha256, BlobPart::gcode);
+    const auto file = spool_->blobs().path(spool_->find(a)->sha256, BlobPart::gcode);
     ASSERT_TRUE(spool_->remove(a).ok());
     EXPECT_TRUE(std::filesystem::exists(file));
     ASSERT_TRUE(spool_->remove(b).ok());
@@ -320,7 +440,7 @@ class SlowInspector final : public Inspector {
         told.push_back("begin " + std::to_string(run));
     }
     bool begun(std::uint64_t) override { return ++asked > 3; }
-    void end(std::uint64_t run) override { told.push_back("end " + std::to_string(run)); }
+    void end(std::uint64_t run, std::uint32_t) override { told.push_back("end " + std::to_string(run)); }
     std::optional<std::string> report(std::uint64_t) override {
         if (++asked_report < 3) return std::nullopt;
         return R"({"completed":true})";

@@ -16,9 +16,10 @@ using testing::Event;
 using testing::inspect;
 using testing::NaiveFirmware;
 
-Report judged(const Findings& findings) {
+Report judged(const Findings& findings, std::uint64_t excursions_told = 0) {
     Report report;
     report.findings = findings;
+    report.excursions_told = excursions_told;
     judge(report, {}, Machine{}.axes[kExtruder].steps_per_mm);
     return report;
 }
@@ -203,6 +204,63 @@ TEST(Inspector, HomingAgainFromTheSwitchAndFromAfar) {
     EXPECT_TRUE(report.matches) << explain(report);
     EXPECT_DOUBLE_EQ(report.findings.axes[0].final_built_mm, 0.0);
     EXPECT_DOUBLE_EQ(report.findings.axes[1].final_built_mm, 30.0);
+}
+
+/// A short print with an excursion in the middle.
+struct Paused {
+    Machine machine{};
+    NaiveFirmware firmware{machine};
+    std::size_t back = 0;
+    explicit Paused(const std::array<int, kAxisCount>& away) {
+        firmware.home({0, 1, 2});
+        firmware.move_to({10.003, 20.007, 1, 0.777});
+        firmware.move_to({30.1, 20.007, 1, 1.777});
+        back = firmware.excursion(away);
+        firmware.move_to({30.1, 44.04, 1, 2.9});
+        firmware.move_to({12.5, 44.04, 1, 3.9});
+    }
+    [[nodiscard]] Report report(std::uint64_t told) const {
+        return judged(
+            inspect(machine,
+                    "G28\nG1 X10.003 Y20.007 Z1 E.777\nG1 X30.1 E1.777\nG1 Y44.04 E2.9\nG1 X12.5 E3.9\n",
+                    firmware.events, firmware.start()),
+            told);
+    }
+};
+
+TEST(Inspector, AnExcursionThatComesBackToTheStepIsNoDifference) {
+    for (const std::array<int, kAxisCount> away :
+         {std::array{2000, 3000, 10'000, -192}, std::array{0, 0, 10'000, 0}, std::array{4000, 0, 0, 5000},
+          std::array{0, 0, 0, 4000}, std::array{1600, 0, 0, 0}, std::array{8, 0, 0, 0}}) {
+        const Paused paused(away);
+        const Report report = paused.report(1);
+        EXPECT_TRUE(report.matches) << explain(report);
+        EXPECT_EQ(report.findings.excursions, 1u);
+        EXPECT_FALSE(paused.report(0).matches) << "a detour that nobody tells of is a difference";
+    }
+}
+
+TEST(Inspector, OneStepBesideAfterAnExcursionIsADifference) {
+    for (const int axis : {0, 1, 2}) {
+        Paused paused({2000, 3000, 10'000, -192});
+        std::vector<Event>& events = paused.firmware.events;
+        const auto lost = std::find_if(events.begin() + static_cast<std::ptrdiff_t>(paused.back),
+                                       events.end(), [&](const Event& event) { return event.axis == axis; });
+        events.erase(lost);
+        const Report report = paused.report(1);
+        EXPECT_FALSE(report.matches);
+        EXPECT_THAT(report.differences,
+                    ::testing::Contains(::testing::HasSubstr("did not come back to the step")))
+            << explain(report);
+    }
+}
+
+TEST(Inspector, WhatIsNotTakenBackIsNoExcursion) {
+    Paused paused({2000, 0, 0, 0});
+    std::vector<Event>& events = paused.firmware.events;
+    events.erase(events.begin() + static_cast<std::ptrdiff_t>(paused.back),
+                 events.begin() + static_cast<std::ptrdiff_t>(paused.back) + 2000);
+    EXPECT_FALSE(paused.report(5).matches);
 }
 
 TEST(Inspector, HomingForgetsARenamedPosition) {

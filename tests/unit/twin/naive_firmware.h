@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,21 @@ class NaiveFirmware {
     }
     void dwell(std::int64_t ns) { time_ns_ += ns; }
 
+    /// As a paused machine: rests, leaves the path by `away` microsteps (X, Y, Z not below 0), rests, comes back with X, Y, Z to the
+    /// very step, and rests. E stays `away[E]` beside: the firmware counts it on from where it left. Returns the first event
+    /// of the way back.
+    std::size_t excursion(const std::array<int, kAxisCount>& away) {
+        dwell(100'000'000);
+        for (const int axis : {3, 2, 0, 1})
+            walk(static_cast<std::size_t>(axis), away[static_cast<std::size_t>(axis)]);
+        dwell(300'000'000);
+        const std::size_t back = events.size();
+        for (const int axis : {0, 1, 2})
+            walk(static_cast<std::size_t>(axis), -away[static_cast<std::size_t>(axis)]);
+        dwell(100'000'000);
+        return back;
+    }
+
     std::vector<Event> events;
 
     [[nodiscard]] InspectionStart start() const {
@@ -85,6 +101,9 @@ class NaiveFirmware {
     }
     void approach(std::size_t axis, std::int64_t interval_ns) {
         while (!pressed_[axis]) tick(axis, -1, interval_ns);
+    }
+    void walk(std::size_t axis, int steps) {
+        for (int i = std::abs(steps); i > 0; --i) tick(axis, steps > 0 ? 1 : -1, 20'000);
     }
     void tick(std::size_t axis, int direction, std::int64_t interval_ns) {
         time_ns_ += interval_ns;

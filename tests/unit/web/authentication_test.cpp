@@ -115,6 +115,24 @@ TEST(FailureLimiter, ForgetsTheOldestOfTooManyAddresses) {
     EXPECT_TRUE(limiter.allows("first", kNow)) << "its place was needed";
 }
 
+TEST(Authenticator, TheRightKeyIsNeverRefusedForWrongOnes) {
+    Authenticator authenticator{kKey, {}};
+    const auto made = authenticator.sessions.make(1000);
+    const std::string ticket = authenticator.tickets.make(kNow);
+    int wrong = 0, limited = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const Proof proof = authenticator.prove(with("X-Api-Key", "wrong"), "a", kNow, 1000);
+        (proof == Proof::limited ? limited : wrong) += 1;
+        EXPECT_EQ(authenticator.prove(with("X-Api-Key", kKey), "a", kNow, 1000), Proof::key);
+        EXPECT_EQ(authenticator.prove_key(kKey, "a", kNow), Proof::key);
+        EXPECT_EQ(authenticator.prove(with("Cookie", "qduino_session=" + made.token), "a", kNow, 1000),
+                  Proof::cookie);
+    }
+    EXPECT_EQ(wrong, FailureLimiter::kBurst);
+    EXPECT_EQ(limited, 1000 - FailureLimiter::kBurst);
+    EXPECT_TRUE(authenticator.tickets.take(ticket, kNow));
+}
+
 TEST(Cookie, ValuesAreFoundByWholeName) {
     EXPECT_EQ(cookie_value("a=1; b=2", "b"), "2");
     EXPECT_EQ(cookie_value("ab=1", "b"), "");

@@ -19,6 +19,14 @@ class ConnectionTest : public WebTest {
                "\r\n" + more + "Content-Length: " + std::to_string(length) + "\r\n\r\n";
     }
     void receive(const std::string& text) { connection_->receive(text, moment()); }
+    /// One output, sent; empty when there is none.
+    std::string send_one() {
+        const auto next = connection_->take_output();
+        if (!next) return {};
+        EXPECT_FALSE(connection_->take_output()) << "one answer at a time";
+        connection_->sent(moment());
+        return next->bytes + next->body;
+    }
     void wait(Nanoseconds time) {
         now_ += time;
         connection_->check_time(moment());
@@ -34,6 +42,105 @@ TEST_F(ConnectionTest, AnswersRequestAfterRequest) {
     EXPECT_LT(out.find("OctoPrint"), out.find("404 Not Found"));
     EXPECT_FALSE(connection_->wants_close());
     EXPECT_TRUE(connection_->is_idle());
+}
+
+TEST_F(ConnectionTest, TheNextRequestIsLookedAtWhenTheAnswerIsSent) {
+    connect();
+    std::string many;
+    for (int i = 0; i < 1000; ++i) many += get("/healthz");
+    receive(many.substr(0, Connection::kHeadReadMax));
+    EXPECT_FALSE(connection_->wants_input());
+    EXPECT_EQ(connection_->input_max(), 0u);
+    EXPECT_LT(connection_->held_bytes(), Connection::kHeadReadMax + 2048) << "one answer, and what was read";
+    EXPECT_EQ(service_->metrics().text(*spool_).find("qduino_http_requests_total{status=\"2xx\"} 1\n") !=
+                  std::string::npos,
+              true);
+    int answers = 0;
+    while (!send_one().empty()) ++answers;
+    EXPECT_EQ(answers, static_cast<int>(Connection::kHeadReadMax / get("/healthz").size()));
+    EXPECT_TRUE(connection_->wants_input()) << "all were answered but the one that was cut off";
+    EXPECT_FALSE(connection_->is_idle());
+}
+
+TEST_F(ConnectionTest, AnAnswerThatNobodyTakesIsGivenUp) {
+    connect();
+    receive(get("/healthz"));
+    ASSERT_TRUE(connection_->take_output());
+    wait(std::chrono::seconds{59});
+    EXPECT_FALSE(connection_->is_stalled());
+    wait(std::chrono::seconds{2});
+    EXPECT_TRUE(connection_->is_stalled());
+}
+
+TEST_F(ConnectionTest, AnAnswerThatIsTakenByTheByteIsGivenUp) {
+    connect();
+    receive(get("/healthz"));
+    ASSERT_TRUE(connection_->take_output());
+    for (int second = 0; second < 60; ++second) {
+        wait(std::chrono::seconds{1});
+        connection_->sent_some(100, moment());
+        ASSERT_FALSE(connection_->is_stalled()) << second;
+    }
+    wait(std::chrono::seconds{1});
+    EXPECT_TRUE(connection_->is_stalled());
+}
+
+TEST_F(ConnectionTest, ALongAnswerMayTakeItsTime) {
+    connect();
+    receive(get("/healthz"));
+    ASSERT_TRUE(connection_->take_output());
+    for (int second = 0; second < 600; ++second) {
+        wait(std::chrono::seconds{1});
+        connection_->sent_some(2000, moment());
+    }
+    EXPECT_FALSE(connection_->is_stalled());
+}
+
+TEST_F(ConnectionTest, WhoHasShownTheKeyIsKnownUntilHeShowsAWrongOne) {
+    const auto send = [this](const std::string& request) {
+        receive(request);
+        static_cast<void>(output());
+        return connection_->is_known();
+    };
+    connect();
+    EXPECT_FALSE(send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+    EXPECT_TRUE(send(get("/api/version")));
+    EXPECT_TRUE(send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"))
+        << "what needs no proof changes nothing";
+    EXPECT_FALSE(send("GET /api/version HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: wrong\r\n\r\n"));
+    const auto login = [](const std::string& key) {
+        const std::string body = R"({"key":")" + key + "\"}";
+        return "POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
+               std::to_string(body.size()) + "\r\n\r\n" + body;
+    };
+    EXPECT_FALSE(send(login("wrong")));
+    EXPECT_TRUE(send(login(kKey)));
+    EXPECT_FALSE(send(login("wrong")));
+    receive(put(100) + "G");
+    EXPECT_TRUE(connection_->is_known()) << "from the head on: an upload is not taken for a stranger's";
+}
+
+TEST_F(ConnectionTest, ALoginsBodyIsAsUrgentAsAHead) {
+    connect();
+    receive("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4000\r\n\r\n");
+    for (int i = 0; i < 14; ++i) {
+        wait(std::chrono::seconds{1});
+        receive(std::string(200, ' '));
+        ASSERT_FALSE(connection_->wants_close()) << i;
+    }
+    wait(std::chrono::seconds{2});
+    EXPECT_THAT(output(), HasSubstr("408"));
+}
+
+TEST_F(ConnectionTest, AChunkWhoseLineNeverEndsIsRefusedAndNotKept) {
+    connect();
+    receive("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n5;x=");
+    for (int i = 0; i < 100 && connection_->input_max() > 0; ++i) {
+        receive(std::string(4096, 'x'));
+        ASSERT_LT(connection_->held_bytes(), 64u * 1024);
+    }
+    EXPECT_THAT(output(), HasSubstr("431"));
+    EXPECT_TRUE(connection_->wants_close());
 }
 
 TEST_F(ConnectionTest, ByteByByteIsTheSame) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/unit/web/web_fixture.h"
+#include "web/api/json.h"
 
 namespace qduino::web {
 namespace {
@@ -134,6 +135,125 @@ TEST_F(JobsApiTest, JobsAreListedReorderedChangedAndDeleted) {
     EXPECT_EQ(request("DELETE /api/v1/jobs/3").status, 204);
     EXPECT_EQ(request("GET /api/v1/jobs/3").status, 404);
     EXPECT_EQ(request("POST /api/v1/jobs/2/start").json()["state"], "queued");
+}
+
+class JobPagesTest : public WebTest {
+  protected:
+    /// `count` ended jobs, straight into the journal: 1 is the oldest.
+    void put_ended(int count) {
+        spool::Commit commit;
+        for (int id = 1; id <= count; ++id) {
+            spool::Job job;
+            job.id = job.order = id;
+            job.name = (id % 2 == 0 ? "Even " : "odd ") + std::to_string(id) + ".gcode";
+            job.sha256 = spool::sha256_of(job.name);
+            job.state = id % 10 == 0 ? spool::JobState::failed : spool::JobState::done;
+            job.facts_json = R"({"layers":3})";
+            if (id % 10 == 0) job.error = "why", job.stopped_line = 812, job.stopped_layer = 14;
+            commit.jobs.put.push_back(job);
+        }
+        ASSERT_TRUE(spool_->store().commit(commit).ok());
+        open_service();
+    }
+    std::vector<int> ids(const std::string& query) {
+        const auto page = request("GET /api/v1/jobs" + query).json();
+        std::vector<int> found;
+        for (const auto& job : page["jobs"]) found.push_back(job["id"]);
+        next_before_ = page["next_before"];
+        return found;
+    }
+    nlohmann::json next_before_;
+};
+
+TEST_F(JobPagesTest, ThePagesHaveTheFormOfTheContract) {
+    put_ended(70);
+    static_cast<void>(upload("waits.gcode", "G28\n", {{"print", "true"}}));
+    static_cast<void>(upload("held.gcode", "G29\n"));
+    const auto page = request("GET /api/v1/jobs").json();
+    EXPECT_EQ(page["jobs"].size(), 52u) << "all that wait, and 50 of the ended";
+    EXPECT_EQ(page["next_before"], 21);
+    EXPECT_EQ(page["counts"],
+              nlohmann::json::parse(
+                  R"({"queued":1,"held":1,"printing":0,"done":63,"cancelled":0,"failed":7,"total":72})"));
+    EXPECT_EQ(page["queue"], nlohmann::json::parse(
+                                 R"({"held":false,"reason":null,"bed_occupied":false,"confirm_bed":false})"));
+    const auto& failed = page["jobs"][2];
+    EXPECT_EQ(failed["id"], 70);
+    EXPECT_EQ(failed["stopped_line"], 812);
+    EXPECT_EQ(failed["stopped_layer"], 14);
+    EXPECT_TRUE(page["jobs"][3]["stopped_line"].is_null() && page["jobs"][3]["stopped_layer"].is_null());
+    const auto next = request("GET /api/v1/jobs?limit=100&before=21").json();
+    EXPECT_EQ(next["jobs"].size(), 20u);
+    EXPECT_EQ(next["jobs"][0]["id"], 20);
+    EXPECT_TRUE(next["next_before"].is_null());
+    EXPECT_EQ(next["counts"], page["counts"]) << "of all jobs, however many a page lists";
+}
+
+TEST_F(JobPagesTest, StatesAndPartsOfNamesAreLookedFor) {
+    put_ended(40);
+    static_cast<void>(upload("Even more.gcode", "G28\n", {{"print", "true"}}));
+    EXPECT_THAT(ids("?state=failed&limit=3"), ElementsAre(40, 30, 20));
+    EXPECT_EQ(next_before_, 20);
+    EXPECT_THAT(ids("?state=failed&limit=3&before=20"), ElementsAre(10));
+    EXPECT_THAT(ids("?q=eVEN+m"), ElementsAre(41));
+    EXPECT_THAT(ids("?q=EVEN%201"), ElementsAre(18, 16, 14, 12, 10));
+    EXPECT_THAT(ids("?state=queued,failed&q=even%203"), ElementsAre(30));
+    EXPECT_THAT(ids("?state=queued%2Cheld"), ElementsAre(41));
+    EXPECT_THAT(ids("?q=no+such+thing"), ElementsAre());
+    EXPECT_THAT(ids("?state=printing,paused"), ElementsAre());
+    EXPECT_THAT(ids("?state=&q=&limit=2"), ElementsAre(41, 40, 39)) << "the first page";
+    EXPECT_THAT(ids("?limit=1&before=41"), ElementsAre(40));
+}
+
+TEST_F(JobPagesTest, WhatPrintsIsFoundByTheWordThatItShows) {
+    start_sketch();
+    run(2);
+    static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}}));
+    run(4, 10'000);
+    EXPECT_THAT(ids("?state=printing"), ElementsAre(1));
+    EXPECT_THAT(ids("?state=paused"), ElementsAre());
+    ASSERT_EQ(request("POST /api/v1/machine/pause").status, 202);
+    run(2, 10'000);
+    EXPECT_THAT(ids("?state=paused"), ElementsAre(1));
+    EXPECT_EQ(request("GET /api/v1/jobs").json()["counts"]["printing"], 1);
+}
+
+TEST_F(JobPagesTest, ParametersOutOfRangeAreRefusedWithWords) {
+    for (const char* bad :
+         {"limit=0", "limit=1001", "limit=-1", "limit=x", "limit=", "limit=99999999999999999999"}) {
+        const Answer answer = request("GET /api/v1/jobs?" + std::string{bad});
+        EXPECT_EQ(answer.status, 422) << bad;
+        EXPECT_THAT(answer.json()["error"]["message"].get<std::string>(), HasSubstr("1 to 1000")) << bad;
+    }
+    for (const char* bad :
+         {"before=0", "before=x", "before=-3", "state=lost", "state=done,", "q=%ff", "q=%4", "limit=%zz"}) {
+        const Answer answer = request("GET /api/v1/jobs?" + std::string{bad});
+        EXPECT_EQ(answer.status, 400) << bad;
+        EXPECT_FALSE(answer.json()["error"]["message"].get<std::string>().empty()) << bad;
+    }
+    EXPECT_EQ(request("GET /api/v1/jobs?q=" + std::string(201, 'a')).status, 400);
+    EXPECT_EQ(request("GET /api/v1/jobs?before=777").status, 200) << "deleted meanwhile: from the start";
+    EXPECT_EQ(request("GET /api/v1/jobs?something=else").status, 200);
+}
+
+TEST_F(JobPagesTest, EveryListIsBoundedHoweverManyJobsThereAre) {
+    put_ended(3000);
+    EXPECT_EQ(spool_->queue().size(), 0u);
+    EXPECT_EQ(request("GET /api/v1/jobs").json()["jobs"].size(), 50u);
+    EXPECT_EQ(request("GET /api/v1/jobs?limit=1000").json()["jobs"].size(), 1000u);
+    EXPECT_EQ(request("GET /api/files").json()["files"].size(), 50u);
+    EXPECT_LE(request("GET /api/v1/jobs").body.size(), 50 * 1024u) << "no bulky fields";
+    EXPECT_EQ(api::jobs_json(*spool_)["jobs"].size(), 50u) << "the live stream";
+}
+
+TEST_F(JobPagesTest, AFullStoreIsSaidWith507) {
+    options_.retention.bytes_max = 5000;
+    open_service();
+    ASSERT_EQ(upload("a.gcode", std::string(3000, 'G'), {{"print", "true"}}).status, 201);
+    const Answer refused = upload("b.gcode", std::string(3001, 'G'), {{"print", "true"}});
+    EXPECT_EQ(refused.status, 507);
+    EXPECT_THAT(refused.json()["error"]["message"].get<std::string>(), HasSubstr("--store-limit-mib"));
+    EXPECT_EQ(files_in("incoming"), 0u);
 }
 
 TEST_F(JobsApiTest, TheQueueSaysWhenEachJobStarts) {

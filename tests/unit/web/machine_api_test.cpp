@@ -40,6 +40,65 @@ TEST_F(MachineApiTest, StatusHasTheFormOfTheContract) {
     EXPECT_EQ(status["timing"]["lateness_ns"]["count"], 0);
 }
 
+TEST_F(MachineApiTest, StatusTellsWhatThePageNeedsOfHeatPauseAndTime) {
+    auto status = request("GET /api/v1/machine").json();
+    EXPECT_TRUE(status["idle_off_in_s"].is_null());
+    EXPECT_EQ(status["idle_timed_out"], false);
+    EXPECT_EQ(status["idle_timeout_s"], 600.0);
+    EXPECT_EQ(status["parked"], false);
+    EXPECT_EQ(status["may_jog"], true);
+    EXPECT_EQ(status["time_factor"], 1.0);
+    EXPECT_EQ(status["hot_end"]["reading"], true);
+    sketch_->heat_status().idle_left_s = 99.5;
+    sketch_->heat_status().hot_end.reading = false;
+    layout_->time_factor = 20;
+    run(2);
+    status = request("GET /api/v1/machine").json();
+    EXPECT_EQ(status["idle_off_in_s"], 99.5);
+    EXPECT_EQ(status["hot_end"]["reading"], false);
+    EXPECT_EQ(status["time_factor"], 20.0);
+    layout_->time_factor = -1;  // whatever it says, there is a usable number
+    run(1);
+    EXPECT_EQ(request("GET /api/v1/machine").json()["time_factor"], 1.0);
+}
+
+TEST_F(MachineApiTest, WhilePausedTheHeadIsJogged) {
+    static_cast<void>(upload("a", spool::content_of(500'000, 1), {{"print", "true"}}));
+    run(3, 1000);
+    EXPECT_EQ(request("GET /api/v1/machine").json()["may_jog"], false);
+    EXPECT_EQ(post("pause").status, 202);
+    run(2);
+    const auto status = request("GET /api/v1/machine").json();
+    EXPECT_EQ(status["parked"], true);
+    EXPECT_EQ(status["may_jog"], true);
+    EXPECT_EQ(post("jog", R"({"e_mm":-50,"speed_mm_s":5})").status, 202);
+    EXPECT_EQ(post("home").status, 409);
+}
+
+TEST_F(MachineApiTest, AJogBeforeHomingIsRefused) {
+    sketch_->status().homed = {true, false, false};
+    run(2);
+    EXPECT_EQ(post("jog", R"({"x_mm":1})").status, 202);
+    EXPECT_EQ(post("jog", R"({"e_mm":1})").status, 202);
+    static_cast<void>(lines());
+    const Answer refused = post("jog", R"({"y_mm":1})");
+    EXPECT_EQ(refused.status, 409);
+    EXPECT_THAT(refused.body, HasSubstr("home first"));
+    EXPECT_TRUE(lines().empty());
+}
+
+TEST_F(MachineApiTest, AFaultThatIsStillThereIsNotCleared) {
+    sketch_->status().fault_persists.assign("hot end sensor does not answer");
+    sketch_->fault("hot end sensor does not answer");
+    run(2);
+    const Answer refused = post("clear-fault");
+    EXPECT_EQ(refused.status, 409);
+    EXPECT_THAT(refused.body, HasSubstr("the fault is still there: hot end sensor does not answer"));
+    sketch_->status().fault_persists.clear();
+    run(2);
+    EXPECT_EQ(post("clear-fault").status, 202);
+}
+
 TEST_F(MachineApiTest, WithoutAMachineItSaysSo) {
     layout_->sketch_dead.store(2);
     run(2);

@@ -107,6 +107,27 @@ TEST(RequestReader, BoundsTheHeader) {
     EXPECT_TRUE(read("GET /" + std::string(20'000, 'a'), 100).error.has_value()) << "also when it never ends";
 }
 
+TEST(RequestReader, BoundsWhatStandsAroundChunks) {
+    const std::string head = "PUT /f HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n";
+    for (const char* begun : {"5;extension=", "5\r\nhello\r\n0\r\nTrailer: ", "0\r\nA: b\r\nB: "}) {
+        const Read endless = read(head + begun + std::string(100'000, 'x'), 1000);
+        ASSERT_TRUE(endless.error.has_value()) << begun;
+        EXPECT_EQ(endless.error->code, ErrorCode::out_of_range) << begun;
+    }
+    EXPECT_FALSE(read(head + "5;extension=" + std::string(8000, 'x') + "\r\nhello\r\n0\r\n\r\n", 1000).error);
+}
+
+TEST(RequestReader, HoldsNothingWhileItWaits) {
+    RequestReader reader;
+    std::string body;
+    reader.feed(kPost);
+    while (*reader.advance(body) != RequestReader::Progress::complete) {
+    }
+    reader.next();
+    EXPECT_EQ(reader.held_bytes(), 0u);
+    EXPECT_TRUE(reader.idle());
+}
+
 TEST(RequestReader, HandsOnWhatItHasNotUsed) {
     RequestReader reader;
     std::string body;

@@ -79,7 +79,7 @@ class WebTest : public spool::SpoolTest {
         const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
         service_ = std::make_unique<Service>(
             ServiceOptions{HostPolicy{{"printer.local"}}, 4}, std::move(context),
-            Authenticator{std::move(key), spool_->store().load()->sessions}, StaticFiles{}, analyzer_,
+            Authenticator{std::move(key), *spool_->store().sessions()}, StaticFiles{}, analyzer_,
             Executors{at_once, at_once, at_once, at_once});
     }
     /// Tasks that tasks post run after them, as on a thread.
@@ -97,19 +97,23 @@ class WebTest : public spool::SpoolTest {
         connection_ = std::make_shared<Connection>(
             *service_, std::move(remote), [] {}, moment());
     }
-    /// Everything that came out so far; files are read.
+    /// Everything that comes out when all of it is taken at once; files are read.
     std::string output() {
         std::string text;
         while (auto next = connection_->take_output()) {
-            text += next->bytes;
-            if (!next->file) continue;
-            std::ifstream file{next->file->path, std::ios::binary};
-            std::string bytes(next->file->length, '\0');
-            file.seekg(static_cast<std::streamoff>(next->file->offset));
-            file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-            text += bytes;
+            text += next->bytes + next->body;
+            if (next->shared) text += *next->shared;
+            if (next->file) text += read(*next->file);
+            connection_->sent(moment());
         }
         return text;
+    }
+    static std::string read(const FileRange& range) {
+        std::ifstream file{range.path, std::ios::binary};
+        std::string bytes(range.length, '\0');
+        file.seekg(static_cast<std::streamoff>(range.offset));
+        file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        return bytes;
     }
     static Answer parse(const std::string& text) {
         Answer answer;

@@ -79,3 +79,34 @@ export function makePart(count = 120) {
   const at = (byte) => path[Math.max(0, Math.min(path.length - 1, Math.floor((byte - 900) / BYTES_A_LINE)))];
   return { size, layers, at };
 }
+
+/** A cube on the middle of the bed: two walls, and infill that is closed below and above. `step`: its lines in pieces of that length. */
+export function makeCube(edge, step = edge) {
+  const height = Math.round(edge / 0.3);
+  const low = 75 - edge / 2, high = 75 + edge / 2;
+  const square = (in_mm) => [[low + in_mm, low + in_mm], [high - in_mm, low + in_mm], [high - in_mm, high - in_mm], [low + in_mm, high - in_mm], [low + in_mm, low + in_mm]];
+  const layers = [];
+  let size = 900;
+  for (let layer = 0; layer < height; layer++) {
+    const solid = layer < 3 || layer >= height - 3;
+    const lines = [{ feature: INNER_WALL, points: square(0.67) }, { feature: OUTER_WALL, points: square(0.22) }];
+    for (let at = low + 1; at < high - 1; at += solid ? 0.45 : 4) {
+      lines.push({ feature: solid ? SOLID_INFILL : SPARSE_INFILL, points: layer % 2 ? [[at, low + 1], [at, high - 1]] : [[low + 1, at], [high - 1, at]] });
+    }
+    const cut = lines.map(({ feature, points }) => ({ feature, points: inPieces(points, step) }));
+    const { buffer, bytes } = pack(layer, 0.3 * (layer + 1), cut, size);
+    layers.push({ index: layer, layer, z_mm: 0.3 * (layer + 1), segments: buffer.readUInt32LE(24), bytes: buffer.length, first_byte: size, buffer });
+    size += bytes;
+  }
+  return { size, layers, min_mm: [low, low, 0.3], max_mm: [high, high, edge] };
+}
+
+function inPieces(points, step) {
+  const out = [points[0]];
+  for (let i = 1; i < points.length; i++) {
+    const [[x, y], [toX, toY]] = [points[i - 1], points[i]];
+    const pieces = Math.max(1, Math.ceil(Math.hypot(toX - x, toY - y) / step));
+    for (let piece = 1; piece <= pieces; piece++) out.push([x + ((toX - x) * piece) / pieces, y + ((toY - y) * piece) / pieces]);
+  }
+  return out;
+}

@@ -1,14 +1,16 @@
 // A printer without a printer: serves the built page and the interface of docs/api.md with a simulated print, so that
 // the page can be worked on and looked at without the service. Plain node, no dependencies.
 //
-//   node mock/server.mjs [--port 8090] [--scene idle|printing|paused|faulted|disconnected|held] [--key KEY]
+//   node mock/server.mjs [--port 8090] [--scene SCENE] [--key KEY]
+//   scenes: idle printing paused faulted stuck-fault disconnected held bed no-confirm idle-warning idle-off unhomed simulated many
 //
 // It is a stage set, not a reference: what the page must really agree with is printd, in tests/e2e/browser.
 import { createServer } from 'node:http';
 import { readFile } from 'node:fs/promises';
 import { extname, join, normalize } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { makePart } from './part.mjs';
+import { countsOf, inspectionOf, isEnded, makeHistory, makeJob, pageOf } from './jobs.mjs';
+import { makeCube, makePart } from './part.mjs';
 import { acceptWebSocket } from './websocket.mjs';
 
 const DIST = fileURLToPath(new URL('../dist/', import.meta.url));
@@ -16,20 +18,11 @@ const TYPES = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '
 const POLICY = "default-src 'self'; img-src 'self' blob: data:; connect-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'";
 const TICK_MS = 100;
 const ESTIMATED_S = 4804;
+const FIRST_PAGE = { waiting: 100, ended: 50 };
+const IDLE_TIMEOUT_S = 600;
 
 const part = makePart();
-
-function makeJob(id, name, state, more = {}) {
-  return {
-    id, name, size: part.size, sha256: '0'.repeat(64), state, hold: state === 'held', copies: 1, copies_done: 0, priority: 0,
-    position: null, created: '2026-11-21T06:00:00Z', started: null, ended: null, error: null,
-    facts: {
-      estimated_s: ESTIMATED_S, filament_mm: 3918.2, layers: part.layers.length, min_mm: [40, 40, 0.3], max_mm: [110, 110, 36],
-      hot_end_c: 209, bed_c: 60, slicer: 'PrusaSlicer 2.5.0', thumbnail: false, warnings: [],
-    },
-    progress: { bytes: 0, fraction: 0, elapsed_s: 0, remaining_s: null }, ...more,
-  };
-}
+const job = (...known) => makeJob(part, ESTIMATED_S, ...known);
 
 /** Half a Gaussian in powers of two, with a thin tail. */
 function lateness(count) {
@@ -55,49 +48,113 @@ class Printer {
   constructor(scene) {
     this.state = 'idle';
     this.fault = null;
+    this.stuck = null; // why the fault cannot be cleared
     this.executed = 0;
     this.elapsed = 0;
-    this.gate = { held: false, reason: null, bed_occupied: false };
-    this.hotEnd = { c: 24.3, target_c: 0, duty: 0, fault: '' };
-    this.bed = { c: 23.1, target_c: 0, duty: 0, fault: '' };
+    this.gate = { held: false, reason: null, bed_occupied: false, confirm_bed: true };
+    this.hotEnd = { c: 24.3, target_c: 0, duty: 0, fault: '', reading: true };
+    this.bed = { c: 23.1, target_c: 0, duty: 0, fault: '', reading: true };
     this.fan = 0;
     this.place = [0, 0, 0];
+    this.homed = [true, true, true];
+    this.idle = { off_in_s: null, timed_out: false, timeout_s: IDLE_TIMEOUT_S };
+    this.factor = 1;
+    this.parked = false;
+    this.part = part;
     this.jobs = [];
     this.nextId = 1;
     this.subscribers = new Set();
     this.stage(scene);
   }
 
+  add(name, state, more) {
+    this.jobs.push(job(this.nextId++, name, state, more));
+    return this.jobs[this.jobs.length - 1];
+  }
+
+  heat(hot_end_c, bed_c) {
+    Object.assign(this.hotEnd, { c: hot_end_c, target_c: hot_end_c, duty: 0.38 });
+    Object.assign(this.bed, { c: bed_c, target_c: bed_c, duty: 0.22 });
+  }
+
   stage(scene) {
-    if (scene === 'idle' || scene === 'empty') return;
-    if (scene === 'disconnected') { this.state = 'disconnected'; return; }
-    const add = (name, state, more) => this.jobs.push(makeJob(this.nextId++, name, state, more));
-    add('3DBenchy.gcode', 'printing', { started: new Date().toISOString() });
-    add('lobed-vase.gcode', 'queued', { copies: 3, copies_done: 1 });
-    add('bracket-left-with-a-rather-long-name_0.2mm_PLA.gcode', 'queued');
-    add('bracket-right.gcode', 'held');
-    add('cable-clip.gcode', 'queued');
+    const small = {
+      idle: () => {}, empty: () => {},
+      disconnected: () => { this.state = 'disconnected'; },
+      unhomed: () => { this.homed = [false, false, false]; },
+      cube20: () => this.showCube(20), cube140: () => this.showCube(140), 'cube140-dense': () => this.showCube(140, 6.5),
+      many: () => this.stageMany(),
+      'idle-warning': () => { this.heat(209, 60); this.idle.off_in_s = 105; },
+      'idle-hint': () => { this.heat(209, 60); this.idle.off_in_s = 430; },
+      'idle-off': () => { this.idle.timed_out = true; },
+      'idle-never': () => { this.heat(209, 0); this.idle.timeout_s = 0; },
+      bed: () => this.stageBed(),
+      'no-confirm': () => { this.stageBed(); Object.assign(this.gate, { bed_occupied: false, confirm_bed: false }); },
+    }[scene];
+    if (small) return small();
+    this.stagePrint();
+    if (scene === 'paused') Object.assign(this, { state: 'paused', parked: true });
+    if (scene === 'paused-off') Object.assign(this, { state: 'paused', parked: true, idle: { ...this.idle, timed_out: true } });
+    if (scene === 'simulated') this.factor = 20;
+    if (scene === 'faulted' || scene === 'stuck-fault' || scene === 'held') this.stageFailure(scene);
+  }
+
+  stagePrint() {
+    this.add('3DBenchy.gcode', 'printing', { started: new Date().toISOString() });
+    this.add('lobed-vase.gcode', 'queued', { copies: 3, copies_done: 1 });
+    this.add('bracket-left-with-a-rather-long-name_0.2mm_PLA.gcode', 'queued');
+    this.add('bracket-right.gcode', 'held');
+    this.add('cable-clip.gcode', 'queued');
     this.jobs[1].facts.warnings.push({ line: 14, message: 'M900 is answered, but pressure advance is set in the machine file.' });
-    add('calibration-cube.gcode', 'done', { started: '2026-11-21T05:10:00Z', ended: '2026-11-21T05:43:20Z' });
-    add('hook.gcode', 'cancelled', { ended: '2026-11-21T05:00:00Z' });
+    this.add('calibration-cube.gcode', 'done', { started: '2026-11-21T05:10:00Z', ended: '2026-11-21T05:43:20Z' });
+    this.add('hook.gcode', 'cancelled', { ended: '2026-11-21T05:00:00Z', stopped_line: 812, stopped_layer: 14 });
     this.executed = part.size * 0.52;
     this.elapsed = ESTIMATED_S * 0.53;
-    Object.assign(this.hotEnd, { c: 209, target_c: 209, duty: 0.38 });
-    Object.assign(this.bed, { c: 60, target_c: 60, duty: 0.22 });
+    this.heat(209, 60);
     this.fan = 1;
-    this.state = scene === 'paused' ? 'paused' : 'printing';
-    if (scene === 'faulted' || scene === 'held') {
-      const reason = 'hot end: not heating as it should, 2.0 °C expected in 20 s, 0.4 °C seen';
-      Object.assign(this.jobs[0], { state: 'failed', error: reason, ended: new Date().toISOString() });
-      this.jobs.push(this.jobs.shift());
-      this.gate = { held: true, reason: `job 1 "3DBenchy.gcode" failed: ${reason}`, bed_occupied: scene === 'held' };
-      this.state = scene === 'held' ? 'idle' : 'faulted';
-      this.fault = scene === 'held' ? null : reason;
-      this.fan = this.hotEnd.target_c = this.bed.target_c = 0;
+    this.state = 'printing';
+  }
+
+  stageFailure(scene) {
+    const reason = scene === 'stuck-fault' ? 'hot end: the sensor gives no reading' : 'hot end: not heating as it should, 2.0 °C expected in 20 s, 0.4 °C seen';
+    Object.assign(this.jobs[0], { state: 'failed', error: reason, ended: new Date().toISOString(), ...this.stop() });
+    const failed = this.jobs.shift();
+    this.jobs.splice(this.jobs.findIndex(isEnded), 0, failed);
+    this.gate = { ...this.gate, held: true, reason: `job 1 "3DBenchy.gcode" failed: ${reason}`, bed_occupied: scene === 'held' };
+    this.state = scene === 'held' ? 'idle' : 'faulted';
+    this.fault = scene === 'held' ? null : reason;
+    this.fan = this.hotEnd.target_c = this.bed.target_c = 0;
+    if (scene === 'stuck-fault') {
+      this.stuck = reason;
+      this.hotEnd.reading = false;
     }
   }
 
-  get running() { return this.jobs.find((job) => job.state === 'printing' || job.state === 'paused') ?? null; }
+  stageBed() {
+    this.add('hinge.gcode', 'queued');
+    this.add('calibration-cube.gcode', 'done', { started: '2026-11-21T05:10:00Z', ended: '2026-11-21T05:43:20Z' });
+    this.gate.bed_occupied = true;
+  }
+
+  stageMany() {
+    this.jobs = makeHistory(100_000, job);
+    this.nextId = 100_001;
+    this.stagePrint();
+    const fresh = this.jobs.splice(100_000).filter((each) => !isEnded(each));
+    for (let i = 0; i < 150; i++) fresh.push(job(this.nextId++, `waiting-${i}.gcode`, 'queued'));
+    this.jobs = [...fresh, ...this.jobs];
+  }
+
+  /** A finished cube of `edge` millimetres; `step`: its lines in pieces of that length. */
+  showCube(edge, step) {
+    this.part = makeCube(edge, step);
+    const { facts } = this.add(`cube-${edge}.gcode`, 'done');
+    Object.assign(facts, { layers: this.part.layers.length, min_mm: this.part.min_mm, max_mm: this.part.max_mm });
+  }
+
+  get running() { return this.jobs.find((each) => each.state === 'printing' || each.state === 'paused') ?? null; }
+
+  stop() { return { stopped_line: Math.round(this.executed / 34), stopped_layer: (part.at(this.executed)[3] ?? 0) + 1 }; }
 
   tick(seconds) {
     for (const heater of [this.hotEnd, this.bed]) {
@@ -105,16 +162,21 @@ class Printer {
       heater.c += (to - heater.c) * Math.min(1, seconds / (heater.target_c > 0 ? 6 : 60)) + (Math.random() - 0.5) * 0.12;
       heater.duty = heater.target_c > 0 ? 0.35 : 0;
     }
-    const job = this.running;
-    if (!job) {
+    if (this.idle.off_in_s !== null) this.idle.off_in_s = Math.max(0, this.idle.off_in_s - seconds);
+    if (this.idle.off_in_s === 0) {
+      Object.assign(this.idle, { off_in_s: null, timed_out: true });
+      this.hotEnd.target_c = this.bed.target_c = 0;
+    }
+    const running = this.running;
+    if (!running) {
       if (this.state === 'idle' && !this.gate.held && !this.gate.bed_occupied) this.startNext();
       return;
     }
     if (this.state !== 'printing') return;
-    this.executed = Math.min(job.size, this.executed + (seconds * job.size) / ESTIMATED_S);
-    this.elapsed += seconds;
+    this.executed = Math.min(running.size, this.executed + (seconds * this.factor * running.size) / ESTIMATED_S);
+    this.elapsed += seconds * this.factor;
     this.place = part.at(this.executed);
-    if (this.executed >= job.size) this.finish('done');
+    if (this.executed >= running.size) this.finish('done');
   }
 
   startNext() {
@@ -129,13 +191,15 @@ class Printer {
     this.changed();
   }
 
-  finish(state) {
-    const job = this.running;
-    Object.assign(job, { state, ended: new Date().toISOString(), copies_done: job.copies_done + (state === 'done' ? 1 : 0) });
-    const ended = (j) => ['done', 'cancelled', 'failed'].includes(j.state);
-    this.jobs = [...this.jobs.filter((j) => !ended(j)), job, ...this.jobs.filter((j) => ended(j) && j !== job)];
+  finish(state, error = null) {
+    const ended = this.running;
+    Object.assign(ended, { state, error, ended: new Date().toISOString(), copies_done: ended.copies_done + (state === 'done' ? 1 : 0) });
+    if (state !== 'done') Object.assign(ended, this.stop());
+    this.jobs = [...this.jobs.filter((each) => !isEnded(each) && each !== ended), ended, ...this.jobs.filter((each) => isEnded(each) && each !== ended)];
     this.state = 'idle';
+    this.parked = false;
     this.hotEnd.target_c = 0;
+    if (this.gate.confirm_bed) this.gate.bed_occupied = true;
     this.changed();
   }
 
@@ -145,8 +209,10 @@ class Printer {
     const hot = this.state !== 'disconnected';
     return {
       connected: hot, session: hot ? '9f31c0ffee0199aa' : null, state: this.state, job: this.running?.id ?? null, fault: this.fault,
-      message: '', position_mm: { x, y, z, e: 0 }, homed: [true, true, this.running !== null], hot_end: this.hotEnd, bed: this.bed,
+      message: '', position_mm: { x, y, z, e: 0 }, homed: this.homed, hot_end: this.hotEnd, bed: this.bed,
       fan: this.fan, feed_factor: 1, flow_factor: 1, layer: layer ?? 0, line: Math.round(this.executed / 34),
+      idle_off_in_s: this.idle.off_in_s, idle_timed_out: this.idle.timed_out, idle_timeout_s: this.idle.timeout_s, time_factor: this.factor,
+      parked: this.parked, may_jog: this.state === 'idle' || this.parked,
       bytes_executed: Math.round(this.executed), bytes_accepted: Math.round(this.executed) + 4000, print_time_s: this.elapsed,
       timing: {
         late_steps: count > 0 ? 37 : 0, shift_ns: count > 0 ? 61_250 : 0, starved: 0, ring_fill: 51234, pulses: [count, count, 0, 0],
@@ -155,18 +221,19 @@ class Printer {
     };
   }
 
-  jobsMessage() {
+  /** One page of the jobs; the first one, when nothing is asked for. */
+  page({ limit = FIRST_PAGE.ended, before = null, states = [], text = '' } = {}) {
     let position = 0;
-    const job = this.running;
-    for (const each of this.jobs) {
-      each.position = each.state === 'queued' || each.state === 'held' ? ++position : null;
-      if (each === job) {
-        each.state = this.state === 'paused' ? 'paused' : 'printing';
-        each.progress = { bytes: Math.round(this.executed), fraction: this.executed / each.size, elapsed_s: this.elapsed, remaining_s: ESTIMATED_S - this.elapsed };
-      }
+    const running = this.running;
+    for (const each of this.jobs) each.position = each.state === 'queued' || each.state === 'held' ? ++position : null;
+    if (running) {
+      running.state = this.state === 'paused' ? 'paused' : 'printing';
+      running.progress = { bytes: Math.round(this.executed), fraction: this.executed / running.size, elapsed_s: this.elapsed, remaining_s: ESTIMATED_S - this.elapsed };
     }
-    return { type: 'jobs', jobs: this.jobs, queue: this.gate };
+    return { ...pageOf(this.jobs, { limit, before, states, text }, FIRST_PAGE), counts: countsOf(this.jobs), queue: this.gate };
   }
+
+  jobsMessage() { return { type: 'jobs', ...this.page() }; }
 
   history() {
     const samples = { t_s: [], hot_end_c: [], hot_end_target_c: [], bed_c: [], bed_target_c: [] };
@@ -192,82 +259,110 @@ class Printer {
 const fail = (status, message, line) => ({ status, body: { error: { code: 'mock', message, ...(line ? { line } : {}) } } });
 const accepted = { status: 202, body: {} };
 
-function command(printer, name, body) {
-  if (name === 'pause' && printer.state === 'printing') printer.state = 'paused';
-  else if (name === 'resume' && printer.state === 'paused') printer.state = 'printing';
-  else if (name === 'cancel' && printer.running) printer.finish('cancelled');
-  else if (name === 'emergency-stop') {
-    if (printer.running) printer.finish('failed');
+const refuse = (printer, name) => fail(409, `${name} does not apply while the machine is ${printer.state}`);
+
+/** What a person may ask of the machine: each answers with an error, or with nothing. */
+const COMMANDS = {
+  pause: (printer) => (printer.state === 'printing' ? void Object.assign(printer, { state: 'paused', parked: true }) : refuse(printer, 'pause')),
+  resume: (printer) => (printer.state === 'paused' ? void Object.assign(printer, { state: 'printing', parked: false }) : refuse(printer, 'resume')),
+  cancel: (printer) => (printer.running ? printer.finish('cancelled') : refuse(printer, 'cancel')),
+  'emergency-stop': (printer) => {
+    if (printer.running) printer.finish('failed', 'emergency stop');
     Object.assign(printer, { state: 'faulted', fault: 'emergency stop' });
-    printer.gate = { held: true, reason: 'job failed: emergency stop', bed_occupied: false };
-  } else if (name === 'clear-fault' && printer.state === 'faulted') Object.assign(printer, { state: 'idle', fault: null });
-  else if (name === 'bed-cleared') printer.gate.bed_occupied = false;
-  else if (name === 'temperature') {
-    if ((body.hot_end_c ?? 0) > 260) return fail(422, 'hot_end_c must be 0 to 260');
-    if (body.hot_end_c !== undefined) printer.hotEnd.target_c = body.hot_end_c;
-    if (body.bed_c !== undefined) printer.bed.target_c = body.bed_c;
-  } else if (name === 'fan') printer.fan = body.duty;
-  else if (name === 'gcode') {
-    const text = body.line === 'M105' ? `T:${printer.hotEnd.c.toFixed(1)} /${printer.hotEnd.target_c} B:${printer.bed.c.toFixed(1)} /${printer.bed.target_c}` : `unknown command: <b>${body.line}</b>`;
-    setTimeout(() => printer.send({ type: 'reply', kind: body.line === 'M105' ? 'text' : 'warning', text }), 40);
-  } else if (name !== 'home' && name !== 'jog') return fail(409, `${name} does not apply while the machine is ${printer.state}`);
+    printer.gate = { ...printer.gate, held: true, reason: 'job failed: emergency stop' };
+  },
+  'clear-fault': (printer) => (printer.stuck ? fail(409, `the fault is still there: ${printer.stuck}`)
+    : printer.state === 'faulted' ? void Object.assign(printer, { state: 'idle', fault: null }) : refuse(printer, 'clear-fault')),
+  'bed-cleared': (printer) => { printer.gate.bed_occupied = false; },
+  temperature: (printer, { hot_end_c, bed_c }) => {
+    if ((hot_end_c ?? 0) > 260) return fail(422, 'hot_end_c must be 0 to 260');
+    if (hot_end_c !== undefined) printer.hotEnd.target_c = hot_end_c;
+    if (bed_c !== undefined) printer.bed.target_c = bed_c;
+    if (printer.idle.off_in_s !== null) printer.idle.off_in_s = printer.idle.timeout_s;
+    printer.idle.timed_out = false;
+  },
+  fan: (printer, { duty }) => { printer.fan = duty; },
+  gcode: (printer, { line }) => {
+    const text = line === 'M105' ? `T:${printer.hotEnd.c.toFixed(1)} /${printer.hotEnd.target_c} B:${printer.bed.c.toFixed(1)} /${printer.bed.target_c}` : `unknown command: <b>${line}</b>`;
+    setTimeout(() => printer.send({ type: 'reply', kind: line === 'M105' ? 'text' : 'warning', text }), 40);
+  },
+  home: (printer, { axes }) => {
+    if (printer.state !== 'idle') return refuse(printer, 'home');
+    printer.homed = printer.homed.map((known, i) => known || axes.includes('xyz'[i]));
+  },
+  jog: (printer) => (printer.state === 'idle' || printer.parked ? undefined : refuse(printer, 'jog')),
+};
+
+function command(printer, name, body) {
+  if (!Object.hasOwn(COMMANDS, name)) return fail(404, 'there is nothing of this name');
+  const refused = COMMANDS[name](printer, body);
   printer.changed();
-  return accepted;
+  return refused ?? accepted;
 }
 
-function patch(printer, job, body) {
-  for (const name of ['copies', 'priority']) if (body[name] !== undefined) job[name] = body[name];
-  if (body.hold !== undefined) Object.assign(job, { hold: body.hold, state: body.hold ? 'held' : 'queued' });
+function patch(printer, which, body) {
+  for (const name of ['copies', 'priority']) if (body[name] !== undefined) which[name] = body[name];
+  if (body.hold !== undefined) Object.assign(which, { hold: body.hold, state: body.hold ? 'held' : 'queued' });
   if (body.before !== undefined) {
-    const rest = printer.jobs.filter((each) => each !== job);
+    const rest = printer.jobs.filter((each) => each !== which);
     const at = body.before === null
       ? rest.findLastIndex((each) => ['queued', 'held', 'printing', 'paused'].includes(each.state)) + 1
       : rest.findIndex((each) => each.id === body.before);
-    rest.splice(at, 0, job);
+    rest.splice(at, 0, which);
     printer.jobs = rest;
   }
   printer.changed();
-  return { status: 200, body: job };
+  return { status: 200, body: which };
 }
 
 function addJob(printer, bytes) {
   const text = bytes.toString('latin1');
   const name = /filename="([^"]*)"/.exec(text)?.[1] ?? 'part.gcode';
   if (/M10[49] S999/.test(text)) return fail(422, 'the hot end would be heated to 999 °C, the machine allows 260. Lower the temperature in the slicer.', 2);
-  const job = makeJob(printer.nextId++, name, /name="print"\r\n\r\nfalse/.test(text) ? 'held' : 'queued');
-  const at = printer.jobs.findIndex((each) => ['done', 'cancelled', 'failed'].includes(each.state));
-  printer.jobs.splice(at < 0 ? printer.jobs.length : at, 0, job);
+  const added = job(printer.nextId++, name, /name="print"\r\n\r\nfalse/.test(text) ? 'held' : 'queued');
+  const at = printer.jobs.findIndex(isEnded);
+  printer.jobs.splice(at < 0 ? printer.jobs.length : at, 0, added);
   printer.changed();
-  return { status: 201, body: job };
+  return { status: 201, body: added };
 }
 
+const THUMBNAIL = Buffer.from('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 8 8"><rect width="8" height="8" fill="#c96"/></svg>');
+
 function jobRequest(printer, method, [id, verb, range], body) {
-  const job = printer.jobs.find((each) => each.id === Number(id));
-  if (!job) return fail(404, 'there is no job with this number');
+  const which = printer.jobs.find((each) => each.id === Number(id));
+  if (!which) return fail(404, 'there is no job with this number');
   if (verb === 'layers' && range) {
     const [first, last] = range.split('-').map(Number);
-    return { status: 200, bytes: Buffer.concat(part.layers.slice(first, last + 1).map((layer) => layer.buffer)) };
+    return { status: 200, bytes: Buffer.concat(printer.part.layers.slice(first, last + 1).map((layer) => layer.buffer)) };
   }
-  if (verb === 'layers') return { status: 200, body: { layers: part.layers.map(({ buffer, ...index }) => index) } };
+  if (verb === 'layers') return { status: 200, body: { layers: printer.part.layers.map(({ buffer, ...index }) => index) } };
+  if (verb === 'thumbnail') return { status: 200, bytes: THUMBNAIL, headers: { 'Content-Type': 'image/svg+xml' } };
   if (verb === 'inspection') {
-    if (job.state !== 'done') return fail(404, 'there is no report on this job');
-    return { status: 200, body: { completed: true, matches: true, differences: [], layer_count: 120, duration_s: 4821, lost_steps: { x: 0, y: 0, z: 0, e: 0 },
-      path_deviation_mm_max: { x: 0.0063, y: 0.0062, z: 0.0003, e: 0.005 }, filament_mm: { asked: 3918.2, built: 3918.19 } } };
+    if (which.state !== 'done') return fail(404, 'there is no report on this job');
+    return { status: 200, body: inspectionOf() };
   }
   if (verb === 'start') {
-    if (job.state === 'held') return patch(printer, job, { hold: false });
-    printer.jobs = printer.jobs.filter((each) => each !== job);
-    printer.jobs.splice(printer.running ? 1 : 0, 0, makeJob(printer.nextId++, job.name, 'queued'));
+    if (which.state === 'held') return patch(printer, which, { hold: false });
+    printer.jobs = printer.jobs.filter((each) => each !== which);
+    printer.jobs.splice(printer.running ? 1 : 0, 0, job(printer.nextId++, which.name, 'queued'));
     printer.changed();
-    return { status: 200, body: job };
+    return { status: 200, body: which };
   }
   if (method === 'DELETE') {
-    if (job === printer.running) return fail(409, 'the job is being printed');
-    printer.jobs = printer.jobs.filter((each) => each !== job);
+    if (which === printer.running) return fail(409, 'the job is being printed');
+    printer.jobs = printer.jobs.filter((each) => each !== which);
     printer.changed();
     return { status: 204 };
   }
-  return method === 'PATCH' ? patch(printer, job, body) : { status: 200, body: job };
+  return method === 'PATCH' ? patch(printer, which, body) : { status: 200, body: which };
+}
+
+function listed(printer, query) {
+  const before = query.get('before');
+  return { status: 200, body: printer.page({
+    limit: Number(query.get('limit') ?? 100), before: before === null ? null : Number(before),
+    states: (query.get('state') ?? '').split(',').filter(Boolean), text: query.get('q') ?? '',
+  }) };
 }
 
 function api(printer, key, request, path, bytes) {
@@ -278,7 +373,7 @@ function api(printer, key, request, path, bytes) {
     return { status: 204, headers: { 'Set-Cookie': 'session=1; HttpOnly; SameSite=Strict; Path=/' } };
   }
   if (!/session=1/.test(request.headers.cookie ?? '')) return fail(401, 'a key is needed');
-  if (what === 'jobs' && rest.length === 0) return request.method === 'POST' ? addJob(printer, bytes) : { status: 200, body: printer.jobsMessage() };
+  if (what === 'jobs' && rest.length === 0) return request.method === 'POST' ? addJob(printer, bytes) : listed(printer, new URL(request.url, 'http://mock').searchParams);
   if (what === 'jobs') return jobRequest(printer, request.method, rest, request.method === 'PATCH' ? json() : null);
   if (what === 'queue') {
     printer.gate = { ...printer.gate, held: rest[0] === 'hold', reason: rest[0] === 'hold' ? 'held by a person' : null };

@@ -1,7 +1,8 @@
 // Requests to the service, and the live stream. Errors are the service's own words (docs/api.md), always as text.
 import * as format from './format';
-import { addConsole, newKey, reduce, store } from './store';
-import type { Guarantee, Inspection, Job, LayerIndex, LiveMessage, MachineConfig } from './types';
+import { isSearch, joined, listPath, PAGE_JOBS, RELOAD_JOBS_MAX, type Search } from './jobs';
+import { addConsole, reduce, store, withoutJob } from './store';
+import type { Guarantee, Inspection, JobPage, LayerIndex, LiveMessage, MachineConfig } from './types';
 
 export class ApiError extends Error {
   constructor(message: string, readonly status: number) {
@@ -30,6 +31,8 @@ export async function request<T>(method: string, path: string, body?: unknown): 
     credentials: 'same-origin',
     headers: body === undefined ? {} : { 'Content-Type': 'application/json' },
     body: body === undefined ? undefined : JSON.stringify(body),
+  }).catch(() => {
+    throw new ApiError('The print service was not reached: nothing was done. Try again.', 0);
   });
   if (response.status === 401) store.set({ signedIn: false });
   if (!response.ok) throw await errorOf(response);
@@ -37,18 +40,83 @@ export async function request<T>(method: string, path: string, body?: unknown): 
   return (text ? JSON.parse(text) : undefined) as T;
 }
 
-/** Runs a request for its effect; what goes wrong is shown to the person. */
-export async function act(method: string, path: string, body?: unknown): Promise<void> {
+export function dismissRefusal(place: string): void {
+  store.update((s) => {
+    const { [place]: _, ...refusals } = s.refusals;
+    return { ...s, refusals };
+  });
+}
+
+/** Runs a request for its effect; what is refused is said at `place`, where it was asked for (components/Refusal.tsx). */
+export async function act(place: string, method: string, path: string, body?: unknown): Promise<boolean> {
+  if (place in store.state.refusals) dismissRefusal(place);
   try {
     await request(method, path, body);
+    return true;
   } catch (error) {
-    store.set({ notice: (error as Error).message });
+    store.update((s) => ({ ...s, refusals: { ...s.refusals, [place]: (error as Error).message } }));
+    return false;
   }
 }
 
+/** Deletes a job's row at once: one that lies on an older page would not come with the live stream. */
+export async function removeJob(id: number): Promise<void> {
+  if (await act(`job-${id}`, 'DELETE', `jobs/${id}`)) store.update((s) => withoutJob(s, id));
+}
+
+/** What is wrong with a key, for people. */
+export function keyProblem(error: ApiError): string {
+  if (error.status === 401 || error.status === 403) {
+    return 'This is not the key of this printer. Copy the whole line “Open http://…” that was printed when the printer was started: the key is what follows “key=”.';
+  }
+  if (error.status === 429) return 'There were too many wrong keys from here. Wait a minute, then try again.';
+  return error.status === 0 ? 'The print service was not reached. Is the printer switched on?' : error.message;
+}
+
 export async function signIn(key: string): Promise<void> {
-  await request('POST', 'session', { key });
-  store.set({ signedIn: true });
+  try {
+    await request('POST', 'session', { key });
+  } catch (error) {
+    store.set({ keyProblem: keyProblem(error as ApiError) });
+    throw error;
+  }
+  store.set({ signedIn: true, keyProblem: null });
+}
+
+const nextPage = (before: number | null, limit = PAGE_JOBS) => request<JobPage>('GET', listPath(store.state.search, limit, before));
+
+/** Runs `load` unless another search has begun meanwhile; what is refused is said at the list. */
+async function listed(load: () => Promise<JobPage>, take: (page: JobPage) => void): Promise<void> {
+  const { search } = store.state;
+  try {
+    const page = await load();
+    if (store.state.search === search) take(page);
+    if ('list' in store.state.refusals) dismissRefusal('list');
+  } catch (error) {
+    store.update((s) => ({ ...s, refusals: { ...s.refusals, list: (error as Error).message } }));
+  }
+}
+
+/** Asks for what is searched for; null: nothing any more. */
+export async function startSearch(search: Search): Promise<void> {
+  store.set({ search, ...(isSearch(search) ? {} : { found: null }) });
+  if (isSearch(search)) await listed(() => nextPage(null), ({ jobs, next_before }) => store.set({ found: { jobs, next_before } }));
+}
+
+/** After the queue has changed: the same search again, as far down as it is shown. */
+export async function repeatSearch(): Promise<void> {
+  const shown = store.state.found?.jobs.length ?? 0;
+  if (!isSearch(store.state.search) || shown > RELOAD_JOBS_MAX) return;
+  await listed(() => nextPage(null, Math.max(PAGE_JOBS, shown)), ({ jobs, next_before }) => store.set({ found: { jobs, next_before } }));
+}
+
+/** The next page of what is listed: of the search, or else of the ended jobs. */
+export async function loadMore(): Promise<void> {
+  const { found, older_before } = store.state;
+  await listed(() => nextPage(found ? found.next_before : older_before), ({ jobs, next_before }) => store.update((s) => (s.found
+    ? { ...s, found: { jobs: joined(s.found.jobs, jobs), next_before } }
+    // The live page may have moved on meanwhile: what it has is not older.
+    : { ...s, older: joined([...s.jobs, ...s.older], jobs).slice(s.jobs.length), older_before: next_before })));
 }
 
 /** The key in the link, if there is one; it leaves the address bar at once. */
@@ -88,43 +156,9 @@ async function loadConfig(): Promise<void> {
   store.set({ config });
 }
 
-/** Uploads one file with progress; the answer is shown where the upload is. */
-export function upload(file: File, print: boolean): Promise<Job | null> {
-  const key = newKey();
-  const change = (part: object) =>
-    store.update((s) => ({ ...s, uploads: s.uploads.map((u) => (u.key === key ? { ...u, ...part } : u)) }));
-  store.update((s) => ({
-    ...s, uploads: [...s.uploads, { key, name: file.name, sent: 0, size: file.size, error: null, done: false }],
-  }));
-  return new Promise((resolve) => {
-    const form = new FormData();
-    form.append('print', print ? 'true' : 'false');
-    form.append('file', file, file.name);
-    const xhr = new XMLHttpRequest();
-    xhr.open('POST', '/api/v1/jobs');
-    xhr.upload.onprogress = (event) => change({ sent: event.loaded, size: event.total || file.size });
-    xhr.onerror = () => (change({ error: 'The connection was lost: nothing was queued. Try again.' }), resolve(null));
-    xhr.onload = () => {
-      if (xhr.status === 201) {
-        change({ done: true, sent: file.size, size: file.size });
-        setTimeout(() => dismissUpload(key), 2500);
-        return resolve(JSON.parse(xhr.responseText) as Job);
-      }
-      if (xhr.status === 401) store.set({ signedIn: false });
-      change({ error: sentenceOf(xhr.responseText, `${xhr.status} ${xhr.statusText}`) });
-      resolve(null);
-    };
-    xhr.send(form);
-  });
-}
-
-export function dismissUpload(key: number): void {
-  store.update((s) => ({ ...s, uploads: s.uploads.filter((u) => u.key !== key) }));
-}
-
 export async function sendLine(line: string): Promise<void> {
   store.update((s) => addConsole(s, 'sent', line));
-  await act('POST', 'machine/gcode', { line });
+  await act('console', 'POST', 'machine/gcode', { line });
 }
 
 /**

@@ -5,9 +5,13 @@
 //   side ◇ ◇                  middle = z − height / 2
 //         ◇
 //
-// Eight triangles a segment. Above BEADS_MAX segments the view draws lines instead: a job of millions is still drawn at once.
+// Eight triangles a segment. Above BEADS_MAX segments the view draws lines instead, lit as the beads would be on average:
+// a job of millions is still drawn at once.
+//
+// The normal is interpolated at the centroid of what is covered: a bead of a large part is smaller than a pixel, and a
+// normal that is taken at the pixel's middle, outside of the bead, points down. Large parts went dark by that.
 import {
-  BufferAttribute, InstancedBufferAttribute, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBufferAttribute,
+  BufferAttribute, BufferGeometry, InstancedBufferAttribute, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBufferAttribute,
   ShaderMaterial, Vector3,
 } from 'three';
 import type { LayerRecord } from './layers';
@@ -19,7 +23,7 @@ const VERTEX = `
   attribute vec3 end;
   attribute vec3 tint;
   attribute vec2 section; // width, height, mm
-  varying vec3 vNormal3;
+  centroid varying vec3 vNormal3;
   varying vec3 vTint;
   void main() {
     vec3 along = end - start;
@@ -36,9 +40,22 @@ const VERTEX = `
     gl_Position = projectionMatrix * modelViewMatrix * vec4(at, 1.0);
   }`;
 
+// Seen from far, a bead shows what lies between its top and the side that faces the viewer.
+const THIN_VERTEX = `
+  attribute vec3 along;
+  attribute vec3 tint;
+  centroid varying vec3 vNormal3;
+  varying vec3 vTint;
+  void main() {
+    vec3 side = abs(along.z) < 0.999 ? normalize(cross(along, vec3(0.0, 0.0, 1.0))) : vec3(1.0, 0.0, 0.0);
+    vNormal3 = cross(side, along) + side * sign(dot(side, cameraPosition - position));
+    vTint = tint * 0.92; // beads have valleys and undersides
+    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  }`;
+
 const FRAGMENT = `
   uniform vec3 sun;
-  varying vec3 vNormal3;
+  centroid varying vec3 vNormal3;
   varying vec3 vTint;
   void main() {
     vec3 n = normalize(vNormal3);
@@ -59,10 +76,29 @@ function bar(): { corners: BufferAttribute; index: BufferAttribute } {
   return { corners: new BufferAttribute(new Float32Array(positions), 3), index: new BufferAttribute(new Uint16Array(index), 1) };
 }
 
-export function beadMaterial(): ShaderMaterial {
-  return new ShaderMaterial({
-    vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: { sun: { value: new Vector3(0.42, -0.62, 0.66).normalize() } },
-  });
+const material = (vertexShader: string): ShaderMaterial => new ShaderMaterial({
+  vertexShader, fragmentShader: FRAGMENT, uniforms: { sun: { value: new Vector3(0.42, -0.62, 0.66).normalize() } },
+});
+export const beadMaterial = (): ShaderMaterial => material(VERTEX);
+/** For the lines of thinGeometry(), as bright as the beads would be. */
+export const thinMaterial = (): ShaderMaterial => material(THIN_VERTEX);
+
+/** Lines along the tops of the beads, each vertex with its direction. Draw fewer by the draw range: two vertices a segment. */
+export function thinGeometry(record: LayerRecord, tints: Uint8Array): BufferGeometry {
+  const along = new Int8Array(record.segments * 8);
+  const both = new Uint8Array(record.segments * 8);
+  for (let i = 0; i < record.segments; i++) {
+    const [x, y, z] = [0, 1, 2].map((axis) => record.ends[6 * i + 3 + axis] - record.ends[6 * i + axis]);
+    const scale = 127 / (Math.hypot(x, y, z) || 1);
+    for (const at of [8 * i, 8 * i + 4]) {
+      along.set([x * scale, y * scale, z * scale], at);
+      both.set(tints.subarray(4 * i, 4 * i + 4), at);
+    }
+  }
+  return new BufferGeometry()
+    .setAttribute('position', new BufferAttribute(record.ends, 3))
+    .setAttribute('along', new BufferAttribute(along, 4, true))
+    .setAttribute('tint', new BufferAttribute(both, 4, true));
 }
 
 /** One instance a segment; `tints` are RGBA bytes, one a segment. Draw fewer by instanceCount. */

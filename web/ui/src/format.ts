@@ -62,3 +62,6 @@ export function clock(secondsFromNow: number | null, now: Date): string {
   const at = new Date(now.getTime() + secondsFromNow * 1000);
   return `${String(at.getHours()).padStart(2, '0')}:${String(at.getMinutes()).padStart(2, '0')}`;
 }
+
+/** 20 → "20×"; 0.5 → "0.5×". */
+export const factor = (times: number): string => `${Number(times.toPrecision(3))}×`;

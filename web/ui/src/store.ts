@@ -1,13 +1,18 @@
 // The page's state, and how live messages change it. reduce() is pure; the store only remembers and tells.
-import type { Guarantee, History, Job, LiveMessage, MachineConfig, QueueGate, Status } from './types';
+import { isEnded, isRunning, isWaiting, olderBehind, renewed, type Search } from './jobs';
+import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMessage, MachineConfig, QueueGate, Status } from './types';
+
+export { isRunning, isWaiting };
 
 export interface Upload {
   key: number;
   name: string;
   sent: number;
   size: number;
+  phase: 'waiting' | 'sending' | 'checking' | 'queued' | 'cancelled' | 'refused';
+  /** Bytes in a second over the last seconds; null: not known yet. */
+  rate: number | null;
   error: string | null;
-  done: boolean;
 }
 
 export interface ConsoleLine {
@@ -27,7 +32,15 @@ export interface State {
   signedIn: boolean | null; // null: not known yet
   online: boolean;
   status: Status | null;
+  /** The first page, as the live stream has it: running, the first waiting, the newest ended. */
   jobs: Job[];
+  /** Ended ones behind the first page, as far as they were asked for; the next page begins before `older_before`. */
+  older: Job[];
+  older_before: number | null;
+  counts: JobCounts;
+  search: Search;
+  /** What the search has found so far; null: nothing is searched for, or the answer has not come. */
+  found: { jobs: Job[]; next_before: number | null } | null;
   gate: QueueGate;
   config: MachineConfig | null;
   question: Question | null;
@@ -35,9 +48,12 @@ export interface State {
   console: ConsoleLine[];
   uploads: Upload[];
   guarantee: Guarantee | null;
-  notice: string | null;
-  /** The job that the 3D view shows; null: the one that prints, or the next. */
-  shown: number | null;
+  /** What was refused, by the place on the page where it was asked for. */
+  refusals: Record<string, string>;
+  /** Why the page asks for the key, in words; null: no reason but that there is none. */
+  keyProblem: string | null;
+  /** The job that a person has chosen to look at; null: the one that prints, or the next. */
+  shown: Job | null;
 }
 
 export const HISTORY_SECONDS = 600;
@@ -47,9 +63,12 @@ export const newKey = (): number => ++keys;
 
 export const emptyHistory = (): History => ({ t_s: [], hot_end_c: [], hot_end_target_c: [], bed_c: [], bed_target_c: [] });
 
+const NO_JOBS: JobCounts = { queued: 0, held: 0, printing: 0, done: 0, cancelled: 0, failed: 0, total: 0 };
 export const initialState: State = {
-  signedIn: null, online: false, status: null, jobs: [], gate: { held: false, reason: null, bed_occupied: false }, config: null,
-  question: null, history: emptyHistory(), console: [], uploads: [], guarantee: null, notice: null, shown: null,
+  signedIn: null, online: false, status: null, jobs: [], older: [], older_before: null, counts: NO_JOBS,
+  search: { text: '', states: '' }, found: null, gate: { held: false, reason: null, bed_occupied: false, confirm_bed: true },
+  config: null, question: null, history: emptyHistory(), console: [], uploads: [], guarantee: null, refusals: {}, keyProblem: null,
+  shown: null,
 };
 
 /** Adds one sample, at most one a second, and forgets what is older than ten minutes. */
@@ -59,12 +78,34 @@ export function addSample(history: History, status: Status, now_s: number): Hist
   let first = 0;
   while (first < history.t_s.length && history.t_s[first] < now_s - HISTORY_SECONDS) first++;
   const target = (t: number) => (t > 0 ? t : null);
+  const seen = (heater: HeaterStatus) => (heater.reading === false ? null : heater.c);
   return {
     t_s: [...history.t_s.slice(first), now_s],
-    hot_end_c: [...history.hot_end_c.slice(first), status.hot_end.c],
+    hot_end_c: [...history.hot_end_c.slice(first), seen(status.hot_end)],
     hot_end_target_c: [...history.hot_end_target_c.slice(first), target(status.hot_end.target_c)],
-    bed_c: [...history.bed_c.slice(first), status.bed.c],
+    bed_c: [...history.bed_c.slice(first), seen(status.bed)],
     bed_target_c: [...history.bed_target_c.slice(first), target(status.bed.target_c)],
+  };
+}
+
+function withFirstPage(state: State, { jobs, next_before, counts, queue }: JobPage): State {
+  // A print that begins is what people want to see, whatever they looked at before.
+  const begun = jobs.find(isRunning)?.id;
+  const same = begun === undefined || begun === state.jobs.find(isRunning)?.id;
+  const older = state.older.length > 0 ? olderBehind([...state.jobs.filter(isEnded), ...state.older], jobs) : [];
+  return {
+    ...state, jobs, older, counts, gate: queue, shown: same ? state.shown : null,
+    older_before: older.length > 0 ? state.older_before : next_before,
+    found: state.found && { ...state.found, jobs: renewed(state.found.jobs, jobs) },
+  };
+}
+
+/** A job that is gone, as the answer to a request has said. */
+export function withoutJob(state: State, id: number): State {
+  const but = (list: Job[]) => list.filter((job) => job.id !== id);
+  return {
+    ...state, jobs: but(state.jobs), older: but(state.older), found: state.found && { ...state.found, jobs: but(state.found.jobs) },
+    shown: state.shown?.id === id ? null : state.shown,
   };
 }
 
@@ -74,12 +115,8 @@ export function reduce(state: State, message: LiveMessage, now_s: number): State
       const history = message.status.connected ? addSample(state.history, message.status, now_s) : state.history;
       return { ...state, status: message.status, history };
     }
-    case 'jobs': {
-      // A print that begins is what people want to see, whatever they looked at before.
-      const begun = message.jobs.find(isRunning)?.id;
-      const same = begun === undefined || begun === state.jobs.find(isRunning)?.id;
-      return { ...state, jobs: message.jobs, gate: message.queue ?? initialState.gate, shown: same ? state.shown : null };
-    }
+    case 'jobs':
+      return withFirstPage(state, message);
     case 'history': {
       const zeroIsOff = (list: (number | null)[]) => list.map((t) => (t ? t : null));
       return {
@@ -102,19 +139,21 @@ export function addConsole(state: State, kind: ConsoleLine['kind'], text: string
   return { ...state, console: [...state.console, ...lines].slice(-CONSOLE_LINES) };
 }
 
-/** The job to look at: the chosen one, the one that prints, the next one, or the last one that was printed. */
+/**
+ * The job to look at: the chosen one; the one that prints; what lies on the bed or has just failed; the next one; or the
+ * last. A machine that has stopped by a fault never shows an older job, whose verdict would be read as this one's.
+ */
 export function shownJob(state: State): Job | null {
-  const by = (test: (job: Job) => boolean) => state.jobs.find(test) ?? null;
-  return (
-    by((job) => job.id === state.shown) ??
-    by((job) => job.state === 'printing' || job.state === 'paused') ??
-    by((job) => job.state === 'queued') ??
-    by((job) => job.state === 'done') ?? state.jobs[0] ?? null
-  );
+  const { shown, jobs, gate } = state;
+  if (shown) return [jobs, state.older, state.found?.jobs ?? []].flat().find((job) => job.id === shown.id) ?? shown;
+  const running = jobs.find(isRunning);
+  if (running) return running;
+  const last = jobs.find(isEnded) ?? null;
+  const faulted = state.status?.state === 'faulted';
+  if (last?.state === 'failed' && (faulted || gate.held)) return last;
+  if (last && gate.bed_occupied && !faulted) return last;
+  return jobs.find((job) => job.state === 'queued') ?? (faulted ? null : last ?? jobs[0] ?? null);
 }
-
-export const isRunning = (job: Job): boolean => job.state === 'printing' || job.state === 'paused';
-export const isWaiting = (job: Job): boolean => job.state === 'queued' || job.state === 'held' || job.state === 'uploading';
 
 export interface Progress {
   fraction: number;
@@ -131,6 +170,12 @@ export function progressOf(job: Job, status: Status | null): Progress {
   if (job.facts.estimated_s) return { fraction, remaining_s: job.facts.estimated_s * (1 - fraction) };
   return { fraction, remaining_s: fraction > 0.01 ? status.print_time_s / fraction - status.print_time_s : null };
 }
+
+/** How fast the printer's time passes; a simulated one may be faster than the clock on the wall. */
+export const timeFactor = (status: Status | null): number => (status?.connected && status.time_factor > 0 ? status.time_factor : 1);
+
+/** Seconds of the printer's time as seconds of the clock on the wall. */
+export const onTheWall = (seconds: number | null, status: Status | null): number | null => (seconds === null ? null : seconds / timeFactor(status));
 
 /**
  * Seconds from now until each waiting job is done, by id; only as far down the queue as every estimate is known, and

@@ -6,6 +6,7 @@ export interface JobFacts {
   estimated_s: number | null;
   filament_mm: number | null;
   layers: number | null;
+  lines?: number | null;
   min_mm?: number[];
   max_mm?: number[];
   hot_end_c: number | null;
@@ -31,10 +32,15 @@ export interface Job {
   error: string | null;
   facts: JobFacts;
   progress: { bytes: number; fraction: number; elapsed_s: number; remaining_s: number | null };
+  /** Where a failed or cancelled one stopped; null: not known, or it did not stop. */
+  stopped_line: number | null;
+  stopped_layer: number | null;
 }
 
 export interface HeaterStatus {
   c: number;
+  /** False: the sensor gives no reading now, and `c` is the last one. */
+  reading: boolean;
   target_c: number;
   duty: number;
 }
@@ -70,6 +76,17 @@ export interface Status {
   bytes_executed: number;
   bytes_accepted: number;
   print_time_s: number;
+  /** Seconds until the heaters go off because nobody uses them; null: not counting. */
+  idle_off_in_s: number | null;
+  /** They went off for that reason; until a target is set again. */
+  idle_timed_out: boolean;
+  /** From the machine file; 0: heaters are never switched off by themselves. */
+  idle_timeout_s: number;
+  /** Paused, and the head has moved away. */
+  parked: boolean;
+  may_jog: boolean;
+  /** Seconds of the printer in one of the wall's; other than 1 for a simulated printer. */
+  time_factor: number;
   timing: Timing;
 }
 
@@ -86,6 +103,27 @@ export interface QueueGate {
   held: boolean;
   reason: string | null;
   bed_occupied: boolean;
+  /** Each job waits until a person has said that the bed is clear. */
+  confirm_bed: boolean;
+}
+
+/** Jobs of each state, all of them, however many a page lists. */
+export interface JobCounts {
+  queued: number;
+  held: number;
+  printing: number;
+  done: number;
+  cancelled: number;
+  failed: number;
+  total: number;
+}
+
+/** GET /api/v1/jobs, and the live stream's first page. */
+export interface JobPage {
+  jobs: Job[];
+  next_before: number | null;
+  counts: JobCounts;
+  queue: QueueGate;
 }
 
 export interface Axis {
@@ -138,7 +176,7 @@ export interface Guarantee {
 
 export type LiveMessage =
   | { type: 'status'; status: Status }
-  | { type: 'jobs'; jobs: Job[]; queue?: QueueGate }
+  | ({ type: 'jobs' } & JobPage)
   | { type: 'reply'; kind: 'text' | 'warning' | 'error'; text: string }
   | { type: 'upload'; name: string; received: number; size: number }
   | ({ type: 'history' } & History);

@@ -7,7 +7,7 @@ import {
   LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import { beadGeometry, beadMaterial, BEADS_MAX } from './bead';
+import { beadGeometry, beadMaterial, BEADS_MAX, thinGeometry, thinMaterial } from './bead';
 import { FEATURE_COLOURS, segmentsDone, type LayerRecord } from './layers';
 import type { MachineConfig } from './types';
 
@@ -55,7 +55,7 @@ export class PartView {
   private camera = new PerspectiveCamera(34, 1, 1, 5000);
   private controls: OrbitControls;
   private beads = beadMaterial();
-  private thin = new LineBasicMaterial({ vertexColors: true });
+  private thin = thinMaterial();
   private drawn: Drawn[] = [];
   private tool = nozzle();
   private bed = new Group();
@@ -113,15 +113,14 @@ export class PartView {
 
   /** `beads`: solid, else as lines; the same for all records of one job. */
   add(record: LayerRecord, solid: boolean): void {
-    const tints = new Uint8Array(record.segments * (solid ? 4 : 8));
+    const tints = new Uint8Array(record.segments * 4);
     for (let i = 0; i < record.segments; i++) {
       const [r, g, b] = FEATURE_COLOURS[record.features[i]] ?? FEATURE_COLOURS[0];
       // Every other layer a little darker, so that layers can be told apart from the side.
       const shade = (record.layer & 1 ? 0.88 : 1) * 255;
-      const rgba = [r * shade, g * shade, b * shade, 255];
-      tints.set(solid ? rgba : [...rgba, ...rgba], i * (solid ? 4 : 8));
+      tints.set([r * shade, g * shade, b * shade, 255], i * 4);
     }
-    const object = solid ? new Mesh(beadGeometry(record, tints), this.beads) : new LineSegments(this.thinGeometry(record, tints), this.thin);
+    const object = solid ? new Mesh(beadGeometry(record, tints), this.beads) : new LineSegments(thinGeometry(record, tints), this.thin);
     object.frustumCulled = false;
     this.scene.add(object);
     this.drawn.push({ record, object });
@@ -166,12 +165,6 @@ export class PartView {
     this.camera.position.copy(centre).addScaledVector(DIRECTIONS[from], (radius / Math.sin(half)) * (box ? 1.08 : this.camera.aspect > 1.2 ? 0.82 : 1));
     this.controls.update();
     this.draw();
-  }
-
-  private thinGeometry(record: LayerRecord, tints: Uint8Array): BufferGeometry {
-    return new BufferGeometry()
-      .setAttribute('position', new BufferAttribute(record.ends, 3))
-      .setAttribute('color', new BufferAttribute(tints, 4, true));
   }
 
   private free(root: Group): void {

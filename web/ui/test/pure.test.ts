@@ -2,10 +2,12 @@ import { describe, expect, it } from 'vitest';
 import { bars } from '../src/components/Timing';
 import * as format from '../src/format';
 import { chunks, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
-import { sentenceOf } from '../src/api';
+import { ApiError, keyProblem, sentenceOf } from '../src/api';
 import { shallowEqual } from '../src/hooks';
-import { addSample, initialState, progressOf, queueEnds, reduce, shownJob } from '../src/store';
-import type { Job, Status } from '../src/types';
+import { joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
+import { addSample, initialState, progressOf, queueEnds, onTheWall, reduce, shownJob, withoutJob } from '../src/store';
+import type { Job, JobPage, Status } from '../src/types';
+import { rateOf } from '../src/uploads';
 
 /** One record as printer/preflight/layer_packer.h lays it out. */
 function record(layer: number, firstByte: number, vertices: [number, number, number, number, number, number][]): ArrayBuffer {
@@ -94,14 +96,31 @@ describe('state', () => {
     expect(history.bed_target_c[5]).toBeNull();
     expect(history.hot_end_target_c[5]).toBe(210);
   });
+  const job = (id: number, state: string) => ({ id, state }) as Job;
   it('shows the printing job, then the next, then the last', () => {
-    const job = (id: number, state: string) => ({ id, state }) as Job;
     const jobs = [job(3, 'queued'), job(2, 'done'), job(1, 'printing')];
     expect(shownJob({ ...initialState, jobs })?.id).toBe(1);
     expect(shownJob({ ...initialState, jobs: jobs.slice(0, 2) })?.id).toBe(3);
     expect(shownJob({ ...initialState, jobs: [jobs[1]] })?.id).toBe(2);
-    expect(shownJob({ ...initialState, jobs, shown: 2 })?.id).toBe(2);
+    expect(shownJob({ ...initialState, jobs, shown: jobs[1] })?.id).toBe(2);
+    expect(shownJob({ ...initialState, jobs: [], shown: jobs[1] })?.id).toBe(2);
     expect(shownJob(initialState)).toBeNull();
+  });
+  it('shows what has failed or lies on the bed, and at a fault no older verdict', () => {
+    const faulted = { ...status, state: 'faulted' } as Status;
+    const queued = job(4, 'queued');
+    const gate = { ...initialState.gate, held: true };
+    const failed = { ...initialState, jobs: [queued, job(3, 'failed'), job(2, 'done')], gate };
+    expect(shownJob({ ...failed, status: faulted })?.id).toBe(3);
+    expect(shownJob(failed)?.id).toBe(3);
+    expect(shownJob({ ...failed, gate: initialState.gate })?.id).toBe(4);
+    const done = { ...initialState, jobs: [job(2, 'done')], status: faulted };
+    expect(shownJob(done)).toBeNull();
+    expect(shownJob({ ...initialState, jobs: [queued, job(3, 'done')], gate: { ...initialState.gate, bed_occupied: true } })?.id).toBe(3);
+  });
+  it('a sensor that is silent leaves a gap in the curve', () => {
+    const dead = { ...status, hot_end: { ...status.hot_end, reading: false } } as Status;
+    expect(addSample(initialState.history, dead, 5).hot_end_c).toEqual([null]);
   });
   it('keeps printer text as text, line by line, and not too much of it', () => {
     let state = initialState;
@@ -127,14 +146,86 @@ describe('progress', () => {
     const jobs = [job(1, 'printing', 200), job(2, 'held', 50), job(3, 'queued', 100, { copies: 3, copies_done: 1 }), job(4, 'queued', 10), job(5, 'queued', null), job(6, 'queued', 1)];
     const state = { ...initialState, jobs, status: at(500) };
     expect([...queueEnds(state)]).toEqual([[3, 300], [4, 310]]);
-    expect(queueEnds({ ...state, gate: { held: true, reason: 'x', bed_occupied: false } }).size).toBe(0);
+    expect(queueEnds({ ...state, gate: { held: true, reason: 'x', bed_occupied: false, confirm_bed: true } }).size).toBe(0);
     expect(queueEnds({ ...state, status: { ...at(0), state: 'faulted' } as Status }).size).toBe(0);
   });
   it('a print that begins is shown', () => {
-    const looking = { ...initialState, jobs: [job(1, 'printing', 1)], shown: 7 };
-    expect(reduce(looking, { type: 'jobs', jobs: [job(1, 'paused', 1)] }, 0).shown).toBe(7);
-    expect(reduce(looking, { type: 'jobs', jobs: [] }, 0).shown).toBe(7);
-    expect(reduce(looking, { type: 'jobs', jobs: [job(2, 'printing', 1)] }, 0).shown).toBeNull();
+    const looking = { ...initialState, jobs: [job(1, 'printing', 1)], shown: job(7, 'done', 1) };
+    const page = (jobs: Job[]) => ({ type: 'jobs', jobs, next_before: null, counts: initialState.counts, queue: initialState.gate }) as const;
+    expect(reduce(looking, page([job(1, 'paused', 1)]), 0).shown?.id).toBe(7);
+    expect(reduce(looking, page([]), 0).shown?.id).toBe(7);
+    expect(reduce(looking, page([job(2, 'printing', 1)]), 0).shown).toBeNull();
+  });
+  it('is told in the printer\'s time, and the time of day in the wall\'s', () => {
+    expect(onTheWall(600, { ...status, time_factor: 20 } as Status)).toBe(30);
+    expect(onTheWall(600, null)).toBe(600);
+    expect(onTheWall(null, status)).toBeNull();
+  });
+  it('says where a job has stopped: as the service says it, else as the machine still does', () => {
+    const failed = job(1, 'failed', 200, { stopped_line: 50, stopped_layer: 4, facts: { lines: 200 } });
+    expect(stopOf(failed, null)).toEqual({ line: 50, layer: 4, fraction: 0.25 });
+    expect(stopOf(failed, { ...at(400), layer: 9, line: 90 } as Status)).toEqual({ line: 50, layer: 4, fraction: 0.4 });
+    const unknown = job(1, 'failed', 200, { stopped_line: null, stopped_layer: null });
+    expect(stopOf(unknown, { ...at(400), layer: 9, line: 90 } as Status)).toEqual({ line: 90, layer: 9, fraction: 0.4 });
+    expect(stopOf(unknown, null)).toEqual({ line: null, layer: null, fraction: null });
+  });
+});
+
+describe('pages of jobs', () => {
+  const ended = (...ids: number[]) => ids.map((id) => ({ id, state: 'done', name: `old ${id}` }) as Job);
+  const ids = (list: Job[]) => list.map((job) => job.id);
+  const page = (jobs: Job[], next_before: number | null = 1): { type: 'jobs' } & JobPage =>
+    ({ type: 'jobs', jobs, next_before, counts: initialState.counts, queue: initialState.gate });
+  it('are asked for with what is searched for', () => {
+    expect(listPath({ text: ' a&b ', states: 'queued,held' }, 100, 7)).toBe('jobs?limit=100&before=7&state=queued%2Cheld&q=a%26b');
+    expect(listPath({ text: '', states: '' }, 50, null)).toBe('jobs?limit=50');
+  });
+  it('join behind a first page that has moved on', () => {
+    expect(ids(olderBehind(ended(9, 8, 7, 6, 5), ended(10, 9, 8)))).toEqual([7, 6, 5]);
+    expect(ids(olderBehind(ended(9, 8, 7, 6, 5), ended(9, 7, 6)))).toEqual([5]);
+    expect(ids(olderBehind(ended(9, 8, 7), ended(30, 29, 28)))).toEqual([]);
+    expect(ids(joined(ended(9, 8), ended(8, 7)))).toEqual([9, 8, 7]);
+    expect(renewed(ended(9, 8), [{ id: 8, state: 'queued' } as Job])[1].state).toBe('queued');
+  });
+  it('a live first page keeps what was loaded, as long as there is no gap', () => {
+    const loaded = { ...initialState, jobs: ended(9, 8), older: ended(7, 6), older_before: 6 };
+    const next = reduce(loaded, page(ended(10, 9)), 0);
+    expect([ids(next.jobs), ids(next.older), next.older_before]).toEqual([[10, 9], [8, 7, 6], 6]);
+    const gap = reduce(loaded, page(ended(99, 98), 98), 0);
+    expect([ids(gap.jobs), ids(gap.older), gap.older_before]).toEqual([[99, 98], [], 98]);
+    expect(reduce({ ...initialState, jobs: ended(9, 8), older_before: 8 }, page(ended(10, 9), 9), 0).older_before).toBe(9);
+  });
+  it('a deleted job leaves every list', () => {
+    const state = { ...initialState, jobs: ended(9), older: ended(8, 7), found: { jobs: ended(8), next_before: null }, shown: ended(8)[0] };
+    const left = withoutJob(state, 8);
+    expect([ids(left.jobs), ids(left.older), ids(left.found!.jobs), left.shown]).toEqual([[9], [7], [], null]);
+  });
+  it('a hundred thousand of them move on by one without a hole', () => {
+    const many = ended(...Array.from({ length: 100_000 }, (_, i) => 200_000 - i));
+    const state = { ...initialState, jobs: many.slice(0, 50), older: many.slice(50) };
+    const next = reduce(state, page(ended(200_001, ...ids(many.slice(0, 49)))), 0);
+    expect(next.older.length).toBe(99_951);
+    expect(next.older[0].id).toBe(many[49].id);
+  });
+});
+
+describe('uploads', () => {
+  it('have a rate over the last seconds, which falls when nothing moves', () => {
+    const at = (...samples: [number, number][]) => samples.map(([at_ms, sent]) => ({ at_ms, sent }));
+    expect(rateOf(at([0, 0]), 100)).toBeNull();
+    expect(rateOf(at([0, 0], [1000, 500], [2000, 1000]), 2000)).toBe(500);
+    expect(rateOf(at([0, 0], [1000, 9000], [5000, 9000], [6000, 9000], [7000, 9000]), 7000)).toBe(0);
+    expect(rateOf(at([0, 0], [1000, 1000], [2000, 5000], [5000, 17000]), 5000)).toBe(4000);
+  });
+});
+
+describe('a wrong key', () => {
+  it('is explained, not numbered', () => {
+    const words = (status: number) => keyProblem(new ApiError('this needs the key: send it as X-Api-Key', status));
+    expect(words(401)).toMatch(/not the key of this printer/);
+    expect(words(429)).toMatch(/Wait a minute/);
+    expect(words(0)).toMatch(/not reached/);
+    expect([401, 429, 0].map(words).join()).not.toMatch(/X-Api-Key|\d{3}/);
   });
 });
 

@@ -1,5 +1,5 @@
 import { useEffect } from 'preact/hooks';
-import { request, signIn, startLive, takeKeyFromAddress } from '../api';
+import { keyProblem, request, signIn, startLive, takeKeyFromAddress, type ApiError } from '../api';
 import { useStore } from '../hooks';
 import { store } from '../store';
 import { Ask } from './Ask';
@@ -21,14 +21,15 @@ async function begin(): Promise<void> {
       await signIn(key);
       return;
     } catch {
-      // an old key: perhaps a session is still there
+      // an old key: perhaps a session is still there; if not, the page says what is wrong with the key
     }
   }
   try {
     await request('GET', 'machine');
-    store.set({ signedIn: true });
-  } catch {
-    store.set({ signedIn: false });
+    store.set({ signedIn: true, keyProblem: null });
+  } catch (error) {
+    const { status } = error as ApiError;
+    store.update((s) => ({ ...s, signedIn: false, keyProblem: status === 401 ? s.keyProblem : keyProblem(error as ApiError) }));
   }
 }
 
@@ -42,26 +43,28 @@ export function App() {
     return () => removeEventListener('hashchange', again);
   }, []);
   useEffect(() => (signedIn ? startLive() : undefined), [signedIn]);
-  if (signedIn === null) return <p class="waiting">Connecting …</p>;
+  if (signedIn === null) return <main><h1 class="unseen">QduinoMC printer</h1><p class="waiting">Connecting …</p></main>;
   if (!signedIn) return <SignIn />;
   return (
     <>
       <Header />
-      <Banner />
-      <main class="panels">
-        <section class="column jobs" aria-label="Jobs">
-          <DropZone />
-          <Queue />
-        </section>
-        <section class="column part" aria-label="Print">
-          <Part />
-          <Timing />
-        </section>
-        <section class="column machine" aria-label="Machine">
-          <Temperatures />
-          <Controls />
-          <Console />
-        </section>
+      <main>
+        <Banner />
+        <div class="panels">
+          <section class="column jobs" aria-label="Jobs">
+            <DropZone />
+            <Queue />
+          </section>
+          <section class="column part" aria-label="Print">
+            <Part />
+            <Timing />
+          </section>
+          <section class="column machine" aria-label="Machine">
+            <Temperatures />
+            <Controls />
+            <Console />
+          </section>
+        </div>
       </main>
       <Ask />
     </>

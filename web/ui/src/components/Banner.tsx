@@ -1,42 +1,101 @@
+import type { ComponentChildren } from 'preact';
 import { act } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { store } from '../store';
+import { isEnded } from '../jobs';
+import { isRunning, isWaiting } from '../store';
 import { Icon } from './Icon';
+import { Refusal } from './Refusal';
 
-/** What must not be overlooked: a fault, a lost machine, an action that was refused. */
+/** The heaters' end is announced as a warning when it is so near. */
+export const IDLE_WARNING_S = 120;
+
+interface NoticeProps {
+  kind: 'danger' | 'warning';
+  title: string;
+  id?: string;
+  /** Where the refusals of its button are said. */
+  at?: string;
+  button?: { words: string; primary?: boolean; press: () => void };
+  children: ComponentChildren;
+}
+
+function Notice({ kind, title, id, at, button, children }: NoticeProps) {
+  return (
+    <div class={`banner ${kind}`} data-testid={id}>
+      <Icon name="warning" size={22} />
+      <span role="alert"><strong>{title}</strong> {children}</span>
+      {button && <button class={button.primary ? 'primary' : ''} onClick={button.press}>{button.words}</button>}
+      {at && <Refusal at={at} />}
+    </div>
+  );
+}
+
+function Bed() {
+  const { occupied, left, next } = useStore((s) => ({
+    occupied: s.online && s.gate.bed_occupied && !s.jobs.some(isRunning), left: s.jobs.find(isEnded)?.name, next: s.jobs.find(isWaiting)?.name,
+  }));
+  if (!occupied) return null;
+  return (
+    <Notice kind="warning" title={next ? `${next} waits for a clear bed.` : 'The next job will wait for a clear bed.'} id="bed" at="bed"
+      button={{ words: 'Bed is clear', primary: true, press: () => act('bed', 'POST', 'machine/bed-cleared') }}>
+      {left ? `What ${left} left may still lie there` : 'A part may still lie there'}, and the next one would be printed into it. Take it off, then say so.
+    </Notice>
+  );
+}
+
+/** What the machine does about heaters that nobody uses; the countdown is in whole seconds, or it would flicker. */
+function IdleHeat() {
+  const { left_s, off, timeout_s, paused, hotEnd, bed } = useStore(({ online, status }) => ({
+    left_s: online && status?.connected && status.idle_off_in_s !== null ? Math.ceil(status.idle_off_in_s) : null,
+    off: online && status?.connected === true && status.idle_timed_out, timeout_s: status?.idle_timeout_s ?? 0,
+    paused: status?.state === 'paused', hotEnd: status?.hot_end.target_c ?? 0, bed: status?.bed.target_c ?? 0,
+  }));
+  if (off) {
+    return (
+      <Notice kind="warning" title="The heaters were switched off." id="idle-off">
+        Nobody had used them for {format.duration(timeout_s)}. {paused
+          ? 'Resume heats up again first, then prints on from where it stopped.' : 'Set a temperature to heat again.'}
+      </Notice>
+    );
+  }
+  if (left_s === null || left_s === undefined || left_s >= IDLE_WARNING_S) return null;
+  // The same targets once more: to the machine that is somebody who uses the heat.
+  const keep = { ...(hotEnd > 0 ? { hot_end_c: hotEnd } : {}), ...(bed > 0 ? { bed_c: bed } : {}) };
+  return (
+    <Notice kind="warning" title="Nobody uses the heat." id="idle-warning" at="keep-warm"
+      button={Object.keys(keep).length > 0 ? { words: 'Keep warm', press: () => act('keep-warm', 'POST', 'machine/temperature', keep) } : undefined}>
+      <span>The heaters go off in </span><span role="timer" aria-live="off">{format.duration(left_s)}</span>.
+    </Notice>
+  );
+}
+
+/** What must not be overlooked: a fault, a lost machine, a bed that is not clear, heat that nobody uses. */
 export function Banner() {
-  const { state, fault, notice, online, known } = useStore((s) => ({
-    state: s.status?.state, fault: s.status?.fault, notice: s.notice, online: s.online, known: s.status !== null,
+  const { state, fault, online, known } = useStore((s) => ({
+    state: s.status?.state, fault: s.status?.fault, online: s.online, known: s.status !== null,
   }));
   return (
-    <div class="banners">
+    <section class="banners" aria-label="Notices">
+      <Refusal at="stop" />
       {online && state === 'faulted' && (
-        <div class="banner danger" role="alert" data-testid="fault">
-          <Icon name="warning" size={22} />
-          <span><strong>Stopped.</strong> {format.sentence(fault ?? 'the machine has a fault')}.</span>
-          <button onClick={() => act('POST', 'machine/clear-fault')}>Clear fault</button>
-        </div>
+        <Notice kind="danger" title="Stopped." id="fault" at="clear-fault"
+          button={{ words: 'Clear fault', press: () => act('clear-fault', 'POST', 'machine/clear-fault') }}>
+          {format.sentence(fault ?? 'the machine has a fault')}.
+        </Notice>
       )}
       {online && state === 'disconnected' && (
-        <div class="banner warning" role="alert">
-          <Icon name="warning" size={22} />
-          <span><strong>The machine is not connected.</strong> {fault ? `${format.sentence(fault)}. ` : ''}Jobs can be queued; they start when it is back.</span>
-        </div>
+        <Notice kind="warning" title="The machine is not connected.">
+          {fault ? `${format.sentence(fault)}. ` : ''}Jobs can be queued; they start when it is back.
+        </Notice>
       )}
       {!online && known && (
-        <div class="banner warning" role="alert">
-          <Icon name="warning" size={22} />
-          <span><strong>The print service is not reached.</strong> A print that runs goes on; this page tries again by itself.</span>
-        </div>
+        <Notice kind="warning" title="The print service is not reached.">
+          A print that runs goes on; this page tries again by itself.
+        </Notice>
       )}
-      {notice && (
-        <div class="banner warning" role="alert" data-testid="notice">
-          <Icon name="warning" size={22} />
-          <span>{notice}</span>
-          <button onClick={() => store.set({ notice: null })}>Dismiss</button>
-        </div>
-      )}
-    </div>
+      <Bed />
+      <IdleHeat />
+    </section>
   );
 }

@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { sendLine } from '../api';
 import { useStore } from '../hooks';
+import { Refusal } from './Refusal';
 
 export function Console() {
   const lines = useStore((s) => s.console);
@@ -42,6 +43,7 @@ export function Console() {
           autocapitalize="characters" onKeyDown={recall} onInput={(event) => setText(event.currentTarget.value)} />
         <button type="submit">Send</button>
       </form>
+      <Refusal at="console" />
     </details>
   );
 }

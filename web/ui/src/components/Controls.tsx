@@ -1,25 +1,37 @@
 import { useEffect, useState } from 'preact/hooks';
 import { act } from '../api';
 import { useStore } from '../hooks';
+import type { MachineState } from '../types';
 import { Icon } from './Icon';
+import { Refusal } from './Refusal';
 
 const STEPS_MM = [0.1, 1, 10, 50];
 const Z_STEP_MAX_MM = 10; // the slow axis: one press is never more than some seconds
 type Axis = 'x' | 'y' | 'z' | 'e';
-const jog = (axis: Axis, mm: number) => act('POST', 'machine/jog', { [`${axis}_mm`]: mm });
-const home = (axes: string) => act('POST', 'machine/home', { axes });
+const jog = (axis: Axis, mm: number) => act('jog', 'POST', 'machine/jog', { [`${axis}_mm`]: mm });
+const home = (axes: string) => act('jog', 'POST', 'machine/home', { axes });
 
-function JogPad({ step, disabled }: { step: number; disabled: boolean }) {
+/** What may be done by hand now. `homed` has a digit for each axis: 1 when its place is known. */
+interface Hand {
+  mayJog: boolean;
+  mayHome: boolean;
+  homed: string;
+}
+
+function JogPad({ step, hand }: { step: number; hand: Hand }) {
   const z = Math.min(step, Z_STEP_MAX_MM);
-  const button = (text: string, axis: Axis, mm: number, area: string) => (
-    <button class={`jog ${area}`} disabled={disabled} aria-label={`${axis.toUpperCase()} ${mm > 0 ? 'plus' : 'minus'} ${Math.abs(mm)} mm`}
-      onClick={() => jog(axis, mm)}>{text}</button>
-  );
+  const button = (text: string, axis: Axis, mm: number, area: string) => {
+    const known = hand.homed['xyz'.indexOf(axis)] === '1';
+    return (
+      <button class={`jog ${area}`} disabled={!hand.mayJog || !known} title={known ? undefined : `${axis.toUpperCase()} is not homed: its place is not known`}
+        aria-label={`${axis.toUpperCase()} ${mm > 0 ? 'plus' : 'minus'} ${Math.abs(mm)} mm`} onClick={() => jog(axis, mm)}>{text}</button>
+    );
+  };
   return (
     <div class="jog-pad">
       {button('Y+', 'y', step, 'up')}
       {button('X−', 'x', -step, 'left')}
-      <button class="jog centre" disabled={disabled} onClick={() => home('xyz')} aria-label="Home all axes" title="Home all axes"><Icon name="home" size={20} /></button>
+      <button class="jog centre" disabled={!hand.mayHome} onClick={() => home('xyz')} aria-label="Home all axes" title="Home all axes"><Icon name="home" size={20} /></button>
       {button('X+', 'x', step, 'right')}
       {button('Y−', 'y', -step, 'down')}
       {button('Z+', 'z', z, 'zup')}
@@ -28,10 +40,39 @@ function JogPad({ step, disabled }: { step: number; disabled: boolean }) {
   );
 }
 
-function Jog({ disabled }: { disabled: boolean }) {
-  const [step, setStep] = useState(10);
-  const cold = useStore((s) => (s.status?.hot_end.c ?? 0) < (s.config?.hot_end.min_extrude_c ?? 170));
+/** Why the buttons above cannot be pressed, and the one that mends it. */
+function Unhomed({ hand }: { hand: Hand }) {
+  const axes = ['x', 'y', 'z'].filter((_, i) => hand.homed[i] !== '1');
+  if (axes.length === 0 || !(hand.mayJog || hand.mayHome)) return null;
+  const names = axes.map((axis) => axis.toUpperCase());
+  const list = names.length > 1 ? `${names.slice(0, -1).join(', ')} and ${names[names.length - 1]} are` : `${names[0]} is`;
+  return (
+    <div class="reason" data-testid="unhomed">
+      <p>{list} not homed: jog waits until the bounds are known.</p>
+      <button disabled={!hand.mayHome} onClick={() => home(axes.join(''))}>Home {names.join(' ')}</button>
+    </div>
+  );
+}
+
+function Filament({ step, mayJog }: { step: number; mayJog: boolean }) {
   const length = Math.min(step, 10);
+  const { cold, min_c } = useStore((s) => {
+    const min = s.config?.hot_end.min_extrude_c ?? 170;
+    return { cold: (s.status?.hot_end.c ?? 0) < min || s.status?.hot_end.reading === false, min_c: min };
+  });
+  return (
+    <>
+      <div class="segmented">
+        <button disabled={!mayJog || cold} onClick={() => jog('e', -length)}>Retract {length} mm</button>
+        <button disabled={!mayJog || cold} onClick={() => jog('e', length)}>Extrude {length} mm</button>
+      </div>
+      {mayJog && cold && <p class="muted small-note">The hot end is too cold to move filament: {min_c} °C at least.</p>}
+    </>
+  );
+}
+
+function Jog({ hand }: { hand: Hand }) {
+  const [step, setStep] = useState(10);
   return (
     <>
       <div class="segmented" role="group" aria-label="Distance of one jog">
@@ -40,16 +81,15 @@ function Jog({ disabled }: { disabled: boolean }) {
         ))}
         <span class="muted">mm</span>
       </div>
-      <JogPad step={step} disabled={disabled} />
+      <JogPad step={step} hand={hand} />
+      <Unhomed hand={hand} />
       <div class="segmented">
         {['x', 'y', 'z'].map((axis) => (
-          <button key={axis} disabled={disabled} onClick={() => home(axis)}>Home {axis.toUpperCase()}</button>
+          <button key={axis} disabled={!hand.mayHome} onClick={() => home(axis)}>Home {axis.toUpperCase()}</button>
         ))}
       </div>
-      <div class="segmented" title={cold ? 'The hot end is too cold to move filament' : undefined}>
-        <button disabled={disabled || cold} onClick={() => jog('e', -length)}>Retract {length} mm</button>
-        <button disabled={disabled || cold} onClick={() => jog('e', length)}>Extrude {length} mm</button>
-      </div>
+      <Filament step={step} mayJog={hand.mayJog} />
+      <Refusal at="jog" />
     </>
   );
 }
@@ -57,16 +97,19 @@ function Jog({ disabled }: { disabled: boolean }) {
 function Heat({ name, field, target, maximum }: { name: string; field: string; target: number; maximum: number }) {
   const [text, setText] = useState('');
   useEffect(() => setText(target > 0 ? String(Math.round(target)) : ''), [target]);
-  const set = (value: number) => act('POST', 'machine/temperature', { [field]: value });
+  const set = (value: number) => act(field, 'POST', 'machine/temperature', { [field]: value });
   return (
-    <form class="heat" onSubmit={(event) => (event.preventDefault(), void set(Number(text) || 0))}>
-      <label>{name}
-        <span class="field"><input type="number" inputMode="numeric" min={0} max={Math.floor(maximum)} value={text} placeholder="off"
-          onInput={(event) => setText(event.currentTarget.value)} aria-label={`${name} target, °C`} /> °C</span>
-      </label>
-      <button type="submit">Set</button>
-      <button type="button" disabled={target <= 0} onClick={() => set(0)} aria-label={`${name} off`}>Off</button>
-    </form>
+    <>
+      <form class="heat" onSubmit={(event) => (event.preventDefault(), void set(Number(text) || 0))}>
+        <label>{name}
+          <span class="field"><input type="number" inputMode="numeric" min={0} max={Math.floor(maximum)} value={text} placeholder="off"
+            onInput={(event) => setText(event.currentTarget.value)} aria-label={`${name} target, °C`} /> °C</span>
+        </label>
+        <button type="submit">Set</button>
+        <button type="button" disabled={target <= 0} onClick={() => set(0)} aria-label={`${name} off`}>Off</button>
+      </form>
+      <Refusal at={field} />
+    </>
   );
 }
 
@@ -86,25 +129,35 @@ function Position() {
   );
 }
 
+const NOTES: Partial<Record<MachineState, string>> = {
+  starting: 'The machine starts.', printing: 'Axes move by hand when nothing prints, or while a print is paused.',
+  pausing: 'Axes move by hand once the head is parked.', paused: 'Axes move by hand once the head is parked.',
+  cancelling: 'Axes move by hand when the print has ended.', faulted: 'Axes move by hand once the fault is cleared.',
+};
+
 export function Controls() {
   const { state, hotEnd, bed, fan } = useStore((s) => ({
     state: s.status?.state ?? 'disconnected', hotEnd: s.status?.hot_end.target_c ?? 0, bed: s.status?.bed.target_c ?? 0,
     fan: Math.round((s.status?.fan ?? 0) * 100),
   }));
+  const hand = useStore(({ status }): Hand => ({
+    mayJog: status?.connected === true && (status.may_jog || status.state === 'idle'), mayHome: status?.state === 'idle',
+    homed: (status?.homed ?? []).map(Number).join(''),
+  }));
   const config = useStore((s) => s.config);
-  const busy = state !== 'idle';
   return (
     <div class="card controls">
       <div class="row head"><h2>Controls</h2><Position /></div>
-      <Jog disabled={busy} />
+      <Jog hand={hand} />
+      {!hand.mayJog && NOTES[state] && <p class="muted small-note">{NOTES[state]}</p>}
       <Heat name="Hot end" field="hot_end_c" target={hotEnd} maximum={config?.hot_end.max_c ?? 260} />
       {config?.bed.present !== false && <Heat name="Bed" field="bed_c" target={bed} maximum={config?.bed.max_c ?? 110} />}
       <label class="fan-row">Fan
         <input type="range" min={0} max={100} value={fan} aria-label="Fan, percent"
-          onChange={(event) => act('POST', 'machine/fan', { duty: Number(event.currentTarget.value) / 100 })} />
+          onChange={(event) => act('fan', 'POST', 'machine/fan', { duty: Number(event.currentTarget.value) / 100 })} />
         <output>{fan} %</output>
       </label>
-      {busy && state !== 'disconnected' && state !== 'faulted' && <p class="muted">Axes move by hand when nothing prints.</p>}
+      <Refusal at="fan" />
     </div>
   );
 }

@@ -1,14 +1,9 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { dismissUpload, upload } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import type { Upload } from '../store';
+import { addUploads, cancelUpload, dismissUpload } from '../uploads';
 import { Icon } from './Icon';
-
-/** Files are sent one after the other: the queue then has the order in which they were dropped. */
-async function sendAll(files: File[], print: boolean): Promise<void> {
-  for (const file of files) await upload(file, print);
-}
 
 /** A file may be dropped anywhere on the page; a page that is replaced by a dropped file helps nobody. */
 function usePageDrop(send: (files: File[]) => void): boolean {
@@ -38,41 +33,83 @@ function usePageDrop(send: (files: File[]) => void): boolean {
   return over;
 }
 
-function UploadRow({ one }: { one: Upload }) {
-  const words = one.done ? 'Queued' : one.sent < one.size ? `${format.bytes(one.sent)} of ${format.bytes(one.size)}` : 'Checking …';
-  if (one.error) {
+const ROWS_SHOWN = 6;
+
+/** How it goes: what is sent, how fast, how long it takes yet; or what it waits for. */
+function words(one: Upload, ahead: number): string {
+  switch (one.phase) {
+    case 'waiting': return ahead > 0 ? `Waits behind ${ahead}` : 'Waits';
+    case 'checking': return 'Sent. Each line is checked now …';
+    case 'queued': return 'Queued';
+    case 'cancelled': return 'Cancelled: nothing was queued';
+    default: {
+      const sent = `${format.bytes(one.sent)} of ${format.bytes(one.size)}`;
+      if (one.rate === null) return sent;
+      return one.rate < 1 ? `${sent} · no progress` : `${sent} · ${format.bytes(Math.round(one.rate))}/s · ${format.duration((one.size - one.sent) / one.rate)} left`;
+    }
+  }
+}
+
+function UploadRow({ one, ahead }: { one: Upload; ahead: number }) {
+  if (one.phase === 'refused') {
     return (
-      <li class="failed" data-testid="upload" role="alert">
+      <li class="failed" data-testid="upload">
         <div class="row">
           <span class="name">{one.name}</span>
           <button class="quiet" aria-label={`Dismiss ${one.name}`} onClick={() => dismissUpload(one.key)}><Icon name="cross" /></button>
         </div>
-        <p class="error"><strong>Not queued.</strong> {one.error}</p>
+        <p class="error" role="alert"><strong>Not queued.</strong> {one.error}</p>
       </li>
     );
   }
+  const onItsWay = one.phase === 'waiting' || one.phase === 'sending';
   return (
-    <li data-testid="upload">
-      <div class="row"><span class="name">{one.name}</span><span class="muted sent">{words}</span></div>
-      <progress max={one.size || 1} value={one.sent} aria-label={`Upload of ${one.name}`} />
+    <li data-testid="upload" data-phase={one.phase}>
+      <div class="row">
+        <span class="name">{one.name}</span>
+        {onItsWay && <button class="quiet" aria-label={`Cancel the upload of ${one.name}`} onClick={() => cancelUpload(one.key)}>Cancel</button>}
+      </div>
+      {one.phase === 'sending' && <progress max={one.size || 1} value={one.sent} aria-label={`Upload of ${one.name}`} />}
+      {one.phase === 'checking' && <progress aria-label={`Check of ${one.name}`} />}
+      <p class="muted sent">{words(one, ahead)}</p>
     </li>
   );
 }
 
-export function DropZone() {
+function Uploads() {
   const uploads = useStore((s) => s.uploads);
+  if (uploads.length === 0) return null;
+  const waiting = uploads.filter((one) => one.phase === 'waiting');
+  const busy = uploads.some((one) => one.phase === 'sending' || one.phase === 'checking') ? 1 : 0;
+  const hidden = waiting.slice(ROWS_SHOWN);
+  const rows = uploads.filter((one) => !hidden.includes(one));
+  return (
+    <>
+      <ul class="uploads">{rows.map((one) => <UploadRow key={one.key} one={one} ahead={waiting.indexOf(one) + busy} />)}</ul>
+      {hidden.length > 0 && (
+        <div class="row more-uploads">
+          <span class="muted">and {format.count(hidden.length)} more files wait</span>
+          <button class="quiet" onClick={() => waiting.forEach((one) => cancelUpload(one.key))}>Cancel all that wait</button>
+        </div>
+      )}
+    </>
+  );
+}
+
+export function DropZone() {
   const [print, setPrint] = useState(true);
   const input = useRef<HTMLInputElement>(null);
-  const over = usePageDrop((files) => void sendAll(files, print));
+  const over = usePageDrop((files) => addUploads(files, print));
   return (
     <div class="card upload-card">
+      <h2 class="unseen">Upload</h2>
       <div class={`drop ${over ? 'over' : ''}`} data-testid="drop">
         <Icon name="upload" size={32} />
         <p>{over ? 'Let go to upload' : 'Drop G-code here'}</p>
         <button class="primary" onClick={() => input.current?.click()}>Choose files</button>
         <input ref={input} type="file" accept=".gcode,.gco,.g" multiple hidden data-testid="file" aria-label="G-code files"
           onChange={(event) => {
-            void sendAll(Array.from(event.currentTarget.files ?? []), print);
+            addUploads(Array.from(event.currentTarget.files ?? []), print);
             event.currentTarget.value = '';
           }} />
         <label class="check">
@@ -80,7 +117,7 @@ export function DropZone() {
           Print when it is its turn
         </label>
       </div>
-      {uploads.length > 0 && <ul class="uploads">{uploads.map((one) => <UploadRow key={one.key} one={one} />)}</ul>}
+      <Uploads />
     </div>
   );
 }

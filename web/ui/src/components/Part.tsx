@@ -2,31 +2,50 @@ import { useEffect, useState } from 'preact/hooks';
 import { act, inspection } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { ask, isRunning, progressOf, shownJob, store } from '../store';
+import { hasStopped, stopOf } from '../jobs';
+import { ask, isRunning, onTheWall, progressOf, shownJob, store, timeFactor } from '../store';
 import type { Inspection, Job } from '../types';
+import { Refusal } from './Refusal';
 import { Stage } from './Stage';
+
+/** What a pause has done, and what its end will do. */
+function PauseNote() {
+  const { state, parked, off } = useStore(({ status }) => ({ state: status?.state, parked: status?.parked, off: status?.idle_timed_out }));
+  if (state !== 'paused') return null;
+  return (
+    <p class="pause-note" data-testid="pause-note">
+      {parked && <><strong>Parked.</strong> The filament may be changed: jog, extrude and heat work. </>}
+      {off ? 'Resume heats up again first, then ' : 'Resume '}goes back to exactly where it stopped.
+    </p>
+  );
+}
 
 function Actions({ job }: { job: Job }) {
   const state = useStore((s) => s.status?.state);
-  const cancel = async () => (await ask(`Cancel ${job.name}? What is printed so far cannot be continued.`, 'Cancel the print')) && act('POST', 'machine/cancel');
+  const cancel = async () => (await ask(`Cancel ${job.name}? What is printed so far cannot be continued.`, 'Cancel the print')) && act('print', 'POST', 'machine/cancel');
   return (
-    <div class="actions">
-      {state === 'paused' || state === 'pausing'
-        ? <button class="primary" disabled={state === 'pausing'} onClick={() => act('POST', 'machine/resume')}>
-            {state === 'pausing' ? 'Pausing …' : 'Resume'}</button>
-        : <button class="primary" disabled={state !== 'printing'} onClick={() => act('POST', 'machine/pause')}>Pause</button>}
-      <button class="danger-button" disabled={state === 'cancelling'} onClick={cancel}>
-        {state === 'cancelling' ? 'Cancelling …' : 'Cancel'}</button>
-    </div>
+    <>
+      <PauseNote />
+      <div class="actions">
+        {state === 'paused' || state === 'pausing'
+          ? <button class="primary" disabled={state === 'pausing'} onClick={() => act('print', 'POST', 'machine/resume')}>
+              {state === 'pausing' ? 'Pausing …' : 'Resume'}</button>
+          : <button class="primary" disabled={state !== 'printing'} onClick={() => act('print', 'POST', 'machine/pause')}>Pause</button>}
+        <button class="danger-button" disabled={state === 'cancelling'} onClick={cancel}>
+          {state === 'cancelling' ? 'Cancelling …' : 'Cancel'}</button>
+      </div>
+      <Refusal at="print" />
+    </>
   );
 }
 
 function Progress({ job }: { job: Job }) {
-  const { fraction, left, readyAt, layer } = useStore((s) => {
+  const { fraction, left, readyAt, layer, factor } = useStore((s) => {
     const progress = progressOf(job, s.status);
     return {
       fraction: Math.round(progress.fraction * 1000) / 1000, left: format.duration(progress.remaining_s),
-      readyAt: format.clock(progress.remaining_s, new Date()), layer: s.status?.layer ?? 0,
+      readyAt: format.clock(onTheWall(progress.remaining_s, s.status), new Date()), layer: s.status?.layer ?? 0,
+      factor: timeFactor(s.status),
     };
   });
   return (
@@ -38,7 +57,27 @@ function Progress({ job }: { job: Job }) {
         <div><dt>Ready at</dt><dd>{readyAt}</dd></div>
         <div><dt>Layer</dt><dd>{layer}{job.facts.layers ? <small> of {job.facts.layers}</small> : ''}</dd></div>
       </dl>
+      {factor !== 1 && <p class="muted small-note">Simulated: the time left is the printer's, which passes {format.factor(factor)} as fast as the clock on the wall.</p>}
       <Actions job={job} />
+    </div>
+  );
+}
+
+/** A print that did not come to its end: why, and where. */
+function Stopped({ job }: { job: Job }) {
+  const { line, layer, percent } = useStore((s) => {
+    const { fraction, ...stop } = stopOf(job, s.status);
+    return { ...stop, percent: fraction === null ? null : format.percent(fraction) };
+  });
+  const place = [
+    line ? `at line ${format.count(line)}` : null,
+    layer ? `in layer ${layer}${job.facts.layers ? ` of ${job.facts.layers}` : ''}` : null,
+    percent ? `after ${percent} of the file` : null,
+  ].filter(Boolean);
+  return (
+    <div class={`report ${job.state === 'failed' ? 'bad' : 'neutral'}`} data-testid="stopped">
+      <p><strong>{job.state === 'failed' ? 'This print failed' : 'This print was cancelled'}{place.length > 0 && ` ${place.join(', ')}`}.</strong></p>
+      {job.error && <p>{format.sentence(job.error)}</p>}
     </div>
   );
 }
@@ -97,15 +136,17 @@ function Remarks({ job }: { job: Job }) {
 export function Part() {
   const job = useStore(shownJob);
   const running = useStore((s) => s.jobs.find(isRunning) ?? null);
+  const faulted = useStore((s) => s.status?.state === 'faulted');
   const other = running !== null && running.id !== job?.id;
   return (
     <div class="card part-card">
       <div class="row head">
-        <h2 class="name">{job ? job.name : 'Nothing to print'}</h2>
+        <h2 class="name">{job ? job.name : faulted ? 'Stopped, while nothing printed' : 'Nothing to print'}</h2>
         {other && <button class="quiet" onClick={() => store.set({ shown: null })}>Back to the print</button>}
       </div>
       <Stage job={job} />
       {job && !isRunning(job) && <Facts job={job} />}
+      {job && hasStopped(job.state) && <Stopped job={job} />}
       {job?.state === 'done' && <Report job={job} />}
       {job && <Remarks job={job} />}
       {other && <h3 class="name">Printing {running.name}</h3>}

@@ -1,20 +1,25 @@
-import { useState } from 'preact/hooks';
-import { act } from '../api';
+import type { JSX } from 'preact';
+import { useEffect, useState } from 'preact/hooks';
+import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { ask, isRunning, isWaiting, progressOf, queueEnds, shownJob, store } from '../store';
+import { endedCount, isEnded, isSearch, STATE_CHOICES, waitingCount } from '../jobs';
+import { ask, isRunning, isWaiting, onTheWall, progressOf, queueEnds, shownJob, store, timeFactor } from '../store';
 import type { Job } from '../types';
 import { Icon } from './Icon';
+import { Refusal } from './Refusal';
 
-const ENDED_SHOWN = 30;
-const show = (job: Job) => store.set({ shown: job.id });
-const remove = async (job: Job) => (await ask(`Delete ${job.name}? Its file is deleted with it.`, 'Delete')) && act('DELETE', `jobs/${job.id}`);
+const TYPING_MS = 300;
+const SEARCH_FROM_JOBS = 8; // so few are found by looking
+const show = (job: Job) => store.set({ shown: job });
+const remove = async (job: Job) => (await ask(`Delete ${job.name}? Its file is deleted with it.`, 'Delete')) && removeJob(job.id);
+const change = (job: Job, method: string, path: string, body?: unknown) => act(`job-${job.id}`, method, `jobs/${job.id}${path}`, body);
 
 /** Puts `moved` before `before` (null: at the end). */
-const move = (moved: number, before: number | null) => act('PATCH', `jobs/${moved}`, { before });
+const move = (moved: number, before: number | null) => act(`job-${moved}`, 'PATCH', `jobs/${moved}`, { before });
 
 function Thumbnail({ job }: { job: Job }) {
-  if (job.facts.thumbnail) return <img class="thumb" src={`/api/v1/jobs/${job.id}/thumbnail`} alt="" loading="lazy" />;
+  if (job.facts.thumbnail) return <img class="thumb" src={`/api/v1/jobs/${job.id}/thumbnail`} alt="" loading="lazy" decoding="async" />;
   return <span class="thumb"><Icon name="box" size={24} /></span>;
 }
 
@@ -41,28 +46,33 @@ interface Drag {
 
 interface RowProps {
   job: Job;
+  /** The waiting jobs in their order, as far as they are listed; `more` wait behind them. */
   waiting: Job[];
+  more: boolean;
+  /** Its place there; -1: it is listed for itself, out of a search. */
   at: number;
   readyIn_s: number | undefined;
   drag: Drag | null;
   setDrag: (drag: Drag | null) => void;
 }
 
-function WaitingTools({ job, waiting, at }: RowProps) {
+function WaitingTools({ job, waiting, more, at }: RowProps) {
+  const last = at >= waiting.length - (more ? 2 : 1); // behind it are jobs that are not listed: nobody knows before which
+
   return (
     <div class="tools">
       <label class="copies">
         ×<input type="number" inputMode="numeric" min={Math.max(1, job.copies_done)} max={1000} value={job.copies} aria-label={`Copies of ${job.name}`}
-          onChange={(event) => act('PATCH', `jobs/${job.id}`, { copies: Number(event.currentTarget.value) })} />
+          onChange={(event) => change(job, 'PATCH', '', { copies: Number(event.currentTarget.value) })} />
       </label>
       <span class="buttons">
-        <button class="quiet" disabled={at === 0} aria-label={`Move ${job.name} up`} title="Earlier"
-          onClick={() => move(job.id, waiting[at - 1].id)}><Icon name="up" /></button>
-        <button class="quiet" disabled={at === waiting.length - 1} aria-label={`Move ${job.name} down`} title="Later"
-          onClick={() => move(job.id, waiting[at + 2]?.id ?? null)}><Icon name="down" /></button>
+        {at >= 0 && <button class="quiet" disabled={at === 0} aria-label={`Move ${job.name} up`} title="Earlier"
+          onClick={() => move(job.id, waiting[at - 1].id)}><Icon name="up" /></button>}
+        {at >= 0 && <button class="quiet" disabled={last} aria-label={`Move ${job.name} down`} title="Later"
+          onClick={() => move(job.id, waiting[at + 2]?.id ?? null)}><Icon name="down" /></button>}
         {job.state === 'held'
-          ? <button class="quiet" onClick={() => act('POST', `jobs/${job.id}/start`)} aria-label={`Release ${job.name}`} title="Release"><Icon name="play" /></button>
-          : <button class="quiet" onClick={() => act('PATCH', `jobs/${job.id}`, { hold: true })} aria-label={`Hold ${job.name}`} title="Hold"><Icon name="pause" /></button>}
+          ? <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Release ${job.name}`} title="Release"><Icon name="play" /></button>
+          : <button class="quiet" onClick={() => change(job, 'PATCH', '', { hold: true })} aria-label={`Hold ${job.name}`} title="Hold"><Icon name="pause" /></button>}
         <button class="quiet" onClick={() => remove(job)} aria-label={`Delete ${job.name}`} title="Delete"><Icon name="cross" /></button>
       </span>
     </div>
@@ -70,12 +80,13 @@ function WaitingTools({ job, waiting, at }: RowProps) {
 }
 
 function WaitingRow(props: RowProps) {
-  const { job, waiting, at, drag, setDrag } = props;
+  const { job, waiting, more, at, drag, setDrag } = props;
   const over = (event: DragEvent) => {
     if (!drag) return;
     event.preventDefault();
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
     const after = event.clientY > box.top + box.height / 2;
+    if (after && at === waiting.length - 1 && more) return;
     setDrag({ id: drag.id, before: after ? (waiting[at + 1]?.id ?? null) : job.id });
   };
   const drop = (event: DragEvent) => {
@@ -87,7 +98,7 @@ function WaitingRow(props: RowProps) {
   const last = at === waiting.length - 1;
   const mark = !drag || drag.before === undefined ? '' : drag.before === job.id ? 'over' : last && drag.before === null ? 'under' : '';
   return (
-    <li class={`job ${mark} ${drag?.id === job.id ? 'dragged' : ''}`} data-testid="job" data-job={job.id} draggable onDragOver={over} onDrop={drop}
+    <li class={`job ${mark} ${drag?.id === job.id ? 'dragged' : ''}`} data-testid="job" data-job={job.id} draggable={at >= 0} onDragOver={over} onDrop={drop}
       onDragStart={(event) => (event.dataTransfer?.setData('text/plain', job.name), setDrag({ id: job.id, before: undefined }))}
       onDragEnd={() => setDrag(null)}>
       <Thumbnail job={job} />
@@ -96,24 +107,28 @@ function WaitingRow(props: RowProps) {
         <Facts job={job} readyIn_s={props.readyIn_s} />
       </button>
       <WaitingTools {...props} />
+      <Refusal at={`job-${job.id}`} />
     </li>
   );
 }
 
 function EndedRow({ job }: { job: Job }) {
-  const took_s = job.started && job.ended ? (Date.parse(job.ended) - Date.parse(job.started)) / 1000 : 0;
+  const factor = useStore((s) => timeFactor(s.status));
+  const took_s = job.started && job.ended ? ((Date.parse(job.ended) - Date.parse(job.started)) / 1000) * factor : 0;
   const words = job.state === 'done' ? (took_s > 0 ? `Printed in ${format.duration(took_s)}` : 'Printed') : job.state === 'cancelled' ? 'Cancelled' : 'Failed';
+  const place = job.stopped_line ? ` at line ${format.count(job.stopped_line)}` : '';
   return (
     <li class="job ended" data-testid="ended" data-job={job.id} data-state={job.state}>
       <Thumbnail job={job} />
       <button class="name-button" onClick={() => show(job)} title={`Show ${job.name}`}>
         <span class="name">{job.name}</span>
-        <span class={`outcome ${job.state}`}>{words}{job.error && `: ${job.error}`}</span>
+        <span class={`outcome ${job.state}`}>{words}{place}{job.error && `: ${job.error}`}</span>
       </button>
       <span class="buttons">
-        <button class="quiet" onClick={() => act('POST', `jobs/${job.id}/start`)} aria-label={`Print ${job.name} again`} title="Print again"><Icon name="again" /></button>
+        <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Print ${job.name} again`} title="Print again"><Icon name="again" /></button>
         <button class="quiet" onClick={() => remove(job)} aria-label={`Delete ${job.name}`} title="Delete"><Icon name="cross" /></button>
       </span>
+      <Refusal at={`job-${job.id}`} />
     </li>
   );
 }
@@ -135,58 +150,134 @@ function RunningRow({ job }: { job: Job }) {
   );
 }
 
-/** Why nothing starts by itself, and the button that lets it. */
+/** Why nothing starts by itself, and the button that lets it; or that everything does. */
 function Gate() {
-  const gate = useStore((s) => s.gate);
-  if (gate.bed_occupied) {
-    return (
-      <div class="gate" role="status" data-testid="gate">
-        <p><strong>Take the part off the bed.</strong> The next job starts when the bed is clear.</p>
-        <button class="primary" onClick={() => act('POST', 'machine/bed-cleared')}>The bed is clear</button>
-      </div>
-    );
-  }
-  if (!gate.held) return null;
+  const { held, reason, bed_occupied, confirm_bed } = useStore((s) => s.gate);
   return (
-    <div class="gate" role="status" data-testid="gate">
-      <p><strong>The queue waits.</strong> {format.sentence(gate.reason ?? '')}</p>
-      <button onClick={() => act('POST', 'queue/release')}>Go on with the queue</button>
+    <>
+      {held && (
+        <div class="gate" role="status" data-testid="gate">
+          <p><strong>The queue waits.</strong> {format.sentence(reason ?? '')}</p>
+          <button onClick={() => act('queue', 'POST', 'queue/release')}>Go on with the queue</button>
+        </div>
+      )}
+      {bed_occupied && <p class="queue-note" data-testid="bed-waits">The next job waits until the bed is said to be clear.</p>}
+      {confirm_bed === false && (
+        <p class="queue-note warn" data-testid="no-confirm">
+          Nobody is asked whether the bed is clear: the next job starts by itself, onto whatever lies there.
+        </p>
+      )}
+      <Refusal at="queue" />
+    </>
+  );
+}
+
+/** Looks for jobs by name and by state; typing is waited for. */
+function SearchRow() {
+  const search = useStore((s) => s.search);
+  const counts = useStore((s) => s.counts);
+  const [text, setText] = useState(search.text);
+  useEffect(() => setText(search.text), [search]);
+  useEffect(() => {
+    if (text === search.text) return undefined;
+    const timer = setTimeout(() => void startSearch({ ...search, text }), TYPING_MS);
+    return () => clearTimeout(timer);
+  }, [text, search]);
+  // Whatever changes in the queue may change what is found.
+  useEffect(() => {
+    if (!isSearch(search)) return undefined;
+    const timer = setTimeout(() => void repeatSearch(), TYPING_MS);
+    return () => clearTimeout(timer);
+  }, [counts]);
+  return (
+    <div class="row search">
+      <input type="search" value={text} placeholder="Search by name" aria-label="Search jobs by name" data-testid="search"
+        onInput={(event) => setText(event.currentTarget.value)} />
+      <select value={search.states} aria-label="Jobs of which state" data-testid="states"
+        onChange={(event) => void startSearch({ text, states: event.currentTarget.value })}>
+        {STATE_CHOICES.map(({ words, states }) => <option key={states} value={states}>{words}</option>)}
+      </select>
     </div>
+  );
+}
+
+function More({ there, words }: { there: boolean; words: string }) {
+  const [busy, setBusy] = useState(false);
+  if (!there) return null;
+  const more = async () => {
+    setBusy(true);
+    await loadMore();
+    setBusy(false);
+  };
+  return <button class="more" disabled={busy} data-testid="more" onClick={more}>{busy ? 'Loading …' : words}</button>;
+}
+
+/** What a search has found, in one list. */
+function Found({ row }: { row: (job: Job, at: number) => JSX.Element }) {
+  const found = useStore((s) => s.found);
+  if (!found) return <p class="muted empty" role="status">Searching …</p>;
+  return (
+    <>
+      <p class="muted empty" role="status">
+        {found.jobs.length === 0 ? 'No such job.' : `${format.count(found.jobs.length)}${found.next_before === null ? '' : ' and more'} found`}
+      </p>
+      <ol class="list" data-testid="found-list">{found.jobs.map((job) => row(job, -1))}</ol>
+      <More there={found.next_before !== null} words="Show more" />
+    </>
+  );
+}
+
+function All({ row }: { row: (job: Job, at: number) => JSX.Element }) {
+  const { jobs, older, counts, older_before } = useStore((s) => ({ jobs: s.jobs, older: s.older, counts: s.counts, older_before: s.older_before }));
+  const waiting = jobs.filter(isWaiting);
+  const ended = [...jobs.filter(isEnded), ...older];
+  const hidden = waitingCount(counts) - waiting.length;
+  return (
+    <>
+      {jobs.length === 0 && <p class="muted empty">Nothing yet. Drop a file above, or send one from your slicer.</p>}
+      <ol class="list" data-testid="queue">
+        {jobs.filter(isRunning).map((job) => <RunningRow key={job.id} job={job} />)}
+        {waiting.map(row)}
+      </ol>
+      {hidden > 0 && <button class="more" onClick={() => startSearch({ text: '', states: 'queued,held' })}>Show {format.count(hidden)} more that wait</button>}
+      {ended.length > 0 && (
+        <>
+          <h3>Finished <span class="muted">· {format.count(Math.max(ended.length, endedCount(counts)))}</span></h3>
+          <ol class="list" data-testid="ended-list">{ended.map((job) => row(job, -1))}</ol>
+        </>
+      )}
+      <More there={older_before !== null && ended.length > 0} words="Show older ones" />
+    </>
   );
 }
 
 export function Queue() {
   const jobs = useStore((s) => s.jobs);
+  const counts = useStore((s) => s.counts);
+  const searching = useStore((s) => isSearch(s.search));
   const held = useStore((s) => s.gate.held);
   const shown = useStore((s) => shownJob(s)?.id ?? null);
   const ends = useStore((s) => {
     const perMinute: Record<number, number> = {};
-    queueEnds(s).forEach((seconds, id) => { perMinute[id] = Math.round(seconds / 60) * 60; });
+    queueEnds(s).forEach((seconds, id) => { perMinute[id] = Math.round((onTheWall(seconds, s.status) ?? 0) / 60) * 60; });
     return perMinute;
   });
   const [drag, setDrag] = useState<Drag | null>(null);
   const waiting = jobs.filter(isWaiting);
-  const ended = jobs.filter((job) => !isRunning(job) && !isWaiting(job));
+  const waitingInAll = Math.max(waiting.length, waitingCount(counts));
+  const row = (job: Job, at: number) => (isEnded(job) ? <EndedRow key={job.id} job={job} />
+    : isRunning(job) ? <RunningRow key={job.id} job={job} />
+    : <WaitingRow key={job.id} job={job} waiting={waiting} more={waitingInAll > waiting.length} at={at} readyIn_s={ends[job.id]} drag={drag} setDrag={setDrag} />);
   return (
     <div class="card queue" data-shown={shown}>
       <div class="row head">
-        <h2>Queue{waiting.length > 0 && <span class="muted"> · {waiting.length} waiting</span>}</h2>
-        {!held && waiting.length > 0 && <button class="quiet" onClick={() => act('POST', 'queue/hold')} title="The print that runs is finished; no other starts">Hold all</button>}
+        <h2>Queue{waitingInAll > 0 && <span class="muted"> · {format.count(waitingInAll)} waiting</span>}</h2>
+        {!held && waiting.length > 0 && <button class="quiet" onClick={() => act('queue', 'POST', 'queue/hold')} title="The print that runs is finished; no other starts">Hold all</button>}
       </div>
       <Gate />
-      {jobs.length === 0 && <p class="muted empty">Nothing yet. Drop a file above, or send one from your slicer.</p>}
-      <ol class="list" data-testid="queue">
-        {jobs.filter(isRunning).map((job) => <RunningRow key={job.id} job={job} />)}
-        {waiting.map((job, at) => (
-          <WaitingRow key={job.id} job={job} waiting={waiting} at={at} readyIn_s={ends[job.id]} drag={drag} setDrag={setDrag} />
-        ))}
-      </ol>
-      {ended.length > 0 && (
-        <>
-          <h3>Finished</h3>
-          <ol class="list" data-testid="ended-list">{ended.slice(0, ENDED_SHOWN).map((job) => <EndedRow key={job.id} job={job} />)}</ol>
-        </>
-      )}
+      {(searching || counts.total > SEARCH_FROM_JOBS) && <SearchRow />}
+      <Refusal at="list" />
+      {searching ? <Found row={row} /> : <All row={row} />}
     </div>
   );
 }

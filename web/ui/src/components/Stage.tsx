@@ -2,6 +2,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { layerBytes, layerIndex } from '../api';
 import { useStore } from '../hooks';
 import { chunks, decodeLayers, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
+import { hasStopped } from '../jobs';
 import { isRunning, store } from '../store';
 import type { Job } from '../types';
 import type { Direction, PartView } from '../view';
@@ -20,11 +21,15 @@ async function load(view: PartView, solidFor: (segments: number) => boolean, job
   }
 }
 
-/** How many bytes of the shown job lie on the bed: what is executed while it prints, else all of it. */
+/** How many bytes of the shown job lie on the bed: what is executed while it prints, or was until it stopped; else all of it. */
 const laidDown = (job: Job | null): number => {
   const status = store.state.status;
-  return job && isRunning(job) && status?.job === job.id ? status.bytes_executed : Infinity;
+  return job && (isRunning(job) || hasStopped(job.state)) && status?.job === job.id ? status.bytes_executed : Infinity;
 };
+
+/** Of a stopped job the layers that were begun, when the machine does not know its bytes any more. */
+const topOf = (job: Job | null, chosen: number | null): number | null =>
+  chosen ?? (job && hasStopped(job.state) && job.stopped_layer ? job.stopped_layer : null);
 
 /** The 3D view follows the live stream by itself: no component is drawn again for it. */
 function useFollow(view: PartView | null, job: Job | null, top: number | null, loaded: number): void {
@@ -34,7 +39,7 @@ function useFollow(view: PartView | null, job: Job | null, top: number | null, l
     let shownPlace = '';
     const follow = () => {
       const bytes = laidDown(job);
-      if (bytes !== shownBytes) view.show(bytes, top);
+      if (bytes !== shownBytes) view.show(bytes, topOf(job, top));
       shownBytes = bytes;
       const { status } = store.state;
       const at = status?.connected && (!job || bytes !== Infinity) ? status.position_mm : null;

@@ -1,7 +1,9 @@
 import { useEffect, useRef } from 'preact/hooks';
 import uPlot from 'uplot';
+import * as format from '../format';
 import { useStore } from '../hooks';
 import { HISTORY_SECONDS, store } from '../store';
+import { IDLE_WARNING_S } from './Banner';
 
 const HEIGHT = 190;
 
@@ -65,20 +67,42 @@ function Chart() {
 
 const target = (value: number | undefined) => (value && value > 0 ? `of ${Math.round(value)} °C` : 'off');
 
-export function Temperatures() {
-  const { hotEnd, hotEndTarget, bed, bedTarget, fan } = useStore(({ status }) => ({
-    hotEnd: status?.connected ? status.hot_end.c.toFixed(1) : '–', hotEndTarget: target(status?.hot_end.target_c),
-    bed: status?.connected ? status.bed.c.toFixed(1) : '–', bedTarget: target(status?.bed.target_c),
-    fan: status?.connected ? String(Math.round(status.fan * 100)) : '–',
+function Reading({ kind, name, id }: { kind: 'hot_end' | 'bed'; name: string; id: string }) {
+  const { text, aim, dead } = useStore(({ status }) => ({
+    text: status?.connected ? status[kind].c.toFixed(1) : '–', aim: target(status?.[kind].target_c),
+    dead: status?.connected === true && status[kind].reading === false,
   }));
+  return (
+    <div class={`reading ${kind === 'bed' ? 'bed' : 'hot'} ${dead ? 'dead' : ''}`}>
+      <span>{name}</span>
+      <b data-testid={id}>{dead ? <s title="The last reading; the sensor is silent">{text}</s> : text}</b>
+      <small>{dead ? <strong>no reading</strong> : aim}</small>
+    </div>
+  );
+}
+
+/** The quiet half of what Banner says aloud: when the heaters will go off by themselves, or that they never will. */
+function IdleHint() {
+  const { never, left_s } = useStore(({ status }) => ({
+    never: status?.connected === true && status.idle_timeout_s === 0,
+    left_s: status?.connected && status.idle_off_in_s !== null ? Math.ceil(status.idle_off_in_s / 60) * 60 : null,
+  }));
+  if (never) return <p class="idle-hint never" data-testid="idle-never">Heaters are never switched off by themselves: the machine file says so.</p>;
+  if (left_s === null || left_s === undefined || left_s <= IDLE_WARNING_S) return null;
+  return <p class="idle-hint muted" data-testid="idle-hint">Unused, the heaters go off in {format.duration(left_s)}.</p>;
+}
+
+export function Temperatures() {
+  const fan = useStore(({ status }) => (status?.connected ? String(Math.round(status.fan * 100)) : '–'));
   return (
     <div class="card temperatures">
       <h2>Temperatures</h2>
       <div class="readings">
-        <div class="reading hot"><span>Hot end</span><b data-testid="hot-end">{hotEnd}</b><small>{hotEndTarget}</small></div>
-        <div class="reading bed"><span>Bed</span><b>{bed}</b><small>{bedTarget}</small></div>
+        <Reading kind="hot_end" name="Hot end" id="hot-end" />
+        <Reading kind="bed" name="Bed" id="bed-reading" />
         <div class="reading fan"><span>Fan</span><b>{fan}</b><small>%</small></div>
       </div>
+      <IdleHint />
       <Chart />
     </div>
   );

@@ -1,0 +1,73 @@
+// One process of the printer: started, told apart from ready, ended, started again.
+//
+//   start ──► running ──(ready?)──► ready ──► ended ──► pause ──► start …          restart_policy.h says whether
+//
+// It dies with the launcher: the kernel sends it SIGTERM then (PR_SET_PDEATHSIG), on which every program of the printer makes
+// itself safe and ends. It has a process group of its own: Ctrl-C in the terminal is the launcher's, which stops everything in order.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/launcher/restart_policy.h"
+#include "base/result.h"
+#include "base/time.h"
+#include "board/linux/unique_fd.h"
+
+namespace qduino::launcher {
+
+struct ProcessPlan {
+    std::string name;  ///< as a person reads it
+    std::vector<std::string> command;
+    /// Whether it has come up; asked again and again. `output` is its first line so far, when `read_line`.
+    std::function<bool(const std::string& output)> ready;
+    bool read_line = false;  ///< its standard output is read up to the first line, and not shown
+    std::filesystem::path
+        locks;  ///< a file that is locked while it or one of its children lives; empty: none
+    std::function<bool()> may_start = [] { return true; };  ///< what it needs is there
+    std::function<void()> after_end = [] {};
+};
+
+class KeptProcess {
+  public:
+    explicit KeptProcess(ProcessPlan plan) : plan_(std::move(plan)) {}
+
+    enum class State { waiting, running, ready, given_up };
+
+    [[nodiscard]] Result<void> start(Instant now);
+    /// Looks at it: has it come up, has it ended, is it time to start it again? Says on stderr what a person should know.
+    void advance(Instant now);
+    /// Ends it in its own time, to be started again as soon as it may.
+    void start_anew();
+    /// Ends it: asked first, after `grace` made to. It is not started again.
+    void end(Nanoseconds grace);
+
+    [[nodiscard]] State state() const { return state_; }
+    [[nodiscard]] bool alive() const { return pid_ > 0; }
+    [[nodiscard]] const std::string& name() const { return plan_.name; }
+    [[nodiscard]] const std::string& first_line() const { return line_; }
+    [[nodiscard]] const Ended& ended() const { return ended_; }
+
+  private:
+    void read_line();
+    bool reap(bool wait);
+    void on_end(Instant now);
+
+    ProcessPlan plan_;
+    RestartPolicy policy_;
+    State state_ = State::waiting;
+    pid_t pid_ = -1;
+    board::linux::UniqueFd output_;
+    std::string line_;
+    Ended ended_;
+    Instant started_{};
+    Instant again_at_{};
+    bool anew_ = false;
+};
+
+}  // namespace qduino::launcher

@@ -1,0 +1,70 @@
+// Starts the printer's processes, keeps them running, and stops them so that nothing stays hot and nothing is left behind.
+//
+//   real time     virtual machine ──► supervisor with the sketch ──► print service
+//   --speed       simulated printer ───────────────────────────────► print service
+//                 started in this order, each when the one before has come up; ended in the opposite one
+//
+// What becomes of the others when one is killed:
+//
+//   print service        started again; the print goes on meanwhile
+//   supervisor, sketch   the pins are safe (apps/supervisor); started again; this machine's settings are put back first
+//   virtual machine      a printer whose power failed: it comes back cold, and the sketch is started anew with it
+//   this launcher        the kernel asks all of them to end (kept_process.h). The virtual machine goes last: it stays while a process
+//                        of the sketch's side lives, as a real machine would (the folder's file "sketch.lock")
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/launcher/kept_process.h"
+#include "apps/launcher/memory_folder.h"
+#include "base/result.h"
+
+namespace qduino::launcher {
+
+struct Options {
+    std::filesystem::path programs;  ///< folder of the printer's programs
+    std::filesystem::path state;     ///< jobs, queue and key
+    std::filesystem::path ui;        ///< the page's files
+    std::string machine;             ///< machine file; empty: the reference machine
+    std::string service_user;        ///< whom the service becomes, when root starts it; empty: nobody else
+    int port = 8080;
+    double speed = 0;  ///< of the simulator; 0: in real time, on this machine
+    bool isolate = false;
+    bool confirm_bed = true;
+    std::string settings_state;  ///< where the sketch notes what it changed on this machine
+};
+
+class Launcher {
+  public:
+    /// Takes the state folder; nothing runs yet. Errors: already_exists (a printer runs with it), and what the kernel says.
+    [[nodiscard]] static Result<std::unique_ptr<Launcher>> open(Options options);
+
+    /// Until SIGINT, SIGTERM or SIGHUP is readable from `signals`, or something has failed for good. The exit status.
+    int run(int signals);
+
+  private:
+    explicit Launcher(Options options) : options_(std::move(options)) {}
+    void plan_machine();
+    void plan_sketch();
+    void plan_simulator();
+    void plan_service();
+    void put_settings_back() const;
+    [[nodiscard]] bool come_up(int signals);
+    [[nodiscard]] bool keep(int signals);
+    /// Looks at every process once. The one that has failed for good; null: none.
+    [[nodiscard]] const KeptProcess* advance_all(std::size_t started);
+    void say_failed(const KeptProcess& process) const;
+    void say_changes() const;
+    void say_open();
+    void stop_all();
+
+    Options options_;
+    board::linux::UniqueFd state_lock_;
+    MemoryFolder memory_;
+    std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start
+};
+
+}  // namespace qduino::launcher

@@ -1,0 +1,71 @@
+#include "apps/launcher/run_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include "base/whole_number.h"
+#include "board/linux/clock.h"
+#include "board/linux/system_error.h"
+
+namespace qduino::launcher {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr Nanoseconds kLookEvery = 50ms;
+
+std::optional<int> pid_of(const fs::path& folder) { return whole_number<int>(folder.filename().string()); }
+
+bool has_open(const fs::path& process, const fs::path& file) {
+    std::error_code error;
+    for (fs::directory_iterator at{process / "fd", error}, end; !error && at != end; at.increment(error)) {
+        std::error_code unreadable;
+        if (fs::read_symlink(at->path(), unreadable) == file) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+std::vector<Holder> holders_of(const fs::path& file) {
+    std::error_code error;
+    const fs::path whole = fs::weakly_canonical(file, error);
+    std::vector<Holder> holders;
+    for (fs::directory_iterator at{"/proc", error}, end; !error && at != end; at.increment(error)) {
+        const std::optional<int> pid = pid_of(at->path());
+        if (!pid || *pid == ::getpid() || !has_open(at->path(), whole)) continue;
+        std::ifstream comm{at->path() / "comm"};
+        std::string name;
+        std::getline(comm, name);
+        holders.push_back({*pid, std::move(name)});
+    }
+    return holders;
+}
+
+std::string names_of(const std::vector<Holder>& holders) {
+    std::string text;
+    for (const Holder& holder : holders) {
+        text += (text.empty() ? "" : ", ") + holder.name + " (" + std::to_string(holder.pid) + ")";
+    }
+    return text;
+}
+
+Result<board::linux::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
+    // Without O_CLOEXEC: children are to hold it too.
+    board::linux::UniqueFd lock{::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600)};
+    if (!lock.valid()) return board::linux::system_error("open", file.native());
+    const Instant until = board::linux::monotonic_now() + patience;
+    while (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+        if (errno != EWOULDBLOCK && errno != EINTR) return board::linux::system_error("lock", file.native());
+        if (board::linux::monotonic_now() >= until)
+            return make_error(ErrorCode::already_exists, "held by " + names_of(holders_of(file)));
+        std::this_thread::sleep_for(kLookEvery);
+    }
+    return lock;
+}
+
+}  // namespace qduino::launcher

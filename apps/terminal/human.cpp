@@ -1,0 +1,51 @@
+#include "apps/terminal/human.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace qduino::apps {
+namespace {
+
+/// Three digits that count, without zeros behind the point.
+std::string three_digits(double value) {
+    const double size = std::abs(value);
+    const int decimals = size < 9.995 ? 2 : size < 99.95 ? 1 : 0;
+    std::array<char, 40> text{};
+    std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+    std::string out = text.data();
+    if (out.find('.') == std::string::npos) return out;
+    while (out.back() == '0') out.pop_back();
+    if (out.back() == '.') out.pop_back();
+    return out;
+}
+
+}  // namespace
+
+std::string human_duration(Nanoseconds duration) {
+    constexpr std::array<std::pair<const char*, double>, 4> kUnits{
+        {{"s", 1e9}, {"ms", 1e6}, {"us", 1e3}, {"ns", 1}}};
+    const auto ns = static_cast<double>(duration.count());
+    for (const auto& [name, size] : kUnits) {
+        // From where it would be rounded to 1000 of the next smaller unit.
+        if (std::abs(ns) >= size * 0.9995 || size == 1) return three_digits(ns / size) + " " + name;
+    }
+    return {};
+}
+
+std::string human_bytes(std::uint64_t bytes) {
+    if (bytes < 1024) return std::to_string(bytes) + (bytes == 1 ? " byte" : " bytes");
+    double size = static_cast<double>(bytes) / 1024;
+    for (const char* unit : {" KiB", " MiB", " GiB"}) {
+        if (size < 1023.5) return three_digits(size) + unit;
+        size /= 1024;
+    }
+    return three_digits(size) + " TiB";
+}
+
+std::string counted(long long count, const std::string& what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,21 @@
+// A whole decimal number out of text: all of the text, or nothing.
+#pragma once
+
+#include <charconv>
+#include <concepts>
+#include <optional>
+#include <string_view>
+
+namespace qduino {
+
+/// Nothing when `text` is empty, holds anything else (a space, a plus sign), or T cannot hold the number.
+template <std::integral T>
+[[nodiscard]] std::optional<T> whole_number(std::string_view text) {
+    T value{};
+    const char* const end = text.data() + text.size();
+    const auto [stopped, failed] = std::from_chars(text.data(), end, value);
+    if (failed != std::errc{} || stopped != end) return std::nullopt;
+    return value;
+}
+
+}  // namespace qduino

@@ -1,0 +1,54 @@
+#include "board/linux/safe_outputs.h"
+
+#include "board/linux/gpio_pin.h"
+#include "board/linux/sysfs_pin.h"
+#include "board/linux/virtual_pins.h"
+
+namespace qduino::board::linux {
+
+Result<void> SafeOutputs::open(const PinsFile& file, int writer, std::string sysfs_root) {
+    layout_ = &file.layout();
+    sysfs_root_ = std::move(sysfs_root);
+    lines_.resize(kPinCount);
+    return writer_.open(file, writer, kNoVcpu);
+}
+
+void SafeOutputs::release_lines() {
+    for (UniqueFd& line : lines_) line.reset();
+}
+
+ForcedOutputs SafeOutputs::force() {
+    // Writers that died in the middle of a write would hold the machine back for a moment.
+    for (int writer = 0; writer < kWriterCount; ++writer) {
+        if (writer != kSupervisorWriter && writer != kHeatWatchWriter)
+            layout_->writers[static_cast<std::size_t>(writer)].writing.store(0);
+    }
+    ForcedOutputs forced;
+    forced.pins = force_safe_states(*layout_, writer_);
+    for (std::size_t pin = 0; pin < kPinCount; ++pin) {
+        const OutputPin& output = layout_->outputs[pin];
+        if (output.safe.load(std::memory_order_acquire) == 0) continue;
+        if (!force_channel(output)) ++forced.channels_failed;
+        if (!force_line(pin, output)) ++forced.lines_missing;
+    }
+    return forced;
+}
+
+/// True: it is safe, or the pin is no channel.
+bool SafeOutputs::force_channel(const OutputPin& output) const {
+    const std::uint32_t where = output.pwm_channel.load(std::memory_order_acquire);
+    if (where == 0) return true;
+    const PwmChannel channel{{}, (where - 1) >> 16, (where - 1) & 0xffff};
+    return force_pwm_channel(channel, sysfs_root_, output.safe.load() > 1 ? Level::high : Level::low);
+}
+
+/// True: it is held at its safe level, or the pin is no line.
+bool SafeOutputs::force_line(std::size_t pin, const OutputPin& output) {
+    const std::uint32_t where = output.line.load(std::memory_order_acquire);
+    if (where == 0 || lines_[pin].valid()) return true;
+    lines_[pin] = take_over_line((where - 1) >> 16, (where - 1) & 0xffff,
+                                 output.safe.load() > 1 ? Level::high : Level::low);
+    return lines_[pin].valid();
+}
+
+}  // namespace qduino::board::linux

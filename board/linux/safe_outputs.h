@@ -1,0 +1,51 @@
+// Forces every kind of output to its declared safe level, for whoever outlives the sketch: the supervisor and its heat watch.
+//
+//   what is behind a pin                       how it is made safe
+//   ───────────────────────────────────────────────────────────────────────────────────────────────────────────────
+//   virtual pin                                edges of the forcer's own ring: PWM off, then the level
+//   PWM channel (/sys/class/pwm)               duty_cycle 0, or the whole period for high; refused: enable 0
+//   GPIO line (/dev/gpiochipN)                 the line is requested anew, as an output of that level, and held
+//
+// All it needs stands in the shared file (OutputPin): the sketch has written it there before it could drive the pin. A line can be
+// had only once the dead process has let go of it, so force() is called again until `lines_missing` is 0. Everything may be forced
+// any number of times.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "board/linux/pin_writer.h"
+#include "board/linux/pins_file.h"
+
+namespace qduino::board::linux {
+
+struct ForcedOutputs {
+    int pins = 0;             ///< with a safe state, of every kind
+    int lines_missing = 0;    ///< GPIO lines that somebody else still holds, or that cannot be had
+    int channels_failed = 0;  ///< PWM channels that took neither the duty nor the end
+};
+
+class SafeOutputs {
+  public:
+    SafeOutputs() = default;  ///< of no file: only for assignment
+
+    /// Takes writer `writer` of `file`, which must outlive this. `sysfs_root` precedes /sys (tests). Setup-time.
+    Result<void> open(const PinsFile& file, int writer, std::string sysfs_root);
+
+    /// The next sketch needs the lines that were taken over.
+    void release_lines();
+    /// Forces all outputs with a safe state. Never waits.
+    ForcedOutputs force();
+
+  private:
+    [[nodiscard]] bool force_channel(const OutputPin& output) const;
+    [[nodiscard]] bool force_line(std::size_t pin, const OutputPin& output);
+
+    PinsLayout* layout_ = nullptr;
+    PinWriter writer_;
+    std::string sysfs_root_;
+    std::vector<UniqueFd> lines_;  // by pin
+};
+
+}  // namespace qduino::board::linux

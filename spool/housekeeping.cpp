@@ -1,0 +1,296 @@
+// The spool's start, and what it does beside printing: which blobs it may sweep, which ended jobs go, when the journal is copied.
+//
+// A file without a job's row is removed only when the journal can vouch for that: it is the one that these blobs belong to
+// (blobs-journal-id), and no upload of the file had been confirmed under a number that this journal never gave out. Everything
+// else is set aside and said, and waits for `printd --recover`.
+#include <algorithm>
+#include <iterator>
+#include <limits>
+
+#include "spool/name_search.h"
+#include "spool/recovery.h"
+#include "spool/spool.h"
+
+namespace qduino::spool {
+
+namespace {
+
+constexpr int kSweptEachTick = 64;
+constexpr std::size_t kErasedEachTick = 16;
+constexpr UnixSeconds kAgesEvery_s = 60;
+constexpr UnixSeconds kDay_s = 24 * 60 * 60;
+
+std::string files_set_aside(std::size_t count) {
+    return std::to_string(count) +
+           (count == 1 ? " stored file is set aside that the job journal does not know"
+                       : " stored files are set aside that the job journal does not know") +
+           ": stop the service and run printd --recover to have their jobs again";
+}
+
+}  // namespace
+
+// ---- start and end ---------------------------------------------------------------------------------------------
+
+Result<void> Spool::load() {
+    Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(options_.folder, options_.limits);
+    if (!blobs.ok()) return blobs.error();
+    blobs_ = std::move(*blobs);
+    Result<StoredState> state = load_journal();
+    if (!state.ok()) return state.error();
+    first_new_id_ = state->next_job_id;
+    queue_ = Queue{std::move(state->jobs), state->next_job_id, state->last_ended};
+    gate_ = state->gate;
+    if (!options_.confirm_bed) gate_.bed_occupied = false;
+    run_ = state->active_run;
+    awaited_report_ = state->awaited_report;
+    last_run_id_ = state->last_run_id;
+    if (run_)
+        log("carrying on with run " + std::to_string(run_->id) + " of job " + std::to_string(run_->job));
+    if (copier_) copier_->begin_if_missing();
+    return {};
+}
+
+/// The journal, sound, and the one that the blobs belong to; and what it holds.
+Result<StoredState> Spool::load_journal() {
+    if (options_.journal_in_memory) {
+        Result<std::unique_ptr<Store>> store = Store::open(":memory:");
+        if (!store.ok()) return store.error();
+        store_ = std::move(*store);
+        return store_->load();
+    }
+    Result<OpenedJournal> journal = open_journal(options_.folder, options_.opened_s);
+    if (!journal.ok()) return journal.error();
+    store_ = std::move(journal->store);
+    copier_ = std::make_unique<JournalCopier>(options_.folder);
+    if (!journal->repaired.empty())
+        log("the job journal was damaged, and is repaired from its copy: " + journal->repaired);
+    Result<StoredState> state = store_->load();
+    if (!state.ok()) return state;
+    const std::string known = blobs_->journal_id();
+    // An older program wrote no id; a journal of its that has jobs is theirs.
+    const bool of_an_older_program = known.empty() && store_->counts().total() > 0;
+    if (state->rebuilding) {
+        if (const Result<void> done = rebuild(); !done.ok()) return done.error();
+        state = store_->load();
+        if (!state.ok()) return state;
+    } else if (known != state->journal_id && !of_an_older_program) {
+        gate_ = state->gate;
+        if (const Result<void> done = set_strangers_aside(); !done.ok()) return done.error();
+        state->gate = gate_;
+    } else if (const std::size_t count = blobs_->all_set_aside().size(); count > 0) {
+        log(files_set_aside(count));
+    }
+    std::error_code failed;
+    sweep_ = std::filesystem::directory_iterator{blobs_->blobs_folder(), failed};
+    if (known == state->journal_id) return state;
+    const Result<void> named = blobs_->set_journal_id(state->journal_id);
+    return named.ok() ? std::move(state) : named.error();
+}
+
+Result<void> Spool::rebuild() {
+    const auto said = [this](std::size_t done, std::size_t total, const std::string& words) {
+        if (done == total || done % 100 == 0)
+            log("stored files: " + std::to_string(done) + " of " + std::to_string(total) + " looked at; " +
+                words);
+    };
+    const Result<Recovered> done = recover_jobs(*store_, *blobs_, options_.analyzer, said);
+    if (!done.ok()) return done.error();
+    log(std::to_string(done->jobs) +
+        " jobs that the copy did not know were made of their files; all jobs are held");
+    return {};
+}
+
+/// This journal is not the one that the blobs belong to: it is a new one, or somebody else's.
+Result<void> Spool::set_strangers_aside() {
+    for (const std::string& sha256 : blobs_->all()) {
+        const Result<bool> wanted = store_->blob_wanted(sha256);
+        if (!wanted.ok()) return wanted.error();
+        if (*wanted) continue;
+        if (const Result<void> moved = blobs_->set_aside(sha256); !moved.ok()) return moved;
+    }
+    const std::size_t count = blobs_->all_set_aside().size();
+    if (count == 0) return {};
+    log(files_set_aside(count));
+    return hold_queue(files_set_aside(count));
+}
+
+Spool::~Spool() {
+    emergency_.attach(nullptr);
+    // The last word of a clean stop. It may fail: then the copy is an older one.
+    if (copier_ && store_) static_cast<void>(copier_->finish(store_->commits()));
+}
+
+// ---- while it runs ---------------------------------------------------------------------------------------------
+
+void Spool::keep_house(UnixSeconds now_s) {
+    sweep();
+    retain(now_s);
+    if (!copier_) return;
+    copier_->after(store_->commits());
+    if (const std::string trouble = copier_->take_trouble(); !trouble.empty())
+        log("the journal could not be copied, the last copy stays: " + trouble);
+}
+
+/// A few entries at a time: there may be hundreds of thousands, and a printer is waiting for its bytes.
+void Spool::sweep() {
+    std::error_code failed;
+    for (int i = 0; i < kSweptEachTick && sweep_ != std::filesystem::directory_iterator{}; ++i) {
+        const std::string name = sweep_->path().filename().string();
+        sweep_.increment(failed);
+        if (failed) sweep_ = {};
+        sweep_blob(name);
+    }
+}
+
+void Spool::sweep_blob(const std::string& name) {
+    if (name.ends_with(".part")) return blobs_->remove_partial(name);
+    const std::string sha256 = name.substr(0, name.find('.'));
+    const Result<bool> wanted = store_->blob_wanted(sha256);
+    if (!wanted.ok() || *wanted) return;
+    const std::vector<UploadRecord> uploads = blobs_->records(sha256);
+    const bool lost = std::any_of(uploads.begin(), uploads.end(),
+                                  [this](const UploadRecord& upload) { return upload.id >= first_new_id_; });
+    if (!lost) return blobs_->remove(sha256);
+    // Its upload was confirmed, and this journal has never had it: it is an older state of itself.
+    if (!blobs_->set_aside(sha256).ok()) return;
+    const std::string reason = files_set_aside(blobs_->all_set_aside().size());
+    log(reason);
+    static_cast<void>(hold_queue(reason));
+}
+
+Result<bool> Spool::remove_blob_unless_wanted(const Job& job) {
+    const Result<bool> wanted = store_->blob_wanted(job.sha256);
+    if (!wanted.ok()) return wanted;
+    if (!*wanted) blobs_->remove(job.sha256);
+    return !*wanted;
+}
+
+Result<void> Spool::erase_ended(const std::vector<Job>& jobs) {
+    Change change;
+    for (const Job& job : jobs) change.erase.push_back(job.id);
+    if (const Result<void> done = commit_jobs(std::move(change)); !done.ok()) return done;
+    for (const Job& job : jobs) {
+        if (const Result<bool> removed = remove_blob_unless_wanted(job); removed.ok() && !*removed)
+            blobs_->forget(job.sha256, job.id);
+    }
+    return {};
+}
+
+/// Deletes a few of the ended jobs that are too many or too old.
+void Spool::retain(UnixSeconds now_s) {
+    const Retention& keep = options_.retention;
+    const std::int64_t too_many = keep.jobs_max > 0 ? counts().ended() - keep.jobs_max : 0;
+    std::size_t count =
+        too_many > 0 ? std::min<std::size_t>(static_cast<std::size_t>(too_many), kErasedEachTick) : 0;
+    UnixSeconds until_s = now_s;
+    if (count == 0) {
+        if (keep.days_max == 0 || now_s - retained_s_ < kAgesEvery_s) return;
+        until_s = now_s - keep.days_max * kDay_s;
+        count = kErasedEachTick;
+    }
+    const Result<std::vector<Job>> oldest =
+        store_->oldest_ended(count, too_many > 0 ? std::numeric_limits<UnixSeconds>::max() : until_s);
+    if (too_many <= 0 && oldest.ok() && oldest->size() < count) retained_s_ = now_s;  // the rest is younger
+    if (!oldest.ok() || oldest->empty()) return;
+    if (!erase_ended(*oldest).ok()) return;
+    log("deleted " + std::to_string(oldest->size()) +
+        " of the oldest ended jobs: " + (too_many > 0 ? "more than --keep-jobs" : "older than --keep-days"));
+}
+
+/// Room for a blob of `bytes` within the store's limit: ended jobs go, the oldest first, but none when that would not do.
+Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
+    const std::uint64_t limit = options_.retention.bytes_max;
+    if (limit == 0) return {};
+    const Result<bool> stored = store_->blob_wanted(sha256);
+    if (!stored.ok()) return stored.error();
+    if (*stored || store_->stored_bytes() + bytes <= limit) return {};
+    std::vector<std::pair<std::string, std::uint64_t>> needed{{sha256, bytes}};
+    for (const Job& job : queue_.jobs()) needed.emplace_back(job.sha256, job.stored_bytes);
+    std::sort(needed.begin(), needed.end());
+    std::uint64_t needed_bytes = 0;
+    for (std::size_t i = 0; i < needed.size(); ++i)
+        needed_bytes += i > 0 && needed[i].first == needed[i - 1].first ? 0 : needed[i].second;
+    if (needed_bytes > limit) {
+        return make_error(
+            ErrorCode::unavailable,
+            "the store is full with jobs that still wait or print; delete some of them, or give it more with "
+            "--store-limit-mib");
+    }
+    while (store_->stored_bytes() + bytes > limit) {
+        const Result<std::vector<Job>> oldest =
+            store_->oldest_ended(1, std::numeric_limits<UnixSeconds>::max());
+        if (!oldest.ok()) return oldest.error();
+        if (oldest->empty())
+            return make_error(ErrorCode::unavailable,
+                              "the store is full, and no ended job is left to delete");
+        if (const Result<void> done = erase_ended(*oldest); !done.ok()) return done;
+    }
+    return {};
+}
+
+// ---- the list --------------------------------------------------------------------------------------------------
+
+namespace {
+
+bool matches(const Job& job, const JobQuery& query, const std::string& folded_text) {
+    const bool state = job.state == JobState::printing ? query.printing
+                       : job.hold                      ? query.held
+                                                       : query.waiting;
+    return state && (folded_text.empty() || name_holds(job.name, folded_text));
+}
+
+/// Which ended jobs `query` wants; nothing when it wants none.
+std::optional<EndedQuery> ended_query(const JobQuery& query) {
+    EndedQuery ended;
+    if (query.done) ended.states.push_back(JobState::done);
+    if (query.cancelled) ended.states.push_back(JobState::cancelled);
+    if (query.failed) ended.states.push_back(JobState::failed);
+    if (ended.states.empty()) return std::nullopt;
+    if (ended.states.size() == 3) ended.states.clear();
+    ended.text = query.text;
+    return ended;
+}
+
+}  // namespace
+
+Result<JobPage> Spool::page(const JobQuery& query) const {
+    JobPage page;
+    const std::vector<const Job*> live = queue_.listing();
+    auto from = live.begin();
+    std::optional<std::int64_t> below_order;
+    if (query.before) {
+        const auto at =
+            std::find_if(live.begin(), live.end(), [&](const Job* job) { return job->id == *query.before; });
+        if (at != live.end()) {
+            from = at + 1;
+        } else if (const Result<Job> ended = store_->find(*query.before); ended.ok()) {
+            from = live.end();
+            below_order = ended->order;
+        } else if (ended.error().code != ErrorCode::not_found) {
+            return ended.error();
+        }
+    }
+    const bool first = query.is_first_page();
+    std::size_t waiting = 0;
+    const std::string text = folded(query.text);
+    for (; from != live.end() && (first || page.jobs.size() <= query.limit); ++from) {
+        if (!matches(**from, query, text)) continue;
+        if (first && (*from)->state == JobState::queued && ++waiting > JobQuery::kFirstWaiting) continue;
+        page.jobs.push_back(**from);
+    }
+    const std::size_t limit = query.limit + (first ? page.jobs.size() : 0);
+    std::optional<EndedQuery> ended = ended_query(query);
+    if (ended && page.jobs.size() <= limit) {
+        ended->below_order = below_order;
+        ended->limit = limit + 1 - page.jobs.size();  // one more, to know whether there is a next page
+        Result<std::vector<Job>> rows = store_->ended(*ended);
+        if (!rows.ok()) return rows.error();
+        std::move(rows->begin(), rows->end(), std::back_inserter(page.jobs));
+    }
+    if (page.jobs.size() <= limit) return page;
+    page.jobs.resize(limit);
+    page.next_before = page.jobs.back().id;
+    return page;
+}
+
+}  // namespace qduino::spool

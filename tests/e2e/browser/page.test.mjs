@@ -1,0 +1,301 @@
+// The page in a real browser, in front of its mock (web/ui/mock): states that a real printer is not brought into easily.
+// What the page and the service agree on is tested in browser.test.mjs.
+//
+//   node tests/e2e/browser/page.test.mjs
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startMock } from '../../../web/ui/mock/server.mjs';
+import { drop, findings, lookAt } from './person.mjs';
+import { startBrowser, whatThePageMisses } from './stack.mjs';
+
+const missing = whatThePageMisses();
+if (missing) {
+  console.log(`skipped: ${missing}`);
+  process.exit(77);
+}
+
+const PATIENCE_MS = 40_000; // the machine may be busy with other tests: nothing here is about timing
+const DESKTOP = { width: 1440, height: 900 };
+const PHONE = { width: 390, height: 844 };
+let browser;
+before(async () => { browser = await startBrowser(); });
+after(async () => { await browser?.close(); });
+
+/** Opens the page in front of a mock in `scene`; `body` gets {page, mock, at, requests}. No error may be logged meanwhile. */
+async function inScene(scene, body, { viewport = DESKTOP, key } = {}) {
+  const mock = await startMock({ scene });
+  const context = await browser.newContext({ viewport });
+  const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE_MS);
+  const problems = [];
+  const requests = [];
+  page.on('request', (request) => requests.push(`${request.method()} ${new URL(request.url()).pathname}${new URL(request.url()).search}`));
+  page.on('pageerror', (error) => problems.push(`thrown: ${error}`));
+  page.on('console', (message) => message.type() === 'error' && !message.text().startsWith('Failed to load resource') && problems.push(message.text()));
+  try {
+    await page.goto(key ? mock.address.replace(/key=.*/, `key=${key}`) : mock.address);
+    await body({ page, mock, requests, at: (id) => page.getByTestId(id), button: (name) => page.getByRole('button', { name, exact: true }) });
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    mock.close();
+  }
+}
+
+async function until(what, check) {
+  const deadline = Date.now() + PATIENCE_MS;
+  for (;;) {
+    if (await check()) return;
+    if (Date.now() > deadline) assert.fail(`${what} did not come about`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+const text = (locator) => locator.textContent();
+
+test('after a print one button says that the bed is clear, and until then the next job waits', () =>
+  inScene('bed', async ({ mock, requests, at, button }) => {
+    await at('bed').waitFor();
+    assert.match(await text(at('bed')), /hinge\.gcode waits for a clear bed.*calibration-cube\.gcode/s);
+    assert.match(await text(at('bed-waits')), /waits until the bed is said to be clear/);
+    assert.equal(mock.printer.state, 'idle');
+    assert.equal(await button('Bed is clear').count(), 1);
+    await button('Bed is clear').click();
+    await at('running').waitFor();
+    assert.equal(await at('bed').count(), 0);
+    assert.ok(requests.includes('POST /api/v1/machine/bed-cleared'));
+  }));
+
+test('where nobody is asked about the bed, the page says so', () =>
+  inScene('no-confirm', async ({ at }) => {
+    await at('no-confirm').waitFor();
+    assert.match(await text(at('no-confirm')), /starts by itself, onto whatever lies there/);
+  }));
+
+test('heat that nobody uses is announced with a countdown, can be kept, and its end is explained', () =>
+  inScene('idle-warning', async ({ mock, at, button }) => {
+    await at('idle-warning').waitFor();
+    assert.match(await text(at('idle-warning')), /go off in (1 min \d\d s|\d\d s)/);
+    const first = await text(at('idle-warning'));
+    await until('a countdown', async () => (await text(at('idle-warning'))) !== first);
+    await button('Keep warm').click();
+    await until('the end of the warning', async () => (await at('idle-warning').count()) === 0);
+    assert.deepEqual([mock.printer.hotEnd.target_c, mock.printer.bed.target_c], [209, 60]);
+    assert.match(await text(at('idle-hint')), /go off in (10|9) min/);
+    mock.printer.idle.off_in_s = 0.05;
+    await at('idle-off').waitFor();
+    assert.match(await text(at('idle-off')), /switched off.*Nobody had used them for 10 min.*Set a temperature/s);
+  }));
+
+test('where heaters are never switched off by themselves, the page says so', () =>
+  inScene('idle-never', async ({ at }) => {
+    await at('idle-never').waitFor();
+    assert.match(await text(at('idle-never')), /never switched off by themselves/);
+  }));
+
+test('a parked print says what may be done, and what resume will do', () =>
+  inScene('paused', async ({ mock, page, at, button }) => {
+    await at('pause-note').waitFor();
+    assert.match(await text(at('pause-note')), /Parked.*filament may be changed.*exactly where it stopped/);
+    assert.ok(await button('X plus 10 mm').isEnabled());
+    await until('a hot end for filament', () => button('Extrude 10 mm').isEnabled());
+    assert.ok(await button('Home X').isDisabled());
+    mock.printer.idle.timed_out = true;
+    await at('idle-off').waitFor();
+    assert.match(await text(at('idle-off')), /Resume heats up again first/);
+    mock.printer.parked = false;
+    await until('no jog while it is not parked', () => button('X plus 10 mm').isDisabled());
+    assert.equal(await page.getByText('Axes move by hand once the head is parked.').count(), 1);
+  }));
+
+test('jog before homing is refused beside its button, where homing is offered', () =>
+  inScene('unhomed', async ({ at, button }) => {
+    await at('unhomed').waitFor();
+    assert.match(await text(at('unhomed')), /X, Y and Z are not homed/);
+    assert.ok(await button('X plus 10 mm').isDisabled());
+    await button('Home X Y Z').click();
+    await until('a jog', () => button('X plus 10 mm').isEnabled());
+    assert.equal(await at('unhomed').count(), 0);
+  }));
+
+test('an emergency stop shows the failed job and where it stopped, not an older one\'s verdict', () =>
+  inScene('printing', async ({ mock, page, at, button }) => {
+    await at('running').waitFor();
+    await page.locator('[data-testid=ended] .name-button').first().click();
+    await at('report').waitFor(); // an older print, which matched: a person has chosen to see it
+    await button('Back to the print').click();
+    await button('Emergency stop').click();
+    await at('stopped').waitFor();
+    assert.match(await text(at('stopped')), /This print failed at line 1\d.\d{3}, in layer 6\d of 120, after \d\d % of the file\..*Emergency stop/s);
+    assert.equal(await at('report').count(), 0);
+    assert.equal(await page.locator('.part-card h2').textContent(), '3DBenchy.gcode');
+    // The sensor is dead: the fault stays, and its reason stands beside the button.
+    mock.printer.stuck = 'hot end: the sensor gives no reading';
+    mock.printer.hotEnd.reading = false;
+    await at('hot-end').locator('s').waitFor();
+    await button('Clear fault').click();
+    await at('fault').getByTestId('refusal').waitFor();
+    assert.match(await text(at('fault').getByTestId('refusal')), /still there: hot end: the sensor/);
+    mock.printer.stuck = null;
+    await button('Clear fault').click();
+    await until('no fault', async () => (await at('fault').count()) === 0);
+  }));
+
+test('a fault while nothing prints shows no older job\'s verdict', () =>
+  inScene('bed', async ({ mock, page, at }) => {
+    await at('report').waitFor();
+    Object.assign(mock.printer, { state: 'faulted', fault: 'bed: the sensor gives no reading' });
+    await at('fault').waitFor();
+    await until('no verdict', async () => (await at('report').count()) === 0);
+    assert.equal(await page.locator('[data-testid=stopped]').count(), 0);
+  }));
+
+test('a simulated printer says how fast its time passes', () =>
+  inScene('simulated', async ({ at, page }) => {
+    await at('factor').waitFor();
+    assert.equal(await text(at('factor')), 'simulated, 20×');
+    await at('percent').waitFor();
+    const left = await page.locator('.job-progress dd').nth(1).textContent();
+    assert.match(left, /^3\d min$/, 'what is left is told in the printer\'s time');
+    const [hours, minutes] = (await page.locator('.job-progress dd').nth(2).textContent()).split(':').map(Number);
+    const now = new Date();
+    const ahead_min = (hours * 60 + minutes - now.getHours() * 60 - now.getMinutes() + 1440) % 1440;
+    assert.ok(ahead_min <= 4, `ready in ${ahead_min} min of the wall's time, not in the printer's 38`);
+  }));
+
+test('a wrong key is explained in words, in the link and in the form', () =>
+  inScene('idle', async ({ page, button }) => {
+    assert.match(await text(page.getByRole('alert')), /not the key of this printer.*what follows “key=”/);
+    await page.getByLabel('Key').fill('still-wrong');
+    await button('Sign in').click();
+    await until('an answer', async () => /not the key/.test(await text(page.getByRole('alert'))));
+    assert.ok(!/401|Unauthorized/.test(await page.locator('body').innerText()));
+    await page.getByLabel('Key').fill('mock');
+    await button('Sign in').click();
+    await page.getByTestId('state').waitFor();
+  }, { key: 'wrong' }));
+
+test('an upload shows what waits, its rate and its time, can be cancelled, and a refusal stays', () =>
+  inScene('idle', async ({ mock, page, at, button }) => {
+    mock.printer.gate.held = true;
+    const network = await page.context().newCDPSession(page);
+    const upload = (bytes_s) => network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: bytes_s });
+    await network.send('Network.enable');
+    await upload(20_000);
+    const big = Buffer.alloc(3_000_000, 'G1 X1\n');
+    const file = (name, buffer) => ({ name, mimeType: 'text/plain', buffer });
+    await page.setInputFiles('[data-testid=file]', [
+      file('big.gcode', big), file('too-hot.gcode', Buffer.from('G28\nM104 S999\n')), file('later.gcode', Buffer.from('G28\n')), file('last.gcode', Buffer.from('G28\n')),
+    ]);
+    const row = (name) => at('upload').filter({ hasText: name });
+    await until('a rate and the time that is left', async () => /B of 3\.0 MB · [\d.]+ [KM]?B\/s · .* left/.test(await text(row('big.gcode'))));
+    assert.match(await text(row('later.gcode')), /Waits behind 2/);
+    await button('Cancel the upload of later.gcode').click();
+    await button('Cancel the upload of big.gcode').click();
+    await upload(-1);
+    await row('too-hot.gcode').locator('.error').waitFor();
+    assert.match(await text(row('too-hot.gcode')), /Not queued\. Line 2: .*999/);
+    await at('job').filter({ hasText: 'last.gcode' }).waitFor();
+    assert.deepEqual(await page.locator('[data-testid=job] .name').allTextContents(), ['last.gcode'], 'what was cancelled is no job');
+    await until('the end of what is over', async () => (await at('upload').count()) === 1);
+    await button('Dismiss too-hot.gcode').click();
+    assert.equal(await at('upload').count(), 0);
+  }));
+
+test('a hundred thousand jobs are listed in pages, found by name and state, and their pictures wait until they are seen', () =>
+  inScene('many', async ({ mock, page, at, requests, button }) => {
+    await at('search').waitFor();
+    assert.match(await text(page.locator('.queue h2')), /· 154 waiting/);
+    assert.match(await text(page.locator('.queue h3')), /· 100.000/);
+    assert.equal(await at('ended').count(), 50);
+    await at('more').click();
+    await until('a further page', async () => (await at('ended').count()) === 150);
+    // A live message keeps what was asked for, without a hole or a double.
+    await page.evaluate(() => { window.still = true; });
+    mock.printer.jobs.splice(mock.printer.jobs.findIndex((each) => each.state === 'done'), 1);
+    mock.printer.changed();
+    await until('the deleted one gone', async () => (await at('ended').count()) === 149);
+    const shown = await at('ended').evaluateAll((rows) => rows.map((each) => Number(each.dataset.job)));
+    assert.equal(new Set(shown).size, shown.length);
+    const truth = mock.printer.jobs.filter((each) => ['done', 'cancelled', 'failed'].includes(each.state)).slice(0, shown.length).map((each) => each.id);
+    assert.deepEqual(shown, truth, 'the list is the printer\'s, in its order');
+
+    await at('search').fill('hinge-777');
+    await until('what is searched for', async () => (await page.locator('[data-testid=found-list] > li').count()) > 0);
+    const names = await page.locator('[data-testid=found-list] .name').allTextContents();
+    assert.ok(names.every((name) => name.includes('hinge-777')), String(names));
+    await at('search').fill('');
+    await at('states').selectOption('failed');
+    await until('failed ones alone', async () => (await page.locator('[data-testid=found-list] > li').count()) === 100
+      && (await page.locator('[data-testid=found-list] [data-state=failed]').count()) === 100);
+    await at('more').click();
+    await until('more failed ones', async () => (await page.locator('[data-testid=found-list] > li').count()) === 200);
+    await at('states').selectOption('');
+    await button('Show 54 more that wait').click();
+    await until('all that wait', async () => (await at('job').count()) >= 100);
+
+    assert.ok(requests.some((each) => each.includes('q=hinge-777')) && requests.some((each) => /before=\d+/.test(each)));
+    const typed = requests.filter((each) => /[?&]q=/.test(each)).length;
+    assert.ok(typed < 'hinge-777'.length, `${typed} searches for one word: typing is not waited for`);
+    const pictures = requests.filter((each) => each.includes('/thumbnail')).length;
+    assert.ok(pictures < 150, `${pictures} thumbnails were loaded`);
+  }));
+
+test('a part of 140 mm is as bright as one of 20 mm, as beads and as lines', async () => {
+  const bright = {};
+  for (const scene of ['cube20', 'cube140', 'cube140-dense']) {
+    await inScene(scene, async ({ page, at, mock }) => {
+      const segments = mock.printer.part.layers.reduce((sum, layer) => sum + layer.segments, 0);
+      assert.equal(segments > 400_000, scene === 'cube140-dense', 'only the dense one is drawn as lines');
+      const layers = String(mock.printer.part.layers.length);
+      await until('all layers', async () => (await page.locator('.layer-slider input').getAttribute('max')) === layers);
+      let last = null;
+      await until('a picture that is finished', async () => {
+        const seen = await lookAt(page, at('canvas'));
+        const same = last !== null && seen.warm > 10_000 && seen.warm === last.warm && seen.brightness === last.brightness;
+        last = seen;
+        return same;
+      });
+      bright[scene] = last.brightness;
+    }, { viewport: PHONE });
+  }
+  for (const scene of ['cube140', 'cube140-dense']) {
+    const ratio = bright[scene] / bright.cube20;
+    assert.ok(ratio > 0.96 && ratio < 1.04, `${scene} is ${ratio.toFixed(3)} times as bright as the small one: ${JSON.stringify(bright)}`);
+  }
+});
+
+// Every state with something of its own on the page; a new page for each of them, and both colour schemes on it.
+for (const scene of ['paused-off', 'stuck-fault', 'held', 'bed', 'no-confirm', 'idle-warning', 'idle-never', 'unhomed', 'simulated', 'disconnected']) {
+  test(`axe finds nothing: ${scene}`, () => inScene(scene, async ({ page, at, button }) => {
+    await at('state').waitFor();
+    if (scene === 'stuck-fault') {
+      await drop(page, 'too-hot.gcode', Buffer.from('G28\nM104 S999\n'));
+      await at('upload').waitFor();
+      await button('Clear fault').click();
+      await at('refusal').waitFor();
+    }
+    for (const summary of await page.locator('summary').all()) await summary.click();
+    await page.evaluate(() => scrollTo(0, 0));
+    assert.equal(await page.locator('h1').count(), 1);
+    for (const colorScheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
+      assert.deepEqual(await findings(page), [], colorScheme);
+    }
+  }));
+}
+
+test('axe finds nothing: on a phone, and where the key is asked for', async () => {
+  await inScene('paused', async ({ page, at }) => {
+    await at('pause-note').waitFor();
+    assert.deepEqual(await findings(page), []);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= PHONE.width);
+  }, { viewport: PHONE });
+  await inScene('idle', async ({ page }) => {
+    await page.getByRole('alert').waitFor();
+    for (const colorScheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme });
+      assert.deepEqual(await findings(page), [], colorScheme);
+    }
+  }, { key: 'wrong' });
+});

@@ -1,0 +1,60 @@
+// What a person does with the page and sees on it, for every test that drives a browser: drops files, looks at the
+// canvas, and has the page read by axe-core, which finds what somebody who sees or hears less would stumble over.
+import { readFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { ROOT } from './stack.mjs';
+
+/** As a file manager does it: the events of a drop, with the file in them. */
+export async function drop(page, name, bytes) {
+  const data = await page.evaluateHandle(({ name, text }) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
+    return transfer;
+  }, { name, text: bytes.toString('base64') });
+  const zone = page.getByTestId('drop');
+  await zone.dispatchEvent('dragover', { dataTransfer: data });
+  await zone.dispatchEvent('drop', { dataTransfer: data });
+}
+
+/**
+ * The canvas as the browser composes it: how many colours it has, how many pixels are the part's warm ones (the bed and
+ * the ground are grey or blue), and the mean brightness of those, 0 to 255 (Rec. 709).
+ */
+export async function lookAt(page, canvas) {
+  const text = (await canvas.screenshot()).toString('base64');
+  return page.evaluate(async (png) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${png}`;
+    await image.decode();
+    const copy = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
+    const drawing = copy.getContext('2d');
+    drawing.drawImage(image, 0, 0);
+    const bytes = drawing.getImageData(0, 0, copy.width, copy.height).data;
+    let warm = 0;
+    let light = 0;
+    for (let i = 0; i < bytes.length; i += 4) {
+      if (bytes[i] <= bytes[i + 2] + 60) continue;
+      warm++;
+      light += 0.2126 * bytes[i] + 0.7152 * bytes[i + 1] + 0.0722 * bytes[i + 2];
+    }
+    return { colours: new Set(new Uint32Array(bytes.buffer)).size, warm, brightness: warm > 0 ? light / warm : 0 };
+  }, text);
+}
+
+/**
+ * What axe-core finds on the page as it is now, with the element that it is about; no finding: an empty list. Text whose
+ * background it cannot tell is a finding too: it lies on a picture, where nobody knows that it can be read.
+ */
+export async function findings(page) {
+  await page.evaluate(await readFile(join(ROOT, 'web/ui/node_modules/axe-core/axe.min.js'), 'utf8'));
+  return page.evaluate(async () => {
+    // Colours that are on their way to others (a theme that was changed, a button that was pressed) are nobody's choice.
+    await new Promise((drawn) => { requestAnimationFrame(() => requestAnimationFrame(drawn)); });
+    const ends = document.getAnimations().filter(({ effect }) => Number.isFinite(effect?.getComputedTiming().endTime));
+    await Promise.allSettled(ends.map(({ finished }) => finished));
+    const { violations, incomplete } = await globalThis.axe.run(document, { resultTypes: ['violations', 'incomplete'] });
+    const unknown = incomplete.filter(({ id }) => id === 'color-contrast')
+      .map((rule) => ({ ...rule, nodes: rule.nodes.filter(({ any }) => !/non-text/.test(any[0]?.message ?? '')) }));
+    return [...violations, ...unknown].flatMap(({ id, nodes }) => nodes.map(({ html, any }) => `${id}: ${any[0]?.message ?? ''}: ${html.slice(0, 120)}`));
+  });
+}

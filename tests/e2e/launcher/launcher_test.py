@@ -1,0 +1,135 @@
+"""What ./run starts lives and dies together, says what is wrong, and leaves nothing behind."""
+
+import os
+import signal
+import socket
+import sys
+import tempfile
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from stack import Stack, service, wait_until  # noqa: E402
+
+
+class Simulated(unittest.TestCase):
+    options = ("--speed", "20")
+
+    def setUp(self):
+        self.stack = Stack(*self.options)
+        self.addCleanup(self.stack.stop)
+        self.stack.wait_open()
+
+    def folders(self):
+        return self.stack.folders_left()
+
+    def test_it_stops_well_and_leaves_nothing(self):
+        self.assertEqual(len(self.folders()), 1)
+        self.assertEqual(self.stack.process.send_signal(signal.SIGINT), None)
+        self.assertEqual(self.stack.wait_end(), 0)
+        self.assertEqual((self.folders(), self.stack.processes()), (set(), {}))
+        self.assertFalse(os.path.exists(os.path.join(self.stack.state, "address")))
+
+    def test_a_second_one_names_the_first_and_ends(self):
+        second = Stack(*self.options, state=self.stack.state)
+        self.assertEqual(second.wait_end(), 1)
+        self.assertIn("already running", second.said)
+        self.assertIn("http://127.0.0.1:%d/#key=" % self.stack.port, second.said)
+        self.assertEqual(self.stack.machine_state(), "idle")
+
+    def test_a_taken_port_ends_it_with_the_reason(self):
+        second = Stack(*self.options, port=self.stack.port)
+        self.addCleanup(second.stop)
+        self.assertEqual(second.wait_end(), 1)
+        self.assertIn("%d" % self.stack.port, second.said)
+        self.assertNotIn("Open", second.said)
+        self.assertEqual(second.processes(), {})
+        self.assertEqual(len(self.folders()), 1)
+
+    def test_a_killed_one_takes_all_with_it_and_the_next_tidies_up(self):
+        self.assertEqual(len(self.folders()), 1)
+        self.stack.process.kill()
+        self.stack.wait_end()
+        self.stack.start()  # at once: it waits for what is still ending
+        self.stack.wait_open()
+        self.assertEqual(len(self.folders()), 1, "the killed one's folder is gone")
+        wait_until(lambda: self.stack.machine_state() == "idle", "the printer is idle; it said:\n" + self.stack.said)
+
+    def test_all_that_a_killed_one_had_started_ends(self):
+        self.stack.process.kill()
+        self.stack.wait_end()
+        wait_until(lambda: not self.stack.processes(), "everything it started has ended: %s" % self.stack.processes())
+
+    def test_a_killed_service_comes_back(self):
+        for _ in range(3):
+            killed = self.stack.pid_of("printd")
+            os.kill(killed, signal.SIGKILL)
+            wait_until(lambda: self.stack.pid_of("printd") not in (None, killed), "the service was started again")
+            wait_until(lambda: self.stack.machine_state() == "idle", "the machine is seen again")
+
+
+class RealTime(Simulated):
+    """The same, with the sketch on this computer: isolated, as root."""
+
+    options = ()
+
+    # Listed by name, since ctest is told of a class's own tests alone.
+    def test_a_killed_one_takes_all_with_it_and_the_next_tidies_up(self):
+        super().test_a_killed_one_takes_all_with_it_and_the_next_tidies_up()
+
+    def test_it_stops_well_and_leaves_nothing(self):
+        super().test_it_stops_well_and_leaves_nothing()
+
+    def test_a_killed_sketch_and_a_killed_machine_come_back(self):
+        for name in ("printer", "virtual-machine", "qduino-supervisor"):
+            killed = self.stack.pid_of(name)
+            os.kill(killed, signal.SIGKILL)
+            wait_until(lambda: self.stack.pid_of(name) not in (None, killed), "the %s was started again" % name)
+            wait_until(lambda: self.stack.machine_state() == "idle", "the printer is idle; it said:\n" + self.stack.said)
+
+    def test_what_was_changed_on_this_machine_is_put_back(self):
+        if os.geteuid() != 0:
+            self.skipTest("only root changes a machine")
+        self.assertIn("put back", self.stack.said)
+        for name in ("printer", "qduino-supervisor"):
+            killed = self.stack.pid_of(name)
+            os.kill(killed, signal.SIGKILL)
+            wait_until(lambda: self.stack.pid_of(name) not in (None, killed), "the %s was started again" % name)
+        self.stack.process.send_signal(signal.SIGTERM)
+        self.assertEqual(self.stack.wait_end(), 0)
+        state = "/run/qduino/settings.state"
+        self.assertEqual(os.path.exists(state) and os.path.getsize(state), 0, "no change is left to undo")
+        with open("/proc/irq/default_smp_affinity", encoding="ascii") as file:
+            self.assertEqual(int(file.read().replace(",", ""), 16), (1 << os.cpu_count()) - 1)
+
+
+class Refused(unittest.TestCase):
+    def test_a_state_folder_out_of_reach_ends_it(self):
+        with tempfile.NamedTemporaryFile() as file:
+            stack = Stack("--speed", "20", state=os.path.join(file.name, "state"))
+            self.assertEqual(stack.wait_end(), 1)
+            self.assertIn(file.name, stack.said)
+
+    def test_a_state_folder_that_the_service_cannot_use_ends_it(self):
+        stack = Stack("--speed", "20")
+        self.addCleanup(stack.stop)
+        stack.process.kill()
+        stack.wait_end()
+        os.makedirs(os.path.join(stack.state, "api-key"), exist_ok=True)  # a folder where a file should be
+        wait_until(lambda: not stack.processes(), "the first attempt has ended")
+        stack.start()
+        self.assertEqual(stack.wait_end(), 1)
+        self.assertIn("print service ended with status", stack.said)
+
+    def test_a_machine_file_with_an_error_ends_it_with_the_line(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+            file.write("name = \"x\"\nno_such_key = 1\n")
+            file.flush()
+            stack = Stack("--speed", "20", "--machine", file.name)
+            self.addCleanup(stack.stop)
+            self.assertEqual(stack.wait_end(), 1)
+            self.assertIn("no_such_key", stack.said)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=service.configure(sys.argv), verbosity=2)

@@ -1,0 +1,114 @@
+"""Copies what `qduino` needs out of a build into a prefix, so that it works when the build is gone. Called by ./install.
+
+    PREFIX/bin/qduino            -> ../lib/qduino/bin/qduino
+    PREFIX/lib/qduino/           bin/ (qduino, its supervisor, a virtual machine), include/, lib/, tools/, qduino-sdk.json
+    PREFIX/share/                the manual page, completions for bash, zsh and fish
+
+The programs find qduino-sdk.json beside themselves (apps/qduino/sdk.cpp); the paths in it are relative to it.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+# What a sketch may include, and what that includes: the folders below "arduino" in the arrows of ARCHITECTURE.md.
+HEADERS = ("base", "sched", "channel", "board", "runtime", "arduino", "device")
+PROGRAMS = ("qduino", "qduino-supervisor", "virtual-machine")
+COMPLETIONS = {"bash": "bash-completion/completions/qduino", "zsh": "zsh/site-functions/_qduino",
+               "fish": "fish/vendor_completions.d/qduino.fish"}
+
+
+def copy(source, target):
+    os.makedirs(os.path.dirname(target), exist_ok=True)
+    temporary = target + ".new"  # a program that runs keeps its old file
+    shutil.copy2(source, temporary)
+    os.replace(temporary, target)
+
+
+def copy_headers(home):
+    for folder in HEADERS:
+        for at, _, files in os.walk(os.path.join(ROOT, folder)):
+            for name in files:
+                if name.endswith((".h", ".hpp")) or "." not in name:
+                    source = os.path.join(at, name)
+                    copy(source, os.path.join(home, "include", os.path.relpath(source, ROOT)))
+
+
+def installed_library(item, home):
+    """A library of the build is copied and named relative to the SDK's file; the system's keep their names."""
+    if not item.startswith(ROOT + os.sep):
+        return item
+    copy(item, os.path.join(home, "lib", os.path.basename(item)))
+    return "lib/" + os.path.basename(item)
+
+
+def write_sdk(build, home):
+    with open(os.path.join(build, "qduino-sdk.json"), encoding="utf-8") as file:
+        sdk = json.load(file)
+    sdk["include"] = ";".join(os.path.join("include", os.path.relpath(item, ROOT)) if item.startswith(ROOT) else item
+                              for item in sdk["include"].split(";"))
+    for board in ("sim", "linux"):
+        sdk[board]["libraries"] = [installed_library(item, home) for item in sdk[board]["libraries"]]
+    copy(sdk["ino_to_cpp"], os.path.join(home, "tools", "ino_to_cpp.py"))
+    sdk["ino_to_cpp"] = "tools/ino_to_cpp.py"
+    sdk["supervisor"] = "bin/qduino-supervisor"
+    with open(os.path.join(home, "qduino-sdk.json"), "w", encoding="utf-8") as file:
+        json.dump(sdk, file, indent=2)
+
+
+def shared_files(prefix):
+    return [os.path.join(prefix, "share", "man", "man1", "qduino.1"),
+            *(os.path.join(prefix, "share", name) for name in COMPLETIONS.values())]
+
+
+def install(build, prefix):
+    home = os.path.join(prefix, "lib", "qduino")
+    shutil.rmtree(home, ignore_errors=True)
+    for program in PROGRAMS:
+        copy(os.path.join(build, "bin", program), os.path.join(home, "bin", program))
+    copy_headers(home)
+    write_sdk(build, home)
+    command = os.path.join(prefix, "bin", "qduino")
+    os.makedirs(os.path.dirname(command), exist_ok=True)
+    if os.path.lexists(command):
+        os.remove(command)
+    os.symlink(os.path.join("..", "lib", "qduino", "bin", "qduino"), command)
+    copy(os.path.join(ROOT, "docs", "man", "qduino.1"), shared_files(prefix)[0])
+    for shell, name in COMPLETIONS.items():
+        target = os.path.join(prefix, "share", name)
+        os.makedirs(os.path.dirname(target), exist_ok=True)
+        with open(target, "wb") as file:
+            file.write(subprocess.run([command, "completion", shell], check=True, capture_output=True).stdout)
+    print("installed: %s" % command)
+
+
+def remove(prefix):
+    shutil.rmtree(os.path.join(prefix, "lib", "qduino"), ignore_errors=True)
+    for path in (os.path.join(prefix, "bin", "qduino"), *shared_files(prefix)):
+        if os.path.lexists(path):
+            os.remove(path)
+    print("removed from %s" % prefix)
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Installs the command for sketches below a prefix.")
+    parser.add_argument("--build", help="folder of the build, such as build/release")
+    parser.add_argument("--prefix", required=True)
+    parser.add_argument("--remove", action="store_true")
+    arguments = parser.parse_args()
+    prefix = os.path.abspath(arguments.prefix)
+    try:
+        if arguments.remove:
+            remove(prefix)
+        else:
+            install(os.path.abspath(arguments.build), prefix)
+    except OSError as error:
+        sys.exit("install: %s: %s. Give a folder that you may write with --prefix." % (error.filename, error.strerror))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+// The parameters of GET /api/v1/jobs, out of what somebody wrote behind the `?`.
+#include <algorithm>
+#include <array>
+
+#include "base/whole_number.h"
+#include "web/api/json.h"
+
+namespace qduino::web::api {
+
+namespace {
+
+constexpr std::size_t kTextMaxBytes = 200;  // as long as a name may be
+
+struct Word {
+    std::string_view word;
+    bool spool::JobQuery::*wanted;
+};
+constexpr std::array kWords{
+    Word{"queued", &spool::JobQuery::waiting}, Word{"held", &spool::JobQuery::held},
+    Word{"done", &spool::JobQuery::done},      Word{"cancelled", &spool::JobQuery::cancelled},
+    Word{"failed", &spool::JobQuery::failed},
+};
+
+Error invalid(std::string_view text) { return {ErrorCode::invalid_argument, FixedString<236>{text}}; }
+
+/// "queued,held": only these. False: there is another word.
+bool read_states(std::string_view text, std::string_view running_word, spool::JobQuery& query) {
+    query.waiting = query.held = query.printing = query.done = query.cancelled = query.failed = false;
+    for (;;) {
+        const std::string_view word = text.substr(0, text.find(','));
+        bool known = word == "printing" || word == "paused" || word == "uploading";
+        query.printing = query.printing || word == running_word;
+        for (const Word& each : kWords) {
+            if (each.word != word) continue;
+            query.*each.wanted = true;
+            known = true;
+        }
+        if (!known) return false;
+        if (word.size() == text.size()) return true;
+        text.remove_prefix(word.size() + 1);
+    }
+}
+
+/// One parameter into `query`. Unknown ones are for others.
+Result<void> read_parameter(std::string_view name, const std::string& value, std::string_view running_word,
+                            spool::JobQuery& query) {
+    if (name == "limit") {
+        const std::optional<std::size_t> limit = whole_number<std::size_t>(value);
+        if (!limit || *limit < 1 || *limit > spool::JobQuery::kLimitMax)
+            return Error{ErrorCode::out_of_range, "limit must be a whole number from 1 to 1000"};
+        query.limit = *limit;
+    } else if (name == "before") {
+        query.before = whole_number<std::int64_t>(value);
+        if (!query.before || *query.before < 1) return invalid("before must be a job's number");
+    } else if (name == "state" && !value.empty()) {
+        if (!read_states(value, running_word, query))
+            return invalid(
+                "state must be of queued, held, printing, paused, done, cancelled and failed, with commas "
+                "between");
+    } else if (name == "q") {
+        query.text = value;
+        if (value.size() > kTextMaxBytes || !spool::is_utf8(value))
+            return invalid("q must be a part of a name: UTF-8, 200 bytes at most");
+    }
+    return {};
+}
+
+/// As a browser's form writes it: a `+` is a space.
+std::optional<std::string> form_decoded(std::string_view text) {
+    std::string spaced{text};
+    std::replace(spaced.begin(), spaced.end(), '+', ' ');
+    return percent_decoded(spaced);
+}
+
+}  // namespace
+
+Result<spool::JobQuery> job_query_of(std::string_view parameters, std::string_view running_word) {
+    spool::JobQuery query;
+    while (!parameters.empty()) {
+        const std::string_view pair = parameters.substr(0, parameters.find('&'));
+        parameters.remove_prefix(std::min(parameters.size(), pair.size() + 1));
+        const std::string_view name = pair.substr(0, pair.find('='));
+        const std::optional<std::string> value =
+            form_decoded(pair.substr(std::min(pair.size(), name.size() + 1)));
+        if (!value) return invalid("a parameter is malformed: % must stand before two hexadecimal digits");
+        if (const Result<void> read = read_parameter(name, *value, running_word, query); !read.ok())
+            return read.error();
+    }
+    return query;
+}
+
+}  // namespace qduino::web::api

@@ -1,0 +1,76 @@
+// The list of jobs as pages: the first comes with the live stream whenever it changes, older ones are asked for. Pure.
+//
+//     jobs   running, the first waiting ones, the newest ended ones      live, replaced as a whole
+//     older  ended ones behind those, as far as a person has gone back   kept while they still join the first page
+import type { Job, JobCounts, JobState, Status } from './types';
+
+export const PAGE_JOBS = 100;
+export const RELOAD_JOBS_MAX = 1000;
+
+export const isRunning = (job: Job): boolean => job.state === 'printing' || job.state === 'paused';
+export const isWaiting = (job: Job): boolean => job.state === 'queued' || job.state === 'held' || job.state === 'uploading';
+export const isEnded = (job: Job): boolean => !isRunning(job) && !isWaiting(job);
+
+/** What a person looks for; both empty: everything, in its usual order. */
+export interface Search {
+  text: string;
+  /** Joined by commas, as the interface takes them. */
+  states: string;
+}
+export const STATE_CHOICES: readonly { words: string; states: string }[] = [
+  { words: 'All jobs', states: '' }, { words: 'Waiting', states: 'queued,held' }, { words: 'Printed', states: 'done' },
+  { words: 'Cancelled', states: 'cancelled' }, { words: 'Failed', states: 'failed' },
+];
+export const isSearch = (search: Search): boolean => search.text.trim() !== '' || search.states !== '';
+
+/** The query of GET /api/v1/jobs. */
+export function listPath(search: Search, limit: number, before: number | null): string {
+  const query = new URLSearchParams({ limit: String(limit) });
+  if (before !== null) query.set('before', String(before));
+  if (search.states) query.set('state', search.states);
+  if (search.text.trim()) query.set('q', search.text.trim());
+  return `jobs?${query}`;
+}
+
+/**
+ * The ended jobs behind a new first page, out of those that were known in order: what the page has pushed out comes back
+ * at the front. None, when the new page does not reach what was known: then there would be a gap.
+ */
+export function olderBehind(known: Job[], page: Job[]): Job[] {
+  const onPage = new Set(page.map((job) => job.id));
+  const last = page.filter(isEnded).pop();
+  const at = last ? known.findIndex((job) => job.id === last.id) : -1;
+  return at < 0 ? [] : known.slice(at + 1).filter((job) => !onPage.has(job.id));
+}
+
+/** `list` with what newer answers say of the same jobs. */
+export function renewed(list: Job[], newer: Job[]): Job[] {
+  const byId = new Map(newer.map((job) => [job.id, job]));
+  return list.some((job) => byId.has(job.id)) ? list.map((job) => byId.get(job.id) ?? job) : list;
+}
+
+/** Joins a further page, whatever has moved between the two answers. */
+export function joined(list: Job[], page: Job[]): Job[] {
+  const seen = new Set(list.map((job) => job.id));
+  return [...list, ...page.filter((job) => !seen.has(job.id))];
+}
+
+export const waitingCount = (counts: JobCounts): number => counts.queued + counts.held;
+export const endedCount = (counts: JobCounts): number => counts.done + counts.cancelled + counts.failed;
+
+/** Where a job stopped: its line and layer, and the part of the file that was executed; null for what is not known. */
+export interface Stop {
+  line: number | null;
+  layer: number | null;
+  fraction: number | null;
+}
+
+/** A stopped job is known best by the machine, as long as it still speaks of it. */
+export function stopOf(job: Job, status: Status | null): Stop {
+  const fresh = status?.job === job.id ? status : null;
+  const line = job.stopped_line ?? (fresh ? fresh.line : null);
+  const fraction = fresh && job.size > 0 ? fresh.bytes_executed / job.size : line && job.facts.lines ? line / job.facts.lines : null;
+  return { line, layer: job.stopped_layer ?? (fresh ? fresh.layer : null), fraction: fraction === null ? null : Math.min(1, fraction) };
+}
+
+export const hasStopped = (state: JobState): boolean => state === 'failed' || state === 'cancelled';

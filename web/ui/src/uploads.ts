@@ -1,0 +1,99 @@
+// Uploads: one after the other, so that the queue gets the order in which the files were chosen. Each can be cancelled as
+// long as it is on its way; what was refused stays in the list, with its reason, until a person has read it.
+import { sentenceOf } from './api';
+import { newKey, store, type Upload } from './store';
+
+const RATE_MS = 4000;
+const DONE_SHOWN_MS = 2500;
+
+/** Bytes sent by an instant. */
+export interface Sample {
+  at_ms: number;
+  sent: number;
+}
+
+/** Bytes in a second over the last seconds of `samples`; null: too little is known. A stall is seen as a falling rate. */
+export function rateOf(samples: Sample[], now_ms: number): number | null {
+  const first = samples.find((each) => each.at_ms >= now_ms - RATE_MS);
+  if (!first || now_ms - first.at_ms < 500) return null;
+  return ((samples[samples.length - 1].sent - first.sent) / (now_ms - first.at_ms)) * 1000;
+}
+
+const files = new Map<number, { file: File; print: boolean }>();
+let sending: { key: number; abort: () => void } | null = null;
+
+const change = (key: number, part: Partial<Upload>): void =>
+  store.update((s) => ({ ...s, uploads: s.uploads.map((one) => (one.key === key ? { ...one, ...part } : one)) }));
+
+export function dismissUpload(key: number): void {
+  store.update((s) => ({ ...s, uploads: s.uploads.filter((one) => one.key !== key) }));
+}
+
+/** Ends as `phase`: good news leaves by itself. */
+function end(key: number, phase: 'queued' | 'cancelled' | 'refused', error: string | null = null): void {
+  files.delete(key);
+  change(key, { phase, error });
+  if (phase !== 'refused') setTimeout(() => dismissUpload(key), DONE_SHOWN_MS);
+}
+
+export function addUploads(chosen: File[], print: boolean): void {
+  const added = chosen.map((file): Upload => {
+    const key = newKey();
+    files.set(key, { file, print });
+    return { key, name: file.name, sent: 0, size: file.size, phase: 'waiting', rate: null, error: null };
+  });
+  store.update((s) => ({ ...s, uploads: [...s.uploads, ...added] }));
+  void sendNext();
+}
+
+/** Before the file is whole at the printer nothing was queued; after that, it is a job, and deleted as one. */
+export function cancelUpload(key: number): void {
+  if (sending?.key === key) sending.abort();
+  else if (files.has(key)) end(key, 'cancelled');
+}
+
+async function sendNext(): Promise<void> {
+  if (sending) return;
+  const next = store.state.uploads.find((one) => one.phase === 'waiting');
+  if (!next) return;
+  await send(next.key, files.get(next.key)!);
+  sending = null;
+  void sendNext();
+}
+
+function send(key: number, { file, print }: { file: File; print: boolean }): Promise<void> {
+  const samples: Sample[] = [{ at_ms: performance.now(), sent: 0 }];
+  const note = (sent: number) => {
+    const now_ms = performance.now();
+    samples.push({ at_ms: now_ms, sent });
+    change(key, { sent, rate: rateOf(samples, now_ms) });
+  };
+  return new Promise((resolve) => {
+    const form = new FormData();
+    form.append('print', print ? 'true' : 'false');
+    form.append('file', file, file.name);
+    const xhr = new XMLHttpRequest();
+    const pulse = setInterval(() => note(samples[samples.length - 1].sent), 1000);
+    const over = (phase: 'queued' | 'cancelled' | 'refused', error: string | null = null) => {
+      clearInterval(pulse);
+      end(key, phase, error);
+      resolve();
+    };
+    sending = { key, abort: () => xhr.abort() };
+    change(key, { phase: 'sending' });
+    xhr.open('POST', '/api/v1/jobs');
+    xhr.upload.onprogress = (event) => note(Math.min(file.size, event.loaded));
+    xhr.upload.onload = () => {
+      clearInterval(pulse);
+      change(key, { phase: 'checking', sent: file.size });
+    };
+    xhr.onabort = () => over('cancelled');
+    xhr.onerror = () => over('refused', 'The connection was lost: nothing was queued. Choose the file again.');
+    xhr.onload = () => {
+      if (xhr.status === 201) return over('queued');
+      if (xhr.status === 401) store.set({ signedIn: false });
+      over('refused', sentenceOf(xhr.responseText, `${xhr.status} ${xhr.statusText}`));
+    };
+    xhr.send(form);
+  });
+}
