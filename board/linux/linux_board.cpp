@@ -31,6 +31,10 @@ inline void relax_core() {
 constexpr Nanoseconds kTightSpin = 300ns;
 /// Time for a look at both clocks, and for another when an interrupt came between.
 constexpr Nanoseconds kLongSpin = 10us;
+/// Below this three readings of the clock instead of one would be seen in the result.
+constexpr Nanoseconds kWorthMeasuring = 300ns;
+/// A reading that takes longer was interrupted, or is no reading of the cycle counter.
+constexpr Nanoseconds kReadingAtMost = 100ns;
 /// Before the end of a long spin: some cache misses, and little enough that what was fetched is still there.
 constexpr Nanoseconds kRehearsal = 1500ns;
 
@@ -48,7 +52,6 @@ Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     std::unique_ptr<LinuxBoard> board{new LinuxBoard{std::move(config)}};
     board->core_count_ = cpu_count();
     cycle_clock.start();
-    board->measure_busy_overhead();
     if (auto opened = board->open_devices(); !opened) return opened.error();
     if (board->config_.handle_signals) {
         board->signals_ = std::make_unique<FatalSignals>(
@@ -146,20 +149,21 @@ void LinuxBoard::busy_until(Instant t) {
     spin_until(t);
 }
 
-/// The least of many: a spin is never shorter than it was asked to be.
-void LinuxBoard::measure_busy_overhead() {
-    constexpr Nanoseconds kSpin = 2us;
-    Nanoseconds reading = kSpin;  // from one look at the clock to the next
-    Nanoseconds whole = kForever.time_since_epoch();
-    for (int i = 0; i < 200; ++i) {
-        const Instant before = now();
-        const Instant start = now();
-        busy_for(kSpin);
-        const Instant end = now();
-        reading = std::min(reading, start - before);
-        whole = std::min(whole, end - start);
-    }
-    busy_overhead_ = std::max(Nanoseconds{0}, whole - reading - kSpin);
+// The caller measures from its own reading of the clock before the call to the one after it:
+//
+//   caller's reading ─ way in ─┬─ begin ─────────── length ────────────┬─ way out ─ caller's reading
+//                              └─ one reading of the clock, at least ──┘
+//
+// The ways in and out take one reading of the clock at least, so that much may be left out of the spin. How long a reading takes
+// changes from one moment to the next by a factor of eight here (what else the processor does); so it is measured in the call.
+// Of two in a row the shorter: what comes between (an interrupt, a line that another core has) comes between one of them only.
+void LinuxBoard::busy_for(Nanoseconds length) {
+    const Instant begin = now();
+    if (length < kWorthMeasuring) return busy_until(begin + length);
+    const Instant second = now();
+    const Instant third = now();
+    const Nanoseconds reading = std::min(second - begin, third - second);
+    busy_until(begin + length - (reading <= kReadingAtMost ? reading : Nanoseconds{0}));
 }
 
 void LinuxBoard::sleep_until(Instant t) {

@@ -56,7 +56,7 @@ class LinuxBoard {
     /// Spins. Late by one reading of the clock (10 to 25 ns) when nothing takes the core away.
     void busy_until(Instant t);
     /// The same for a length, from the call to the return: what the call itself takes is part of it.
-    void busy_for(Nanoseconds length) { busy_until(now() + length - busy_overhead_); }
+    void busy_for(Nanoseconds length);
     void sleep_until(Instant t);
     [[nodiscard]] VcpuId current_vcpu() const { return VcpuThread::current_id(); }
 
@@ -131,7 +131,6 @@ class LinuxBoard {
     };
 
     explicit LinuxBoard(LinuxConfig config) : config_(std::move(config)) {}
-    void measure_busy_overhead();
     Result<void> open_devices();
     Result<void> open_real_pins();
     Result<void> open_real_buses();
@@ -157,7 +156,6 @@ class LinuxBoard {
 
     LinuxConfig config_;
     int core_count_ = 1;
-    Nanoseconds busy_overhead_{};  // what busy_for() takes at least beyond what it spins
     VirtualPins virtual_;
     DeathWitness witness_;  // before everything that could end it: dismissed by hand, in the destructor
     std::vector<std::unique_ptr<PinDriver>> real_pins_;

@@ -70,8 +70,12 @@ class SupervisedSketch {
     SupervisedSketch(const SupervisedSketch&) = delete;
     SupervisedSketch& operator=(const SupervisedSketch&) = delete;
 
-    /// Waits until the sketch has set all its pins and runs its loops (or has come to its end already).
-    void wait_until_running() { wait_for_pin(10); }
+    /// Waits until the sketch has set all its pins and runs its loops, beside a heat watch that can be told by its name (or
+    /// until the sketch has come to its end already).
+    void wait_until_running() {
+        wait_for_pin(10);
+        wait_for("the heat watch", [&] { return heat_watch() > 0 || gone(); });
+    }
     void wait_for_pin(std::size_t pin) {
         while (layout().outputs[pin].level.load() == 0 && !gone()) std::this_thread::sleep_for(1ms);
     }

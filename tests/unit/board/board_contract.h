@@ -175,11 +175,14 @@ TYPED_TEST_P(BoardContract, RunReturnsAtUntilAndGoesOnWhenCalledAgain) {
     ASSERT_TRUE(this->start());
     int turns_before = 0;
     for (int i = 0; i < 5; ++i) {
-        const Instant until = board.now() + 5ms;
-        board.run(until);
-        EXPECT_GE(board.now(), until);
-        EXPECT_FALSE(board.stop_requested());
-        ASSERT_TRUE(turns > turns_before || i == 0);
+        const Instant give_up = board.now() + 30s;  // a busy machine may leave a loop no time for a while
+        do {
+            const Instant until = board.now() + 5ms;
+            board.run(until);
+            EXPECT_GE(board.now(), until);
+            EXPECT_FALSE(board.stop_requested());
+        } while (turns == turns_before && board.now() < give_up);
+        ASSERT_GT(turns, turns_before) << "the loop does not go on";
         turns_before = turns;
     }
     board.request_stop();
