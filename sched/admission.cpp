@@ -159,10 +159,6 @@ Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
 
 }  // namespace
 
-PlatformInterferer kernel_fair_server(Nanoseconds runtime, Nanoseconds period) {
-    return {"kernel fair server", runtime, period, period - runtime};
-}
-
 bool admitted_by_bound(const CoreLoad& load) { return within_bound(utilisation_of(load), load.mains.size()); }
 
 LoopResponse completion_time(const CoreLoad& load, VcpuId id) {

@@ -60,10 +60,6 @@ struct PlatformOverheads {
     FixedVector<PlatformInterferer, 8> interferers;
 };
 
-/// The fair server of Linux 6.12 and later: 50 ms in every 1 s for ordinary tasks, above SCHED_FIFO. The end
-/// of one period's share and the beginning of the next one's can meet, hence its jitter.
-[[nodiscard]] PlatformInterferer kernel_fair_server(Nanoseconds runtime = 50ms, Nanoseconds period = 1s);
-
 /// All that is to run on one core.
 struct CoreLoad {
     int core = 0;

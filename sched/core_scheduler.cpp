@@ -16,7 +16,6 @@ bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainV
     Vcpu vcpu;
     vcpu.id = id;
     vcpu.owns_core = options.owns_core;
-    vcpu.background = options.background;
     vcpu.server = SporadicServer{parameters, now, options.server};
     insert(vcpu);
     ++main_count_;
@@ -137,7 +136,7 @@ void CoreScheduler::account(Instant now, Nanoseconds stolen) {
     if (running_ != kNoSlot) {
         const Nanoseconds used = now - accounted_until_ - stolen;
         QDUINO_EXPECT(stolen >= Nanoseconds{0} && used >= Nanoseconds{0});
-        if (!running_in_background_ && used > Nanoseconds{0}) charge(vcpus_[running_], now, used);
+        if (used > Nanoseconds{0}) charge(vcpus_[running_], now, used);
     }
     accounted_until_ = now;
 }
@@ -148,11 +147,9 @@ Decision CoreScheduler::decide(Instant now) {
     account(now);
     const Vcpu* chosen = highest(now);
     const Instant until = next_change(chosen, now);
-    running_in_background_ = chosen == nullptr;
-    if (!chosen) chosen = highest_background();
     running_ = chosen ? slots_[chosen->id] : kNoSlot;
-    if (!chosen) return {std::nullopt, until, false};
-    return {chosen->id, until, running_in_background_};
+    if (!chosen) return {std::nullopt, until};
+    return {chosen->id, until};
 }
 
 const CoreScheduler::Vcpu* CoreScheduler::highest(Instant now) const {
@@ -160,14 +157,6 @@ const CoreScheduler::Vcpu* CoreScheduler::highest(Instant now) const {
     for (const Vcpu& vcpu : vcpus_) {
         if (!has_work(vcpu) || available(vcpu, now) == Nanoseconds{0}) continue;
         if (!best || before(vcpu, *best)) best = &vcpu;
-    }
-    return best;
-}
-
-const CoreScheduler::Vcpu* CoreScheduler::highest_background() const {
-    const Vcpu* best = nullptr;
-    for (const Vcpu& vcpu : vcpus_) {
-        if (vcpu.background && has_work(vcpu) && (!best || before(vcpu, *best))) best = &vcpu;
     }
     return best;
 }

@@ -23,7 +23,7 @@
 // all the time, but for what account() is told was taken from it.
 //
 // Invariants: at most one runs; it is the eligible runnable VCPU of highest priority at the last decide();
-// every nanosecond that a VCPU ran is charged to its server, once, except background time.
+// every nanosecond that a VCPU ran is charged to its server, once.
 #pragma once
 
 #include <array>
@@ -44,7 +44,6 @@ struct Decision {
     /// Decide again here at the latest: the chosen one's budget ends, or a replenishment may change the
     /// choice. kForever when only a wake or a block can.
     Instant until = kForever;
-    bool background = false;  ///< runs without budget, at no priority, because nothing else wants the core
     bool operator==(const Decision&) const = default;
 };
 
@@ -56,8 +55,7 @@ struct Rank {
 };
 
 struct MainVcpuOptions {
-    bool owns_core = false;   ///< never throttled (needs budget == period)
-    bool background = false;  ///< when throttled it may run while the core would idle, uncharged
+    bool owns_core = false;  ///< never throttled (needs budget == period)
     SporadicServerOptions server{};
 };
 
@@ -115,7 +113,6 @@ class CoreScheduler {
         VcpuId id = 0;
         bool io = false;
         bool owns_core = false;
-        bool background = false;
         bool holding = false;
         Nanoseconds grace{};  // what it may still overrun while it holds a lock
         Rank inherited;
@@ -137,13 +134,11 @@ class CoreScheduler {
     [[nodiscard]] static Instant replenishment(const Vcpu& vcpu);
     static void charge(Vcpu& vcpu, Instant now, Nanoseconds used);
     [[nodiscard]] const Vcpu* highest(Instant now) const;
-    [[nodiscard]] const Vcpu* highest_background() const;
     [[nodiscard]] Instant next_change(const Vcpu* chosen, Instant now) const;
 
     FixedVector<Vcpu, kLimit> vcpus_;
     std::array<std::uint8_t, 256> slots_{};  // id → index in vcpus_
     std::uint8_t running_ = kNoSlot;
-    bool running_in_background_ = false;
     std::size_t main_count_ = 0;
     std::size_t io_count_ = 0;
     Instant accounted_until_ = Instant::min();

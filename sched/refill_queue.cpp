@@ -21,13 +21,6 @@ Nanoseconds RefillQueue::contiguous_from(Instant now) const {
     return sum;
 }
 
-Instant RefillQueue::first_after(Instant now) const {
-    for (const Refill& refill : refills_) {
-        if (refill.time > now) return refill.time;
-    }
-    return kForever;
-}
-
 Nanoseconds RefillQueue::total() const {
     Nanoseconds sum{0};
     for (const Refill& refill : refills_) sum += refill.amount;

@@ -50,8 +50,6 @@ class RefillQueue {
     [[nodiscard]] const Refill& head() const { return refills_.front(); }
     /// What may run without a pause from `now` on: the due tokens, and those that fall due meanwhile.
     [[nodiscard]] Nanoseconds contiguous_from(Instant now) const;
-    /// The earliest refill later than `now`; kForever if there is none.
-    [[nodiscard]] Instant first_after(Instant now) const;
 
     /// The first `used` tokens become spendable one `period` later than they were.
     /// Contract: used >= 0, total <= period.

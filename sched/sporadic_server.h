@@ -18,8 +18,6 @@
 //   - when the list of refills is full, a merge delays a refill, never advances one.
 // To lower priorities it is no worse than a periodic task (budget, period): admission.h rests on that.
 //
-// Background execution is not the server's business: that time is not charged here (core_scheduler.h).
-//
 // State: the refills (refill_queue.h) and whether it has work. Invariant: Σ refills == budget, checked
 // around every operation.
 #pragma once
@@ -54,8 +52,6 @@ class SporadicServer {
     [[nodiscard]] bool eligible(Instant now) const { return refills_.head().time <= now; }
     /// The instant from which the head refill may be used: in the future exactly when throttled.
     [[nodiscard]] Instant next_replenishment() const { return refills_.head().time; }
-    /// The earliest refill still to come after `now`; kForever if none.
-    [[nodiscard]] Instant next_replenishment_after(Instant now) const { return refills_.first_after(now); }
 
     /// Charges `used` of CPU time that ended at `now_end`. Call it when the VCPU is preempted, throttled or
     /// blocks, and at the latest when available() has run out. More than was available is an overrun, charged

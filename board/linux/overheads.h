@@ -9,8 +9,7 @@ namespace qduino::board::linux {
 
 /// Medians over some 10 ms of sleeping and of timer signals on the calling thread. The kernel's fair server
 /// is left out: it runs above real-time threads only on a core where ordinary ones have found no room for a
-/// second, and the budgets that are enforced leave them that (DESIGN §5 admits no shared core to 100 % of all
-/// time).
+/// second, and the budgets that are enforced leave them that (admission never gives all of a shared core away).
 [[nodiscard]] sched::PlatformOverheads measure_overheads();
 
 /// Of a core's time, what a real-time thread may spin through without being held by the kernel for tens of milliseconds: 1 where RT

@@ -7,8 +7,8 @@
 namespace qduino::sched {
 namespace {
 
-constexpr Decision run(VcpuId id, std::int64_t until_ns) { return {id, instant_from_ns(until_ns), false}; }
-constexpr Decision idle(Instant until) { return {std::nullopt, until, false}; }
+constexpr Decision run(VcpuId id, std::int64_t until_ns) { return {id, instant_from_ns(until_ns)}; }
+constexpr Decision idle(Instant until) { return {std::nullopt, until}; }
 
 TEST(CoreScheduler, NobodyRunsWithoutWork) {
     CoreScheduler core;
@@ -81,8 +81,8 @@ TEST(CoreScheduler, AnOwningVcpuIsNeverThrottled) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(1, {10ns, 10ns}, kEpoch, {.owns_core = true}));
     core.wake(1, at_ns(0));
-    EXPECT_EQ(core.decide(at_ns(0)), (Decision{VcpuId{1}, kForever, false}));
-    EXPECT_EQ(core.decide(at_ns(1'000'000)), (Decision{VcpuId{1}, kForever, false}));
+    EXPECT_EQ(core.decide(at_ns(0)), (Decision{VcpuId{1}, kForever}));
+    EXPECT_EQ(core.decide(at_ns(1'000'000)), (Decision{VcpuId{1}, kForever}));
     EXPECT_EQ(core.consumed(1), 1'000'000ns);
 }
 
@@ -121,21 +121,6 @@ TEST(CoreScheduler, StolenTimeIsNotCharged) {
     core.account(at_ns(8), 5ns);
     EXPECT_EQ(core.consumed(1), 3ns);
     EXPECT_EQ(core.decide(at_ns(8)), run(1, 15));
-}
-
-TEST(CoreScheduler, BackgroundRunsOnlyWhenAskedAndIsNotCharged) {
-    CoreScheduler core;
-    ASSERT_TRUE(core.add(1, {2ns, 10ns}, kEpoch, {.background = true}));
-    ASSERT_TRUE(core.add(2, {1ns, 5ns}));
-    core.wake(1, at_ns(0));
-    core.wake(2, at_ns(0));
-    EXPECT_EQ(core.decide(at_ns(0)), run(2, 1));
-    EXPECT_EQ(core.decide(at_ns(1)), run(1, 3));
-    EXPECT_EQ(core.decide(at_ns(3)), (Decision{VcpuId{1}, at_ns(5), true}));
-    EXPECT_EQ(core.decide(at_ns(5)), run(2, 6));
-    EXPECT_EQ(core.consumed(1), 2ns);
-    core.block(1, at_ns(6));
-    EXPECT_EQ(core.decide(at_ns(6)), idle(at_ns(10)));
 }
 
 TEST(CoreScheduler, RefusesWhatItCannotHold) {

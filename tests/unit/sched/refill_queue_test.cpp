@@ -100,9 +100,6 @@ TEST(RefillQueue, ContiguousTimeCountsWhatFallsDueMeanwhile) {
     EXPECT_EQ(queue.contiguous_from(at_ns(4)), 5ns);
     EXPECT_EQ(queue.contiguous_from(at_ns(14)), 5ns);
     EXPECT_EQ(queue.contiguous_from(at_ns(15)), 9ns);
-    EXPECT_EQ(queue.first_after(at_ns(3)), at_ns(4));
-    EXPECT_EQ(queue.first_after(at_ns(4)), at_ns(20));
-    EXPECT_EQ(queue.first_after(at_ns(20)), kForever);
 }
 
 TEST(RefillQueueDeathTest, ContractsHold) {
