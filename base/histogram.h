@@ -31,13 +31,6 @@ class Histogram {
         if (v < min_) min_ = v;
         if (v > max_) max_ = v;
     }
-    constexpr void merge(const Histogram& other) {
-        for (int i = 0; i < kBuckets; ++i) counts_[i] += other.counts_[i];
-        count_ += other.count_;
-        sum_ += other.sum_;
-        if (other.min_ < min_) min_ = other.min_;
-        if (other.max_ > max_) max_ = other.max_;
-    }
     constexpr void clear() { *this = Histogram{}; }
 
     [[nodiscard]] constexpr std::uint64_t count() const { return count_; }

@@ -37,9 +37,6 @@ enum class PowerMode : std::uint8_t {
     reference_and_converter_on = 0b11,
 };
 
-/// Whether results in this mode are fractions of the internal 2.5 V, rather than of the REF pin.
-constexpr bool uses_internal_reference(PowerMode mode) { return (static_cast<unsigned>(mode) & 0b10u) != 0; }
-
 /// The command byte that starts a single-ended conversion of `channel` (0…7) against COM.
 constexpr std::uint8_t command_byte(int channel, PowerMode mode = PowerMode::down_between_conversions) {
     QDUINO_EXPECT(channel >= 0 && channel < kChannelCount);

@@ -58,7 +58,6 @@ class Motor {
         }
         return judge(index, span_ns);
     }
-    [[nodiscard]] bool stalled() const { return stalled_; }
 
   private:
     static constexpr std::uint64_t kHistory = 64;

@@ -71,7 +71,6 @@ class LiveHub {
     void unsubscribe(std::uint64_t id);
     void publish(MessageKind kind, std::string message);
     void add(const TemperatureHistory::Sample& sample) { history_.add(sample); }
-    [[nodiscard]] std::size_t subscribers() const { return subscribers_.size(); }
 
   private:
     std::map<std::uint64_t, Deliver> subscribers_;

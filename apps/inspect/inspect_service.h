@@ -42,8 +42,6 @@ class InspectService {
     /// Any bytes in, one line of JSON out, without the line's end.
     [[nodiscard]] std::string answer(std::string_view request);
 
-    [[nodiscard]] bool watching() const { return job_ != nullptr; }
-
   private:
     struct Ended {
         std::string job;

@@ -116,7 +116,7 @@ class LinuxBoard {
     /// Edges lost on the way to a virtual machine.
     [[nodiscard]] std::uint64_t lost_edges() const;
 
-    /// On a core that several VCPUs share, enforcing a smaller budget costs more than the budget (DESIGN §6).
+    /// On a core that several VCPUs share, enforcing a smaller budget costs more than the budget.
     static constexpr Nanoseconds kShortestSharedBudget = 100us;
 
   private:

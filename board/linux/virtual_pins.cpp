@@ -290,10 +290,6 @@ void VirtualPins::promise(VcpuId vcpu, Instant expected_by) {
     beat.count.store(beat.count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-void VirtualPins::end_promise(VcpuId vcpu) {
-    layout().heartbeats[vcpu].expected_by_ns.store(0, std::memory_order_relaxed);
-}
-
 void VirtualPins::publish_place(VcpuId vcpu, LoopPlace place) {
     layout().heartbeats[vcpu].place.store(place.word(), std::memory_order_relaxed);
 }

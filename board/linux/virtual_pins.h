@@ -66,8 +66,6 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     // ---- being watched ----------------------------------------------------------------------------------
     /// Promises that `vcpu` will be heard of again by `expected_by`. One relaxed store.
     void promise(VcpuId vcpu, Instant expected_by);
-    /// `vcpu` is not watched any more.
-    void end_promise(VcpuId vcpu);
     /// Where this loop runs, for who looks why it does not (core_rivals.h). Setup-time.
     void publish_place(VcpuId vcpu, LoopPlace place);
     /// The supervisor's shortest bound; zero when nobody watches.

@@ -203,7 +203,6 @@ class SimBoard final : private PinEdgeSink {
     void pin_edge(Instant now, PinId pin, Level level) override;
     [[nodiscard]] bool stuck(PinId pin, Level* level) const;
     void poll_watched_pins();
-    [[nodiscard]] Instant next_poll() const;
 
     [[nodiscard]] Result<void> check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const;
     [[nodiscard]] std::uint32_t lock_value() const;

@@ -10,7 +10,7 @@
 // can ask
 //   for no more than full power, and stops growing while the output is saturated in its own direction
 //   (conditional integration, Åström & Hägglund).
-// Gains are those of the reference machine's firmware (ANCHORS in docs/sources.md): 22.2 / 1.08 / 114 for its
+// Gains are those of the reference machine's firmware (docs/sources.md): 22.2 / 1.08 / 114 for its
 // hot end.
 #pragma once
 
@@ -32,7 +32,6 @@ class Pid {
   public:
     explicit Pid(PidGains gains) : gains_(gains) {}
 
-    void set_gains(PidGains gains) { gains_ = gains; }
     [[nodiscard]] PidGains gains() const { return gains_; }
 
     /// Forgets the past: call when the target goes from off to on.

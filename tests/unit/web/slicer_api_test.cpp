@@ -1,4 +1,4 @@
-// What slicers send and expect: OctoPrint's and PrusaLink's forms (facts in ANCHORS of the design: protocols that slicers speak).
+// What slicers send and expect: OctoPrint's and PrusaLink's forms (sources: docs/sources.md).
 #include <gmock/gmock.h>
 
 #include "tests/unit/web/web_fixture.h"
