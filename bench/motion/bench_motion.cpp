@@ -30,7 +30,7 @@ struct Load {
 
 Move circle_at(std::size_t number, double length_mm) {
     const double angle = static_cast<double>(number) * length_mm / 20.0;
-    return {{75 + 20 * std::cos(angle), 75 + 20 * std::sin(angle), 0.2}, 0.0332 * length_mm, 60, 3000, {}};
+    return {{75 + 20 * std::cos(angle), 75 + 20 * std::sin(angle), 0.2}, 0.0332 * length_mm, 60, 3000};
 }
 
 Move tiny_at(std::size_t number) { return circle_at(number, 0.02); }
@@ -40,12 +40,12 @@ Move curve_at(std::size_t number) { return circle_at(number, 0.5); }
 Move infill_at(std::size_t number) {
     const double y = 20 + 0.45 * static_cast<double>(number / 2 % 200);
     const double x = (number / 2 + number) % 2 == 0 ? 60.0 : 70.0;
-    return {{x, y, 0.2}, 0.3, 100, 3000, {}};
+    return {{x, y, 0.2}, 0.3, 100, 3000};
 }
 
 Move travel_at(std::size_t number) {
     const double place = number % 2 == 0 ? 10.0 : 140.0;
-    return {{place, place, 0.2}, 0, 125, 3000, {}};
+    return {{place, place, 0.2}, 0, 125, 3000};
 }
 
 struct Outcome {

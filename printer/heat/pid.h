@@ -32,8 +32,6 @@ class Pid {
   public:
     explicit Pid(PidGains gains) : gains_(gains) {}
 
-    [[nodiscard]] PidGains gains() const { return gains_; }
-
     /// Forgets the past: call when the target goes from off to on.
     void reset() {
         integral_ = 0;

@@ -58,12 +58,11 @@ Result<void> Machine::move(const gcode::Move& move) {
     planned.acceleration_mm_s2 = move.kind == gcode::MoveKind::print      ? acceleration_print_
                                  : move.kind == gcode::MoveKind::filament ? acceleration_filament_
                                                                           : acceleration_travel_;
-    const bool from_job = !from_console_ && job_running();
-    planned.job = {from_job ? move.source.end_offset : 0, from_job ? move.source.line : 0};
     QDUINO_EXPECT(pipe_.planner().append(planned));  // may_read() keeps room for a line's pieces
+    const bool from_job = !from_console_ && job_running();
     PlaceAction done;
-    done.end_offset = planned.job.byte_offset;
-    done.line = planned.job.line;
+    done.end_offset = from_job ? move.source.end_offset : 0;
+    done.line = from_job ? move.source.line : 0;
     done.layer = from_job ? layers_.layers() : 0;
     place(done);
     return {};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "printer/motion/kinematics.h"
+
 namespace qduino::printer::machine {
 
 namespace {
@@ -91,11 +93,11 @@ void MotionPipe::reset(const motion::AxisVector& position_mm) {
 }
 
 motion::AxisVector MotionPipe::position_of_pulses(const std::array<std::int64_t, kAxisCount>& origin) const {
-    motion::AxisVector position{};
+    motion::AxisVector motors_mm{};
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        position[i] = static_cast<double>(seen_.steps[i] - origin[i]) / steps_per_mm_[i];
+        motors_mm[i] = static_cast<double>(seen_.steps[i] - origin[i]) / steps_per_mm_[i];
     }
-    return position;
+    return motion::tool_from_motors(motors_mm);
 }
 
 }  // namespace qduino::printer::machine

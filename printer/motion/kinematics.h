@@ -1,9 +1,9 @@
-// From where the tool is to where the motors are: the one place that knows how the machine is built.
+// From where the tool is to where the motors are, and back.
 //
 // The solver asks for the motor positions at both ends of a segment and takes the motors to move in
-// proportion in between. That holds for every linear machine: cartesian here; CoreXY would be (x + y, x − y)
-// and nothing else in the project would change. A delta is not linear: it needs a solver of its own behind
-// the same events.
+// proportion in between. That holds for every linear machine. This one is cartesian: motor and axis are the
+// same thing here, and also in the planner's limits, in homing, in the player and in the twin, which do not ask
+// this file. Another kinematics changes those, too.
 #pragma once
 
 #include "printer/motion/settings.h"
@@ -13,7 +13,7 @@ namespace qduino::printer::motion {
 /// Motor positions, each in mm of its own axis, of a tool position.
 constexpr AxisVector motors_from_tool(const AxisVector& tool_mm) { return tool_mm; }
 
-/// And back: for telling where the machine is from its step counts.
+/// And back: where the machine is, by its step counts.
 constexpr AxisVector tool_from_motors(const AxisVector& motors_mm) { return motors_mm; }
 
 }  // namespace qduino::printer::motion

@@ -1,17 +1,11 @@
 // One straight move as the G-code asks for it, before any limit is applied.
 #pragma once
 
-#include <cstdint>
+#include <array>
 
 #include "printer/motion/settings.h"
 
 namespace qduino::printer::motion {
-
-/// Where in the job a move comes from: carried along untouched.
-struct JobPosition {
-    std::uint64_t byte_offset = 0;  ///< of the first byte behind the line
-    std::uint64_t line = 0;
-};
 
 /// It starts where the one before it ends: the planner knows that place.
 struct Move {
@@ -22,7 +16,6 @@ struct Move {
     /// kSpeedMin.
     double speed_mm_s = 0;
     double acceleration_mm_s2 = 0;  ///< > 0; along the same path (M204 P, R or T)
-    JobPosition job;
 };
 
 /// A feed rate of 0 must not hang the printer.

@@ -34,11 +34,10 @@ MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, 
 
 bool Planner::append(const Move& move) {
     return append_to({move.end_mm[0], move.end_mm[1], move.end_mm[2], position_mm_[3] + move.filament_mm},
-                     move.speed_mm_s, move.acceleration_mm_s2, move.job);
+                     move.speed_mm_s, move.acceleration_mm_s2);
 }
 
-bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2,
-                        JobPosition job) {
+bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2) {
     QDUINO_EXPECT(std::isfinite(speed_mm_s) && acceleration_mm_s2 > 0);
     QDUINO_EXPECT(std::isfinite(end_mm[0] + end_mm[1] + end_mm[2] + end_mm[3]));
     if (full()) return false;
@@ -57,7 +56,6 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     Entry& added = push(SegmentKind::move, limit2, 2 * geometry.acceleration_mm_s2 * length_mm);
     added.end_mm = end_mm;
     added.geometry = geometry;
-    added.job = job;
     position_mm_ = end_mm;
     last_move_ = geometry;
     end_at_rest_ = false;
@@ -86,11 +84,9 @@ bool Planner::push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, 
     return true;
 }
 
-bool Planner::append_dwell(double duration_s, JobPosition job) {
+bool Planner::append_dwell(double duration_s) {
     QDUINO_EXPECT(duration_s >= 0 && std::isfinite(duration_s));
-    if (!push_standstill(SegmentKind::dwell, Axis::x, 0, duration_s)) return false;
-    entry(tail_ - 1).job = job;
-    return true;
+    return push_standstill(SegmentKind::dwell, Axis::x, 0, duration_s);
 }
 
 bool Planner::append_homing(Axis axis, bool on) {
@@ -98,19 +94,11 @@ bool Planner::append_homing(Axis axis, bool on) {
     return push_standstill(SegmentKind::homing, axis, on ? 1 : 0, 0);
 }
 
-bool Planner::append_position(const AxisVector& position_mm) {
-    if (!push_standstill(SegmentKind::position, Axis::x, 0, 0)) return false;
-    position_mm_ = position_mm;
-    entry(tail_ - 1).end_mm = position_mm;
-    return true;
-}
-
-bool Planner::append_marker(std::uint32_t value, JobPosition job) {
+bool Planner::append_marker(std::uint32_t value) {
     if (full()) return false;
     const double nominal2 = last_move_.speed_mm_s * last_move_.speed_mm_s;
     Entry& added = push(SegmentKind::marker, end_at_rest_ ? 0 : nominal2, 0);
     added.value = value;
-    added.job = job;
     return true;
 }
 
@@ -170,7 +158,6 @@ void Planner::release(Segment& out) {
     out.kind = oldest.kind;
     out.axis = oldest.axis;
     out.value = oldest.value;
-    out.job = oldest.job;
     out.start_mm = oldest.start_mm;
     out.end_mm = oldest.end_mm;
     out.start = clock_;

@@ -57,16 +57,13 @@ class Planner {
     /// Contract: the move's numbers are finite and its acceleration is above 0.
     [[nodiscard]] bool append(const Move& move);
     /// The same to an absolute place, E too: where E ends then is that very number, not a sum.
-    [[nodiscard]] bool append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2,
-                                 JobPosition job = {});
+    [[nodiscard]] bool append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2);
     /// Stands still for `duration_s` >= 0.
-    [[nodiscard]] bool append_dwell(double duration_s, JobPosition job = {});
+    [[nodiscard]] bool append_dwell(double duration_s);
     /// The player reports `value` when it has played everything before. Does not slow the motion.
-    [[nodiscard]] bool append_marker(std::uint32_t value, JobPosition job = {});
+    [[nodiscard]] bool append_marker(std::uint32_t value);
     /// Steps of `axis` between on and off end when its endstop is pressed (step/player.h). Contract: X, Y or Z.
     [[nodiscard]] bool append_homing(Axis axis, bool on);
-    /// The machine is at `position_mm` from now on, by definition, without moving (after homing).
-    [[nodiscard]] bool append_position(const AxisVector& position_mm);
 
     /// Nothing may follow for a while: everything appended so far is planned down to a standstill and
     /// released.
@@ -128,7 +125,6 @@ class Planner {
         AxisVector start_mm{};
         AxisVector end_mm{};
         MoveGeometry geometry;
-        JobPosition job;
     };
 
     Node& node(std::uint64_t number) { return nodes_[number % kCapacity]; }
@@ -137,7 +133,6 @@ class Planner {
                                            double acceleration_mm_s2) const;
     Entry& push(SegmentKind kind, double limit2, double gain2);
     [[nodiscard]] bool push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s);
-    void stop_behind_tail();
     [[nodiscard]] std::uint64_t plan_end() const { return held_ ? hold_ : tail_; }
     void plan();
     void plan_backward(std::uint64_t end);

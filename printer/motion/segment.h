@@ -32,7 +32,6 @@ enum class SegmentKind : std::uint8_t {
     dwell,   ///< time passes from `start` to `end` at `start_mm`, at rest
     marker,  ///< `value` is to be reported when all before it has been played; in full motion, takes no time
     homing,  ///< endstop watching of `axis` on (value 1) or off (0); at rest
-    position,  ///< the machine is at `end_mm` from now on, by definition and without moving; at rest
 };
 
 struct Segment {
@@ -44,7 +43,6 @@ struct Segment {
     AxisVector start_mm{};
     AxisVector end_mm{};
     Trapezoid shape;  ///< along X, Y, Z, or along E when nothing else moves
-    JobPosition job;
 };
 
 }  // namespace qduino::printer::motion

@@ -300,9 +300,6 @@ void Player<Pins, Ring>::play(const StepEvent& event) {
         case EventKind::rest:
             status_.moving = false;
             break;
-        case EventKind::position:
-            status_.steps[event.axis] = static_cast<std::int32_t>(event.value);
-            break;
     }
 }
 

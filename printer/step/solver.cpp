@@ -59,9 +59,6 @@ void Solver::load(const motion::Segment& segment) {
         case motion::SegmentKind::homing:
             keep_event(EventKind::homing, static_cast<int>(segment.axis), segment.value);
             break;
-        case motion::SegmentKind::position:
-            load_position(segment.end_mm);
-            break;
     }
 }
 
@@ -97,14 +94,6 @@ void Solver::load_track(int axis, double start_steps, double end_steps) {
     counts_[axis] = target;
 }
 
-void Solver::load_position(const motion::AxisVector& position_mm) {
-    const motion::AxisVector motors_mm = motion::motors_from_tool(position_mm);
-    for (int i = 0; i < kAxisCount; ++i) {
-        counts_[i] = whole_steps(motors_mm[i] * settings_.steps_per_mm[i]);
-        keep_event(EventKind::position, i, static_cast<std::uint32_t>(counts_[i]));
-    }
-}
-
 void Solver::keep_event(EventKind kind, int axis, std::uint32_t value) {
     last_event_ns_ = std::max(last_event_ns_, end_ns_);
     keep({last_event_ns_, kind, static_cast<std::uint8_t>(axis), 1, 0, value});
@@ -118,7 +107,7 @@ void Solver::drop_reversal(int axis) {
     std::size_t at = tail_end_;
     while (at != tail_begin_) {
         const StepEvent& kept = tail_[--at % kTailCapacity];
-        if (kept.kind == EventKind::homing || kept.kind == EventKind::position) return;
+        if (kept.kind == EventKind::homing) return;
         if (kept.kind != EventKind::step || kept.axis != axis) continue;
         const std::int64_t again_ns = start_.ns_after(shape_.time_at(track.first_mm));
         if (kept.direction == track.direction || again_ns - kept.time_ns >= settings_.reversal_gap_ns) return;

@@ -95,7 +95,6 @@ class Solver {
 
     void load_move(const motion::Segment& segment);
     void load_track(int axis, double start_steps, double end_steps);
-    void load_position(const motion::AxisVector& position_mm);
     void drop_reversal(int axis);
     void find_next(int axis);
     [[nodiscard]] int earliest_axis() const;

@@ -10,11 +10,10 @@
 namespace qduino::printer::step {
 
 enum class EventKind : std::uint8_t {
-    step,      ///< a rising edge on the axis' STEP pin at `time`
-    marker,    ///< nothing moves; when the player passes it, `value` is published as the last marker reached
-    homing,    ///< from here on, steps of `axis` end when its endstop is pressed (value: 1 on, 0 off)
-    rest,      ///< the motion stands still here: a ring that runs dry behind it is not starved
-    position,  ///< the player's step counter of `axis` becomes `value` (two's complement), without a pulse
+    step,    ///< a rising edge on the axis' STEP pin at `time`
+    marker,  ///< nothing moves; when the player passes it, `value` is published as the last marker reached
+    homing,  ///< from here on, steps of `axis` end when its endstop is pressed (value: 1 on, 0 off)
+    rest,    ///< the motion stands still here: a ring that runs dry behind it is not starved
 };
 
 struct StepEvent {
@@ -23,7 +22,7 @@ struct StepEvent {
     std::uint8_t axis = 0;      ///< printer::Axis
     std::int8_t direction = 1;  ///< +1 or −1 in machine coordinates
     std::uint8_t reserved = 0;
-    std::uint32_t value = 0;  ///< marker number, homing switch, or position
+    std::uint32_t value = 0;  ///< marker number, or homing switch
 };
 static_assert(sizeof(StepEvent) == 16 && std::is_trivially_copyable_v<StepEvent>);
 

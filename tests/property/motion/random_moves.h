@@ -39,7 +39,7 @@ class RandomMoves {
         at_[0] = std::clamp(on_grid(at_[0] + dx), 0.0, 150.0);
         at_[1] = std::clamp(on_grid(at_[1] + dy), 0.0, 150.0);
         at_[2] = std::clamp(on_grid(at_[2] + dz), 0.0, 150.0);
-        moves.push_back({{at_[0], at_[1], at_[2]}, e, speed, uniform(500, 5000), {}});
+        moves.push_back({{at_[0], at_[1], at_[2]}, e, speed, uniform(500, 5000)});
     }
 
     void append_some(std::vector<Move>& moves) {

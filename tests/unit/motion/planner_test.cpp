@@ -15,7 +15,7 @@ class PlannerTest : public ::testing::Test {
     PlannerTest() : planner_(std::make_unique<Planner>(motion_settings(MachineConfig{}))) {}
 
     static Move to(double x, double y, double z = 0, double e = 0, double speed = 100) {
-        return {{x, y, z}, e, speed, 3000, {}};
+        return {{x, y, z}, e, speed, 3000};
     }
     std::vector<Segment> take() {
         std::vector<Segment> segments;
@@ -191,18 +191,6 @@ TEST_F(PlannerTest, dwell_and_homing_stand_still_on_both_sides) {
     EXPECT_EQ(segments[4].shape.entry_speed_mm_s, 0);
 }
 
-TEST_F(PlannerTest, position_redefines_where_the_machine_is) {
-    ASSERT_TRUE(planner_->append(to(-200, 0)));
-    ASSERT_TRUE(planner_->append_position({0, 1, 2, 3}));
-    ASSERT_TRUE(planner_->append(to(10, 1, 2)));
-    const auto segments = take_to_rest();
-    ASSERT_EQ(segments.size(), 3u);
-    EXPECT_EQ(segments[1].kind, SegmentKind::position);
-    EXPECT_EQ(segments[1].end_mm, (AxisVector{0, 1, 2, 3}));
-    EXPECT_EQ(segments[2].start_mm, (AxisVector{0, 1, 2, 3}));
-    EXPECT_EQ(segments[2].end_mm, (AxisVector{10, 1, 2, 3}));
-}
-
 TEST_F(PlannerTest, full_queue_refuses_and_then_gives_at_a_speed_that_can_be_stopped) {
     for (std::size_t i = 0; i < Planner::kCapacity; ++i)
         ASSERT_TRUE(planner_->append(to(0.001 * double(i + 1), 0)));
@@ -210,7 +198,6 @@ TEST_F(PlannerTest, full_queue_refuses_and_then_gives_at_a_speed_that_can_be_sto
     EXPECT_FALSE(planner_->append_marker(1));
     EXPECT_FALSE(planner_->append_dwell(1));
     EXPECT_FALSE(planner_->append_homing(Axis::x, true));
-    EXPECT_FALSE(planner_->append_position({}));
     EXPECT_DOUBLE_EQ(planner_->position_mm()[0], 0.001 * Planner::kCapacity);
     const std::size_t taken = take().size();
     EXPECT_GE(taken, 1u);
@@ -330,8 +317,8 @@ TEST_F(PlannerHoldTest, reset_forgets_everything) {
 
 TEST(PlannerDeathTest, refuses_moves_that_are_not_numbers) {
     const auto planner = std::make_unique<Planner>(motion_settings(MachineConfig{}));
-    EXPECT_DEATH((void)planner->append({{NAN, 0, 0}, 0, 10, 1000, {}}), "isfinite");
-    EXPECT_DEATH((void)planner->append({{1, 0, 0}, 0, 10, 0, {}}), "acceleration");
+    EXPECT_DEATH((void)planner->append({{NAN, 0, 0}, 0, 10, 1000}), "isfinite");
+    EXPECT_DEATH((void)planner->append({{1, 0, 0}, 0, 10, 0}), "acceleration");
 }
 
 TEST(TimelineInstant, does_not_drift) {

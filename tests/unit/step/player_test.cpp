@@ -248,15 +248,6 @@ TEST_F(PlayerTest, markers_are_passed_in_their_turn) {
     EXPECT_EQ(player_->publish().last_marker, 12u);
 }
 
-TEST_F(PlayerTest, position_sets_the_counter_without_a_pulse) {
-    step(0, kX);
-    tell(10, EventKind::position, kX, static_cast<std::uint32_t>(-500));
-    step(100'000, kX, -1);
-    play_all();
-    EXPECT_EQ(player_->steps()[kX], -501);
-    EXPECT_EQ(player_->publish().pulses[kX], 2u);
-}
-
 TEST_F(PlayerTest, the_time_line_runs_on_between_events_and_no_further) {
     EXPECT_EQ(player_->timeline_ns(), 0);
     step(100'000, kX);
