@@ -72,21 +72,6 @@ class Celsius {
     double value_ = 0;
 };
 
-/// A whole number of microsteps of one motor; a position or a difference.
-class Steps {
-  public:
-    constexpr Steps() = default;
-    explicit constexpr Steps(std::int64_t count) : count_(count) {}
-    [[nodiscard]] constexpr std::int64_t count() const { return count_; }
-    constexpr auto operator<=>(const Steps&) const = default;
-    constexpr Steps& operator+=(Steps o) { return count_ += o.count_, *this; }
-    friend constexpr Steps operator+(Steps a, Steps b) { return Steps{a.count_ + b.count_}; }
-    friend constexpr Steps operator-(Steps a, Steps b) { return Steps{a.count_ - b.count_}; }
-
-  private:
-    std::int64_t count_ = 0;
-};
-
 inline namespace literals {
 constexpr Millimetres operator""_mm(long double v) { return Millimetres{static_cast<double>(v)}; }
 constexpr Millimetres operator""_mm(unsigned long long v) { return Millimetres{static_cast<double>(v)}; }

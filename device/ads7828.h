@@ -25,24 +25,15 @@ namespace qduino::device::ads7828 {
 
 inline constexpr int kChannelCount = 8;
 inline constexpr int kFullScale = 4096;              ///< a result r means r / kFullScale of the reference
-inline constexpr double kInternalReferenceV = 2.5;   ///< the chip's own reference
 inline constexpr std::uint8_t kFirstAddress = 0x48;  ///< A1 = A0 = 0; the pins add 0…3
 
-/// Bits PD1 PD0: what stays powered between conversions. PD1 also decides the reference.
-enum class PowerMode : std::uint8_t {
-    down_between_conversions =
-        0b00,             ///< external reference; the converter sleeps in between (the usual choice)
-    converter_on = 0b01,  ///< external reference, converter stays on
-    reference_on = 0b10,  ///< internal reference, converter sleeps in between
-    reference_and_converter_on = 0b11,
-};
-
-/// The command byte that starts a single-ended conversion of `channel` (0…7) against COM.
-constexpr std::uint8_t command_byte(int channel, PowerMode mode = PowerMode::down_between_conversions) {
+/// The command byte that starts a single-ended conversion of `channel` (0…7) against COM. PD1 PD0 are 0: the converter
+/// sleeps between conversions, and the reference is the REF pin.
+constexpr std::uint8_t command_byte(int channel) {
     QDUINO_EXPECT(channel >= 0 && channel < kChannelCount);
     const unsigned c = static_cast<unsigned>(channel);
     const unsigned select = ((c & 1u) << 2) | (c >> 1);
-    return static_cast<std::uint8_t>(0x80u | (select << 4) | (static_cast<unsigned>(mode) << 2));
+    return static_cast<std::uint8_t>(0x80u | (select << 4));
 }
 
 /// The 12-bit result in the two bytes read; the four leading bits are zero on the wire and ignored here.

@@ -3,40 +3,16 @@
 //      Vref ──[ pull-up 4.7 kΩ ]──┬──[ thermistor R(T) ]── ground        fraction = R / (R + pull-up)
 //                                 └── ADC input                          cold: near 1, hot: near 0
 //
-// Two laws for R(T), T in kelvin:
-//   Beta:            R = R25 · exp(B (1/T − 1/298.15))
-//   Steinhart–Hart:  1/T = a + b ln R + c (ln R)³     (J. S. Steinhart, S. R. Hart, Deep-Sea Research 15, 1968)
-// Steinhart–Hart contains Beta (c = 0), so one representation, {a, b, c}, serves both. The inverse of the
-// cubic is Cardano's formula for its one real root (b, c >= 0, hence monotonic).
+// R(T), T in kelvin, by the Beta law: R = R25 · exp(B (1/T − 1/298.15)).
 //
 // Invariants: the fraction falls strictly as the temperature rises; celsius(fraction(t)) == t within 1e-6 K,
 // −40…400 °C.
 #pragma once
 
-#include <array>
-
 #include "base/quantity.h"
 #include "base/result.h"
 
 namespace qduino::device {
-
-/// Coefficients of 1/T = a + b ln R + c (ln R)³; R in ohms, T in kelvin; b > 0, c >= 0.
-struct SteinhartHart {
-    double a = 0;
-    double b = 0;
-    double c = 0;
-};
-
-/// The Beta law as coefficients. `r25_ohm` > 0 at 25 °C, `beta_k` > 0 in kelvin.
-[[nodiscard]] SteinhartHart from_beta(double r25_ohm, double beta_k);
-
-struct ResistancePoint {
-    double celsius = 0;
-    double ohm = 0;
-};
-/// The curve through three points of a data sheet. Error: invalid_argument when no falling curve passes
-/// through them.
-[[nodiscard]] Result<SteinhartHart> from_points(const std::array<ResistancePoint, 3>& points);
 
 /// The 100 kΩ part of most hot ends (EPCOS B57560G104 class): B25/100 of 4092 K.
 inline constexpr double kEpcosOhm25 = 100e3;
@@ -49,9 +25,9 @@ class Thermistor {
     static constexpr double kOpenFraction = 0.998;   ///< 2.3 MΩ: −37 °C
     static constexpr double kShortFraction = 0.008;  ///< 38 Ω: above 400 °C
 
-    Thermistor() : Thermistor(from_beta(kEpcosOhm25, kEpcosBeta)) {}
-    explicit Thermistor(SteinhartHart curve, double pull_up_ohm = 4700)
-        : curve_(curve), pull_up_ohm_(pull_up_ohm) {}
+    Thermistor() : Thermistor(kEpcosOhm25, kEpcosBeta) {}
+    /// `r25_ohm` > 0 at 25 °C, `beta_k` > 0 in kelvin.
+    Thermistor(double r25_ohm, double beta_k, double pull_up_ohm = 4700);
 
     /// R(T) in ohms; `t` above −200 °C.
     [[nodiscard]] double resistance_ohm(Celsius t) const;
@@ -61,7 +37,8 @@ class Thermistor {
     [[nodiscard]] Result<Celsius> celsius(double fraction) const;
 
   private:
-    SteinhartHart curve_;
+    double a_;  // 1/T = a + b ln R
+    double b_;
     double pull_up_ohm_;
 };
 

@@ -34,16 +34,6 @@ std::string human_duration(Nanoseconds duration) {
     return {};
 }
 
-std::string human_bytes(std::uint64_t bytes) {
-    if (bytes < 1024) return std::to_string(bytes) + (bytes == 1 ? " byte" : " bytes");
-    double size = static_cast<double>(bytes) / 1024;
-    for (const char* unit : {" KiB", " MiB", " GiB"}) {
-        if (size < 1023.5) return three_digits(size) + unit;
-        size /= 1024;
-    }
-    return three_digits(size) + " TiB";
-}
-
 std::string counted(long long count, const std::string& what) {
     return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }

@@ -1,7 +1,6 @@
 // Numbers for people: three digits that count, in the unit that keeps them short. Programs get exact ones, in JSON.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "base/time.h"
@@ -10,8 +9,6 @@ namespace qduino::apps {
 
 /// "734 ns", "12.7 us", "186 ms", "1.01 s", "30 ms". Rounded; for exact ones see sched::duration_text().
 [[nodiscard]] std::string human_duration(Nanoseconds duration);
-/// "512 bytes", "64 KiB", "1.5 MiB".
-[[nodiscard]] std::string human_bytes(std::uint64_t bytes);
 /// "1 loop", "3 loops".
 [[nodiscard]] std::string counted(long long count, const std::string& what);
 

@@ -9,9 +9,6 @@
 
 namespace qduino::bench {
 
-/// No real-time run of a benchmark is longer.
-inline constexpr Nanoseconds kLongestRun = 30s;
-
 /// Forks; the child runs `work` and leaves with its status. The parent calls `meanwhile` every 20 ms until it has. After
 /// `limit` the child gets SIGTERM, 3 s later SIGKILL; settings of the machine that it left changed are undone. Empty: the
 /// child left with status 0; else what happened. The caller has no other threads.

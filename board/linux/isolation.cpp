@@ -193,11 +193,8 @@ void Isolation::move_interrupts(MachineSettings& settings) {
         const CpuList left = irq.allowed.without(owned_);
         if (left == irq.allowed) continue;
         const std::string path = at("/proc/irq/") + irq.number + "/smp_affinity_list";
-        if (irq.movable && settings.change(path, (left.empty() ? rest_ : left).to_list())) {
-            ++interrupts_moved_;
-        } else if (irq.used && irq.target.without(owned_) != irq.target) {
-            kept_interrupts_.push_back(irq.name());
-        }
+        if (irq.movable && settings.change(path, (left.empty() ? rest_ : left).to_list())) continue;
+        if (irq.used && irq.target.without(owned_) != irq.target) kept_interrupts_.push_back(irq.name());
     }
     if (!kept_interrupts_.empty()) note_kept_interrupts();
 }

@@ -51,7 +51,6 @@ class Isolation {
     /// Nobody else's task can run on the owned cores.
     [[nodiscard]] bool exclusive() const { return cpusets_ != Cpusets::none; }
     [[nodiscard]] bool throttling_lifted() const { return throttling_lifted_; }
-    [[nodiscard]] int interrupts_moved() const { return interrupts_moved_; }
     /// What could not be had, each with why.
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
@@ -77,7 +76,6 @@ class Isolation {
     CpuList rest_;
     Cpusets cpusets_ = Cpusets::none;
     bool throttling_lifted_ = false;
-    int interrupts_moved_ = 0;
     std::vector<std::string> kept_interrupts_;  // on an owned core still; by name
     std::vector<std::string> notes_;
 };

@@ -63,7 +63,6 @@ class VcpuThread {
     /// Around the time that the calling thread holds a lock (budget_keeper.h).
     void begin_hold() { keeper_.begin_hold(); }
     void end_hold() { keeper_.end_hold(); }
-    [[nodiscard]] const BudgetKeeper& keeper() const { return keeper_; }
 
     /// The calling thread is about to spin until `t`: sleeps first, where it may not fill its core.
     void rest_before_spin(Instant t) {

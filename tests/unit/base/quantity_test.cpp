@@ -41,13 +41,5 @@ TEST(Celsius, DifferencesAreKelvin) {
     EXPECT_LT(0_celsius + -2.0, 0_celsius);
 }
 
-TEST(Steps, AreWhole) {
-    Steps position{80};
-    position += Steps{-100};
-    EXPECT_EQ(position, Steps{-20});
-    EXPECT_EQ((Steps{5} - Steps{7}).count(), -2);
-    EXPECT_EQ(Steps{5} + Steps{7}, Steps{12});
-}
-
 }  // namespace
 }  // namespace qduino

@@ -10,8 +10,6 @@
 namespace qduino::device {
 namespace {
 
-using ads7828::PowerMode;
-
 // Copied by hand from the data sheet's channel selection table: C2 C1 C0 for SD = 1.
 constexpr std::array<std::uint8_t, 8> kSelectBits{0b000, 0b100, 0b001, 0b101, 0b010, 0b110, 0b011, 0b111};
 
@@ -19,9 +17,6 @@ TEST(Ads7828, CommandByteFollowsTheDataSheetsTable) {
     for (int channel = 0; channel < 8; ++channel) {
         const unsigned expected = 0x80u | unsigned{kSelectBits[static_cast<std::size_t>(channel)]} << 4;
         EXPECT_EQ(ads7828::command_byte(channel), expected) << channel;
-        EXPECT_EQ(ads7828::command_byte(channel, PowerMode::converter_on), expected | 0x04u);
-        EXPECT_EQ(ads7828::command_byte(channel, PowerMode::reference_on), expected | 0x08u);
-        EXPECT_EQ(ads7828::command_byte(channel, PowerMode::reference_and_converter_on), expected | 0x0Cu);
     }
 }
 
@@ -58,9 +53,8 @@ TEST(Ads7828Chip, PowerDownBitsChooseTheReference) {
     Ads7828Chip chip(3.3);
     const std::array<double, 8> volts{1.25};
     EXPECT_EQ(convert(chip, {ads7828::command_byte(0)}, volts), static_cast<int>(1.25 / 3.3 * 4096));
-    EXPECT_EQ(convert(chip, {ads7828::command_byte(0, PowerMode::reference_and_converter_on)}, volts), 2048);
-    EXPECT_EQ(convert(chip, {ads7828::command_byte(0, PowerMode::converter_on)}, volts),
-              static_cast<int>(1.25 / 3.3 * 4096));
+    EXPECT_EQ(convert(chip, {0x8C}, volts), 2048);  // PD1 PD0 = 11: its own 2.5 V
+    EXPECT_EQ(convert(chip, {0x84}, volts), static_cast<int>(1.25 / 3.3 * 4096));  // 01: the REF pin
 }
 
 TEST(Ads7828Chip, ResultsSaturateAtFullScale) {

@@ -15,7 +15,7 @@ TEST(Thermistor, IsItsNominalResistanceAt25Degrees) {
 }
 
 TEST(Thermistor, FollowsTheBetaLaw) {
-    const Thermistor thermistor(from_beta(10e3, 3950), 4700);
+    const Thermistor thermistor(10e3, 3950, 4700);
     for (double celsius = -30; celsius <= 300; celsius += 7) {
         const double expected = 10e3 * std::exp(3950 * (1 / (celsius + 273.15) - 1 / 298.15));
         EXPECT_NEAR(thermistor.resistance_ohm(Celsius{celsius}) / expected, 1.0, 1e-12) << celsius;
@@ -28,30 +28,13 @@ TEST(Thermistor, DefaultIsNearTheDataSheetsCurve) {
     EXPECT_NEAR(Thermistor{}.resistance_ohm(Celsius{200}) / 0.64e3, 1.0, 0.15);
 }
 
-TEST(Thermistor, SteinhartHartPassesThroughItsThreePoints) {
-    const std::array<ResistancePoint, 3> points{{{25, 100e3}, {150, 1.641e3}, {250, 226.15}}};
-    const Result<SteinhartHart> curve = from_points(points);
-    ASSERT_TRUE(curve.ok());
-    const Thermistor thermistor(*curve);
-    for (const ResistancePoint& point : points)
-        EXPECT_NEAR(thermistor.resistance_ohm(Celsius{point.celsius}) / point.ohm, 1.0, 1e-9);
-}
-
-TEST(Thermistor, PointsThatLieOnNoCurveAreRefused) {
-    EXPECT_FALSE(from_points({{{25, 100e3}, {150, 100e3}, {250, 226}}}).ok());
-    EXPECT_FALSE(from_points({{{25, 226}, {150, 1641}, {250, 100e3}}}).ok()) << "rising";
-    EXPECT_FALSE(from_points({{{25, -1}, {150, 1641}, {250, 226}}}).ok());
-}
-
 TEST(Thermistor, ThereAndBackIsTheSameTemperature) {
     constexpr std::uint64_t kSeed = 20170418;
     std::mt19937_64 random(kSeed);
     std::uniform_real_distribution<double> ohm25(5e3, 200e3), beta(3000, 4800), pull_up(1000, 10e3),
         celsius(-10, 300);
-    const Result<SteinhartHart> cubic = from_points({{{25, 100e3}, {150, 1.641e3}, {250, 226.15}}});
     for (int round = 0; round < 5000; ++round) {
-        const SteinhartHart curve = round % 3 == 0 ? *cubic : from_beta(ohm25(random), beta(random));
-        const Thermistor thermistor(curve, pull_up(random));
+        const Thermistor thermistor(ohm25(random), beta(random), pull_up(random));
         const double wanted = celsius(random);
         const double fraction = thermistor.fraction(Celsius{wanted});
         if (fraction >= Thermistor::kOpenFraction || fraction <= Thermistor::kShortFraction) continue;

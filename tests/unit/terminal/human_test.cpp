@@ -20,16 +20,6 @@ TEST(Human, DurationsHaveThreeDigitsThatCount) {
     EXPECT_EQ(human_duration(-1500us), "-1.5 ms");
 }
 
-TEST(Human, BytesAreInPowersOfTwo) {
-    EXPECT_EQ(human_bytes(1), "1 byte");
-    EXPECT_EQ(human_bytes(1023), "1023 bytes");
-    EXPECT_EQ(human_bytes(1024), "1 KiB");
-    EXPECT_EQ(human_bytes(65'536), "64 KiB");
-    EXPECT_EQ(human_bytes(1'572'864), "1.5 MiB");
-    EXPECT_EQ(human_bytes(1'048'575), "1 MiB");
-    EXPECT_EQ(human_bytes(5'368'709'120), "5 GiB");
-}
-
 TEST(Human, CountsHaveTheirPlural) {
     EXPECT_EQ(counted(1, "loop"), "1 loop");
     EXPECT_EQ(counted(0, "loop"), "0 loops");
