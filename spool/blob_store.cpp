@@ -12,7 +12,10 @@
 #include <fstream>
 
 #include "base/whole_number.h"
-#include "spool/durable_file.h"
+#include "posix/durable_file.h"
+#include "posix/small_file.h"
+#include "posix/system_error.h"
+#include "spool/file_error.h"
 
 namespace qduino::spool {
 
@@ -57,48 +60,45 @@ std::optional<UploadRecord> record_of(std::string_view line) {
 /// Packed layers can be made again from the bytes, but the job's row promises them: synced before they are named.
 Result<void> sync_and_move(const std::filesystem::path& from, const std::filesystem::path& to) {
     if (::access(from.c_str(), F_OK) != 0 && errno == ENOENT) return {};
-    if (const Result<void> synced = sync_to_disk(from); !synced.ok()) return synced;
-    if (::rename(from.c_str(), to.c_str()) != 0) return file_error("rename", errno);
+    if (const Result<void> synced = posix::sync_to_disk(from); !synced.ok()) return synced;
+    if (::rename(from.c_str(), to.c_str()) != 0) return posix::system_error("rename", "a file");
     return {};
 }
 
 }  // namespace
 
-StagedFile::StagedFile(std::filesystem::path path, int descriptor, BlobLimits limits)
-    : path_(std::move(path)), descriptor_(descriptor), limits_(limits) {}
+StagedFile::StagedFile(std::filesystem::path path, posix::UniqueFd file, BlobLimits limits)
+    : path_(std::move(path)), file_(std::move(file)), limits_(limits) {}
 
 StagedFile::~StagedFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
     ::unlink(path_.c_str());
     ::unlink(layers_path().c_str());
 }
 
 Result<void> StagedFile::write(std::span<const char> bytes) {
-    QDUINO_EXPECT(descriptor_ >= 0);
+    QDUINO_EXPECT(file_.valid());
     if (bytes.size() > limits_.size_max_bytes - size_) {
         return make_error(ErrorCode::out_of_range, "the file is longer than this printer accepts");
     }
     if (size_ == 0 || size_ - space_checked_at_ >= kSpaceCheckEveryBytes) {
         struct statvfs disk {};
         space_checked_at_ = size_;
-        if (::fstatvfs(descriptor_, &disk) == 0 &&
+        if (::fstatvfs(file_.get(), &disk) == 0 &&
             static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < limits_.free_space_min_bytes) {
-            return file_error("write", ENOSPC);
+            return file_error("write", "a file", ENOSPC);
         }
     }
-    const Result<void> written = write_all(descriptor_, bytes);
-    if (!written.ok()) return written;
+    const Result<void> written = posix::write_all(file_.get(), bytes, "a file");
+    if (!written.ok()) return file_error(written.error());
     hash_.add(bytes);
     size_ += bytes.size();
     return {};
 }
 
 Result<void> StagedFile::seal() {
-    QDUINO_EXPECT(descriptor_ >= 0);
-    const int failed = ::fdatasync(descriptor_) != 0 ? errno : 0;
-    ::close(descriptor_);
-    descriptor_ = -1;
-    if (failed) return file_error("sync", failed);
+    QDUINO_EXPECT(file_.valid());
+    const posix::UniqueFd file = std::move(file_);
+    if (::fdatasync(file.get()) != 0) return file_error("sync", "a file", errno);
     sha256_ = hash_.finish();
     return {};
 }
@@ -115,23 +115,23 @@ Result<std::unique_ptr<BlobStore>> BlobStore::open(const std::filesystem::path& 
     std::error_code failed;
     for (const std::filesystem::path& each : {folder, store->incoming_, store->blobs_}) {
         std::filesystem::create_directories(each, failed);
-        if (failed) return file_error("make the folder", failed.value());
+        if (failed) return file_error("make", "the folder", failed.value());
         std::filesystem::permissions(each, std::filesystem::perms::owner_all, failed);
-        if (failed) return file_error("restrict the folder", failed.value());
+        if (failed) return file_error("restrict", "the folder", failed.value());
     }
     for (const auto& entry : std::filesystem::directory_iterator{store->incoming_, failed}) {
         std::error_code ignored;  // what cannot be swept now is swept next time
         std::filesystem::remove(entry.path(), ignored);
     }
-    if (failed) return file_error("read the folder", failed.value());
+    if (failed) return file_error("read", "the folder", failed.value());
     return store;
 }
 
 Result<std::unique_ptr<StagedFile>> BlobStore::stage() const {
     const std::filesystem::path path = incoming_ / random_name();
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (descriptor < 0) return file_error("create", errno);
-    return std::unique_ptr<StagedFile>{new StagedFile{path, descriptor, limits_}};
+    posix::UniqueFd file{::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600)};
+    if (!file.valid()) return file_error("create", "a file", errno);
+    return std::unique_ptr<StagedFile>{new StagedFile{path, std::move(file), limits_}};
 }
 
 std::uint64_t BlobStore::size_of(std::uint64_t gcode_bytes, const std::filesystem::path& packed_layers,
@@ -147,17 +147,17 @@ Result<void> BlobStore::take_in(const std::string& sha256, const std::filesystem
     // Companions first: once the blob itself has its name, the rest is there.
     Result<void> done = sync_and_move(layers, path(sha256, BlobPart::layers));
     if (done.ok() && !companions.layers_index.empty())
-        done = write_file(path(sha256, BlobPart::layers_index), companions.layers_index);
+        done = posix::write_durably(path(sha256, BlobPart::layers_index), companions.layers_index);
     if (done.ok() && !companions.thumbnail.empty())
-        done = write_file(path(sha256, BlobPart::thumbnail), companions.thumbnail);
-    if (done.ok()) done = write_file(path(sha256, BlobPart::new_record), text_of(records));
+        done = posix::write_durably(path(sha256, BlobPart::thumbnail), companions.thumbnail);
+    if (done.ok()) done = posix::write_durably(path(sha256, BlobPart::new_record), text_of(records));
     if (done.ok() && ::access(path(sha256, BlobPart::gcode).c_str(), F_OK) != 0) {
         if (::rename(gcode.c_str(), path(sha256, BlobPart::gcode).c_str()) != 0) {
-            done = file_error("rename", errno);
+            done = posix::system_error("rename", "a file");
         }
     }
-    if (done.ok()) done = sync_to_disk(blobs_);
-    return done;
+    if (done.ok()) done = posix::sync_to_disk(blobs_);
+    return done.ok() ? done : file_error(done.error());
 }
 
 Result<void> BlobStore::adopt(StagedFile& file, const BlobCompanions& companions,
@@ -188,7 +188,7 @@ void BlobStore::forget(const std::string& sha256, JobId id) const {
     std::vector<UploadRecord> left = records(sha256);
     std::erase_if(left, [id](const UploadRecord& record) { return record.id == id; });
     // What cannot be written now comes back, held, after a repair: harmless.
-    static_cast<void>(write_file(path(sha256, BlobPart::record), text_of(left)));
+    static_cast<void>(posix::write_durably(path(sha256, BlobPart::record), text_of(left)));
 }
 
 std::vector<UploadRecord> BlobStore::records(const std::string& sha256) const {
@@ -213,7 +213,7 @@ void BlobStore::remove_partial(const std::string& name) const { ::unlink((blobs_
 Result<void> BlobStore::set_aside(const std::string& sha256) const {
     std::error_code failed;
     std::filesystem::create_directories(set_aside_, failed);
-    if (failed) return file_error("make the folder", failed.value());
+    if (failed) return file_error("make", "the folder", failed.value());
     for (const BlobPart part :
          kParts) {  // the G-code last: as long as it is in its old place, this is tried again
         if (part == BlobPart::gcode) continue;
@@ -221,7 +221,7 @@ Result<void> BlobStore::set_aside(const std::string& sha256) const {
     }
     const auto from = path(sha256, BlobPart::gcode);
     if (::rename(from.c_str(), part_of(set_aside_, sha256, BlobPart::gcode).c_str()) != 0 && errno != ENOENT)
-        return file_error("move aside", errno);
+        return file_error("move aside", "a file", errno);
     return {};
 }
 
@@ -244,8 +244,8 @@ std::string BlobStore::journal_id() const {
 }
 
 Result<void> BlobStore::set_journal_id(std::string_view id) const {
-    Result<void> done = write_file(folder_ / kJournalIdFile, std::string{id} + "\n");
-    if (done.ok()) done = sync_to_disk(folder_);
+    Result<void> done = posix::write_durably(folder_ / kJournalIdFile, std::string{id} + "\n");
+    if (done.ok()) done = posix::sync_to_disk(folder_);
     return done;
 }
 

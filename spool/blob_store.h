@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "posix/unique_fd.h"
 #include "spool/job.h"
 #include "spool/sha256.h"
 
@@ -55,10 +56,10 @@ class StagedFile {
 
   private:
     friend class BlobStore;
-    StagedFile(std::filesystem::path path, int descriptor, BlobLimits limits);
+    StagedFile(std::filesystem::path path, posix::UniqueFd file, BlobLimits limits);
 
     std::filesystem::path path_;
-    int descriptor_;
+    posix::UniqueFd file_;
     BlobLimits limits_;
     Sha256 hash_;
     std::uint64_t size_ = 0;

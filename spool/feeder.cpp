@@ -15,37 +15,17 @@ namespace qduino::spool {
 
 using printer::link::LinkLayout;
 
-Feeder::Feeder(int descriptor, std::uint64_t run_id, std::uint64_t length)
-    : descriptor_(descriptor), run_id_(run_id), length_(length) {}
+Feeder::Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length)
+    : file_(std::move(file)), run_id_(run_id), length_(length) {}
 
-Feeder::Feeder(Feeder&& other) noexcept : Feeder(-1, 0, 0) { *this = std::move(other); }
-
-Feeder& Feeder::operator=(Feeder&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    run_id_ = other.run_id_;
-    length_ = other.length_;
-    sent_ = other.sent_;
-    accepted_ = other.accepted_;
-    feeding_ = other.feeding_;
-    begin_sent_ = other.begin_sent_;
-    end_sent_ = other.end_sent_;
-    progress_at_ = other.progress_at_;
-    return *this;
-}
-
-Feeder::~Feeder() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-Result<Feeder> Feeder::open(const std::filesystem::path& file, std::uint64_t run_id, std::uint64_t length) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) return make_error(ErrorCode::not_found, "the job's file cannot be opened");
-    Feeder feeder{descriptor, run_id, length};
+Result<Feeder> Feeder::open(const std::filesystem::path& path, std::uint64_t run_id, std::uint64_t length) {
+    posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    if (!file.valid()) return make_error(ErrorCode::not_found, "the job's file cannot be opened");
     struct stat found {};
-    if (::fstat(descriptor, &found) != 0 || static_cast<std::uint64_t>(found.st_size) != length) {
+    if (::fstat(file.get(), &found) != 0 || static_cast<std::uint64_t>(found.st_size) != length) {
         return make_error(ErrorCode::corrupt, "the job's file has not the length that was uploaded");
     }
-    return feeder;
+    return Feeder{std::move(file), run_id, length};
 }
 
 Result<void> Feeder::begin(LinkLayout& link, Instant now) {
@@ -84,7 +64,7 @@ Result<void> Feeder::push_bytes(LinkLayout& link) {
         const std::size_t count =
             static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), length_ - sent_));
         if (link.jobs.free() < printer::link::kFrameMaxBytes) return {};
-        const ssize_t read = ::pread(descriptor_, buffer.data(), count, static_cast<off_t>(sent_));
+        const ssize_t read = ::pread(file_.get(), buffer.data(), count, static_cast<off_t>(sent_));
         if (read < 0 && errno == EINTR) continue;
         if (read <= 0) return make_error(ErrorCode::corrupt, "the job's file cannot be read to its end");
         const std::span<const std::uint8_t> bytes = std::span{buffer}.first(static_cast<std::size_t>(read));

@@ -14,6 +14,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "posix/unique_fd.h"
 #include "printer/link/layout.h"
 
 namespace qduino::spool {
@@ -24,11 +25,8 @@ class Feeder {
     static constexpr Nanoseconds kRepeatAfter = std::chrono::milliseconds{500};
 
     /// Opens the file. Errors: not_found, corrupt (its size is not `length`).
-    [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& file, std::uint64_t run_id,
+    [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& path, std::uint64_t run_id,
                                              std::uint64_t length);
-    Feeder(Feeder&& other) noexcept;
-    Feeder& operator=(Feeder&& other) noexcept;
-    ~Feeder();
 
     /// The sketch has not named the run yet: job_begin and the bytes from the start, as far as they fit.
     /// Error: corrupt, when the file cannot be read.
@@ -39,11 +37,11 @@ class Feeder {
     [[nodiscard]] std::uint64_t sent() const { return sent_; }
 
   private:
-    Feeder(int descriptor, std::uint64_t run_id, std::uint64_t length);
+    Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length);
     [[nodiscard]] Result<void> push_bytes(printer::link::LinkLayout& link);
     void push_end(printer::link::LinkLayout& link, Instant now);
 
-    int descriptor_;
+    posix::UniqueFd file_;
     std::uint64_t run_id_;
     std::uint64_t length_;
     std::uint64_t sent_ = 0;

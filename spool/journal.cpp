@@ -8,7 +8,8 @@
 #include <ctime>
 #include <fstream>
 
-#include "spool/durable_file.h"
+#include "posix/durable_file.h"
+#include "spool/file_error.h"
 #include "spool/store_schema.h"
 
 namespace qduino::spool {
@@ -89,7 +90,7 @@ Result<void> make_repaired(const std::filesystem::path& folder, const std::files
     std::error_code failed;
     std::filesystem::copy_file(copy_of(folder), part, std::filesystem::copy_options::overwrite_existing,
                                failed);
-    if (failed) return file_error("copy the journal's copy", failed.value());
+    if (failed) return file_error("copy", "the journal's copy", failed.value());
     step("repair: copied");
     {
         Result<std::unique_ptr<Store>> store = Store::open(part);
@@ -98,7 +99,7 @@ Result<void> make_repaired(const std::filesystem::path& folder, const std::files
     }  // closed: its log is in it
     if (!is_missing_or_empty(with(part, "-wal")))
         return make_error(ErrorCode::internal, "job store: the repair did not close");
-    return sync_to_disk(part);
+    return posix::sync_to_disk(part);
 }
 
 Result<OpenedJournal> repair(const std::filesystem::path& folder, UnixSeconds now_s, const Error& damage) {
@@ -115,7 +116,7 @@ Result<OpenedJournal> repair(const std::filesystem::path& folder, UnixSeconds no
     const Result<std::string> aside = set_journal_aside(folder, now_s);
     if (!aside.ok()) return aside.error();
     step("repair: set aside");
-    if (const Result<void> named = rename_and_sync(part, journal_of(folder)); !named.ok())
+    if (const Result<void> named = posix::rename_and_sync(part, journal_of(folder)); !named.ok())
         return named.error();
     step("repair: named");
     Result<std::unique_ptr<Store>> store = Store::open(journal_of(folder));
@@ -136,15 +137,15 @@ Result<std::string> set_journal_aside(const std::filesystem::path& folder, UnixS
     const std::filesystem::path aside = folder / name;
     // The file first: a log without its journal is ignored by SQLite, and a journal without its log would pass for a sound, older one.
     if (::rename(journal.c_str(), aside.c_str()) != 0) {
-        if (errno != ENOENT) return file_error("set the journal aside", errno);
+        if (errno != ENOENT) return file_error("set aside", "the journal", errno);
         name.clear();
     }
     step("set aside: journal");
     for (const char* ending : {"-wal", "-shm"}) {
         if (::rename(with(journal, ending).c_str(), with(aside, ending).c_str()) != 0 && errno != ENOENT)
-            return file_error("set the journal's log aside", errno);
+            return file_error("set aside", "the journal's log", errno);
     }
-    if (const Result<void> synced = sync_to_disk(folder); !synced.ok()) return synced.error();
+    if (const Result<void> synced = posix::sync_to_disk(folder); !synced.ok()) return synced.error();
     return name;
 }
 
@@ -192,9 +193,9 @@ Result<void> copy_journal(const std::filesystem::path& folder) {
         return as_error(exception);
     }
     step("copy: written");
-    if (const Result<void> synced = sync_to_disk(part); !synced.ok()) return synced;
+    if (const Result<void> synced = posix::sync_to_disk(part); !synced.ok()) return synced;
     step("copy: synced");
-    const Result<void> named = rename_and_sync(part, copy_of(folder));
+    const Result<void> named = posix::rename_and_sync(part, copy_of(folder));
     step("copy: named");
     return named;
 }

@@ -16,17 +16,19 @@ FUNCTION_LINES_MAX = 70
 ARROWS = {
     "base": set(),
     "channel": {"base"},
+    "posix": {"base"},
     "sched": {"base"},
     "board": {"base", "sched"},
-    "board/linux": {"base", "sched", "channel", "board"},
+    "board/linux": {"base", "posix", "sched", "channel", "board"},
     "board/sim": {"base", "sched", "channel", "board"},
     "runtime": {"base", "sched", "channel", "board"},
-    "arduino": {"base", "channel", "board", "runtime"},
+    "arduino": {"base", "channel", "board", "runtime", "arduino/host"},
+    "arduino/host": {"base", "posix", "channel", "arduino"},
     "device": {"base"},
     "printer": {"base", "channel"},
     "twin": {"base", "channel", "board", "device"},
-    "spool": {"base", "channel", "printer/link"},
-    "web": {"base", "channel", "printer/link", "spool"},
+    "spool": {"base", "posix", "channel", "printer/link"},
+    "web": {"base", "posix", "channel", "printer/link", "spool"},
 }
 CONCRETE_BOARDS = {"board/linux", "board/sim"}
 MAY_INCLUDE_ANYTHING = {"apps", "sketches", "tests", "bench"}

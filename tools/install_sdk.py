@@ -16,7 +16,7 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # What a sketch may include, and what that includes: the folders below "arduino" in the arrows of ARCHITECTURE.md.
-HEADERS = ("base", "sched", "channel", "board", "runtime", "arduino", "device")
+HEADERS = ("base", "posix", "sched", "channel", "board", "runtime", "arduino", "device")
 PROGRAMS = ("qduino", "qduino-supervisor", "virtual-machine")
 COMPLETIONS = {"bash": "bash-completion/completions/qduino", "zsh": "zsh/site-functions/_qduino",
                "fish": "fish/vendor_completions.d/qduino.fish"}

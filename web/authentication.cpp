@@ -13,6 +13,10 @@
 #include <cerrno>
 #include <cstring>
 
+#include "posix/durable_file.h"
+#include "posix/small_file.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 #include "spool/sha256.h"
 
 namespace qduino::web {
@@ -22,25 +26,10 @@ namespace {
 constexpr std::size_t kTokenBytes = 32;
 constexpr std::size_t kTokenLength = 43;
 
-Error key_error(std::string_view what, const std::filesystem::path& file, int number) {
-    Error error{number == EACCES ? ErrorCode::not_permitted : ErrorCode::internal, {}};
-    error.message.append(what).append(" ").append(file.native()).append(": ").append(std::strerror(number));
-    return error;
-}
-
 Result<std::string> make_key(const std::filesystem::path& file) {
     const std::string key = random_token();
-    const std::string part = file.string() + ".part";
-    const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (descriptor < 0) return key_error("cannot make the key file", file, errno);
-    const std::string line = key + "\n";
-    const bool written = ::write(descriptor, line.data(), line.size()) == static_cast<ssize_t>(line.size()) &&
-                         ::fsync(descriptor) == 0;
-    const int number = errno;
-    ::close(descriptor);
-    if (!written) return key_error("cannot write the key file", file, number);
-    if (::rename(part.c_str(), file.c_str()) != 0) return key_error("cannot name the key file", file, errno);
-    return key;
+    const Result<void> written = posix::write_durably(file, key + "\n");
+    return written.ok() ? Result<std::string>{key} : written.error();
 }
 
 template <typename Time>
@@ -63,20 +52,18 @@ std::string random_token() {
 }
 
 Result<std::string> load_or_make_key(const std::filesystem::path& file) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-    if (descriptor < 0 && errno == ENOENT) return make_key(file);
-    if (descriptor < 0) return key_error("cannot open the key file", file, errno);
+    const posix::UniqueFd opened{::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW)};
+    if (!opened.valid() && errno == ENOENT) return make_key(file);
+    if (!opened.valid()) return posix::system_error("open the key file", file.native());
     struct stat found {};
-    std::array<char, 256> text{};
-    const bool readable = ::fstat(descriptor, &found) == 0;
-    const ssize_t count = ::read(descriptor, text.data(), text.size());
-    ::close(descriptor);
-    if (!readable || count < 0) return key_error("cannot read the key file", file, errno);
+    if (::fstat(opened.get(), &found) != 0) return posix::system_error("look at the key file", file.native());
+    Result<std::string> text = posix::read_to_end(opened.get(), file.native());
+    if (!text.ok()) return text;
+    std::string& key = *text;
     if ((found.st_mode & 077) != 0) {
         return Error{ErrorCode::not_permitted,
                      FixedString<236>{"others may read the key file; chmod 600 "}.append(file.native())};
     }
-    std::string key{text.data(), static_cast<std::size_t>(count)};
     while (!key.empty() && (key.back() == '\n' || key.back() == '\r')) key.pop_back();
     if (key.size() < 16) {
         return Error{ErrorCode::corrupt,

@@ -1,4 +1,5 @@
 #include "web/server.h"
+#include "posix/unique_fd.h"
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -305,10 +306,8 @@ class Session : public std::enable_shared_from_this<Session> {
         const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(kFilePiece, range.length));
         server_.disk([self = shared_from_this(), path = range.path, offset = range.offset, count] {
             std::string piece(count, '\0');
-            const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-            const ssize_t got =
-                descriptor < 0 ? -1 : ::pread(descriptor, piece.data(), count, static_cast<off_t>(offset));
-            if (descriptor >= 0) ::close(descriptor);
+            const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW)};
+            const ssize_t got = ::pread(file.get(), piece.data(), count, static_cast<off_t>(offset));
             piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
             asio::post(self->server_.io,
                        [self, piece = std::move(piece)]() mutable { self->send_file(std::move(piece)); });

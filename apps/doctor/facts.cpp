@@ -12,6 +12,7 @@
 #include "apps/doctor/unpack.h"
 #include "board/linux/kernel_release.h"
 #include "board/linux/machine_settings.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps::doctor {
 namespace {
@@ -48,7 +49,7 @@ Facts::Facts(std::string root) : root_(std::move(root)) {
 }
 
 std::optional<std::string> Facts::text(std::string_view path) const {
-    auto read = board::linux::read_small_file(at(path));
+    auto read = posix::read_small_file(at(path));
     if (!read) return std::nullopt;
     return without_end(std::move(*read));
 }

@@ -11,7 +11,7 @@
 
 #include "apps/doctor/finding.h"
 #include "board/linux/machine_settings.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::apps::doctor {
 namespace {
@@ -73,7 +73,7 @@ Finding swap(const Facts& facts) {
 /// The file is locked for as long as the run lives whose changes are in it (machine_settings.h).
 Finding leftovers(const Facts& facts) {
     const std::string path = facts.at(board::linux::kDefaultSettingsState);
-    const board::linux::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     const auto text = facts.text(board::linux::kDefaultSettingsState);
     if (!text && facts.exists(board::linux::kDefaultSettingsState))
         return {State::ok, path + " is root's: not judged", ""};

@@ -6,6 +6,10 @@
 #include <unistd.h>
 
 #include <array>
+#include <utility>
+
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
 
 extern char** environ;
 
@@ -14,6 +18,8 @@ namespace qduino::apps::doctor {
 std::optional<std::string> unpacked(const std::string& path) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) return std::nullopt;
+    const posix::UniqueFd output{ends[0]};
+    posix::UniqueFd input{ends[1]};
     posix_spawn_file_actions_t files;
     ::posix_spawn_file_actions_init(&files);
     ::posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
@@ -23,16 +29,12 @@ std::optional<std::string> unpacked(const std::string& path) {
     const int failed =
         ::posix_spawnp(&child, "gzip", &files, nullptr, const_cast<char* const*>(arguments.data()), environ);
     ::posix_spawn_file_actions_destroy(&files);
-    ::close(ends[1]);
-    std::string text;
-    std::array<char, 4096> part;
-    for (ssize_t bytes = 0; failed == 0 && (bytes = ::read(ends[0], part.data(), part.size())) > 0;) {
-        text.append(part.data(), static_cast<std::size_t>(bytes));
-    }
-    ::close(ends[0]);
+    input.reset();
+    Result<std::string> text = posix::read_to_end(output.get(), path);
     int status = 0;
-    if (failed != 0 || ::waitpid(child, &status, 0) != child || status != 0) return std::nullopt;
-    return text;
+    if (failed != 0 || ::waitpid(child, &status, 0) != child || status != 0 || !text.ok())
+        return std::nullopt;
+    return std::move(*text);
 }
 
 }  // namespace qduino::apps::doctor

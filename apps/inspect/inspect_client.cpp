@@ -10,6 +10,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
+
 namespace qduino::apps {
 namespace {
 
@@ -21,38 +24,31 @@ Error failure(ErrorCode code, std::string_view what) {
     return error;
 }
 
+/// The code for a machine that is not there is not_found, whether its socket is missing or nobody listens.
 Error system_failure(std::string_view what) {
     const int number = errno;
-    const bool absent = number == ENOENT || number == ECONNREFUSED;
-    const bool refused = number == EACCES || number == EPERM;
-    Error error = failure(absent    ? ErrorCode::not_found
-                          : refused ? ErrorCode::not_permitted
-                                    : ErrorCode::unavailable,
-                          what);
-    error.message.append(": ").append(std::strerror(number));
+    Error error = posix::system_error(what, "the inspector", number);
+    if (number == ECONNREFUSED) error.code = ErrorCode::not_found;
+    if (error.code != ErrorCode::not_found && error.code != ErrorCode::not_permitted)
+        error.code = ErrorCode::unavailable;
     return error;
 }
 
 class Connection {
   public:
     Connection() : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {}
-    ~Connection() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    Connection(const Connection&) = delete;
-    Connection& operator=(const Connection&) = delete;
-    [[nodiscard]] int fd() const { return fd_; }
+    [[nodiscard]] int fd() const { return fd_.get(); }
 
     /// False when nothing happened until `until`.
     [[nodiscard]] bool wait(short events, SteadyTime until) const {
         using std::chrono::milliseconds;
         const auto left = std::chrono::ceil<milliseconds>(until - std::chrono::steady_clock::now());
-        pollfd waiting{fd_, events, 0};
+        pollfd waiting{fd(), events, 0};
         return left.count() > 0 && ::poll(&waiting, 1, static_cast<int>(left.count())) > 0;
     }
 
   private:
-    int fd_;
+    posix::UniqueFd fd_;
 };
 
 Result<void> send_all(const Connection& connection, std::string_view bytes, SteadyTime until) {
@@ -61,7 +57,7 @@ Result<void> send_all(const Connection& connection, std::string_view bytes, Stea
             return failure(ErrorCode::timed_out, "it does not take the request");
         const ssize_t count =
             ::send(connection.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-        if (count < 0 && errno != EAGAIN && errno != EINTR) return system_failure("sending");
+        if (count < 0 && errno != EAGAIN && errno != EINTR) return system_failure("send to");
         if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
     }
     return {};
@@ -74,7 +70,7 @@ Result<std::string> receive_line(const Connection& connection, SteadyTime until)
         if (!connection.wait(POLLIN, until)) return failure(ErrorCode::timed_out, "no answer in time");
         const ssize_t count = ::recv(connection.fd(), bytes, sizeof bytes, MSG_DONTWAIT);
         if (count == 0) return failure(ErrorCode::unavailable, "it closed the connection");
-        if (count < 0 && errno != EAGAIN && errno != EINTR) return system_failure("receiving");
+        if (count < 0 && errno != EAGAIN && errno != EINTR) return system_failure("hear from");
         if (count > 0) line.append(bytes, static_cast<std::size_t>(count));
         if (!line.empty() && line.back() == '\n') {
             line.pop_back();
@@ -93,9 +89,9 @@ Result<std::string> InspectClient::ask(std::string_view request, Nanoseconds tim
         return failure(ErrorCode::invalid_argument, "the socket's path must have 1 to 107 bytes");
     std::memcpy(address.sun_path, path_.data(), path_.size());
     const Connection connection;
-    if (connection.fd() < 0) return system_failure("socket");
+    if (connection.fd() < 0) return system_failure("make a socket for");
     if (::connect(connection.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-        return system_failure("connecting");
+        return system_failure("reach");
     std::string line(request);
     line += '\n';
     if (const Result<void> sent = send_all(connection, line, until); !sent) return sent.error();

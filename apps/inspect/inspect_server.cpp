@@ -11,34 +11,15 @@
 #include <filesystem>
 #include <utility>
 
+#include "posix/owner.h"
+#include "posix/system_error.h"
+
 namespace qduino::apps {
 namespace {
 
-Error system_error(std::string_view what, const std::string& path) {
-    const int number = errno;
-    const ErrorCode code =
-        number == EACCES || number == EPERM ? ErrorCode::not_permitted : ErrorCode::unavailable;
-    Error error{code, what};
-    error.message.append(" ").append(path).append(": ").append(std::strerror(number));
-    return error;
-}
-
 bool somebody_serves(const sockaddr_un& address) {
-    const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (probe < 0) return false;
-    const bool served = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    ::close(probe);
-    return served;
-}
-
-// Mode before owner, and both before listen(): nobody else can connect in between.
-void give_to_owner_of_folder(const std::string& path) {
-    ::chmod(path.c_str(), 0600);
-    struct stat folder {};
-    const std::string parent = std::filesystem::absolute(path).parent_path().string();
-    if (::stat(parent.c_str(), &folder) != 0) return;
-    // Refused to an ordinary user, who owns the socket already.
-    [[maybe_unused]] const int ignored = ::chown(path.c_str(), folder.st_uid, folder.st_gid);
+    const posix::UniqueFd probe{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+    return ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
 }
 
 }  // namespace
@@ -57,58 +38,42 @@ Result<InspectServer> InspectServer::listen(const std::string& path, Answer answ
             return make_error(ErrorCode::already_exists, "inspect socket: something else has this path");
         ::unlink(path.c_str());
     }
-    const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    if (listener < 0) return system_error("inspect socket", path);
-    InspectServer server(path, listener, std::move(answer));
-    if (::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-        return system_error("inspect socket", path);
-    give_to_owner_of_folder(path);
-    if (::listen(listener, 8) != 0) return system_error("inspect socket", path);
+    posix::UniqueFd listener{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+    const int fd = listener.get();
+    InspectServer server(path, std::move(listener), std::move(answer));
+    if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+        return posix::system_error("make the inspect socket", path);
+    // Mode before owner, and both before listen(): nobody else can connect in between.
+    ::chmod(path.c_str(), 0600);
+    posix::give_to_owner_of_folder(std::filesystem::absolute(path));
+    if (::listen(fd, 8) != 0) return posix::system_error("serve the inspect socket", path);
     return server;
 }
 
-InspectServer::InspectServer(std::string path, int listener, Answer answer)
-    : path_(std::move(path)), listener_(listener), answer_(std::move(answer)) {}
-
-InspectServer::InspectServer(InspectServer&& other) noexcept
-    : path_(std::move(other.path_)),
-      listener_(std::exchange(other.listener_, -1)),
-      answer_(std::move(other.answer_)),
-      clients_(std::exchange(other.clients_, {})) {}
+InspectServer::InspectServer(std::string path, posix::UniqueFd listener, Answer answer)
+    : path_(std::move(path)), listener_(std::move(listener)), answer_(std::move(answer)) {}
 
 InspectServer::~InspectServer() {
-    for (const Client& client : clients_) ::close(client.fd);
-    if (listener_ < 0) return;
-    ::close(listener_);
-    ::unlink(path_.c_str());
+    if (listener_.valid()) ::unlink(path_.c_str());
 }
 
 std::size_t InspectServer::poll() {
     accept_new();
     std::size_t answered = 0;
-    std::erase_if(clients_, [&](Client& client) {
-        if (serve(client, answered)) return false;
-        ::close(client.fd);
-        return true;
-    });
+    std::erase_if(clients_, [&](Client& client) { return !serve(client, answered); });
     return answered;
 }
 
 void InspectServer::accept_new() {
-    const int fd = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (fd < 0) return;
-    if (clients_.size() == kClients) {
-        ::close(fd);
-        return;
-    }
-    clients_.push_back({fd, {}, {}});
+    posix::UniqueFd fd{::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+    if (fd.valid() && clients_.size() < kClients) clients_.push_back({std::move(fd), {}, {}});
 }
 
 bool InspectServer::serve(Client& client, std::size_t& answered) {
     if (!send_some(client)) return false;
     if (client.unsent.size() > kUnsentBytes) return false;
     char bytes[4096];
-    const ssize_t count = ::recv(client.fd, bytes, sizeof bytes, 0);
+    const ssize_t count = ::recv(client.fd.get(), bytes, sizeof bytes, 0);
     if (count == 0) return false;
     if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
     client.received.append(bytes, static_cast<std::size_t>(count));
@@ -124,7 +89,8 @@ bool InspectServer::serve(Client& client, std::size_t& answered) {
 
 bool InspectServer::send_some(Client& client) {
     while (!client.unsent.empty()) {
-        const ssize_t count = ::send(client.fd, client.unsent.data(), client.unsent.size(), MSG_NOSIGNAL);
+        const ssize_t count =
+            ::send(client.fd.get(), client.unsent.data(), client.unsent.size(), MSG_NOSIGNAL);
         if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
         client.unsent.erase(0, static_cast<std::size_t>(count));
     }

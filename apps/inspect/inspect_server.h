@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::apps {
 
@@ -27,7 +28,7 @@ class InspectServer {
     /// Errors: already_exists when somebody serves this path; invalid_argument (path too long); not_permitted, unavailable.
     static Result<InspectServer> listen(const std::string& path, Answer answer);
 
-    InspectServer(InspectServer&& other) noexcept;
+    InspectServer(InspectServer&& other) = default;
     InspectServer& operator=(InspectServer&&) = delete;
     ~InspectServer();
 
@@ -36,18 +37,18 @@ class InspectServer {
 
   private:
     struct Client {
-        int fd = -1;
+        posix::UniqueFd fd;
         std::string received;
         std::string unsent;
     };
-    InspectServer(std::string path, int listener, Answer answer);
+    InspectServer(std::string path, posix::UniqueFd listener, Answer answer);
     void accept_new();
     /// False when the client is gone or must go.
     [[nodiscard]] bool serve(Client& client, std::size_t& answered);
     [[nodiscard]] static bool send_some(Client& client);
 
     std::string path_;
-    int listener_;
+    posix::UniqueFd listener_;
     Answer answer_;
     std::vector<Client> clients_;
 };

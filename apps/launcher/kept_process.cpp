@@ -14,14 +14,14 @@
 
 #include "apps/launcher/run_lock.h"
 #include "board/linux/clock.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
 
 namespace qduino::launcher {
 namespace {
 
 using board::linux::monotonic_now;
-using board::linux::system_error;
-using board::linux::UniqueFd;
+using posix::system_error;
+using posix::UniqueFd;
 constexpr Nanoseconds kLookEvery = 20ms;
 constexpr std::size_t kLineMax = 4096;
 

@@ -17,7 +17,7 @@
 #include "apps/launcher/restart_policy.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::launcher {
 
@@ -62,7 +62,7 @@ class KeptProcess {
     RestartPolicy policy_;
     State state_ = State::waiting;
     pid_t pid_ = -1;
-    board::linux::UniqueFd output_;
+    posix::UniqueFd output_;
     std::string line_;
     Ended ended_;
     Instant started_{};

@@ -15,7 +15,8 @@
 #include "apps/terminal/wrap.h"
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::launcher {
 namespace {
@@ -53,7 +54,7 @@ Error already_running(const fs::path& state, const Error& held) {
 }
 
 /// The lock on the state folder. A killed launcher's processes are ending: they are waited for.
-Result<board::linux::UniqueFd> take_state(const fs::path& state) {
+Result<posix::UniqueFd> take_state(const fs::path& state) {
     const fs::path file = state / "run.lock";
     auto lock = lock_file(file, Nanoseconds{0});
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;

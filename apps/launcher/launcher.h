@@ -21,6 +21,7 @@
 #include "apps/launcher/kept_process.h"
 #include "apps/launcher/memory_folder.h"
 #include "base/result.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::launcher {
 
@@ -62,7 +63,7 @@ class Launcher {
     void stop_all();
 
     Options options_;
-    board::linux::UniqueFd state_lock_;
+    posix::UniqueFd state_lock_;
     MemoryFolder memory_;
     std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start
 };

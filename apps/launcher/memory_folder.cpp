@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include "apps/launcher/run_lock.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
 
 namespace qduino::launcher {
 namespace {
 
 namespace fs = std::filesystem;
-using board::linux::system_error;
+using posix::system_error;
 constexpr std::string_view kPrefix = "qduinomc.";
 constexpr const char* kLockName = "lock";
 

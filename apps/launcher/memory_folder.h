@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::launcher {
 
@@ -34,7 +34,7 @@ class MemoryFolder {
 
   private:
     std::filesystem::path path_;
-    board::linux::UniqueFd lock_;
+    posix::UniqueFd lock_;
 };
 
 }  // namespace qduino::launcher

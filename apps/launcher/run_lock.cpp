@@ -10,7 +10,7 @@
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
 
 namespace qduino::launcher {
 namespace {
@@ -54,13 +54,13 @@ std::string names_of(const std::vector<Holder>& holders) {
     return text;
 }
 
-Result<board::linux::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
+Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
     // Without O_CLOEXEC: children are to hold it too.
-    board::linux::UniqueFd lock{::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600)};
-    if (!lock.valid()) return board::linux::system_error("open", file.native());
+    posix::UniqueFd lock{::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600)};
+    if (!lock.valid()) return posix::system_error("open", file.native());
     const Instant until = board::linux::monotonic_now() + patience;
     while (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
-        if (errno != EWOULDBLOCK && errno != EINTR) return board::linux::system_error("lock", file.native());
+        if (errno != EWOULDBLOCK && errno != EINTR) return posix::system_error("lock", file.native());
         if (board::linux::monotonic_now() >= until)
             return make_error(ErrorCode::already_exists, "held by " + names_of(holders_of(file)));
         std::this_thread::sleep_for(kLookEvery);

@@ -10,7 +10,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::launcher {
 
@@ -26,7 +26,6 @@ struct Holder {
 
 /// Locks `file`, made when missing. The descriptor is handed on to children, and the lock with it (flock(2): it belongs to
 /// the open file). Waits up to `patience`. Errors: already_exists, not_permitted, and what open(2) says.
-[[nodiscard]] Result<board::linux::UniqueFd> lock_file(const std::filesystem::path& file,
-                                                       Nanoseconds patience);
+[[nodiscard]] Result<posix::UniqueFd> lock_file(const std::filesystem::path& file, Nanoseconds patience);
 
 }  // namespace qduino::launcher

@@ -11,6 +11,8 @@
 #include <filesystem>
 
 #include "base/result.h"
+#include "posix/mapping.h"
+#include "posix/unique_fd.h"
 #include "printer/link/layout.h"
 
 namespace qduino::apps {
@@ -19,27 +21,23 @@ namespace qduino::apps {
 class LinkFile {
   public:
     LinkFile() = default;
-    LinkFile(LinkFile&& other) noexcept;
-    LinkFile& operator=(LinkFile&& other) noexcept;
-    LinkFile(const LinkFile&) = delete;
-    LinkFile& operator=(const LinkFile&) = delete;
-    ~LinkFile();
 
     /// Null when nothing is mapped.
-    [[nodiscard]] printer::link::LinkLayout* get() const { return layout_; }
-    [[nodiscard]] explicit operator bool() const { return layout_ != nullptr; }
+    [[nodiscard]] printer::link::LinkLayout* get() const { return mapping_.as<printer::link::LinkLayout>(); }
+    [[nodiscard]] explicit operator bool() const { return mapping_.valid(); }
 
     /// True while `path` still names this very object: false once the sketch was started anew, or removed it.
     [[nodiscard]] bool is_current(const std::filesystem::path& path) const;
 
-    void close();
-
   private:
     friend Result<LinkFile> create_link(const std::filesystem::path&, std::uint64_t);
+    friend Result<LinkFile> map_link(const std::filesystem::path&);
     friend Result<LinkFile> open_link(const std::filesystem::path&);
 
-    printer::link::LinkLayout* layout_ = nullptr;
-    int descriptor_ = -1;
+    Result<void> map();
+
+    posix::Mapping mapping_;
+    posix::UniqueFd descriptor_;
     std::uint64_t device_ = 0;
     std::uint64_t inode_ = 0;
 };
@@ -49,8 +47,11 @@ class LinkFile {
 /// Errors: unavailable (no space), not_permitted, internal; the message names the path.
 [[nodiscard]] Result<LinkFile> create_link(const std::filesystem::path& path, std::uint64_t started_unix_s);
 
-/// Service's side. Errors: not_found (no sketch has run), corrupt (not a link), unsupported (other version or
-/// size), not_permitted, already_exists (another service holds it).
+/// Another process's look at the link; it does not become its holder. Errors: not_found (no sketch has run), corrupt (not a
+/// link), unsupported (other version or size), not_permitted.
+[[nodiscard]] Result<LinkFile> map_link(const std::filesystem::path& path);
+
+/// Service's side: the same, and the link is held. Errors: as map_link(); already_exists (another service holds it).
 [[nodiscard]] Result<LinkFile> open_link(const std::filesystem::path& path);
 
 }  // namespace qduino::apps

@@ -10,9 +10,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
 #include "printer/gcode/parser.h"
 #include "printer/preflight/layer_packer.h"
 #include "printer/preflight/preflight.h"
+#include "spool/file_error.h"
 
 namespace qduino::printd {
 
@@ -24,47 +27,16 @@ using printer::preflight::Finding;
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-class File {
-  public:
-    File(const std::filesystem::path& path, int flags)
-        : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0600)) {}
-    ~File() {
-        if (descriptor_ >= 0) ::close(descriptor_);
-    }
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-    [[nodiscard]] bool ok() const { return descriptor_ >= 0; }
-    /// Bytes read, 0 at the end, −1 on an error.
-    [[nodiscard]] ssize_t read(std::span<char> bytes) const {
-        ssize_t count = -1;
-        do {
-            count = ::read(descriptor_, bytes.data(), bytes.size());
-        } while (count < 0 && errno == EINTR);
-        return count;
-    }
-    /// All of it; false on an error.
-    [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) const {
-        while (!bytes.empty()) {
-            const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
-            if (count < 0 && errno == EINTR) continue;
-            if (count < 0) return false;
-            bytes = bytes.subspan(static_cast<std::size_t>(count));
-        }
-        return true;
-    }
-
-  private:
-    int descriptor_;
-};
-
 /// Writes packed layers behind one another, and keeps their index.
 class LayerFile final : public printer::preflight::LayerSink {
   public:
-    explicit LayerFile(const std::filesystem::path& path) : file_(path, O_WRONLY | O_CREAT | O_TRUNC) {}
+    explicit LayerFile(const std::filesystem::path& path)
+        : file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600)) {}
 
     void on_layer(const printer::preflight::LayerRecord& record,
                   std::span<const std::uint8_t> bytes) override {
-        failed_ = failed_ || !file_.ok() || !file_.write(bytes);
+        const std::span<const char> text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+        failed_ = failed_ || !posix::write_all(file_.get(), text, "packed layers").ok();
         if (!index_.empty()) index_ += ",";
         index_ += text_of({{"index", count_++},
                            {"layer", record.layer.index},
@@ -77,7 +49,7 @@ class LayerFile final : public printer::preflight::LayerSink {
     [[nodiscard]] std::string index() const { return "[" + index_ + "]"; }
 
   private:
-    File file_;
+    posix::UniqueFd file_;
     std::string index_;
     int count_ = 0;
     bool failed_ = false;
@@ -137,8 +109,7 @@ spool::Analysis refusal(const Facts& facts) {
 
 Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& gcode,
                                                    const std::filesystem::path& layers) {
-    const File file{gcode, O_RDONLY};
-    if (!file.ok()) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
+    const posix::UniqueFd file{::open(gcode.c_str(), O_RDONLY | O_CLOEXEC)};
     LayerFile packed{layers};
     printer::preflight::LayerPacker packer{machine_.filament_diameter_mm, packed};
     // On the heap: findings and parser state are too large for a thread's stack to be taken for granted.
@@ -146,14 +117,15 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
         printer::preflight::Options{machine_, step_rate_max_hz(machine_)});
     preflight->add_sink(packer);
     std::array<char, 16 * 1024> bytes;
-    ssize_t count = 0;
-    while ((count = file.read(bytes)) > 0) preflight->feed({bytes.data(), static_cast<std::size_t>(count)});
-    if (count < 0) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
+    for (;;) {
+        const Result<std::size_t> count = posix::read_some(file.get(), bytes, "the uploaded file");
+        if (!count.ok()) return make_error(ErrorCode::internal, "the uploaded file cannot be read back");
+        if (*count == 0) break;
+        preflight->feed({bytes.data(), *count});
+    }
     const Facts& facts = preflight->finish();
     if (!facts.accepted() && !facts.errors.empty()) return refusal(facts);
-    if (packed.failed())
-        return make_error(ErrorCode::unavailable,
-                          "the disk is full; delete finished jobs or free some space");
+    if (packed.failed()) return spool::file_error("write", "packed layers", ENOSPC);
     spool::Analysis analysis;
     analysis.facts_json = text_of(facts_json(facts));
     if (facts.metadata.estimated) analysis.estimated_s = facts.metadata.estimated->value();

@@ -20,7 +20,7 @@ class LinkWatch final : public spool::LinkSource {
         return std::filesystem::exists(path_, ignored_) && !file_.is_current(path_);
     }
     void reopen() override {
-        file_.close();
+        file_ = {};
         Result<apps::LinkFile> opened = apps::open_link(path_);
         if (opened.ok()) {
             file_ = std::move(*opened);

@@ -8,19 +8,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
-#include <utility>
+#include "posix/system_error.h"
 
 namespace qduino::printd {
 
 namespace {
-
-Error system_error(std::string_view what, std::string_view which, int number) {
-    Error error{number == EACCES || number == EPERM ? ErrorCode::not_permitted : ErrorCode::internal, {}};
-    error.message.append(what).append(" ").append(which).append(": ").append(std::strerror(number));
-    return error;
-}
 
 bool belongs_to_root(const std::filesystem::path& path) {
     struct stat found {};
@@ -32,26 +24,14 @@ Result<void> give_away(const std::filesystem::path& folder, uid_t user, gid_t gr
     std::error_code failed;
     for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
         if (::lchown(entry.path().c_str(), user, group) != 0)
-            return system_error("cannot give away", entry.path().native(), errno);
+            return posix::system_error("give away", entry.path().native());
     }
-    if (failed) return system_error("cannot read", folder.native(), failed.value());
-    if (::lchown(folder.c_str(), user, group) != 0)
-        return system_error("cannot give away", folder.native(), errno);
+    if (failed) return posix::system_error("read", folder.native(), failed.value());
+    if (::lchown(folder.c_str(), user, group) != 0) return posix::system_error("give away", folder.native());
     return {};
 }
 
 }  // namespace
-
-StateLock::StateLock(StateLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-StateLock& StateLock::operator=(StateLock&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-}
-
-StateLock::~StateLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-}
 
 Result<StateLock> StateLock::take(const std::filesystem::path& folder) {
     std::error_code failed;
@@ -59,11 +39,11 @@ Result<StateLock> StateLock::take(const std::filesystem::path& folder) {
         std::filesystem::create_directories(folder, failed);
         if (!failed) std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failed);
     }
-    if (failed) return system_error("cannot make the state folder", folder.native(), failed.value());
+    if (failed) return posix::system_error("make the state folder", folder.native(), failed.value());
     StateLock lock;
-    lock.descriptor_ = ::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (lock.descriptor_ < 0) return system_error("cannot use the state folder", folder.native(), errno);
-    if (::flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    lock.file_.reset(::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (!lock.file_.valid()) return posix::system_error("use the state folder", folder.native());
+    if (::flock(lock.file_.get(), LOCK_EX | LOCK_NB) != 0) {
         return Error{ErrorCode::already_exists,
                      FixedString<236>{"a print service is already running with "}.append(folder.native())};
     }
@@ -81,7 +61,7 @@ Result<void> become(const std::string& user, const std::filesystem::path& state)
     }
     if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 ||
         ::setuid(found->pw_uid) != 0) {
-        return system_error("cannot become", user, errno);
+        return posix::system_error("become", user);
     }
     if (::setuid(0) == 0) return make_error(ErrorCode::internal, "--run-as: root could be had back");
     ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);

@@ -5,21 +5,18 @@
 #include <string>
 
 #include "base/result.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::printd {
 
 /// An advisory lock on DIR/lock that dies with its holder.
 class StateLock {
   public:
-    StateLock() = default;
-    StateLock(StateLock&& other) noexcept;
-    StateLock& operator=(StateLock&& other) noexcept;
-    ~StateLock();
     /// Makes the folder (mode 0700) where there is none. Errors: already_exists (another service runs), not_permitted, internal.
     [[nodiscard]] static Result<StateLock> take(const std::filesystem::path& folder);
 
   private:
-    int descriptor_ = -1;
+    posix::UniqueFd file_;
 };
 
 /// From root to `user`, for good: groups, ids, and no way back. The state folder becomes the user's first, if it is root's.

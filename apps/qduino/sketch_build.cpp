@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "apps/qduino/build_step.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::apps {
 namespace {
@@ -130,8 +130,7 @@ std::vector<fs::path> SketchBuild::objects() const {
 Result<int> SketchBuild::make(const std::vector<BoardKind>& boards, bool verbose) const {
     std::error_code failed;
     fs::create_directories(folder_, failed);
-    const board::linux::UniqueFd lock{
-        ::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+    const posix::UniqueFd lock{::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
     if (failed || !lock.valid() || ::flock(lock.get(), LOCK_EX) != 0) {
         return make_error(ErrorCode::not_permitted,
                           "cannot write here; set XDG_CACHE_HOME to a folder of yours: " + folder_.string());

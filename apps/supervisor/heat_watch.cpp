@@ -18,7 +18,8 @@
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
-#include "board/linux/system_error.h"
+#include "posix/mapping.h"
+#include "posix/system_error.h"
 
 namespace qduino::supervisor {
 namespace {
@@ -26,8 +27,8 @@ namespace {
 using board::linux::block_until;
 using board::linux::monotonic_now;
 using board::linux::SketchDeath;
-using board::linux::system_error;
-using board::linux::UniqueFd;
+using posix::system_error;
+using posix::UniqueFd;
 
 constexpr Nanoseconds kLook = 20ms;
 constexpr int kSilentLooks = 50;
@@ -157,10 +158,9 @@ class Watcher {
 
 Result<void> HeatWatch::start(const HeatWatchTask& task) {
     if (!page_) {
-        void* memory = ::mmap(nullptr, sizeof(HeatWatchPage), PROT_READ | PROT_WRITE,
-                              MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-        if (memory == MAP_FAILED) return system_error("map", "memory for the heat watch");
-        memory_ = board::linux::Mapping{memory, sizeof(HeatWatchPage)};
+        auto memory = posix::map_anonymous(sizeof(HeatWatchPage));
+        if (!memory) return memory.error();
+        memory_ = std::move(*memory);
         page_ = memory_.as<HeatWatchPage>();
     }
     auto opened =

@@ -41,7 +41,8 @@
 #include "apps/supervisor/safe_hands.h"
 #include "base/result.h"
 #include "board/linux/pins_file.h"
-#include "board/linux/unique_fd.h"
+#include "posix/mapping.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::supervisor {
 
@@ -87,9 +88,9 @@ class HeatWatch {
     void end();
 
   private:
-    board::linux::Mapping memory_;
+    posix::Mapping memory_;
     HeatWatchPage* page_ = nullptr;
-    board::linux::UniqueFd pidfd_;
+    posix::UniqueFd pidfd_;
     pid_t pid_ = -1;
     SafeHands hands_;  // used by the child alone; open here, where an error can be told
     SystemCalls system_;

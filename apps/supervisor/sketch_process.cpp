@@ -10,13 +10,13 @@
 #include <cerrno>
 
 #include "apps/supervisor/importance.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
 
 namespace qduino::supervisor {
 namespace {
 
-using board::linux::system_error;
-using board::linux::UniqueFd;
+using posix::system_error;
+using posix::UniqueFd;
 
 /// In the child: becomes the sketch, or says through `report` why not.
 [[noreturn]] void become(const std::vector<std::string>& command, pid_t supervisor, int report) {

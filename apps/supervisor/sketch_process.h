@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::supervisor {
 
@@ -33,7 +33,7 @@ class SketchProcess {
 
   private:
     pid_t pid_ = -1;
-    board::linux::UniqueFd pidfd_;
+    posix::UniqueFd pidfd_;
 };
 
 }  // namespace qduino::supervisor

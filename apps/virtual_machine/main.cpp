@@ -18,7 +18,7 @@
 #include "apps/machine_file/twin_machine.h"
 #include "apps/virtual_machine/virtual_machine.h"
 #include "board/linux/clock.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace {
 
@@ -50,7 +50,7 @@ void be_prompt(int fifo) {
 /// (apps/launcher), to see its last edges. Not for ever: such a process may hang.
 void outlive_sketch(qduino::apps::VirtualMachine& machine, const std::string& lock_file) {
     using qduino::board::linux::monotonic_now;
-    const qduino::board::linux::UniqueFd lock{::open(lock_file.c_str(), O_RDWR | O_CLOEXEC)};
+    const qduino::posix::UniqueFd lock{::open(lock_file.c_str(), O_RDWR | O_CLOEXEC)};
     const qduino::Instant until = monotonic_now() + kStayAtMost;
     while (lock.valid() && monotonic_now() < until && ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0)
         machine.pass();

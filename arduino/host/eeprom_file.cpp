@@ -6,21 +6,20 @@
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
+
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::arduino::host {
 
 namespace {
 
 Error file_error(const std::string& path) {
-    const int number = errno;
-    const ErrorCode code =
-        number == EACCES || number == EROFS ? ErrorCode::not_permitted : ErrorCode::unavailable;
-    return make_error(
-        code, path + ": " + std::strerror(number) + " (set QDUINO_EEPROM to a file that can be written)");
+    Error error = posix::system_error("use", path);
+    error.message.append(" (set QDUINO_EEPROM to a file that can be written)");
+    return error;
 }
 
 /// Fills from the file's end up to `size` with 0xff. False, with errno, when it cannot.
@@ -41,14 +40,9 @@ bool fill_up(int descriptor, std::size_t size) {
 }  // namespace
 
 Result<std::span<std::uint8_t>> map_eeprom(const std::string& path, std::size_t size) {
-    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (descriptor < 0) return file_error(path);
-    void* memory = MAP_FAILED;
-    if (fill_up(descriptor, size))
-        memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
-    const int number = errno;
-    close(descriptor);
-    errno = number;
+    const posix::UniqueFd file{open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+    if (!file.valid() || !fill_up(file.get(), size)) return file_error(path);
+    void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
     if (memory == MAP_FAILED) return file_error(path);
     return std::span<std::uint8_t>{static_cast<std::uint8_t*>(memory), size};
 }

@@ -13,6 +13,8 @@
 #include <cstring>
 #include <utility>
 
+#include "posix/system_error.h"
+
 namespace qduino::arduino::host {
 
 namespace {
@@ -20,14 +22,6 @@ namespace {
 constexpr int kCarrierPollMs = 50;
 constexpr timespec kNap{
     0, 200'000};  // of the host's time: in the simulator, waiting for a terminal costs no virtual time
-
-Error system_error(const std::string& what) {
-    const int number = errno;
-    const ErrorCode code = number == ENOENT   ? ErrorCode::not_found
-                           : number == EACCES ? ErrorCode::not_permitted
-                                              : ErrorCode::unavailable;
-    return make_error(code, what + ": " + std::strerror(number));
-}
 
 }  // namespace
 
@@ -41,7 +35,7 @@ Result<void> DescriptorPort::start(int read_descriptor, int write_descriptor) {
     input_begin_ = input_end_ = 0;
     stopping_ = false;
     carried_ = ring_->pushed();
-    if (sem_init(&wake_, 0, 0) != 0) return system_error("serial port");
+    if (sem_init(&wake_, 0, 0) != 0) return posix::system_error("carry", "a serial port");
     carrier_ = std::thread([this] { carry(); });
     return {};
 }
@@ -171,7 +165,7 @@ void apply_frame(termios& settings, std::uint16_t config) {
 
 Result<void> configure(int descriptor, const std::string& path, unsigned long baud, std::uint16_t config) {
     termios settings{};
-    if (tcgetattr(descriptor, &settings) != 0) return system_error(path);
+    if (tcgetattr(descriptor, &settings) != 0) return posix::system_error("look at", path);
     cfmakeraw(&settings);
     apply_frame(settings, config);
     settings.c_cflag |= CLOCAL | CREAD;
@@ -182,56 +176,55 @@ Result<void> configure(int descriptor, const std::string& path, unsigned long ba
     if (speed == B0)
         return make_error(ErrorCode::invalid_argument, path + ": no such speed, " + std::to_string(baud));
     cfsetspeed(&settings, speed);
-    if (tcsetattr(descriptor, TCSANOW, &settings) != 0) return system_error(path);
+    if (tcsetattr(descriptor, TCSANOW, &settings) != 0) return posix::system_error("set up", path);
     return {};
 }
 
 }  // namespace
 
 Result<void> TerminalPort::open(unsigned long baud, std::uint16_t config) {
-    descriptor_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
-    if (descriptor_ < 0) return system_error(path_);
-    const auto configured = configure(descriptor_, path_, baud, config);
+    descriptor_.reset(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
+    if (!descriptor_.valid()) return posix::system_error("open", path_);
+    const auto configured = configure(descriptor_.get(), path_, baud, config);
     if (!configured.ok()) {
         close();
         return configured.error();
     }
-    return start(descriptor_, descriptor_);
+    return start(descriptor_.get(), descriptor_.get());
 }
 
 void TerminalPort::close() {
     DescriptorPort::close();
-    if (descriptor_ >= 0) ::close(descriptor_);
-    descriptor_ = -1;
+    descriptor_.reset();
 }
 
 // ---- PseudoTerminalPort ---------------------------------------------------------------------------------------------
 
 Result<void> PseudoTerminalPort::open(unsigned long, std::uint16_t config) {
-    master_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+    master_.reset(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
+    const int master = master_.get();
     char name[64];
-    if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0 ||
-        ptsname_r(master_, name, sizeof name) != 0) {
-        return system_error("pseudo-terminal");
+    if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0 ||
+        ptsname_r(master, name, sizeof name) != 0) {
+        return posix::system_error("make", "a pseudo-terminal");
     }
     name_ = name;
-    slave_ = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
-    if (slave_ < 0) return system_error(name_);
-    const auto configured = configure(slave_, name_, 115200, config);
+    slave_.reset(::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
+    if (!slave_.valid()) return posix::system_error("open", name_);
+    const auto configured = configure(slave_.get(), name_, 115200, config);
     if (!configured.ok()) return configured.error();
     if (!link_.empty()) {
         unlink(link_.c_str());
-        if (symlink(name, link_.c_str()) != 0) return system_error(link_);
+        if (symlink(name, link_.c_str()) != 0) return posix::system_error("link", link_);
     }
-    return start(master_, master_);
+    return start(master, master);
 }
 
 void PseudoTerminalPort::close() {
     DescriptorPort::close();
-    if (master_ >= 0) ::close(master_);
-    if (slave_ >= 0) ::close(slave_);
-    if (master_ >= 0 && !link_.empty()) unlink(link_.c_str());
-    master_ = slave_ = -1;
+    if (master_.valid() && !link_.empty()) unlink(link_.c_str());
+    master_.reset();
+    slave_.reset();
     name_.clear();
 }
 

@@ -17,6 +17,7 @@
 
 #include "arduino/core/serial_port.h"
 #include "channel/ring_buffer.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::arduino::host {
 
@@ -91,7 +92,7 @@ class TerminalPort final : public DescriptorPort {
 
   private:
     std::string path_;
-    int descriptor_ = -1;
+    posix::UniqueFd descriptor_;
 };
 
 /// A new pseudo-terminal, for another program to open as if it were a serial port.
@@ -108,8 +109,8 @@ class PseudoTerminalPort final : public DescriptorPort {
   private:
     std::string link_;
     std::string name_;
-    int master_ = -1;
-    int slave_ = -1;  // held open, so that the master does not see a hang-up between two listeners
+    posix::UniqueFd master_;
+    posix::UniqueFd slave_;  // held open, so that the master does not see a hang-up between two listeners
 };
 
 /// The port of Serial `number`: 0 is the console; the others follow QDUINO_SERIAL<number>.

@@ -12,6 +12,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "posix/system_error.h"
+
 namespace qduino::arduino::host {
 
 namespace {
@@ -35,18 +37,13 @@ const sockaddr* generic(const sockaddr_in& address) { return reinterpret_cast<co
 sockaddr* generic(sockaddr_in& address) { return reinterpret_cast<sockaddr*>(&address); }
 
 Error network_error(const char* what, std::uint16_t port) {
-    const int number = errno;
-    const ErrorCode code = number == EADDRINUSE  ? ErrorCode::already_exists
-                           : number == EACCES    ? ErrorCode::not_permitted
-                           : number == ETIMEDOUT ? ErrorCode::timed_out
-                                                 : ErrorCode::unavailable;
-    return make_error(code,
-                      std::string(what) + " port " + std::to_string(port) + ": " + std::strerror(number));
+    return posix::system_error(what, "port " + std::to_string(port));
 }
 
 std::shared_ptr<Socket> make_socket(int type, int& descriptor) {
-    descriptor = socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    return descriptor < 0 ? nullptr : std::make_shared<Socket>(descriptor);
+    posix::UniqueFd made{socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+    descriptor = made.get();
+    return made.valid() ? std::make_shared<Socket>(std::move(made)) : nullptr;
 }
 
 bool wait_for(int descriptor, short events, int timeout_ms) {
@@ -55,8 +52,6 @@ bool wait_for(int descriptor, short events, int timeout_ms) {
 }
 
 }  // namespace
-
-Socket::~Socket() { close(descriptor_); }
 
 Result<std::shared_ptr<Socket>> Socket::connect(Endpoint to, int timeout_ms) {
     int descriptor = -1;
@@ -93,11 +88,11 @@ Result<std::shared_ptr<Socket>> Socket::listen(std::uint16_t port) {
 Result<std::shared_ptr<Socket>> Socket::bind_udp(std::uint16_t port, std::optional<std::uint32_t> group) {
     int descriptor = -1;
     auto made = make_socket(SOCK_DGRAM, descriptor);
-    if (!made) return network_error("UDP", port);
+    if (!made) return network_error("take UDP", port);
     const int yes = 1;
     if (group) setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     const sockaddr_in address = system_address({htonl(INADDR_ANY), port});
-    if (bind(descriptor, generic(address), sizeof address) != 0) return network_error("UDP", port);
+    if (bind(descriptor, generic(address), sizeof address) != 0) return network_error("take UDP", port);
     if (!group) return made;
     ip_mreq membership{};
     membership.imr_multiaddr.s_addr = *group;
@@ -109,29 +104,30 @@ Result<std::shared_ptr<Socket>> Socket::bind_udp(std::uint16_t port, std::option
 }
 
 std::shared_ptr<Socket> Socket::accept() {
-    const int descriptor = accept4(descriptor_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    return descriptor < 0 ? nullptr : std::make_shared<Socket>(descriptor);
+    posix::UniqueFd accepted{accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+    return accepted.valid() ? std::make_shared<Socket>(std::move(accepted)) : nullptr;
 }
 
 std::size_t Socket::send(std::span<const std::uint8_t> bytes) {
     std::size_t sent = 0;
     while (sent < bytes.size()) {
-        const ssize_t count = ::send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+        const ssize_t count =
+            ::send(descriptor_.get(), bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
         if (count > 0) sent += static_cast<std::size_t>(count);
         if (count >= 0 || errno == EINTR) continue;
-        if (errno != EAGAIN || !wait_for(descriptor_, POLLOUT, kSendWaitMs)) break;
+        if (errno != EAGAIN || !wait_for(descriptor_.get(), POLLOUT, kSendWaitMs)) break;
     }
     return sent;
 }
 
 bool Socket::send_to(Endpoint to, std::span<const std::uint8_t> bytes) {
     const sockaddr_in address = system_address(to);
-    return sendto(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL, generic(address), sizeof address) >=
-           0;
+    return sendto(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL, generic(address),
+                  sizeof address) >= 0;
 }
 
 int Socket::receive(std::span<std::uint8_t> bytes, bool peek) {
-    const ssize_t count = recv(descriptor_, bytes.data(), bytes.size(), peek ? MSG_PEEK : 0);
+    const ssize_t count = recv(descriptor_.get(), bytes.data(), bytes.size(), peek ? MSG_PEEK : 0);
     if (count > 0) return static_cast<int>(count);
     return count < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
 }
@@ -139,7 +135,7 @@ int Socket::receive(std::span<std::uint8_t> bytes, bool peek) {
 std::optional<std::size_t> Socket::receive_from(std::span<std::uint8_t> bytes, Endpoint& from) {
     sockaddr_in address{};
     socklen_t size = sizeof address;
-    const ssize_t count = recvfrom(descriptor_, bytes.data(), bytes.size(), 0, generic(address), &size);
+    const ssize_t count = recvfrom(descriptor_.get(), bytes.data(), bytes.size(), 0, generic(address), &size);
     if (count < 0) return std::nullopt;
     from = endpoint_of(address);
     return static_cast<std::size_t>(count);
@@ -147,18 +143,18 @@ std::optional<std::size_t> Socket::receive_from(std::span<std::uint8_t> bytes, E
 
 int Socket::available() const {
     int count = 0;
-    return ioctl(descriptor_, FIONREAD, &count) == 0 ? count : 0;
+    return ioctl(descriptor_.get(), FIONREAD, &count) == 0 ? count : 0;
 }
 
 Endpoint Socket::local() const {
     sockaddr_in address{};
     socklen_t size = sizeof address;
-    return getsockname(descriptor_, generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
+    return getsockname(descriptor_.get(), generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
 }
 Endpoint Socket::remote() const {
     sockaddr_in address{};
     socklen_t size = sizeof address;
-    return getpeername(descriptor_, generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
+    return getpeername(descriptor_.get(), generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
 }
 
 std::optional<std::uint32_t> resolve(const std::string& host) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::arduino::host {
 
@@ -19,10 +20,7 @@ struct Endpoint {
 
 class Socket {
   public:
-    explicit Socket(int descriptor) : descriptor_(descriptor) {}
-    ~Socket();
-    Socket(const Socket&) = delete;
-    Socket& operator=(const Socket&) = delete;
+    explicit Socket(posix::UniqueFd descriptor) : descriptor_(std::move(descriptor)) {}
 
     /// Waits up to `timeout_ms`.
     static Result<std::shared_ptr<Socket>> connect(Endpoint to, int timeout_ms);
@@ -43,7 +41,7 @@ class Socket {
     [[nodiscard]] Endpoint remote() const;
 
   private:
-    int descriptor_;
+    posix::UniqueFd descriptor_;
 };
 
 /// Waits for the resolver.

@@ -1,6 +1,5 @@
 #include "bench/rig/samples.h"
-
-#include <sys/mman.h>
+#include "posix/mapping.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +10,14 @@ namespace qduino::bench {
 
 SharedSamples::SharedSamples(std::size_t capacity) : capacity_(capacity) {
     const std::size_t bytes = sizeof(std::int64_t) * (capacity + 8);
-    void* memory =
-        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-    if (memory == MAP_FAILED) {
-        std::perror("memory for the samples");
+    auto memory = posix::map_anonymous(bytes);
+    if (!memory) {
+        std::fprintf(stderr, "%s\n", std::string{memory.error().message.view()}.c_str());
         std::exit(1);
     }
-    memory_ = board::linux::Mapping{memory, bytes};
-    head_ = new (memory) Head{};
-    values_ = static_cast<std::int64_t*>(memory) + 8;  // a cache line after the count
+    memory_ = std::move(*memory);
+    head_ = new (memory_.as<void>()) Head{};
+    values_ = memory_.as<std::int64_t>() + 8;  // a cache line after the count
 }
 
 std::int64_t percentile(std::span<const std::int64_t> sorted, double q) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "board/linux/pins_file.h"
+#include "posix/mapping.h"
 
 namespace qduino::bench {
 
@@ -32,7 +33,7 @@ class SharedSamples {
     struct Head {
         std::atomic<std::size_t> count;
     };
-    board::linux::Mapping memory_;
+    posix::Mapping memory_;
     std::size_t capacity_;
     Head* head_;
     std::int64_t* values_;

@@ -30,7 +30,7 @@
 #include "board/linux/clock.h"
 #include "board/linux/pins_server.h"
 #include "board/linux/real_time_thread.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 #include "printer/link/frame.h"
 #include "twin/printer.h"
 
@@ -40,7 +40,7 @@ namespace {
 using board::linux::block_until;
 using board::linux::monotonic_now;
 using board::linux::PinsServer;
-using board::linux::UniqueFd;
+using posix::UniqueFd;
 
 constexpr Nanoseconds kLook = 500us;
 constexpr Nanoseconds kPatience = 5s;

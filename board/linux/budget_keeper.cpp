@@ -9,7 +9,7 @@
 
 #include "base/contract.h"
 #include "board/linux/clock.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
 
 // glibc names the field only from 2.38 on.
 #ifndef sigev_notify_thread_id
@@ -17,6 +17,8 @@
 #endif
 
 namespace qduino::board::linux {
+
+using posix::system_error;
 namespace {
 
 /// Splinters of budget shorter than this are joined to the next refill: enforcing one costs more than it.

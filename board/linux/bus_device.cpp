@@ -11,9 +11,13 @@
 #include <string>
 
 #include "board/linux/smbus_request.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::system_error;
+using posix::UniqueFd;
 namespace {
 
 /// The kernel says "no such device" in several ways when nobody acknowledges an address.

@@ -4,7 +4,7 @@
 
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -24,7 +24,7 @@ class I2cDevice final : public I2cDriver {
     Result<void> transfer_smbus(I2cAddress address, std::span<const std::uint8_t> out,
                                 std::span<std::uint8_t> in);
 
-    UniqueFd fd_;
+    posix::UniqueFd fd_;
     unsigned adapter_ = 0;
     bool smbus_only_ = false;
 };
@@ -37,7 +37,7 @@ class SpiDevice final : public SpiDriver {
                           std::span<std::uint8_t> data) override;
 
   private:
-    UniqueFd fd_;
+    posix::UniqueFd fd_;
 };
 
 }  // namespace qduino::board::linux

@@ -15,9 +15,15 @@
 
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
-#include "board/linux/system_error.h"
+#include "posix/small_file.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
+using posix::system_error;
+using posix::UniqueFd;
 namespace {
 
 constexpr Nanoseconds kLookAgain = 20ms;

@@ -16,7 +16,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -43,7 +43,7 @@ class CoreLock {
     void write_holder() const;
 
     std::string path_;
-    UniqueFd file_;
+    posix::UniqueFd file_;
 };
 
 }  // namespace qduino::board::linux

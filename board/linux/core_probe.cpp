@@ -10,8 +10,11 @@
 #include "board/linux/fatal_signals.h"
 #include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
+#include "posix/small_file.h"
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
 
 // The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then lines of "<name>:
 // <count of each column> <words>"; the last few lines may have fewer counts.

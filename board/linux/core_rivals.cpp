@@ -11,12 +11,15 @@
 
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
+#include "posix/small_file.h"
 
 #ifndef SCHED_DEADLINE
 #define SCHED_DEADLINE 6
 #endif
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
 namespace {
 
 /// One look at one task.

@@ -5,8 +5,11 @@
 #include <limits>
 
 #include "board/linux/machine_settings.h"
+#include "posix/small_file.h"
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
 namespace {
 
 // The rate is measured over 2 ms, which makes it good to 20 ppm or 20 ns over the age of an anchor, then over 4, 8 and so on,

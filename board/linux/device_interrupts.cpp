@@ -1,4 +1,5 @@
 #include "board/linux/device_interrupts.h"
+#include "posix/small_file.h"
 
 #include <sys/stat.h>
 
@@ -10,6 +11,8 @@
 #include <optional>
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
 namespace {
 
 namespace fs = std::filesystem;

@@ -8,9 +8,13 @@
 #include <cstring>
 #include <string>
 
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::system_error;
+using posix::UniqueFd;
 namespace {
 
 std::string chip_path(unsigned chip) { return "/dev/gpiochip" + std::to_string(chip); }

@@ -9,7 +9,7 @@
 #include "base/result.h"
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -35,7 +35,7 @@ class GpioPin final : public PinDriver {
     Result<void> configure(std::uint64_t flags);
 
     GpioLine line_;
-    UniqueFd fd_;
+    posix::UniqueFd fd_;
     PinMode mode_ = PinMode::input;
     std::atomic<Level> latch_{Level::low};
     bool watching_ = false;
@@ -45,6 +45,6 @@ class GpioPin final : public PinDriver {
 
 /// Takes over a line that a dead sketch has let go of and drives it to `level`, for as long as the descriptor lives. Not valid: it
 /// could not be had. For whoever outlives the sketch.
-UniqueFd take_over_line(unsigned chip, unsigned line, Level level);
+posix::UniqueFd take_over_line(unsigned chip, unsigned line, Level level);
 
 }  // namespace qduino::board::linux

@@ -11,9 +11,13 @@
 
 #include "board/linux/device_interrupts.h"
 #include "board/linux/kernel_release.h"
-#include "board/linux/system_error.h"
+#include "posix/small_file.h"
+#include "posix/system_error.h"
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
+using posix::write_small_file;
 namespace {
 
 namespace fs = std::filesystem;

@@ -37,6 +37,7 @@
 #include "board/linux/pin_driver.h"
 #include "board/linux/vcpu_thread.h"
 #include "board/linux/virtual_pins.h"
+#include "posix/unique_fd.h"
 #include "sched/admission.h"
 
 namespace qduino::board::linux {
@@ -179,7 +180,7 @@ class LinuxBoard {
     FixedString<200> lock_shortfall_;
     MachineSettings settings_;  // open once something was changed; undoes it
     Isolation isolation_;
-    UniqueFd awake_;  // keep_cores_awake()
+    posix::UniqueFd awake_;  // keep_cores_awake()
     FixedString<200> isolation_shortfall_;
     std::vector<UsedCore> cores_;
     Instant started_at_{};

@@ -8,8 +8,11 @@
 #include "board/linux/device_interrupts.h"
 #include "board/linux/linux_board.h"
 #include "board/linux/overheads.h"
+#include "posix/small_file.h"
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
 namespace {
 
 void join(FixedString<200>& text, std::string_view more) {

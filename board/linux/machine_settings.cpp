@@ -13,9 +13,16 @@
 
 #include "base/contract.h"
 #include "board/linux/cpu_list.h"
-#include "board/linux/system_error.h"
+#include "posix/small_file.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
+using posix::system_error;
+using posix::UniqueFd;
+using posix::write_small_file;
 namespace {
 
 constexpr std::string_view kHeader = "qduino-settings 1 ";
@@ -185,29 +192,9 @@ Result<void> undo_all(std::string_view text) {
 
 }  // namespace
 
-Result<std::string> read_small_file(const std::string& path) {
-    const UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-    if (!file.valid()) return system_error("open", path);
-    std::string text;
-    std::array<char, 4096> part;
-    for (;;) {
-        const ssize_t bytes = ::read(file.get(), part.data(), part.size());
-        if (bytes < 0) return system_error("read", path);
-        if (bytes == 0) return text;
-        text.append(part.data(), static_cast<std::size_t>(bytes));
-    }
-}
-
 CpuList read_cpu_list(const std::string& path) {
     const auto text = read_small_file(path);
     return (text ? CpuList::from_list(*text) : std::nullopt).value_or(CpuList{});
-}
-
-Result<void> write_small_file(const std::string& path, std::string_view text) {
-    const UniqueFd file{::open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC)};
-    if (!file.valid()) return system_error("open", path);
-    if (::write(file.get(), text.data(), text.size()) < 0) return system_error("write", path);
-    return {};
 }
 
 MachineSettings::~MachineSettings() { static_cast<void>(undo()); }

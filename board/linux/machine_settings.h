@@ -24,18 +24,14 @@
 
 #include "base/result.h"
 #include "board/linux/cpu_list.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
 inline constexpr const char* kDefaultSettingsState = "/run/qduino/settings.state";
 
-/// The whole text of a small file. Error: the system's.
-Result<std::string> read_small_file(const std::string& path);
 /// A file with a list of CPUs; the empty list when it cannot be read or is none ("(null)").
 CpuList read_cpu_list(const std::string& path);
-/// One write(2) of `text` to a file that exists. Error: the system's.
-Result<void> write_small_file(const std::string& path, std::string_view text);
 
 class MachineSettings {
   public:
@@ -72,7 +68,7 @@ class MachineSettings {
     Result<void> record_affinity(pid_t tid, const CpuList& cpus);
 
     std::string path_;
-    UniqueFd file_;
+    posix::UniqueFd file_;
 };
 
 /// What restore_settings() found.

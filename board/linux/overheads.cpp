@@ -11,6 +11,7 @@
 
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
+#include "posix/small_file.h"
 
 // glibc names the field only from 2.38 on.
 #ifndef sigev_notify_thread_id
@@ -18,6 +19,8 @@
 #endif
 
 namespace qduino::board::linux {
+
+using posix::read_small_file;
 namespace {
 
 constexpr std::size_t kSamples = 33;

@@ -7,6 +7,7 @@
 #include "board/linux/clock.h"
 #include "board/linux/cycle_clock.h"
 #include "board/linux/pins_file.h"
+#include "posix/mapping.h"
 
 namespace qduino::board::linux {
 
@@ -60,7 +61,7 @@ class PinWriter {
         return true;
     }
 
-    Mapping ring_;
+    posix::Mapping ring_;
     WriterSlot* slot_ = nullptr;
     bool wide_ = false;
 };

@@ -9,9 +9,15 @@
 
 #include "base/contract.h"
 #include "board/linux/clock.h"
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
 
 namespace qduino::board::linux {
+
+using posix::map_shared;
+using posix::Mapping;
+using posix::system_error;
+using posix::UniqueFd;
+
 namespace {
 
 const char* name_of(PinsRole role) {
@@ -62,13 +68,6 @@ Result<void> check_head(const PinsLayout& layout, std::size_t file_bytes, const 
 }
 
 }  // namespace
-
-Result<Mapping> map_shared(int fd, std::size_t offset, std::size_t bytes, bool populate) {
-    void* address = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | (populate ? MAP_POPULATE : 0),
-                           fd, static_cast<off_t>(offset));
-    if (address == MAP_FAILED) return system_error("map", "shared memory");
-    return Mapping{address, bytes};
-}
 
 Result<PinsFile> PinsFile::create(const std::string& path) {
     {  // A living machine on this path keeps it.

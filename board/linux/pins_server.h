@@ -17,6 +17,7 @@
 #include "base/result.h"
 #include "board/linux/pins_file.h"
 #include "board/peripherals.h"
+#include "posix/mapping.h"
 
 namespace qduino::board::linux {
 
@@ -59,7 +60,7 @@ class PinsServer {
   private:
     /// A ring that has been in use.
     struct Source {
-        Mapping ring;
+        posix::Mapping ring;
         WriterSlot* slot = nullptr;
         bool wide = false;
         Instant quiet_since{};  ///< up to here nothing more will come: the writer was seen not to be writing

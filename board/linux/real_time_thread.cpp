@@ -15,9 +15,13 @@
 #include <cstdint>
 #include <string>
 
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::system_error;
+using posix::UniqueFd;
 
 Result<void> pin_to_core(int core) {
     if (core < 0 || core >= CPU_SETSIZE) return make_error(ErrorCode::invalid_argument, "no such core");

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -25,7 +25,7 @@ Result<void> lock_memory();
 /// As long as the result is open, idle cores stay ready instead of going to sleep: a wake-up from there costs tens of microseconds.
 /// The kernel forgets it with the process (Documentation/power/pm_qos_interface.rst). `root` precedes /dev (tests). Error:
 /// not_permitted, not_found.
-Result<UniqueFd> keep_cores_awake(const std::string& root = "");
+Result<posix::UniqueFd> keep_cores_awake(const std::string& root = "");
 /// The calling process may do what `capability` (a CAP_… of linux/capability.h) stands for.
 bool has_capability(int capability);
 /// CPUs of this machine, from 0 on; those that are offline count too.

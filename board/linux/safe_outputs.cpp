@@ -3,8 +3,11 @@
 #include "board/linux/gpio_pin.h"
 #include "board/linux/sysfs_pin.h"
 #include "board/linux/virtual_pins.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::UniqueFd;
 
 Result<void> SafeOutputs::open(const PinsFile& file, int writer, std::string sysfs_root) {
     layout_ = &file.layout();

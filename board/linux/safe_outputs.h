@@ -17,6 +17,7 @@
 #include "base/result.h"
 #include "board/linux/pin_writer.h"
 #include "board/linux/pins_file.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -45,7 +46,7 @@ class SafeOutputs {
     PinsLayout* layout_ = nullptr;
     PinWriter writer_;
     std::string sysfs_root_;
-    std::vector<UniqueFd> lines_;  // by pin
+    std::vector<posix::UniqueFd> lines_;  // by pin
 };
 
 }  // namespace qduino::board::linux

@@ -8,9 +8,13 @@
 #include <charconv>
 #include <cmath>
 
-#include "board/linux/system_error.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
+
+using posix::system_error;
+using posix::UniqueFd;
 namespace {
 
 Result<void> write_once(const std::string& path, const std::string& text) {

@@ -5,7 +5,7 @@
 
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -35,8 +35,8 @@ class PwmPin final : public PinDriver {
 
     PwmChannel channel_;
     std::string root_;
-    UniqueFd duty_file_;
-    UniqueFd enable_file_;
+    posix::UniqueFd duty_file_;
+    posix::UniqueFd enable_file_;
     Nanoseconds period_{};
     std::int64_t duty_ns_ = 0;
     bool enabled_ = false;
@@ -66,7 +66,7 @@ class AnalogPin final : public PinDriver {
   private:
     AnalogChannel channel_;
     std::string root_;
-    UniqueFd file_;
+    posix::UniqueFd file_;
 };
 
 }  // namespace qduino::board::linux

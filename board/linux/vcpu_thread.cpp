@@ -9,10 +9,12 @@
 #include "board/linux/fatal_signals.h"
 #include "board/linux/futex.h"
 #include "board/linux/real_time_thread.h"
-#include "board/linux/system_error.h"
 #include "board/real_time_mark.h"
+#include "posix/system_error.h"
 
 namespace qduino::board::linux {
+
+using posix::system_error;
 
 constinit thread_local VcpuThread* VcpuThread::current_ = nullptr;
 

@@ -13,10 +13,14 @@
 
 #include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
-#include "board/linux/unique_fd.h"
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
 #include "tests/unit/linux/machine_snapshot.h"
 
 namespace qduino::board::linux::test {
+
+using posix::read_small_file;
+using posix::UniqueFd;
 namespace {
 
 using namespace std::chrono_literals;

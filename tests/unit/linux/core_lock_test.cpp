@@ -12,9 +12,12 @@
 #include <thread>
 
 #include "board/linux/real_time_thread.h"
+#include "posix/unique_fd.h"
 #include "tests/unit/linux/fake_machine.h"
 
 namespace qduino::board::linux::test {
+
+using posix::UniqueFd;
 namespace {
 
 using namespace std::chrono_literals;

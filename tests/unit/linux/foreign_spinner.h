@@ -14,7 +14,7 @@
 
 #include "board/linux/clock.h"
 #include "board/linux/real_time_thread.h"
-#include "board/linux/unique_fd.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::board::linux::test {
 
@@ -25,7 +25,7 @@ class ForeignSpinner {
         pid_ = ::fork();
         if (pid_ == 0) spin(core, priority, length);
         ::close(ends_[1]);
-        told_ = UniqueFd{ends_[0]};
+        told_ = posix::UniqueFd{ends_[0]};
         if (::read(told_.get(), errors_.data(), sizeof errors_) != sizeof errors_) errors_ = {EIO, EIO};
     }
     ~ForeignSpinner() {
@@ -65,7 +65,7 @@ class ForeignSpinner {
 
     std::array<int, 2> ends_{-1, -1};
     std::array<int, 2> errors_{EIO, EIO};
-    UniqueFd told_;
+    posix::UniqueFd told_;
     pid_t pid_ = -1;
 };
 

@@ -12,11 +12,15 @@
 #include "board/linux/core_probe.h"
 #include "board/linux/device_interrupts.h"
 #include "board/linux/real_time_thread.h"
+#include "posix/small_file.h"
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/foreign_spinner.h"
 #include "tests/unit/linux/machine_snapshot.h"
 
 namespace qduino::board::linux::test {
+
+using posix::read_small_file;
+using posix::write_small_file;
 namespace {
 
 MachineSettings open_settings(const std::string& state) {

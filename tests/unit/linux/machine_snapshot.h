@@ -8,6 +8,7 @@
 #include <string>
 
 #include "board/linux/machine_settings.h"
+#include "posix/small_file.h"
 
 namespace qduino::board::linux::test {
 
@@ -52,7 +53,7 @@ class MachineSnapshot {
 
   private:
     void note(const std::string& path) {
-        const auto text = read_small_file(path);
+        const auto text = posix::read_small_file(path);
         if (text) all_[path] = text->substr(0, text->find_last_not_of('\n') + 1);
     }
     /// These files of every folder in `folder`.
@@ -70,8 +71,8 @@ class MachineSnapshot {
         for (const auto& entry : std::filesystem::directory_iterator{"/proc", error}) {
             const std::string name = entry.path().filename().string();
             if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-            const auto status = read_small_file(entry.path().string() + "/status");
-            const auto stat = read_small_file(entry.path().string() + "/stat");
+            const auto status = posix::read_small_file(entry.path().string() + "/status");
+            const auto stat = posix::read_small_file(entry.path().string() + "/stat");
             if (!status || !stat) continue;
             const std::size_t line = status->find("Cpus_allowed_list:");
             if (line == std::string::npos) continue;

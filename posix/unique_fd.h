@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace qduino::board::linux {
+namespace qduino::posix {
 
 /// Owns one descriptor; −1 is none. Moves, never copies.
 class UniqueFd {
@@ -33,4 +33,4 @@ class UniqueFd {
     int fd_ = -1;
 };
 
-}  // namespace qduino::board::linux
+}  // namespace qduino::posix

@@ -1,0 +1,55 @@
+#include "posix/small_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
+
+namespace qduino::posix {
+
+Result<std::size_t> read_some(int fd, std::span<char> bytes, std::string_view name) {
+    for (;;) {
+        const ssize_t count = ::read(fd, bytes.data(), bytes.size());
+        if (count >= 0) return static_cast<std::size_t>(count);
+        if (errno != EINTR) return system_error("read", name);
+    }
+}
+
+Result<std::string> read_to_end(int fd, std::string_view name) {
+    std::string text;
+    std::array<char, 4096> part;
+    for (;;) {
+        const Result<std::size_t> count = read_some(fd, part, name);
+        if (!count) return count.error();
+        if (*count == 0) return text;
+        text.append(part.data(), *count);
+    }
+}
+
+Result<std::string> read_small_file(const std::string& path) {
+    const UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    if (!file.valid()) return system_error("open", path);
+    return read_to_end(file.get(), path);
+}
+
+Result<void> write_all(int fd, std::span<const char> bytes, std::string_view name) {
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(fd, bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return system_error("write", name);
+        bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
+    return {};
+}
+
+Result<void> write_small_file(const std::string& path, std::string_view text) {
+    const UniqueFd file{::open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC)};
+    if (!file.valid()) return system_error("open", path);
+    if (::write(file.get(), text.data(), text.size()) < 0) return system_error("write", path);
+    return {};
+}
+
+}  // namespace qduino::posix
