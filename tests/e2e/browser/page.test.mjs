@@ -141,6 +141,20 @@ test('an emergency stop shows the failed job and where it stopped, not an older 
     await until('no fault', async () => (await at('fault').count()) === 0);
   }));
 
+test('a report that comes after the end of its print is shown when it comes', () =>
+  inScene('printing', async ({ mock, at, requests }) => {
+    await at('running').waitFor();
+    const { printer } = mock;
+    const { running } = printer;
+    printer.uninspected = running;
+    printer.finish('done');
+    await until('a first question', () => requests.includes(`GET /api/v1/jobs/${running.id}/inspection`));
+    assert.equal(await at('report').count(), 0);
+    printer.uninspected = null;
+    printer.changed();
+    await at('report').waitFor();
+  }));
+
 test('a fault while nothing prints shows no older job\'s verdict', () =>
   inScene('bed', async ({ mock, page, at }) => {
     await at('report').waitFor();

@@ -25,6 +25,8 @@ from service import Folder, Live, Printd, Sketch, curl, gcode, wait_until
 
 ATTACK_S = 4
 ANSWER_S_MAX = 2  # what the owner may have to wait
+ANSWERS_MIN = 6  # to judge by; a busy machine takes longer for them
+GIVE_UP_S = 60
 ASSET = "/assets/large.js"
 ASSET_BYTES = 1_000_000
 
@@ -107,16 +109,19 @@ class Case(unittest.TestCase):
         owner = Owner(self.printd)
         owner.start()
         try:
-            end = time.monotonic() + seconds
-            while time.monotonic() < end:
+            begin = time.monotonic()
+            while True:
                 attack()
                 time.sleep(0.01)
+                lasted = time.monotonic() - begin
+                if lasted > seconds and (len(owner.answers) > ANSWERS_MIN or lasted > GIVE_UP_S):
+                    break
         finally:
             owner.stopped.set()
             owner.join()
         refused = [answer for answer in owner.answers if answer[1] != answer[2]]
         self.assertEqual(refused, [], "%d of %d" % (len(refused), len(owner.answers)))
-        self.assertGreater(len(owner.answers), 6)
+        self.assertGreater(len(owner.answers), ANSWERS_MIN)
         slowest = max(answer[3] for answer in owner.answers)
         self.assertLess(slowest, ANSWER_S_MAX * (4 if service.SANITIZED else 1))
         more_kb = self.printd.resident_kb_max() - self.before_kb

@@ -338,7 +338,7 @@ function jobRequest(printer, method, [id, verb, range], body) {
   if (verb === 'layers') return { status: 200, body: { layers: printer.part.layers.map(({ buffer, ...index }) => index) } };
   if (verb === 'thumbnail') return { status: 200, bytes: THUMBNAIL, headers: { 'Content-Type': 'image/svg+xml' } };
   if (verb === 'inspection') {
-    if (which.state !== 'done') return fail(404, 'there is no report on this job');
+    if (which.state !== 'done' || which === printer.uninspected) return fail(404, 'there is no report on this job');
     return { status: 200, body: inspectionOf() };
   }
   if (verb === 'start') {

@@ -96,17 +96,21 @@ function Facts({ job }: { job: Job }) {
   );
 }
 
-/** The virtual machine's own word on a finished print. */
+/**
+ * The virtual machine's own word on a finished print. It may come after the print's end: the list of jobs is sent again when it
+ * does, and is asked about then.
+ */
 function Report({ job }: { job: Job }) {
   const [found, setFound] = useState<Inspection | null>(null);
+  const jobs = useStore((s) => s.jobs);
   useEffect(() => {
+    if (found) return;
     let gone = false;
-    setFound(null);
     void inspection(job.id).then((report) => gone || setFound(report));
     return () => {
       gone = true;
     };
-  }, [job.id]);
+  }, [job.id, jobs]);
   if (!found) return null;
   const worst_mm = Math.max(0, ...Object.values(found.path_deviation_mm_max ?? {}));
   const lost = Object.values(found.lost_steps ?? {}).reduce((sum, steps) => sum + steps, 0);
@@ -147,7 +151,7 @@ export function Part() {
       <Stage job={job} />
       {job && !isRunning(job) && <Facts job={job} />}
       {job && hasStopped(job.state) && <Stopped job={job} />}
-      {job?.state === 'done' && <Report job={job} />}
+      {job?.state === 'done' && <Report key={job.id} job={job} />}
       {job && <Remarks job={job} />}
       {other && <h3 class="name">Printing {running.name}</h3>}
       {running && <Progress job={running} />}
