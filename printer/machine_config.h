@@ -42,7 +42,7 @@ struct HeaterConfig {
     double maximum_celsius = 275;  ///< a reading above this is a fault; the largest target is 15 below
     std::uint16_t heater_pin = 0;
     std::uint8_t adc_channel = 0;
-    // Heater verification (facts: Klipper verify_heater, Marlin thermal protection; see ANCHORS in docs)
+    // Heater verification (facts: Klipper verify_heater, Marlin thermal protection: docs/sources.md)
     double verify_gain_celsius = 2;  ///< while heating up it must gain this much …
     double verify_gain_s = 20;       ///< … within this time
     double verify_hysteresis_celsius =

@@ -8,7 +8,7 @@ packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
 packages_web="nodejs npm"
 packages_run="curl util-linux"
 packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu"
-packages_test="clang-14 libclang-rt-14-dev clang-format-14 chromium curl jq procps util-linux"
+packages_test="clang-14 libclang-rt-14-dev clang-format-14 universal-ctags chromium curl jq procps util-linux"
 
 # Debian's nodejs (18) is too old for the page's build tools only where it is older than this.
 node_major_minimum=18

@@ -1,8 +1,8 @@
 // Finds M112, M108 and M410 in raw bytes as they arrive, before anything is queued, parsed or planned.
 //
 // A host that stops a printer must not wait behind a buffer full of moves, so whoever receives bytes from a
-// console (never from a job's file) runs this over them first. Constant memory, one state; chunks may be
-// cut anywhere. It acts when the character after the number has arrived, and only on a line's first
+// serial host (never from a job's file) is to run this over them first. No program has one yet. Constant memory,
+// one state; chunks may be cut anywhere. It acts when the character after the number has arrived, and only on a line's first
 // command: `; M112` and `M117 M112` are text.
 #pragma once
 

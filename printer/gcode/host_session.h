@@ -7,6 +7,8 @@
 //                                                  ok
 //
 // The words are Marlin's, as hosts parse them. A line without a number passes unchecked, as in Marlin.
+//
+// No program has a serial host yet: M110 does nothing, and numbered lines come in files alone.
 #pragma once
 
 #include <cstdint>

@@ -4,8 +4,8 @@
 //   reading     missing, or outside [minimum, maximum]: four in a row (one may be noise on the wire)
 //   not heating below target − hysteresis: must gain `verify_gain_celsius` in every `verify_gain_s`
 //   drifting    after the target was reached: ∫(target − hysteresis − T) dt may not pass
-//   `verify_error_celsius_s` runaway     more than `runaway_celsius` above everything that was asked, for
-//   `runaway_s`, heater off: the switch is stuck on
+//   `verify_error_celsius_s` runaway     more than `kRunawayCelsius` above everything that was asked, for
+//   `kRunawaySeconds`, heater off: the switch is stuck on
 //
 // The rules and figures follow the safety section of the project's sources (Klipper's verify_heater, Marlin's
 // thermal protection); the code is our own. Time is a parameter; sampling is regular (8 ms on the reference

@@ -12,9 +12,8 @@
 //
 //   starting ─► idle ─► printing ─► pausing ─► paused ─► printing
 //                 ▲         │  └──────────► cancelling ◄──┘
-//                 │         │                   │
-//                 └─ done ◄─┴───────────────────┘        any ── fault, emergency ──► faulted ── clear_fault
-//                 ──► idle
+//                 │  played │                   │
+//                 └─────────┴───────────────────┘        any ── fault, emergency ──► faulted ── clear_fault ──► idle
 //
 // `pausing` lasts until the head is parked; a job that is resumed is `printing` from then on, while it heats up and goes
 // back, too. A running job that lost its heat because nobody used it is paused.

@@ -29,7 +29,7 @@
 // The result does not depend on when next() is called, as long as the queue is emptied as far as it goes
 // whenever it is full, and flush() is called at the same places.
 //
-// Pure; no heap; not for use from two loops. About 110 KB: give it static storage.
+// Pure; no heap; not for use from two loops. About 100 KB: give it static storage.
 #pragma once
 
 #include <array>

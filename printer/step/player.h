@@ -15,7 +15,7 @@
 // change of direction is waiting.
 //
 // Lateness. The instant of an event is `anchor + event.time`. A step that is raised later than that by more
-// than `late_threshold` moves the anchor by its lateness: what follows keeps its distance, steps are never
+// than `late_threshold_ns` moves the anchor by its lateness: what follows keeps its distance, steps are never
 // bunched. (Below the threshold a distance may shrink by as much.) Every step's lateness goes into the
 // histogram, the sum of what moved the time line into shift_ns.
 //

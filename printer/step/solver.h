@@ -18,7 +18,7 @@
 //
 // Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one likes: no
 // legal pair of pulses. Such a pair moves nothing, so it is left out. For that, events in the last
-// `reversal_gap` of what is known are kept in a short queue (the tail) until the next segment is known:
+// `reversal_gap_ns` of what is known are kept in a short queue (the tail) until the next segment is known:
 //
 //        known: segment n            segment n+1
 //   -----------------------|gap|---------------------->    a step in the tail whose axis begins n+1 the
