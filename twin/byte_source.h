@@ -1,13 +1,10 @@
 // Where the asked path comes from: bytes, a piece at a time, so that a 150 MB job is never held in memory.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <fstream>
 #include <span>
 #include <string>
-#include <string_view>
-#include <utility>
 
 namespace qduino::twin {
 
@@ -16,21 +13,6 @@ class ByteSource {
     virtual ~ByteSource() = default;
     /// Fills up to `into.size()` bytes and returns how many; 0 at the end, and ever after.
     virtual std::size_t read(std::span<char> into) = 0;
-};
-
-class TextSource final : public ByteSource {
-  public:
-    explicit TextSource(std::string text) : text_(std::move(text)) {}
-    std::size_t read(std::span<char> into) override {
-        const std::size_t count = std::min(into.size(), text_.size() - at_);
-        std::copy_n(text_.data() + at_, count, into.data());
-        at_ += count;
-        return count;
-    }
-
-  private:
-    std::string text_;
-    std::size_t at_ = 0;
 };
 
 /// A file. An unreadable one is empty: ask ok() first.

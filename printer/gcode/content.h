@@ -18,8 +18,6 @@ enum class Content : std::uint8_t {
 /// Judges by the first `bytes` of a file; 4 KiB are plenty, fewer will do.
 Content look_at_content(std::span<const char> bytes);
 
-inline bool looks_like_gcode(std::span<const char> bytes) { return look_at_content(bytes) == Content::gcode; }
-
 /// For people: what it is and what to do; empty for gcode.
 std::string_view explain(Content content);
 

@@ -10,6 +10,7 @@
 #include "apps/printer_sim/private_link.h"
 #include "apps/printer_sim/sim_printer.h"
 #include "printer/link/frame.h"
+#include "tests/unit/twin/text_source.h"
 #include "twin/job.h"
 
 namespace qduino::tests {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/scenario/printer/printer_bench.h"
+#include "tests/unit/twin/text_source.h"
 
 namespace qduino::tests {
 namespace {

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/unit/twin/text_source.h"
 #include "twin/line_reader.h"
 
 namespace qduino::twin {

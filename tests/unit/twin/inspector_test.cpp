@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tests/unit/twin/naive_firmware.h"
+#include "tests/unit/twin/text_source.h"
 #include "twin/report.h"
 
 namespace qduino::twin {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/unit/twin/pin_player.h"
+#include "tests/unit/twin/text_source.h"
 
 namespace qduino::twin {
 namespace {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/unit/twin/text_source.h"
 #include "twin/inspector.h"
 #include "twin/machine.h"
 
