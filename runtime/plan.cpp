@@ -37,9 +37,8 @@ const char* vcpu_name(board::VcpuId id) {
     return id < names.size() ? names[id].data() : "";
 }
 
-Plan::Plan(std::vector<sched::PlatformOverheads> overheads, sched::Placement placement, bool enforce)
+Plan::Plan(std::vector<sched::PlatformOverheads> overheads, bool enforce)
     : overheads_(std::move(overheads)),
-      placement_(placement),
       enforce_(enforce),
       admission_(std::make_unique<sched::MachineAdmission>()) {}
 
@@ -96,11 +95,11 @@ Result<board::VcpuId> Plan::add_io(Nanoseconds budget, Nanoseconds period, int c
 
 void Plan::remove_io(board::VcpuId id) {
     std::erase_if(requests_, [id](const sched::VcpuRequest& request) { return request.id == id; });
-    sched::admit_all(requests_, overheads_, placement_, *admission_);
+    sched::admit_all(requests_, overheads_, *admission_);
 }
 
 Result<void> Plan::admit(const LoopDeclaration* declarations, std::size_t count) {
-    sched::admit_all(requests_, overheads_, placement_, *admission_);
+    sched::admit_all(requests_, overheads_, *admission_);
     explanation_ = sched::explain(*admission_);
     if (admission_->admitted || !enforce_) return {};
 

@@ -29,7 +29,7 @@ struct RefusedIo {
 class Plan {
   public:
     /// `overheads` has an entry for each core. `enforce` false: everything is placed, whatever admission says of it.
-    Plan(std::vector<sched::PlatformOverheads> overheads, sched::Placement placement, bool enforce);
+    Plan(std::vector<sched::PlatformOverheads> overheads, bool enforce);
 
     /// Takes the loops of a sketch. Error: the first refusal, naming the loop and where it is declared; explanation()
     /// has it at length.
@@ -58,7 +58,6 @@ class Plan {
     Result<void> admit(const LoopDeclaration* declarations, std::size_t count);
 
     std::vector<sched::PlatformOverheads> overheads_;
-    sched::Placement placement_;
     bool enforce_;
     std::vector<sched::VcpuRequest> requests_;
     std::unique_ptr<sched::MachineAdmission> admission_;

@@ -27,7 +27,6 @@
 namespace qduino::runtime {
 
 struct RuntimeOptions {
-    sched::Placement placement = sched::Placement::first_fit;
     bool enforce_admission = true;  ///< false: run a sketch that was refused, for experiments
     /// The I/O VCPU of handlers that were attached without one.
     Nanoseconds default_io_budget = 1ms;
@@ -39,9 +38,7 @@ class Runtime {
   public:
     /// `board` outlives the runtime.
     explicit Runtime(Board& board, RuntimeOptions options = {})
-        : board_(board),
-          options_(options),
-          plan_(overheads_of(board), options.placement, options.enforce_admission) {}
+        : board_(board), options_(options), plan_(overheads_of(board), options.enforce_admission) {}
     Runtime(const Runtime&) = delete;
     Runtime& operator=(const Runtime&) = delete;
 

@@ -45,26 +45,11 @@ bool takes(const CoreLoad& load, const VcpuRequest& request) {
     return trial.try_add(request) && is_admissible(trial);
 }
 
-/// Utilisation of a core for the choice between cores alone, in millionths.
-std::int64_t load_in_ppm(const CoreLoad& load) {
-    std::int64_t sum = 0;
-    const auto add = [&](const VcpuRequest& request) {
-        sum += mul_div_ceil(request.parameters.budget.count(), 1'000'000, request.parameters.period.count());
-    };
-    for (const VcpuRequest& main : load.mains) add(main);
-    for (const VcpuRequest& io : load.ios) add(io);
-    return sum;
-}
-
-int choose_core(const FixedVector<CoreLoad, kCoreLimit>& loads, const VcpuRequest& request,
-                Placement placement) {
-    const CoreLoad* best = nullptr;
+int first_fit(const FixedVector<CoreLoad, kCoreLimit>& loads, const VcpuRequest& request) {
     for (const CoreLoad& load : loads) {
-        if (!takes(load, request)) continue;
-        if (!best || load_in_ppm(load) < load_in_ppm(*best)) best = &load;
-        if (placement == Placement::first_fit) break;
+        if (takes(load, request)) return load.core;
     }
-    return best ? best->core : kAnyCore;
+    return kAnyCore;
 }
 
 bool remove(CoreLoad& load, VcpuId id) {
@@ -140,7 +125,7 @@ void refuse_everywhere(const VcpuRequest& request, MachineAdmission& result) {
     result.refusal.parameters = request.parameters;
 }
 
-bool place_floating(std::span<const VcpuRequest> requests, Placement placement, MachineAdmission& result) {
+bool place_floating(std::span<const VcpuRequest> requests, MachineAdmission& result) {
     FixedVector<std::size_t, kRequestLimit> order;
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (requests[i].core == kAnyCore) order.push_back(i);
@@ -148,7 +133,7 @@ bool place_floating(std::span<const VcpuRequest> requests, Placement placement, 
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return more_utilisation(requests[a], requests[b]); });
     for (const std::size_t i : order) {
-        const int core = choose_core(result.loads, requests[i], placement);
+        const int core = first_fit(result.loads, requests[i]);
         if (core == kAnyCore) {
             refuse_everywhere(requests[i], result);
             return false;
@@ -169,7 +154,7 @@ int MachineAdmission::core_of(VcpuId id) const {
 }
 
 void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOverheads> overheads,
-               Placement placement, MachineAdmission& result) {
+               MachineAdmission& result) {
     QDUINO_EXPECT(!overheads.empty() && overheads.size() <= kCoreLimit);
     QDUINO_EXPECT(requests.size() <= kRequestLimit);
     result.admitted = false;
@@ -186,7 +171,7 @@ void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOv
     }
     result.refusal = refuse_by_shape(requests, overheads.size());
     result.admitted = result.refusal.because == RefusedBecause::none && place_pinned(requests, result) &&
-                      place_floating(requests, placement, result);
+                      place_floating(requests, result);
     for (const CoreLoad& load : result.loads) result.cores.push_back(admit_without_remedy(load));
 }
 

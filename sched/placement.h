@@ -1,12 +1,10 @@
 // Placement: which core for loops that name none, and the admission of a whole machine.
 //
 // Cores are partitioned. VCPUs that name a core are put there first. The others follow in order of decreasing
-// utilisation (ties: lower id), each on the first core that still admits it (first fit), or on the admitting
-// core with the least utilisation (worst fit, which spreads the load); ties go to the lower core. The result
-// depends on nothing but the request.
+// utilisation (ties: lower id), each on the first core that still admits it (first fit). The result depends on
+// nothing but the request.
 #pragma once
 
-#include <cstdint>
 #include <span>
 
 #include "base/fixed_vector.h"
@@ -16,8 +14,6 @@ namespace qduino::sched {
 
 inline constexpr std::size_t kCoreLimit = 64;
 inline constexpr std::size_t kRequestLimit = kMainVcpuLimit + kIoVcpuLimit;
-
-enum class Placement : std::uint8_t { first_fit, worst_fit };
 
 struct PlacedVcpu {
     VcpuRequest request;  ///< as asked
@@ -40,6 +36,6 @@ struct MachineAdmission {
 /// overheads; all of them, or none. `result` is written whole; it is large (half a megabyte): keep it static.
 /// Setup-time. Contract: 1…kCoreLimit cores, at most kRequestLimit requests.
 void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOverheads> overheads,
-               Placement placement, MachineAdmission& result);
+               MachineAdmission& result);
 
 }  // namespace qduino::sched

@@ -31,8 +31,7 @@ LoopDeclaration loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, i
 }
 
 Plan plan_for(int cores, sched::PlatformOverheads overheads = {}) {
-    return Plan(std::vector<sched::PlatformOverheads>(static_cast<std::size_t>(cores), overheads),
-                sched::Placement::first_fit, true);
+    return Plan(std::vector<sched::PlatformOverheads>(static_cast<std::size_t>(cores), overheads), true);
 }
 
 std::size_t longest_line(const std::string& text) {

@@ -26,9 +26,7 @@ LoopDeclaration loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, i
             .line = 10 + id};
 }
 
-Plan plan_for(std::size_t cores) {
-    return Plan(std::vector<sched::PlatformOverheads>(cores), sched::Placement::first_fit, true);
-}
+Plan plan_for(std::size_t cores) { return Plan(std::vector<sched::PlatformOverheads>(cores), true); }
 
 const board::VcpuSpec& spec_of(const std::vector<board::VcpuSpec>& specs, board::VcpuId id) {
     for (const board::VcpuSpec& spec : specs) {
@@ -116,7 +114,7 @@ TEST(Plan, NothingElseMayRunOnAnOwnedCore) {
 }
 
 TEST(Plan, NotEnforcedEverythingIsPlaced) {
-    Plan plan(std::vector<sched::PlatformOverheads>(1), sched::Placement::first_fit, false);
+    Plan plan(std::vector<sched::PlatformOverheads>(1), false);
     ASSERT_TRUE(plan.add_loops(sketch({loop(1, 90ms, 100ms, 0), loop(2, 90ms, 100ms)})));
     EXPECT_FALSE(plan.admitted());
     const auto specs = plan.specs();
@@ -131,7 +129,7 @@ TEST(Plan, WhatThePlatformTakesCounts) {
     std::vector<sched::PlatformOverheads> overheads(1);
     overheads[0].interferers.push_back(
         {.name = "fair server", .cost = 50ms, .interval = 1s, .jitter = Nanoseconds{0}});
-    Plan plan(overheads, sched::Placement::first_fit, true);
+    Plan plan(overheads, true);
     EXPECT_FALSE(plan.add_loops(sketch({loop(1, 10ms, 50ms, 0)})));
     EXPECT_TRUE(plan.add_loops(sketch({loop(1, 10ms, 70ms, 0)})));
 }

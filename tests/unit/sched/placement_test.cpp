@@ -11,11 +11,10 @@
 namespace qduino::sched {
 namespace {
 
-std::unique_ptr<MachineAdmission> admit_on(std::size_t cores, const std::vector<VcpuRequest>& requests,
-                                           Placement placement = Placement::first_fit) {
+std::unique_ptr<MachineAdmission> admit_on(std::size_t cores, const std::vector<VcpuRequest>& requests) {
     const std::vector<PlatformOverheads> overheads(cores);
     auto result = std::make_unique<MachineAdmission>();
-    admit_all(requests, overheads, placement, *result);
+    admit_all(requests, overheads, *result);
     return result;
 }
 
@@ -36,17 +35,6 @@ TEST(Placement, FirstFitFillsTheLowestCore) {
     EXPECT_TRUE(machine->admitted);
     EXPECT_EQ(machine->core_of(1), 0);
     EXPECT_EQ(machine->core_of(2), 0);
-}
-
-TEST(Placement, WorstFitSpreads) {
-    const auto machine = admit_on(
-        2,
-        {loop_of(1, 2ms, 10ms, kAnyCore), loop_of(2, 3ms, 10ms, kAnyCore), loop_of(3, 4ms, 10ms, kAnyCore)},
-        Placement::worst_fit);
-    EXPECT_TRUE(machine->admitted);
-    EXPECT_EQ(machine->core_of(3), 0);  // the biggest first
-    EXPECT_EQ(machine->core_of(2), 1);
-    EXPECT_EQ(machine->core_of(1), 1);  // 0.3 is less than 0.4
 }
 
 TEST(Placement, WhatNamesItsCoreGoesFirst) {
@@ -112,7 +100,7 @@ TEST(Placement, EachCoreHasItsOwnOverheads) {
     overheads[0].interferers.push_back(kernel_fair_server());
     const std::array<VcpuRequest, 1> requests{loop_of(1, 1ms, 8ms, kAnyCore)};
     const auto machine = std::make_unique<MachineAdmission>();
-    admit_all(requests, overheads, Placement::first_fit, *machine);
+    admit_all(requests, overheads, *machine);
     EXPECT_TRUE(machine->admitted);
     EXPECT_EQ(machine->core_of(1), 1);
 }
