@@ -59,6 +59,11 @@ std::size_t Connection::held_bytes() const {
     return total;
 }
 
+std::string Connection::take_rest() {
+    QDUINO_EXPECT(is_live());
+    return reader_.take_rest();
+}
+
 void Connection::receive(std::span<const char> bytes, Moment moment) {
     moment_ = moment;
     if (state_ == State::draining) return;  // thrown away

@@ -91,6 +91,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     /// The request of a live stream that was admitted: the connection is its owner's now.
     [[nodiscard]] bool is_live() const { return state_ == State::live; }
     [[nodiscard]] const RequestHead& head() const { return reader_.head(); }
+    /// What the client has sent behind that request already. Contract: is_live().
+    [[nodiscard]] std::string take_rest();
     /// Between requests: may be dropped to make room.
     [[nodiscard]] bool is_idle() const { return state_ == State::head && reader_.idle(); }
     /// Its requests have proved a key, a session or a ticket, and the last that tried did not fail.

@@ -23,6 +23,8 @@
 #include <thread>
 #include <vector>
 
+#include "web/resumed_socket.h"
+
 namespace qduino::web {
 
 namespace asio = boost::asio;
@@ -342,7 +344,9 @@ class Session : public std::enable_shared_from_this<Session> {
 /// A WebSocket that listens to the hub. What the client says is read and ignored.
 class LiveSession : public std::enable_shared_from_this<LiveSession> {
   public:
-    LiveSession(tcp::socket socket, Server::Parts& server) : stream_(std::move(socket)), server_(server) {}
+    /// `rest`: what was read behind the request's head.
+    LiveSession(tcp::socket socket, std::string rest, Server::Parts& server)
+        : stream_(ResumedSocket{std::move(socket), std::move(rest)}), server_(server) {}
 
     void start(const RequestHead& head) {
         for (const Header& header : head.headers) request_.insert(header.name, header.value);
@@ -409,7 +413,7 @@ class LiveSession : public std::enable_shared_from_this<LiveSession> {
         asio::post(server_.io, [self = shared_from_this()] { self->server_.live_sessions.erase(self); });
     }
 
-    websocket::stream<tcp::socket> stream_;
+    websocket::stream<ResumedSocket> stream_;
     Server::Parts& server_;
     beast::http::request<beast::http::empty_body> request_;
     beast::flat_buffer buffer_;
@@ -506,7 +510,8 @@ void Server::Parts::check_time() {
 }
 
 void Server::Parts::become_live(const std::shared_ptr<Session>& session) {
-    const auto live = std::make_shared<LiveSession>(std::move(session->socket()), *this);
+    const auto live =
+        std::make_shared<LiveSession>(std::move(session->socket()), session->connection().take_rest(), *this);
     live_sessions.insert(live);
     live->start(session->connection().head());
     door.leave(session->id());

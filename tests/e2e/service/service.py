@@ -247,16 +247,16 @@ class Printd:
 
 
 class Live:
-    """A WebSocket client: just enough of RFC 6455 to listen."""
+    """A WebSocket client: just enough of RFC 6455 to listen. `behind`: sent with the handshake, in one piece."""
 
-    def __init__(self, printd, path="/api/v1/live", headers=None):
+    def __init__(self, printd, path="/api/v1/live", headers=None, behind=b""):
         self.socket = socket.create_connection(("127.0.0.1", printd.port), timeout=20)
         nonce = base64.b64encode(os.urandom(16)).decode()
         fields = {"Host": "127.0.0.1:%d" % printd.port, "Upgrade": "websocket", "Connection": "Upgrade",
                   "Sec-WebSocket-Key": nonce, "Sec-WebSocket-Version": "13"}
         fields.update(headers or {})
         lines = ["GET %s HTTP/1.1" % path] + ["%s: %s" % field for field in fields.items()]
-        self.socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        self.socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode() + behind)
         self.held = b""
         while b"\r\n\r\n" not in self.held:
             piece = self.socket.recv(4096)
@@ -275,20 +275,31 @@ class Live:
         taken, self.held = self.held[:count], self.held[count:]
         return taken
 
+    @staticmethod
+    def ping(payload):
+        """A client's ping frame (at most 125 bytes), masked as it has to be."""
+        mask = os.urandom(4)
+        return bytes([0x89, 0x80 | len(payload)]) + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(payload))
+
+    def next_frame(self):
+        """The next frame: its opcode and its payload."""
+        first, second = self._take(2)
+        length = second & 127
+        if length == 126:
+            length = struct.unpack(">H", self._take(2))[0]
+        elif length == 127:
+            length = struct.unpack(">Q", self._take(8))[0]
+        payload = self._take(length)
+        if first & 15 == 8:
+            raise EOFError
+        return first & 15, payload
+
     def next(self):
         """The next text message, parsed."""
         while True:
-            first, second = self._take(2)
-            length = second & 127
-            if length == 126:
-                length = struct.unpack(">H", self._take(2))[0]
-            elif length == 127:
-                length = struct.unpack(">Q", self._take(8))[0]
-            payload = self._take(length)
-            if first & 15 == 1:
+            opcode, payload = self.next_frame()
+            if opcode == 1:
                 return json.loads(payload)
-            if first & 15 == 8:
-                raise EOFError
 
     def next_of(self, kind, timeout_s=60):
         end = time.monotonic() + timeout_s

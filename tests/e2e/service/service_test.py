@@ -357,6 +357,15 @@ class LiveStream(Case):
         live.close()
         self.assertEqual(Live(self.printd, "/api/v1/live?ticket=" + ticket).status, 401, "a ticket is for once")
 
+    def test_what_a_client_sends_behind_its_handshake_is_read(self):
+        pings = b"".join(Live.ping(b"%d" % i) for i in range(400))  # longer than what the stream reads at once
+        live = Live(self.printd, headers={"X-Api-Key": self.printd.key}, behind=pings + Live.ping(b"last"))
+        self.assertEqual(live.status, 101)
+        while live.next_frame() != (10, b"last"):
+            pass
+        self.assertEqual(live.next_of("status")["type"], "status")
+        live.close()
+
     def test_a_browser_comes_with_its_cookie_and_from_our_page(self):
         status, _, headers = self.printd.request("POST", "/api/v1/session", {"key": self.printd.key}, key=False)
         self.assertEqual(status, 204)
