@@ -26,8 +26,7 @@ bool CoreScheduler::add_io(VcpuId id, VcpuParameters parameters, Instant now) {
     if (!parameters.valid() || contains(id) || io_count_ == kIoVcpuLimit) return false;
     Vcpu vcpu;
     vcpu.id = id;
-    vcpu.io = true;
-    vcpu.pibs = Pibs{parameters, now};
+    vcpu.server = Pibs{parameters, now};
     insert(vcpu);
     ++io_count_;
     return true;
@@ -48,31 +47,21 @@ const CoreScheduler::Vcpu& CoreScheduler::at(VcpuId id) const {
     return vcpus_[slots_[id]];
 }
 
-// ---- one VCPU, of either kind ---------------------------------------------------------------------------------
-
-bool CoreScheduler::has_work(const Vcpu& vcpu) {
-    return vcpu.io ? !vcpu.pibs.idle() : !vcpu.server.blocked();
-}
+// ---- one VCPU ---------------------------------------------------------------------------------------------------
 
 Rank CoreScheduler::rank_of(const Vcpu& vcpu) {
-    const Rank own{vcpu.io ? vcpu.pibs.client_period() : vcpu.server.parameters().period, vcpu.id};
-    return std::min(own, vcpu.inherited);
+    return std::min(Rank{vcpu.server.rank_period(), vcpu.id}, vcpu.inherited);
 }
 
 bool CoreScheduler::before(const Vcpu& a, const Vcpu& b) { return rank_of(a) < rank_of(b); }
 
 Nanoseconds CoreScheduler::budget_left(const Vcpu& vcpu, Instant now) {
-    if (vcpu.owns_core) return Nanoseconds::max();
-    return vcpu.io ? vcpu.pibs.available(now) : vcpu.server.available(now);
+    return vcpu.owns_core ? Nanoseconds::max() : vcpu.server.available(now);
 }
 
 Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) {
     const Nanoseconds left = budget_left(vcpu, now);
     return left > Nanoseconds{0} || !vcpu.holding ? left : vcpu.grace;
-}
-
-Instant CoreScheduler::replenishment(const Vcpu& vcpu) {
-    return vcpu.io ? vcpu.pibs.next_replenishment() : vcpu.server.next_replenishment();
 }
 
 void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
@@ -82,41 +71,29 @@ void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
     }
     const Nanoseconds overrun = std::max(used - budget_left(vcpu, now - used), Nanoseconds{0});
     vcpu.grace = std::max(vcpu.grace - overrun, Nanoseconds{0});
-    if (vcpu.io) {
-        vcpu.pibs.consume(now, used);
-    } else {
-        vcpu.server.consume(now, used);
-    }
+    vcpu.server.consume(now, used);
 }
 
 // ---- what happens ---------------------------------------------------------------------------------------------
 
 void CoreScheduler::wake(VcpuId id, Instant now) {
-    const Vcpu& vcpu = at(id);
-    if (vcpu.io) return wake_io(id, now, vcpu.pibs.parameters().period);
     account(now);
-    at(id).server.unblock(now);
+    at(id).server.wake(now);
 }
 
 void CoreScheduler::wake_io(VcpuId id, Instant now, Nanoseconds client_period) {
-    QDUINO_EXPECT(at(id).io);
     account(now);
-    at(id).pibs.activate(now, client_period);
+    at(id).server.wake_for(now, client_period);
 }
 
 void CoreScheduler::wake_io_for(VcpuId id, VcpuId client, Instant now) {
-    QDUINO_EXPECT(!at(client).io);
+    QDUINO_EXPECT(!at(client).server.is_io());
     wake_io(id, now, at(client).server.parameters().period);
 }
 
 void CoreScheduler::block(VcpuId id, Instant now) {
     account(now);
-    Vcpu& vcpu = at(id);
-    if (vcpu.io) {
-        vcpu.pibs.finish(now);
-    } else {
-        vcpu.server.block(now);
-    }
+    at(id).server.block(now);
     if (running_ == slots_[id]) running_ = kNoSlot;
 }
 
@@ -127,8 +104,7 @@ void CoreScheduler::set_holding(VcpuId id, bool holding, Instant now) {
     Vcpu& vcpu = at(id);
     if (holding == vcpu.holding) return;
     vcpu.holding = holding;
-    const VcpuParameters& parameters = vcpu.io ? vcpu.pibs.parameters() : vcpu.server.parameters();
-    vcpu.grace = holding ? parameters.budget : Nanoseconds{0};
+    vcpu.grace = holding ? vcpu.server.parameters().budget : Nanoseconds{0};
 }
 
 void CoreScheduler::account(Instant now, Nanoseconds stolen) {
@@ -155,7 +131,7 @@ Decision CoreScheduler::decide(Instant now) {
 const CoreScheduler::Vcpu* CoreScheduler::highest(Instant now) const {
     const Vcpu* best = nullptr;
     for (const Vcpu& vcpu : vcpus_) {
-        if (!has_work(vcpu) || available(vcpu, now) == Nanoseconds{0}) continue;
+        if (!vcpu.server.has_work() || available(vcpu, now) == Nanoseconds{0}) continue;
         if (!best || before(vcpu, *best)) best = &vcpu;
     }
     return best;
@@ -166,8 +142,10 @@ Instant CoreScheduler::next_change(const Vcpu* chosen, Instant now) const {
     Instant until = kForever;
     if (chosen && !chosen->owns_core) until = now + available(*chosen, now);
     for (const Vcpu& vcpu : vcpus_) {
-        const bool throttled = has_work(vcpu) && available(vcpu, now) == Nanoseconds{0};
-        if (throttled && (!chosen || before(vcpu, *chosen))) until = std::min(until, replenishment(vcpu));
+        const bool throttled = vcpu.server.has_work() && available(vcpu, now) == Nanoseconds{0};
+        if (throttled && (!chosen || before(vcpu, *chosen))) {
+            until = std::min(until, vcpu.server.next_replenishment());
+        }
     }
     return until;
 }
@@ -179,24 +157,15 @@ std::optional<VcpuId> CoreScheduler::running() const {
     return vcpus_[running_].id;
 }
 
-bool CoreScheduler::runnable(VcpuId id) const { return has_work(at(id)); }
+bool CoreScheduler::runnable(VcpuId id) const { return at(id).server.has_work(); }
 
 Nanoseconds CoreScheduler::available(VcpuId id, Instant now) const { return available(at(id), now); }
 
-Instant CoreScheduler::next_replenishment(VcpuId id) const { return replenishment(at(id)); }
+Instant CoreScheduler::next_replenishment(VcpuId id) const { return at(id).server.next_replenishment(); }
 
 Nanoseconds CoreScheduler::consumed(VcpuId id) const {
     const Vcpu& vcpu = at(id);
-    if (vcpu.owns_core) return vcpu.owned_consumed;
-    return vcpu.io ? vcpu.pibs.consumed() : vcpu.server.consumed();
-}
-
-const SporadicServer* CoreScheduler::main_server(VcpuId id) const {
-    return contains(id) && !at(id).io ? &at(id).server : nullptr;
-}
-
-const Pibs* CoreScheduler::io_server(VcpuId id) const {
-    return contains(id) && at(id).io ? &at(id).pibs : nullptr;
+    return vcpu.owns_core ? vcpu.owned_consumed : vcpu.server.consumed();
 }
 
 }  // namespace qduino::sched

@@ -33,8 +33,7 @@
 
 #include "base/fixed_vector.h"
 #include "base/time.h"
-#include "sched/pibs.h"
-#include "sched/sporadic_server.h"
+#include "sched/server.h"
 #include "sched/vcpu.h"
 
 namespace qduino::sched {
@@ -104,21 +103,17 @@ class CoreScheduler {
     [[nodiscard]] Instant next_replenishment(VcpuId id) const;
     [[nodiscard]] Nanoseconds consumed(VcpuId id) const;  ///< charged ever
     [[nodiscard]] bool contains(VcpuId id) const { return slots_[id] != kNoSlot; }
-    /// The servers, for reports and tests; null when `id` is not of that kind.
-    [[nodiscard]] const SporadicServer* main_server(VcpuId id) const;
-    [[nodiscard]] const Pibs* io_server(VcpuId id) const;
+    [[nodiscard]] const Server& server(VcpuId id) const { return at(id).server; }
 
   private:
     struct Vcpu {
         VcpuId id = 0;
-        bool io = false;
         bool owns_core = false;
         bool holding = false;
         Nanoseconds grace{};  // what it may still overrun while it holds a lock
         Rank inherited;
         Nanoseconds owned_consumed{};  // an owning VCPU has no server to charge
-        SporadicServer server;
-        Pibs pibs;
+        Server server;
     };
     static constexpr std::size_t kLimit = kMainVcpuLimit + kIoVcpuLimit;
     static constexpr std::uint8_t kNoSlot = 0xff;
@@ -126,12 +121,10 @@ class CoreScheduler {
     [[nodiscard]] Vcpu& at(VcpuId id);
     [[nodiscard]] const Vcpu& at(VcpuId id) const;
     void insert(const Vcpu& vcpu);
-    [[nodiscard]] static bool has_work(const Vcpu& vcpu);
     [[nodiscard]] static Rank rank_of(const Vcpu& vcpu);
     [[nodiscard]] static bool before(const Vcpu& a, const Vcpu& b);
     [[nodiscard]] static Nanoseconds budget_left(const Vcpu& vcpu, Instant now);
     [[nodiscard]] static Nanoseconds available(const Vcpu& vcpu, Instant now);
-    [[nodiscard]] static Instant replenishment(const Vcpu& vcpu);
     static void charge(Vcpu& vcpu, Instant now, Nanoseconds used);
     [[nodiscard]] const Vcpu* highest(Instant now) const;
     [[nodiscard]] Instant next_change(const Vcpu* chosen, Instant now) const;

@@ -102,7 +102,7 @@ class EventDriven {
             const Arrival& arrival = scenario_.arrivals[next_];
             const VcpuId id = static_cast<VcpuId>(arrival.id);
             work_[id] += arrival.work;
-            if (core_.io_server(id)) {
+            if (core_.server(id).is_io()) {
                 core_.wake_io(id, instant_from_ns(now_), Nanoseconds{arrival.client_period});
             } else {
                 core_.wake(id, instant_from_ns(now_));

@@ -69,8 +69,8 @@ class CoreRun {
         return *std::find_if(jobs_.begin(), jobs_.end(), [id](const Job& job) { return job.id == id; });
     }
     void release(Job& job) {
-        if (core_.io_server(job.id)) return release_io(job);
-        const VcpuParameters& parameters = core_.main_server(job.id)->parameters();
+        if (core_.server(job.id).is_io()) return release_io(job);
+        const VcpuParameters& parameters = core_.server(job.id).parameters();
         if (job.left > 0) {
             missed_ = "loop " + std::to_string(job.id) + " missed its period at " + std::to_string(now_);
             return;
@@ -82,7 +82,7 @@ class CoreRun {
         core_.wake(job.id, instant_from_ns(now_));
     }
     void release_io(Job& job) {
-        const VcpuParameters& own = core_.io_server(job.id)->parameters();
+        const VcpuParameters& own = core_.server(job.id).parameters();
         const std::size_t client =
             static_cast<std::size_t>(pick(0, static_cast<std::int64_t>(load_.mains.size()) - 1));
         const Nanoseconds period = load_.mains[client].parameters.period;
