@@ -2,51 +2,32 @@
 //
 //   timer (wall time) ─┐ armed with what is left           ┌─ armed again
 //   ███████████████████▼ budget spent: sleep in the handler ▼█████████████
-//   └── CPU clock read: `used` ──► sched::SporadicServer ──► next replenishment
+//   └── clocks read ──► sched::BudgetAccount ──► next replenishment
 //
-// In so much wall time the thread cannot have consumed more CPU time: the timer never comes after the
-// budget's end. If it comes before (the thread was preempted meanwhile), the CPU clock says so and the timer
-// is armed with the rest. Only high-resolution timers and system calls of one's own thread are needed: no
-// privilege, no kernel patch. (Timers on the thread's CPU clock would spare the early shots, but stock
-// kernels look at them at the tick, 1–10 ms apart; so does SCHED_DEADLINE, without its HRTICK feature.)
+// The account is sched/'s (budget_account.h), and so is the shell that keeps handler and path apart (budget_shell.h).
+// Here are the clocks, the timer and the sleep of stock Linux. Only high-resolution timers and system calls of one's own
+// thread are needed: no privilege, no kernel patch. (Timers on the thread's CPU clock would spare the shots that come
+// early, but stock kernels look at them at the tick, 1–10 ms apart; so does SCHED_DEADLINE, without its HRTICK feature.)
 //
-// Accounting. The sporadic server must be told when the thread blocks, or an old refill would come back
-// early. sleep_until() tells it. Waits that nobody announces (a bus, a lock, a socket) are found by the
-// thread's count of voluntary context switches: when it grew, what was used since the last look counts from
-// the latest instant at which it can have begun, `now − used`. That errs on the late side.
+// Time that a hypervisor takes from a virtual machine and does not report looks like the thread's own: it is charged, and
+// paid back like any overrun.
 //
-// The way into a wait and out of it takes some 20 us of the thread's CPU time. Admission counts one in each period beside the
-// budget (sched/admission.h), so one is not charged; a loop that waits more often pays for the others.
+// The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage: async-signal-safe on Linux.
 //
-// Time that a hypervisor takes from a virtual machine and does not report looks like the thread's own: it is charged, and paid
-// back like any overrun.
-//
-// Locks. A thread that slept for its budget while it holds a lock would hold up whoever waits for it, whatever its
-// priority: the kernel's priority inheritance cannot run a thread that sleeps. So the sleep is put off until the last
-// unlock, for one budget more at most (a loop that hangs in its critical section is throttled all the same); what was
-// overrun is charged forward by the server.
-//
-// All of it runs on the thread it is about; the handler is kept out of the ordinary path by a flag, not a
-// lock. The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage: async-signal-safe
-// on Linux.
-//
-// Cost, measured on a 2-core VM (kernel 6.18): 3 µs per release; 30–40 µs per enforcement, nearly all of it
-// the virtual machine's timer interrupt (13 µs) and the way into and out of the sleep (17 µs); charged to the
-// loop itself. Hence no budget under 100 µs on a shared core.
+// Cost, measured on a 2-core VM (kernel 6.18): 3 µs per release; 30–40 µs per enforcement, nearly all of it the virtual
+// machine's timer interrupt (13 µs) and the way into and out of the sleep (17 µs); charged to the loop itself. Hence no
+// budget under 100 µs on a shared core.
 #pragma once
 
 #include <time.h>
 
-#include <atomic>
 #include <csignal>
 #include <cstdint>
-#include <variant>
 
 #include "base/result.h"
 #include "base/time.h"
 #include "board/types.h"
-#include "sched/pibs.h"
-#include "sched/sporadic_server.h"
+#include "sched/budget_shell.h"
 
 namespace qduino::board::linux {
 
@@ -64,66 +45,47 @@ class BudgetKeeper {
     void stop();
     [[nodiscard]] bool running() const { return running_; }
 
+    // By the thread that is kept. Without effect while none is.
     /// Around a wait of the thread, which ends at `until` or, kForever, nobody knows when.
-    void before_block(Instant until);
+    void before_block(Instant until) {
+        if (running_) shell_.before_wait(until);
+    }
     /// The wait ended at `now`.
-    void after_block(Instant now);
-
+    void after_block(Instant now) {
+        if (running_) shell_.after_wait(now);
+    }
     /// Before the thread takes a lock, and after it has released it. Nests.
-    void begin_hold();
-    void end_hold();
+    void begin_hold() {
+        if (running_) shell_.begin_hold();
+    }
+    void end_hold() {
+        if (running_) shell_.end_hold();
+    }
 
     /// The signal that a budget's end comes as. It is SIGRTMIN + 3, and what SIGRTMIN is glibc decides at run time.
     [[nodiscard]] static int signal_number() { return SIGRTMIN + 3; }
 
-    /// How often the budget was spent and the thread slept for it. Readable from any thread.
-    [[nodiscard]] std::uint64_t throttled() const { return throttled_.load(std::memory_order_relaxed); }
-    /// CPU time charged so far. Readable from any thread.
-    [[nodiscard]] Nanoseconds charged() const {
-        return Nanoseconds{charged_ns_.load(std::memory_order_relaxed)};
-    }
+    /// How often the budget was spent and the thread slept for it.
+    [[nodiscard]] std::uint64_t throttled() const { return host_.throttled; }
+    /// CPU time charged so far.
+    [[nodiscard]] Nanoseconds charged() const { return shell_.account().server().consumed(); }
 
   private:
+    /// What the shell asks of the system.
+    struct Host {
+        [[nodiscard]] sched::BudgetReading read() const;
+        [[nodiscard]] Nanoseconds cpu() const;
+        void set_timer(const sched::BudgetEffect& effect);
+        void sleep_until(Instant t);
+
+        timer_t timer{};
+        std::uint64_t throttled = 0;
+    };
     static void on_timer(int, siginfo_t*, void*);
-    [[nodiscard]] Instant account_now() const;
-    bool analysed_wait(Instant now);
-    void charge(Instant now, Nanoseconds used);
-    [[nodiscard]] Nanoseconds used_until(Instant now) const;
-    void charge_run(Instant now, Nanoseconds used);
-    void take_up_work();
-    void settle(Instant now);
-    void throttle_and_arm();
-    void arm(Nanoseconds in);
-    bool overrun_while_holding();
-    void leave_ordinary_path();
 
-    [[nodiscard]] Nanoseconds available(Instant now) const;
-    [[nodiscard]] Instant next_replenishment() const;
-    void server_block(Instant now);
-    void server_unblock(Instant now);
-    void unblock(sched::SporadicServer& server, Instant now) const;
-    void unblock(sched::Pibs& server, Instant now) const;
-    bool arm_for_wake(Instant now, Instant until);
-
-    std::variant<sched::SporadicServer, sched::Pibs> server_;
-    Nanoseconds period_{};
-    bool woken_ = false;        // at settled_at_, and the server does not know yet
-    bool armed_ahead_ = false;  // the timer is set for a thread that wakes when it said
-    Nanoseconds budget_{};
-    timer_t timer_{};
+    Host host_;
+    sched::BudgetShell<Host> shell_{host_};
     bool running_ = false;
-    volatile std::sig_atomic_t busy_ = 0;    // the ordinary path works on the account
-    volatile std::sig_atomic_t missed_ = 0;  // the timer came meanwhile
-    volatile std::sig_atomic_t locks_held_ = 0;
-    volatile std::sig_atomic_t overrunning_ = 0;  // its budget is spent, and it goes on with a lock
-    Nanoseconds overrun_ends_{};                  // on its CPU clock
-    Nanoseconds cpu_before_{};                    // CPU clock at the last settlement
-    Nanoseconds cpu_at_wake_{};                   // and after the wait since then
-    Instant next_analysed_{};   // when the analysis has counted the way through one more wait
-    long switches_before_ = 0;  // voluntary context switches at the last settlement
-    Instant settled_at_{};
-    std::atomic<std::uint64_t> throttled_{0};
-    std::atomic<std::int64_t> charged_ns_{0};
     static thread_local BudgetKeeper* mine_;
 };
 

@@ -1,0 +1,119 @@
+#include "sched/budget_account.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+
+namespace qduino::sched {
+
+using Kind = BudgetEffect::Kind;
+
+BudgetAccount::BudgetAccount(const Server& server, const BudgetReading& reading)
+    : server_(server), settled_at_(reading.now), charged_to_(reading.cpu), switches_(reading.switches) {
+    server_.wake(reading.now);
+}
+
+// ---- events -----------------------------------------------------------------------------------------------------
+
+BudgetEffect BudgetAccount::timer(const BudgetReading& reading) {
+    QDUINO_EXPECT(!waits() && phase_ != Phase::throttled);
+    settle(reading);
+    return go_on();
+}
+
+BudgetEffect BudgetAccount::blocks(const BudgetReading& reading, Instant until) {
+    QDUINO_EXPECT(!waits() && phase_ != Phase::throttled);
+    settle(reading);
+    server_.block(settled_at_);
+    ++switches_;  // the wait to come. Should there be none, settle() finds a wait that was none, which does no harm
+    phase_ = Phase::waiting;
+    if (until == kForever || until <= settled_at_) return {.kind = Kind::disarm};
+    Server then = server_;
+    then.wake(until);
+    const Nanoseconds budget = then.available(until);
+    if (budget <= Nanoseconds{0}) return {.kind = Kind::disarm};
+    phase_ = Phase::armed_ahead;
+    return {.kind = Kind::arm_at, .at = until + budget};
+}
+
+BudgetEffect BudgetAccount::woke(Instant now, Nanoseconds cpu) {
+    QDUINO_EXPECT(waits());
+    // There will have been budget at the instant that was waited for, and there is no less of it later.
+    const bool armed = phase_ == Phase::armed_ahead;
+    phase_ = Phase::woken;
+    settled_at_ = std::max(settled_at_, now);
+    cpu_at_wake_ = cpu;
+    return armed ? BudgetEffect{} : go_on();
+}
+
+BudgetEffect BudgetAccount::resumed(const BudgetReading& reading) {
+    QDUINO_EXPECT(phase_ == Phase::throttled);
+    // That sleep is the account's own and no wait of the thread's; the instructions around it are charged as any.
+    switches_ = reading.switches;
+    settle(reading);
+    return go_on();
+}
+
+void BudgetAccount::holds() {
+    if (locks_++ == 0) grace_ = server_.parameters().budget;
+}
+
+bool BudgetAccount::releases() {
+    QDUINO_EXPECT(locks_ > 0);
+    return --locks_ == 0 && phase_ == Phase::overrunning;
+}
+
+// ---- the account ------------------------------------------------------------------------------------------------
+
+/// What the thread does next, by what the server has at the last instant that is known.
+BudgetEffect BudgetAccount::go_on() {
+    take_up_work();
+    const Nanoseconds left = server_.available(settled_at_);
+    if (left > Nanoseconds{0}) {
+        phase_ = Phase::running;
+        return {.kind = Kind::arm_in, .in = left};
+    }
+    if (locks_ > 0 && grace_ > Nanoseconds{0}) {
+        phase_ = Phase::overrunning;
+        return {.kind = Kind::arm_in, .in = grace_};
+    }
+    phase_ = Phase::throttled;
+    return {.kind = Kind::sleep_until, .at = server_.next_replenishment()};
+}
+
+/// Charges what was used since the last event.
+void BudgetAccount::settle(const BudgetReading& reading) {
+    take_up_work();
+    const Instant now = std::max(reading.now, settled_at_);
+    // The clocks are read one after the other: never more than the time that passed. The rest is charged next time.
+    const Nanoseconds used = std::clamp(reading.cpu - charged_to_, Nanoseconds{0}, now - settled_at_);
+    if (reading.switches != switches_) {  // it waited for something, unannounced
+        server_.block(settled_at_);
+        server_.wake(now - used);
+        switches_ = reading.switches;
+    }
+    if (phase_ == Phase::overrunning) grace_ -= std::min(grace_, used);
+    server_.consume(now, used);
+    charged_to_ += used;
+    settled_at_ = now;
+}
+
+/// Tells the server of a wake-up that it has not been told of yet, and charges the way through the wait.
+void BudgetAccount::take_up_work() {
+    if (phase_ != Phase::woken) return;
+    phase_ = Phase::running;
+    server_.wake(settled_at_);
+    if (!admission_has_this_wait()) server_.consume(settled_at_, cpu_at_wake_ - charged_to_);
+    charged_to_ = cpu_at_wake_;
+}
+
+/// True once in each period, and twice after a period without. What makes that one way longer than admission has it is
+/// not the loop's doing: an interrupt, or the host.
+bool BudgetAccount::admission_has_this_wait() {
+    const Nanoseconds period = server_.parameters().period;
+    if (next_admitted_wait_ - period > settled_at_) return false;
+    next_admitted_wait_ = std::max(next_admitted_wait_, settled_at_) + period;
+    return true;
+}
+
+}  // namespace qduino::sched
