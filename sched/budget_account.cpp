@@ -41,7 +41,7 @@ BudgetEffect BudgetAccount::woke(Instant now, Nanoseconds cpu) {
     // There will have been budget at the instant that was waited for, and there is no less of it later.
     const bool armed = phase_ == Phase::armed_ahead;
     phase_ = Phase::woken;
-    settled_at_ = std::max(settled_at_, now);
+    woke_at_ = std::max(settled_at_, now);
     cpu_at_wake_ = cpu;
     return armed ? BudgetEffect{} : go_on();
 }
@@ -55,6 +55,7 @@ BudgetEffect BudgetAccount::resumed(const BudgetReading& reading) {
 }
 
 void BudgetAccount::holds() {
+    take_up_work();  // what it has overrun so far is not the lock's
     if (locks_++ == 0) grace_ = server_.parameters().budget;
 }
 
@@ -92,18 +93,25 @@ void BudgetAccount::settle(const BudgetReading& reading) {
         server_.wake(now - used);
         switches_ = reading.switches;
     }
-    if (phase_ == Phase::overrunning) grace_ -= std::min(grace_, used);
-    server_.consume(now, used);
+    charge(now, used);
     charged_to_ += used;
     settled_at_ = now;
 }
 
-/// Tells the server of a wake-up that it has not been told of yet, and charges the way through the wait.
+void BudgetAccount::charge(Instant end, Nanoseconds used) {
+    if (locks_ > 0) grace_ -= std::clamp(used - server_.available(end - used), Nanoseconds{0}, grace_);
+    server_.consume(end, used);
+}
+
+/// Tells the server of a wake-up that it has not been told of yet. What the way through the wait took and admission has
+/// not counted is charged as if it had run just before the wake-up: late, never early, and what is left is left at once.
 void BudgetAccount::take_up_work() {
     if (phase_ != Phase::woken) return;
     phase_ = Phase::running;
-    server_.wake(settled_at_);
-    if (!admission_has_this_wait()) server_.consume(settled_at_, cpu_at_wake_ - charged_to_);
+    const Nanoseconds way = admission_has_this_wait() ? Nanoseconds{0} : cpu_at_wake_ - charged_to_;
+    server_.wake(std::max(settled_at_, woke_at_ - way));
+    charge(woke_at_, way);
+    settled_at_ = woke_at_;
     charged_to_ = cpu_at_wake_;
 }
 
@@ -111,8 +119,8 @@ void BudgetAccount::take_up_work() {
 /// not the loop's doing: an interrupt, or the host.
 bool BudgetAccount::admission_has_this_wait() {
     const Nanoseconds period = server_.parameters().period;
-    if (next_admitted_wait_ - period > settled_at_) return false;
-    next_admitted_wait_ = std::max(next_admitted_wait_, settled_at_) + period;
+    if (next_admitted_wait_ - period > woke_at_) return false;
+    next_admitted_wait_ = std::max(next_admitted_wait_, woke_at_) + period;
     return true;
 }
 

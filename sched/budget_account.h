@@ -102,6 +102,7 @@ class BudgetAccount {
   private:
     BudgetEffect go_on();
     void settle(const BudgetReading& reading);
+    void charge(Instant end, Nanoseconds used);
     void take_up_work();
     [[nodiscard]] bool admission_has_this_wait();
 
@@ -109,6 +110,7 @@ class BudgetAccount {
     Phase phase_ = Phase::running;
     Instant settled_at_{};          // the last instant that the account knows of
     Nanoseconds charged_to_{};      // on the thread's CPU clock: what came before is settled
+    Instant woke_at_{};             // woken: when
     Nanoseconds cpu_at_wake_{};     // woken: the same clock after the wait
     std::int64_t switches_ = 0;     // voluntary switches that the account knows of
     Instant next_admitted_wait_{};  // when admission has counted the way through one more wait

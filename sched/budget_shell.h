@@ -21,8 +21,9 @@
 
 namespace qduino::sched {
 
-/// Every call by the thread that is kept, on_timer() by its handler or by an interrupt on its core.
-template <typename Host>
+/// Every call by the thread that is kept, on_timer() by its handler or by an interrupt on its core. Tests put the rules of
+/// the account, written down once more, in the account's place.
+template <typename Host, typename Account = BudgetAccount>
 class BudgetShell {
   public:
     explicit BudgetShell(Host& host) : host_(host) {}
@@ -31,7 +32,7 @@ class BudgetShell {
     void start(const Server& server) {
         set_busy(true);
         const BudgetReading reading = host_.read();
-        account_ = BudgetAccount{server, reading};
+        account_ = Account{server, reading};
         leave(account_.timer(reading));
     }
     /// Around a wait of the thread that ends at `until`, or, kForever, nobody knows when. It ended at `now`.
@@ -62,7 +63,7 @@ class BudgetShell {
         leave(account_.timer(host_.read()));
     }
 
-    [[nodiscard]] const BudgetAccount& account() const { return account_; }
+    [[nodiscard]] const Account& account() const { return account_; }
 
   private:
     void set_busy(bool busy) {
@@ -89,7 +90,7 @@ class BudgetShell {
     }
 
     Host& host_;
-    BudgetAccount account_;
+    Account account_;
     std::atomic<bool> busy_{false};    // the path, or the handler, works on the account
     std::atomic<bool> missed_{false};  // the timer came meanwhile
 };

@@ -1,0 +1,156 @@
+// The account of a budget, event by event, and the drawing at its head: a budget of 10 in 100.
+#include "sched/budget_account.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/sched/make.h"
+
+namespace qduino::sched {
+namespace {
+
+using Phase = BudgetAccount::Phase;
+using Kind = BudgetEffect::Kind;
+
+constexpr BudgetEffect arm_in(Nanoseconds in) { return {.kind = Kind::arm_in, .in = in}; }
+constexpr BudgetEffect arm_at(std::int64_t at) { return {.kind = Kind::arm_at, .at = at_ns(at)}; }
+constexpr BudgetEffect sleep_until(std::int64_t at) { return {.kind = Kind::sleep_until, .at = at_ns(at)}; }
+constexpr BudgetEffect kDisarm{.kind = Kind::disarm};
+constexpr BudgetEffect kNothing{};
+
+/// The clocks at `now`, with `cpu` used so far and so many waits behind it.
+constexpr BudgetReading at(std::int64_t now, std::int64_t cpu, std::int64_t switches = 0) {
+    return {at_ns(now), Nanoseconds{cpu}, switches};
+}
+
+BudgetAccount make_account() { return {SporadicServer{{10ns, 100ns}}, at(0, 0)}; }
+
+TEST(BudgetAccount, SetsTheTimerToWhatIsLeftAndToTheRestWhenItComesEarly) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.timer(at(0, 0)), arm_in(10ns));
+    EXPECT_EQ(account.timer(at(10, 4)), arm_in(6ns));  // it was preempted for 6
+    EXPECT_EQ(account.phase(), Phase::running);
+    EXPECT_EQ(account.server().consumed(), 4ns);
+}
+
+TEST(BudgetAccount, SleepsWhenTheBudgetIsSpentUntilItComesBack) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.timer(at(10, 10)), sleep_until(100));
+    EXPECT_EQ(account.phase(), Phase::throttled);
+    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(9ns));  // what it took to sleep and to wake is charged
+    EXPECT_EQ(account.phase(), Phase::running);
+}
+
+TEST(BudgetAccount, SetsTheTimerAheadOfAWaitWhoseEndIsKnown) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.blocks(at(3, 3), at_ns(50)), arm_at(57));
+    EXPECT_EQ(account.phase(), Phase::armed_ahead);
+    EXPECT_EQ(account.woke(at_ns(52), 3ns), kNothing);
+    EXPECT_EQ(account.phase(), Phase::woken);
+    EXPECT_EQ(account.timer(at(57, 8, 1)), arm_in(2ns));  // 2 too early, because it woke 2 late
+    EXPECT_EQ(account.timer(at(59, 10, 1)), sleep_until(100));
+}
+
+TEST(BudgetAccount, SetsNoTimerAheadOfAWaitThatMayEndAtAnyTime) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.blocks(at(3, 3), kForever), kDisarm);
+    EXPECT_EQ(account.phase(), Phase::waiting);
+    EXPECT_EQ(account.woke(at_ns(52), 3ns), arm_in(7ns));
+    EXPECT_EQ(account.phase(), Phase::running);
+}
+
+TEST(BudgetAccount, SetsNoTimerAheadOfAWaitBehindWhichThereIsNoBudget) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.blocks(at(10, 10), at_ns(50)), kDisarm);
+    EXPECT_EQ(account.woke(at_ns(50), 10ns), sleep_until(100));
+}
+
+TEST(BudgetAccount, TheWaysThroughTwoWaitsAreAdmissionsAndTheThirdIsCharged) {
+    BudgetAccount account = make_account();
+    for (const std::int64_t now : {10, 20, 30}) {
+        static_cast<void>(account.blocks(at(now, now / 5 - 2, now / 10 - 1), kForever));
+        static_cast<void>(account.woke(at_ns(now + 5), Nanoseconds{now / 5}));
+    }
+    EXPECT_EQ(account.server().consumed(),
+              2ns);  // of 6: admission has one in each period, and the one before
+    EXPECT_EQ(account.server().available(at_ns(35)), 8ns) << "what is left is left at once";
+}
+
+TEST(BudgetAccount, CountsAWaitThatNobodyAnnouncedFromTheLatestInstantAtWhichItCanHaveEnded) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.timer(at(50, 4, 1)), arm_in(6ns));
+    EXPECT_EQ(account.server().next_replenishment(), at_ns(50));
+    EXPECT_EQ(account.server().refills().back().time, at_ns(146)) << "used from 46 on, at the latest";
+}
+
+TEST(BudgetAccount, ChargesNeverMoreThanTheTimeThatPassedAndTheRestLater) {
+    BudgetAccount account = make_account();
+    EXPECT_EQ(account.timer(at(5, 6)), arm_in(5ns));
+    EXPECT_EQ(account.timer(at(4, 6)), arm_in(5ns)) << "a clock that runs back stands still";
+    EXPECT_EQ(account.timer(at(8, 8)), arm_in(2ns));
+    EXPECT_EQ(account.server().consumed(), 8ns);
+}
+
+// ---- locks ------------------------------------------------------------------------------------------------------
+
+TEST(BudgetAccount, PutsTheSleepOffUntilTheLastUnlock) {
+    BudgetAccount account = make_account();
+    account.holds();
+    account.holds();
+    EXPECT_EQ(account.timer(at(10, 10)), arm_in(10ns));
+    EXPECT_EQ(account.phase(), Phase::overrunning);
+    EXPECT_FALSE(account.releases());
+    EXPECT_TRUE(account.releases());
+    EXPECT_EQ(account.timer(at(14, 14)), sleep_until(104)) << "4 of the next budget are gone";
+}
+
+TEST(BudgetAccount, PutsItOffByOneBudgetAtMost) {
+    BudgetAccount account = make_account();
+    account.holds();
+    EXPECT_EQ(account.timer(at(10, 10)), arm_in(10ns));
+    EXPECT_EQ(account.timer(at(20, 16)), arm_in(4ns)) << "it was preempted for 4";
+    EXPECT_EQ(account.blocks(at(21, 17), kForever), kDisarm);
+    EXPECT_EQ(account.woke(at_ns(30), 17ns), arm_in(3ns)) << "a wait renews nothing";
+    EXPECT_EQ(account.timer(at(33, 20, 1)).kind, Kind::sleep_until);
+    EXPECT_FALSE(account.releases());
+}
+
+TEST(BudgetAccount, ALockWithinTheBudgetChangesNothing) {
+    BudgetAccount account = make_account();
+    account.holds();
+    EXPECT_FALSE(account.releases());
+    EXPECT_EQ(account.timer(at(10, 10)), sleep_until(100));
+}
+
+TEST(BudgetAccount, EachHoldHasABudgetOfItsOwn) {
+    BudgetAccount account = make_account();
+    account.holds();
+    EXPECT_EQ(account.timer(at(16, 16)), arm_in(4ns));
+    ASSERT_TRUE(account.releases());
+    EXPECT_EQ(account.timer(at(16, 16)), sleep_until(106));
+    EXPECT_EQ(account.resumed(at(106, 16, 1)), arm_in(4ns));
+    account.holds();
+    EXPECT_EQ(account.timer(at(110, 20, 1)), arm_in(10ns));
+}
+
+// ---- I/O VCPUs --------------------------------------------------------------------------------------------------
+
+TEST(BudgetAccount, AnIoVcpuIsKeptByItsOwnServer) {
+    BudgetAccount account{Pibs{{10ns, 100ns}}, at(0, 0)};
+    EXPECT_EQ(account.blocks(at(5, 5), at_ns(60)), arm_at(70)) << "used 5: a whole budget from 50 on";
+    EXPECT_EQ(account.woke(at_ns(60), 5ns), kNothing);
+    EXPECT_EQ(account.timer(at(70, 15, 1)), sleep_until(160));
+    EXPECT_EQ(account.server().consumed(), 15ns);
+}
+
+TEST(BudgetAccountDeathTest, ContractsHold) {
+    BudgetAccount account = make_account();
+    EXPECT_DEATH(static_cast<void>(account.releases()), "contract broken");
+    EXPECT_DEATH(static_cast<void>(account.woke(at_ns(1), 0ns)), "contract broken");
+    EXPECT_DEATH(static_cast<void>(account.resumed(at(1, 0))), "contract broken");
+    static_cast<void>(account.blocks(at(1, 1), kForever));
+    EXPECT_DEATH(static_cast<void>(account.timer(at(2, 1))), "contract broken");
+    EXPECT_DEATH(static_cast<void>(account.blocks(at(2, 1), kForever)), "contract broken");
+}
+
+}  // namespace
+}  // namespace qduino::sched
