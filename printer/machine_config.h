@@ -15,7 +15,15 @@ namespace qduino::printer {
 
 enum class Axis : std::uint8_t { x = 0, y = 1, z = 2, e = 3 };
 inline constexpr int kAxisCount = 4;
-inline constexpr std::array<char, kAxisCount> kAxisLetter{'X', 'Y', 'Z', 'E'};
+
+/// One value for each axis, in the order of Axis; aggregate, laid out as the array it is.
+template <typename T>
+struct PerAxis : std::array<T, kAxisCount> {
+    using std::array<T, kAxisCount>::operator[];
+    constexpr T& operator[](Axis axis) { return (*this)[static_cast<std::size_t>(axis)]; }
+    constexpr const T& operator[](Axis axis) const { return (*this)[static_cast<std::size_t>(axis)]; }
+};
+inline constexpr PerAxis<char> kAxisLetter{'X', 'Y', 'Z', 'E'};
 
 struct AxisConfig {
     double steps_per_mm = 80;
@@ -52,6 +60,9 @@ struct HeaterConfig {
     double at_target_s = 1.0;
 };
 
+/// The largest target that a heater may be given: the heat must have room to overshoot below the fault.
+constexpr Celsius highest_target(const HeaterConfig& heater) { return Celsius{heater.maximum_celsius - 15}; }
+
 /// Where the head waits while a job is paused (printer/machine/parking.cpp).
 struct ParkConfig {
     bool enabled = true;  ///< false: a pause stops where it is
@@ -65,12 +76,12 @@ struct ParkConfig {
 
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
-    std::array<AxisConfig, kAxisCount> axes{{
+    PerAxis<AxisConfig> axes{{{
         {80, 125, 2000, 20, 0, 150, 40, 3, 0, true, false, 2, 3, 4, 5},
         {80, 125, 2000, 20, 0, 150, 40, 3, 0, true, false, 6, 7, 8, 9},
         {2020, 5, 30, 0.4, 0, 150, 4, 1, 0, true, false, 10, 11, 12, 13},
         {96, 14, 10000, 5, -1e9, 1e9, 0, 0, 0, true, false, 14, 15, 16, 0},
-    }};
+    }}};
     double default_acceleration_mm_s2 = 3000;
     double travel_acceleration_mm_s2 = 3000;
     double minimum_extrude_celsius = 170;

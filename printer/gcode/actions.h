@@ -13,7 +13,6 @@
 // command.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -53,9 +52,9 @@ enum class WaitFor : std::uint8_t {
 
 /// M201, M203, M204, M205: what is not given stays as it is. Never above the machine's own configuration.
 struct LimitChange {
-    std::array<std::optional<MillimetresPerSecond2>, kAxisCount> axis_acceleration{};
-    std::array<std::optional<MillimetresPerSecond>, kAxisCount> axis_speed{};
-    std::array<std::optional<MillimetresPerSecond>, kAxisCount> axis_instantaneous_speed{};
+    PerAxis<std::optional<MillimetresPerSecond2>> axis_acceleration{};
+    PerAxis<std::optional<MillimetresPerSecond>> axis_speed{};
+    PerAxis<std::optional<MillimetresPerSecond>> axis_instantaneous_speed{};
     std::optional<MillimetresPerSecond2> print_acceleration{};
     std::optional<MillimetresPerSecond2> filament_acceleration{};
     std::optional<MillimetresPerSecond2> travel_acceleration{};

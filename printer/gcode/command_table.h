@@ -1,21 +1,30 @@
-// Every code that this printer knows: its name, the parameters it takes, and whether it is carried out.
+// Every code that this printer knows, one row each: everything the firmware knows of a code stands in its row.
+//
+//   {{'M', 104}, "hot end temperature", "STRIBF", hot_end, printing}
+//    code        for people             letters   handler  when it may be typed
+//
+// The reader asks the row how the tail of a line is to be read, the interpreter which letters are right and
+// which handler to call, the machine whether a person may type it now. docs/gcode.md is printed from the rows.
 //
 // The dialect is Marlin's as slicers and hosts emit it. A code that is not in the table is unknown:
 // answered, skipped.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <string_view>
 
+#include "base/result.h"
 #include "printer/gcode/command.h"
 
 namespace qduino::printer::gcode {
 
-enum class CodeStatus : std::uint8_t {
-    executed,      ///< the interpreter has a handler for it
-    acknowledged,  ///< known, not yet done: said by name, then skipped
-};
+struct Context;
+
+/// Carries out one command. It checks everything first and acts last: when it fails without having moved, the
+/// interpreter restores the modal state. The interpreter puts line and code in front of its error.
+using Handler = Result<void>(Context& context, const Command& command);
 
 /// What happens to a parameter that is not in `parameters`.
 enum class Strictness : std::uint8_t {
@@ -23,30 +32,76 @@ enum class Strictness : std::uint8_t {
     strict,   ///< an error: codes that move or move the coordinates must say only what is understood
 };
 
-struct CodeInfo {
-    char letter;  ///< '\0': a word command, matched by `word`
-    std::uint32_t number;
-    std::int32_t subcode;         ///< −1: none
-    std::string_view word;        ///< of a word command
-    std::string_view name;        ///< what it does, for people: "linear move"
-    std::string_view parameters;  ///< letters
-    CodeStatus status;
-    Strictness strictness;
+/// When a person may type the code. Each includes those above it.
+enum class Typed : std::uint8_t {
+    at_rest,   ///< only while no job runs and no fault is latched
+    parked,    ///< also while a job is paused and the head waits beside the part: jogs
+    printing,  ///< also while a job runs: nothing that moves, waits or changes how the job is read
+    always,    ///< also while a fault is latched: questions, and the emergency stop
 };
 
-/// All known codes.
+/// How what stands behind the code is read.
+enum class Tail : std::uint8_t {
+    words,      ///< parameters: a letter, and mostly a number
+    free_text,  ///< one text: a message, a file name, a version
+};
+
+/// What a row is found by.
+struct Code {
+    static constexpr std::int32_t kNoSubcode = -1;
+    static constexpr std::int32_t kAnySubcode = -2;
+
+    constexpr Code(char code_letter, std::uint32_t code_number, std::int32_t code_subcode = kNoSubcode)
+        : letter(code_letter), number(code_number), subcode(code_subcode) {}
+    /// A command that is a word, in upper case.
+    constexpr Code(std::string_view code_word) : word{code_word} {}
+
+    char letter = '\0';  ///< '\0': a word command
+    std::uint32_t number = 0;
+    std::int32_t subcode = kNoSubcode;
+    std::string_view word{};
+
+    friend constexpr auto operator<=>(const Code&, const Code&) = default;
+};
+
+struct CodeInfo {
+    /// `options` are of Strictness, Typed and Tail, in any order; left out: the first of each.
+    template <typename... Options>
+    constexpr CodeInfo(Code its_code, std::string_view its_name, std::string_view its_parameters,
+                       Handler* its_handler = nullptr, Options... options)
+        : code(its_code), name(its_name), parameters(its_parameters), handler(its_handler) {
+        (set(options), ...);
+    }
+
+    Code code;
+    std::string_view name;        ///< what it does, for people: "linear move"
+    std::string_view parameters;  ///< letters
+    Handler* handler;             ///< null: known, not yet done; said by name, then skipped
+    Strictness strictness = Strictness::lenient;
+    Typed typed = Typed::at_rest;
+    Tail tail = Tail::words;
+
+  private:
+    constexpr void set(Strictness option) { strictness = option; }
+    constexpr void set(Typed option) { typed = option; }
+    constexpr void set(Tail option) { tail = option; }
+};
+
+/// All known codes, sorted by Code.
 std::span<const CodeInfo> known_codes();
 
-/// Null when unknown. A subcode that is not listed is unknown, except where every subcode is meant
-/// (M862.x).
+/// Null when unknown. A subcode that is not listed is unknown, except where every subcode is meant (M862.x).
 const CodeInfo* find_code(const Command& command);
 
-/// True for codes whose tail is one text, not words: M117, M118, M0 …, and the SD card's file names.
+/// True for codes whose tail is one text, not words: M117, M118, M0 …
 bool takes_free_text(char letter, std::uint32_t number);
 
-/// True when the tail of `letter``number` must be words or else the line is malformed: codes that are
-/// executed, but for those of free text. What is skipped anyway may say what it likes (`M486 Apart (1)`,
+/// True when the tail of `letter``number` must be words or else the line is malformed: codes with a handler,
+/// but for those of free text. What is skipped anyway may say what it likes (`M486 Apart (1)`,
 /// `M1002 action : 2`).
 bool must_be_words(char letter, std::uint32_t number);
+
+/// When a person may type it, whatever its subcode. An unknown code is answered at rest.
+Typed may_be_typed(char letter, std::uint32_t number);
 
 }  // namespace qduino::printer::gcode

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "printer/gcode/handlers.h"
+#include "printer/gcode/context.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::handlers {
 namespace {
 
 constexpr double kSecondsPerMinute = 60;
@@ -18,7 +18,7 @@ struct Target {
 Result<Target> target_of(const ModalState& state, const Command& command) {
     Target target{state.machine, state.programmed_e};
     for (const Axis axis : kAllAxes) {
-        const auto value = Handlers::number(command, kAxisLetter[static_cast<std::size_t>(axis)]);
+        const auto value = number(command, kAxisLetter[axis]);
         if (!value) return value.error();
         if (!*value) continue;
         const Millimetres length{**value * state.unit_mm};
@@ -34,7 +34,7 @@ Result<Target> target_of(const ModalState& state, const Command& command) {
 
 /// F is modal and per minute; F0 says nothing, as in Marlin.
 Result<void> take_feedrate(ModalState& state, const Command& command) {
-    const auto value = Handlers::number(command, 'F');
+    const auto value = number(command, 'F');
     if (!value) return value.error();
     if (!*value || **value == 0) return {};
     if (**value < 0) return make_error(ErrorCode::invalid_argument, "F, a speed, is below 0");
@@ -46,10 +46,10 @@ Result<void> take_feedrate(ModalState& state, const Command& command) {
 Result<ArcGeometry> geometry_of(const ModalState& state, const Command& command, ArcDirection direction) {
     ArcGeometry geometry;
     geometry.direction = direction;
-    const auto i = Handlers::number(command, 'I');
-    const auto j = Handlers::number(command, 'J');
-    const auto r = Handlers::number(command, 'R');
-    const auto p = Handlers::number_within(command, 'P', 0, kArcTurnsMax, "turns");
+    const auto i = number(command, 'I');
+    const auto j = number(command, 'J');
+    const auto r = number(command, 'R');
+    const auto p = number_within(command, 'P', 0, kArcTurnsMax, "turns");
     for (const auto* value : {&i, &j, &r, &p}) {
         if (!*value) return value->error();
     }
@@ -64,133 +64,121 @@ Result<ArcGeometry> geometry_of(const ModalState& state, const Command& command,
     return geometry;
 }
 
-}  // namespace
-
-Result<void> Handlers::linear_move(Interpreter& interpreter, const Command& command) {
-    ModalState& state = interpreter.state_;
-    auto target = target_of(state, command);
-    if (!target) return target.error();
-    if (auto feedrate = take_feedrate(state, command); !feedrate) return feedrate;
-    if (auto checked = interpreter.check_target(target->machine); !checked) return checked;
-    state.programmed_e = target->programmed_e;
-    return interpreter.emit(target->machine, state.feedrate);
-}
-
-namespace {
-
 /// All of the arc must lie inside the bounds before its first chord is handed on.
-template <typename CheckTarget>
-Result<void> check_chords(const ArcPath& arc, CheckTarget check_target) {
+Result<void> check_chords(const Context& context, const ArcPath& arc) {
     for (std::uint32_t i = 0; i < arc.chords(); ++i) {
         Position point = arc.point(i);
-        if (auto inside = check_target(point); !inside) return inside;
+        if (auto inside = context.check_target(point); !inside) return inside;
     }
     return {};
 }
 
-}  // namespace
-
-Result<void> Handlers::arc(Interpreter& interpreter, const Command& command, ArcDirection direction) {
-    ModalState& state = interpreter.state_;
+Result<void> arc(Context& context, const Command& command, ArcDirection direction) {
+    ModalState& state = context.state;
     auto target = target_of(state, command);
     if (!target) return target.error();
     if (auto feedrate = take_feedrate(state, command); !feedrate) return feedrate;
     const auto geometry = geometry_of(state, command, direction);
     if (!geometry) return geometry.error();
-    if (auto checked = interpreter.check_target(target->machine); !checked) return checked;
+    if (auto checked = context.check_target(target->machine); !checked) return checked;
     const auto arc = ArcPath::make(state.machine, target->machine, *geometry);
     if (!arc) return arc.error();
-    const auto check = [&](Position& point) { return interpreter.check_target(point); };
-    if (auto inside = check_chords(*arc, check); !inside) return inside;
+    if (auto inside = check_chords(context, *arc); !inside) return inside;
     state.programmed_e = target->programmed_e;
-    interpreter.arc_ = *arc;
+    context.arc = *arc;
     return {};
 }
 
-Result<void> Handlers::arc_clockwise(Interpreter& interpreter, const Command& command) {
-    return arc(interpreter, command, ArcDirection::clockwise);
+}  // namespace
+
+Result<void> linear_move(Context& context, const Command& command) {
+    ModalState& state = context.state;
+    auto target = target_of(state, command);
+    if (!target) return target.error();
+    if (auto feedrate = take_feedrate(state, command); !feedrate) return feedrate;
+    if (auto checked = context.check_target(target->machine); !checked) return checked;
+    state.programmed_e = target->programmed_e;
+    return context.move_to(target->machine, state.feedrate);
 }
 
-Result<void> Handlers::arc_counterclockwise(Interpreter& interpreter, const Command& command) {
-    return arc(interpreter, command, ArcDirection::counterclockwise);
+Result<void> arc_clockwise(Context& context, const Command& command) {
+    return arc(context, command, ArcDirection::clockwise);
 }
 
-Result<void> Handlers::dwell(Interpreter& interpreter, const Command& command) {
+Result<void> arc_counterclockwise(Context& context, const Command& command) {
+    return arc(context, command, ArcDirection::counterclockwise);
+}
+
+Result<void> dwell(Context& context, const Command& command) {
     const auto seconds = number_within(command, 'S', 0, kLongestDwell.value(), "s");
     const auto milliseconds = number_within(command, 'P', 0, kLongestDwell.value() * 1000, "ms");
     if (!seconds) return seconds.error();
     if (!milliseconds) return milliseconds.error();
     const double duration_s = *seconds ? **seconds : milliseconds->value_or(0) / 1000;
-    return interpreter.actions_.dwell(Seconds{duration_s});
+    return context.actions.dwell(Seconds{duration_s});
 }
 
-Result<void> Handlers::wait_for_moves(Interpreter& interpreter, const Command&) {
-    return interpreter.actions_.dwell(Seconds{0});
-}
+Result<void> wait_for_moves(Context& context, const Command&) { return context.actions.dwell(Seconds{0}); }
 
-Result<void> Handlers::retract(Interpreter& interpreter, const Command&) {
-    ModalState& state = interpreter.state_;
+Result<void> retract(Context& context, const Command&) {
+    ModalState& state = context.state;
     if (state.retracted) return {};
     const RetractionSettings settings = state.retraction;
     Position drawn = state.machine;
     drawn[Axis::e] -= settings.length;
     Position lifted = drawn;
     lifted[Axis::z] += settings.lift;
-    if (auto checked = interpreter.check_target(lifted); !checked) return checked;
-    if (auto moved = interpreter.emit(drawn, settings.speed, true); !moved) return moved;
+    if (auto checked = context.check_target(lifted); !checked) return checked;
+    if (auto moved = context.move_to(drawn, settings.speed, true); !moved) return moved;
     state.retracted = true;
     state.retracted_length = settings.length;
     const Millimetres lift = lifted[Axis::z] - state.machine[Axis::z];
-    const MillimetresPerSecond lift_speed{
-        interpreter.config_.axes[static_cast<std::size_t>(Axis::z)].max_speed_mm_s};
-    if (auto moved = interpreter.emit(lifted, lift_speed, true); !moved) return moved;
+    const MillimetresPerSecond lift_speed{context.config.axes[Axis::z].max_speed_mm_s};
+    if (auto moved = context.move_to(lifted, lift_speed, true); !moved) return moved;
     state.lifted = lift;
     state.offset[Axis::z] += lift;
     return {};
 }
 
-Result<void> Handlers::recover(Interpreter& interpreter, const Command&) {
-    ModalState& state = interpreter.state_;
+Result<void> recover(Context& context, const Command&) {
+    ModalState& state = context.state;
     if (!state.retracted) return {};
     Position lowered = state.machine;
     lowered[Axis::z] -= state.lifted;
     Position pushed = lowered;
     pushed[Axis::e] += state.retracted_length + state.retraction.extra_on_recover;
-    if (auto checked = interpreter.check_target(pushed); !checked) return checked;
+    if (auto checked = context.check_target(pushed); !checked) return checked;
     lowered[Axis::z] = pushed[Axis::z];
-    const MillimetresPerSecond lift_speed{
-        interpreter.config_.axes[static_cast<std::size_t>(Axis::z)].max_speed_mm_s};
-    if (auto moved = interpreter.emit(lowered, lift_speed, true); !moved) return moved;
+    const MillimetresPerSecond lift_speed{context.config.axes[Axis::z].max_speed_mm_s};
+    if (auto moved = context.move_to(lowered, lift_speed, true); !moved) return moved;
     state.offset[Axis::z] -= state.lifted;
     state.lifted = Millimetres{0};
-    if (auto moved = interpreter.emit(pushed, state.retraction.recover_speed, true); !moved) return moved;
+    if (auto moved = context.move_to(pushed, state.retraction.recover_speed, true); !moved) return moved;
     state.retracted = false;
     return {};
 }
 
-Result<void> Handlers::home(Interpreter& interpreter, const Command& command) {
+Result<void> home(Context& context, const Command& command) {
     AxisSet axes;
     for (const Axis axis : kToolAxes) {
-        if (command.parameters.has(kAxisLetter[static_cast<std::size_t>(axis)])) axes.add(axis);
+        if (command.parameters.has(kAxisLetter[axis])) axes.add(axis);
     }
     if (axes.empty()) axes = AxisSet::tool();
-    if (auto homed = interpreter.actions_.home(axes); !homed) return homed;
-    ModalState& state = interpreter.state_;
+    if (auto homed = context.actions.home(axes); !homed) return homed;
+    ModalState& state = context.state;
     for (const Axis axis : kToolAxes) {
         if (!axes.contains(axis)) continue;
-        const auto index = static_cast<std::size_t>(axis);
-        state.machine[axis] = Millimetres{interpreter.config_.axes[index].home_position_mm};
+        state.machine[axis] = Millimetres{context.config.axes[axis].home_position_mm};
         state.offset[axis] = Millimetres{0};
-        state.homed[index] = true;
-        state.warned_unhomed[index] = false;
+        state.set_homed(axis, true);
         if (axis == Axis::z) state.lifted = Millimetres{0};
     }
     return {};
 }
 
-Result<void> Handlers::tool(Interpreter&, const Command& command) {
+Result<void> tool(Context&, const Command& command) {
     if (command.number == 0) return {};
     return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
 }
 
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::handlers

@@ -1,7 +1,7 @@
 // G20 G21 G90 G91 G92 M82 M83 M207 M208 M220 M221: what changes how later commands are understood.
-#include "printer/gcode/handlers.h"
+#include "printer/gcode/context.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::handlers {
 namespace {
 
 constexpr double kMillimetresPerInch = 25.4;
@@ -14,52 +14,52 @@ constexpr double kLiftMax_mm = 20;
 template <typename Quantity>
 Result<void> take_length(const Command& command, char letter, double scale, double low, double high,
                          Quantity& value, std::string_view unit) {
-    const auto given = Handlers::number(command, letter);
+    const auto given = number(command, letter);
     if (!given) return given.error();
     if (!*given) return {};
     const double scaled = **given * scale;
-    if (!(scaled >= low && scaled <= high)) return Handlers::outside(letter, scaled, low, high, unit);
+    if (!(scaled >= low && scaled <= high)) return outside(letter, scaled, low, high, unit);
     value = Quantity{scaled};
     return {};
 }
 
 }  // namespace
 
-Result<void> Handlers::inches(Interpreter& interpreter, const Command&) {
-    interpreter.state_.unit_mm = kMillimetresPerInch;
+Result<void> inches(Context& context, const Command&) {
+    context.state.unit_mm = kMillimetresPerInch;
     return {};
 }
 
-Result<void> Handlers::millimetres(Interpreter& interpreter, const Command&) {
-    interpreter.state_.unit_mm = 1;
+Result<void> millimetres(Context& context, const Command&) {
+    context.state.unit_mm = 1;
     return {};
 }
 
-Result<void> Handlers::absolute(Interpreter& interpreter, const Command&) {
-    interpreter.state_.relative = interpreter.state_.relative_e = false;
+Result<void> absolute(Context& context, const Command&) {
+    context.state.relative = context.state.relative_e = false;
     return {};
 }
 
-Result<void> Handlers::relative(Interpreter& interpreter, const Command&) {
-    interpreter.state_.relative = interpreter.state_.relative_e = true;
+Result<void> relative(Context& context, const Command&) {
+    context.state.relative = context.state.relative_e = true;
     return {};
 }
 
-Result<void> Handlers::absolute_extrusion(Interpreter& interpreter, const Command&) {
-    interpreter.state_.relative_e = false;
+Result<void> absolute_extrusion(Context& context, const Command&) {
+    context.state.relative_e = false;
     return {};
 }
 
-Result<void> Handlers::relative_extrusion(Interpreter& interpreter, const Command&) {
-    interpreter.state_.relative_e = true;
+Result<void> relative_extrusion(Context& context, const Command&) {
+    context.state.relative_e = true;
     return {};
 }
 
-Result<void> Handlers::set_position(Interpreter& interpreter, const Command& command) {
-    ModalState& state = interpreter.state_;
+Result<void> set_position(Context& context, const Command& command) {
+    ModalState& state = context.state;
     const bool all = command.parameters.empty();
     for (const Axis axis : kAllAxes) {
-        const char letter = kAxisLetter[static_cast<std::size_t>(axis)];
+        const char letter = kAxisLetter[axis];
         const auto value = number_within(command, letter, -1e6, 1e6, "");
         if (!value) return value.error();
         if (!*value && !all) continue;
@@ -73,15 +73,15 @@ Result<void> Handlers::set_position(Interpreter& interpreter, const Command& com
     return {};
 }
 
-Result<void> Handlers::machine_coordinates(Interpreter& interpreter, const Command&) {
-    ModalState& state = interpreter.state_;
+Result<void> machine_coordinates(Context& context, const Command&) {
+    ModalState& state = context.state;
     for (const Axis axis : kToolAxes) state.offset[axis] = Millimetres{0};
     state.offset[Axis::z] = state.lifted;
     return {};
 }
 
-Result<void> Handlers::retraction_settings(Interpreter& interpreter, const Command& command) {
-    ModalState& state = interpreter.state_;
+Result<void> retraction_settings(Context& context, const Command& command) {
+    ModalState& state = context.state;
     RetractionSettings& settings = state.retraction;
     const double unit = state.unit_mm;
     if (auto r = take_length(command, 'S', unit, 0, kRetractionMax_mm, settings.length, "mm"); !r) return r;
@@ -89,8 +89,8 @@ Result<void> Handlers::retraction_settings(Interpreter& interpreter, const Comma
     return take_length(command, 'F', unit / 60, kSlowest.value(), kFastest.value(), settings.speed, "mm/s");
 }
 
-Result<void> Handlers::recover_settings(Interpreter& interpreter, const Command& command) {
-    ModalState& state = interpreter.state_;
+Result<void> recover_settings(Context& context, const Command& command) {
+    ModalState& state = context.state;
     RetractionSettings& settings = state.retraction;
     const double unit = state.unit_mm;
     if (auto r = take_length(command, 'S', unit, -kRetractionMax_mm, kRetractionMax_mm,
@@ -102,26 +102,26 @@ Result<void> Handlers::recover_settings(Interpreter& interpreter, const Command&
                        "mm/s");
 }
 
-Result<void> Handlers::speed_factor(Interpreter& interpreter, const Command& command) {
+Result<void> speed_factor(Context& context, const Command& command) {
     const auto percent = number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent");
     if (!percent) return percent.error();
-    ModalState& state = interpreter.state_;
+    ModalState& state = context.state;
     if (command.parameters.has('B')) state.speed_factor_kept = state.speed_factor;
     if (command.parameters.has('R')) state.speed_factor = state.speed_factor_kept;
     if (*percent) state.speed_factor = **percent / 100;
-    interpreter.actions_.factors(state.speed_factor, state.flow_factor);
+    context.actions.factors(state.speed_factor, state.flow_factor);
     return {};
 }
 
-Result<void> Handlers::flow_factor(Interpreter& interpreter, const Command& command) {
+Result<void> flow_factor(Context& context, const Command& command) {
     const auto percent = number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent");
     if (!percent) return percent.error();
-    ModalState& state = interpreter.state_;
+    ModalState& state = context.state;
     if (*percent) state.flow_factor = **percent / 100;
-    interpreter.actions_.factors(state.speed_factor, state.flow_factor);
+    context.actions.factors(state.speed_factor, state.flow_factor);
     return {};
 }
 
-Result<void> Handlers::nothing(Interpreter&, const Command&) { return {}; }
+Result<void> nothing(Context&, const Command&) { return {}; }
 
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::handlers

@@ -12,10 +12,10 @@ namespace qduino::printer::gcode {
 
 /// X, Y and Z in machine coordinates; E is the filament pushed since start, never reset by G92.
 struct Position {
-    std::array<Millimetres, kAxisCount> axes{};
+    PerAxis<Millimetres> axes{};
 
-    constexpr Millimetres& operator[](Axis axis) { return axes[static_cast<std::size_t>(axis)]; }
-    constexpr Millimetres operator[](Axis axis) const { return axes[static_cast<std::size_t>(axis)]; }
+    constexpr Millimetres& operator[](Axis axis) { return axes[axis]; }
+    constexpr Millimetres operator[](Axis axis) const { return axes[axis]; }
     friend constexpr bool operator==(const Position&, const Position&) = default;
 };
 

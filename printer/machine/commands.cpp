@@ -1,6 +1,4 @@
 // What the service asks for: pause, resume, cancel, clear a fault, and lines that a person typed.
-#include <algorithm>
-#include <array>
 #include <string_view>
 
 #include "printer/machine/machine.h"
@@ -10,17 +8,6 @@ namespace qduino::printer::machine {
 using link::Command;
 using link::MachineState;
 using link::ReplyKind;
-
-namespace {
-
-/// What the page's buttons send while the head waits beside the part: straight moves, and how their words are meant.
-bool is_jog(const gcode::Command& command) {
-    const std::uint32_t number = command.number;
-    if (command.letter == 'G') return number == 0 || number == 1 || number == 90 || number == 91;
-    return command.letter == 'M' && (number == 82 || number == 83);
-}
-
-}  // namespace
 
 void Machine::serve_commands() {
     for (int i = 0; i < kCommandsPerPlan; ++i) {
@@ -110,25 +97,16 @@ std::string_view Machine::persisting_fault() const {
     return heat_seen_.persists.view();
 }
 
-/// While a job runs, only what does not move anything may be typed, and jogs when the head waits beside the part; while faulted,
-/// only questions.
+/// The code's own row says when it may be typed (gcode/command_table.h).
 Result<void> Machine::may_type(const gcode::Command& command) const {
-    struct Code {
-        char letter;
-        std::uint32_t number;
-        bool in_fault;
-    };
-    static constexpr std::array kAlways{
-        Code{'M', 105, true},  Code{'M', 114, true},  Code{'M', 115, true},  Code{'M', 112, true},
-        Code{'M', 117, true},  Code{'M', 104, false}, Code{'M', 140, false}, Code{'M', 106, false},
-        Code{'M', 107, false}, Code{'M', 220, false}, Code{'M', 221, false}, Code{'M', 73, true},
-    };
+    using gcode::Typed;
     const bool faulted = status_.state == MachineState::faulted;
-    if (!faulted && (!job_running() || (away_ == Away::parked && is_jog(command)))) return {};
-    const bool allowed = std::any_of(kAlways.begin(), kAlways.end(), [&](const Code& code) {
-        return code.letter == command.letter && code.number == command.number && (code.in_fault || !faulted);
-    });
-    if (allowed) return {};
+    const bool parked = away_ == Away::parked;
+    const Typed needed = faulted          ? Typed::always
+                         : !job_running() ? Typed::at_rest
+                         : parked         ? Typed::parked
+                                          : Typed::printing;
+    if (gcode::may_be_typed(command.letter, command.number) >= needed) return {};
     FixedString<236> text{command.name().view()};
     text.append(faulted ? " was not done: the machine has a fault; clear it first"
                         : " was not done: a job runs; only temperatures, fan, M220, M221 and questions are "

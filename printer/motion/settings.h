@@ -11,7 +11,7 @@ namespace qduino::printer::motion {
 
 /// One number per axis, in the order of printer::Axis: X, Y, Z in mm of machine coordinates, E in mm of
 /// filament.
-using AxisVector = std::array<double, kAxisCount>;
+using AxisVector = PerAxis<double>;
 
 constexpr int index_of(Axis axis) { return static_cast<int>(axis); }
 

@@ -52,7 +52,7 @@ class Checker final : public Actions {
     }
     Result<void> set_temperature(Heater heater, Celsius target) override {
         const HeaterConfig& config = heater == Heater::bed ? config_.bed : config_.hot_end;
-        FUZZ_EXPECT(target.value() >= 0 && target.value() <= config.maximum_celsius - kTargetMarginCelsius);
+        FUZZ_EXPECT(target.value() >= 0 && target <= highest_target(config));
         return answer();
     }
     Result<void> wait_temperature(Heater heater, Celsius target, WaitFor) override {

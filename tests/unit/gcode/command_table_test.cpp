@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
 #include <string>
 
-#include "printer/gcode/interpreter.h"
 #include "printer/gcode/lexer.h"
 #include "recorder.h"
 
@@ -17,22 +15,26 @@ const CodeInfo* find(std::string_view code) {
     return parse_words(code, command).ok() ? find_code(command) : nullptr;
 }
 
-TEST(CommandTable, NoCodeStandsTwice) {
-    std::set<std::string> seen;
-    for (const CodeInfo& code : known_codes()) {
-        const std::string key = std::string(1, code.letter == '\0' ? '-' : code.letter) +
-                                std::to_string(code.number) + "." + std::to_string(code.subcode) +
-                                std::string(code.word);
-        EXPECT_TRUE(seen.insert(key).second) << key;
-        EXPECT_FALSE(code.name.empty()) << key;
-        for (const char letter : code.parameters) EXPECT_TRUE(letter >= 'A' && letter <= 'Z') << key;
+/// `G92.1`, `EXCLUDE_OBJECT`; `M862` for all its subcodes.
+std::string name_of(const Code& code) {
+    if (code.letter == '\0') return std::string{code.word};
+    std::string name = code.letter + std::to_string(code.number);
+    if (code.subcode >= 0) name += "." + std::to_string(code.subcode);
+    return name;
+}
+
+TEST(CommandTable, EveryRowHasANameAndLettersOnly) {
+    for (const CodeInfo& info : known_codes()) {
+        const std::string key = name_of(info.code);
+        EXPECT_FALSE(info.name.empty()) << key;
+        for (const char letter : info.parameters) EXPECT_TRUE(letter >= 'A' && letter <= 'Z') << key;
     }
 }
 
-TEST(CommandTable, WhatIsExecutedHasAHandlerAndNothingElseHas) {
-    for (const CodeInfo& code : known_codes()) {
-        EXPECT_EQ(Interpreter::has_handler(code), code.status == CodeStatus::executed)
-            << code.letter << code.number << ' ' << code.name;
+TEST(CommandTable, EveryRowIsFoundByItsOwnCode) {
+    for (const CodeInfo& info : known_codes()) {
+        const bool any = info.code.subcode == Code::kAnySubcode;
+        EXPECT_EQ(find(name_of(info.code) + (any ? ".7" : "")), &info) << name_of(info.code);
     }
 }
 
@@ -110,11 +112,10 @@ TEST(CommandTable, DoesNotKnowWhatIsNotThere) {
     }
 }
 
-TEST(CommandTable, EveryAcknowledgedCodeIsAnsweredByNameAndDoesNothing) {
+TEST(CommandTable, EveryCodeWithoutAHandlerIsAnsweredByNameAndDoesNothing) {
     for (const CodeInfo& code : known_codes()) {
-        if (code.status != CodeStatus::acknowledged) continue;
-        std::string text{code.word};
-        if (text.empty()) text = std::string(1, code.letter) + std::to_string(code.number);
+        if (code.handler != nullptr) continue;
+        const std::string text = name_of(code.code);
         Bench bench;
         const auto log = bench.run(text + "\n");
         ASSERT_EQ(log.size(), 1U) << text;
@@ -129,6 +130,30 @@ TEST(CommandTable, FreeText) {
     EXPECT_TRUE(takes_free_text('M', 117));
     EXPECT_FALSE(takes_free_text('G', 117));
     EXPECT_FALSE(takes_free_text('M', 104));
+}
+
+TEST(CommandTable, TheTailOfACodeThatIsCarriedOutMustBeWords) {
+    EXPECT_TRUE(must_be_words('G', 1));
+    EXPECT_TRUE(must_be_words('G', 92));
+    EXPECT_TRUE(must_be_words('T', 7));
+    EXPECT_FALSE(must_be_words('M', 117)) << "a text";
+    EXPECT_FALSE(must_be_words('M', 486)) << "skipped";
+    EXPECT_FALSE(must_be_words('M', 1002)) << "unknown";
+}
+
+/// The whole list: a code that may be typed over a print has been thought about.
+TEST(CommandTable, WhatMayBeTypedBesidesAJobIsThis) {
+    const auto typed = [](Typed when) {
+        std::string codes;
+        for (const CodeInfo& info : known_codes()) {
+            if (info.typed == when) codes += name_of(info.code) + " ";
+        }
+        return codes;
+    };
+    EXPECT_EQ(typed(Typed::parked), "G0 G1 G90 G91 M82 M83 ");
+    EXPECT_EQ(typed(Typed::printing), "M104 M106 M107 M140 M220 M221 ");
+    EXPECT_EQ(typed(Typed::always), "M73 M105 M112 M114 M115 M117 ");
+    EXPECT_EQ(may_be_typed('M', 9999), Typed::at_rest);
 }
 
 }  // namespace
