@@ -15,7 +15,7 @@ Handler inches, millimetres, absolute, relative, absolute_extrusion, relative_ex
 // handlers_machine.cpp
 Handler hot_end, hot_end_wait, bed, bed_wait, fan_on, fan_off, motors_off, axis_accelerations, axis_speeds,
     accelerations, instantaneous_speeds, message, echo, progress, report_temperatures, report_position,
-    report_firmware, stop, pause, filament_change, emergency_stop;
+    report_firmware, cold_extrusion, stop, pause, filament_change, emergency_stop;
 }  // namespace handlers
 
 namespace {
@@ -115,7 +115,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 221}, "flow factor", "ST", flow_factor, printing},
     {{'M', 300}, "beep", "PS"},
     {{'M', 301}, "hot end PID", "CDEFILP"},
-    {{'M', 302}, "cold extrusion", "PS"},
+    {{'M', 302}, "report cold extrusion", "PS", cold_extrusion, always},
     {{'M', 303}, "tune PID", "CDESU"},
     {{'M', 304}, "bed PID", "DIP"},
     {{'M', 355}, "case light", "PS"},

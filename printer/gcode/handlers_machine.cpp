@@ -248,6 +248,18 @@ Result<void> report_firmware(Context& context, const Command& command) {
     return {};
 }
 
+/// The limit is the machine file's: a job that could lift it would grind its filament.
+Result<void> cold_extrusion(Context& context, const Command& command) {
+    if (!command.parameters.empty()) {
+        context.warn("M302 changes nothing: minimum_extrude_celsius of the machine file is the limit");
+    }
+    const double lowest = context.config.minimum_extrude_celsius;
+    FixedString<80> text{"Cold extrudes are "};
+    text.append(lowest > 0 ? "disabled (min temp " : "enabled (min temp ");
+    context.actions.note(NoteKind::echo, append_shortest(text, lowest).append("C)"), command.source);
+    return {};
+}
+
 Result<void> stop(Context& context, const Command& command) {
     // `M0 S10` and `M0 P500` wait that long; anything else, with or without text, waits for a person.
     std::string_view rest = command.text;

@@ -152,7 +152,7 @@ TEST(CommandTable, WhatMayBeTypedBesidesAJobIsThis) {
     };
     EXPECT_EQ(typed(Typed::parked), "G0 G1 G90 G91 M82 M83 ");
     EXPECT_EQ(typed(Typed::printing), "M104 M106 M107 M140 M220 M221 ");
-    EXPECT_EQ(typed(Typed::always), "M73 M105 M112 M114 M115 M117 ");
+    EXPECT_EQ(typed(Typed::always), "M73 M105 M112 M114 M115 M117 M302 ");
     EXPECT_EQ(may_be_typed('M', 9999), Typed::at_rest);
 }
 

@@ -23,6 +23,18 @@ void check(const std::vector<Case>& cases) {
     }
 }
 
+TEST(InterpreterMachine, ColdExtrusionIsReportedAndNeverAllowed) {
+    check({
+        {"M302\n", {"echo line 1: Cold extrudes are disabled (min temp 170C)"}},
+        {"M302 S0\n",
+         {"warning line 1: M302 changes nothing: minimum_extrude_celsius of the machine file is the limit",
+          "echo line 1: Cold extrudes are disabled (min temp 170C)"}},
+    });
+    MachineConfig clay;
+    clay.minimum_extrude_celsius = 0;
+    EXPECT_EQ(Bench{clay}.run("M302\n"), Log{"echo line 1: Cold extrudes are enabled (min temp 0C)"});
+}
+
 TEST(InterpreterMachine, Temperatures) {
     check({
         {"M104 S209\n", {"set hot end 209"}},
