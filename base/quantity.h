@@ -81,6 +81,9 @@ constexpr MillimetresPerSecond operator""_mm_s(long double v) {
 constexpr MillimetresPerSecond operator""_mm_s(unsigned long long v) {
     return MillimetresPerSecond{static_cast<double>(v)};
 }
+constexpr MillimetresPerSecond2 operator""_mm_s2(long double v) {
+    return MillimetresPerSecond2{static_cast<double>(v)};
+}
 constexpr MillimetresPerSecond2 operator""_mm_s2(unsigned long long v) {
     return MillimetresPerSecond2{static_cast<double>(v)};
 }

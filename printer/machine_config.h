@@ -5,11 +5,13 @@
 // and millimetres.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
 #include "base/fixed_string.h"
 #include "base/quantity.h"
+#include "base/time.h"
 
 namespace qduino::printer {
 
@@ -26,16 +28,16 @@ struct PerAxis : std::array<T, kAxisCount> {
 inline constexpr PerAxis<char> kAxisLetter{'X', 'Y', 'Z', 'E'};
 
 struct AxisConfig {
-    double steps_per_mm = 80;
-    double max_speed_mm_s = 125;
-    double max_acceleration_mm_s2 = 2000;
-    double instantaneous_speed_mm_s =
-        20;                 ///< largest speed step at a corner (M205); for X and Y the square-corner velocity
-    double minimum_mm = 0;  ///< bounds, X Y Z; E has none
-    double maximum_mm = 150;
-    double home_speed_mm_s = 30;  ///< first approach; the second is at a tenth of it
-    double home_retreat_mm = 3;
-    double home_position_mm = 0;  ///< coordinate at the endstop
+    double steps_per_mm = 0;
+    MillimetresPerSecond max_speed{};
+    MillimetresPerSecond2 max_acceleration{};
+    /// Largest speed step at a corner (M205); of X and Y the speed through a square corner.
+    MillimetresPerSecond instantaneous_speed{};
+    Millimetres minimum{};  ///< bounds, X Y Z; E has none
+    Millimetres maximum{};
+    MillimetresPerSecond home_speed{};  ///< first approach; the second is at a tenth of it
+    Millimetres home_retreat{};
+    Millimetres home_position{};  ///< coordinate at the endstop
     bool home_towards_minimum = true;
     bool direction_inverted = false;  ///< DIR high moves towards minus
     std::uint16_t step_pin = 0;
@@ -44,59 +46,117 @@ struct AxisConfig {
     std::uint16_t endstop_pin = 0;  ///< high when pressed; unused for E
 };
 
+/// Differences of temperatures are plain numbers, in kelvin.
 struct HeaterConfig {
-    double kp = 22.2, ki = 1.08, kd = 114;  ///< output 0…255, temperature in °C, time in s (Marlin's units)
-    double minimum_celsius = 5;             ///< a reading below this is a broken sensor
-    double maximum_celsius = 275;  ///< a reading above this is a fault; the largest target is 15 below
+    double kp = 0, ki = 0, kd = 0;  ///< output 0…255, temperature in °C, time in s (Marlin's units)
+    Celsius minimum{5};             ///< a reading below this is a broken sensor
+    Celsius maximum{};              ///< a reading above this is a fault; see highest_target()
     std::uint16_t heater_pin = 0;
     std::uint8_t adc_channel = 0;
-    // Heater verification (facts: Klipper verify_heater, Marlin thermal protection: docs/sources.md)
+    // Heater verification (docs/sources.md: Klipper's verify_heater, Marlin's thermal protection).
     double verify_gain_celsius = 2;  ///< while heating up it must gain this much …
-    double verify_gain_s = 20;       ///< … within this time
-    double verify_hysteresis_celsius =
-        5;  ///< at temperature, the error below target − hysteresis accumulates …
+    Seconds verify_gain_time{20};    ///< … within this time
+    /// At temperature, the error below target − hysteresis accumulates …
+    double verify_hysteresis_celsius = 5;
     double verify_error_celsius_s = 120;  ///< … up to this many °C·s
-    double at_target_celsius = 1.0;       ///< M109/M190: reached when within this, for `at_target_s`
-    double at_target_s = 1.0;
+    double at_target_celsius = 1;         ///< M109, M190: reached when within this …
+    Seconds at_target_time{1};            ///< … for this time
 };
 
-/// The largest target that a heater may be given: the heat must have room to overshoot below the fault.
-constexpr Celsius highest_target(const HeaterConfig& heater) { return Celsius{heater.maximum_celsius - 15}; }
+/// The largest target that a heater may be given: 15 °C below the fault, so that it may overshoot.
+constexpr Celsius highest_target(const HeaterConfig& heater) { return heater.maximum + -15; }
 
 /// Where the head waits while a job is paused (printer/machine/parking.cpp).
 struct ParkConfig {
     bool enabled = true;  ///< false: a pause stops where it is
-    double x_mm = 0;      ///< machine coordinates; kept within the bounds of the axes
-    double y_mm = 150;
-    double z_hop_mm = 5;  ///< up before anything moves sideways; as far as the bounds allow
-    double retract_mm = 2;
-    double speed_mm_s = 80;  ///< sideways; up and down at Z's own largest speed
-    double retract_speed_mm_s = 25;
+    Millimetres x{0};     ///< machine coordinates; kept within the bounds of the axes
+    Millimetres y{150};
+    Millimetres z_hop{5};  ///< up before anything moves sideways; as far as the bounds allow
+    Millimetres retract{2};
+    MillimetresPerSecond speed{80};  ///< sideways; up and down at Z's own largest speed
+    MillimetresPerSecond retract_speed{25};
 };
 
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
     PerAxis<AxisConfig> axes{{{
-        {80, 125, 2000, 20, 0, 150, 40, 3, 0, true, false, 2, 3, 4, 5},
-        {80, 125, 2000, 20, 0, 150, 40, 3, 0, true, false, 6, 7, 8, 9},
-        {2020, 5, 30, 0.4, 0, 150, 4, 1, 0, true, false, 10, 11, 12, 13},
-        {96, 14, 10000, 5, -1e9, 1e9, 0, 0, 0, true, false, 14, 15, 16, 0},
+        {.steps_per_mm = 80,
+         .max_speed = 125_mm_s,
+         .max_acceleration = 2000_mm_s2,
+         .instantaneous_speed = 20_mm_s,
+         .minimum = 0_mm,
+         .maximum = 150_mm,
+         .home_speed = 40_mm_s,
+         .home_retreat = 3_mm,
+         .step_pin = 2,
+         .direction_pin = 3,
+         .enable_pin = 4,
+         .endstop_pin = 5},
+        {.steps_per_mm = 80,
+         .max_speed = 125_mm_s,
+         .max_acceleration = 2000_mm_s2,
+         .instantaneous_speed = 20_mm_s,
+         .minimum = 0_mm,
+         .maximum = 150_mm,
+         .home_speed = 40_mm_s,
+         .home_retreat = 3_mm,
+         .step_pin = 6,
+         .direction_pin = 7,
+         .enable_pin = 8,
+         .endstop_pin = 9},
+        {.steps_per_mm = 2020,
+         .max_speed = 5_mm_s,
+         .max_acceleration = 30_mm_s2,
+         .instantaneous_speed = 0.4_mm_s,
+         .minimum = 0_mm,
+         .maximum = 150_mm,
+         .home_speed = 4_mm_s,
+         .home_retreat = 1_mm,
+         .step_pin = 10,
+         .direction_pin = 11,
+         .enable_pin = 12,
+         .endstop_pin = 13},
+        {.steps_per_mm = 96,
+         .max_speed = 14_mm_s,
+         .max_acceleration = 10000_mm_s2,
+         .instantaneous_speed = 5_mm_s,
+         .minimum = -1e9_mm,
+         .maximum = 1e9_mm,
+         .step_pin = 14,
+         .direction_pin = 15,
+         .enable_pin = 16},
     }}};
-    double default_acceleration_mm_s2 = 3000;
-    double travel_acceleration_mm_s2 = 3000;
-    double minimum_extrude_celsius = 170;
-    double idle_timeout_s = 600;  ///< heaters that nobody uses go off after so long; 0: never
+    MillimetresPerSecond2 default_acceleration{3000};
+    MillimetresPerSecond2 travel_acceleration{3000};
+    Celsius minimum_extrude{170};  ///< below it filament does not move
+    Seconds idle_timeout{600};     ///< heaters that nobody uses go off after so long; 0: never
     ParkConfig park;
-    HeaterConfig hot_end{22.2, 1.08, 114, 5, 275, 17, 0, 2, 20, 5, 120, 1.0, 1.0};
-    HeaterConfig bed{10, 0.023, 305.4, 5, 125, 18, 1, 2, 60, 5, 300, 1.0, 1.0};
+    HeaterConfig hot_end{
+        .kp = 22.2, .ki = 1.08, .kd = 114, .maximum = 275_celsius, .heater_pin = 17, .adc_channel = 0};
+    HeaterConfig bed{.kp = 10,
+                     .ki = 0.023,
+                     .kd = 305.4,
+                     .maximum = 125_celsius,
+                     .heater_pin = 18,
+                     .adc_channel = 1,
+                     .verify_gain_time = Seconds{60},
+                     .verify_error_celsius_s = 300};
     bool has_bed = true;
     std::uint16_t fan_pin = 19;
-    std::uint8_t adc_address = 0x48;    ///< ADS7828
-    double step_pulse_s = 1e-6;         ///< A4988: STEP high at least 1 µs …
-    double step_low_s = 1e-6;           ///< … and low at least 1 µs
-    double direction_setup_s = 200e-9;  ///< DIR valid before and after the rising edge
-    double filament_diameter_mm = 1.75;
-    double nozzle_diameter_mm = 0.4;
+    std::uint8_t adc_address = 0x48;  ///< ADS7828
+    // The stepper driver's timing: A4988.
+    Nanoseconds step_pulse = 1us;         ///< STEP high at least
+    Nanoseconds step_low = 1us;           ///< … and low at least
+    Nanoseconds direction_setup = 200ns;  ///< DIR unchanged before and after the rising edge
+    Millimetres filament_diameter{1.75};
+    Millimetres nozzle_diameter{0.4};
 };
+
+/// Shortest time from one rising edge of a motor's STEP pin to the next, turning back or not: the player's
+/// drawing (step/player.h). DIR stays while STEP is high, and may change as soon as it is low.
+constexpr Nanoseconds step_interval(const MachineConfig& machine) {
+    return std::max(machine.step_pulse, machine.direction_setup) +
+           std::max(machine.step_low, machine.direction_setup);
+}
 
 }  // namespace qduino::printer

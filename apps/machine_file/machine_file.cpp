@@ -2,7 +2,6 @@
 
 #include <toml++/toml.h>
 
-#include <array>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -14,12 +13,13 @@
 namespace qduino::apps {
 namespace {
 
+using printer::Axis;
 using printer::AxisConfig;
 using printer::HeaterConfig;
 using printer::MachineConfig;
 
 /// Shorter, and heaters would go off while a person reads what the page says.
-constexpr double kIdleTimeoutMin_s = 30;
+constexpr Seconds kIdleTimeoutMin{30};
 
 std::string where(std::string_view name, const toml::source_region& source) {
     return std::string(name) + ":" + std::to_string(source.begin.line) + ": ";
@@ -42,6 +42,18 @@ class Section {
             return blame(*node, key, text.str());
         }
         value = *given;
+    }
+    /// A quantity, in the unit that the key ends with.
+    template <typename Quantity>
+    void number(const char* key, Quantity& value, double minimum, double maximum) {
+        double given = value.value();
+        number(key, given, minimum, maximum);
+        value = Quantity{given};
+    }
+    void number(const char* key, Nanoseconds& value, double minimum_s, double maximum_s) {
+        double given_s = to_seconds(value);
+        number(key, given_s, minimum_s, maximum_s);
+        value = from_seconds(given_s);
     }
     void pin(const char* key, std::uint16_t& value) {
         double number_value = value;
@@ -105,14 +117,14 @@ class Section {
 
 void read_axis(Section& s, AxisConfig& a) {
     s.number("steps_per_mm", a.steps_per_mm, 0.1, 100000);
-    s.number("max_speed_mm_s", a.max_speed_mm_s, 0.01, 2000);
-    s.number("max_acceleration_mm_s2", a.max_acceleration_mm_s2, 0.1, 200000);
-    s.number("instantaneous_speed_mm_s", a.instantaneous_speed_mm_s, 0, 200);
-    s.number("minimum_mm", a.minimum_mm, -10000, 10000);
-    s.number("maximum_mm", a.maximum_mm, -10000, 10000);
-    s.number("home_speed_mm_s", a.home_speed_mm_s, 0.01, 500);
-    s.number("home_retreat_mm", a.home_retreat_mm, 0.01, 50);
-    s.number("home_position_mm", a.home_position_mm, -10000, 10000);
+    s.number("max_speed_mm_s", a.max_speed, 0.01, 2000);
+    s.number("max_acceleration_mm_s2", a.max_acceleration, 0.1, 200000);
+    s.number("instantaneous_speed_mm_s", a.instantaneous_speed, 0, 200);
+    s.number("minimum_mm", a.minimum, -10000, 10000);
+    s.number("maximum_mm", a.maximum, -10000, 10000);
+    s.number("home_speed_mm_s", a.home_speed, 0.01, 500);
+    s.number("home_retreat_mm", a.home_retreat, 0.01, 50);
+    s.number("home_position_mm", a.home_position, -10000, 10000);
     s.flag("home_towards_minimum", a.home_towards_minimum);
     s.flag("direction_inverted", a.direction_inverted);
     s.pin("step_pin", a.step_pin);
@@ -125,79 +137,77 @@ void read_heater(Section& s, HeaterConfig& h) {
     s.number("kp", h.kp, 0, 10000);
     s.number("ki", h.ki, 0, 10000);
     s.number("kd", h.kd, 0, 10000);
-    s.number("minimum_celsius", h.minimum_celsius, -50, 50);
-    s.number("maximum_celsius", h.maximum_celsius, 30, 500);
+    s.number("minimum_celsius", h.minimum, -50, 50);
+    s.number("maximum_celsius", h.maximum, 30, 500);
     s.pin("heater_pin", h.heater_pin);
     s.byte("adc_channel", h.adc_channel, 7);
     s.number("verify_gain_celsius", h.verify_gain_celsius, 0.1, 50);
-    s.number("verify_gain_s", h.verify_gain_s, 1, 600);
+    s.number("verify_gain_s", h.verify_gain_time, 1, 600);
     s.number("verify_hysteresis_celsius", h.verify_hysteresis_celsius, 0.5, 50);
     s.number("verify_error_celsius_s", h.verify_error_celsius_s, 1, 10000);
     s.number("at_target_celsius", h.at_target_celsius, 0.1, 20);
-    s.number("at_target_s", h.at_target_s, 0, 60);
+    s.number("at_target_s", h.at_target_time, 0, 60);
 }
 
 /// A place that the file does not name is the corner in which the bed is free to be reached.
 void read_park(Section& s, printer::ParkConfig& p) {
     s.flag("enabled", p.enabled);
-    s.number("x_mm", p.x_mm, -10000, 10000);
-    s.number("y_mm", p.y_mm, -10000, 10000);
-    s.number("z_hop_mm", p.z_hop_mm, 0, 100);
-    s.number("retract_mm", p.retract_mm, 0, 20);
-    s.number("speed_mm_s", p.speed_mm_s, 1, 2000);
-    s.number("retract_speed_mm_s", p.retract_speed_mm_s, 0.1, 200);
+    s.number("x_mm", p.x, -10000, 10000);
+    s.number("y_mm", p.y, -10000, 10000);
+    s.number("z_hop_mm", p.z_hop, 0, 100);
+    s.number("retract_mm", p.retract, 0, 20);
+    s.number("speed_mm_s", p.speed, 1, 2000);
+    s.number("retract_speed_mm_s", p.retract_speed, 0.1, 200);
 }
 
 void read_machine(Section& s, MachineConfig& m) {
     s.text("name", m.name);
     s.table("axes", [&](Section& axes) {
-        axes.table("x", [&](Section& a) { read_axis(a, m.axes[0]); });
-        axes.table("y", [&](Section& a) { read_axis(a, m.axes[1]); });
-        axes.table("z", [&](Section& a) { read_axis(a, m.axes[2]); });
-        axes.table("e", [&](Section& a) { read_axis(a, m.axes[3]); });
+        axes.table("x", [&](Section& a) { read_axis(a, m.axes[Axis::x]); });
+        axes.table("y", [&](Section& a) { read_axis(a, m.axes[Axis::y]); });
+        axes.table("z", [&](Section& a) { read_axis(a, m.axes[Axis::z]); });
+        axes.table("e", [&](Section& a) { read_axis(a, m.axes[Axis::e]); });
     });
-    s.number("default_acceleration_mm_s2", m.default_acceleration_mm_s2, 0.1, 200000);
-    s.number("travel_acceleration_mm_s2", m.travel_acceleration_mm_s2, 0.1, 200000);
-    s.number("minimum_extrude_celsius", m.minimum_extrude_celsius, 0, 400);
-    s.number("idle_timeout_s", m.idle_timeout_s, 0, 86400);
-    m.park.x_mm = m.axes[0].minimum_mm;
-    m.park.y_mm = m.axes[1].maximum_mm;
+    s.number("default_acceleration_mm_s2", m.default_acceleration, 0.1, 200000);
+    s.number("travel_acceleration_mm_s2", m.travel_acceleration, 0.1, 200000);
+    s.number("minimum_extrude_celsius", m.minimum_extrude, 0, 400);
+    s.number("idle_timeout_s", m.idle_timeout, 0, 86400);
+    m.park.x = m.axes[Axis::x].minimum;
+    m.park.y = m.axes[Axis::y].maximum;
     s.table("park", [&](Section& p) { read_park(p, m.park); });
     s.table("hot_end", [&](Section& h) { read_heater(h, m.hot_end); });
     s.table("bed", [&](Section& h) { read_heater(h, m.bed); });
     s.flag("has_bed", m.has_bed);
     s.pin("fan_pin", m.fan_pin);
     s.byte("adc_address", m.adc_address, 127);
-    s.number("step_pulse_s", m.step_pulse_s, 0, 1e-3);
-    s.number("step_low_s", m.step_low_s, 0, 1e-3);
-    s.number("direction_setup_s", m.direction_setup_s, 0, 1e-3);
-    s.number("filament_diameter_mm", m.filament_diameter_mm, 0.5, 5);
-    s.number("nozzle_diameter_mm", m.nozzle_diameter_mm, 0.05, 3);
+    s.number("step_pulse_s", m.step_pulse, 0, 1e-3);
+    s.number("step_low_s", m.step_low, 0, 1e-3);
+    s.number("direction_setup_s", m.direction_setup, 0, 1e-3);
+    s.number("filament_diameter_mm", m.filament_diameter, 0.5, 5);
+    s.number("nozzle_diameter_mm", m.nozzle_diameter, 0.05, 3);
+}
+
+/// Empty when the park place is inside the axis' bounds.
+std::string outside_axis(const char* key, Millimetres place, const AxisConfig& axis) {
+    if (place >= axis.minimum && place <= axis.maximum) return {};
+    std::ostringstream text;
+    text << "park: " << key << " is " << place.value() << ", outside the axis' " << axis.minimum.value()
+         << " to " << axis.maximum.value();
+    return text.str();
 }
 
 /// Rules between keys.
 std::string contradictions(const MachineConfig& m) {
-    for (int i = 0; i < 3; ++i) {
-        const AxisConfig& a = m.axes[static_cast<std::size_t>(i)];
-        if (a.minimum_mm >= a.maximum_mm) {
-            return std::string("axis ") + printer::kAxisLetter[static_cast<std::size_t>(i)] +
-                   ": minimum_mm is not below maximum_mm";
-        }
+    for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
+        if (m.axes[axis].minimum < m.axes[axis].maximum) continue;
+        return std::string("axis ") + printer::kAxisLetter[axis] + ": minimum_mm is not below maximum_mm";
     }
-    if (m.idle_timeout_s > 0 && m.idle_timeout_s < kIdleTimeoutMin_s) {
+    if (m.idle_timeout > Seconds{0} && m.idle_timeout < kIdleTimeoutMin) {
         return "idle_timeout_s: give 0 (never) or at least " +
-               std::to_string(static_cast<int>(kIdleTimeoutMin_s)) + " s";
+               std::to_string(static_cast<int>(kIdleTimeoutMin.value())) + " s";
     }
-    const std::array park{m.park.x_mm, m.park.y_mm};
-    for (std::size_t i = 0; i < park.size(); ++i) {
-        const AxisConfig& a = m.axes[i];
-        if (park[i] >= a.minimum_mm && park[i] <= a.maximum_mm) continue;
-        std::ostringstream text;
-        text << "park: " << (i == 0 ? "x_mm" : "y_mm") << " is " << park[i] << ", outside the axis' "
-             << a.minimum_mm << " to " << a.maximum_mm;
-        return text.str();
-    }
-    return {};
+    const std::string error = outside_axis("x_mm", m.park.x, m.axes[Axis::x]);
+    return error.empty() ? outside_axis("y_mm", m.park.y, m.axes[Axis::y]) : error;
 }
 
 }  // namespace

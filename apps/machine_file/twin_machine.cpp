@@ -14,17 +14,17 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
         to.direction_pin = from.direction_pin;
         to.enable_pin = from.enable_pin;
         to.direction_inverted = from.direction_inverted;
-        const double fastest_steps_s = from.max_speed_mm_s * from.steps_per_mm;
+        const double fastest_steps_s = from.max_speed.value() * from.steps_per_mm;
         to.motor.pull_out_steps_s = std::max(to.motor.pull_out_steps_s, 1.25 * fastest_steps_s);
-        to.motor.acceleration_steps_s2 =
-            std::max(to.motor.acceleration_steps_s2, 1.25 * from.max_acceleration_mm_s2 * from.steps_per_mm);
+        to.motor.acceleration_steps_s2 = std::max(to.motor.acceleration_steps_s2,
+                                                  1.25 * from.max_acceleration.value() * from.steps_per_mm);
         if (i == static_cast<std::size_t>(printer::Axis::e)) continue;
         to.endstop_pin = from.endstop_pin;
         to.trigger_at_minimum = from.home_towards_minimum;
-        to.trigger_mm = to.home_mm = from.home_position_mm;
-        to.hard_minimum_mm = std::min(from.minimum_mm, from.home_position_mm) - 2;
-        to.hard_maximum_mm = std::max(from.maximum_mm, from.home_position_mm) + 2;
-        to.start_mm = std::clamp(to.start_mm, from.minimum_mm, from.maximum_mm);
+        to.trigger_mm = to.home_mm = from.home_position.value();
+        to.hard_minimum_mm = std::min(from.minimum, from.home_position).value() - 2;
+        to.hard_maximum_mm = std::max(from.maximum, from.home_position).value() + 2;
+        to.start_mm = std::clamp(to.start_mm, from.minimum.value(), from.maximum.value());
     }
     twin.heaters[twin::kHotEnd].heater_pin = config.hot_end.heater_pin;
     twin.heaters[twin::kHotEnd].adc_channel = config.hot_end.adc_channel;

@@ -12,6 +12,8 @@
 
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
+#include "printer/gcode/interpreter.h"
+#include "printer/gcode/no_actions.h"
 #include "printer/gcode/parser.h"
 #include "printer/preflight/layer_packer.h"
 #include "printer/preflight/preflight.h"
@@ -90,11 +92,6 @@ Json facts_json(const Facts& facts) {
             {"warnings_count", facts.warnings_count}};
 }
 
-/// One step needs its pulse and its pause: the driver takes no more.
-double step_rate_max_hz(const printer::MachineConfig& machine) {
-    return 1.0 / (machine.step_pulse_s + machine.step_low_s);
-}
-
 spool::Analysis refusal(const Facts& facts) {
     spool::Analysis analysis;
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
@@ -111,10 +108,9 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
                                                    const std::filesystem::path& layers) {
     const posix::UniqueFd file{::open(gcode.c_str(), O_RDONLY | O_CLOEXEC)};
     LayerFile packed{layers};
-    printer::preflight::LayerPacker packer{machine_.filament_diameter_mm, packed};
+    printer::preflight::LayerPacker packer{machine_.filament_diameter.value(), packed};
     // On the heap: findings and parser state are too large for a thread's stack to be taken for granted.
-    const auto preflight = std::make_unique<printer::preflight::Preflight>(
-        printer::preflight::Options{machine_, step_rate_max_hz(machine_)});
+    const auto preflight = std::make_unique<printer::preflight::Preflight>(machine_);
     preflight->add_sink(packer);
     std::array<char, 16 * 1024> bytes;
     for (;;) {
@@ -135,25 +131,18 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
 }
 
 Result<void> check_line(const printer::MachineConfig& machine, std::string_view line) {
-    const Result<std::optional<printer::gcode::Command>> parsed = printer::gcode::parse_line(line);
+    using namespace printer::gcode;
+    const Result<std::optional<Command>> parsed = parse_line(line);
     if (!parsed.ok()) return parsed.error();
+    // What a G code does depends on where the machine stands, and how it was told to read numbers.
     if (!parsed->has_value() || (*parsed)->letter != 'M') return {};
-    const printer::gcode::Command& command = **parsed;
-    const bool hot_end = command.number == 104 || command.number == 109;
-    const bool bed = command.number == 140 || command.number == 190;
-    if (!hot_end && !bed) return {};
-    const double highest = target_maximum_celsius(hot_end ? machine.hot_end : machine.bed);
-    for (const char letter : {'S', 'R'}) {
-        const std::optional<double> asked = command.parameters.value(letter);
-        if (!asked || (*asked >= 0 && *asked <= highest)) continue;
-        Error error{ErrorCode::out_of_range,
-                    hot_end ? "the hot end's target must be 0 to " : "the bed's target must be 0 to "};
-        error.message.append(std::to_string(static_cast<int>(highest))).append(" °C");
-        return error;
-    }
-    return {};
+    NoActions nothing;
+    Interpreter in_millimetres{machine, nothing};
+    const Result<void> done = in_millimetres.execute(**parsed);
+    if (done.ok()) return {};
+    Interpreter in_inches{machine, nothing};
+    static_cast<void>(in_inches.execute(**parse_line("G20")));
+    return in_inches.execute(**parsed).ok() ? Result<void>{} : done;
 }
-
-double target_maximum_celsius(const printer::HeaterConfig& heater) { return heater.maximum_celsius - 15; }
 
 }  // namespace qduino::printd

@@ -18,10 +18,7 @@ class PreflightAnalyzer final : public spool::Analyzer {
 };
 
 /// Judges one line of G-code on its own: what no machine state could make right (a temperature out of range, say).
-/// Error: invalid_argument, out_of_range.
+/// The interpreter that prints does it, on a machine that does nothing. Error: as the interpreter's.
 [[nodiscard]] Result<void> check_line(const printer::MachineConfig& machine, std::string_view line);
-
-/// The largest target that a heater may be given (machine_config.h: 15 °C below its fault).
-[[nodiscard]] double target_maximum_celsius(const printer::HeaterConfig& heater);
 
 }  // namespace qduino::printd

@@ -21,6 +21,7 @@
 #include "apps/printd/link_watch.h"
 #include "apps/printd/options.h"
 #include "apps/printd/privileges.h"
+#include "base/version.h"
 #include "spool/recovery.h"
 #include "web/publisher.h"
 #include "web/server.h"
@@ -31,7 +32,6 @@ using namespace qduino;
 
 constexpr int kCouldNotStart = 1;
 constexpr int kAlreadyRunning = 3;
-constexpr std::string_view kVersion = "0.1.0";
 
 web::Moment clock_now() {
     using namespace std::chrono;
@@ -50,41 +50,29 @@ void start_log(bool verbose) {
     spdlog::set_level(verbose ? spdlog::level::debug : spdlog::level::info);
 }
 
-web::api::MachineLimits limits_of(const printer::MachineConfig& machine) {
-    web::api::MachineLimits limits;
-    for (std::size_t axis = 0; axis < 4; ++axis)
-        limits.speed_max_mm_s[axis] = machine.axes[axis].max_speed_mm_s;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        limits.minimum_mm[axis] = machine.axes[axis].minimum_mm;
-        limits.maximum_mm[axis] = machine.axes[axis].maximum_mm;
-    }
-    limits.hot_end_max_c = printd::target_maximum_celsius(machine.hot_end);
-    limits.bed_max_c = printd::target_maximum_celsius(machine.bed);
-    limits.has_bed = machine.has_bed;
-    return limits;
-}
-
 /// What the page needs to know of the machine (docs/api.md, GET /api/v1/config).
-std::string config_json(const printer::MachineConfig& machine, const web::api::MachineLimits& limits) {
+std::string config_json(const printer::MachineConfig& machine) {
     nlohmann::ordered_json axes;
     for (std::size_t i = 0; i < 4; ++i) {
         const printer::AxisConfig& axis = machine.axes[i];
         nlohmann::ordered_json& json = axes[std::string(1, "xyze"[i])];
         json = {{"steps_per_mm", axis.steps_per_mm},
-                {"max_speed_mm_s", axis.max_speed_mm_s},
-                {"max_acceleration_mm_s2", axis.max_acceleration_mm_s2}};
+                {"max_speed_mm_s", axis.max_speed.value()},
+                {"max_acceleration_mm_s2", axis.max_acceleration.value()}};
         if (i == 3) continue;
-        json["min_mm"] = axis.minimum_mm;
-        json["max_mm"] = axis.maximum_mm;
+        json["min_mm"] = axis.minimum.value();
+        json["max_mm"] = axis.maximum.value();
     }
     const nlohmann::ordered_json json{
         {"name", std::string{machine.name.view()}},
-        {"version", kVersion},
+        {"version", version()},
         {"axes", axes},
-        {"hot_end", {{"max_c", limits.hot_end_max_c}, {"min_extrude_c", machine.minimum_extrude_celsius}}},
-        {"bed", {{"present", limits.has_bed}, {"max_c", limits.bed_max_c}}},
-        {"nozzle_mm", machine.nozzle_diameter_mm},
-        {"filament_mm", machine.filament_diameter_mm}};
+        {"hot_end",
+         {{"max_c", highest_target(machine.hot_end).value()},
+          {"min_extrude_c", machine.minimum_extrude.value()}}},
+        {"bed", {{"present", machine.has_bed}, {"max_c", highest_target(machine.bed).value()}}},
+        {"nozzle_mm", machine.nozzle_diameter.value()},
+        {"filament_mm", machine.filament_diameter.value()}};
     return json.dump();
 }
 
@@ -119,12 +107,7 @@ Result<Ground> prepare(const printd::Options& options) {
 }
 
 web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& machine) {
-    const web::api::MachineLimits limits = limits_of(machine);
-    return {spool,
-            limits,
-            std::string{machine.name.view()},
-            config_json(machine, limits),
-            std::string{kVersion},
+    return {spool, machine, config_json(machine), std::string{version()},
             [machine](std::string_view line) { return printd::check_line(machine, line); }};
 }
 

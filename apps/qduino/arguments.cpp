@@ -1,5 +1,6 @@
 #include "apps/qduino/arguments.h"
 
+#include "base/version.h"
 #include "board/linux/machine_settings.h"
 
 namespace qduino::apps {
@@ -171,7 +172,7 @@ std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
         "'qduino COMMAND --help' says more. Ends with 0 when all is well, 1 on failure, 2\n"
         "when admission refuses the sketch, above 100 when it was called wrongly.");
     app->get_formatter()->column_width(kColumn);
-    app->set_version_flag("--version", std::string("qduino ") + QDUINO_VERSION, "Print the version");
+    app->set_version_flag("--version", std::string("qduino ").append(version()), "Print the version");
     app->require_subcommand(1);
     add_new(*app, arguments);
     add_build(*app, arguments);

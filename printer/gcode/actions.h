@@ -93,7 +93,7 @@ class Actions {
     /// the moves.
     virtual Result<void> dwell(Seconds duration) = 0;
     /// Homes `axes` (X, Y, Z; never empty). Afterwards each of them stands at its
-    /// AxisConfig::home_position_mm: the interpreter assumes so at once, and Interpreter::set_position
+    /// AxisConfig::home_position: the interpreter assumes so at once, and Interpreter::set_position
     /// corrects it if the homing fails.
     virtual Result<void> home(AxisSet axes) = 0;
     /// `target` is 0 °C (off) up to 15 °C below the heater's maximum. Takes effect in the order of the

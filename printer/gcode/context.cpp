@@ -12,8 +12,8 @@ Error outside_bounds(Axis axis, Millimetres target, const AxisConfig& config) {
     FixedString<236> text;
     text.push_back(kAxisLetter[axis]).append(" would go to ");
     append_shortest(text, target.value()).append(" mm; this machine reaches from ");
-    append_shortest(text, config.minimum_mm).append(" to ");
-    append_shortest(text, config.maximum_mm).append(" mm");
+    append_shortest(text, config.minimum.value()).append(" to ");
+    append_shortest(text, config.maximum.value()).append(" mm");
     return make_error(ErrorCode::out_of_range, text);
 }
 
@@ -43,8 +43,8 @@ Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedr
 Result<void> Context::check_target(Position& target) const {
     for (const Axis axis : kToolAxes) {
         if (target[axis] == state.machine[axis]) continue;  // an axis that stands still breaks no bound
-        const Millimetres low{config.axes[axis].minimum_mm};
-        const Millimetres high{config.axes[axis].maximum_mm};
+        const Millimetres low = config.axes[axis].minimum;
+        const Millimetres high = config.axes[axis].maximum;
         const bool inside = target[axis] >= low - kBoundsTolerance && target[axis] <= high + kBoundsTolerance;
         if (!inside) return outside_bounds(axis, target[axis], config.axes[axis]);
         target[axis] = std::clamp(target[axis], low, high);

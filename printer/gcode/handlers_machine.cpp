@@ -47,7 +47,7 @@ Result<AxisLimits> take_axis_limits(const Command& command, double unit_mm, doub
 template <typename Member>
 PerAxis<double> each_axis(const MachineConfig& machine, Member member) {
     PerAxis<double> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = machine.axes[i].*member;
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = (machine.axes[i].*member).value();
     return values;
 }
 
@@ -152,7 +152,7 @@ Result<void> motors_off(Context& context, const Command& command) {
 }
 
 Result<void> axis_accelerations(Context& context, const Command& command) {
-    const auto maxima = each_axis(context.config, &AxisConfig::max_acceleration_mm_s2);
+    const auto maxima = each_axis(context.config, &AxisConfig::max_acceleration);
     const auto limits =
         take_axis_limits(command, context.state.unit_mm, kAccelerationMin_mm_s2, maxima, "mm/s²");
     if (!limits) return limits.error();
@@ -163,7 +163,7 @@ Result<void> axis_accelerations(Context& context, const Command& command) {
 }
 
 Result<void> axis_speeds(Context& context, const Command& command) {
-    const auto maxima = each_axis(context.config, &AxisConfig::max_speed_mm_s);
+    const auto maxima = each_axis(context.config, &AxisConfig::max_speed);
     const auto limits = take_axis_limits(command, context.state.unit_mm, kSlowest.value(), maxima, "mm/s");
     if (!limits) return limits.error();
     LimitChange change;
@@ -188,7 +188,7 @@ Result<void> accelerations(Context& context, const Command& command) {
 }
 
 Result<void> instantaneous_speeds(Context& context, const Command& command) {
-    const auto maxima = each_axis(context.config, &AxisConfig::instantaneous_speed_mm_s);
+    const auto maxima = each_axis(context.config, &AxisConfig::instantaneous_speed);
     const double unit = context.state.unit_mm;
     const auto limits = take_axis_limits(command, unit, 0, maxima, "mm/s");
     if (!limits) return limits.error();
@@ -253,7 +253,7 @@ Result<void> cold_extrusion(Context& context, const Command& command) {
     if (!command.parameters.empty()) {
         context.warn("M302 changes nothing: minimum_extrude_celsius of the machine file is the limit");
     }
-    const double lowest = context.config.minimum_extrude_celsius;
+    const double lowest = context.config.minimum_extrude.value();
     FixedString<80> text{"Cold extrudes are "};
     text.append(lowest > 0 ? "disabled (min temp " : "enabled (min temp ");
     context.actions.note(NoteKind::echo, append_shortest(text, lowest).append("C)"), command.source);

@@ -133,7 +133,7 @@ Result<void> retract(Context& context, const Command&) {
     state.retracted = true;
     state.retracted_length = settings.length;
     const Millimetres lift = lifted[Axis::z] - state.machine[Axis::z];
-    const MillimetresPerSecond lift_speed{context.config.axes[Axis::z].max_speed_mm_s};
+    const MillimetresPerSecond lift_speed = context.config.axes[Axis::z].max_speed;
     if (auto moved = context.move_to(lifted, lift_speed, true); !moved) return moved;
     state.lifted = lift;
     state.offset[Axis::z] += lift;
@@ -149,7 +149,7 @@ Result<void> recover(Context& context, const Command&) {
     pushed[Axis::e] += state.retracted_length + state.retraction.extra_on_recover;
     if (auto checked = context.check_target(pushed); !checked) return checked;
     lowered[Axis::z] = pushed[Axis::z];
-    const MillimetresPerSecond lift_speed{context.config.axes[Axis::z].max_speed_mm_s};
+    const MillimetresPerSecond lift_speed = context.config.axes[Axis::z].max_speed;
     if (auto moved = context.move_to(lowered, lift_speed, true); !moved) return moved;
     state.offset[Axis::z] -= state.lifted;
     state.lifted = Millimetres{0};
@@ -168,7 +168,7 @@ Result<void> home(Context& context, const Command& command) {
     ModalState& state = context.state;
     for (const Axis axis : kToolAxes) {
         if (!axes.contains(axis)) continue;
-        state.machine[axis] = Millimetres{context.config.axes[axis].home_position_mm};
+        state.machine[axis] = context.config.axes[axis].home_position;
         state.offset[axis] = Millimetres{0};
         state.set_homed(axis, true);
         if (axis == Axis::z) state.lifted = Millimetres{0};

@@ -9,7 +9,7 @@ namespace {
 
 Position home_position(const MachineConfig& machine) {
     Position home;
-    for (const Axis axis : kToolAxes) home[axis] = Millimetres{machine.axes[axis].home_position_mm};
+    for (const Axis axis : kToolAxes) home[axis] = machine.axes[axis].home_position;
     return home;
 }
 

@@ -40,14 +40,13 @@ ReportText format_temperatures(const TemperatureReport& report) {
 ReportText format_position(const PositionReport& report) {
     ReportText out;
     for (const Axis axis : kAllAxes) {
-        out.push_back(kAxisLetter[static_cast<std::size_t>(axis)]).push_back(':');
+        out.push_back(kAxisLetter[axis]).push_back(':');
         append_number(out, report.programmed[axis].value()).push_back(' ');
     }
     out.append("Count");
     for (const Axis axis : kToolAxes) {
-        const auto index = static_cast<std::size_t>(axis);
-        out.push_back(' ').push_back(kAxisLetter[index]).push_back(':');
-        append_integer(out, report.steps[index]);
+        out.push_back(' ').push_back(kAxisLetter[axis]).push_back(':');
+        append_integer(out, report.steps[axis]);
     }
     return out;
 }

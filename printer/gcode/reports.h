@@ -1,7 +1,6 @@
 // The machine's answers in Marlin's words: what hosts (OctoPrint, Pronterface) parse. Pure formatting.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string_view>
 
@@ -26,8 +25,8 @@ struct TemperatureReport {
 };
 
 struct PositionReport {
-    Position programmed;                           ///< Interpreter::programmed_position()
-    std::array<std::int64_t, kAxisCount> steps{};  ///< as pulses went out
+    Position programmed;            ///< Interpreter::programmed_position()
+    PerAxis<std::int64_t> steps{};  ///< as pulses went out
 };
 
 struct FirmwareReport {

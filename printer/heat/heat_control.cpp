@@ -19,8 +19,8 @@ HeatControl::HeatControl(const MachineConfig& config)
     : hot_end_{Pid{gains_of(config.hot_end)}, HeaterWatch{config.hot_end, "hot end"}, {}, {}, false},
       bed_{Pid{bed_gains_of(config.bed)}, HeaterWatch{config.bed, "bed"}, {}, {}, false},
       has_bed_(config.has_bed),
-      idle_timeout_s_(config.idle_timeout_s),
-      idle_(config.idle_timeout_s) {}
+      idle_timeout_s_(config.idle_timeout.value()),
+      idle_(config.idle_timeout.value()) {}
 
 double HeatControl::drive(Heater& heater, Instant now, std::optional<Celsius> reading, Celsius target,
                           double dt_s, bool cut) {

@@ -31,8 +31,7 @@ void HeaterWatch::clear() {
 }
 
 bool HeaterWatch::reads_badly(std::optional<Celsius> reading) {
-    const bool good = reading && *reading >= Celsius{config_.minimum_celsius} &&
-                      *reading <= Celsius{config_.maximum_celsius};
+    const bool good = reading && *reading >= config_.minimum && *reading <= config_.maximum;
     bad_readings_ = good ? 0 : std::min(bad_readings_ + 1, kBadReadings);
     persists_.clear();
     if (bad_readings_ < kBadReadings) return false;
@@ -49,7 +48,7 @@ bool HeaterWatch::reads_badly(std::optional<Celsius> reading) {
 
 void HeaterWatch::start_heating(Instant now, Celsius from) {
     goal_celsius_ = from.value() + config_.verify_gain_celsius;
-    goal_time_ = now + from_seconds(config_.verify_gain_s);
+    goal_time_ = now + from_seconds(config_.verify_gain_time.value());
     error_celsius_s_ = 0;
 }
 

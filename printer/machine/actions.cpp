@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/version.h"
 #include "printer/gcode/reports.h"
 #include "printer/machine/machine.h"
 
@@ -29,11 +30,11 @@ double bit_mask(AxisSet axes) {
 }  // namespace
 
 Result<void> Machine::check_cold(double filament_mm) const {
-    if (filament_mm == 0 || heat_seen_.hot_end.celsius >= config_.minimum_extrude_celsius) return {};
+    if (filament_mm == 0 || heat_seen_.hot_end.celsius >= config_.minimum_extrude.value()) return {};
     char text[160];
     std::snprintf(text, sizeof text,
                   "the hot end is at %.0f °C: filament moves only from %.0f °C on; heat it first (M109)",
-                  heat_seen_.hot_end.celsius, config_.minimum_extrude_celsius);
+                  heat_seen_.hot_end.celsius, config_.minimum_extrude.value());
     return make_error(ErrorCode::out_of_range, text);
 }
 
@@ -161,22 +162,21 @@ Result<void> Machine::motors_off(AxisSet axes) {
 Result<void> Machine::set_limits(const gcode::LimitChange& change) {
     motion::MotionSettings settings = pipe_.planner().settings();
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        if (change.axis_acceleration[i])
-            settings.max_acceleration_mm_s2[i] = change.axis_acceleration[i]->value();
-        if (change.axis_speed[i]) settings.max_speed_mm_s[i] = change.axis_speed[i]->value();
+        if (change.axis_acceleration[i]) settings.max_acceleration[i] = *change.axis_acceleration[i];
+        if (change.axis_speed[i]) settings.max_speed[i] = *change.axis_speed[i];
         if (change.axis_instantaneous_speed[i]) {
-            settings.instantaneous_speed_mm_s[i] = change.axis_instantaneous_speed[i]->value();
+            settings.instantaneous_speed[i] = *change.axis_instantaneous_speed[i];
         }
     }
-    settings.square_corner_speed_mm_s =
-        std::min(settings.instantaneous_speed_mm_s[0], settings.instantaneous_speed_mm_s[1]);
+    settings.square_corner_speed =
+        std::min(settings.instantaneous_speed[Axis::x], settings.instantaneous_speed[Axis::y]);
     if (change.print_acceleration) acceleration_print_ = change.print_acceleration->value();
     if (change.travel_acceleration) acceleration_travel_ = change.travel_acceleration->value();
     if (change.filament_acceleration) acceleration_filament_ = change.filament_acceleration->value();
     if (change.junction_deviation) {
         // δ back to the speed of a square corner (junction.h), at the acceleration now in force.
-        settings.square_corner_speed_mm_s =
-            std::sqrt(change.junction_deviation->value() * acceleration_print_ / (std::sqrt(2.0) - 1));
+        settings.square_corner_speed = MillimetresPerSecond{
+            std::sqrt(change.junction_deviation->value() * acceleration_print_ / (std::sqrt(2.0) - 1))};
     }
     pipe_.planner().set_settings(settings);
     return {};
@@ -202,11 +202,11 @@ void Machine::report(gcode::Report what) {
         text = gcode::format_temperatures(
             {reading(heat_seen_.hot_end), reading(heat_seen_.bed), config_.has_bed});
     } else if (what == gcode::Report::position) {
-        gcode::PositionReport position{shown_interpreter().programmed_position(), pipe_.seen().steps};
+        gcode::PositionReport position{shown_interpreter().programmed_position(), {pipe_.seen().steps}};
         for (std::size_t i = 0; i < kAxisCount; ++i) position.steps[i] -= origin_[i];
         text = gcode::format_position(position);
     } else {
-        text = gcode::format_firmware({"0.1", config_.name, "", false, true});
+        text = gcode::format_firmware({version(), config_.name, "", false, true});
     }
     reply(ReplyKind::text, text);
 }

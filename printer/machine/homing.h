@@ -6,7 +6,7 @@
 //     |
 //     +--> steps go out until loop 2 sees the switch; it drops the rest of the move, and loop 1 then asks the
 //     step counter
-//          where the axis really is. The second press, slow, decides; the axis is at home_position_mm by
+//          where the axis really is. The second press, slow, decides; the axis is at home_position by
 //          definition.
 //
 // X and Y before Z, so that the nozzle never comes down beside the bed. Pure: what to do next is returned,
@@ -56,14 +56,15 @@ class Homing {
         if (!active_) return {};
         const AxisConfig& axis = config_.axes[static_cast<std::size_t>(axis_)];
         const double towards = axis.home_towards_minimum ? -1.0 : 1.0;
-        const double travel = (axis.maximum_mm - axis.minimum_mm) * 1.1 + axis.home_retreat_mm;
+        const double travel = (axis.maximum - axis.minimum).value() * 1.1 + axis.home_retreat.value();
         switch (phase_) {
             case Phase::fast:
-                return {Step::approach, axis_, towards * travel, axis.home_speed_mm_s};
+                return {Step::approach, axis_, towards * travel, axis.home_speed.value()};
             case Phase::retreat:
-                return {Step::retreat, axis_, -towards * axis.home_retreat_mm, axis.home_speed_mm_s};
+                return {Step::retreat, axis_, -towards * axis.home_retreat.value(), axis.home_speed.value()};
             case Phase::slow:
-                return {Step::approach, axis_, towards * 2 * axis.home_retreat_mm, axis.home_speed_mm_s / 10};
+                return {Step::approach, axis_, towards * 2 * axis.home_retreat.value(),
+                        axis.home_speed.value() / 10};
             case Phase::settle:
                 break;
         }

@@ -64,12 +64,12 @@ void Machine::homing_order_ended(bool pressed) {
     const Homing::Order order = homing_.order();
     const std::size_t axis = static_cast<std::size_t>(order.axis);
     const bool slow_approach =
-        order.step == Homing::Step::approach && order.speed_mm_s < config_.axes[axis].home_speed_mm_s;
+        order.step == Homing::Step::approach && order.speed_mm_s < config_.axes[axis].home_speed.value();
     if (slow_approach && pressed) {
         const double travelled =
             static_cast<double>(std::abs(pipe_.seen().steps[axis] - homing_steps_before_)) /
             config_.axes[axis].steps_per_mm;
-        if (travelled < 0.1 * config_.axes[axis].home_retreat_mm) {
+        if (travelled < 0.1 * config_.axes[axis].home_retreat.value()) {
             return homing_failed(
                 "still reads pressed after moving away from it: check the switch and its wire");
         }
@@ -100,9 +100,9 @@ void Machine::homing_failed(const char* why) {
 void Machine::settle_axis() {
     const std::size_t axis = static_cast<std::size_t>(homing_.order().axis);
     motion::AxisVector position = pipe_.planner().position_mm();
-    const double home_steps = config_.axes[axis].home_position_mm * config_.axes[axis].steps_per_mm;
+    const double home_steps = config_.axes[axis].home_position.value() * config_.axes[axis].steps_per_mm;
     origin_[axis] = pipe_.seen().steps[axis] - std::llround(home_steps);
-    position[axis] = config_.axes[axis].home_position_mm;
+    position[axis] = config_.axes[axis].home_position.value();
     homed_[axis] = true;
     adopt_position(position);
 }

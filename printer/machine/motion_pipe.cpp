@@ -9,7 +9,7 @@ namespace qduino::printer::machine {
 namespace {
 motion::AxisVector home_positions(const MachineConfig& config) {
     motion::AxisVector home{};
-    for (std::size_t i = 0; i < 3; ++i) home[i] = config.axes[i].home_position_mm;
+    for (std::size_t i = 0; i < 3; ++i) home[i] = config.axes[i].home_position.value();
     return home;
 }
 

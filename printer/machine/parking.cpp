@@ -29,11 +29,13 @@ constexpr double kRestAround_s = 0.1;
 /// Nearer than this to where it must go back to, a detour makes sure that the last move is one.
 constexpr double kDetour_mm = 0.1;
 
-bool is_within(double mm, const AxisConfig& axis) { return mm >= axis.minimum_mm && mm <= axis.maximum_mm; }
+bool is_within(double mm, const AxisConfig& axis) {
+    return mm >= axis.minimum.value() && mm <= axis.maximum.value();
+}
 
 /// `mm`, kept inside; a place that is outside already (an axis that was never homed) is no reason to move there.
 double up_to(double from_mm, double mm, const AxisConfig& axis) {
-    return std::max(from_mm, std::min(mm, axis.maximum_mm));
+    return std::max(from_mm, std::min(mm, axis.maximum.value()));
 }
 
 }  // namespace
@@ -65,19 +67,19 @@ void Machine::plan_parking() {
     motion::Planner& planner = pipe_.planner();
     motion::AxisVector at = planner.position_mm();
     QDUINO_EXPECT(planner.append_dwell(kRestAround_s));
-    const double needed = config_.minimum_extrude_celsius;
+    const double needed = config_.minimum_extrude.value();
     const bool warm = heat_seen_.hot_end.reading && heat_seen_.hot_end.celsius >= needed;
     // What is drawn back must be pushed again: only if the hot end will be as warm then.
     if (warm && kept_targets_->hot_end.value() >= needed) {
-        left_.retracted_mm = park.retract_mm;
-        at[3] -= park.retract_mm;
-        QDUINO_EXPECT(planner.append_to(at, park.retract_speed_mm_s, acceleration_filament_));
+        left_.retracted_mm = park.retract.value();
+        at[3] -= park.retract.value();
+        QDUINO_EXPECT(planner.append_to(at, park.retract_speed.value(), acceleration_filament_));
     }
-    at[2] = up_to(at[2], at[2] + park.z_hop_mm, config_.axes[2]);
-    QDUINO_EXPECT(planner.append_to(at, config_.axes[2].max_speed_mm_s, acceleration_travel_));
-    at[0] = std::clamp(park.x_mm, config_.axes[0].minimum_mm, config_.axes[0].maximum_mm);
-    at[1] = std::clamp(park.y_mm, config_.axes[1].minimum_mm, config_.axes[1].maximum_mm);
-    QDUINO_EXPECT(planner.append_to(at, park.speed_mm_s, acceleration_travel_));
+    at[2] = up_to(at[2], at[2] + park.z_hop.value(), config_.axes[2]);
+    QDUINO_EXPECT(planner.append_to(at, config_.axes[2].max_speed.value(), acceleration_travel_));
+    at[0] = std::clamp(park.x, config_.axes[Axis::x].minimum, config_.axes[Axis::x].maximum).value();
+    at[1] = std::clamp(park.y, config_.axes[Axis::y].minimum, config_.axes[Axis::y].maximum).value();
+    QDUINO_EXPECT(planner.append_to(at, park.speed.value(), acceleration_travel_));
     switch_motors(pipe_.left_at_mm(), at);
     left_.parked = true;
 }
@@ -152,18 +154,18 @@ void Machine::plan_return() {
             if (at[i] == to[i] || std::abs(at[i] - to[i]) >= kDetour_mm) continue;
             at[i] = is_within(to[i] + kDetour_mm, config_.axes[i]) ? to[i] + kDetour_mm : to[i] - kDetour_mm;
         }
-        at[2] = std::max(at[2], up_to(to[2], to[2] + config_.park.z_hop_mm, config_.axes[2]));
-        const double up_and_down = config_.axes[2].max_speed_mm_s;
+        at[2] = std::max(at[2], up_to(to[2], to[2] + config_.park.z_hop.value(), config_.axes[2]));
+        const double up_and_down = config_.axes[2].max_speed.value();
         QDUINO_EXPECT(planner.append_to(at, up_and_down, acceleration_travel_));
         at[0] = to[0];
         at[1] = to[1];
-        QDUINO_EXPECT(planner.append_to(at, config_.park.speed_mm_s, acceleration_travel_));
+        QDUINO_EXPECT(planner.append_to(at, config_.park.speed.value(), acceleration_travel_));
         at[2] = to[2];
         QDUINO_EXPECT(planner.append_to(at, up_and_down, acceleration_travel_));
     }
     if (left_.retracted_mm > 0) {
         at[3] = to[3] + jogged_mm;
-        QDUINO_EXPECT(planner.append_to(at, config_.park.retract_speed_mm_s, acceleration_filament_));
+        QDUINO_EXPECT(planner.append_to(at, config_.park.retract_speed.value(), acceleration_filament_));
     }
     QDUINO_EXPECT(planner.append_dwell(kRestAround_s));
 }
@@ -213,7 +215,7 @@ void Machine::note_request(gcode::Heater heater, Celsius target) {
         kept_targets_->bed = target;
         return;
     }
-    const double needed = config_.minimum_extrude_celsius;
+    const double needed = config_.minimum_extrude.value();
     if (target.value() >= needed || kept_targets_->hot_end.value() < needed) kept_targets_->hot_end = target;
 }
 

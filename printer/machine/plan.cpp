@@ -17,14 +17,14 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
       heat_(config),
       pipe_(config, link.emergency),
       homing_(config_),
-      acceleration_print_(config.default_acceleration_mm_s2),
-      acceleration_travel_(config.travel_acceleration_mm_s2),
-      acceleration_filament_(config.default_acceleration_mm_s2) {
+      acceleration_print_(config.default_acceleration.value()),
+      acceleration_travel_(config.travel_acceleration.value()),
+      acceleration_filament_(config.default_acceleration.value()) {
     heat_.publish_to(&link.heat_status);
     emergency_taken_.store(link.emergency.load(std::memory_order_acquire), std::memory_order_release);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         origin_[i] =
-            -std::llround(config.axes[i].home_position_mm * (i < 3 ? config.axes[i].steps_per_mm : 0.0));
+            -std::llround(config.axes[i].home_position.value() * (i < 3 ? config.axes[i].steps_per_mm : 0.0));
     }
 }
 
@@ -114,7 +114,7 @@ bool Machine::temperature_reached(Instant now) {
         return false;
     }
     if (!at_target_since_) at_target_since_ = now;
-    return to_seconds(now - *at_target_since_) >= config.at_target_s;
+    return to_seconds(now - *at_target_since_) >= config.at_target_time.value();
 }
 
 /// Pausing and cancelling: the motion comes to rest at the end of a move, then the state changes.

@@ -6,9 +6,6 @@
 namespace qduino::printer::motion {
 namespace {
 
-constexpr int kZ = index_of(Axis::z);
-constexpr int kE = index_of(Axis::e);
-
 constexpr double squared(double x) { return x * x; }
 
 /// s² and c² of the corner (see the head of junction.h), in space or, for two E-only moves, along E.
@@ -18,9 +15,10 @@ struct HalfAngle {
 };
 HalfAngle half_angle(const MoveGeometry& before, const MoveGeometry& after) {
     HalfAngle half;
-    const int first = after.extrude_only ? kE : 0;
-    const int last = after.extrude_only ? kE : kZ;
-    for (int i = first; i <= last; ++i) {
+    // X, Y and Z, or E alone.
+    const std::size_t first = after.extrude_only ? 3 : 0;
+    const std::size_t last = after.extrude_only ? 3 : 2;
+    for (std::size_t i = first; i <= last; ++i) {
         half.sin2 += 0.25 * squared(before.direction[i] + after.direction[i]);
         half.cos2 += 0.25 * squared(before.direction[i] - after.direction[i]);
     }
@@ -30,7 +28,7 @@ HalfAngle half_angle(const MoveGeometry& before, const MoveGeometry& after) {
 }  // namespace
 
 double junction_speed_squared(const MoveGeometry& before, const MoveGeometry& after,
-                              const AxisVector& instantaneous_speed_mm_s) {
+                              const PerAxis<MillimetresPerSecond>& instantaneous_speed) {
     if (before.extrude_only != after.extrude_only) return 0;
     double limit2 = squared(std::min(before.speed_mm_s, after.speed_mm_s));
     const HalfAngle half = half_angle(before, after);
@@ -44,9 +42,9 @@ double junction_speed_squared(const MoveGeometry& before, const MoveGeometry& af
                                       after.acceleration_mm_s2 * after.length_mm);
         limit2 = std::min(limit2, 0.5 * reach * sine / cosine);
     }
-    for (const int axis : {kZ, kE}) {
+    for (const Axis axis : {Axis::z, Axis::e}) {
         const double change = std::abs(after.direction[axis] - before.direction[axis]);
-        if (change > 0) limit2 = std::min(limit2, squared(instantaneous_speed_mm_s[axis] / change));
+        if (change > 0) limit2 = std::min(limit2, squared(instantaneous_speed[axis].value() / change));
     }
     return limit2;
 }

@@ -41,6 +41,6 @@ constexpr double junction_deviation_mm(double square_corner_speed_mm_s, double a
 /// Largest square of the speed (mm²/s²) at which `before` may end and `after` begin. 0 between an E-only move
 /// and one in space: they have no common direction.
 double junction_speed_squared(const MoveGeometry& before, const MoveGeometry& after,
-                              const AxisVector& instantaneous_speed_mm_s);
+                              const PerAxis<MillimetresPerSecond>& instantaneous_speed);
 
 }  // namespace qduino::printer::motion

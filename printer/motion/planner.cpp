@@ -18,16 +18,17 @@ MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, 
     geometry.length_mm = length_mm;
     geometry.speed_mm_s = std::max(speed_mm_s, kSpeedMin_mm_s);
     geometry.acceleration_mm_s2 = acceleration_mm_s2;
-    geometry.deviation_mm = junction_deviation_mm(settings_.square_corner_speed_mm_s, acceleration_mm_s2);
+    geometry.deviation_mm = junction_deviation_mm(settings_.square_corner_speed.value(), acceleration_mm_s2);
+    const double step_interval_s = to_seconds(settings_.step_interval_min);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         geometry.direction[i] = delta_mm[i] / length_mm;
         const double share = std::abs(geometry.direction[i]);
         if (share == 0) continue;
-        const double step_rate_speed = 1 / (settings_.step_interval_s_min * settings_.steps_per_mm[i]);
-        const double axis_speed = std::min(settings_.max_speed_mm_s[i], step_rate_speed);
+        const double step_rate_speed = 1 / (step_interval_s * settings_.steps_per_mm[i]);
+        const double axis_speed = std::min(settings_.max_speed[i].value(), step_rate_speed);
         geometry.speed_mm_s = std::min(geometry.speed_mm_s, axis_speed / share);
         geometry.acceleration_mm_s2 =
-            std::min(geometry.acceleration_mm_s2, settings_.max_acceleration_mm_s2[i] / share);
+            std::min(geometry.acceleration_mm_s2, settings_.max_acceleration[i].value() / share);
     }
     return geometry;
 }
@@ -52,7 +53,7 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     MoveGeometry geometry = geometry_of(delta_mm, length_mm, speed_mm_s, acceleration_mm_s2);
     geometry.extrude_only = extrude_only;
     const double limit2 =
-        end_at_rest_ ? 0 : junction_speed_squared(last_move_, geometry, settings_.instantaneous_speed_mm_s);
+        end_at_rest_ ? 0 : junction_speed_squared(last_move_, geometry, settings_.instantaneous_speed);
     Entry& added = push(SegmentKind::move, limit2, 2 * geometry.acceleration_mm_s2 * length_mm);
     added.end_mm = end_mm;
     added.geometry = geometry;

@@ -13,40 +13,31 @@ namespace qduino::printer::motion {
 /// filament.
 using AxisVector = PerAxis<double>;
 
-constexpr int index_of(Axis axis) { return static_cast<int>(axis); }
-
 struct MotionSettings {
-    AxisVector max_speed_mm_s{};          ///< > 0
-    AxisVector max_acceleration_mm_s2{};  ///< > 0
-    /// Largest speed step of Z and of E where two moves meet; of X and Y see square_corner_speed_mm_s.
-    AxisVector instantaneous_speed_mm_s{};
+    PerAxis<MillimetresPerSecond> max_speed{};          ///< > 0
+    PerAxis<MillimetresPerSecond2> max_acceleration{};  ///< > 0
+    /// Largest speed step of Z and of E where two moves meet; of X and Y see square_corner_speed.
+    PerAxis<MillimetresPerSecond> instantaneous_speed{};
     /// Speed at which a 90° corner is taken at the acceleration that a move asked for. 0: stop at every
     /// corner.
-    double square_corner_speed_mm_s = 0;
-    AxisVector steps_per_mm{};  ///< > 0
-    /// Shortest legal time from one rising edge of a motor's STEP pin to the next.
-    double step_interval_s_min = 0;
+    MillimetresPerSecond square_corner_speed;
+    PerAxis<double> steps_per_mm{};  ///< > 0
+    Nanoseconds step_interval_min{};
 };
-
-/// Pulse width and low time, and DIR held after one edge and set up before the next: legal even when the
-/// motor turns back.
-constexpr double step_interval_s(const MachineConfig& config) {
-    return config.step_pulse_s + config.step_low_s + 2 * config.direction_setup_s;
-}
 
 /// The settings at power-on. Every number is taken as it stands: the reader of the machine file has checked
 /// it.
 constexpr MotionSettings motion_settings(const MachineConfig& config) {
     MotionSettings settings;
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        settings.max_speed_mm_s[i] = config.axes[i].max_speed_mm_s;
-        settings.max_acceleration_mm_s2[i] = config.axes[i].max_acceleration_mm_s2;
-        settings.instantaneous_speed_mm_s[i] = config.axes[i].instantaneous_speed_mm_s;
+        settings.max_speed[i] = config.axes[i].max_speed;
+        settings.max_acceleration[i] = config.axes[i].max_acceleration;
+        settings.instantaneous_speed[i] = config.axes[i].instantaneous_speed;
         settings.steps_per_mm[i] = config.axes[i].steps_per_mm;
     }
-    settings.square_corner_speed_mm_s =
-        std::min(config.axes[0].instantaneous_speed_mm_s, config.axes[1].instantaneous_speed_mm_s);
-    settings.step_interval_s_min = step_interval_s(config);
+    settings.square_corner_speed =
+        std::min(config.axes[Axis::x].instantaneous_speed, config.axes[Axis::y].instantaneous_speed);
+    settings.step_interval_min = step_interval(config);
     return settings;
 }
 

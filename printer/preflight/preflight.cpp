@@ -37,10 +37,8 @@ void Bounds::include(const gcode::Position& position) {
     empty = false;
 }
 
-Preflight::Preflight(const Options& options) : options_(options), interpreter_(options_.machine, *this) {
-    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
-        speed_max_mm_s_[i] = options_.machine.axes[i].max_speed_mm_s;
-    }
+Preflight::Preflight(const MachineConfig& machine) : machine_(machine), interpreter_(machine_, *this) {
+    for (const Axis axis : gcode::kAllAxes) speed_max_[axis] = machine.axes[axis].max_speed;
 }
 
 void Preflight::add_sink(MoveSink& sink) {
@@ -144,7 +142,7 @@ void Preflight::measure_layers(const MoveContext& context) {
 
 void Preflight::check_extrusion(const gcode::Move& move) {
     if (move.from[Axis::e] == move.to[Axis::e]) return;
-    const double needed = options_.machine.minimum_extrude_celsius;
+    const double needed = machine_.minimum_extrude.value();
     if (hot_end_target_.value() >= needed) return;
     FixedString<236> text{"filament is moved while the hot end is set to "};
     append_shortest(text, hot_end_target_.value()).append(" °C; it takes ");
@@ -168,25 +166,26 @@ void Preflight::check_step_rate(const gcode::Move& move) {
     const double length_mm = tool_mm2 > 0 ? std::sqrt(tool_mm2) : e_mm;
     // As the planner does: the whole move is slowed until no axis is above its own limit.
     double duration_s = length_mm / move.feedrate.value();
-    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
-        const double distance = std::abs((move.to.axes[i] - move.from.axes[i]).value());
-        duration_s = std::max(duration_s, distance / speed_max_mm_s_[i]);
+    for (const Axis axis : gcode::kAllAxes) {
+        const double distance = std::abs((move.to[axis] - move.from[axis]).value());
+        duration_s = std::max(duration_s, distance / speed_max_[axis].value());
     }
-    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
-        const double distance = std::abs((move.to.axes[i] - move.from.axes[i]).value());
-        const double rate_hz = distance * options_.machine.axes[i].steps_per_mm / duration_s;
+    const double rate_max_hz = 1 / to_seconds(step_interval(machine_));
+    for (const Axis axis : gcode::kAllAxes) {
+        const double distance = std::abs((move.to[axis] - move.from[axis]).value());
+        const double rate_hz = distance * machine_.axes[axis].steps_per_mm / duration_s;
         facts_.step_rate_maximum_hz = std::max(facts_.step_rate_maximum_hz, rate_hz);
-        if (options_.step_rate_max_hz <= 0 || rate_hz <= options_.step_rate_max_hz * (1 + 1e-9)) continue;
+        if (rate_hz <= rate_max_hz * (1 + 1e-9)) continue;
         FixedString<236> text;
-        text.push_back(kAxisLetter[i]).append(" would need ");
+        text.push_back(kAxisLetter[axis]).append(" would need ");
         append_integer(text, std::llround(rate_hz)).append(" steps/s; this board plays at most ");
-        append_integer(text, std::llround(options_.step_rate_max_hz));
+        append_integer(text, std::llround(rate_max_hz));
         add_error(text, "Lower the speed in the slicer, or the axis' largest speed with M203.");
     }
 }
 
 Result<void> Preflight::dwell(Seconds duration) {
-    const double timeout_s = options_.machine.idle_timeout_s;
+    const double timeout_s = machine_.idle_timeout.value();
     const bool heated = hot_end_target_.value() > 0 || bed_target_.value() > 0;
     if (heated && timeout_s > 0 && duration.value() > timeout_s) {
         FixedString<236> text{"a dwell of "};
@@ -211,7 +210,7 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
     }
     facts_.hot_end_maximum = std::max(facts_.hot_end_maximum, target);
     hot_end_target_ = target;
-    was_hot_ = was_hot_ || target.value() >= options_.machine.minimum_extrude_celsius;
+    was_hot_ = was_hot_ || target >= machine_.minimum_extrude;
     return {};
 }
 
@@ -221,8 +220,8 @@ Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, g
 }
 
 Result<void> Preflight::set_limits(const gcode::LimitChange& change) {
-    for (std::size_t i = 0; i < speed_max_mm_s_.size(); ++i) {
-        if (change.axis_speed[i]) speed_max_mm_s_[i] = change.axis_speed[i]->value();
+    for (const Axis axis : gcode::kAllAxes) {
+        if (change.axis_speed[axis]) speed_max_[axis] = *change.axis_speed[axis];
     }
     for (MoveSink* sink : sinks_) sink->on_limits(change);
     return {};

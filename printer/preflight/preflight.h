@@ -19,8 +19,8 @@
 #include <string_view>
 
 #include "base/fixed_vector.h"
-#include "printer/gcode/actions.h"
 #include "printer/gcode/interpreter.h"
+#include "printer/gcode/no_actions.h"
 #include "printer/gcode/parser.h"
 #include "printer/preflight/facts.h"
 #include "printer/preflight/layer_tracker.h"
@@ -28,16 +28,11 @@
 
 namespace qduino::printer::preflight {
 
-struct Options {
-    MachineConfig machine;
-    double step_rate_max_hz = 0;  ///< what the player can play on one axis; 0: not checked
-};
-
-class Preflight final : private gcode::LineSink, private gcode::Actions {
+class Preflight final : private gcode::LineSink, private gcode::NoActions {
   public:
     static constexpr std::size_t kSinksMax = 4;
 
-    explicit Preflight(const Options& options);
+    explicit Preflight(const MachineConfig& machine);
     Preflight(const Preflight&) = delete;
     Preflight& operator=(const Preflight&) = delete;
 
@@ -57,20 +52,13 @@ class Preflight final : private gcode::LineSink, private gcode::Actions {
     // gcode::LineSink
     void on_line(const gcode::Line& line) override;
 
-    // gcode::Actions
+    // gcode::Actions, as far as it matters here
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
     Result<void> home(gcode::AxisSet axes) override;
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
-    Result<void> set_fan(std::uint8_t, double) override { return {}; }
-    Result<void> motors_off(gcode::AxisSet) override { return {}; }
     Result<void> set_limits(const gcode::LimitChange& change) override;
-    void factors(double, double) override {}
-    void message(std::string_view) override {}
-    void progress(const gcode::Progress&) override {}
-    void report(gcode::Report) override {}
-    Result<void> pause(gcode::PauseReason, std::string_view) override { return {}; }
     void emergency_stop() override;
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
@@ -85,7 +73,7 @@ class Preflight final : private gcode::LineSink, private gcode::Actions {
     void add_warning(std::string_view message, std::string_view advice);
     [[nodiscard]] Finding finding(std::string_view message, std::string_view advice) const;
 
-    Options options_;
+    MachineConfig machine_;
     Facts facts_;
     gcode::Parser parser_;
     gcode::Interpreter interpreter_;
@@ -93,7 +81,7 @@ class Preflight final : private gcode::LineSink, private gcode::Actions {
     ThumbnailReader thumbnail_;
     LayerTracker layers_;
     FixedVector<MoveSink*, kSinksMax> sinks_;
-    std::array<double, kAxisCount> speed_max_mm_s_{};
+    PerAxis<MillimetresPerSecond> speed_max_{};
     Celsius bed_target_{};
     Celsius hot_end_target_{};
     bool was_hot_ = false;        ///< the hot end has been asked to be warm enough to extrude

@@ -55,19 +55,15 @@ concept StepPins = requires(P& pins, Instant t, int axis, bool on) {
 };
 
 struct PlayerSettings {
-    std::int64_t pulse_ns = 1'000;           ///< STEP high at least
-    std::int64_t low_ns = 1'000;             ///< STEP low at least
-    std::int64_t direction_ns = 200;         ///< DIR unchanged before and after a rising edge, at least
-    std::int64_t late_threshold_ns = 1'000;  ///< lateness up to this does not move the time line
-    std::int64_t lead_ns = 2'000'000;        ///< from the first event after running dry to its step
+    Nanoseconds pulse = 1us;           ///< STEP high at least
+    Nanoseconds low = 1us;             ///< STEP low at least
+    Nanoseconds direction = 200ns;     ///< DIR unchanged before and after a rising edge, at least
+    Nanoseconds late_threshold = 1us;  ///< lateness up to this does not move the time line
+    Nanoseconds lead = 2ms;            ///< from the first event after running dry to its step
 };
 
 inline PlayerSettings player_settings(const MachineConfig& config) {
-    PlayerSettings settings;
-    settings.pulse_ns = to_ns(from_seconds(config.step_pulse_s));
-    settings.low_ns = to_ns(from_seconds(config.step_low_s));
-    settings.direction_ns = to_ns(from_seconds(config.direction_setup_s));
-    return settings;
+    return {.pulse = config.step_pulse, .low = config.step_low, .direction = config.direction_setup};
 }
 
 template <StepPins Pins, class Ring>
@@ -150,7 +146,11 @@ class Player {
 
     Pins& pins_;
     Ring& ring_;
-    PlayerSettings settings_;
+    const std::int64_t pulse_ns_;  // the settings, unpacked
+    const std::int64_t low_ns_;
+    const std::int64_t direction_ns_;
+    const std::int64_t late_threshold_ns_;
+    const std::int64_t lead_ns_;
     std::array<AxisState, kAxisCount> axes_{};
     std::array<Fall, kAxisCount> falls_{};  // ring of at most one per axis, oldest at falls_begin_
     std::uint32_t falls_begin_ = 0;
@@ -169,14 +169,18 @@ class Player {
 
 template <StepPins Pins, class Ring>
 Player<Pins, Ring>::Player(Pins& pins, Ring& ring, const PlayerSettings& settings)
-    : pins_(pins), ring_(ring), settings_(settings) {
-    settings_.pulse_ns =
-        std::max(settings_.pulse_ns, settings_.direction_ns);  // DIR may change when a pulse ends
+    : pins_(pins),
+      ring_(ring),
+      pulse_ns_(to_ns(std::max(settings.pulse, settings.direction))),  // DIR may change when a pulse ends
+      low_ns_(to_ns(settings.low)),
+      direction_ns_(to_ns(settings.direction)),
+      late_threshold_ns_(to_ns(settings.late_threshold)),
+      lead_ns_(to_ns(settings.lead)) {
     const std::int64_t now = now_ns();
     for (int axis = 0; axis < kAxisCount; ++axis) {
         pins_.set_step(axis, false);
         pins_.set_direction(axis, true);
-        axes_[axis].rise_ns_min = now + std::max(settings_.low_ns, settings_.direction_ns);
+        axes_[axis].rise_ns_min = now + std::max(low_ns_, direction_ns_);
     }
 }
 
@@ -236,12 +240,12 @@ void Player<Pins, Ring>::restart_if_late(const StepEvent& event) {
     dry_ = false;
     const std::int64_t now = now_ns();
     const std::int64_t late_ns = now - (anchor_ns_ + event.time_ns);
-    if (started_ && late_ns <= settings_.late_threshold_ns) return;
+    if (started_ && late_ns <= late_threshold_ns_) return;
     if (status_.moving) {
         ++status_.starved;
-        status_.shift_ns += late_ns + settings_.lead_ns;
+        status_.shift_ns += late_ns + lead_ns_;
     }
-    anchor_ns_ = now + settings_.lead_ns - event.time_ns;
+    anchor_ns_ = now + lead_ns_ - event.time_ns;
     started_ = true;
 }
 
@@ -277,7 +281,7 @@ void Player<Pins, Ring>::turn(int axis) {
     state.turning = false;
     state.direction = static_cast<std::int8_t>(-state.direction);
     pins_.set_direction(axis, state.direction > 0);
-    state.rise_ns_min = std::max(state.rise_ns_min, now_ns() + settings_.direction_ns);
+    state.rise_ns_min = std::max(state.rise_ns_min, now_ns() + direction_ns_);
 }
 
 // ---- playing ---------------------------------------------------------------------------------------------
@@ -322,8 +326,8 @@ void Player<Pins, Ring>::raise(int axis, int direction, std::int64_t due_ns) {
     const std::int64_t now = now_ns();
     AxisState& state = axes_[axis];
     state.high = true;
-    state.rise_ns_min = now + settings_.pulse_ns + settings_.low_ns;
-    falls_[falls_end_++ % kAxisCount] = {now + settings_.pulse_ns, axis};
+    state.rise_ns_min = now + pulse_ns_ + low_ns_;
+    falls_[falls_end_++ % kAxisCount] = {now + pulse_ns_, axis};
     status_.steps[axis] += direction;
     ++status_.pulses[axis];
     settle_lateness(now - due_ns);
@@ -332,7 +336,7 @@ void Player<Pins, Ring>::raise(int axis, int direction, std::int64_t due_ns) {
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::settle_lateness(std::int64_t lateness_ns) {
     status_.lateness_ns.record(lateness_ns);
-    if (lateness_ns <= settings_.late_threshold_ns) return;
+    if (lateness_ns <= late_threshold_ns_) return;
     ++status_.late_steps;
     status_.shift_ns += lateness_ns;
     anchor_ns_ += lateness_ns;
@@ -344,7 +348,7 @@ void Player<Pins, Ring>::end_oldest_pulse() {
     pins_.set_step(axis, false);
     AxisState& state = axes_[axis];
     state.high = false;
-    state.rise_ns_min = now_ns() + settings_.low_ns;
+    state.rise_ns_min = now_ns() + low_ns_;
     if (state.turning && state.seen_before_turn == 0) turn(axis);
 }
 
@@ -402,7 +406,7 @@ void Player<Pins, Ring>::stop_now() {
     for (int axis = 0; axis < kAxisCount; ++axis) {
         if (axes_[axis].high) pins_.set_step(axis, false);
     }
-    const std::int64_t ready_ns = now_ns() + std::max(settings_.low_ns, settings_.direction_ns);
+    const std::int64_t ready_ns = now_ns() + std::max(low_ns_, direction_ns_);
     for (AxisState& axis : axes_) {
         const std::int8_t direction = axis.direction;
         axis = AxisState{};

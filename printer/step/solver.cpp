@@ -17,21 +17,19 @@ std::int64_t whole_steps(double steps) { return static_cast<std::int64_t>(std::f
 SolverSettings solver_settings(const MachineConfig& config) {
     SolverSettings settings;
     for (std::size_t i = 0; i < kAxisCount; ++i) settings.steps_per_mm[i] = config.axes[i].steps_per_mm;
-    settings.step_interval_ns_min =
-        static_cast<std::int64_t>(std::ceil(motion::step_interval_s(config) * 1e9));
-    settings.reversal_gap_ns = settings.step_interval_ns_min;
+    settings.step_interval_min = step_interval(config);
     return settings;
 }
 
-Solver::Solver(const SolverSettings& settings, const motion::AxisVector& position_mm) : settings_(settings) {
-    QDUINO_EXPECT(settings.reversal_gap_ns >= settings.step_interval_ns_min);
+Solver::Solver(const SolverSettings& settings, const motion::AxisVector& position_mm)
+    : steps_per_mm_(settings.steps_per_mm), interval_ns_(to_ns(settings.step_interval_min)) {
     reset(position_mm);
 }
 
 void Solver::reset(const motion::AxisVector& position_mm) {
     const motion::AxisVector motors_mm = motion::motors_from_tool(position_mm);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        counts_[i] = whole_steps(motors_mm[i] * settings_.steps_per_mm[i]);
+        counts_[i] = whole_steps(motors_mm[i] * steps_per_mm_[i]);
         tracks_[i] = Track{};
     }
     last_ns_.fill(kLongAgo);
@@ -69,7 +67,7 @@ void Solver::load_move(const motion::Segment& segment) {
     const motion::AxisVector from_mm = motion::motors_from_tool(segment.start_mm);
     const motion::AxisVector to_mm = motion::motors_from_tool(segment.end_mm);
     for (int i = 0; i < kAxisCount; ++i) {
-        const double steps_per_mm = settings_.steps_per_mm[i];
+        const double steps_per_mm = steps_per_mm_[i];
         load_track(i, from_mm[i] * steps_per_mm, to_mm[i] * steps_per_mm);
         drop_reversal(i);
         find_next(i);
@@ -110,7 +108,7 @@ void Solver::drop_reversal(int axis) {
         if (kept.kind == EventKind::homing) return;
         if (kept.kind != EventKind::step || kept.axis != axis) continue;
         const std::int64_t again_ns = start_.ns_after(shape_.time_at(track.first_mm));
-        if (kept.direction == track.direction || again_ns - kept.time_ns >= settings_.reversal_gap_ns) return;
+        if (kept.direction == track.direction || again_ns - kept.time_ns >= interval_ns_) return;
         for (std::size_t i = at; i + 1 != tail_end_; ++i)
             tail_[i % kTailCapacity] = tail_[(i + 1) % kTailCapacity];
         --tail_end_;

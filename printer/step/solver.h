@@ -17,8 +17,8 @@
 // from where it ends. So no error adds up: after any number of moves the count is the end position, rounded.
 //
 // Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one likes: no
-// legal pair of pulses. Such a pair moves nothing, so it is left out. For that, events in the last
-// `reversal_gap_ns` of what is known are kept in a short queue (the tail) until the next segment is known:
+// legal pair of pulses. Such a pair moves nothing, so it is left out. For that, the events of the last gap, the
+// shortest step interval, are kept in a short queue (the tail) until the next segment is known:
 //
 //        known: segment n            segment n+1
 //   -----------------------|gap|---------------------->    a step in the tail whose axis begins n+1 the
@@ -41,11 +41,10 @@
 namespace qduino::printer::step {
 
 struct SolverSettings {
-    motion::AxisVector steps_per_mm{};
-    /// Shortest time between two rising edges of one axis; the planner keeps the speed below it.
-    std::int64_t step_interval_ns_min = 2'400;
-    /// Steps there and back nearer than this are left out; at least step_interval_ns_min.
-    std::int64_t reversal_gap_ns = 2'400;
+    PerAxis<double> steps_per_mm{};
+    /// Shortest time between two rising edges of one axis; the planner keeps the speed below it. Steps there
+    /// and back nearer than this are left out.
+    Nanoseconds step_interval_min{};
 };
 
 SolverSettings solver_settings(const MachineConfig& config);
@@ -104,7 +103,8 @@ class Solver {
     [[nodiscard]] bool tail_is_filled() const { return tail_size() + kEventsPerLoad > kTailCapacity; }
     [[nodiscard]] bool tail_may_go() const;
 
-    SolverSettings settings_;
+    PerAxis<double> steps_per_mm_;
+    std::int64_t interval_ns_;
     std::array<std::int64_t, kAxisCount> counts_{};
     std::array<std::int64_t, kAxisCount> last_ns_{};         // the latest step of each axis
     std::array<std::int64_t, kAxisCount> before_last_ns_{};  // … and at or after the one before it
@@ -132,8 +132,8 @@ inline void Solver::find_next(int axis) {
     }
     const double distance_mm = track.first_mm + static_cast<double>(track.done) * track.stride_mm;
     std::int64_t ns = start_.ns_after(shape_.time_at(distance_mm));
-    if (ns < last_ns_[axis] + settings_.step_interval_ns_min) [[unlikely]] {
-        ns = last_ns_[axis] + settings_.step_interval_ns_min;
+    if (ns < last_ns_[axis] + interval_ns_) [[unlikely]] {
+        ns = last_ns_[axis] + interval_ns_;
         ++steps_delayed_;
     }
     next_ns_[axis] = ns;
@@ -158,7 +158,7 @@ inline StepEvent Solver::take_step(int axis) {
 inline bool Solver::tail_may_go() const {
     if (tail_begin_ == tail_end_) return false;
     const std::int64_t oldest_ns = tail_[tail_begin_ % kTailCapacity].time_ns;
-    return oldest_ns + settings_.reversal_gap_ns <= end_ns_ || draining_ || tail_is_filled();
+    return oldest_ns + interval_ns_ <= end_ns_ || draining_ || tail_is_filled();
 }
 
 template <class Sink>
@@ -178,7 +178,7 @@ std::size_t Solver::solve_some(std::size_t events_max, Sink&& sink) {
             continue;
         }
         const StepEvent event = take_step(axis);
-        if (tail_begin_ == tail_end_ && event.time_ns + settings_.reversal_gap_ns <= end_ns_) {
+        if (tail_begin_ == tail_end_ && event.time_ns + interval_ns_ <= end_ns_) {
             sink(event);
             ++given;
         } else {

@@ -91,10 +91,8 @@ bool stays_inside(const Context& context, const Jog& jog) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (!jog.by_mm[axis] || !job.homed[axis]) continue;
         const double end_mm = job.position_mm[axis] + *jog.by_mm[axis];
-        if (end_mm < context.limits.minimum_mm[axis] - 1e-6 ||
-            end_mm > context.limits.maximum_mm[axis] + 1e-6) {
-            return false;
-        }
+        const printer::AxisConfig& config = context.machine.axes[axis];
+        if (end_mm < config.minimum.value() - 1e-6 || end_mm > config.maximum.value() + 1e-6) return false;
     }
     return true;
 }
@@ -114,7 +112,7 @@ Response jog(Context& context, const Call& call) {
         if (!jog.by_mm[axis]) continue;
         if (std::abs(*jog.by_mm[axis]) > 1000) return out_of_range("one jog is 1000 mm at most");
         line += std::string{" "} + "XYZE"[axis] + decimal(*jog.by_mm[axis]);
-        speed_mm_s = std::min(speed_mm_s, context.limits.speed_max_mm_s[axis]);
+        speed_mm_s = std::min(speed_mm_s, context.machine.axes[axis].max_speed.value());
     }
     if (line.size() == 2) return bad_request("give at least one axis to jog");
     if (context.spool.machine().connected && !may_jog(context.spool)) return busy();
@@ -134,16 +132,17 @@ Response temperature(Context& context, const Call& call) {
         (!hot_end_c && !bed_c)) {
         return bad_request("give hot_end_c or bed_c as a number");
     }
-    if (bed_c && !context.limits.has_bed) return out_of_range("this machine has no heated bed");
-    const auto fits = [](std::optional<double> value, double maximum) {
-        return !value || (*value >= 0 && *value <= maximum);
+    if (bed_c && !context.machine.has_bed) return out_of_range("this machine has no heated bed");
+    const auto fits = [](std::optional<double> value, Celsius highest) {
+        return !value || (*value >= 0 && *value <= highest.value());
     };
-    if (!fits(hot_end_c, context.limits.hot_end_max_c)) {
-        return out_of_range("hot_end_c must be 0 to " +
-                            std::to_string(std::lround(context.limits.hot_end_max_c)));
+    const Celsius hot_end_highest = highest_target(context.machine.hot_end);
+    if (!fits(hot_end_c, hot_end_highest)) {
+        return out_of_range("hot_end_c must be 0 to " + std::to_string(std::lround(hot_end_highest.value())));
     }
-    if (!fits(bed_c, context.limits.bed_max_c)) {
-        return out_of_range("bed_c must be 0 to " + std::to_string(std::lround(context.limits.bed_max_c)));
+    const Celsius bed_highest = highest_target(context.machine.bed);
+    if (!fits(bed_c, bed_highest)) {
+        return out_of_range("bed_c must be 0 to " + std::to_string(std::lround(bed_highest.value())));
     }
     std::vector<std::string> lines;
     if (hot_end_c) lines.push_back("M104 S" + decimal(*hot_end_c));

@@ -118,30 +118,35 @@ Response printer_command(Context& context, const Call& call) {
 
 Response settings(Context& context, const Call&) {
     return json_response({{"api", {{"enabled", true}}},
-                          {"appearance", {{"name", context.machine_name}}},
+                          {"appearance", {{"name", context.machine.name.view()}}},
                           {"webcam", {{"webcamEnabled", false}, {"streamUrl", ""}}},
                           {"feature", {{"sdSupport", false}}},
                           {"plugins", Json::object()}});
 }
 
 Response profiles(Context& context, const Call&) {
-    const MachineLimits& limits = context.limits;
+    const auto length_mm = [&](printer::Axis axis) {
+        return (context.machine.axes[axis].maximum - context.machine.axes[axis].minimum).value();
+    };
     return json_response({{"profiles",
                            {{"_default",
                              {{"id", "_default"},
-                              {"name", context.machine_name},
-                              {"model", context.machine_name},
+                              {"name", context.machine.name.view()},
+                              {"model", context.machine.name.view()},
                               {"default", true},
                               {"current", true},
-                              {"heatedBed", limits.has_bed},
+                              {"heatedBed", context.machine.has_bed},
                               {"heatedChamber", false},
-                              {"extruder", {{"count", 1}, {"nozzleDiameter", 0.4}, {"sharedNozzle", false}}},
+                              {"extruder",
+                               {{"count", 1},
+                                {"nozzleDiameter", context.machine.nozzle_diameter.value()},
+                                {"sharedNozzle", false}}},
                               {"volume",
                                {{"formFactor", "rectangular"},
                                 {"origin", "lowerleft"},
-                                {"width", limits.maximum_mm[0] - limits.minimum_mm[0]},
-                                {"depth", limits.maximum_mm[1] - limits.minimum_mm[1]},
-                                {"height", limits.maximum_mm[2] - limits.minimum_mm[2]}}}}}}}});
+                                {"width", length_mm(printer::Axis::x)},
+                                {"depth", length_mm(printer::Axis::y)},
+                                {"height", length_mm(printer::Axis::z)}}}}}}}});
 }
 
 /// `passive`: whoever gets here has shown the key already. Anything else would ask for a name and a password.

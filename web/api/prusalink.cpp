@@ -41,7 +41,7 @@ Json storage_object() {
 }
 
 Response info(Context& context, const Call&) {
-    return json_response({{"name", context.machine_name},
+    return json_response({{"name", context.machine.name.view()},
                           {"hostname", "qduinomc"},
                           {"nozzle_diameter", 0.4},
                           {"mmu", false},

@@ -1,7 +1,6 @@
 // A route: method and path pattern → a small function that answers. Called on the spool's thread, one at a time.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <span>
 #include <string>
@@ -9,27 +8,17 @@
 #include <vector>
 
 #include "base/result.h"
+#include "printer/machine_config.h"
 #include "spool/spool.h"
 #include "web/http.h"
 
 namespace qduino::web::api {
 
-/// What the interface knows of the machine beyond the link: for refusing early, and for the page.
-struct MachineLimits {
-    std::array<double, 3> minimum_mm{0, 0, 0};
-    std::array<double, 3> maximum_mm{150, 150, 150};
-    std::array<double, 4> speed_max_mm_s{125, 125, 5, 14};
-    double hot_end_max_c = 260;
-    double bed_max_c = 110;
-    bool has_bed = true;
-};
-
 /// Everything a handler may use.
 struct Context {
     spool::Spool& spool;
-    MachineLimits limits;
-    std::string machine_name;
-    std::string config_json;  ///< answer to GET /api/v1/config
+    printer::MachineConfig machine;  ///< for refusing early, and for what other programs ask
+    std::string config_json;         ///< answer to GET /api/v1/config
     std::string version;
     /// Judges one line of G-code before it is sent; empty: the machine alone judges.
     std::function<Result<void>(std::string_view)> check_line;

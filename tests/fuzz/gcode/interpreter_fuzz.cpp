@@ -27,9 +27,9 @@ class Checker final : public Actions {
         FUZZ_EXPECT(move.feedrate.value() > 0 && std::isfinite(move.feedrate.value()));
         for (const Axis axis : kAllAxes) FUZZ_EXPECT(std::isfinite(move.to[axis].value()));
         for (const Axis axis : kToolAxes) {
-            const AxisConfig& limits = config_.axes[static_cast<std::size_t>(axis)];
-            const double to = move.to[axis].value();
-            FUZZ_EXPECT(to >= limits.minimum_mm && to <= limits.maximum_mm);
+            const AxisConfig& limits = config_.axes[axis];
+            const Millimetres to = move.to[axis];
+            FUZZ_EXPECT(to >= limits.minimum && to <= limits.maximum);
         }
         const bool tool = move.kind != MoveKind::filament;
         FUZZ_EXPECT(tool || move.from[Axis::e] != move.to[Axis::e]);
@@ -70,12 +70,11 @@ class Checker final : public Actions {
         for (std::size_t i = 0; i < kAxisCount; ++i) {
             const AxisConfig& config = config_.axes[i];
             if (change.axis_speed[i]) {
-                FUZZ_EXPECT(change.axis_speed[i]->value() > 0 &&
-                            change.axis_speed[i]->value() <= config.max_speed_mm_s);
+                FUZZ_EXPECT(change.axis_speed[i]->value() > 0 && *change.axis_speed[i] <= config.max_speed);
             }
             if (change.axis_acceleration[i]) {
                 FUZZ_EXPECT(change.axis_acceleration[i]->value() > 0 &&
-                            change.axis_acceleration[i]->value() <= config.max_acceleration_mm_s2);
+                            *change.axis_acceleration[i] <= config.max_acceleration);
             }
         }
         return answer();

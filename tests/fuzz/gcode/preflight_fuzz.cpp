@@ -82,9 +82,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (size == 0) return 0;
     const std::size_t step = 1 + data[0] * 16U;
     const auto bytes = gcode::as_chars({data + 1, size - 1});
-    Options options;
-    options.step_rate_max_hz = 20'000;
-    Preflight preflight{options};
+    MachineConfig slow;
+    slow.step_low = 49us;  // 20 000 steps/s
+    Preflight preflight{slow};
     Checker checker;
     LayerPacker packer{1.75, checker};
     preflight.add_sink(packer);

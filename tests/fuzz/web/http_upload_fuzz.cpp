@@ -50,8 +50,8 @@ class World {
         spool_ = std::move(spool::Spool::open(options, link_, nullptr)).value();
         const Executor at_once = [this](Task task) { run(std::move(task)); };
         service_ = std::make_unique<Service>(
-            ServiceOptions{HostPolicy{{}}, 4}, api::Context{*spool_, {}, "", "{}", "", {}},
-            Authenticator{"", {}}, StaticFiles{}, analyzer_, Executors{at_once, at_once, at_once, at_once});
+            ServiceOptions{HostPolicy{{}}, 4}, api::Context{*spool_, {}, "{}", "", {}}, Authenticator{"", {}},
+            StaticFiles{}, analyzer_, Executors{at_once, at_once, at_once, at_once});
     }
     ~World() { std::filesystem::remove_all(folder_); }
 

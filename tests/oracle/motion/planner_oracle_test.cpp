@@ -34,10 +34,10 @@ OracleMove understand(const AxisVector& from, const Move& move, const MotionSett
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         if (result.delta[i] == 0) continue;
         const double share = std::abs(result.delta[i]) / result.length;
-        while (result.speed * share > settings.max_speed_mm_s[i] * (1 + 1e-12)) {
-            result.speed = settings.max_speed_mm_s[i] / share;
+        while (result.speed * share > settings.max_speed[i].value() * (1 + 1e-12)) {
+            result.speed = settings.max_speed[i].value() / share;
         }
-        result.acceleration = std::min(result.acceleration, settings.max_acceleration_mm_s2[i] / share);
+        result.acceleration = std::min(result.acceleration, settings.max_acceleration[i].value() / share);
     }
     return result;
 }
@@ -56,7 +56,7 @@ double corner(const OracleMove& a, const OracleMove& b, const MotionSettings& se
     const double s = std::sqrt(0.5 * (1 - cos_theta)), c = std::sqrt(0.5 * (1 + cos_theta));
     if (s < 1 - 1e-12) {  // else straight on
         for (const OracleMove* move : {&a, &b}) {
-            const double scv = settings.square_corner_speed_mm_s;
+            const double scv = settings.square_corner_speed.value();
             const double deviation = scv * scv * (std::sqrt(2.0) - 1) / move->asked_acceleration;
             limit2 = std::min(limit2, move->acceleration * deviation * s / (1 - s));
             limit2 = std::min(limit2, 0.5 * move->length * move->acceleration * s / c);
@@ -64,7 +64,8 @@ double corner(const OracleMove& a, const OracleMove& b, const MotionSettings& se
     }
     for (const std::size_t i : {2u, 3u}) {
         const double change = std::abs(a.delta[i] / a.length - b.delta[i] / b.length);
-        if (change > 0) limit2 = std::min(limit2, std::pow(settings.instantaneous_speed_mm_s[i] / change, 2));
+        if (change > 0)
+            limit2 = std::min(limit2, std::pow(settings.instantaneous_speed[i].value() / change, 2));
     }
     return limit2;
 }

@@ -22,10 +22,10 @@ namespace {
             if (!std::isfinite(move.to[axis].value())) return ::testing::AssertionFailure() << "not finite";
         }
         for (const Axis axis : kToolAxes) {
-            const AxisConfig& limits = config.axes[static_cast<std::size_t>(axis)];
-            const double to = move.to[axis].value();
-            if (to < limits.minimum_mm || to > limits.maximum_mm) {
-                return ::testing::AssertionFailure() << "move " << i << " leaves the bounds: " << to;
+            const AxisConfig& limits = config.axes[axis];
+            const Millimetres to = move.to[axis];
+            if (to < limits.minimum || to > limits.maximum) {
+                return ::testing::AssertionFailure() << "move " << i << " leaves the bounds: " << to.value();
             }
         }
     }
@@ -213,7 +213,7 @@ TEST(MeaningProperty, PreflightDoesNotDependOnTheChunks) {
         std::string job;
         for (const std::string& line : random_program(random, 300).lines) job += line + "\n";
         const auto read = [](const std::vector<std::string>& pieces) {
-            preflight::Preflight preflight{preflight::Options{}};
+            preflight::Preflight preflight{MachineConfig{}};
             for (const std::string& piece : pieces) preflight.feed({piece.data(), piece.size()});
             return preflight.finish();
         };

@@ -31,9 +31,9 @@ void check_segments(const std::vector<Segment>& segments, const motion::MotionSe
                   2 * shape.acceleration_mm_s2 * shape.length_mm + slack);
         for (std::size_t i = 0; i < kAxisCount; ++i) {
             const double share = std::abs(segment.end_mm[i] - segment.start_mm[i]) / shape.length_mm;
-            ASSERT_LE(shape.cruise_speed_mm_s * share, settings.max_speed_mm_s[i] * (1 + 1e-9));
-            ASSERT_LE(shape.entry_speed_mm_s * share, settings.max_speed_mm_s[i] * (1 + 1e-9));
-            ASSERT_LE(shape.acceleration_mm_s2 * share, settings.max_acceleration_mm_s2[i] * (1 + 1e-9));
+            ASSERT_LE(shape.cruise_speed_mm_s * share, settings.max_speed[i].value() * (1 + 1e-9));
+            ASSERT_LE(shape.entry_speed_mm_s * share, settings.max_speed[i].value() * (1 + 1e-9));
+            ASSERT_LE(shape.acceleration_mm_s2 * share, settings.max_acceleration[i].value() * (1 + 1e-9));
         }
         speed = shape.exit_speed_mm_s;
         ns = segment.end.ns;
@@ -50,7 +50,7 @@ void check_corners(const std::vector<Segment>& segments, const motion::MotionSet
             const double before = (a.end_mm[i] - a.start_mm[i]) / a.shape.length_mm;
             const double after = (b.end_mm[i] - b.start_mm[i]) / b.shape.length_mm;
             ASSERT_LE(std::abs(after - before) * b.shape.entry_speed_mm_s,
-                      settings.instantaneous_speed_mm_s[i] * (1 + 1e-6) + 1e-9);
+                      settings.instantaneous_speed[i].value() * (1 + 1e-6) + 1e-9);
         }
     }
 }
@@ -83,11 +83,11 @@ void check_events(const test::Pipeline& pipeline, const MachineConfig& config,
         before_ns = event.time_ns;
         if (event.kind != EventKind::step) continue;
         const std::size_t axis = event.axis;
-        ASSERT_GE(event.time_ns - last_ns[axis], 2'400);
+        ASSERT_GE(event.time_ns - last_ns[axis], 2'000);
         last_ns[axis] = event.time_ns;
         const double steps = follower.axis_mm(axis, event.time_ns) * config.axes[axis].steps_per_mm;
         // Before and after the step the motor is half a step off, to within what a rounded nanosecond or a dropped pair
-        // (2.4 µs at the speed of a corner) makes of it.
+        // (2 µs at the speed of a corner) makes of it.
         ASSERT_NEAR(steps, static_cast<double>(counts[axis]) + 0.5 * event.direction, 0.02)
             << "axis " << axis;
         counts[axis] += event.direction;
@@ -125,9 +125,9 @@ TEST(MotionProperty, all_rules_hold_for_random_moves) {
 TEST(MotionProperty, all_rules_hold_where_reversals_are_violent) {
     MachineConfig config;
     for (AxisConfig& axis : config.axes) {
-        axis.max_acceleration_mm_s2 = 50'000;
-        axis.instantaneous_speed_mm_s = 40;
-        axis.max_speed_mm_s = 200;
+        axis.max_acceleration = 50'000_mm_s2;
+        axis.instantaneous_speed = 40_mm_s;
+        axis.max_speed = 200_mm_s;
     }
     for (std::uint64_t seed = 201; seed <= 220; ++seed) {
         check_seed(seed, 1000, config);

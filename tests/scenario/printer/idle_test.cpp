@@ -156,7 +156,7 @@ TEST(Idle, Loop1Hangs) {
 
 TEST(Idle, APrintIsUseHoweverLong) {
     printer::MachineConfig config;
-    config.idle_timeout_s = 60;
+    config.idle_timeout = Seconds{60};
     PrinterBench bench(config);
     ASSERT_TRUE(bench.begin());
     std::string text(kHotStart);
@@ -170,7 +170,7 @@ TEST(Idle, APrintIsUseHoweverLong) {
 
 TEST(Idle, WaitingForACoolBedIsNoIdleness) {
     printer::MachineConfig config;
-    config.idle_timeout_s = 120;
+    config.idle_timeout = Seconds{120};
     PrinterBench bench(config);
     ASSERT_TRUE(bench.begin());
     bench.job("M190 S80\nM190 R45\nM140 S0\n");
@@ -181,7 +181,7 @@ TEST(Idle, WaitingForACoolBedIsNoIdleness) {
 
 TEST(Idle, ZeroNeverSwitchesOff) {
     printer::MachineConfig config;
-    config.idle_timeout_s = 0;
+    config.idle_timeout = Seconds{0};
     PrinterBench bench(config);
     ASSERT_TRUE(bench.begin());
     bench.job(std::string(kHeatOnly));

@@ -37,8 +37,8 @@ double trapezoid_time_s(double mm) {
 
 TEST(Steps, OneLongMoveIsTheTrapezoidWithinAMicrosecondAtEveryStep) {
     printer::MachineConfig config;
-    config.axes[0].max_speed_mm_s = 200;
-    config.axes[0].max_acceleration_mm_s2 = 3000;
+    config.axes[0].max_speed = 200_mm_s;
+    config.axes[0].max_acceleration = 3000_mm_s2;
     EdgeNotes notes;
     PrinterBench bench(config);
     notes.forward_to(bench.twin());

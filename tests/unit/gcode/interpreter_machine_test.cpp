@@ -31,7 +31,7 @@ TEST(InterpreterMachine, ColdExtrusionIsReportedAndNeverAllowed) {
           "echo line 1: Cold extrudes are disabled (min temp 170C)"}},
     });
     MachineConfig clay;
-    clay.minimum_extrude_celsius = 0;
+    clay.minimum_extrude = 0_celsius;
     EXPECT_EQ(Bench{clay}.run("M302\n"), Log{"echo line 1: Cold extrudes are enabled (min temp 0C)"});
 }
 

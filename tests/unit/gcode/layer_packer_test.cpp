@@ -68,7 +68,7 @@ class Collector : public LayerSink {
 };
 
 std::vector<Unpacked> pack(const std::string& program) {
-    Preflight preflight{Options{}};
+    Preflight preflight{MachineConfig{}};
     Collector collector;
     LayerPacker packer{1.75, collector};
     preflight.add_sink(packer);

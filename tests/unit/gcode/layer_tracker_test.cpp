@@ -23,7 +23,7 @@ class Layers : public MoveSink {
 };
 
 std::vector<Layer> layers_of(const std::string& program) {
-    Preflight preflight{Options{}};
+    Preflight preflight{MachineConfig{}};
     Layers sink;
     preflight.add_sink(sink);
     const std::string text = "G28\nM109 S200\nM83\n" + program;

@@ -7,8 +7,8 @@
 namespace qduino::printer::preflight {
 namespace {
 
-Facts read(const std::string& text, const Options& options = {}, std::size_t chunk = 1 << 16) {
-    Preflight preflight{options};
+Facts read(const std::string& text, const MachineConfig& machine = {}, std::size_t chunk = 1 << 16) {
+    Preflight preflight{machine};
     for (std::size_t at = 0; at < text.size(); at += chunk) {
         preflight.feed(std::span<const char>{text.data() + at, std::min(chunk, text.size() - at)});
     }
@@ -109,15 +109,15 @@ TEST(Preflight, ColdExtrusion) {
 }
 
 TEST(Preflight, StepRate) {
-    Options options;
-    options.step_rate_max_hz = 8000;
+    MachineConfig slow;
+    slow.step_low = 124us;  // with the pulse 125 µs: 8000 steps/s
     // 80 steps/mm: 100 mm/s is 8000 steps/s, 101 is more.
-    EXPECT_TRUE(read(kStart + "G1 X100 F6000\n", options).accepted());
-    const Facts fast = read(kStart + "G1 X100 F6060\n", options);
+    EXPECT_TRUE(read(kStart + "G1 X100 F6000\n", slow).accepted());
+    const Facts fast = read(kStart + "G1 X100 F6060\n", slow);
     EXPECT_NE(first_error(fast).find("X would need 8080 steps/s; this board plays at most 8000"),
               std::string::npos);
     // A limit of the job's own keeps it slow enough; so does the machine's (125 mm/s: 10 000 steps/s).
-    EXPECT_TRUE(read(kStart + "M203 X100\nG1 X100 F60000\n", options).accepted());
+    EXPECT_TRUE(read(kStart + "M203 X100\nG1 X100 F60000\n", slow).accepted());
     EXPECT_DOUBLE_EQ(read(kStart + "G1 X100 F60000\n").step_rate_maximum_hz, 10000);
     // The slowest axis holds the whole move: 0.1 mm of Z at 5 mm/s take 20 ms, 2 mm of X then 100 mm/s.
     EXPECT_NEAR(read(kStart + "G1 X2 Z.1 F60000\n").step_rate_maximum_hz, 10100, 1e-6);
@@ -133,8 +133,8 @@ TEST(Preflight, ADwellLongerThanTheIdleTimeOutIsWarnedOf) {
     EXPECT_EQ(read("G28\nM140 S50\nM0 S900\nG1 X10 F600\n").warnings_count, 1U);
     EXPECT_EQ(read("G28\nM109 S200\nG1 X10 F600\nG4 S600\n").warnings_count, 0U);
     EXPECT_EQ(read("G28\nM109 S200\nM104 S0\nG1 X10 F600\nG4 S900\n").warnings_count, 0U) << "nothing is hot";
-    Options never;
-    never.machine.idle_timeout_s = 0;
+    MachineConfig never;
+    never.idle_timeout = Seconds{0};
     EXPECT_EQ(read("G28\nM109 S200\nG1 X10 F600\nG4 S9000\n", never).warnings_count, 0U);
 }
 
@@ -194,7 +194,7 @@ TEST(Preflight, ABinaryTailIsFound) {
 }
 
 TEST(Preflight, ALineOfTenMegabytes) {
-    Preflight preflight{Options{}};
+    Preflight preflight{MachineConfig{}};
     const std::string start = kStart + "G1 X";
     preflight.feed(std::span<const char>{start.data(), start.size()});
     const std::string chunk(1 << 20, '1');
@@ -227,7 +227,7 @@ TEST(Preflight, SinksSeeTheJobInOrder) {
     };
     Log one;
     Log two;
-    Preflight preflight{Options{}};
+    Preflight preflight{MachineConfig{}};
     preflight.add_sink(one);
     preflight.add_sink(two);
     const std::string job = "G28\nM109 S200\nM204 S500\nG1 X5 F600\nG4 S2\nG1 X6";

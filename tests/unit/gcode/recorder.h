@@ -91,7 +91,7 @@ class Recorder final : public Actions {
     static std::string letters(AxisSet axes) {
         std::string text = " ";
         for (const Axis axis : kAllAxes) {
-            if (axes.contains(axis)) text += kAxisLetter[static_cast<std::size_t>(axis)];
+            if (axes.contains(axis)) text += kAxisLetter[axis];
         }
         return text;
     }

@@ -5,6 +5,8 @@
 namespace qduino::apps {
 namespace {
 
+using printer::Axis;
+
 std::string error_of(std::string_view text) {
     const auto parsed = parse_machine(text, "m.toml");
     return parsed ? "" : std::string(parsed.error().message.view());
@@ -13,7 +15,7 @@ std::string error_of(std::string_view text) {
 TEST(MachineFile, EmptyFileIsTheReferenceMachine) {
     const auto parsed = parse_machine("", "m.toml");
     ASSERT_TRUE(parsed);
-    EXPECT_EQ(parsed->axes[2].steps_per_mm, 2020);
+    EXPECT_EQ(parsed->axes[Axis::z].steps_per_mm, 2020);
     EXPECT_EQ(parsed->name.view(), "Printrbot Simple Metal");
 }
 
@@ -21,9 +23,9 @@ TEST(MachineFile, KeysReplaceValues) {
     const auto parsed = parse_machine(
         "[axes.x]\nmax_speed_mm_s = 200\nmax_acceleration_mm_s2 = 3000\n[bed]\nki = 1\n", "m.toml");
     ASSERT_TRUE(parsed);
-    EXPECT_EQ(parsed->axes[0].max_speed_mm_s, 200);
-    EXPECT_EQ(parsed->axes[0].max_acceleration_mm_s2, 3000);
-    EXPECT_EQ(parsed->axes[1].max_speed_mm_s, 125);
+    EXPECT_EQ(parsed->axes[Axis::x].max_speed, 200_mm_s);
+    EXPECT_EQ(parsed->axes[Axis::x].max_acceleration, 3000_mm_s2);
+    EXPECT_EQ(parsed->axes[Axis::y].max_speed, 125_mm_s);
     EXPECT_EQ(parsed->bed.ki, 1);
 }
 
@@ -41,9 +43,9 @@ TEST(MachineFile, ErrorsNameFileLineAndKey) {
 }
 
 TEST(MachineFile, TheIdleTimeOutIsZeroOrLongEnoughToRead) {
-    EXPECT_EQ(parse_machine("", "m.toml")->idle_timeout_s, 600);
-    EXPECT_EQ(parse_machine("idle_timeout_s = 0\n", "m.toml")->idle_timeout_s, 0);
-    EXPECT_EQ(parse_machine("idle_timeout_s = 1800\n", "m.toml")->idle_timeout_s, 1800);
+    EXPECT_EQ(parse_machine("", "m.toml")->idle_timeout, Seconds{600});
+    EXPECT_EQ(parse_machine("idle_timeout_s = 0\n", "m.toml")->idle_timeout, Seconds{0});
+    EXPECT_EQ(parse_machine("idle_timeout_s = 1800\n", "m.toml")->idle_timeout, Seconds{1800});
     EXPECT_EQ(error_of("idle_timeout_s = 5\n"), "idle_timeout_s: give 0 (never) or at least 30 s");
     EXPECT_EQ(error_of("idle_timeout_s = -1\n"), "m.toml:1: 'idle_timeout_s' is -1, outside 0 to 86400");
     EXPECT_NE(error_of("idle_timeout_s = nan\n"), "");
@@ -52,22 +54,37 @@ TEST(MachineFile, TheIdleTimeOutIsZeroOrLongEnoughToRead) {
 TEST(MachineFile, TheParkPlaceFollowsTheBoundsAndStaysInside) {
     const auto reference = parse_machine("", "m.toml");
     EXPECT_TRUE(reference->park.enabled);
-    EXPECT_EQ(reference->park.x_mm, 0);
-    EXPECT_EQ(reference->park.y_mm, 150);
+    EXPECT_EQ(reference->park.x, 0_mm);
+    EXPECT_EQ(reference->park.y, 150_mm);
     const auto moved = parse_machine("[axes.x]\nminimum_mm = -10\n[axes.y]\nmaximum_mm = 90\n", "m.toml");
     ASSERT_TRUE(moved) << moved.error().message.view();
-    EXPECT_EQ(moved->park.x_mm, -10);
-    EXPECT_EQ(moved->park.y_mm, 90);
+    EXPECT_EQ(moved->park.x, -10_mm);
+    EXPECT_EQ(moved->park.y, 90_mm);
     const auto given = parse_machine(
         "[park]\nenabled = false\nx_mm = 5\nz_hop_mm = 12\nretract_mm = 0\nspeed_mm_s = "
         "40\nretract_speed_mm_s = 9\n",
         "m.toml");
     ASSERT_TRUE(given);
     EXPECT_FALSE(given->park.enabled);
-    EXPECT_EQ(given->park.x_mm, 5);
-    EXPECT_EQ(given->park.z_hop_mm, 12);
+    EXPECT_EQ(given->park.x, 5_mm);
+    EXPECT_EQ(given->park.z_hop, 12_mm);
     EXPECT_EQ(error_of("[park]\nx_mm = 200\n"), "park: x_mm is 200, outside the axis' 0 to 150");
     EXPECT_EQ(error_of("[park]\nretract_mm = 90\n"), "m.toml:2: 'retract_mm' is 90, outside 0 to 20");
+}
+
+TEST(MachineFile, TheLargestTargetsAre15DegreesBelowTheFault) {
+    const auto machine = parse_machine("[bed]\nmaximum_celsius = 100\n", "m.toml");
+    ASSERT_TRUE(machine);
+    EXPECT_EQ(highest_target(machine->hot_end), 260_celsius);
+    EXPECT_EQ(highest_target(machine->bed), 85_celsius);
+}
+
+TEST(MachineFile, TheShortestStepIntervalHoldsPulseLowTimeAndBothSidesOfAChangeOfDirection) {
+    EXPECT_EQ(step_interval(*parse_machine("", "m.toml")), 2us) << "the set-up passes inside the low time";
+    const auto slow_to_turn =
+        parse_machine("step_pulse_s = 2e-6\nstep_low_s = 1e-6\ndirection_setup_s = 5e-6\n", "m.toml");
+    EXPECT_EQ(step_interval(*slow_to_turn), 10us);
+    EXPECT_EQ(step_interval(*parse_machine("step_pulse_s = 3e-6\nstep_low_s = 2.5e-6\n", "m.toml")), 5500ns);
 }
 
 TEST(MachineFile, MissingFileIsNamed) {

@@ -94,11 +94,13 @@ TEST_F(AnalyzerTest, AFolderThatTakesNoLayersIsAnError) {
 
 TEST(CheckLine, RefusesWhatNoStateCouldMakeRight) {
     const printer::MachineConfig machine;
-    for (const char* good :
-         {"M105", "M104 S200", "M109 R180", "M140 S110", "M104", "G1 X9999", "; a comment"}) {
+    for (const char* good : {"M105", "M104 S200", "M109 R180", "M140 S110", "G1 X9999", "G1 X-5",
+                             "; a comment", "M207 S4", "M486 Apart (1)"}) {
         EXPECT_TRUE(check_line(machine, good).ok()) << good;
     }
-    for (const char* bad : {"M104 S999", "M109 R261", "M140 S111", "M190 S-5"}) {
+    EXPECT_TRUE(check_line(machine, "M203 X0.0005").ok()) << "too slow in millimetres, not in inches";
+    EXPECT_EQ(check_line(machine, "M203 X-1").error().code, ErrorCode::out_of_range);
+    for (const char* bad : {"M104 S999", "M109 R261", "M140 S111", "M190 S-5", "M106 S300"}) {
         EXPECT_EQ(check_line(machine, bad).error().code, ErrorCode::out_of_range) << bad;
     }
     EXPECT_FALSE(check_line(machine, "G1 X").ok() && check_line(machine, "G1 X1.2.3").ok());

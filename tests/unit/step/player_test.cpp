@@ -96,7 +96,7 @@ TEST_F(PlayerTest, the_horizon_is_kept_and_nothing_is_lost_at_it) {
 TEST_F(PlayerTest, direction_is_set_before_it_is_needed_and_never_costs_time) {
     for (int i = 0; i < 100; ++i) step(10'000 * i, kX, i / 3 % 2 ? -1 : 1);
     for (int i = 0; i < 100; ++i)
-        step(1'000'000 + 2'400 * i, kX, i % 2 ? -1 : 1);  // as near as reversals may be
+        step(1'000'000 + 2'000 * i, kX, i % 2 ? -1 : 1);  // as near as reversals may be
     play_all();
     EXPECT_EQ(player_->publish().lateness_ns.max(), 0u);
     EXPECT_EQ(pins_.broken_rules(), "");

@@ -47,8 +47,8 @@ double analytic_trapezoid_s(double distance, double length, double speed, double
 // The case of the acceptance list: 100 mm of X at 200 mm/s, 3000 mm/s², 80 steps/mm.
 TEST(Solver, every_step_of_the_100_mm_move_is_where_the_trapezoid_has_it) {
     MachineConfig config;
-    config.axes[0].max_speed_mm_s = 200;
-    config.axes[0].max_acceleration_mm_s2 = 3000;
+    config.axes[0].max_speed = 200_mm_s;
+    config.axes[0].max_acceleration = 3000_mm_s2;
     Pipeline pipeline(config);
     pipeline.append(to(100, 0, 0, 0, 200, 3000));
     pipeline.finish();
@@ -199,7 +199,7 @@ TEST(Solver, a_half_step_touched_and_left_again_makes_no_pair_of_pulses) {
     std::int64_t at = 0;
     for (std::size_t i = 1; i < steps.size(); ++i) {
         at += steps[i].direction;
-        ASSERT_GE(steps[i].time_ns - steps[i - 1].time_ns, 2'400);
+        ASSERT_GE(steps[i].time_ns - steps[i - 1].time_ns, 2'000);
     }
     EXPECT_EQ(at + steps[0].direction, 101);
 }
@@ -214,7 +214,7 @@ TEST(Solver, the_pair_is_delayed_when_the_first_step_was_already_let_go) {
     ASSERT_EQ(steps.size(), 102u);
     EXPECT_EQ(pipeline.solver.pairs_dropped(), 0u);
     EXPECT_EQ(pipeline.solver.steps_delayed(), 1u);
-    EXPECT_EQ(steps[51].time_ns - steps[50].time_ns, 2'400);
+    EXPECT_EQ(steps[51].time_ns - steps[50].time_ns, 2'000);
     EXPECT_EQ(pipeline.solver.counts()[2], 0);
 }
 

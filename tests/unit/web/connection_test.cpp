@@ -250,7 +250,7 @@ TEST_F(ConnectionTest, ABodyThatStopsIsDropped) {
 
 TEST_F(ConnectionTest, WhileAPieceIsWithTheDiskNothingMoreIsRead) {
     std::vector<Task> held;
-    api::Context context{*spool_, {}, "", "{}", "1", {}};
+    api::Context context{*spool_, {}, "{}", "1", {}};
     const auto at_once = [](Task task) { task(); };
     service_ = std::make_unique<Service>(
         ServiceOptions{HostPolicy{{}}, 4}, std::move(context), Authenticator{kKey, {}}, StaticFiles{},

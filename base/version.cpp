@@ -1,0 +1,7 @@
+#include "base/version.h"
+
+namespace qduino {
+
+std::string_view version() { return QDUINO_VERSION; }
+
+}  // namespace qduino
