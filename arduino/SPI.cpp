@@ -1,9 +1,9 @@
 #include "arduino/SPI.h"
 
 #include "arduino/core/diagnostics.h"
-#include "runtime/port.h"
+#include "board/board.h"
 
-namespace port = qduino::port;
+namespace board = qduino::board;
 using qduino::arduino::LockGuard;
 
 SPIClass SPI{0};
@@ -24,13 +24,13 @@ void SPIClass::transfer(void* buffer, std::size_t size) {
     const LockGuard held{lock_};
     auto* bytes = static_cast<std::uint8_t*>(buffer);
     qduino::arduino::succeeded("SPI.transfer", bus_.number,
-                               port::spi_transfer(bus_, settings_, {bytes, size}));
+                               board::current().spi_transfer(bus_, settings_, {bytes, size}));
 }
 
 std::uint8_t SPIClass::transfer(std::uint8_t value) {
     const LockGuard held{lock_};
     std::uint8_t byte_in_place = value;
-    const auto done = port::spi_transfer(bus_, settings_, {&byte_in_place, 1});
+    const auto done = board::current().spi_transfer(bus_, settings_, {&byte_in_place, 1});
     return qduino::arduino::succeeded("SPI.transfer", bus_.number, done) ? byte_in_place : 0xff;
 }
 

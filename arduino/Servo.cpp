@@ -5,9 +5,9 @@
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/numbers.h"
-#include "runtime/port.h"
+#include "board/board.h"
 
-namespace port = qduino::port;
+namespace board = qduino::board;
 
 std::uint8_t Servo::attach(int pin, int minimum_us, int maximum_us) {
     if (pin < 0 || pin >= qduino::board::kPinCount || minimum_us >= maximum_us) {
@@ -17,9 +17,10 @@ std::uint8_t Servo::attach(int pin, int minimum_us, int maximum_us) {
                                "a servo has a pin below 128 and a minimum below its maximum"));
         return INVALID_SERVO;
     }
-    const port::PinId id{static_cast<std::uint16_t>(pin)};
-    if (!qduino::arduino::succeeded("Servo.attach", pin,
-                                    port::pwm_period(id, std::chrono::microseconds{REFRESH_INTERVAL})))
+    const board::PinId id{static_cast<std::uint16_t>(pin)};
+    if (!qduino::arduino::succeeded(
+            "Servo.attach", pin,
+            board::current().pwm_period(id, std::chrono::microseconds{REFRESH_INTERVAL})))
         return INVALID_SERVO;
     pin_ = pin;
     minimum_us_ = minimum_us;
@@ -30,9 +31,10 @@ std::uint8_t Servo::attach(int pin, int minimum_us, int maximum_us) {
 
 void Servo::detach() {
     if (!attached()) return;
-    const port::PinId pin{static_cast<std::uint16_t>(pin_)};
-    qduino::arduino::succeeded("Servo.detach", pin_, port::pwm_write(pin, 0.0));
-    qduino::arduino::succeeded("Servo.detach", pin_, port::pwm_period(pin, qduino::Nanoseconds{0}));
+    const board::PinId pin{static_cast<std::uint16_t>(pin_)};
+    qduino::arduino::succeeded("Servo.detach", pin_, board::current().pwm_write(pin, 0.0));
+    qduino::arduino::succeeded("Servo.detach", pin_,
+                               board::current().pwm_period(pin, qduino::Nanoseconds{0}));
     pin_ = -1;
 }
 
@@ -54,7 +56,7 @@ int Servo::read() const {
 }
 
 void Servo::put_out() {
-    const port::PinId pin{static_cast<std::uint16_t>(pin_)};
+    const board::PinId pin{static_cast<std::uint16_t>(pin_)};
     const double duty = static_cast<double>(width_us_) / REFRESH_INTERVAL;
-    qduino::arduino::succeeded("Servo.write", pin_, port::pwm_write(pin, duty));
+    qduino::arduino::succeeded("Servo.write", pin_, board::current().pwm_write(pin, duty));
 }

@@ -3,9 +3,9 @@
 #include <chrono>
 #include <string_view>
 
-#include "runtime/port.h"
+#include "board/board.h"
 
-namespace port = qduino::port;
+namespace board = qduino::board;
 
 namespace {
 
@@ -15,14 +15,14 @@ constexpr qduino::Nanoseconds kLookStep{100'000};
 /// Looks again until `look` gives a byte or the timeout has passed.
 template <typename Look>
 int await_byte(unsigned long timeout_ms, Look look) {
-    const qduino::Instant start = port::now();
+    const qduino::Instant start = board::current().now();
     const auto timeout = std::chrono::milliseconds{static_cast<std::int64_t>(timeout_ms)};
     while (true) {
         const int value = look();
         if (value >= 0) return value;
-        const qduino::Instant now = port::now();
-        if (now - start >= timeout || port::stop_requested()) return -1;
-        port::sleep_until(now + kLookStep);
+        const qduino::Instant now = board::current().now();
+        if (now - start >= timeout || board::current().stop_requested()) return -1;
+        board::current().sleep_until(now + kLookStep);
     }
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "arduino/core/diagnostics.h"
-#include "runtime/port.h"
+#include "board/board.h"
 
-namespace port = qduino::port;
+namespace board = qduino::board;
 using qduino::ErrorCode;
 using qduino::make_error;
 using qduino::arduino::report_error;
@@ -23,7 +23,7 @@ const qduino::Error kNotASlave =
 }  // namespace
 
 TwoWire::Transaction& TwoWire::mine() {
-    const std::size_t self = port::current_vcpu();
+    const std::size_t self = board::current().current_vcpu();
     return transactions_[self < transactions_.size() ? self : 0];
 }
 
@@ -43,8 +43,8 @@ void TwoWire::clearWireTimeoutFlag() { mine().timed_out = false; }
 std::uint8_t TwoWire::transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size) {
     const qduino::arduino::LockGuard held{lock_};
     const auto done =
-        port::i2c_transfer(bus_, port::I2cAddress{transaction.address}, {transaction.out.data(), out_size},
-                           {transaction.in.data(), in_size});
+        board::current().i2c_transfer(bus_, board::I2cAddress{transaction.address},
+                                      {transaction.out.data(), out_size}, {transaction.in.data(), in_size});
     transaction.in_read = 0;
     transaction.in_size = done.ok() ? in_size : 0;
     if (done.ok()) return kDone;

@@ -3,7 +3,7 @@
 #
 #   include(QduinoSketch)
 #   qduino_sketch(blink ${CMAKE_CURRENT_SOURCE_DIR})
-#   target_link_libraries(some_app PRIVATE sketch_blink)      # an app that names a board with QDUINO_BIND_BOARD
+#   target_link_libraries(some_app PRIVATE sketch_blink)      # an app that makes a board and a Runtime
 #
 # It is an object library because its loops register themselves from static objects, which an archive would leave out.
 

@@ -113,6 +113,28 @@ BANNED = [
      "time is a parameter: only a board hands it out"),
 ]
 
+# What a board without an operating system below it must be able to compile (tests/freestanding does).
+WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/core/", "device/")
+SYSTEM_HEADER = re.compile(r"\s*#\s*include\s*<((?:sys|linux|netinet|arpa)/[\w/.]+|unistd\.h|fcntl\.h|pthread\.h|sched\.h|signal\.h|poll\.h"
+                           r"|errno\.h|time\.h|termios\.h|dirent\.h|dlfcn\.h|semaphore\.h|csignal|cerrno|ctime|thread|mutex"
+                           r"|shared_mutex|condition_variable|future|semaphore|barrier|latch|stop_token|filesystem|iostream|ostream"
+                           r"|istream|fstream|sstream|system_error)>")
+SYSTEM_WORD = re.compile(r"\b(errno|pid_t|std::this_thread|std::thread|std::mutex)\b")
+
+
+def needs_a_system(path):
+    of_the_seam = path.startswith("board/") and path.count("/") == 1
+    return not (of_the_seam or path.startswith(WITHOUT_A_SYSTEM))
+
+
+def system_offences(path, text):
+    if needs_a_system(path):
+        return
+    for number, line in enumerate(strip_code(text).splitlines(), 1):
+        found = SYSTEM_HEADER.match(line) or SYSTEM_WORD.search(line)
+        if found:
+            yield number, f"'{found[1]}' here: this must compile for a board without an operating system"
+
 
 def banned(path, text):
     code = strip_code(text)
@@ -133,6 +155,7 @@ def offences(path, text):
     yield from include_offences(path, text)
     yield from long_functions(text)
     yield from banned(path, text)
+    yield from system_offences(path, text)
     yield from header_offences(path, text)
 
 
@@ -145,11 +168,15 @@ def self_test():
         ("runtime/a.cpp", '#include "board/sim/sim_board.h"\n', "concrete board"),
         ("sched/a.cpp", "auto t = std::chrono::steady_clock::now();\n", "time is a parameter"),
         ("web/a.cpp", "int r = system(name);\n", "no shell"),
+        ("arduino/core/a.cpp", "#include <unistd.h>\n", "without an operating system"),
+        ("board/a.h", "// a\n#pragma once\n#include <mutex>\n", "without an operating system"),
+        ("runtime/a.cpp", "int f() { return errno; }\n", "without an operating system"),
         ("base/a.cpp", long_body, "has 82 lines"),
         ("base/a.h", "int x;\n", "#pragma once"),
     ]
     failed = [c for c in cases if not any(c[2] in what for _, what in offences(c[0], c[1]))]
-    clean = list(offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "base/time.h"\n'))
+    clean = [*offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "base/time.h"\n'),
+             *offences("board/linux/a.cpp", "#include <unistd.h>\n"), *offences("sched/a.cpp", "#include <cstdint>\n")]
     for path, _, expected in failed:
         print(f"self-test: no offence '{expected}' found for {path}")
     if clean:

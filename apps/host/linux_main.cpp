@@ -9,11 +9,12 @@
 #include "apps/board_file/board_file.h"
 #include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
-#include "apps/host/bind_linux.h"
 #include "apps/host/sketch_output.h"
 #include "apps/host/sketch_report.h"
 #include "apps/host/write_report.h"
 #include "apps/terminal/message.h"
+#include "board/linux/linux_board.h"
+#include "runtime/runtime.h"
 
 namespace {
 
@@ -57,8 +58,7 @@ int run(const Options& options, board::linux::LinuxConfig config) {
     auto opened = board::linux::LinuxBoard::open(std::move(config));
     if (!opened) return fail(opened.error().message);
     board::linux::LinuxBoard& board = *opened.value();
-    runtime::Runtime<board::linux::LinuxBoard> runtime(board);
-    port::bind(&runtime);
+    runtime::Runtime runtime(board);
     if (Result<void> begun = runtime.begin(quiet_sketch()); !begun) {
         fail(begun.error().message);
         if (runtime.plan().admitted() && runtime.plan().refused_ios().empty())

@@ -17,18 +17,19 @@
 #include "apps/board_file/board_file.h"
 #include "apps/command_line/command_line.h"
 #include "apps/host/admission_report.h"
-#include "apps/host/bind_sim.h"
 #include "apps/host/chrome_trace.h"
 #include "apps/host/setup_need.h"
 #include "apps/host/sketch_output.h"
 #include "apps/host/sketch_report.h"
 #include "apps/host/write_report.h"
 #include "apps/terminal/message.h"
+#include "board/sim/sim_board.h"
+#include "runtime/runtime.h"
 
 namespace {
 
 using namespace qduino;
-using SimRuntime = runtime::Runtime<board::sim::SimBoard>;
+using runtime::Runtime;
 
 /// setup() has so long during --check: what it waits for does not come.
 constexpr unsigned kSetupSeconds = 10;
@@ -55,7 +56,7 @@ int fail(std::string_view message) {
     return 1;
 }
 
-int refuse(const SimRuntime& runtime, const Options& options, const Error& error) {
+int refuse(const Runtime& runtime, const Options& options, const Error& error) {
     apps::settle_sketch_output();
     apps::say(error.message);
     apps::say(runtime.explanation());
@@ -64,8 +65,7 @@ int refuse(const SimRuntime& runtime, const Options& options, const Error& error
 }
 
 /// In slices of 10 ms, so that Ctrl-C is seen and the pace is kept.
-void run_paced(SimRuntime& runtime, const Options& options) {
-    board::sim::SimBoard& board = runtime.board();
+void run_paced(Runtime& runtime, board::sim::SimBoard& board, const Options& options) {
     const Instant begin = board.now();
     const Instant end = begin + from_seconds(options.length_s);
     const auto wall_begin = std::chrono::steady_clock::now();
@@ -105,8 +105,7 @@ int run(const Options& options) {
     }
     board::NoPeripherals nothing_wired;
     board::sim::SimBoard board(options.machine, nothing_wired, trace.get());
-    SimRuntime runtime(board, {.enforce_admission = options.enforce_admission});
-    port::bind(&runtime);
+    Runtime runtime(board, {.enforce_admission = options.enforce_admission});
     if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
         return refuse(runtime, options, begun.error());
     apps::settle_sketch_output();  // of setup()
@@ -116,8 +115,7 @@ int run(const Options& options) {
             return fail(written.error().message);
     }
 
-    run_paced(runtime, options);
-    port::bind(nullptr);
+    run_paced(runtime, board, options);
     apps::settle_sketch_output();
     return report_end(options, board, apps::loops_of(runtime), trace.get());
 }
@@ -143,8 +141,7 @@ int check(const Options& options) {
     if (!report) return fail("standard output is closed: the table has nowhere to go");
     board::NoPeripherals nothing_wired;
     board::sim::SimBoard board(options.machine, nothing_wired);
-    SimRuntime runtime(board);
-    port::bind(&runtime);
+    Runtime runtime(board);
     runtime::SketchTable table = runtime::sketch_table();
     const bool needed = table.setup && apps::setup_may_declare_vcpus();
     if (!needed) table.setup = nullptr;
@@ -152,7 +149,6 @@ int check(const Options& options) {
     ::alarm(kSetupSeconds);
     const Result<void> begun = runtime.begin(table);
     ::alarm(0);
-    port::bind(nullptr);
     apps::settle_sketch_output();
 
     const runtime::Plan& plan = runtime.plan();

@@ -50,4 +50,13 @@ std::string periods_kept(const std::vector<const runtime::Loop*>& loops) {
     return counted(overruns, "OVERRUN") + " (" + all + ")";
 }
 
+std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime) {
+    std::vector<const runtime::Loop*> loops;
+    for (board::VcpuId id = 1; id <= board::kMaxLoop; ++id) {
+        if (const runtime::Loop* loop = runtime.loop(id); loop && loop->declaration.body)
+            loops.push_back(loop);
+    }
+    return loops;
+}
+
 }  // namespace qduino::apps

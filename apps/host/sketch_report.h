@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/loop.h"
+#include "runtime/runtime.h"
 
 namespace qduino::apps {
 
@@ -16,14 +16,6 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops);
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops);
 
 /// The loops of a runtime, in order of id.
-template <typename Runtime>
-std::vector<const runtime::Loop*> loops_of(const Runtime& runtime) {
-    std::vector<const runtime::Loop*> loops;
-    for (board::VcpuId id = 1; id <= board::kMaxLoop; ++id) {
-        if (const runtime::Loop* loop = runtime.loop(id); loop && loop->declaration.body)
-            loops.push_back(loop);
-    }
-    return loops;
-}
+std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime);
 
 }  // namespace qduino::apps

@@ -6,9 +6,10 @@
 #include "PrinterWiring.h"
 #include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
-#include "apps/host/bind_linux.h"
 #include "apps/link/link_file.h"
 #include "apps/machine_file/machine_file.h"
+#include "board/linux/linux_board.h"
+#include "runtime/runtime.h"
 
 namespace {
 
@@ -39,8 +40,7 @@ int run(Arguments& arguments) {
     if (!link.ok()) return fail(link.error().message);
 
     sketches::printer_wiring() = {*machine, link->get()};
-    runtime::Runtime<board::linux::LinuxBoard> runtime(**board);
-    port::bind(&runtime);
+    runtime::Runtime runtime(**board);
     const Result<void> begun = runtime.begin(runtime::sketch_table());
     if (!begun.ok()) return fail(begun.error().message);
 
@@ -52,7 +52,6 @@ int run(Arguments& arguments) {
     link->get()->guarantee.write(text);
 
     runtime.run(kForever);
-    port::bind(nullptr);
     return 0;
 }
 

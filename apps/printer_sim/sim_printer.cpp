@@ -2,8 +2,9 @@
 
 #include "PrinterWiring.h"
 #include "apps/guarantee/guarantee_report.h"
-#include "apps/host/bind_sim.h"
 #include "apps/machine_file/twin_machine.h"
+#include "board/sim/sim_board.h"
+#include "runtime/runtime.h"
 
 namespace qduino::apps {
 
@@ -15,15 +16,13 @@ SimPrinter::~SimPrinter() {
         board_->request_stop();
         board_->run(now_ + 1s);
     }
-    port::bind(nullptr);
 }
 
 Result<void> SimPrinter::begin(board::Peripherals* front) {
     sketches::printer_wiring() = {config_, &link_};
     board_ = std::make_unique<board::sim::SimBoard>(board::sim::SimConfig{},
                                                     front ? *front : static_cast<board::Peripherals&>(twin_));
-    runtime_ = std::make_unique<runtime::Runtime<board::sim::SimBoard>>(*board_);
-    port::bind(runtime_.get());
+    runtime_ = std::make_unique<runtime::Runtime>(*board_);
     Result<void> begun = runtime_->begin(runtime::sketch_table());
     if (begun.ok()) publish_guarantee();
     return begun;

@@ -42,7 +42,7 @@ class SimPrinter {
     printer::link::LinkLayout& link_;
     twin::Printer twin_;
     std::unique_ptr<board::sim::SimBoard> board_;
-    std::unique_ptr<runtime::Runtime<board::sim::SimBoard>> runtime_;
+    std::unique_ptr<runtime::Runtime> runtime_;
     Instant now_{};
 };
 

@@ -13,9 +13,9 @@
 #include <cstddef>
 
 #include "arduino/core/lock.h"
+#include "board/board.h"
 #include "channel/four_slot.h"
 #include "channel/ring_buffer.h"
-#include "runtime/port.h"
 
 /// At most N items.
 template <typename T, std::size_t N>
@@ -24,7 +24,7 @@ class RingBuffer {
     /// Waits while full. False only when the sketch is being stopped.
     bool write(const T& item) {
         while (!tryWrite(item)) {
-            if (qduino::port::stop_requested()) return false;
+            if (qduino::board::current().stop_requested()) return false;
             wait();
         }
         return true;
@@ -41,7 +41,7 @@ class RingBuffer {
     /// Waits while empty. False, and `item` unchanged, only when the sketch is being stopped.
     bool read(T& item) {
         while (!tryRead(item)) {
-            if (qduino::port::stop_requested()) return false;
+            if (qduino::board::current().stop_requested()) return false;
             wait();
         }
         return true;
@@ -58,7 +58,7 @@ class RingBuffer {
 
   private:
     static constexpr qduino::Nanoseconds kWaitStep{50'000};
-    static void wait() { qduino::port::sleep_until(qduino::port::now() + kWaitStep); }
+    static void wait() { qduino::board::current().sleep_until(qduino::board::current().now() + kWaitStep); }
 
     qduino::channel::RingBuffer<T, std::bit_ceil(N)> ring_;
 };

@@ -6,7 +6,7 @@
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/make_output.h"
-#include "runtime/port.h"
+#include "board/board.h"
 
 using qduino::ErrorCode;
 using qduino::make_error;
@@ -14,7 +14,7 @@ using qduino::Nanoseconds;
 using qduino::arduino::report_error;
 using qduino::arduino::succeeded;
 using qduino::board::kPinCount;
-namespace port = qduino::port;
+namespace board = qduino::board;
 
 namespace {
 
@@ -29,12 +29,12 @@ bool is_pin(const char* call, int pin) {
     return false;
 }
 
-constexpr port::PinId pin_id(int pin) { return port::PinId{static_cast<std::uint16_t>(pin)}; }
+constexpr board::PinId pin_id(int pin) { return board::PinId{static_cast<std::uint16_t>(pin)}; }
 
 /// Not inlined: a write to a pin without PWM is quicker without.
 [[gnu::noinline]] void end_pwm(int pin, int level) {
     pwm_active[static_cast<std::size_t>(pin)].store(false, std::memory_order_relaxed);
-    succeeded("digitalWrite", pin, port::pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
+    succeeded("digitalWrite", pin, board::current().pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
 }
 
 int full_scale(int bits) { return (1 << bits) - 1; }
@@ -49,7 +49,7 @@ bool is_resolution(const char* call, int bits) {
 
 void pinMode(int pin, int mode) {
     if (!is_pin("pinMode", pin)) return;
-    using board_mode = port::PinMode;
+    using board_mode = board::PinMode;
     board_mode wanted = board_mode::input;
     switch (mode) {
         case INPUT:
@@ -72,7 +72,7 @@ void pinMode(int pin, int mode) {
                          make_error(ErrorCode::invalid_argument, "unknown mode; the pin is unchanged"));
             return;
     }
-    if (!succeeded("pinMode", pin, port::pin_mode(pin_id(pin), wanted))) return;
+    if (!succeeded("pinMode", pin, board::current().pin_mode(pin_id(pin), wanted))) return;
     is_output[static_cast<std::size_t>(pin)].store(mode == OUTPUT, std::memory_order_relaxed);
 }
 
@@ -83,12 +83,12 @@ void qduino::arduino::make_output(int pin) {
 void digitalWrite(int pin, int level) {
     if (!is_pin("digitalWrite", pin)) return;
     if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) end_pwm(pin, level);
-    port::pin_write(pin_id(pin), level == LOW ? port::Level::low : port::Level::high);
+    board::current().pin_write(pin_id(pin), level == LOW ? board::Level::low : board::Level::high);
 }
 
 int digitalRead(int pin) {
     if (!is_pin("digitalRead", pin)) return LOW;
-    return port::pin_read(pin_id(pin)) == port::Level::high ? HIGH : LOW;
+    return board::current().pin_read(pin_id(pin)) == board::Level::high ? HIGH : LOW;
 }
 
 int analogRead(int pin) {
@@ -98,7 +98,7 @@ int analogRead(int pin) {
                      make_error(ErrorCode::invalid_argument, "no such input: there are A0 to A15"));
         return 0;
     }
-    const auto fraction = port::analog_read(pin_id(A0 + channel));
+    const auto fraction = board::current().analog_read(pin_id(A0 + channel));
     if (!fraction.ok()) {
         report_error("analogRead", pin, fraction.error());
         return 0;
@@ -114,7 +114,7 @@ void analogWrite(int pin, int value) {
     const int top = full_scale(write_bits.load(std::memory_order_relaxed));
     const double duty = static_cast<double>(std::clamp(value, 0, top)) / top;
     pwm_active[static_cast<std::size_t>(pin)].store(true, std::memory_order_relaxed);
-    succeeded("analogWrite", pin, port::pwm_write(pin_id(pin), duty));
+    succeeded("analogWrite", pin, board::current().pwm_write(pin_id(pin), duty));
 }
 
 void analogWriteFrequency(int pin, double frequency_hz) {
@@ -122,7 +122,7 @@ void analogWriteFrequency(int pin, double frequency_hz) {
     const bool possible = frequency_hz == 0 || (frequency_hz >= 1 && frequency_hz <= 1e6);
     if (!possible) return report_error("analogWriteFrequency", pin, qduino::board::bad_pwm_period());
     const Nanoseconds period = frequency_hz == 0 ? Nanoseconds{0} : qduino::from_seconds(1.0 / frequency_hz);
-    succeeded("analogWriteFrequency", pin, port::pwm_period(pin_id(pin), period));
+    succeeded("analogWriteFrequency", pin, board::current().pwm_period(pin_id(pin), period));
 }
 
 void analogReference(int mode) {
@@ -166,11 +166,11 @@ constexpr Nanoseconds kPulsePollStep{1'000};
 
 /// Polls until the pin is (or is not) at `level`; false at `give_up`. Each look advances time, so that it ends in the
 /// simulator too.
-bool await_level(port::PinId pin, port::Level level, bool wanted, qduino::Instant give_up) {
-    while ((port::pin_read(pin) == level) != wanted) {
-        const qduino::Instant now = port::now();
+bool await_level(board::PinId pin, board::Level level, bool wanted, qduino::Instant give_up) {
+    while ((board::current().pin_read(pin) == level) != wanted) {
+        const qduino::Instant now = board::current().now();
         if (now >= give_up) return false;
-        port::busy_until(now + kPulsePollStep);
+        board::current().busy_until(now + kPulsePollStep);
     }
     return true;
 }
@@ -179,16 +179,16 @@ bool await_level(port::PinId pin, port::Level level, bool wanted, qduino::Instan
 
 unsigned long pulseIn(int pin, int level, unsigned long timeout_us) {
     if (!is_pin("pulseIn", pin)) return 0;
-    const port::Level wanted = level == LOW ? port::Level::low : port::Level::high;
+    const board::Level wanted = level == LOW ? board::Level::low : board::Level::high;
     const auto timeout =
         std::chrono::microseconds{static_cast<std::int64_t>(std::min(timeout_us, 1UL << 40))};
-    const qduino::Instant give_up = port::now() + timeout;
+    const qduino::Instant give_up = board::current().now() + timeout;
     if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;  // a pulse that had begun before
     if (!await_level(pin_id(pin), wanted, true, give_up)) return 0;
-    const qduino::Instant rise = port::now();
+    const qduino::Instant rise = board::current().now();
     if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;
     return static_cast<unsigned long>(
-        std::chrono::duration_cast<std::chrono::microseconds>(port::now() - rise).count());
+        std::chrono::duration_cast<std::chrono::microseconds>(board::current().now() - rise).count());
 }
 
 unsigned long pulseInLong(int pin, int level, unsigned long timeout_us) {

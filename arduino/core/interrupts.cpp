@@ -4,22 +4,40 @@
 
 #include "arduino/core/constants.h"
 #include "arduino/core/diagnostics.h"
-#include "runtime/port.h"
+#include "runtime/runtime.h"
 
 namespace qduino::arduino {
 
 namespace {
 
-std::optional<port::Edge> edge_of(int mode) {
+using runtime::Runtime;
+
+/// What the program's runtime answers, or that there is none yet.
+template <typename Ask>
+Result<void> ask_runtime(Ask ask) {
+    Runtime* const runtime = Runtime::current();
+    return runtime ? ask(*runtime) : board::not_running();
+}
+
+void hold_handlers(bool held) {
+    if (Runtime* const runtime = Runtime::current()) runtime->global_interrupts(!held);
+}
+
+bool set_timer(const char* call, int core, bool enabled) {
+    return succeeded(call, core,
+                     ask_runtime([&](Runtime& runtime) { return runtime.core_timer(core, enabled); }));
+}
+
+std::optional<board::Edge> edge_of(int mode) {
     switch (mode) {
         case RISING:
         case HIGH:
-            return port::Edge::rising;
+            return board::Edge::rising;
         case FALLING:
         case LOW:
-            return port::Edge::falling;
+            return board::Edge::falling;
         case CHANGE:
-            return port::Edge::both;
+            return board::Edge::both;
         default:
             return std::nullopt;
     }
@@ -35,9 +53,10 @@ bool attach(const char* call, int pin, void (*handler)(), int mode, Nanoseconds 
                        "an interrupt needs a pin below 128, a handler, and RISING, FALLING or CHANGE"));
         return false;
     }
-    return succeeded(call, pin,
-                     port::attach_interrupt(port::PinId{static_cast<std::uint16_t>(pin)}, *edge, handler,
-                                            budget, period, core));
+    return succeeded(call, pin, ask_runtime([&](Runtime& runtime) {
+                         return runtime.attach_interrupt(board::PinId{static_cast<std::uint16_t>(pin)}, *edge,
+                                                         handler, budget, period, core);
+                     }));
 }
 
 }  // namespace
@@ -59,13 +78,14 @@ bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period,
                      make_error(ErrorCode::invalid_argument, "0 < budget <= period"));
         return false;
     }
-    return succeeded("interruptsVcpu", subject,
-                     port::interrupts_vcpu(static_cast<std::uint8_t>(device), budget, period, core));
+    return succeeded("interruptsVcpu", subject, ask_runtime([&](Runtime& runtime) {
+                         return runtime.interrupts_vcpu(device, budget, period, core);
+                     }));
 }
 
 }  // namespace qduino::arduino
 
-namespace port = qduino::port;
+namespace board = qduino::board;
 using qduino::Nanoseconds;
 using qduino::arduino::DeviceClass;
 using qduino::arduino::succeeded;
@@ -77,19 +97,17 @@ void attachInterrupt(int interrupt, void (*handler)(), int mode) {
 
 void detachInterrupt(int interrupt) {
     if (interrupt < 0 || interrupt >= qduino::board::kPinCount) return;
-    port::detach_interrupt(port::PinId{static_cast<std::uint16_t>(interrupt)});
+    board::current().detach_edge(board::PinId{static_cast<std::uint16_t>(interrupt)});
 }
 
-void noInterrupts() { port::global_interrupts(false); }
-void interrupts() { port::global_interrupts(true); }
+void noInterrupts() { qduino::arduino::hold_handlers(true); }
+void interrupts() { qduino::arduino::hold_handlers(false); }
 
 bool noInterrupts(DeviceClass device, int core) {
-    return succeeded("noInterrupts", core,
-                     port::route_interrupts(static_cast<std::uint8_t>(device), core, false));
+    return succeeded("noInterrupts", core, board::current().route_interrupts(device, core, false));
 }
 bool interrupts(DeviceClass device, int core) {
-    return succeeded("interrupts", core,
-                     port::route_interrupts(static_cast<std::uint8_t>(device), core, true));
+    return succeeded("interrupts", core, board::current().route_interrupts(device, core, true));
 }
-bool noTimer(int core) { return succeeded("noTimer", core, port::core_timer(core, false)); }
-bool reTimer(int core) { return succeeded("reTimer", core, port::core_timer(core, true)); }
+bool noTimer(int core) { return qduino::arduino::set_timer("noTimer", core, false); }
+bool reTimer(int core) { return qduino::arduino::set_timer("reTimer", core, true); }

@@ -1,18 +1,18 @@
 #include "arduino/core/lock.h"
 
 #include "base/contract.h"
-#include "runtime/port.h"
+#include "board/board.h"
 
 namespace qduino::arduino {
 namespace {
 
-std::uint32_t caller() { return std::uint32_t{port::current_vcpu()} + 1; }
+std::uint32_t caller() { return std::uint32_t{board::current().current_vcpu()} + 1; }
 
 }  // namespace
 
 bool Lock::try_lock() {
     if (owner_.load(std::memory_order_relaxed) != caller()) {
-        if (!port::try_lock(word_)) return false;
+        if (!board::current().try_lock(word_)) return false;
         owner_.store(caller(), std::memory_order_relaxed);
     }
     ++depth_;
@@ -21,7 +21,7 @@ bool Lock::try_lock() {
 
 void Lock::lock() {
     if (owner_.load(std::memory_order_relaxed) != caller()) {
-        port::lock(word_);
+        board::current().lock(word_);
         owner_.store(caller(), std::memory_order_relaxed);
     }
     ++depth_;
@@ -31,7 +31,7 @@ void Lock::unlock() {
     QDUINO_EXPECT(owner_.load(std::memory_order_relaxed) == caller());
     if (--depth_ > 0) return;
     owner_.store(0, std::memory_order_relaxed);
-    port::unlock(word_);
+    board::current().unlock(word_);
 }
 
 }  // namespace qduino::arduino

@@ -10,7 +10,8 @@ bool safeState(int pin, int level) {
                               make_error(ErrorCode::invalid_argument, "no such pin: the board has 0 to 127"));
         return false;
     }
-    const port::PinId id{static_cast<std::uint16_t>(pin)};
-    return arduino::succeeded("safeState", pin,
-                              port::safe_state(id, level == LOW ? port::Level::low : port::Level::high));
+    const board::PinId id{static_cast<std::uint16_t>(pin)};
+    return arduino::succeeded(
+        "safeState", pin,
+        board::current().safe_state(id, level == LOW ? board::Level::low : board::Level::high));
 }

@@ -1,9 +1,10 @@
 #include "arduino/core/timing.h"
 
 #include "arduino/core/setup_work.h"
-#include "runtime/port.h"
+#include "board/board.h"
+#include "runtime/runtime.h"
 
-namespace port = qduino::port;
+namespace board = qduino::board;
 using qduino::instant_from_ns;
 using qduino::Nanoseconds;
 using qduino::to_ns;
@@ -25,22 +26,23 @@ void (*setup_work)(qduino::Instant) = nullptr;
 
 void qduino::arduino::set_setup_work(void (*work)(Instant)) { setup_work = work; }
 
-unsigned long millis() { return static_cast<unsigned long>(to_ns(port::now()) / 1'000'000); }
-unsigned long micros() { return static_cast<unsigned long>(to_ns(port::now()) / 1'000); }
-unsigned long long nanos() { return static_cast<unsigned long long>(to_ns(port::now())); }
+unsigned long millis() { return static_cast<unsigned long>(to_ns(board::current().now()) / 1'000'000); }
+unsigned long micros() { return static_cast<unsigned long>(to_ns(board::current().now()) / 1'000); }
+unsigned long long nanos() { return static_cast<unsigned long long>(to_ns(board::current().now())); }
 
 void delay(unsigned long ms) {
-    const qduino::Instant until = port::now() + duration_of(ms, 1'000'000);
-    if (setup_work && port::current_vcpu() == qduino::board::kNoVcpu) setup_work(until);
-    port::sleep_until(until);
+    const qduino::Instant until = board::current().now() + duration_of(ms, 1'000'000);
+    if (setup_work && board::current().current_vcpu() == qduino::board::kNoVcpu) setup_work(until);
+    board::current().sleep_until(until);
 }
-void delayMicroseconds(unsigned long us) { port::busy_for(duration_of(us, 1'000)); }
+void delayMicroseconds(unsigned long us) { board::current().busy_for(duration_of(us, 1'000)); }
 void delayBusyMicroseconds(unsigned long us) { delayMicroseconds(us); }
-void delayBusyNanoseconds(unsigned long ns) { port::busy_for(duration_of(ns, 1)); }
+void delayBusyNanoseconds(unsigned long ns) { board::current().busy_for(duration_of(ns, 1)); }
 
-qduino::Instant timeNow() { return port::now(); }
-void delayBusyUntil(qduino::Instant t) { port::busy_until(t); }
-void delayBusyUntil(unsigned long long t_ns) { port::busy_until(qduino::kEpoch + duration_of(t_ns, 1)); }
-void delayUntil(qduino::Instant t) { port::sleep_until(t); }
+void delayBusyUntil(unsigned long long t_ns) {
+    board::current().busy_until(qduino::kEpoch + duration_of(t_ns, 1));
+}
 
-void yield() { port::yield(); }
+void yield() {
+    if (auto* runtime = qduino::runtime::Runtime::current()) runtime->yield();
+}

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "base/time.h"
+#include "board/board.h"
 
 unsigned long millis();
 unsigned long micros();
@@ -25,13 +26,13 @@ void delayMicroseconds(unsigned long us);
 void delayBusyMicroseconds(unsigned long us);
 void delayBusyNanoseconds(unsigned long ns);
 /// The instant of now, to add to and to give to delayBusyUntil(): a train of pulses without drift.
-qduino::Instant timeNow();
+inline qduino::Instant timeNow() { return qduino::board::current().now(); }
 /// Spins until `t`; returns at once when it has passed.
-void delayBusyUntil(qduino::Instant t);
+inline void delayBusyUntil(qduino::Instant t) { qduino::board::current().busy_until(t); }
 /// The same in nanos().
 void delayBusyUntil(unsigned long long t_ns);
 /// Sleeps until `t`.
-void delayUntil(qduino::Instant t);
+inline void delayUntil(qduino::Instant t) { qduino::board::current().sleep_until(t); }
 
 /// Lets other loops of the same priority run.
 void yield();

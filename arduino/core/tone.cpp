@@ -17,15 +17,16 @@
 #include "arduino/core/lock.h"
 #include "arduino/core/loops.h"
 #include "arduino/core/make_output.h"
+#include "arduino/core/releases.h"
 #include "arduino/core/setup_work.h"
+#include "board/board.h"
 #include "channel/four_slot.h"
-#include "runtime/port.h"
 
 namespace {
 
 using qduino::Instant;
 using qduino::Nanoseconds;
-namespace port = qduino::port;
+namespace board = qduino::board;
 
 constexpr int kToneLoop = qduino::board::kMaxLoop;
 constexpr Nanoseconds kToneBudget{500'000};
@@ -61,15 +62,15 @@ class Player {
         while (true) {
             const Wish wish = wishes.read();
             if (wish.order != order_) begin(wish);
-            const Instant now = port::now();
-            if (half_period_.count() == 0 || now >= wish.end || port::stop_requested()) break;
+            const Instant now = board::current().now();
+            if (half_period_.count() == 0 || now >= wish.end || board::current().stop_requested()) break;
             if (now >= until) return sounded;  // to be gone on with: the pin stays as it is
             sounded = true;
             if (now >= edge_) {
                 put_out(!high_);
                 edge_ += half_period_ * (1 + (now - edge_) / half_period_);  // what was missed is not made up
             }
-            port::sleep_until(std::min({edge_, wish.end, until}));
+            board::current().sleep_until(std::min({edge_, wish.end, until}));
         }
         begin(Wish{order_});
         return sounded;
@@ -80,17 +81,17 @@ class Player {
     void begin(const Wish& wish) {
         if (high_) put_out(false);
         order_ = wish.order;
-        pin_ = port::PinId{static_cast<std::uint16_t>(wish.pin)};
+        pin_ = board::PinId{static_cast<std::uint16_t>(wish.pin)};
         half_period_ = wish.half_period;
-        edge_ = port::now();
+        edge_ = board::current().now();
     }
     void put_out(bool high) {
         high_ = high;
-        port::pin_write(pin_, high ? port::Level::high : port::Level::low);
+        board::current().pin_write(pin_, high ? board::Level::high : board::Level::low);
     }
 
     std::uint64_t order_ = 0;
-    port::PinId pin_{};
+    board::PinId pin_{};
     Nanoseconds half_period_{};
     Instant edge_{};  // the next one
     bool high_ = false;
@@ -99,7 +100,7 @@ class Player {
 Player player;
 
 void tone_loop() {
-    if (!player.play_until(qduino::kForever)) port::wait_for_next_period();
+    if (!player.play_until(qduino::kForever)) waitForNextPeriod();
 }
 
 /// Before the loops run there is no tone loop: setup() plays while it waits in delay().
@@ -124,7 +125,7 @@ void tone(int pin, unsigned frequency_hz, unsigned long duration_ms) {
         return;
     }
     const qduino::arduino::LockGuard held{asking};
-    const Instant now = port::now();
+    const Instant now = board::current().now();
     if (is_sounding(now) && asked.pin != pin) return;
     qduino::arduino::make_output(pin);
     const Instant end = duration_ms == 0

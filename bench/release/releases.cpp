@@ -7,11 +7,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/host/bind_linux.h"
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
+#include "board/linux/linux_board.h"
 #include "board/linux/real_time_thread.h"
+#include "runtime/runtime.h"
 
 namespace qduino::bench {
 namespace {
@@ -32,7 +33,7 @@ struct Exchange {
     SharedSamples enough{1};     ///< not empty: ours may end
 };
 
-runtime::Runtime<LinuxBoard>* measured = nullptr;
+runtime::Runtime* measured = nullptr;
 Exchange* exchange = nullptr;
 
 /// The body of the loop: writes down how late it is, and waits.
@@ -47,8 +48,7 @@ int play_qduino(Nanoseconds length, const GuaranteeFile& guarantee) {
     auto opened = LinuxBoard::open({});
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
-    runtime::Runtime<LinuxBoard> runtime{board};
-    port::bind(&runtime);
+    runtime::Runtime runtime{board};
     measured = &runtime;
     runtime::SketchTable table;
     table.loops.push_back({.id = kLoop,
@@ -64,7 +64,6 @@ int play_qduino(Nanoseconds length, const GuaranteeFile& guarantee) {
     while (!exchange->enough.full() && board.now() < end) runtime.run(board.now() + 20ms);
     board.request_stop();
     runtime.run(board.now() + 1s);
-    port::bind(nullptr);
     return 0;
 }
 

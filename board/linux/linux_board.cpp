@@ -141,12 +141,13 @@ void LinuxBoard::busy_until(Instant t) {
     if (watched_) promise_until(t);
     VcpuThread* thread = VcpuThread::current();
     if (thread) thread->rest_before_spin(t);
-    if (t - cycle_clock.soon() > kLongSpin) {
+    const Nanoseconds left = t - cycle_clock.soon();
+    if (left > kLongSpin) {
         cycle_clock.keep_fresh();
         spin_until(t - kRehearsal);
         if (thread) virtual_.rehearse_write(current_vcpu());
     }
-    spin_until(t);
+    if (left > Nanoseconds{0}) spin_until(t);
 }
 
 // The caller measures from its own reading of the clock before the call to the one after it:

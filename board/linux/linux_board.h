@@ -42,7 +42,7 @@
 
 namespace qduino::board::linux {
 
-class LinuxBoard {
+class LinuxBoard final : public Board {
   public:
     /// Opens every device that `config` names. Error: the first that cannot be had, by name.
     static Result<std::unique_ptr<LinuxBoard>> open(LinuxConfig config);
@@ -52,66 +52,66 @@ class LinuxBoard {
     LinuxBoard& operator=(const LinuxBoard&) = delete;
 
     // ---- time -------------------------------------------------------------------------------------------
-    [[nodiscard]] int core_count() const { return core_count_; }
-    [[nodiscard]] Instant now() { return cycle_clock.now(); }
+    [[nodiscard]] int core_count() const override { return core_count_; }
+    [[nodiscard]] Instant now() override { return cycle_clock.now(); }
     /// Spins. Late by one reading of the clock (10 to 25 ns) when nothing takes the core away.
-    void busy_until(Instant t);
+    void busy_until(Instant t) override;
     /// The same for a length, from the call to the return: what the call itself takes is part of it.
-    void busy_for(Nanoseconds length);
-    void sleep_until(Instant t);
-    [[nodiscard]] VcpuId current_vcpu() const { return VcpuThread::current_id(); }
+    void busy_for(Nanoseconds length) override;
+    void sleep_until(Instant t) override;
+    [[nodiscard]] VcpuId current_vcpu() const override { return VcpuThread::current_id(); }
 
     // ---- pins and buses ---------------------------------------------------------------------------------
-    Result<void> pin_mode(PinId pin, PinMode mode);
-    void pin_write(PinId pin, Level level);
-    [[nodiscard]] Level pin_read(PinId pin);
-    Result<void> pwm_write(PinId pin, double duty);
-    Result<void> pwm_period(PinId pin, Nanoseconds period);
-    [[nodiscard]] Result<double> analog_read(PinId pin);
+    Result<void> pin_mode(PinId pin, PinMode mode) override;
+    void pin_write(PinId pin, Level level) override;
+    [[nodiscard]] Level pin_read(PinId pin) override;
+    Result<void> pwm_write(PinId pin, double duty) override;
+    Result<void> pwm_period(PinId pin, Nanoseconds period) override;
+    [[nodiscard]] Result<double> analog_read(PinId pin) override;
     Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                              std::span<std::uint8_t> in);
-    Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
-    Result<void> safe_state(PinId pin, Level level);
+                              std::span<std::uint8_t> in) override;
+    Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) override;
+    Result<void> safe_state(PinId pin, Level level) override;
 
     // ---- locks: linux_board_locks.cpp -------------------------------------------------------------------
-    void lock(LockWord& word);
-    [[nodiscard]] bool try_lock(LockWord& word);
-    void unlock(LockWord& word);
+    void lock(LockWord& word) override;
+    [[nodiscard]] bool try_lock(LockWord& word) override;
+    void unlock(LockWord& word) override;
 
     // ---- interrupts -------------------------------------------------------------------------------------
-    Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
-    void detach_edge(PinId pin);
+    Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) override;
+    void detach_edge(PinId pin) override;
     /// The kernel threads that do the bottom halves of `device` (threaded interrupts, threaded NAPI) get the
     /// priority and core of I/O VCPU `io` when the board starts. Where the kernel has none, and that their
     /// budget is not enforced, is said in the guarantee. Setup-time.
-    Result<void> serve_interrupts(DeviceClass device, VcpuId io);
+    Result<void> serve_interrupts(DeviceClass device, VcpuId io) override;
     /// Routes the interrupts of a device class away from `core`, or lets them come there as well. Undone at
     /// the end. Setup-time. Errors: not_permitted (needs root), not_found (the class has no interrupts here),
     /// unavailable.
-    Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
+    Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override;
     /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted so. Error:
     /// unsupported (not booted with nohz_full for this core); for `enabled` on such a core as well.
-    Result<void> core_timer(int core, bool enabled);
+    Result<void> core_timer(int core, bool enabled) override;
     /// What wake-up and enforcement cost here: measured once, at the first call (some 10 ms). Setup-time.
-    [[nodiscard]] sched::PlatformOverheads platform_overheads(int core);
+    [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
 
     // ---- running ----------------------------------------------------------------------------------------
     /// Makes the threads and lets them go all at once. An I/O VCPU without an entry runs the handlers
     /// attached to it. Errors: invalid_argument (a spec is malformed), out_of_range (a budget below
     /// kShortestSharedBudget on a core that others use: give the loop a core of its own), unavailable (no
     /// thread to be had; a core to be owned is another sketch's: who that is). Nothing runs after an error.
-    Result<void> start(std::span<const VcpuSpec> specs);
+    Result<void> start(std::span<const VcpuSpec> specs) override;
     /// Returns when a stop was requested and all loops have returned (then the safe states have been forced),
     /// or at `until`.
-    void run(Instant until);
+    void run(Instant until) override;
     /// Async-signal-safe.
-    void request_stop();
-    [[nodiscard]] bool stop_requested() { return stop_.load(std::memory_order_acquire); }
-    [[nodiscard]] GuaranteeReport guarantee();
+    void request_stop() override;
+    [[nodiscard]] bool stop_requested() override { return stop_.load(std::memory_order_acquire); }
+    [[nodiscard]] GuaranteeReport guarantee() const override;
 
     // ---- what this board has besides --------------------------------------------------------------------
     /// The calling loop begins a release: what the supervisor takes for a sign of life.
-    void note_release();
+    void note_release() override;
     /// Forces all safe states now. Async-signal-safe, once per board.
     void force_safe_states();
     /// Edges lost on the way to a virtual machine.
@@ -197,7 +197,5 @@ class LinuxBoard {
     Nanoseconds heartbeat_bound_{};
     bool memory_locked_ = false;
 };
-
-static_assert(Board<LinuxBoard>);
 
 }  // namespace qduino::board::linux

@@ -223,7 +223,7 @@ CoreGuarantee LinuxBoard::guarantee_of_core(int core) const {
     return report;
 }
 
-GuaranteeReport LinuxBoard::guarantee() {
+GuaranteeReport LinuxBoard::guarantee() const {
     GuaranteeReport report;
     const bool real_time =
         std::all_of(threads_.begin(), threads_.end(), [](const auto& t) { return t->real_time(); });

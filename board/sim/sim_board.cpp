@@ -487,7 +487,7 @@ GuaranteeReport SimBoard::guarantee() const {
     return report;
 }
 
-sched::PlatformOverheads SimBoard::platform_overheads(int core) const {
+sched::PlatformOverheads SimBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
     overheads.release_cost = 2 * config_.costs.context_switch;  // to it, and back to what it preempted
     for (const InterruptSource& source : interrupts_.on_core(core)) {

@@ -44,7 +44,7 @@
 
 namespace qduino::board::sim {
 
-class SimBoard final : private PinEdgeSink {
+class SimBoard final : public Board, private PinEdgeSink {
   public:
     /// `peripherals` and `trace` (may be null) outlive the board.
     SimBoard(SimConfig config, Peripherals& peripherals, TraceSink* trace = nullptr);
@@ -53,26 +53,26 @@ class SimBoard final : private PinEdgeSink {
     SimBoard& operator=(const SimBoard&) = delete;
 
     // ---- time ------------------------------------------------------------------------------------------------
-    [[nodiscard]] int core_count() const { return static_cast<int>(cores_.size()); }
-    [[nodiscard]] Instant now() {
+    [[nodiscard]] int core_count() const override { return static_cast<int>(cores_.size()); }
+    [[nodiscard]] Instant now() override {
         before_poll(ApiCall::now);
         return now_;
     }
-    void busy_until(Instant t) {
+    void busy_until(Instant t) override {
         if (t < horizon_) [[likely]] {
             pass_time_to(t);
         } else {
             busy_through_events(t);
         }
     }
-    void busy_for(Nanoseconds length) { busy_until(now_ + length); }
+    void busy_for(Nanoseconds length) override { busy_until(now_ + length); }
     /// Consumes `amount` of the calling VCPU's CPU time: unlike busy_until, not until an instant, so that time taken by others
     /// does not count. For tests and models of load.
     void compute(Nanoseconds amount) {
         polls_ = 0;
         consume(amount);
     }
-    void sleep_until(Instant t) {
+    void sleep_until(Instant t) override {
         if (wake_latency_ > Nanoseconds{0} && t > now_ && t < kForever - wake_latency_) [[unlikely]]
             t += wake_latency_;
         if (t < horizon_ && sleep_is_local_) {
@@ -81,11 +81,11 @@ class SimBoard final : private PinEdgeSink {
             sleep_through_events(t);
         }
     }
-    [[nodiscard]] VcpuId current_vcpu() const { return current_ ? current_->spec.id : kNoVcpu; }
+    [[nodiscard]] VcpuId current_vcpu() const override { return current_ ? current_->spec.id : kNoVcpu; }
 
     // ---- pins and buses --------------------------------------------------------------------------------------
-    [[nodiscard]] Result<void> pin_mode(PinId pin, PinMode mode);
-    void pin_write(PinId pin, Level level) {
+    [[nodiscard]] Result<void> pin_mode(PinId pin, PinMode mode) override;
+    void pin_write(PinId pin, Level level) override {
         charge(ApiCall::pin_write);
         if (pin.number >= kPinCount) return;
         PinState& state = pins_[pin.number];
@@ -97,40 +97,41 @@ class SimBoard final : private PinEdgeSink {
             look_at(pin, level);
     }
     /// An output reads back what was written; an input what the outside drives.
-    [[nodiscard]] Level pin_read(PinId pin);
-    [[nodiscard]] Result<void> pwm_write(PinId pin, double duty);
-    [[nodiscard]] Result<void> pwm_period(PinId pin, Nanoseconds period);
-    [[nodiscard]] Result<double> analog_read(PinId pin);
+    [[nodiscard]] Level pin_read(PinId pin) override;
+    [[nodiscard]] Result<void> pwm_write(PinId pin, double duty) override;
+    [[nodiscard]] Result<void> pwm_period(PinId pin, Nanoseconds period) override;
+    [[nodiscard]] Result<double> analog_read(PinId pin) override;
     [[nodiscard]] Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                                            std::span<std::uint8_t> in);
-    [[nodiscard]] Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
-    [[nodiscard]] Result<void> safe_state(PinId pin, Level level);
+                                            std::span<std::uint8_t> in) override;
+    [[nodiscard]] Result<void> spi_transfer(SpiBus bus, SpiSettings settings,
+                                            std::span<std::uint8_t> data) override;
+    [[nodiscard]] Result<void> safe_state(PinId pin, Level level) override;
 
     // ---- locks: sim_board_locks.cpp ---------------------------------------------------------------------------
-    void lock(LockWord& word);
-    [[nodiscard]] bool try_lock(LockWord& word);
-    void unlock(LockWord& word);
+    void lock(LockWord& word) override;
+    [[nodiscard]] bool try_lock(LockWord& word) override;
+    void unlock(LockWord& word) override;
 
     // ---- interrupts ------------------------------------------------------------------------------------------
     [[nodiscard]] Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context,
-                                           VcpuId io);
-    void detach_edge(PinId pin);
+                                           VcpuId io) override;
+    void detach_edge(PinId pin) override;
     /// Bottom halves of `device` become the work of I/O VCPU `io`; kNoVcpu: they run at once, above every loop.
-    Result<void> serve_interrupts(DeviceClass device, VcpuId io);
+    Result<void> serve_interrupts(DeviceClass device, VcpuId io) override;
     /// Routes a device class's interrupts away from `core`, to the lowest core that still takes them, and back.
     /// Error: unavailable when no core would take them.
-    Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
+    Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override;
     /// Stops and starts the scheduling tick of `core`. Error: not_permitted when the board runs and no loop owns the core.
-    Result<void> core_timer(int core, bool enabled);
+    Result<void> core_timer(int core, bool enabled) override;
 
     // ---- running ---------------------------------------------------------------------------------------------
     /// Gives the board its VCPUs, once. An I/O VCPU without entry runs the handlers and bottom halves given to it.
-    [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs);
+    [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs) override;
     /// Everything before `until` happens; then now() == until, unless the board stopped earlier. May be called again
     /// to go on. run(kForever) returns when all entries have, or when nothing can happen any more.
-    void run(Instant until);
-    void request_stop();
-    [[nodiscard]] bool stop_requested() {
+    void run(Instant until) override;
+    void request_stop() override;
+    [[nodiscard]] bool stop_requested() override {
         before_poll(ApiCall::now);
         return stop_requested_;
     }
@@ -138,15 +139,15 @@ class SimBoard final : private PinEdgeSink {
     [[nodiscard]] bool stopped() const { return stopped_; }
     /// Forces every pin that has a safe state to it, as the supervisor of a real machine would.
     void force_safe_states();
-    [[nodiscard]] GuaranteeReport guarantee() const;
+    [[nodiscard]] GuaranteeReport guarantee() const override;
     /// What SimConfig takes of `core`, for admission: context switches, interrupts at their mean rate, the tick.
-    [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) const;
+    [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
 
     // ---- told by the runtime, which knows of releases --------------------------------------------------------
-    void note_release() { note(TraceKind::release); }
-    void note_overrun() { note(TraceKind::overrun); }
+    void note_release() override { note(TraceKind::release); }
+    void note_overrun() override { note(TraceKind::overrun); }
     /// The calling loop's body returned. One that let no time pass since it last did is charged SimConfig::body_cost.
-    void note_body_end();
+    void note_body_end() override;
 
     // ---- looking at a run ------------------------------------------------------------------------------------
     /// The core that the calling VCPU runs on; -1 outside of VCPUs.
@@ -258,7 +259,5 @@ class SimBoard final : private PinEdgeSink {
     std::uint64_t lost_edges_ = 0;
     std::uint64_t resumes_ = 0;
 };
-
-static_assert(Board<SimBoard>);
 
 }  // namespace qduino::board::sim

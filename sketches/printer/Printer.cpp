@@ -4,8 +4,8 @@
 #include <Wire.h>
 
 #include "PrinterWiring.h"
+#include "board/board.h"
 #include "device/ads7828.h"
-#include "runtime/port.h"
 
 namespace qduino::sketches {
 
@@ -14,26 +14,28 @@ using board::PinId;
 
 // ---- pins ----------------------------------------------------------------------------------------------------
 
-Instant StepperPins::now() { return port::now(); }
-void StepperPins::busy_until(Instant t) { port::busy_until(t); }
+Instant StepperPins::now() { return board::current().now(); }
+void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
 
 void StepperPins::set_step(int axis, bool high) {
-    port::pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].step_pin},
-                    high ? Level::high : Level::low);
+    board::current().pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].step_pin},
+                               high ? Level::high : Level::low);
 }
 
 void StepperPins::set_direction(int axis, bool positive) {
     const printer::AxisConfig& a = config_.axes[static_cast<std::size_t>(axis)];
-    port::pin_write(PinId{a.direction_pin}, positive != a.direction_inverted ? Level::high : Level::low);
+    board::current().pin_write(PinId{a.direction_pin},
+                               positive != a.direction_inverted ? Level::high : Level::low);
 }
 
 bool StepperPins::endstop_pressed(int axis) {
-    return port::pin_read(PinId{config_.axes[static_cast<std::size_t>(axis)].endstop_pin}) == Level::high;
+    return board::current().pin_read(PinId{config_.axes[static_cast<std::size_t>(axis)].endstop_pin}) ==
+           Level::high;
 }
 
 void EnablePins::switch_motor(printer::Axis axis, bool on) {
-    port::pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].enable_pin},
-                    on ? Level::low : Level::high);
+    board::current().pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].enable_pin},
+                               on ? Level::low : Level::high);
 }
 
 // ---- start ---------------------------------------------------------------------------------------------------
@@ -91,7 +93,7 @@ void Printer::begin() {
 // ---- loop 1 --------------------------------------------------------------------------------------------------
 
 void Printer::plan() {
-    parts_->machine.plan(port::now());
+    parts_->machine.plan(board::current().now());
     if (parts_->machine.heat_silent()) drive_heaters(0, 0, 0);  // loop 3 cannot: it has fallen silent
 }
 
@@ -128,15 +130,15 @@ void Printer::publish_motion(Instant now) {
 
 void Printer::step() {
     serve_stops();
-    const Instant start = port::now();
+    const Instant start = board::current().now();
     if (start >= publish_due_) publish_motion(start);
     parts_->player.play_until(start + kSlice);
     const Instant due = parts_->player.next_due();
     const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
     if (nap_end > start + kSlice) {
-        port::sleep_until(nap_end);
+        board::current().sleep_until(nap_end);
     } else {
-        port::busy_until(std::min(due, start + kSlice));
+        board::current().busy_until(std::min(due, start + kSlice));
     }
 }
 
@@ -165,7 +167,7 @@ void Printer::heat() {
     printer::heat::HeatReadings readings;
     readings.hot_end = read_thermistor(parts_->config.hot_end.adc_channel);
     if (parts_->config.has_bed) readings.bed = read_thermistor(parts_->config.bed.adc_channel);
-    const printer::heat::HeatDuties duties = parts_->machine.heat_sample(port::now(), readings);
+    const printer::heat::HeatDuties duties = parts_->machine.heat_sample(board::current().now(), readings);
     drive_heaters(duties.hot_end, duties.bed, duties.fan);
 }
 

@@ -4,7 +4,8 @@
 #include <string>
 
 #include "apps/guarantee/guarantee_report.h"
-#include "apps/host/bind_linux.h"
+#include "board/linux/linux_board.h"
+#include "runtime/runtime.h"
 
 namespace qduino::emulated {
 namespace {
@@ -20,8 +21,7 @@ int run_sketch(board::linux::LinuxConfig config, Nanoseconds longest) {
     auto opened = board::linux::LinuxBoard::open(std::move(config));
     if (!opened) return fail(opened.error().message);
     board::linux::LinuxBoard& board = **opened;
-    runtime::Runtime<board::linux::LinuxBoard> runtime(board);
-    port::bind(&runtime);
+    runtime::Runtime runtime(board);
     if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun) {
         fail(runtime.explanation());
         return fail(begun.error().message);

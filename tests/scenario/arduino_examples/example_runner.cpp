@@ -1,4 +1,4 @@
-// Runs one sketch, a shared object made of its .ino, on the fake board of tests/unit/arduino for ten seconds of virtual time.
+// Runs one sketch, a shared object made of its .ino, on the fake board of tests/fake for ten seconds of virtual time.
 //
 //   example_runner SKETCH.so        Serial is standard input and output; what the pins saw is summed up on stderr
 //
@@ -13,7 +13,8 @@
 #include <cstdlib>
 
 #include "arduino/HardwareSerial.h"
-#include "tests/unit/arduino/fake_port.h"
+#include "runtime/runtime.h"
+#include "tests/fake/fake_board.h"
 
 namespace {
 
@@ -64,6 +65,7 @@ void report() {
 }
 
 void run_sketch() {
+    const qduino::runtime::Runtime runtime{qduino::fake::board()};
     auto& table = qduino::runtime::sketch_table();
     if (table.setup) table.setup();
     while (true) {

@@ -15,8 +15,9 @@
 #include <cstdio>
 
 #include "arduino/core/digital_io.h"
+#include "arduino/core/releases.h"
 #include "arduino/core/timing.h"
-#include "runtime/port.h"
+#include "board/board.h"
 #include "tests/scenario/guarantee/sketch_bench.h"
 
 namespace qduino::guarantee {
@@ -115,7 +116,7 @@ void listing_1() {
 /// Another thread of the program, of the length and share of the paper's other loops.
 void other_work(SketchBench& sketch) {
     sketch.board().compute(10ms);
-    port::wait_for_next_period();
+    waitForNextPeriod();
 }
 
 Result<void> begin(SketchBench& sketch, Way way, bool load, bool enforce_admission) {
@@ -124,8 +125,9 @@ Result<void> begin(SketchBench& sketch, Way way, bool load, bool enforce_admissi
     if (way == Way::qduino) {
         sketch.set_setup([] {
             pinMode(kPulsePin.number, OUTPUT);
-            const auto all = static_cast<std::uint8_t>(board::DeviceClass::all);
-            EXPECT_TRUE(port::interrupts_vcpu(all, kBottomBudget, kBottomPeriod, 0).ok());
+            auto& runtime = *runtime::Runtime::current();
+            EXPECT_TRUE(
+                runtime.interrupts_vcpu(board::DeviceClass::all, kBottomBudget, kBottomPeriod, 0).ok());
         });
         sketch.add_loop(1, kSharedBudget, kSharedPeriod, 0, pulse_train.loops[0].body);
     } else {

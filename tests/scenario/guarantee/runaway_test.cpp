@@ -101,13 +101,15 @@ TEST(ARunawayHandler, IsKeptToTheBudgetOfItsIoVcpu) {
     // An output that is watched: the first edge begins a handler that never ends.
     SketchBench sketch;
     sketch.set_setup([] {
-        ASSERT_TRUE(port::pin_mode(port::PinId{1}, port::PinMode::output).ok());
-        ASSERT_TRUE(port::attach_interrupt(
-                        port::PinId{1}, port::Edge::rising, [] { delayBusyUntil(kForever); }, 1ms, 10ms, 0)
-                        .ok());
+        ASSERT_TRUE(board::current().pin_mode(board::PinId{1}, board::PinMode::output).ok());
+        ASSERT_TRUE(
+            runtime::Runtime::current()
+                ->attach_interrupt(
+                    board::PinId{1}, board::Edge::rising, [] { delayBusyUntil(kForever); }, 1ms, 10ms, 0)
+                .ok());
     });
     sketch.add_loop(1, 2ms, kVictimPeriod, 0, [&sketch] {
-        port::pin_write(port::PinId{1}, port::Level::high);
+        board::current().pin_write(board::PinId{1}, board::Level::high);
         sketch.board().compute(2ms);
         waitForNextPeriod();
     });

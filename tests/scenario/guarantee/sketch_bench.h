@@ -8,8 +8,9 @@
 #include <memory>
 #include <vector>
 
-#include "apps/host/bind_sim.h"
 #include "board/peripherals.h"
+#include "board/sim/sim_board.h"
+#include "runtime/runtime.h"
 #include "tests/unit/sim/sim_fixture.h"
 
 namespace qduino::guarantee {
@@ -29,7 +30,6 @@ class SketchBench {
     explicit SketchBench(board::Peripherals& wires) : wires_(wires) { running = this; }
     SketchBench() : SketchBench(nothing_) {}
     ~SketchBench() {
-        port::bind(nullptr);
         runtime_.reset();
         running = nullptr;
     }
@@ -55,14 +55,13 @@ class SketchBench {
     Result<void> begin(const runtime::SketchTable& table, SimConfig config,
                        runtime::RuntimeOptions options = {}) {
         board_ = std::make_unique<SimBoard>(std::move(config), wires_, &trace_);
-        runtime_ = std::make_unique<runtime::Runtime<SimBoard>>(*board_, options);
-        port::bind(runtime_.get());
+        runtime_ = std::make_unique<runtime::Runtime>(*board_, options);
         return runtime_->begin(table);
     }
     void run(Nanoseconds until) { runtime_->run(at(until)); }
 
     SimBoard& board() { return *board_; }
-    const runtime::Runtime<SimBoard>& runtime() { return *runtime_; }
+    const runtime::Runtime& runtime() { return *runtime_; }
     const runtime::LoopStatistics& statistics(VcpuId id) { return runtime_->loop(id)->statistics; }
     const KeptTrace& trace() { return trace_; }
 
@@ -92,7 +91,7 @@ class SketchBench {
     runtime::SketchTable table_;
     std::array<Body, 5> bodies_;
     std::unique_ptr<SimBoard> board_;
-    std::unique_ptr<runtime::Runtime<SimBoard>> runtime_;
+    std::unique_ptr<runtime::Runtime> runtime_;
 };
 
 /// The most time that `bursts` (in order, apart from each other) take of any window of this length. It is enough to look at the

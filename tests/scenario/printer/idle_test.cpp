@@ -1,7 +1,7 @@
 // Nothing is left hot: every way in which heaters may be on with nobody there to use them. The twin judges, from the pins.
 #include <gtest/gtest.h>
 
-#include "runtime/port.h"
+#include "board/board.h"
 #include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
@@ -132,7 +132,7 @@ class HangingPins final : public ForwardingPins {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         next_->pin_written(now, pin, level);
-        if (armed && pin.number == 4) port::sleep_until(now + std::chrono::hours{1000});
+        if (armed && pin.number == 4) board::current().sleep_until(now + std::chrono::hours{1000});
     }
     bool armed = false;
 };

@@ -1,4 +1,4 @@
-// What the tests of the Arduino face share: a fresh fake board, and the errors that were reported.
+// What the tests of the Arduino face share: a fresh fake board with a runtime on it, and the errors that were reported.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "arduino/core/diagnostics.h"
-#include "tests/unit/arduino/fake_port.h"
+#include "runtime/runtime.h"
+#include "tests/fake/fake_board.h"
 
 class ArduinoTest : public testing::Test {
   protected:
@@ -21,10 +22,17 @@ class ArduinoTest : public testing::Test {
     void TearDown() override { qduino::arduino::set_error_handler(before_); }
 
     static qduino::fake::State& board() { return qduino::fake::state(); }
+    /// As if loop `id` were declared, and the test its body from now on.
+    void play_loop(qduino::board::VcpuId id) {
+        runtime_.set_overrun_policy(id, qduino::runtime::OverrunPolicy::skip, nullptr);
+        board().vcpu = id;
+    }
     static std::vector<std::string>& errors() {
         static std::vector<std::string> reported;
         return reported;
     }
+
+    qduino::runtime::Runtime runtime_{qduino::fake::board()};
 
   private:
     qduino::arduino::ErrorHandler before_ = nullptr;

@@ -25,7 +25,21 @@ const LoopDeclaration* declared(int id) {
     return found == loops.end() ? nullptr : found;
 }
 
-class ArduinoLoops : public ArduinoTest {};
+class ArduinoLoops : public ArduinoTest {
+  protected:
+    /// The I/O VCPUs that were asked for: "number: budget/period core N".
+    std::vector<std::string> io_vcpus() {
+        std::vector<std::string> asked;
+        for (const auto& placed : runtime_.plan().admission().placed) {
+            const auto& request = placed.request;
+            asked.push_back(std::to_string(request.id) + ": " +
+                            std::to_string(qduino::to_ns(request.parameters.budget)) + "/" +
+                            std::to_string(qduino::to_ns(request.parameters.period)) + " core " +
+                            std::to_string(request.core));
+        }
+        return asked;
+    }
+};
 
 }  // namespace
 
@@ -78,27 +92,42 @@ TEST_F(ArduinoLoops, TimeUnitHoldsInItsOwnFile) {
     EXPECT_EQ(declared(12)->period, 8ms) << "a chrono literal says its unit itself";
     EXPECT_EQ(declared(13)->budget, 250us);
     EXPECT_EQ(declared(13)->period, 1ms);
+    play_loop(11);
     declared(11)->body();
-    EXPECT_EQ(board().waited_periods, 1);
+    EXPECT_TRUE(runtime_.loop(11)->waited);
 }
 
 TEST_F(ArduinoLoops, IoVcpusTakeTheUnitToo) {
     routed_in_microseconds();
-    ASSERT_EQ(board().calls.size(), 3U);
-    EXPECT_EQ(board().calls[0], "io 1 200000/1000000 core -1");
-    EXPECT_EQ(board().calls[1], "io 2 1000000/100000000 core 0");
+    EXPECT_EQ(board().calls, (std::vector<std::string>{"device 1 io 33", "device 2 io 34", "attach"}));
+    EXPECT_EQ(io_vcpus(),
+              (std::vector<std::string>{"33: 200000/1000000 core -1", "34: 1000000/100000000 core 0",
+                                        "35: 50000/500000 core 1"}));
     ASSERT_EQ(board().attached.size(), 1U);
-    EXPECT_EQ(board().attached[0].budget_ns, 50'000);
-    EXPECT_EQ(board().attached[0].period_ns, 500'000);
-    EXPECT_EQ(board().attached[0].core, 1);
+    EXPECT_EQ(board().attached[0].io, 35);
     EXPECT_EQ(board().attached[0].edge, qduino::board::Edge::rising);
 }
 
 TEST_F(ArduinoLoops, DevicesAreWordsAndDoNotCollide) {
     routed_with_an_spi_object();
-    EXPECT_EQ(board().calls, (std::vector<std::string>{"io 2 1000/2000 core -1", "route 6 core 1 off",
-                                                       "route 4 core 1 on", "timer core 1 off",
-                                                       "timer core 1 on", "handlers off", "handlers on"}));
+    EXPECT_EQ(io_vcpus(), std::vector<std::string>{"33: 1000/2000 core -1"});
+    EXPECT_EQ(board().calls, (std::vector<std::string>{"device 2 io 33", "route 6 core 1 off",
+                                                       "route 4 core 1 on", "timer core 1 on"}));
+    EXPECT_EQ(errors(), std::vector<std::string>{"noTimer(1)"}) << "no loop owns core 1";
+}
+
+TEST_F(ArduinoLoops, HandlersAreHeldBackUntilTheyMayRunAgain) {
+    static int handled = 0;
+    attachInterrupt(
+        2, [] { ++handled; }, RISING);
+    noInterrupts();
+    board().while_sleeping = [] {
+        EXPECT_EQ(handled, 0);
+        if (qduino::fake::state().now >= qduino::kEpoch + 1ms) interrupts();
+    };
+    board().attached[0].handler(board().attached[0].context);
+    EXPECT_EQ(handled, 1);
+    EXPECT_GE(board().now, qduino::kEpoch + 1ms);
 }
 
 TEST_F(ArduinoLoops, RefusalsAreReturnedAndReported) {
@@ -121,7 +150,7 @@ TEST_F(ArduinoLoops, EdgesOfTheModes) {
     for (const auto& [mode, edge] : cases) {
         attachInterrupt(digitalPinToInterrupt(2), handler, mode);
         EXPECT_EQ(board().attached.back().edge, edge);
-        EXPECT_EQ(board().attached.back().budget_ns, 0) << "the default I/O VCPU";
+        EXPECT_EQ(board().attached.back().io, qduino::board::kFirstIoVcpu) << "the default I/O VCPU";
     }
     const std::size_t before = board().attached.size();
     attachInterrupt(2, nullptr, RISING);
@@ -138,7 +167,8 @@ TEST_F(ArduinoLoops, OverrunPolicyAndSafeState) {
     overrunPolicy(3, OverrunPolicy::call_back, [](std::uint8_t, std::chrono::nanoseconds late) {
         lateness = static_cast<int>(late.count());
     });
-    EXPECT_EQ(board().calls, std::vector<std::string>{"overrun 3 3"});
+    EXPECT_EQ(runtime_.loop(3)->policy, OverrunPolicy::call_back);
+    runtime_.loop(3)->on_overrun(3, 7ns);
     EXPECT_EQ(lateness, 7);
     EXPECT_TRUE(safeState(17, LOW));
     EXPECT_EQ(board().safe_states[17], 0);

@@ -5,10 +5,11 @@
 #include <set>
 #include <string>
 
-#include "apps/host/bind_sim.h"
 #include "arduino/HardwareSerial.h"
+#include "board/board.h"
 #include "board/peripherals.h"
-#include "runtime/port.h"
+#include "board/sim/sim_board.h"
+#include "runtime/runtime.h"
 #include "tests/unit/arduino/on_sim_sketch.h"
 
 namespace {
@@ -24,7 +25,7 @@ class SlowPort final : public arduino::SerialPort {
     int peek() override { return -1; }
     std::size_t write(std::span<const std::uint8_t> bytes) override {
         for (const std::uint8_t byte : bytes) {
-            port::busy_until(port::now() + 50us);
+            board::current().busy_until(board::current().now() + 50us);
             text += static_cast<char>(byte);
         }
         return bytes.size();
@@ -74,15 +75,13 @@ class ArduinoOnSim : public testing::Test {
         board::sim::SimConfig config;
         config.cores = 2;
         board::sim::SimBoard board(config, wires);
-        runtime::Runtime<board::sim::SimBoard> runtime(board);
-        port::bind(&runtime);
+        runtime::Runtime runtime(board);
         const Result<void> begun = runtime.begin(runtime::sketch_table());
         ASSERT_TRUE(begun.ok()) << begun.error().message.view();
         runtime.run(kEpoch + 2s);
         board.request_stop();
         runtime.run(board.now() + 1s);
         EXPECT_TRUE(board.stopped()) << "no loop hangs in a wait";
-        port::bind(nullptr);
     }
     static inline Wires wires;
 };

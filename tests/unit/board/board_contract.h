@@ -1,8 +1,7 @@
 // The contract suite: what board.h promises, asked of every board in the same words.
 //
 // A board joins with a bench, a class that has
-//     using BoardType = …;                 satisfies board::Board
-//     BoardType& board();                  with ContractWires connected
+//     Board& board();                      with ContractWires connected
 //     const ContractWires& finish();       the board has stopped: all that it wrote has arrived
 //     int current_core();                  of the calling VCPU
 // and one line: INSTANTIATE_TYPED_TEST_SUITE_P(Name, BoardContract, Bench);
@@ -30,7 +29,7 @@ class BoardContract : public ::testing::Test {
   protected:
     using Body = std::function<void()>;
 
-    auto& board() { return bench_.board(); }
+    Board& board() { return bench_.board(); }
 
     void add_loop(VcpuId id, int core, Body body, Nanoseconds budget = 20ms, Nanoseconds period = 100ms) {
         bodies_.push_back(std::move(body));

@@ -13,8 +13,6 @@ namespace {
 
 class LinuxBench {
   public:
-    using BoardType = linux::LinuxBoard;
-
     LinuxBench() : path_("/dev/shm/qduino-contract-" + std::to_string(::getpid())) {
         auto server = linux::PinsServer::create(path_);
         EXPECT_TRUE(server) << server.error().message.view();
@@ -39,7 +37,7 @@ class LinuxBench {
         if (machine_.joinable()) static_cast<void>(finish());
     }
 
-    BoardType& board() { return *board_; }
+    Board& board() { return *board_; }
     const ContractWires& finish() {
         quit_ = true;
         machine_.join();
@@ -53,7 +51,7 @@ class LinuxBench {
     std::string path_;
     ContractWires wires_;
     std::unique_ptr<linux::PinsServer> server_;
-    std::unique_ptr<BoardType> board_;
+    std::unique_ptr<linux::LinuxBoard> board_;
     std::atomic<bool> quit_{false};
     std::thread machine_;
 };

@@ -8,8 +8,7 @@ namespace {
 template <bool ReportsEdges>
 class SimBench {
   public:
-    using BoardType = sim::SimBoard;
-    BoardType& board() { return board_; }
+    Board& board() { return board_; }
     const ContractWires& finish() { return wires_; }
     int current_core() { return board_.current_core(); }
 

@@ -11,7 +11,6 @@
 #include <mutex>
 #include <string>
 
-#include "apps/host/bind_linux.h"
 #include "arduino/EEPROM.h"
 #include "arduino/HardwareSerial.h"
 #include "arduino/SPI.h"
@@ -23,7 +22,9 @@
 #include "arduino/core/releases.h"
 #include "arduino/core/timing.h"
 #include "arduino/host/serial_ports.h"
+#include "board/linux/linux_board.h"
 #include "board/real_time_mark.h"
+#include "runtime/runtime.h"
 #include "tests/unit/linux/pins_fixture.h"
 
 namespace qduino::board::linux::test {
@@ -230,8 +231,7 @@ TEST_F(CleanLoop, TheFaceNeitherAllocatesNorLocks) {
     config.pins_path = file.path();
     auto board = LinuxBoard::open(config);
     ASSERT_TRUE(board.ok()) << board.error().message.view();
-    runtime::Runtime<LinuxBoard> runtime(**board);
-    port::bind(&runtime);
+    runtime::Runtime runtime(**board);
     for (const int pin : {3, 8}) pinMode(pin, OUTPUT);
     Serial1.begin(115200, SERIAL_8N1, terminal);
     ::setenv("QDUINO_EEPROM", (file.path() + ".eeprom").c_str(), 1);
@@ -250,15 +250,13 @@ TEST_F(CleanLoop, TheFaceNeitherAllocatesNorLocks) {
     EXPECT_EQ(passes, 5);
     EXPECT_EQ(arduino::error_count() - reported_before, 5u);
     Serial1.end();
-    port::bind(nullptr);
     ::unlink((file.path() + ".eeprom").c_str());
 }
 
 TEST_F(CleanLoop, ASketchsClassicLoopIsNotGuardedAndItsOtherLoopIs) {
     const auto run_sketch = [](bool classic) {
         auto board = LinuxBoard::open(modest());
-        runtime::Runtime<LinuxBoard> runtime(**board);
-        port::bind(&runtime);
+        runtime::Runtime runtime(**board);
         runtime::SketchTable table;
         runtime::LoopDeclaration loop;
         loop.id = 1;
@@ -271,7 +269,6 @@ TEST_F(CleanLoop, ASketchsClassicLoopIsNotGuardedAndItsOtherLoopIs) {
         };
         table.loops.push_back(loop);
         if (runtime.begin(table)) runtime.run(kForever);
-        port::bind(nullptr);
     };
     memory = nullptr;
     run_sketch(true);

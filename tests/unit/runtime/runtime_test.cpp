@@ -56,7 +56,7 @@ class RuntimeTest : public ::testing::Test {
     }
     Result<void> begin(SimConfig config = {}, RuntimeOptions options = {}) {
         board_ = std::make_unique<SimBoard>(std::move(config), wires_);
-        runtime_ = std::make_unique<Runtime<SimBoard>>(*board_, options);
+        runtime_ = std::make_unique<Runtime>(*board_, options);
         return runtime_->begin(table_);
     }
     void run(Nanoseconds length) { runtime_->run(at(length)); }
@@ -76,7 +76,7 @@ class RuntimeTest : public ::testing::Test {
     SketchTable table_;
     std::array<Body, 5> bodies_;
     std::unique_ptr<SimBoard> board_;
-    std::unique_ptr<Runtime<SimBoard>> runtime_;
+    std::unique_ptr<Runtime> runtime_;
     int edges_ = 0;
 };
 

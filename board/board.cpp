@@ -1,0 +1,84 @@
+#include "board/board.h"
+
+namespace qduino::board {
+namespace {
+
+Error unsupported(std::string_view what) {
+    Error error{ErrorCode::unsupported, "this board "};
+    error.message.append(what);
+    return error;
+}
+
+/// The board of a program that has none yet.
+class NoBoard final : public Board {
+  public:
+    Instant now() override { return kEpoch; }
+    void busy_until(Instant) override {}
+    void busy_for(Nanoseconds) override {}
+    void sleep_until(Instant) override {}
+    Result<void> pin_mode(PinId, PinMode) override { return not_running(); }
+    void pin_write(PinId, Level) override {}
+    Level pin_read(PinId) override { return Level::low; }
+    Result<void> safe_state(PinId, Level) override { return not_running(); }
+    Result<void> pwm_write(PinId, double) override { return not_running(); }
+    Result<void> pwm_period(PinId, Nanoseconds) override { return not_running(); }
+    Result<double> analog_read(PinId) override { return not_running(); }
+    Result<void> attach_edge(PinId, Edge, EdgeHandler, void*, VcpuId) override { return not_running(); }
+    Result<void> i2c_transfer(I2cBus, I2cAddress, std::span<const std::uint8_t>,
+                              std::span<std::uint8_t>) override {
+        return not_running();
+    }
+    Result<void> spi_transfer(SpiBus, SpiSettings, std::span<std::uint8_t>) override { return not_running(); }
+    void lock(LockWord&) override {}
+    bool try_lock(LockWord&) override { return true; }
+    void unlock(LockWord&) override {}
+    int core_count() const override { return 1; }
+    VcpuId current_vcpu() const override { return kNoVcpu; }
+    Result<void> start(std::span<const VcpuSpec>) override { return not_running(); }
+    void run(Instant) override {}
+    void request_stop() override {}
+    bool stop_requested() override { return false; }
+    GuaranteeReport guarantee() const override { return {}; }
+    Result<void> route_interrupts(DeviceClass, int, bool) override { return not_running(); }
+};
+
+constinit NoBoard no_board;
+
+}  // namespace
+
+constinit Board* detail::current = &no_board;
+
+void make_current(Board* board) { detail::current = board ? board : &no_board; }
+
+Error not_running() {
+    return make_error(ErrorCode::unavailable,
+                      "the board is not running yet: call this from setup() or a loop");
+}
+
+// ---- capabilities that a board may lack ------------------------------------------------------------------
+
+Result<void> Pins::pwm_write(PinId, double) { return unsupported("has no PWM"); }
+Result<void> Pins::pwm_period(PinId, Nanoseconds) { return unsupported("has no PWM"); }
+Result<double> Pins::analog_read(PinId) { return unsupported("has no analog inputs"); }
+Result<void> Pins::attach_edge(PinId, Edge, EdgeHandler, void*, VcpuId) {
+    return unsupported("has no interrupts on its pins");
+}
+void Pins::detach_edge(PinId) {}
+
+Result<void> Buses::i2c_transfer(I2cBus, I2cAddress, std::span<const std::uint8_t>, std::span<std::uint8_t>) {
+    return unsupported("has no I2C bus");
+}
+Result<void> Buses::spi_transfer(SpiBus, SpiSettings, std::span<std::uint8_t>) {
+    return unsupported("has no SPI bus");
+}
+
+sched::PlatformOverheads Vcpus::platform_overheads(int) { return {}; }
+Result<void> Vcpus::serve_interrupts(DeviceClass, VcpuId) {
+    return unsupported("cannot give a device's bottom half to an I/O VCPU");
+}
+Result<void> Vcpus::route_interrupts(DeviceClass, int, bool) {
+    return unsupported("cannot route a device's interrupts");
+}
+Result<void> Vcpus::core_timer(int, bool) { return unsupported("cannot stop a core's scheduling tick"); }
+
+}  // namespace qduino::board

@@ -1,0 +1,218 @@
+#include "runtime/runtime.h"
+
+#include <vector>
+
+#include "base/contract.h"
+
+namespace qduino::runtime {
+namespace {
+
+/// Before the end of a wait a loop that owns its core begins to spin.
+constexpr Nanoseconds kSpinMargin = 1ms;
+/// A handler that is held back looks again so often.
+constexpr Nanoseconds kHeldRetry = 20us;
+
+std::vector<sched::PlatformOverheads> overheads_of(board::Board& board) {
+    std::vector<sched::PlatformOverheads> overheads;
+    for (int core = 0; core < board.core_count(); ++core) overheads.push_back(board.platform_overheads(core));
+    return overheads;
+}
+
+Error too_late(const char* call) {
+    Error error = make_error(ErrorCode::not_permitted, call);
+    error.message.append(": only in setup(), before the loops are admitted and run");
+    return error;
+}
+
+}  // namespace
+
+constinit Runtime* Runtime::current_ = nullptr;
+
+Runtime::Runtime(board::Board& board, RuntimeOptions options)
+    : board_(board),
+      options_(options),
+      plan_(overheads_of(board), options.enforce_admission) {
+    current_ = this;
+    board::make_current(&board);
+}
+
+Runtime::~Runtime() {
+    if (current_ != this) return;  // another one was made meanwhile
+    current_ = nullptr;
+    board::make_current(nullptr);
+}
+
+// ---- the program: host thread ----------------------------------------------------------------------------
+
+Result<void> Runtime::begin(const SketchTable& table) {
+    QDUINO_EXPECT(!begun_);
+    if (Result<void> admitted = plan_.add_loops(table); !admitted) return admitted;
+    for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
+    if (table.setup) table.setup();
+    begun_ = true;
+    return start_loops();
+}
+
+Result<void> Runtime::start_loops() {
+    std::vector<board::VcpuSpec> specs = plan_.specs();
+    for (board::VcpuSpec& spec : specs) {
+        if (spec.kind == board::VcpuKind::io)
+            continue;  // without an entry the board runs what is attached to it
+        Loop& loop = loop_at(spec.id);
+        loop.owns_core = spec.owns_core;
+        spec.classic = loop.declaration.classic;
+        entries_[spec.id] = {.runtime = this, .loop = &loop};
+        spec.entry = &Runtime::loop_entry;
+        spec.context = &entries_[spec.id];
+    }
+    return board_.start(specs);
+}
+
+/// Made when first named, which may be before its declaration is read (policies are set in setup()).
+Loop& Runtime::loop_at(board::VcpuId id) {
+    if (!loops_[id]) loops_[id] = std::make_unique<Loop>();
+    return *loops_[id];
+}
+
+// ---- loops -------------------------------------------------------------------------------------------------
+
+Loop* Runtime::current_loop() {
+    const board::VcpuId id = board_.current_vcpu();
+    return id <= board::kMaxLoop ? loops_[id].get() : nullptr;
+}
+
+void Runtime::loop_entry(void* context) {
+    const Entry& entry = *static_cast<Entry*>(context);
+    entry.runtime->repeat(*entry.loop);
+}
+
+void Runtime::repeat(Loop& loop) {
+    const Instant now = board_.now();
+    loop.clock = ReleaseClock(origin(now), loop.declaration.period, now);
+    begin_release(loop, {.nominal = loop.clock.nominal()});
+    while (!board_.stop_requested()) {
+        loop.waited = false;
+        loop.statistics.passes.add(1);
+        loop.declaration.body();
+        record_latency(loop);
+        if (!loop.waited) board_.note_body_end();
+    }
+}
+
+/// The instant that all loops count their releases from: when the first of them came up.
+Instant Runtime::origin(Instant now) {
+    std::int64_t unset = kNoOrigin;
+    origin_ns_.compare_exchange_strong(unset, to_ns(now));
+    return instant_from_ns(origin_ns_.load());
+}
+
+void Runtime::wait_for_next_period() {
+    Loop* loop = current_loop();
+    if (!loop) return;
+    const Instant ended = board_.now();
+    record_latency(*loop);
+    const Release release = loop->clock.next(ended, loop->policy);
+    if (release.overrun()) count_overrun(*loop, release);
+    if (release.nominal > ended) wait_until(*loop, release.nominal);
+    loop->waited = true;
+    begin_release(*loop, release);
+}
+
+/// An owning loop spins through the end of its wait: nobody else wants its core, and a wake-up would make it late.
+void Runtime::wait_until(const Loop& loop, Instant t) {
+    if (!loop.owns_core) return board_.sleep_until(t);
+    if (t - board_.now() > 2 * kSpinMargin) board_.sleep_until(t - kSpinMargin);
+    board_.busy_until(t);
+}
+
+void Runtime::begin_release(Loop& loop, const Release& release) {
+    loop.latency = board_.now() - release.nominal;
+    if (!release.overrun() || loop.policy != OverrunPolicy::keep_phase) loop.statistics.releases.add(1);
+    board_.note_release();
+}
+
+/// Of the release in hand, at its end: the way to its first instruction is kept short. Once for each release.
+void Runtime::record_latency(Loop& loop) {
+    if (loop.latency < Nanoseconds{0}) return;
+    loop.statistics.release_latency_ns.record(loop.latency.count());
+    loop.latency = Loop::kRecorded;
+}
+
+void Runtime::count_overrun(Loop& loop, const Release& release) {
+    loop.statistics.overruns.add(1);
+    loop.statistics.dropped.add(release.dropped);
+    loop.statistics.lateness_ns_max.raise_to(release.lateness.count());
+    board_.note_overrun();
+    if (loop.policy == OverrunPolicy::stop) board_.request_stop();
+    if (loop.policy == OverrunPolicy::call_back && loop.on_overrun) {
+        loop.on_overrun(loop.declaration.id, release.lateness);
+    }
+}
+
+void Runtime::yield() {
+    const Loop* loop = current_loop();
+    if (loop && loop->owns_core) {
+        board_.busy_until(board_.now() + 1us);
+    } else {
+        board_.sleep_until(board_.now() + 20us);
+    }
+}
+
+void Runtime::set_overrun_policy(board::VcpuId id, OverrunPolicy policy, OverrunHandler handler) {
+    if (id < 1 || id > board::kMaxLoop || (begun_ && !loops_[id])) return;
+    loop_at(id).policy = policy;
+    loop_at(id).on_overrun = handler;
+}
+
+// ---- interrupts ----------------------------------------------------------------------------------------------
+
+Result<void> Runtime::interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period,
+                                      int core) {
+    if (begun_) return too_late("interruptsVcpu");
+    const Result<board::VcpuId> io = plan_.add_io(budget, period, core);
+    if (!io) return io.error();
+    if (device == board::DeviceClass::gpio || device == board::DeviceClass::all) gpio_io_ = io.value();
+    if (device == board::DeviceClass::gpio) return {};  // its bottom halves are the attached handlers
+    Result<void> served = board_.serve_interrupts(device, io.value());
+    if (!served) plan_.remove_io(io.value());
+    return served;
+}
+
+Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void (*handler)(),
+                                       Nanoseconds budget, Nanoseconds period, int core) {
+    if (begun_) return too_late("attachInterrupt");
+    if (pin.number >= board::kPinCount || !handler) {
+        return make_error(ErrorCode::invalid_argument, "attachInterrupt: no such pin, or no handler");
+    }
+    const bool own = budget > Nanoseconds{0};
+    if (!own && gpio_io_ == board::kNoVcpu) {
+        const Result<board::VcpuId> io =
+            plan_.add_io(options_.default_io_budget, options_.default_io_period, core);
+        if (!io) return io.error();
+        gpio_io_ = io.value();
+    }
+    const Result<board::VcpuId> io =
+        own ? plan_.add_io(budget, period, core) : Result<board::VcpuId>(gpio_io_);
+    if (!io) return io.error();
+    handlers_[pin.number] = {.runtime = this, .function = handler};
+    return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io.value());
+}
+
+Result<void> Runtime::core_timer(int core, bool enabled) {
+    if (!enabled && plan_.owner_of(core) == board::kNoVcpu) {
+        return make_error(ErrorCode::not_permitted,
+                          "noTimer: no loop owns this core; declare one there with budget == period");
+    }
+    return board_.core_timer(core, enabled);
+}
+
+void Runtime::run_handler(void* context) {
+    const Handler& handler = *static_cast<Handler*>(context);
+    board::Board& board = handler.runtime->board_;
+    while (handler.runtime->handlers_held_.load(std::memory_order_acquire) && !board.stop_requested()) {
+        board.sleep_until(board.now() + kHeldRetry);
+    }
+    handler.function();
+}
+
+}  // namespace qduino::runtime
