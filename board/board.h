@@ -1,30 +1,34 @@
-// THE SEAM: what a board must provide. Everything above it (runtime, arduino, sketches) calls this class, and nothing above it
-// needs an operating system. tests/unit/board holds the contract suite, which every board passes.
+// THE SEAM: what a board must provide. The runtime, the Arduino face and the sketches above it are
+// written against this concept, and none of them needs an operating system.
 //
 //   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄── board/linux   stock Linux, SCHED_FIFO threads
 //                     └────────────┘                ◄── board/sim     virtual time, deterministic
 //
-// A board has five facets. A pure call is one that every board must have. A call with a body is a capability: a board that lacks it
-// inherits the body, which answers `unsupported` or does nothing.
+// The contract, beyond the signatures. The suite in tests/unit/board holds every board to it.
 //
-//   Timing  the clock, and waiting for it        Locks  between VCPUs, with priority inheritance
-//   Pins    levels, PWM, analog, edges           Vcpus  cores, starting, stopping, what is guaranteed
-//   Buses   I2C and SPI
+// Time
+// - now() never goes back, and every caller sees the same clock.
+// - busy_until(t) and sleep_until(t) return at `t` or later, never before. busy_until() spends the
+//   caller's CPU budget, sleep_until() spends none.
 //
-// The contract, beyond the signatures:
+// Pins
+// - A write happens at now(). A read gives the level at now(). A pin starts as an input, low.
 //
-//  - now() never runs backwards. It is one clock for all callers: no call returns an instant before one that was returned already.
-//  - busy_until(t) and sleep_until(t) return at or after t, never before. busy_until() consumes budget, sleep_until() none.
-//  - A write to a pin happens at now(). A read sees the level at now(). Pins start as inputs, low.
-//  - start() has every VCPU run its entry once, on its core. run() returns at `until`; or earlier, when a stop was requested and all
-//    entries have returned.
-//  - These may allocate, and belong to setup: the constructor, pin_mode, pwm_period, safe_state, attach_edge, start, and the calls
-//    that say so. All others are real-time safe.
-//  - One VCPU holds a lock at a time (or setup() does). The holder ranks as high as the highest VCPU that waits for the lock, on
-//    whichever core that one is, and through chains of locks. unlock() hands the lock to the highest of the waiting.
-//  - A VCPU whose budget ends while it holds a lock goes on, for at most one budget more, and pays for it afterwards. So a waiter
-//    waits for the rest of a critical section, and never for a replenishment.
-//  - Three errors break a contract: to lock what one holds, to unlock what one does not hold, and to wait in a circle.
+// Running
+// - start() runs the entry of every VCPU exactly once, on its core.
+// - run(until) returns when a stop was requested and all entries have returned, or at `until`.
+// - Only calls of the set-up may allocate: construction, pin_mode(), pwm_period(), attach_edge(),
+//   start(). Every other call is real-time safe.
+//
+// Locks
+// - One VCPU holds a lock at a time, or setup() does.
+// - The holder gets the rank of the highest VCPU that waits for it, on any core and through chains
+//   of locks. Nothing of lower rank than the waiter can then delay the holder.
+// - unlock() hands the lock to the highest waiter.
+// - A holder whose budget ends runs on, for at most one budget more, and pays for it afterwards. So
+//   a waiter waits for a critical section and not for a replenishment.
+// - It breaks a contract to lock what one holds, to unlock what one does not hold, or to wait in a
+//   cycle.
 #pragma once
 
 #include <span>

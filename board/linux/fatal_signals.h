@@ -1,11 +1,14 @@
-// The last thing a dying sketch does: force its safe states.
+// The last thing a dying sketch does: it forces its safe states.
 //
-//   SIGSEGV SIGBUS SIGILL SIGFPE SIGABRT, a broken contract ──► last_will() ──► die as before
-//   SIGINT SIGTERM  ──► stop(), the loops return, run() applies the safe states; a loop that does not return
-//   within
-//                       kStopGrace, or a second signal ──► last_will(), exit
+//   SIGSEGV SIGBUS SIGILL SIGFPE SIGABRT, or a broken contract
+//       ──► last_will() ──► the process dies of the same cause
 //
-// SIGKILL and a hang leave no time for a will: for those there is the supervisor, which outlives the sketch.
+//   SIGINT, SIGTERM
+//       ──► stop(): the loops return, and run() applies the safe states
+//       ──► if they have not within kStopGraceSeconds, or at a second signal: last_will(), exit
+//
+// SIGKILL and a hang leave no time for a will. For those there is the supervisor, which outlives
+// the sketch.
 #pragma once
 
 #include <csignal>
@@ -14,7 +17,8 @@ namespace qduino::board::linux {
 
 inline constexpr unsigned kStopGraceSeconds = 3;
 
-/// Both functions run in signal handlers: they must be async-signal-safe. `context` is handed to them.
+/// Both functions run in signal handlers: they must be async-signal-safe. `context` is handed to
+/// them.
 struct Will {
     void (*last_will)(void* context) = nullptr;
     void (*stop)(void* context) = nullptr;
@@ -30,7 +34,8 @@ class FatalSignals {
     FatalSignals& operator=(const FatalSignals&) = delete;
 };
 
-/// Gives the calling thread a stack for its signal handlers (its own may be what overflowed), while it lives.
+/// Gives the calling thread a stack for its signal handlers while it lives: the thread's own stack
+/// may be what overflowed.
 class SignalStack {
   public:
     SignalStack();
@@ -42,8 +47,8 @@ class SignalStack {
     void* memory_ = nullptr;
 };
 
-/// Blocks the signals that ask for a stop in the calling thread, for as long as it lives: threads made
-/// meanwhile leave them to the main thread.
+/// Blocks the stop signals in the calling thread while it lives. Threads made meanwhile inherit
+/// that, so the main thread gets the signals.
 class StopSignalsBlocked {
   public:
     StopSignalsBlocked();

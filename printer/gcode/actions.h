@@ -1,16 +1,16 @@
-// What G-code asks of a machine: the only way out of the interpreter.
+// What G-code asks of a machine. The interpreter reaches the machine through this interface only.
 //
-//   bytes ─► LineReader ─► Parser ─► Command ─► Interpreter ──► Actions      (this file)
-//                                               modal state      machine, pre-flight, a test's recorder
+//   bytes ─► LineReader ─► Parser ─► Command ─► Interpreter ─► Actions  (this file)
+//                                               modal state    machine, pre-flight, test recorder
 //
-// Units, coordinates and modes are resolved before anything arrives here: millimetres, seconds, machine
-// coordinates, factors applied, ranges checked against the machine. An implementation knows nothing of G90
-// or inches.
+// The interpreter resolves units, coordinates and modes before it calls. What arrives here is in
+// millimetres and seconds, in machine coordinates, with the factors applied and the ranges checked
+// against the machine. An implementation needs to know nothing of G90 or of inches.
 //
-// No action blocks. One that takes time (a move, a wait, a homing) is queued by the machine, which feeds
-// the next command when it has room or when the wait is over. An action may refuse (a cold nozzle, a
-// latched fault): the interpreter then hands the error on and its modal state is as it was before the
-// command.
+// No action blocks. The machine queues what takes time (a move, a wait, a homing), and feeds the
+// next command when it has room or when the wait is over. An action may refuse (a cold nozzle, a
+// latched fault). The interpreter then returns the error, and its modal state stays as it was
+// before the command.
 #pragma once
 
 #include <cstdint>
@@ -30,17 +30,18 @@ enum class MoveKind : std::uint8_t {
     filament,  ///< E alone: retraction, priming
 };
 
-/// A straight line in machine coordinates. `from` differs from `to` always; both are finite and inside the
+/// A straight line in machine coordinates. `from` never equals `to`; both are finite and inside the
 /// bounds.
 struct Move {
     Position from;
     Position to;
-    /// Asked speed, after M220, above 0: along X, Y, Z together; of the filament when E moves alone. The
-    /// machine's own limits are not applied yet: that is the planner's work.
+    /// Asked speed, after M220, above 0: along X, Y, Z together; of the filament when E moves
+    /// alone. The machine's own limits are not applied yet: that is the planner's work.
     MillimetresPerSecond feedrate;
     MoveKind kind = MoveKind::travel;
     bool firmware_retract = false;  ///< G10 or G11 made it
-    Source source;                  ///< the line that asked for it; the pieces of an arc share theirs
+    /// The line that asked for it; the pieces of an arc share theirs.
+    Source source;
 };
 
 enum class Heater : std::uint8_t { hot_end, bed };
@@ -50,7 +51,8 @@ enum class WaitFor : std::uint8_t {
     heating_or_cooling,  ///< M109 R: done when the target is reached from either side
 };
 
-/// M201, M203, M204, M205: what is not given stays as it is. Never above the machine's own configuration.
+/// M201, M203, M204, M205: a limit that is not given stays as it is. Never above the machine's own
+/// configuration.
 struct LimitChange {
     PerAxis<std::optional<MillimetresPerSecond2>> axis_acceleration{};
     PerAxis<std::optional<MillimetresPerSecond>> axis_speed{};
@@ -76,28 +78,28 @@ enum class NoteKind : std::uint8_t {
     warning,       ///< carried out, but look at this
 };
 
-/// M73. What is not given stays as it is.
+/// M73. A value that is not given stays as it is.
 struct Progress {
     std::optional<double> percent{};     ///< 0…100
     std::optional<Seconds> remaining{};  ///< not negative
 };
 
-/// Implemented by the machine. Called from Interpreter::execute and ::proceed alone, in the order of the
-/// job.
+/// Implemented by the machine. Called from Interpreter::execute and ::proceed alone, in the order
+/// of the job.
 class Actions {
   public:
     virtual ~Actions() = default;
 
     virtual Result<void> move(const Move& move) = 0;
-    /// After all moves so far have been carried out, waits `duration`. Zero (G4 S0, M400) only waits for
-    /// the moves.
+    /// After all moves so far have been carried out, waits `duration`. Zero (G4 S0, M400) only
+    /// waits for the moves.
     virtual Result<void> dwell(Seconds duration) = 0;
     /// Homes `axes` (X, Y, Z; never empty). Afterwards each of them stands at its
-    /// AxisConfig::home_position: the interpreter assumes so at once, and Interpreter::set_position
-    /// corrects it if the homing fails.
+    /// AxisConfig::home_position_mm: the interpreter assumes so at once, and
+    /// Interpreter::set_position corrects it if the homing fails.
     virtual Result<void> home(AxisSet axes) = 0;
-    /// `target` is 0 °C (off) up to 15 °C below the heater's maximum. Takes effect in the order of the
-    /// moves.
+    /// `target` is 0 °C (off) up to 15 °C below the heater's maximum. Takes effect in the order of
+    /// the moves.
     virtual Result<void> set_temperature(Heater heater, Celsius target) = 0;
     /// Sets the target, then holds the job until it is reached.
     virtual Result<void> wait_temperature(Heater heater, Celsius target, WaitFor direction) = 0;
@@ -106,7 +108,7 @@ class Actions {
     /// The axes may be moved by hand from here on, so the tool axes among them are no longer homed.
     virtual Result<void> motors_off(AxisSet axes) = 0;
     virtual Result<void> set_limits(const LimitChange& change) = 0;
-    /// M220, M221: to show; moves come with both applied.
+    /// M220, M221: for display only; moves come with both applied.
     virtual void factors(double speed, double flow) = 0;
     /// M117; empty clears it. UTF-8, without control characters.
     virtual void message(std::string_view text) = 0;

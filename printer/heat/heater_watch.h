@@ -1,15 +1,28 @@
-// Watches one heater: four ways to be wrong, each of which latches and cuts the heat until a person clears
-// it.
+// Watches one heater. Hardware can fail in ways that the control loop cannot see: a loose
+// thermistor reads cold and asks for more power, and a switch can stick closed. So four rules
+// compare what the sensor reads with what was asked. To break a rule is a fault, and a fault cuts
+// the heat until a person clears it (`HeatControl`).
 //
-//   reading     missing, or outside [minimum, maximum]: four in a row (one may be noise on the wire)
-//   not heating below target − hysteresis: must gain `verify_gain_celsius` in every `verify_gain_s`
-//   drifting    after the target was reached: ∫(target − hysteresis − T) dt may not pass
-//   `verify_error_celsius_s` runaway     more than `kRunawayCelsius` above everything that was asked, for
-//   `kRunawaySeconds`, heater off: the switch is stuck on
+// 1. The sensor answers.
+//    Four samples in a row without a reading, or with a reading below `minimum_celsius` or above
+//    `maximum_celsius`, are a fault. One such sample may be noise on the wire.
 //
-// The rules and figures follow the safety section of the project's sources (Klipper's verify_heater, Marlin's
-// thermal protection); the code is our own. Time is a parameter; sampling is regular (8 ms on the reference
-// machine).
+// 2. The heater heats up.
+//    Until it first reads target − `verify_hysteresis_celsius`, it must gain `verify_gain_celsius`
+//    within `verify_gain_s`. Each gain starts the next such interval.
+//
+// 3. The heater holds its temperature.
+//    From then on, what it lacks to target − `verify_hysteresis_celsius` is summed over time. The
+//    sum must stay below `verify_error_celsius_s`. It starts again at 0 when nothing is lacking.
+//
+// 4. The heater does not run away.
+//    It must not stay, for `kRunawaySeconds`, more than `kRunawayCelsius` above the highest target
+//    since it was last cool (or above 40 °C, if that is higher). A heater that does so with its
+//    power off has a switch that is stuck on.
+//
+// The rules and figures follow Klipper's verify_heater and Marlin's thermal protection
+// (docs/sources.md); the code is our own. Time is a parameter. Samples come at a regular interval:
+// 8 ms on the reference machine.
 #pragma once
 
 #include <optional>
@@ -30,23 +43,24 @@ class HeaterWatch {
 
     HeaterWatch(const HeaterConfig& config, const char* name) : config_(config), name_(name) {}
 
-    /// One sample: the reading (nullopt: the converter did not answer, or the thermistor reads open or
-    /// short), the target (0 °C: off). Returns the fault when this sample raises it; fault() keeps it.
+    /// One sample. `reading`: nullopt when the converter did not answer, or the thermistor reads
+    /// open or short. `target`: 0 °C is off. True when this sample raises a fault; fault() keeps
+    /// it.
     [[nodiscard]] bool sample(Instant now, std::optional<Celsius> reading, Celsius target);
 
     [[nodiscard]] bool faulted() const { return !fault_.empty(); }
     [[nodiscard]] const Fault& fault() const { return fault_; }
-    /// What would fault again at once if it were cleared now: the sensor, which is looked at while a fault is latched, too.
-    /// Empty: nothing.
+    /// The fault that would come back at once after clear(); empty: none. It is the sensor's: the
+    /// watch reads the sensor while a fault is latched, too.
     [[nodiscard]] const Fault& persists() const { return persists_; }
-    /// On the way up to its target, which it has not reached since that was set.
+    /// On the way up to its target: it has not reached the target since that was set.
     [[nodiscard]] bool heating_up() const { return !faulted() && target_.value() > 0 && !reached_; }
     void clear();
 
   private:
     [[nodiscard]] Fault words(const char* what, double value, const char* unit, const char* advice) const;
     bool raise(const char* what, double value, const char* unit, const char* advice);
-    /// Four bad readings in a row; `persists_` then says which.
+    /// True after four bad readings in a row; `persists_` then says which.
     bool reads_badly(std::optional<Celsius> reading);
     bool check_heating(Instant now, Celsius now_celsius, Celsius target);
     bool check_runaway(Instant now, Celsius now_celsius, Celsius target);
@@ -64,7 +78,9 @@ class HeaterWatch {
     double error_celsius_s_ = 0;  // the accumulated error since it was reached
     Instant last_{};
     bool have_last_ = false;
-    double highest_allowed_ = 0;  // decays never: the highest target since the heater was last cool
+    // The highest target since the heater was last cool: at first, and when it has cooled down by
+    // kRunawayCelsius with its power off, the reading itself. Never decays.
+    double highest_allowed_ = 0;
     Instant runaway_since_{};
     bool running_away_ = false;
 };

@@ -1,17 +1,20 @@
 // PID control of one heater.
 //
-//   output = Kp·e + Ki·∫e dt − Kd·dT/dt          e = target − T,  output 0 … 255 (Marlin's units), returned
-//   as 0 … 1
+//   output = Kp·e + Ki·∫e dt − Kd·dT/dt        e = target − T
 //
-// - The derivative acts on the measurement, so a new target gives no kick, and is low-passed: one step of a
-// 12-bit
-//   converter is about 0.3 °C at 200 °C, which over an 8 ms sample would look like 37 °C/s.
-// - The integral works only near the target (|e| < `functional_range`), where it is clamped so that it alone
-// can ask
-//   for no more than full power, and stops growing while the output is saturated in its own direction
-//   (conditional integration, Åström & Hägglund).
-// Gains are those of the reference machine's firmware (docs/sources.md): 22.2 / 1.08 / 114 for its
-// hot end.
+// The output is 0…255 inside (Marlin's units) and returned as a duty of 0…1. Textbook PID has three
+// troubles here:
+//
+// - A new target would kick the derivative. So the derivative acts on the temperature, not on the
+//   error.
+// - The converter is coarse. One step of its 12 bits is about 0.3 °C at 200 °C, which over a sample
+//   of 8 ms looks like 37 °C/s. So the derivative goes through a low pass.
+// - The integral would wind up on the long way to a target. So it works only near the target (|e| ≤
+//   `functional_range`) and is clamped to what full power needs. While the output is saturated, it
+//   does not grow further in that direction (conditional integration, Åström & Hägglund).
+//
+// The gains come from the machine (`HeaterConfig`). Its defaults, 22.2 / 1.08 / 114, are those of
+// the reference machine's firmware for its hot end.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +25,9 @@ namespace qduino::printer::heat {
 struct PidGains {
     double kp = 0, ki = 0, kd = 0;  ///< output units (0…255) per °C, per °C·s, per °C/s
     double functional_range = 10;   ///< °C: outside, full power or none
-    /// Integrate also while the output is saturated. A bed's integral gain is so small that what it needs to hold its
-    /// temperature must gather while it heats up; a hot end would overshoot.
+    /// Integrate while the output is saturated, too. A bed's integral gain is so small that the
+    /// integral must grow while the bed heats up, or it could not hold the temperature. A hot end
+    /// would overshoot.
     bool integrate_saturated = false;
     double derivative_filter_s = 3.0;  ///< time constant of the derivative's low pass
 };

@@ -1,21 +1,24 @@
-// The link between the sketch and the print service: one shared-memory object, laid out here and nowhere
-// else.
+// The link between the sketch and the print service: one object in shared memory, laid out here and
+// nowhere else.
 //
-//   service ── jobs (ring of frames) ──────► sketch        job bytes, acknowledged by offset
-//   service ── commands (ring of frames) ──► sketch        pause, resume, cancel, typed G-code lines …
-//   service ── emergency (one atomic) ─────► sketch        read by loops 2 and 3 directly: waits for nothing
-//   sketch  ── replies (ring of frames) ───► service       console text; dropped when full, and counted
-//   sketch  ── status (four-slots) ────────► service       machine, motion, heat: always the freshest whole
-//   value
+//   service ── jobs (ring of frames) ──────► sketch     job bytes, each frame with its offset
+//   service ── commands (ring of frames) ──► sketch     pause, resume, cancel, typed G-code lines …
+//   service ── emergency (one atomic) ─────► sketch     read by loops 2 and 3 themselves, at once
+//   sketch  ── replies (ring of frames) ───► service    console text; counted when dropped (full)
+//   sketch  ── status (four-slots) ────────► service    machine, motion, heat: the newest, whole
 //
-// The sketch creates a fresh object for every run (new session number, then renamed over the old name), so
-// nothing stale is ever read. The service attaches and may die and return at any time: the sketch prints on
-// with what it holds.
+// Each side may die and start again while the other runs on, and neither can trust what the other
+// wrote. Four rules follow:
 //
-// Whatever crosses is untrusted on the other side: every frame has a magic, a bounded length, a check sum;
-// every field is range-checked by its reader (frame.h). A job's bytes carry their offset, so a returning
-// service may send again from `JobStatus::bytes_accepted` (or from anything below): what is already held is
-// dropped, a gap is refused.
+// - Nothing stale is read. The sketch makes a new object for every run, gives it a new session
+//   number, and renames it over the old name.
+// - The service may go and come back at any time. The sketch prints on with the bytes that it
+//   holds.
+// - No byte of a job is lost or taken twice. A frame of job bytes carries its offset. A service
+//   that comes back sends again from `JobStatus::bytes_accepted`, or from anything before it. The
+//   sketch drops what it already holds, and refuses a gap.
+// - The reader checks everything. A frame has a magic number, a bounded length and a check sum
+//   (frame.h), and each side checks that a field is in its range before it uses it.
 #pragma once
 
 #include <array>
@@ -49,14 +52,16 @@ enum class Command : std::uint8_t {
     pause = 1,
     resume = 2,
     cancel = 3,
-    gcode = 4,  ///< one line, run between moves when no job runs, or queued behind the job's planned moves
-    clear_fault = 5,  ///< after a fault or emergency stop: back to idle; refused while `fault_persists`
+    /// One line, run between moves when no job runs, or queued behind the job's planned moves.
+    gcode = 4,
+    /// Back to idle after a fault or an emergency stop; refused while `fault_persists`.
+    clear_fault = 5,
 };
 
 enum class ReplyKind : std::uint8_t { text = 1, warning = 2, error = 3 };
 
-/// `emergency` holds the number of emergency stops asked for; the sketch stops when it differs from what it
-/// last served.
+/// `LinkLayout::emergency` counts the emergency stops asked for. The sketch stops when it differs
+/// from the last one that it served.
 enum class MachineState : std::uint8_t {
     starting = 0,
     idle = 1,
@@ -71,12 +76,14 @@ enum class JobOutcome : std::uint8_t { none = 0, running = 1, completed = 2, can
 
 /// Written by loop 1.
 struct JobStatus {
-    std::uint64_t heartbeat = 0;  ///< counts loop 1's releases; standing still means the sketch hangs
+    /// Counts loop 1's releases; standing still means the sketch hangs.
+    std::uint64_t heartbeat = 0;
     MachineState state = MachineState::starting;
     JobOutcome outcome = JobOutcome::none;
     std::uint64_t job_id = 0;  ///< the job of `outcome`; 0: none yet in this session
     std::uint64_t job_length = 0;
-    std::uint64_t bytes_accepted = 0;  ///< job bytes taken off the ring, in order: resume feeding here
+    /// Job bytes taken off the ring, in order: resume feeding here.
+    std::uint64_t bytes_accepted = 0;
     std::uint64_t bytes_planned = 0;   ///< … parsed and planned
     std::uint64_t bytes_executed = 0;  ///< … whose moves have been played
     std::uint64_t line = 0;            ///< line number in the job, executed
@@ -87,36 +94,43 @@ struct JobStatus {
     double feed_factor = 1;       ///< M220
     double flow_factor = 1;       ///< M221
     double fan_duty = 0;
-    double print_time_s = 0;                       ///< time of the running or last job, pauses excluded
+    /// Time of the running or last job, pauses excluded.
+    double print_time_s = 0;
     std::array<double, kAxisCount> position_mm{};  ///< planned G-code position
     std::array<bool, 3> homed{};
-    /// Pulse counts at machine position 0: position in mm = (MotionStatus::steps − this) / steps per mm.
+    /// Pulse counts at machine position 0: position in mm = (MotionStatus::steps − this) / steps
+    /// per mm.
     std::array<std::int64_t, kAxisCount> origin_steps{};
     FixedString<128> message;  ///< M117
     FixedString<236> fault;    ///< why faulted, or why the last job failed
-    FixedString<160>
-        fault_persists;    ///< while faulted: what would fault again at once; empty: may be cleared
+    /// While faulted: the fault that would come back at once; empty: the fault may be cleared.
+    FixedString<160> fault_persists;
     bool parked = false;   ///< paused, and the head has moved away from the part
     bool may_jog = false;  ///< moves may be typed: idle, or paused with the head at rest
-    std::uint32_t excursions =
-        0;  ///< how often the head has left the running or last job's path, and come back
+    /// How often the head has left the running or last job's path, and come back.
+    std::uint32_t excursions = 0;
     std::uint64_t replies_dropped = 0;
 };
 
 /// Written by loop 2.
 struct MotionStatus {
     std::uint64_t heartbeat = 0;
-    std::array<std::int64_t, kAxisCount> steps{};    ///< machine position in microsteps, as pulses went out
+    /// Machine position in microsteps, counted as pulses went out.
+    std::array<std::int64_t, kAxisCount> steps{};
     std::array<std::uint64_t, kAxisCount> pulses{};  ///< pulses ever sent
     std::uint64_t late_steps = 0;                    ///< steps whose lateness moved the time line
-    std::int64_t shift_ns = 0;  ///< how far the time line has moved in this session, and only lateness did it
+    /// How far the time line has moved in this session; only lateness moves it.
+    std::int64_t shift_ns = 0;
     std::uint64_t starved = 0;  ///< times the ring ran dry in mid-move
     Histogram lateness_ns;      ///< of every step in this session
     std::uint32_t last_marker = 0;
     std::uint32_t ring_fill = 0;
-    std::int64_t timeline_ns = 0;                 ///< how far the print's own time line has been played
-    std::uint32_t stops_served = 0;               ///< the last stop request that loop 2 has carried out
-    std::array<std::uint32_t, 3> endstop_hits{};  ///< homing runs of X, Y, Z that ended at the switch
+    /// How far the print's own time line has been played.
+    std::int64_t timeline_ns = 0;
+    /// The last stop request that loop 2 has carried out.
+    std::uint32_t stops_served = 0;
+    /// Homing runs of X, Y, Z that ended at the switch.
+    std::array<std::uint32_t, 3> endstop_hits{};
     bool moving = false;
 };
 
@@ -134,15 +148,18 @@ struct HeatStatus {
     HeaterStatus hot_end;
     HeaterStatus bed;
     double fan_duty = 0;
-    FixedString<160> fault;           ///< empty when none
-    FixedString<160> persists;        ///< which sensor would fault again at once; empty: none
-    double idle_timeout_s = 0;        ///< of the machine file; 0: never
-    double idle_left_s = -1;          ///< until the heaters go off because nobody uses them; -1: not counting
-    bool idle_timed_out = false;      ///< they went off for that reason; until a target is asked for again
-    std::uint32_t requests_seen = 0;  ///< the newest request for a temperature that this sample knew of
+    FixedString<160> fault;     ///< empty when none
+    FixedString<160> persists;  ///< which sensor would fault again at once; empty: none
+    double idle_timeout_s = 0;  ///< of the machine file; 0: never
+    /// Time left until idle heaters go off; -1: not counting down.
+    double idle_left_s = -1;
+    /// The heaters went off because nobody used them, until a target is asked for again.
+    bool idle_timed_out = false;
+    /// The newest request for a temperature that was known when this sample was taken.
+    std::uint32_t requests_seen = 0;
 };
 
-/// What the sketch could be promised at start: the text of the guarantee report as JSON, for the page.
+/// What the sketch could be promised at start: the guarantee report as JSON text, for the page.
 struct GuaranteeText {
     FixedString<8000> json;
 };
@@ -155,18 +172,21 @@ struct LinkLayout {
     std::uint64_t session = 0;  ///< random, not 0
     std::uint64_t started_unix_s = 0;
     std::uint32_t sketch_pid = 0;
-    std::atomic<std::uint32_t> sketch_dead{
-        0};  ///< set by the supervisor when the sketch has died (1) or hung (2)
+    /// Set by the supervisor when the sketch has died (1) or hung (2).
+    std::atomic<std::uint32_t> sketch_dead{0};
     std::atomic<std::uint32_t> emergency{0};  ///< incremented by the service
-    std::atomic<std::uint64_t> service_heartbeat{
-        0};  ///< incremented by the service; its silence stops nothing
-    std::atomic<std::uint32_t> service_pid{
-        0};  ///< who feeds; a second feeder must not start while this one lives
-    /// 1 once `death_note` may be read: some time after `sketch_dead`, for nothing waits for words.
+    /// Incremented by the service. Nothing stops when it stands still.
+    std::atomic<std::uint64_t> service_heartbeat{0};
+    /// The process that feeds; a second feeder must not start while this one lives.
+    std::atomic<std::uint32_t> service_pid{0};
+    /// 1 once `death_note` may be read. That is some time after `sketch_dead`: nothing waits for
+    /// the words.
     std::atomic<std::uint32_t> death_note_ready{0};
-    /// How many of the printer's seconds pass in one of the wall's, by whoever runs the sketch; 0 and 1: real time.
+    /// How many of the printer's seconds pass in a second of the wall clock. Set by the process
+    /// that runs the sketch; 0 and 1: real time.
     std::atomic<double> time_factor{1};
-    std::array<char, 236> death_note{};  ///< by the supervisor: how the sketch came to its end; ends with a 0
+    /// How the sketch came to its end; written by the supervisor, ends with a 0.
+    std::array<char, 236> death_note{};
 
     channel::RingBuffer<std::uint8_t, kJobRingBytes> jobs;
     channel::RingBuffer<std::uint8_t, kCommandRingBytes> commands;

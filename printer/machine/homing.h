@@ -1,16 +1,19 @@
-// Homing, one axis after the other: where the switch presses is where the axis is home.
+// Homes the axes, one after the other. A stepper motor cannot tell where its axis stands; only the
+// switch at the end of the axis can. A fast approach finds the switch soon, and a slow one finds it
+// exactly:
 //
-//   speed                      press                                                   press
-//     ^   approach, fast         |      retreat            approach at a tenth           |   rest
-//     |   ---------------------->|      <------            ------->                      |   60 ms
-//     |
-//     +--> steps go out until loop 2 sees the switch; it drops the rest of the move, and loop 1 then asks the
-//     step counter
-//          where the axis really is. The second press, slow, decides; the axis is at home_position by
-//          definition.
+//   1. approach   towards the switch at `home_speed_mm_s`, until it presses
+//   2. retreat    `home_retreat_mm` away from it, at the same speed
+//   3. approach   towards it at a tenth of that speed, until it presses again
+//   4. settle     rest for `kHomingRest_s`; the axis is then at `home_position_mm`, by definition
 //
-// X and Y before Z, so that the nozzle never comes down beside the bed. Pure: what to do next is returned,
-// what happened is passed in.
+// Loop 2 looks at the switch before each step of an approach, and sends no more steps of that axis
+// once it presses. Loop 1 then has the rest of the move dropped. When the axis has settled, loop
+// 2's step count is the count of the home position. An approach without a press ends the homing.
+//
+// X and Y are homed before Z, so that the nozzle never comes down beside the bed.
+//
+// The class is pure: order() says what to do next, and done() is told how it ended.
 #pragma once
 
 #include <cstdint>

@@ -1,9 +1,15 @@
-// What is to happen at a place in the motion: the fan turns on here, this byte of the job is done there.
+// What is to happen at a place in the motion: the fan turns on here, this byte of the job is done
+// there.
 //
-//   loop 1   append(action) ─► number ─► planner marker ─► step ring ─► loop 2 passes it, publishes the
-//   number loop 1   pass(number):     everything up to that number happens now, in order
+// Loop 1 reads a command seconds before loop 2 has played the moves in front of it. So loop 1 puts
+// the action into this queue and lets its number travel with the moves:
 //
-// Loop 1 only; bounded; no heap. Numbers wrap after 2^32 places; only differences are used.
+//   loop 1   append(action) ─► its number ─► a marker in the planner ─► the step ring
+//   loop 2   plays up to the marker ─► publishes the number
+//   loop 1   pass(number) ─► every action up to that number happens now, in order
+//
+// Loop 1 alone calls it. Bounded; no heap. Numbers wrap after 2^32 places, so only their
+// differences are used.
 #pragma once
 
 #include <array>
