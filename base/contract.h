@@ -1,13 +1,13 @@
 // Contracts: a programmer's error stops the program, but the machine is made safe first.
 //
-// Three kinds of failure exist (ARCHITECTURE.md, house rule 5); this file serves the first. Operating errors
-// are a Result (result.h); hostile input is a Result with a position.
+// There are three kinds of failure (ARCHITECTURE.md, house rule 5); this file serves the first. An
+// operating error is a Result (result.h). Hostile input is a Result with a position.
 #pragma once
 
 namespace qduino {
 
-/// Called with the broken contract before the process aborts. It must not allocate or block: it may run in a
-/// real-time loop. A board sets one that forces the outputs into their safe state.
+/// Called with the broken contract before the process aborts. It must not allocate or block: it may
+/// run in a real-time loop. A board sets one that forces the outputs into their safe state.
 using ContractHandler = void (*)(const char* condition, const char* file, int line);
 
 /// Installs `handler` (null restores the default, which only prints) and returns the one before.

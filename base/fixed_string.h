@@ -1,5 +1,5 @@
-// A string of bounded length, without a heap: for error texts and names that cross real-time loops and shared
-// memory.
+// A string of bounded length, without a heap: for error texts and names that cross real-time loops
+// and shared memory.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace qduino {
 
-/// Up to N bytes of text; what does not fit is cut. Trivially copyable, so it may live in shared memory.
+/// Up to N bytes of text; what does not fit is cut. Trivially copyable, so it may live in shared
+/// memory.
 template <std::size_t N>
 class FixedString {
   public:

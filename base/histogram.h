@@ -1,12 +1,12 @@
-// A histogram of durations with a bounded relative error: log-linear buckets, fixed memory, trivially
-// copyable.
+// A histogram of durations with a bounded relative error: log-linear buckets, fixed memory,
+// trivially copyable.
 //
-//   value:   0 1 2 … 15 | 16 17 … 31 | 32 34 … 62 | 64 68 … 124 | …      16 buckets in every power of two
+//   value:   0 1 2 … 15 | 16 17 … 31 | 32 34 … 62 | 64 68 … 124 | …    16 buckets in a power of two
 //   width:        1            1            2             4
 //
-// The relative error of a quantile is below 1/16 = 6.25 %; min, max, sum and count are exact. Recording is
-// one count-leading-zeros and one increment: it is meant for every step of a real-time loop. (The layout is
-// that of G. Tene's HdrHistogram, with 4 sub-bucket bits.)
+// The relative error of a quantile is below 1/16 = 6.25 %; min, max, sum and count are exact.
+// Recording is one count-leading-zeros and one increment: it is meant for every step of a real-time
+// loop. (The layout is that of G. Tene's HdrHistogram, with 4 sub-bucket bits.)
 #pragma once
 
 #include <array>
@@ -16,12 +16,13 @@
 
 namespace qduino {
 
-/// Non-negative 64-bit values, unit by the owner's name (e.g. lateness_ns). Negative values count as 0.
+/// Non-negative 64-bit values, unit by the owner's name (e.g. lateness_ns). Negative values count
+/// as 0.
 class Histogram {
   public:
     static constexpr int kSubBits = 4;
-    static constexpr int kBuckets = (40 - kSubBits + 1)
-                                    << kSubBits;  // up to 2^40 (18 minutes in ns), then clamped
+    // Up to 2^40 (18 minutes in ns); larger values count as that.
+    static constexpr int kBuckets = (40 - kSubBits + 1) << kSubBits;
 
     constexpr void record(std::int64_t value) {
         const std::uint64_t v = value < 0 ? 0 : static_cast<std::uint64_t>(value);
@@ -39,7 +40,7 @@ class Histogram {
     [[nodiscard]] constexpr double mean() const {
         return count_ ? static_cast<double>(sum_) / static_cast<double>(count_) : 0.0;
     }
-    /// The smallest recorded bucket bound that at least `q` (0…1) of all values do not exceed; never above
+    /// The smallest bucket bound that at least `q` (0…1) of all values do not exceed; never above
     /// max().
     [[nodiscard]] constexpr std::uint64_t quantile(double q) const {
         if (count_ == 0) return 0;
@@ -48,7 +49,8 @@ class Histogram {
         for (int i = 0; i < kBuckets; ++i) {
             seen += counts_[i];
             if (seen > 0 && static_cast<double>(seen) >= wanted) {
-                if (i == kBuckets - 1) return max_;  // it also holds everything beyond its own bound
+                // The last bucket also holds everything beyond its own bound.
+                if (i == kBuckets - 1) return max_;
                 const std::uint64_t bound = upper_bound_of(i);
                 return bound > max_ ? max_ : bound;
             }

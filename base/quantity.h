@@ -1,9 +1,9 @@
-// Physical quantities as types: a length cannot be passed for a speed, mm/min cannot pass for mm/s.
+// Physical quantities as types: a length cannot be passed for a speed, nor mm/min for mm/s.
 //
-// A quantity is a double with exponents of millimetre and second; products and quotients carry them along, so
-// that `MillimetresPerSecond * Seconds` is `Millimetres` by the compiler's own arithmetic. Temperature stands
-// apart: it is never multiplied. The raw number is reached by `.value()` alone, so that every place where a
-// unit is given up can be found by name.
+// A quantity is a double with exponents of millimetre and second. Products and quotients carry the
+// exponents along, so the compiler works out that `MillimetresPerSecond * Seconds` is
+// `Millimetres`. Temperature stands apart: it is never multiplied. Only `.value()` gives the raw
+// number, so a search for it finds every place where a unit is given up.
 #pragma once
 
 #include <compare>

@@ -1,4 +1,5 @@
-// An operating error as a value: what was wrong, where, and what to do, in bounded text, without a heap.
+// An operating error as a value: bounded text, without a heap, that says what was wrong, where, and
+// what to do.
 #pragma once
 
 #include <type_traits>
@@ -10,7 +11,7 @@
 
 namespace qduino {
 
-/// The broad class of an error: what a caller may decide on. The text is for people.
+/// The broad class of an error, for a caller that decides by it. The text is for people.
 enum class ErrorCode : std::uint8_t {
     invalid_argument,  ///< the input is malformed or out of range; nothing was changed
     out_of_range,      ///< a machine limit (bounds, temperature, rate) would be broken

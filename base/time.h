@@ -1,8 +1,8 @@
 // Time as a parameter.
 //
-// Every instant in the project is an `Instant`: nanoseconds of a clock that cannot be read. `Clock` has no
-// `now()` on purpose: only a board hands out the time (ARCHITECTURE.md, "Time and units"), so pure code
-// cannot read it behind its caller's back and runs the same in virtual time.
+// Code that reads a clock behind its caller's back cannot run in virtual time, nor be tested at a
+// chosen instant. So an `Instant` is nanoseconds of a clock that has no `now()`: only a board hands
+// out the time (ARCHITECTURE.md, "Time and units").
 #pragma once
 
 #include <chrono>
@@ -26,7 +26,8 @@ struct Clock {
 /// A point in time, nanoseconds since the board started its clock.
 using Instant = Clock::time_point;
 
-/// The instant before everything; what an empty timer compares against is never this one (use std::optional).
+/// The instant before everything. It is a valid instant: a timer that is not set is an empty
+/// std::optional, and not this.
 inline constexpr Instant kEpoch{};
 /// Later than any instant that happens.
 inline constexpr Instant kForever = Instant::max();

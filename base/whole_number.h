@@ -8,7 +8,8 @@
 
 namespace qduino {
 
-/// Nothing when `text` is empty, holds anything else (a space, a plus sign), or T cannot hold the number.
+/// Nothing when `text` is empty, when it holds anything else (a space, a plus sign), or when T
+/// cannot hold the number.
 template <std::integral T>
 [[nodiscard]] std::optional<T> whole_number(std::string_view text) {
     T value{};

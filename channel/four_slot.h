@@ -1,15 +1,16 @@
-// Four-slot: one writer, one reader, always the freshest whole value, and neither side ever waits for the
-// other.
+// Four-slot: one writer, one reader, always the freshest whole value, and neither side ever waits
+// for the other.
 //
-// H. R. Simpson, "Four-slot fully asynchronous communication mechanism", IEE Proceedings 137(1), 1990.
+// H. R. Simpson, "Four-slot fully asynchronous communication mechanism", IEE Proceedings 137(1),
+// 1990.
 //
 //   two pairs of two slots:      pair 0: [a][b]     pair 1: [c][d]
-//   writer:  takes the pair the reader is NOT in, and in it the slot NOT last written; then says so
-//   reader:  goes to the pair last written, says so, and reads the slot last written in it
+//   writer:  takes the pair that the reader is NOT in, and there the slot NOT written last; says so
+//   reader:  goes to the pair written last, says so, and reads the slot written last in it
 //
-// The writer avoids the reader by pair, the reader the writer by slot: they never touch the same slot. The
-// argument needs a single order of the control variables, hence sequentially consistent atomics; the slots
-// themselves are plain memory.
+// The writer avoids the reader by pair, and the reader avoids the writer by slot: they never touch
+// the same slot. The argument needs a single order of the control variables. They are therefore
+// sequentially consistent atomics; the slots themselves are plain memory.
 #pragma once
 
 #include <array>
@@ -39,8 +40,8 @@ class FourSlot {
 
     /// Reader only. Wait-free: one copy of T.
     [[nodiscard]] T read() const {
-        const unsigned pair =
-            latest_pair_.load() & 1u;  // masked: a damaged shared page must not index outside
+        // Masked: a damaged shared page must not index outside.
+        const unsigned pair = latest_pair_.load() & 1u;
         reading_.store(static_cast<std::uint8_t>(pair));
         const unsigned slot = latest_slot_[pair].load() & 1u;
         return slots_[pair][slot];

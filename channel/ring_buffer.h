@@ -4,16 +4,18 @@
 //                v                      v
 //   [ . . . . . | A | B | C | D | E | . . . . ]      head - tail = items held, at most N
 //
-// Head and tail count items ever written and read; the slot is the count modulo N (a power of two), so full
-// and empty need no spare slot and no flag. Each side keeps a copy of the other's counter and looks again
-// only when the copy says full (or empty), which keeps the cache line of the counter from travelling on every
-// item.
+// Head and tail count the items ever written and read. The slot of an item is its count modulo N (a
+// power of two), so full and empty need no spare slot and no flag.
 //
-// Memory order: a slot is written before head is released, read after head is acquired; freed by releasing
-// tail, reused after acquiring it. Nothing else orders anything.
+// A counter that both sides look at for every item travels between their caches for every item. So
+// each side keeps a copy of the other's counter, and looks again only when the copy says full (or
+// empty).
 //
-// The object holds no pointer; a zeroed object is an empty ring, so a mapped file of zeroes is one too. A
-// writer that dies between writing slots and releasing head leaves the ring as it was before.
+// Memory order: a slot is written before head is released, and read after head is acquired. It is
+// freed by releasing tail, and used again after acquiring it. Nothing else orders anything.
+//
+// The object holds no pointer, and a zeroed object is an empty ring: so is a mapped file of zeroes.
+// A writer that dies between writing slots and releasing head leaves the ring as it was before.
 #pragma once
 
 #include <algorithm>
@@ -29,10 +31,11 @@
 namespace qduino::channel {
 
 inline constexpr std::size_t kCacheLine = 64;
-/// Cores fetch lines in aligned pairs as well: what the two sides write stands in different pairs.
+/// Cores also fetch lines in aligned pairs, so the two sides write to different pairs.
 inline constexpr std::size_t kLinePair = 2 * kCacheLine;
 
-/// Asks for the line at `address` to be written: a store that finds it here does not hold up the stores behind it.
+/// Asks for the line at `address` to be owned by this core. A store to a line that is owned does
+/// not hold up the stores behind it.
 inline void fetch_for_writing(const void* address) {
 #if defined(__x86_64__)  // where the builtin asks for a line to be shared
     asm volatile("prefetchw %0" : : "m"(*static_cast<const char*>(address)));
@@ -50,7 +53,7 @@ class RingBuffer {
   public:
     static constexpr std::size_t kCapacity = N;
 
-    // ---- writer's side ------------------------------------------------------------------------------------
+    // ---- writer's side --------------------------------------------------------------------------
 
     /// False, and nothing changed, when full. Wait-free.
     [[nodiscard]] bool try_push(const T& item) {
@@ -59,8 +62,8 @@ class RingBuffer {
         return true;
     }
 
-    /// The first half of try_push(): `item` is in its slot, and the reader does not see it until commit(1). Staged again,
-    /// it is overwritten. False when full.
+    /// The first half of try_push(): `item` is in its slot, but the reader does not see it until
+    /// commit(1). A second call before that overwrites it. False when full.
     [[nodiscard]] bool try_stage(const T& item) {
         const std::uint64_t head = head_.load(std::memory_order_relaxed);
         if (head - cached_tail_ >= N) {
@@ -68,7 +71,8 @@ class RingBuffer {
             if (head - cached_tail_ >= N) return false;
         }
         slots_[head & (N - 1)] = item;
-        // Each item on a line of its own, which the reader had last. Smaller ones share it, larger ones take long enough.
+        // The next item lies on a line of its own, which the reader had last. Smaller items share a
+        // line, and larger ones take long enough anyway.
         if constexpr (sizeof(T) > kCacheLine / 2 && sizeof(T) <= kCacheLine)
             fetch_for_writing(&slots_[(head + kFetchAhead) & (N - 1)]);
         return true;
@@ -79,7 +83,8 @@ class RingBuffer {
         head_.store(head_.load(std::memory_order_relaxed) + count, std::memory_order_release);
     }
 
-    /// Pushes as many of `items` as fit, in order, and returns how many; they appear to the reader all at once.
+    /// Pushes as many of `items` as fit, in order, and returns how many. The reader sees them all
+    /// at once.
     std::size_t push_some(std::span<const T> items) {
         const std::uint64_t head = head_.load(std::memory_order_relaxed);
         if (N - held(head, cached_tail_) < items.size()) cached_tail_ = tail_.load(std::memory_order_acquire);
@@ -95,7 +100,8 @@ class RingBuffer {
         return count;
     }
 
-    /// Pushes all of `items`, or none and false. A frame written so is never seen in part.
+    /// Pushes all of `items` and returns true, or none and false. The reader never sees a part of
+    /// them.
     [[nodiscard]] bool try_push_all(std::span<const T> items) {
         return free() >= items.size() && push_some(items) == items.size();
     }
@@ -105,7 +111,7 @@ class RingBuffer {
         return N - held(head_.load(std::memory_order_relaxed), tail_.load(std::memory_order_acquire));
     }
 
-    // ---- reader's side ------------------------------------------------------------------------------------
+    // ---- reader's side --------------------------------------------------------------------------
 
     /// The oldest item, or null when empty. Stays valid until pop().
     [[nodiscard]] const T* front() { return peek(0); }
@@ -133,7 +139,7 @@ class RingBuffer {
         return true;
     }
 
-    /// Moves up to `items.size()` of the oldest out, and returns how many.
+    /// Moves the oldest items out, at most `items.size()`, and returns how many.
     std::size_t pop_some(std::span<T> items) {
         const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
         if (cached_head_ - tail < items.size()) cached_head_ = head_.load(std::memory_order_acquire);
@@ -151,13 +157,15 @@ class RingBuffer {
 
     /// Drops everything held now.
     void discard_all() {
-        cached_head_ = head_.load(std::memory_order_acquire);  // or the copy would lie behind the new tail
+        // Otherwise the copy would lie behind the new tail.
+        cached_head_ = head_.load(std::memory_order_acquire);
         tail_.store(cached_head_, std::memory_order_release);
     }
 
-    // ---- either side --------------------------------------------------------------------------------------
+    // ---- either side ----------------------------------------------------------------------------
 
-    /// Items held, at one instant in the recent past. Counters outside 0…N (a damaged shared page) read as N.
+    /// Items held, at one instant in the recent past. Counters outside 0…N (a damaged shared page)
+    /// read as N.
     [[nodiscard]] std::size_t size() const {
         const std::uint64_t tail = tail_.load(std::memory_order_acquire);
         return held(head_.load(std::memory_order_acquire), tail);
@@ -173,15 +181,17 @@ class RingBuffer {
     void adopt_reader() { cached_head_ = tail_.load(std::memory_order_relaxed); }
 
   private:
-    /// At most N, whatever the counters of a damaged shared page say: no count ever reaches outside the slots.
+    /// At most N, whatever the counters of a damaged shared page say: no count reaches outside the
+    /// slots.
     static std::size_t held(std::uint64_t head, std::uint64_t tail) {
         return static_cast<std::size_t>(std::min<std::uint64_t>(head - tail, N));
     }
 
     static constexpr std::uint64_t kFetchAhead = 4;
 
-    // Each side's copy stands apart from its counter: a store to the copy must not wait for a line that the other
-    // side has just looked at, or every item behind it in the store buffer waits too.
+    // Each side's copy stands apart from its counter. The other side may just have looked at the
+    // counter's line, and a store to the copy would then wait for that line, with every item behind
+    // it.
     alignas(kLinePair) std::atomic<std::uint64_t> head_{0};
     alignas(kCacheLine) std::uint64_t cached_tail_ = 0;  // the writer's
     alignas(kLinePair) std::atomic<std::uint64_t> tail_{0};

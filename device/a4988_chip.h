@@ -1,11 +1,13 @@
-// A4988: the chip's side. Turns edges on STEP, DIR and ENABLE into microsteps, and catches every broken timing rule.
+// A4988: the chip's side. Turns edges on STEP, DIR and ENABLE into microsteps, and counts every
+// broken timing rule.
 //
-// Real silicon given a pulse that is too short may or may not step: this model takes the worse view, and a pulse that
-// breaks a rule is lost. Whether it was broken is known only when STEP falls (its width, and DIR's hold time), so that is
-// when the microstep is handed out; its instant is that of the rising edge, as in the chip.
+// A real chip may or may not step on a pulse that is too short. This model takes the worse view: a
+// pulse that breaks a rule is lost. Two of the rules (the pulse's width, and DIR's hold time) are
+// decided only when STEP falls. So the microstep is handed out then, with the instant of the rising
+// edge, as in the chip.
 //
-//   STEP ___┌────────┐___        rises: DIR set-up and the low time before it are judged
-//           ^        ^           falls: the width, and DIR's hold since the rise, are judged: a step, or a violation
+//   STEP ___┌────────┐___     rises: the set-up of DIR and the low time before are judged
+//           ^        ^        falls: the width and DIR's hold are judged: a step, or a violation
 //
 // Invariants: instants never go back; at most one microstep for each rising edge.
 #pragma once
@@ -37,7 +39,8 @@ struct Microstep {
 
 class A4988Chip {
   public:
-    /// STEP has `level` from `now` on. A microstep when this completes a pulse that kept every rule.
+    /// STEP has `level` from `now` on. Returns a microstep when this ends a pulse that kept every
+    /// rule.
     std::optional<Microstep> write_step(Instant now, bool level) {
         if (level == step_) return std::nullopt;
         step_ = level;

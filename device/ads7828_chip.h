@@ -1,6 +1,7 @@
-// ADS7828: the chip's side. Decodes the transactions that a driver really sends, as the silicon would.
+// ADS7828: the chip's side. Decodes the transactions that a driver really sends, as the chip would.
 //
-// Source: Texas Instruments, ADS7828 data sheet (SBAS181), tables "Channel selection control" and "Power-down selection".
+// Source: Texas Instruments, ADS7828 data sheet (SBAS181), tables "Channel selection control" and
+// "Power-down selection".
 //
 //   SD C2 C1 C0   +IN  -IN          SD C2 C1 C0   +IN  -IN
 //    1  0  0  0   CH0  COM           0  0  0  0   CH0  CH1
@@ -12,8 +13,9 @@
 //    1  1  1  0   CH5  COM           0  1  1  0   CH5  CH4
 //    1  1  1  1   CH7  COM           0  1  1  1   CH7  CH6
 //
-// The command stays in force until the next one, so a read alone converts the same channel again. The table is written
-// out, not computed with the driver's formula: the two sides are there to catch each other's mistakes.
+// A command stays in force until the next one, so a read alone converts the same channel again. The
+// table is written out, and not computed with the driver's formula, so that each side catches the
+// other's mistakes.
 #pragma once
 
 #include <algorithm>
@@ -31,8 +33,8 @@ class Ads7828Chip {
     explicit constexpr Ads7828Chip(double reference_v) : reference_v_(reference_v) {}
 
     /// One transaction: the bytes written, then, after a repeated start, the bytes to be read.
-    /// `volts_of(channel)` gives the voltage on an input against COM; it is asked for the selected channels
-    /// alone.
+    /// `volts_of(channel)` gives the voltage on an input against COM. It is called for the selected
+    /// channels only.
     template <typename VoltsOf>
     void transfer(std::span<const std::uint8_t> written, std::span<std::uint8_t> read, VoltsOf&& volts_of) {
         if (!written.empty()) command_ = written.back();
@@ -41,8 +43,8 @@ class Ads7828Chip {
         double volts = volts_of(static_cast<int>(inputs.plus));
         if (inputs.minus != kCom) volts -= volts_of(static_cast<int>(inputs.minus));
         const int result = convert(volts);
-        for (std::size_t i = 0; i < read.size();
-             ++i)  // a read past two bytes converts again, so the pair repeats
+        // A read past two bytes converts again, so the pair repeats.
+        for (std::size_t i = 0; i < read.size(); ++i)
             read[i] = static_cast<std::uint8_t>(i % 2 == 0 ? result >> 8 : result & 0xFF);
     }
 

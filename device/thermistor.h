@@ -1,12 +1,12 @@
 // NTC thermistor in a voltage divider: temperature to fraction of the reference, and back.
 //
-//      Vref ──[ pull-up 4.7 kΩ ]──┬──[ thermistor R(T) ]── ground        fraction = R / (R + pull-up)
-//                                 └── ADC input                          cold: near 1, hot: near 0
+//   Vref ──[ pull-up 4.7 kΩ ]──┬──[ thermistor R(T) ]── ground    fraction = R / (R + pull-up)
+//                              └── ADC input                      cold: near 1, hot: near 0
 //
 // R(T), T in kelvin, by the Beta law: R = R25 · exp(B (1/T − 1/298.15)).
 //
-// Invariants: the fraction falls strictly as the temperature rises; celsius(fraction(t)) == t within 1e-6 K,
-// −40…400 °C.
+// Invariants: the fraction falls strictly as the temperature rises; celsius(fraction(t)) == t
+// within 1e-6 K, −40…400 °C.
 #pragma once
 
 #include "base/quantity.h"
@@ -33,7 +33,8 @@ class Thermistor {
     [[nodiscard]] double resistance_ohm(Celsius t) const;
     /// Share of the reference on the ADC input, 0…1.
     [[nodiscard]] double fraction(Celsius t) const;
-    /// Error: faulted, naming open or short circuit, when the fraction is none that this part gives.
+    /// The temperature at `fraction`. Error: faulted, which names the open or short circuit, when
+    /// this part gives no such fraction.
     [[nodiscard]] Result<Celsius> celsius(double fraction) const;
 
   private:

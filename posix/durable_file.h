@@ -1,4 +1,4 @@
-// Files that a power cut or a kill finds whole or not at all: written beside, synced, then named.
+// Files that are whole or absent after a power cut or a kill: written beside, synced, then named.
 #pragma once
 
 #include <filesystem>
@@ -8,15 +8,15 @@
 
 namespace qduino::posix {
 
-/// A file or a folder, to the disk. Error: the system's.
+/// Syncs a file or a folder to the disk. Error: the system's.
 [[nodiscard]] Result<void> sync_to_disk(const std::filesystem::path& path);
 
-/// The new name, to the disk. The bytes must be there already. Error: the system's.
+/// Renames, and syncs the new name to the disk. The bytes must be there already. Error: the system's.
 [[nodiscard]] Result<void> rename_and_sync(const std::filesystem::path& from,
                                            const std::filesystem::path& to);
 
-/// A small file (mode 0600), whole on the disk before it has its name; the name itself is synced with the
-/// folder, by the caller. Error: the system's; the old file stays then.
+/// Writes a small file (mode 0600), whole on the disk before it has its name. The caller syncs the
+/// name, with the folder. Error: the system's; the old file then stays.
 [[nodiscard]] Result<void> write_durably(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace qduino::posix

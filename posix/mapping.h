@@ -1,4 +1,5 @@
-// Memory that processes share: a part of a file, or pages that children inherit. Unmapped when it goes.
+// Memory that processes share: a part of a file, or pages that children inherit. Unmapped when it is
+// destroyed.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +39,8 @@ class Mapping {
     std::size_t bytes_ = 0;
 };
 
-/// Maps `bytes` of `fd` at `offset` (whole pages), readable and writable. `populate` faults the pages in at once.
+/// Maps `bytes` of `fd` at `offset` (whole pages), readable and writable. `populate` faults the
+/// pages in at once.
 [[nodiscard]] Result<Mapping> map_shared(int fd, std::size_t offset, std::size_t bytes, bool populate);
 
 /// `bytes` of zeros that children made by fork() share. The pages are there at once.

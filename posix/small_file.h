@@ -1,4 +1,5 @@
-// Small files, whole: settings, records, and the files by which the kernel speaks (/proc, /sys). Not real-time.
+// Reads and writes small files, whole: settings, records, and the kernel's own (/proc, /sys). Not
+// real-time.
 #pragma once
 
 #include <span>
@@ -9,19 +10,22 @@
 
 namespace qduino::posix {
 
-/// At most `bytes.size()` bytes from where `fd` stands; 0 at its end. Error: the system's, in which `name` is the object.
+/// Reads at most `bytes.size()` bytes from the position of `fd`; 0 at its end. Error: the system's,
+/// with `name` as its object.
 [[nodiscard]] Result<std::size_t> read_some(int fd, std::span<char> bytes, std::string_view name);
 
-/// The bytes from where `fd` stands to its end. Error: the system's, in which `name` is the object.
+/// The bytes from the position of `fd` to its end. Error: the system's, with `name` as its object.
 [[nodiscard]] Result<std::string> read_to_end(int fd, std::string_view name);
 
 /// The whole text of a small file. Error: the system's.
 [[nodiscard]] Result<std::string> read_small_file(const std::string& path);
 
-/// All of `bytes`, whatever a single write(2) takes. Error: the system's, in which `name` is the object.
+/// Writes all of `bytes`, however little a single write(2) takes. Error: the system's, with `name` as
+/// its object.
 [[nodiscard]] Result<void> write_all(int fd, std::span<const char> bytes, std::string_view name);
 
-/// One write(2) of `text` to a file that exists: the kernel's files take a value in one piece. Error: the system's.
+/// One write(2) of `text` to a file that exists: the kernel's files take a value in one piece.
+/// Error: the system's.
 [[nodiscard]] Result<void> write_small_file(const std::string& path, std::string_view text);
 
 }  // namespace qduino::posix
