@@ -8,7 +8,7 @@ namespace qduino::sched {
 
 CoreScheduler::CoreScheduler() { slots_.fill(kNoSlot); }
 
-// ---- the table ------------------------------------------------------------------------------------------------
+// ---- the table ----------------------------------------------------------------------------------
 
 bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainVcpuOptions options) {
     if (!parameters.valid() || contains(id) || main_count_ == kMainVcpuLimit) return false;
@@ -74,7 +74,7 @@ void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
     vcpu.server.consume(now, used);
 }
 
-// ---- what happens ---------------------------------------------------------------------------------------------
+// ---- events -------------------------------------------------------------------------------------
 
 void CoreScheduler::wake(VcpuId id, Instant now) {
     account(now);
@@ -117,7 +117,7 @@ void CoreScheduler::account(Instant now, Nanoseconds stolen) {
     accounted_until_ = now;
 }
 
-// ---- the decision ---------------------------------------------------------------------------------------------
+// ---- the decision -------------------------------------------------------------------------------
 
 Decision CoreScheduler::decide(Instant now) {
     account(now);
@@ -137,7 +137,8 @@ const CoreScheduler::Vcpu* CoreScheduler::highest(Instant now) const {
     return best;
 }
 
-/// The end of the chosen one's budget, or before it the replenishment of a throttled VCPU that would preempt it.
+/// The end of the chosen VCPU's budget. Earlier, if a throttled VCPU that would preempt it is
+/// replenished before that.
 Instant CoreScheduler::next_change(const Vcpu* chosen, Instant now) const {
     Instant until = kForever;
     if (chosen && !chosen->owns_core) until = now + available(*chosen, now);
@@ -150,7 +151,7 @@ Instant CoreScheduler::next_change(const Vcpu* chosen, Instant now) const {
     return until;
 }
 
-// ---- questions ------------------------------------------------------------------------------------------------
+// ---- queries ------------------------------------------------------------------------------------
 
 std::optional<VcpuId> CoreScheduler::running() const {
     if (running_ == kNoSlot) return std::nullopt;

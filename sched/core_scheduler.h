@@ -1,7 +1,9 @@
-// The scheduler of one core: rate-monotonic over main VCPUs (sporadic servers) and I/O VCPUs (PIBS).
+// The scheduler of one core: rate-monotonic over main VCPUs (sporadic servers) and I/O VCPUs
+// (PIBS).
 //
-// Rate-monotonic (Liu, Layland, JACM 1973): the shorter the period, the higher the priority; at equal periods
-// the lower id. An I/O VCPU has, while it works, the period of the main VCPU that it works for (pibs.h).
+// Rate-monotonic (Liu, Layland, JACM 1973): the shorter the period, the higher the priority; at
+// equal periods the lower id goes first. While an I/O VCPU works, it has the period of the main
+// VCPU that it works for (pibs.h).
 //
 //              wake  ┌──────────┐  decide  ┌─────────┐
 //   blocked ────────►│ runnable │─────────►│ running │
@@ -11,19 +13,19 @@
 //
 // A throttled VCPU stays runnable; decide() skips it until its replenishment.
 //
-// Locks are the caller's; two things about them are this class's (L. Sha, R. Rajkumar, J. Lehoczky, "Priority inheritance
-// protocols", IEEE Trans. Computers, 1990):
-//   - inherit(): who holds a lock ranks as the highest of those who wait for it;
-//   - set_holding(): who holds one is not throttled when its budget ends, or its waiters would wait for its
-//     replenishment. It goes on for one budget more at most, charged forward as any overrun: what the others lose to it
-//     within a period is bounded, and given back.
+// The caller keeps the locks. Two things about them are this class's work (L. Sha, R. Rajkumar, J.
+// Lehoczky, "Priority inheritance protocols", IEEE Trans. Computers, 1990):
+// - inherit(): the holder of a lock takes the rank of its highest waiter.
+// - set_holding(): the holder of a lock is not throttled when its budget ends, or its waiters would
+//   wait for its replenishment. It runs on for one budget more at most, and that is charged forward
+//   like any overrun: within a period the others lose a bounded time to it, and they get it back.
 //
-// The caller owns the clock: it calls decide(now), runs what it is told until `until` at the latest (or until
-// something wakes or blocks), then calls again. Between two calls the VCPU last chosen is taken to have run
-// all the time, but for what account() is told was taken from it.
+// The caller keeps the clock. It calls decide(now), runs the chosen VCPU until `until` at the
+// latest (or until something wakes or blocks), then calls again. Between two calls the chosen VCPU
+// counts as running all the time, less what account() is told was taken from it.
 //
-// Invariants: at most one runs; it is the eligible runnable VCPU of highest priority at the last decide();
-// every nanosecond that a VCPU ran is charged to its server, once.
+// Invariants: at most one VCPU runs. It is the eligible runnable VCPU of highest priority at the
+// last decide(). Every nanosecond that a VCPU ran is charged to its server, once.
 #pragma once
 
 #include <array>
@@ -40,13 +42,14 @@ namespace qduino::sched {
 
 struct Decision {
     std::optional<VcpuId> vcpu;  ///< none: the core idles
-    /// Decide again here at the latest: the chosen one's budget ends, or a replenishment may change the
-    /// choice. kForever when only a wake or a block can.
+    /// Decide again at this instant at the latest: the chosen VCPU's budget ends, or a
+    /// replenishment may change the choice. kForever when only a wake or a block can change it.
     Instant until = kForever;
     bool operator==(const Decision&) const = default;
 };
 
-/// Who goes first: the smaller. A VCPU's own is its period and its id.
+/// The order in which VCPUs run: the smaller rank first. A VCPU's own rank is its period and its
+/// id.
 struct Rank {
     Nanoseconds period = Nanoseconds::max();
     VcpuId id = 0xff;
@@ -64,41 +67,43 @@ class CoreScheduler {
   public:
     CoreScheduler();
 
-    /// Adds a blocked main VCPU with a full budget. False, and nothing changed, when the id is taken, the
-    /// parameters are not valid, the table is full, or owns_core is asked with budget < period. Whether it
-    /// is admitted, the caller has asked admission.h.
+    /// Adds a blocked main VCPU with a full budget. False, and nothing changed, when the id is
+    /// taken, the parameters are not valid, the table is full, or owns_core is asked with budget <
+    /// period. Does not test whether the core can take the VCPU: that is admission.h.
     [[nodiscard]] bool add(VcpuId id, VcpuParameters parameters, Instant now = kEpoch,
                            MainVcpuOptions options = {});
     /// Adds an idle I/O VCPU. False as above.
     [[nodiscard]] bool add_io(VcpuId id, VcpuParameters parameters, Instant now = kEpoch);
 
-    /// Main VCPU `id` has work. No effect if it already had. For an I/O VCPU: work at its own period.
+    /// Main VCPU `id` has work. No effect if it already had. For an I/O VCPU: work at its own
+    /// period.
     void wake(VcpuId id, Instant now);
-    /// I/O VCPU `id` has work on behalf of a main VCPU of period `client_period`, of this core or another.
+    /// I/O VCPU `id` has work on behalf of a main VCPU of period `client_period`, of this core or
+    /// another.
     void wake_io(VcpuId id, Instant now, Nanoseconds client_period);
     /// As above, for a client on this core.
     void wake_io_for(VcpuId id, VcpuId client, Instant now);
     /// VCPU `id`, main or I/O, has no work left.
     void block(VcpuId id, Instant now);
 
-    /// `id` ranks at least as high as `rank` from the next decide() on, until told otherwise (its own rank: no more).
+    /// From the next decide() on, `id` ranks at least as high as `rank`. Its own rank ends that.
     void inherit(VcpuId id, Rank rank);
-    /// `id` holds a lock, or holds none any more. Charge what was stolen first.
+    /// `id` holds a lock, or no longer holds any. Call account() with the stolen time first.
     void set_holding(VcpuId id, bool holding, Instant now);
 
-    /// Charges the running VCPU for the time since the last call, less `stolen` (interrupts that were served
-    /// on the core meanwhile; 0 <= stolen <= the time passed). The calls above and decide() do it themselves
-    /// with nothing stolen.
+    /// Charges the running VCPU for the time since the last call, less `stolen`: interrupts that
+    /// the core served meanwhile (0 <= stolen <= the time passed). The calls above and decide()
+    /// account by themselves, with nothing stolen.
     void account(Instant now, Nanoseconds stolen = Nanoseconds{0});
-    /// Who runs from `now` on. Accounts first.
+    /// The VCPU that runs from `now` on. Accounts first.
     Decision decide(Instant now);
 
     /// The VCPU that the last decide() chose and that has not blocked since.
     [[nodiscard]] std::optional<VcpuId> running() const;
     /// Contract for all of these: `id` was added.
     [[nodiscard]] bool runnable(VcpuId id) const;  ///< has work, with or without budget
-    /// Budget left at `now`, or, when that is spent and it holds a lock, what it may overrun; Nanoseconds::max() for an
-    /// owning VCPU.
+    /// Budget left at `now`; when that is spent and it holds a lock, what it may overrun;
+    /// Nanoseconds::max() for a VCPU that owns the core.
     [[nodiscard]] Nanoseconds available(VcpuId id, Instant now) const;
     [[nodiscard]] Instant next_replenishment(VcpuId id) const;
     [[nodiscard]] Nanoseconds consumed(VcpuId id) const;  ///< charged ever

@@ -1,4 +1,5 @@
-// Exact integer arithmetic for decisions: products of 64 bits in 128, quotients rounded in the direction that is asked.
+// Exact integer arithmetic for decisions: products of 64 bits in 128, quotients rounded up or down
+// as the caller asks.
 #pragma once
 
 #include <cstdint>

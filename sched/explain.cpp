@@ -192,7 +192,8 @@ void write_core(Writer& out, const Admission& admission) {
     if (admission.loops.empty() && admission.admitted) return;
     out << "core " << std::int64_t{admission.core} << ": " << (admission.admitted ? "admitted" : "refused");
     if (admission.by == AdmittedBy::owned && !admission.loops.empty()) {
-        // No test was made, and none is needed: the bound would not hold of a whole core with overheads.
+        // An owned core needs no test, and none was made: with overheads, the bound would not hold
+        // of a whole core.
         out << ", owned by ";
         write_name(out, admission.loops[0].id, false);
         out << ": it is alone there and never throttled";
@@ -225,7 +226,8 @@ FixedString<32> duration_text(Nanoseconds duration) {
     const std::int64_t ns = duration.count();
     FixedString<32> text;
     for (const Unit& unit : kUnits) {
-        // Three decimals of this unit must say it exactly; below one unit, the next smaller one reads better.
+        // Three decimals of this unit must express the duration exactly. Below one unit, the next
+        // smaller unit reads better.
         const std::int64_t grain = unit.ns >= 1000 ? unit.ns / 1000 : 1;
         const bool below = (ns < 0 ? -ns : ns) < unit.ns;
         if (unit.ns > 1 && (below || ns % grain != 0)) continue;

@@ -19,8 +19,8 @@
 
 namespace qduino::sched {
 
-/// Lines end in '\n' and are at most 80 columns long. Room for the fullest core; of a machine of many full
-/// cores the end is cut.
+/// Lines end in '\n' and are at most 80 columns long. There is room for the fullest core. When many
+/// cores are full, the end of the text is cut.
 using Explanation = FixedString<8192>;
 
 /// The table of a core: how it was admitted, each loop's R and T; or the refusal.

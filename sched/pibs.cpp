@@ -46,8 +46,8 @@ void Pibs::raise(Instant now, Nanoseconds client_period) {
     client_period_ = client_period;
     remaining_ = std::min(remaining_, budget_for(client_period));
     if (eligible_from_ > now) return;
-    // What it uses from here on counts at the new priority, and from here on: charging it from an older instant
-    // would give it back too soon for those whom it now delays.
+    // What it uses from here on counts at the new priority, so it is charged from here on. Charged
+    // from an older instant, it would come back too soon for the VCPUs that it now delays.
     charged_from_ = std::max(now, charged_from_ + recovery_of(used_));
     used_ = Nanoseconds{0};
 }

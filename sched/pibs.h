@@ -1,31 +1,36 @@
-// PIBS, the priority-inheriting bandwidth-preserving server: what an I/O VCPU (a bottom half) may run, and when.
+// PIBS, the priority-inheriting bandwidth-preserving server: what an I/O VCPU (a bottom half) may
+// run, and when.
 //
-// A bottom half works for a main VCPU. It inherits that one's period T as its priority, and gets the share
-// U of it:
+// A bottom half works for a main VCPU, its client. It takes the client's period T as its priority,
+// and gets the share U of it:
 //
 //   U = 1/4, client T = 16:   budget U·T = 4
 //
 //        e               e + used/U
 //        |████           |████              used all 4:  eligible again 16 after e
-//        |█  |████                          used 1:      eligible again  4 after e, with a budget of U·T
+//        |█  |████                          used 1:      eligible again  4 after e, budget U·T
 //
-//   - one replenishment, not a list: at (instant it became eligible) + used/U; it does not run before it;
-//   - a client with a shorter period that comes during service raises it: the priority becomes the new
-//     client's, and the budget that remains is clamped to U·T_new, or it would run at the new priority
-//     with the old one's bigger budget;
-//   - what it uses after a raise is charged from the raise: a service that was held up at the old priority
-//     for long would else be replenished at once at the new one, and break the window bound there;
-//   - time used beyond the budget is part of `used`: an overrun moves the replenishment, never forgiven.
+// - There is one replenishment and no list. It comes at (instant it became eligible) + used/U, and
+//   the server does not run before it.
+// - A client with a shorter period may come during service. It raises the server: the priority
+//   becomes the new client's, and the remaining budget is clamped to U·T_new. Otherwise the server
+//   would run at the new priority with the bigger budget of the old one.
+// - Use after a raise is charged from the raise. Otherwise a service that was held up for long at
+//   the old priority would be replenished at once at the new one, and break the window bound there.
+// - Time used beyond the budget is part of `used`: an overrun moves the replenishment and is never
+//   forgiven.
 //
-// E. Missimer, K. Zhao, R. West, "Mixed-criticality scheduling with I/O", ECRTS 2016; M. Danish, Y. Li,
-// R. West, "Virtual-CPU scheduling in the Quest operating system", RTAS 2011. Charging from the raise is ours:
-// it delays, never advances, a replenishment; the property tests show that without it the bound fails.
+// E. Missimer, K. Zhao, R. West, "Mixed-criticality scheduling with I/O", ECRTS 2016; M. Danish, Y.
+// Li, R. West, "Virtual-CPU scheduling in the Quest operating system", RTAS 2011. Charging from the
+// raise is ours. It delays a replenishment and never advances one; the property tests show that the
+// bound fails without it.
 //
-// Window bound, at the priority of client period T and above, while nothing of higher priority holds it up:
-// in every window of length t >= U·T it consumes at most U·(t − U·T) + U·T, that is (2 − U)·U·T in one period.
+// Window bound, at the priority of client period T and above, while nothing of higher priority
+// holds it up: in every window of length t >= U·T it consumes at most U·(t − U·T) + U·T, which is
+// (2 − U)·U·T in one period.
 //
-// Invariants: remaining <= U·T; the replenishment never moves back; rounding is against the server (budget
-// down, replenishment up).
+// Invariants: remaining <= U·T; the replenishment never moves back; rounding is against the server
+// (budget down, replenishment up).
 #pragma once
 
 #include "base/time.h"
@@ -33,16 +38,17 @@
 
 namespace qduino::sched {
 
-/// One owner at a time. No call blocks or allocates. `now` must not run backwards from call to call.
+/// One owner at a time. No call blocks or allocates. `now` must not run backwards from call to
+/// call.
 class Pibs {
   public:
     Pibs() = default;  ///< for containers only: assign before use
     /// U = budget / period. Idle, eligible from `start` on. Contract: parameters.valid().
     explicit Pibs(VcpuParameters parameters, Instant start = kEpoch);
 
-    /// Work has come on behalf of a main VCPU of period `client_period` (> 0). Idle: takes that priority and
-    /// the budget U·T, once eligible. Serving: raised if the new client's period is shorter, else unchanged.
-    /// When it runs now, charge it first.
+    /// Work has come on behalf of a main VCPU of period `client_period` (> 0). An idle server takes
+    /// that priority, and the budget U·T once it is eligible. A serving one is raised if the new
+    /// client's period is shorter, and unchanged otherwise. Charge a server that is running first.
     void activate(Instant now, Nanoseconds client_period);
     /// The bottom half has no work left. Charge it first.
     void finish(Instant now);
@@ -53,7 +59,7 @@ class Pibs {
     [[nodiscard]] Nanoseconds available(Instant now) const;
     /// Has work and may run.
     [[nodiscard]] bool eligible(Instant now) const { return available(now) > Nanoseconds{0}; }
-    /// The instant from which it may run (again): in the future exactly when it is throttled.
+    /// The instant from which it may run. It is in the future exactly when the server is throttled.
     [[nodiscard]] Instant next_replenishment() const { return eligible_from_; }
 
     [[nodiscard]] bool idle() const { return !active_; }

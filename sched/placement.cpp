@@ -13,7 +13,7 @@ bool same_id_before(std::span<const VcpuRequest> requests, std::size_t index) {
                        [&](const VcpuRequest& earlier) { return earlier.id == requests[index].id; });
 }
 
-/// Refusals that no core can lift.
+/// Refusals that hold whatever the core.
 Refusal refuse_by_shape(std::span<const VcpuRequest> requests, std::size_t core_count) {
     Refusal refusal;
     for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -74,7 +74,7 @@ std::optional<int> other_core_for(const MachineAdmission& result, const VcpuRequ
     return std::nullopt;
 }
 
-/// Puts what names its core there. False when a core refuses.
+/// Puts each VCPU that names a core there. False when a core refuses.
 bool place_pinned(std::span<const VcpuRequest> requests, MachineAdmission& result) {
     for (std::size_t i = 0; i < requests.size(); ++i) {
         const VcpuRequest& request = requests[i];

@@ -1,8 +1,9 @@
 // Placement: which core for loops that name none, and the admission of a whole machine.
 //
-// Cores are partitioned. VCPUs that name a core are put there first. The others follow in order of decreasing
-// utilisation (ties: lower id), each on the first core that still admits it (first fit). The result depends on
-// nothing but the request.
+// Cores are partitioned. VCPUs that name a core are put there first. The others follow in order of
+// decreasing utilisation (ties: the lower id first). Each goes to the first core that still admits
+// it (first fit), or to the admitting core with the least utilisation (worst fit, which spreads the
+// load); ties go to the lower core. The result depends on the request alone.
 #pragma once
 
 #include <span>
@@ -25,16 +26,18 @@ struct MachineAdmission {
     FixedVector<PlacedVcpu, kRequestLimit> placed;  ///< in the order of the request
     FixedVector<CoreLoad, kCoreLimit> loads;        ///< by core number: what was put on each
     FixedVector<Admission, kCoreLimit> cores;       ///< by core number: how that was judged
-    Refusal refusal;                                ///< the first one; because == none when admitted
-    int refused_core = kAnyCore;                    ///< the core it asked for, or that came nearest
+    /// The first one; because == none when admitted.
+    Refusal refusal;
+    int refused_core = kAnyCore;  ///< the core it asked for, or that came nearest
 
     /// The core of `id`, kAnyCore when it has none.
     [[nodiscard]] int core_of(VcpuId id) const;
 };
 
-/// Admits `requests` (ids unique on the machine) to cores 0 … overheads.size()-1, each with its platform's
-/// overheads; all of them, or none. `result` is written whole; it is large (half a megabyte): keep it static.
-/// Setup-time. Contract: 1…kCoreLimit cores, at most kRequestLimit requests.
+/// Admits `requests` (ids unique on the machine) to cores 0 … overheads.size()-1, each with its
+/// platform's overheads: all of them, or none. Writes the whole of `result`, which is large (half a
+/// megabyte): keep it static. Setup-time. Contract: 1…kCoreLimit cores, at most kRequestLimit
+/// requests.
 void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOverheads> overheads,
                MachineAdmission& result);
 

@@ -31,7 +31,7 @@ void RefillQueue::spend(Nanoseconds used, Nanoseconds period) {
     const Nanoseconds sum = total();
     QDUINO_EXPECT(used >= Nanoseconds{0} && sum <= period);
 
-    // Spending every token once moves the whole list by one period: whole rounds need no loop.
+    // Spending every token once moves the whole list by one period, so whole rounds need no loop.
     const std::int64_t rounds = used / sum;
     for (Refill& refill : refills_) refill.time += rounds * period;
     used -= rounds * sum;

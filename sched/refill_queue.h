@@ -1,23 +1,25 @@
-// The refills of a sporadic server: a bounded, ordered list of {time, amount} that always sums to the budget.
+// The refills of a sporadic server: a bounded, ordered list of {time, amount} that always sums to
+// the budget.
 //
-// A refill {t, a} is a run of a unit tokens (1 ns each): the k-th may be spent from t + k on. That reading
-// gives every operation its meaning, and the naive oracle of the tests is exactly that list of tokens:
+// A refill {t, a} is a run of a unit tokens (1 ns each): the k-th may be spent from t + k on. That
+// reading gives every operation its meaning, and the naive oracle of the tests is exactly that list
+// of tokens:
 //
 //   {10, 3} {20, 2}   =   tokens at 10 11 12 . . . . . . . 20 21
 //
-//   spend(u)       the first u tokens each move one period later, also those not yet due: never forgiven
-//   advance(now)   the k-th token moves to now + k if it was earlier: an idle server must not save up
+//   spend(u)       the first u tokens move one period later, also those not yet due: never forgiven
+//   advance(now)   the k-th token moves to now + k if it was earlier: idling saves up nothing
 //   touching runs  {10, 3} {13, 2} are one run {10, 5}: the same tokens, nothing changes
-//   list full      the last run is delayed until it touches the new one: a merge never advances a token
+//   list full      the last run is delayed until it touches the new one: a merge advances no token
 //
-// Source: M. Stanovich, T. Baker, A.-I. Wang, M. Gonzalez Harbour, "Defects of the POSIX sporadic server and
-// how to correct them", RTAS 2010, which mends B. Sprunt, "Aperiodic task scheduling for real-time systems",
-// 1990.
+// Source: M. Stanovich, T. Baker, A.-I. Wang, M. Gonzalez Harbour, "Defects of the POSIX sporadic
+// server and how to correct them", RTAS 2010, which mends B. Sprunt, "Aperiodic task scheduling for
+// real-time systems", 1990.
 //
 // Invariants, checked around every operation:
-//   1. Σ amount == total, always; every amount > 0; 1 <= size <= limit.
-//   2. times strictly increase, and neighbours do not touch: time[i] + amount[i] < time[i+1].
-//   3. the tokens span at most one period: time[last] + amount[last] <= time[0] + period.
+// 1. Σ amount == total, always; every amount > 0; 1 <= size <= limit.
+// 2. times strictly increase, and neighbours do not touch: time[i] + amount[i] < time[i+1].
+// 3. the tokens span at most one period: time[last] + amount[last] <= time[0] + period.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +34,7 @@ struct Refill {
     Instant time{};        ///< spendable from here on
     Nanoseconds amount{};  ///< > 0
 
-    /// Where a run that is spent without a pause from `time` ends.
+    /// The end of a run that is spent from `time` on without a pause.
     [[nodiscard]] constexpr Instant end() const { return time + amount; }
     constexpr bool operator==(const Refill&) const = default;
 };
@@ -48,13 +50,15 @@ class RefillQueue {
 
     /// The earliest refill. Contract: not a default-constructed queue.
     [[nodiscard]] const Refill& head() const { return refills_.front(); }
-    /// What may run without a pause from `now` on: the due tokens, and those that fall due meanwhile.
+    /// CPU time that may be used from `now` on without a pause: the due tokens, and those that fall
+    /// due meanwhile.
     [[nodiscard]] Nanoseconds contiguous_from(Instant now) const;
 
     /// The first `used` tokens become spendable one `period` later than they were.
     /// Contract: used >= 0, total <= period.
     void spend(Nanoseconds used, Nanoseconds period);
-    /// No token is spendable before `now` any more, and those that have waited become one run from `now` on.
+    /// No token may be spent before `now` any more. Those that have waited become one run from
+    /// `now` on.
     void advance(Instant now);
     /// Delays runs at the head that are shorter than `shortest` until they touch the next one.
     void join_splinters(Nanoseconds shortest);

@@ -5,21 +5,24 @@
 //   t    0  1  2  3  4  5  6  7  8  9 10 11 12 13 14 15 16
 //        ██ (blocked)   ██ ██  ·  ·  · ██  ·  ·  ·  · ██ ██
 //        └──────── one period ────────►└►
-//                       └──────── one period ────────►└──►     each chunk, from when *it* became active
+//                       └──────── one period ────────►└──►  each chunk, from when *it* was active
 //
-// B. Sprunt, "Aperiodic task scheduling for real-time systems", 1990; as corrected by M. Stanovich et al.,
-// RTAS 2010:
-//   - no budget amplification: in every window of one period, a server that nothing of higher priority
-//     holds up consumes at most its budget, plus what an enforcement that came late let it overrun;
-//   - no premature replenishment: a chunk comes back one period after the instant that chunk became
-//     active, not after the instant the server did;
-//   - an overrun is charged to the refills to come and split, never forgiven;
-//   - unblocking moves what has waited up to now, in one piece: an idle server does not save up;
-//   - when the list of refills is full, a merge delays a refill, never advances one.
-// To lower priorities it is no worse than a periodic task (budget, period): admission.h rests on that.
+// B. Sprunt, "Aperiodic task scheduling for real-time systems", 1990; as corrected by M. Stanovich
+// et al., RTAS 2010:
+// - No budget amplification: in every window of one period, a server that nothing of higher
+//   priority holds up consumes at most its budget, plus the overrun that a late enforcement
+//   allowed.
+// - No premature replenishment: a chunk comes back one period after the instant at which that chunk
+//   became active, and not after the instant at which the server did.
+// - An overrun is charged to the refills to come, which are split for it. It is never forgiven.
+// - Unblocking moves the refills that have waited up to now, in one piece: an idle server saves up
+//   nothing.
+// - When the list of refills is full, a merge delays a refill and never advances one. To lower
+//   priorities the server is then no worse than a periodic task (budget, period): admission.h rests
+//   on that.
 //
-// State: the refills (refill_queue.h) and whether it has work. Invariant: Σ refills == budget, checked
-// around every operation.
+// State: the refills (refill_queue.h) and whether it has work. Invariant: Σ refills == budget,
+// checked around every operation.
 #pragma once
 
 #include <cstddef>
@@ -31,14 +34,16 @@
 namespace qduino::sched {
 
 struct SporadicServerOptions {
-    /// Refills remembered, 1…RefillQueue::kCapacity. Fewer delay more when a loop blocks often.
+    /// Refills remembered, 1…RefillQueue::kCapacity. With fewer, a loop that blocks often waits
+    /// longer.
     std::size_t refill_limit = RefillQueue::kCapacity;
-    /// Runs shorter than this are held back until they join the next: a timer for a splinter of budget costs
-    /// more than the splinter. 0: exact.
+    /// Runs shorter than this are held back until they join the next: a timer for a splinter of
+    /// budget costs more than the splinter. 0: every run stands for itself.
     Nanoseconds shortest_run{0};
 };
 
-/// One owner at a time (the core's scheduler, or the thread whose budget it is). No call blocks or allocates.
+/// One owner at a time (the core's scheduler, or the thread whose budget it is). No call blocks or
+/// allocates.
 class SporadicServer {
   public:
     SporadicServer() = default;  ///< for containers only: assign before use
@@ -46,18 +51,20 @@ class SporadicServer {
     explicit SporadicServer(VcpuParameters parameters, Instant start = kEpoch,
                             SporadicServerOptions options = {});
 
-    /// CPU time it may take from `now` on without a pause; 0 when throttled. Blocked or not is not asked.
+    /// CPU time that it may take from `now` on without a pause; 0 when throttled. The same whether
+    /// it is blocked or not.
     [[nodiscard]] Nanoseconds available(Instant now) const;
     /// Has budget at `now`.
     [[nodiscard]] bool eligible(Instant now) const { return refills_.head().time <= now; }
-    /// The instant from which the head refill may be used: in the future exactly when throttled.
+    /// The instant from which the head refill may be used. It is in the future exactly when
+    /// throttled.
     [[nodiscard]] Instant next_replenishment() const { return refills_.head().time; }
 
-    /// Charges `used` of CPU time that ended at `now_end`. Call it when the VCPU is preempted, throttled or
-    /// blocks, and at the latest when available() has run out. More than was available is an overrun, charged
-    /// forward; returns how long it was (exactly if the time was used in one piece, else at least). Also
-    /// allowed while blocked: a thread's last instructions before it sleeps are paid for too.
-    /// Contract: used >= 0.
+    /// Charges `used` of CPU time that ended at `now_end`. Call it when the VCPU is preempted,
+    /// throttled or blocks, and at the latest when available() has run out. Use beyond what was
+    /// available is an overrun and is charged forward. Returns the overrun: exact if the time was
+    /// used in one piece, a lower bound otherwise. May be called while blocked, too: a thread pays
+    /// for its last instructions before it sleeps. Contract: used >= 0.
     Nanoseconds consume(Instant now_end, Nanoseconds used);
     /// The VCPU has work again. No effect when it already had.
     void unblock(Instant now);

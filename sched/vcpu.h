@@ -1,7 +1,8 @@
-// The words of the scheduling theory: what a VCPU is given, how it is named.
+// The words of the scheduling theory: what a VCPU is given, and how it is named.
 //
 // sched/ is pure and freestanding: no clock, no heap, no operating system, no exceptions. Time is a
-// parameter, in integer nanoseconds. The same code schedules board/sim and keeps the accounts of board/linux.
+// parameter, in integer nanoseconds. The same code schedules board/sim and keeps the accounts of
+// board/linux.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 
 namespace qduino::sched {
 
-/// A VCPU's name, unique on its machine. sched/ gives no meaning to the number but this: at equal periods the
+/// A VCPU's name, unique on its machine. The number has one meaning in sched/: at equal periods the
 /// lower number has the higher priority.
 using VcpuId = std::uint8_t;
 
@@ -19,11 +20,12 @@ inline constexpr std::size_t kMainVcpuLimit = 32;  ///< main VCPUs (loops) per c
 inline constexpr std::size_t kIoVcpuLimit = 31;    ///< I/O VCPUs (bottom halves) per core
 inline constexpr int kAnyCore = -1;
 
-/// Longer periods are refused: it keeps every sum of the analysis far from the end of 64 bits.
+/// Longer periods are refused, so that every sum of the analysis stays far below the limit of 64
+/// bits.
 inline constexpr Nanoseconds kPeriodMax = std::chrono::hours{24};
 
-/// `budget` of CPU time in every `period`. For an I/O VCPU only their ratio, its utilisation, matters to its
-/// service: its budget and priority at any instant follow from the main VCPU that it serves (pibs.h).
+/// `budget` of CPU time in every `period`. Of an I/O VCPU only their ratio counts, its utilisation:
+/// its budget and priority at an instant follow from the main VCPU that it serves (pibs.h).
 struct VcpuParameters {
     Nanoseconds budget{};
     Nanoseconds period{};
@@ -32,7 +34,7 @@ struct VcpuParameters {
     [[nodiscard]] constexpr bool valid() const {
         return budget > Nanoseconds{0} && budget <= period && period <= kPeriodMax;
     }
-    /// budget == period: with a core of its own it is never throttled.
+    /// budget == period: a VCPU with a core of its own, which is never throttled.
     [[nodiscard]] constexpr bool whole_core() const { return budget == period; }
     constexpr bool operator==(const VcpuParameters&) const = default;
 };
