@@ -1,5 +1,5 @@
-// The guarantee report: what a board holds of what a sketch asked, per loop and per core, said and never
-// silent.
+// The guarantee report: for each loop and core, how much of what a sketch asked for a board can
+// keep. A shortfall is said and never silent.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ struct LoopGuarantee {
     int core = 0;
     Nanoseconds budget{};
     Nanoseconds period{};
-    bool priority_enforced =
-        false;                     ///< runs above everything but higher loops (SCHED_FIFO, or the simulator)
+    /// Runs above everything but higher loops (SCHED_FIFO, or the simulator).
+    bool priority_enforced = false;
     bool budget_enforced = false;  ///< cannot take more than its budget
     bool core_owned = false;       ///< no other task, movable interrupt or throttling on its core
     FixedString<200> shortfall;    ///< why not, and the fix; empty when everything holds

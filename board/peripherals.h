@@ -1,8 +1,8 @@
 // What is wired to a board's pins when they are virtual: chips, motors, a whole printer.
 //
-// A virtual board calls these with the instant at which the electrical event happens. Calls come in the order
-// of their instants, from one thread. Nothing but pins and buses crosses here: that is what makes a twin a
-// proof.
+// A virtual board calls these with the instant at which the electrical event happens. Calls come in
+// the order of their instants, from one thread. Nothing but pins and buses crosses here, so what a
+// twin finds out about a print is a proof from the pins alone.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,13 @@
 
 namespace qduino::board {
 
-/// Where peripherals report what the board did not ask for.
+/// Peripherals report here what the board did not ask for.
 class PinEdgeSink {
   public:
     virtual ~PinEdgeSink() = default;
-    /// What the outside drives onto `pin` changed to `level` at `now` (the instant of the call being served, or of the
-    /// event that next_event() announced). Only from inside a call that the board made to its peripherals.
+    /// The level that the outside drives onto `pin` changed to `level` at `now`: the instant of the
+    /// call being served, or of the event that next_event() announced. Only from inside a call that
+    /// the board made to its peripherals.
     virtual void pin_edge(Instant now, PinId pin, Level level) = 0;
 };
 
@@ -26,8 +27,9 @@ class Peripherals {
   public:
     virtual ~Peripherals() = default;
 
-    /// Gives the peripherals a place to report edges to, before any other call. True: every change of an input will be
-    /// reported. False: the board must look at inputs itself, and will, at its polling interval.
+    /// Gives the peripherals a place to report edges to, before any other call. True: they will
+    /// report every change of an input. False: the board must look at the inputs itself, at its
+    /// polling interval.
     [[nodiscard]] virtual bool report_edges_to(PinEdgeSink& sink) { return static_cast<void>(sink), false; }
     /// Advances the physics to `now`, an instant that next_event() announced.
     virtual void advance(Instant now) { static_cast<void>(now); }
@@ -36,11 +38,12 @@ class Peripherals {
     virtual void pin_written(Instant now, PinId pin, Level level) = 0;
     /// The board's PWM output on `pin` has this duty (0…1) from now on.
     virtual void pwm_written(Instant now, PinId pin, double duty) = 0;
-    /// The board's PWM output on `pin` has this period from now on; 0: the board's own. Most see the duty alone.
+    /// The board's PWM output on `pin` has this period from now on; 0: the board's own. Most
+    /// peripherals need only the duty.
     virtual void pwm_period_set(Instant now, PinId pin, Nanoseconds period) {
         static_cast<void>(now), static_cast<void>(pin), static_cast<void>(period);
     }
-    /// What the outside drives onto `pin`.
+    /// The level that the outside drives onto `pin`.
     [[nodiscard]] virtual Level pin_level(Instant now, PinId pin) = 0;
     /// Voltage on an analog pin as a fraction (0…1) of the reference.
     [[nodiscard]] virtual double analog_level(Instant now, PinId pin) = 0;
@@ -52,8 +55,8 @@ class Peripherals {
     /// One full-duplex SPI transfer in place.
     [[nodiscard]] virtual Result<void> spi_transfer(Instant now, SpiBus bus, SpiSettings settings,
                                                     std::span<std::uint8_t> data) = 0;
-    /// The latest instant up to which the physics must be advanced even if no pin changes; kForever when
-    /// nothing is due.
+    /// The latest instant up to which the physics must be advanced even if no pin changes; kForever
+    /// when nothing is due.
     [[nodiscard]] virtual Instant next_event(Instant now) { return static_cast<void>(now), kForever; }
 };
 

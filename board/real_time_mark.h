@@ -1,20 +1,22 @@
-// What a thread is, for the guard of debug builds: a real-time loop that has begun, or not.
+// Marks a thread that runs a real-time loop, for the guard of debug builds.
 //
-// House rule 6: real-time loops allocate nothing and lock nothing after start. A debug build of a program on the Linux board
-// holds them to it: linux/real_time_guard.cpp, linked into it, stands before malloc, free, operator new, pthread_mutex_lock and
-// their kin, looks at this mark, and aborts with the loop's number, what it called, and from where. The abort goes
-// through the safe states, as every death does.
+// House rule 6: real-time loops allocate nothing and lock nothing after start. A review cannot see
+// every call of a library, so a debug build holds the loops to the rule. linux/real_time_guard.cpp
+// replaces malloc, free, operator new, pthread_mutex_lock and their kin. Each looks at this mark,
+// and aborts with the loop's number, the name of the call, and a stack. The abort forces the safe
+// states, as every death does.
 //
 //   setup()            void loop(2, 1, 8, 0) { … }        the board stops
 //   ─ may allocate ─►│◄─────── must not ───────────►│─ may ─►
 //
-// Real-time, and held to the rule, is every loop that declares a budget, and every interrupt handler (I/O VCPU), whether the
-// system granted SCHED_FIFO or not: what is wrong on the machine that has it is wrong on the desk of who writes the sketch.
-// The classic `void loop()` is not: it stands for an Arduino, whose sketches use String as they like. A sketch that wants
-// String in a real-time loop has it in `void loop()` and hands the bytes over in a RingBuffer. A Mutex of the sketch's
-// is no lock in this sense: its wait is bounded (board.h).
+// The rule holds for every loop that declares a budget and for every interrupt handler (I/O VCPU).
+// It holds without SCHED_FIFO, too: the author of a sketch then meets the error on a desk without
+// real-time priorities. The classic `void loop()` is exempt: it stands for an Arduino, whose
+// sketches use String as they like. A sketch that wants String in a real-time loop builds it in
+// `void loop()` and hands the bytes over in a RingBuffer. A sketch's Mutex does not count as a lock
+// here: its wait is bounded (board.h).
 //
-// In a release build nothing looks at the mark, and it costs two stores in the life of a loop.
+// In a release build nothing looks at the mark; it costs two stores in the life of a loop.
 #pragma once
 
 #include "board/types.h"
@@ -27,7 +29,8 @@ struct RealTimeMark {
 };
 inline constinit thread_local RealTimeMark real_time_mark;
 
-/// The calling thread is real-time VCPU `loop` while this lives; kNoVcpu: it is not real-time. A board's.
+/// The calling thread is real-time VCPU `loop` while this lives; kNoVcpu: it is not real-time. For
+/// boards.
 class RealTimeSection {
   public:
     explicit RealTimeSection(VcpuId loop) : before_(real_time_mark) { real_time_mark = {loop, 0}; }
@@ -39,10 +42,11 @@ class RealTimeSection {
     RealTimeMark before_;
 };
 
-/// An exception, for a scope, that says why it is one. Not around a wait: in the simulator all loops share one thread.
+/// Exempts a scope from the rule, with a reason. Not around a wait: in the simulator all loops
+/// share one thread.
 class AllowAllocation {
   public:
-    /// `why` is for who reads the code.
+    /// `why` is for the reader of the code.
     explicit AllowAllocation([[maybe_unused]] const char* why) { ++real_time_mark.allowed; }
     ~AllowAllocation() { --real_time_mark.allowed; }
     AllowAllocation(const AllowAllocation&) = delete;

@@ -1,4 +1,4 @@
-// The words of the seam: pins, buses, and what a board is told of a VCPU.
+// The words of the seam: pins, buses, and what a board needs to know of a VCPU.
 #pragma once
 
 #include <atomic>
@@ -10,17 +10,17 @@
 
 namespace qduino::board {
 
-/// A pin by its Arduino number; which line of which chip that is, the board knows.
+/// A pin by its Arduino number. The board knows which line of which chip it is.
 struct PinId {
     std::uint16_t number = 0;
     constexpr auto operator<=>(const PinId&) const = default;
 };
 inline constexpr std::uint16_t kPinCount = 128;
 
-/// What a PWM's period may be: 1 Hz to 1 MHz.
+/// The range of a PWM's period: 1 Hz to 1 MHz.
 inline constexpr Nanoseconds kPwmPeriodMin{1'000};
 inline constexpr Nanoseconds kPwmPeriodMax{1'000'000'000};
-/// 0 stands for the board's own.
+/// 0 stands for the board's own period.
 constexpr bool is_pwm_period(Nanoseconds period) {
     return period == Nanoseconds{0} || (period >= kPwmPeriodMin && period <= kPwmPeriodMax);
 }
@@ -52,7 +52,8 @@ struct SpiSettings {
 enum class DeviceClass : std::uint8_t { gpio, i2c, spi, uart, nic, disk, all };
 inline constexpr int kDeviceClassCount = 6;  ///< without `all`
 
-/// 1…32 is a sketch's loop; 0 is setup() and whatever else is not a VCPU; I/O VCPUs count from kFirstIoVcpu.
+/// 1…32 is a sketch's loop. 0 is setup(), and any thread that is no VCPU. I/O VCPUs count from
+/// kFirstIoVcpu.
 using VcpuId = std::uint8_t;
 inline constexpr VcpuId kNoVcpu = 0;
 inline constexpr VcpuId kMaxLoop = 32;
@@ -64,12 +65,13 @@ enum class VcpuKind : std::uint8_t {
     io,    ///< priority-inheriting bandwidth-preserving server (PIBS)
 };
 
-/// A lock between VCPUs. What its value means is the board's business; 0 is free. It stays where it is while it is in use.
+/// A lock between VCPUs. 0 is free; the board decides what other values mean. It must not move
+/// while it is in use.
 struct LockWord {
     std::atomic<std::uint32_t> value{0};
 };
 
-/// What a board is given to run: already admitted, its core decided.
+/// A VCPU that a board is to run: already admitted, its core decided.
 struct VcpuSpec {
     VcpuId id = kNoVcpu;
     VcpuKind kind = VcpuKind::main;
@@ -79,8 +81,8 @@ struct VcpuSpec {
     bool owns_core = false;  ///< budget == period: never throttled, alone on its core
     bool classic = false;    ///< Arduino's own loop(): may allocate and lock (real_time_mark.h)
     const char* name = "";   ///< for reports; static storage
-    void (*entry)(void*) =
-        nullptr;  ///< runs on the VCPU until the board stops; returns when stop_requested()
+    /// Runs on the VCPU until the board stops; returns when stop_requested().
+    void (*entry)(void*) = nullptr;
     void* context = nullptr;
 };
 

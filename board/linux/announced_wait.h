@@ -1,11 +1,11 @@
-// A wait of the calling VCPU, announced to the keeper of its budget: what it waits costs it nothing.
+// Announces a wait of the calling VCPU to the keeper of its budget. Waiting then costs no budget.
 #pragma once
 
 #include "board/linux/vcpu_thread.h"
 
 namespace qduino::board::linux {
 
-/// Stands around the waiting call. On a thread that is no VCPU it does nothing.
+/// Lives around the waiting call. On a thread that is no VCPU it does nothing.
 class AnnouncedWait {
   public:
     AnnouncedWait() : thread_(VcpuThread::current()) {

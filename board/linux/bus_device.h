@@ -1,5 +1,5 @@
-// Real buses: /dev/i2c-N and /dev/spidevB.C, through the kernel's ioctls. Each transaction is one ioctl,
-// which the kernel makes atomic on its bus: several loops may share one.
+// Real buses: /dev/i2c-N and /dev/spidevB.C, through the kernel's ioctls. Each transaction is one
+// ioctl, which the kernel makes atomic on its bus: so several loops may share a bus.
 #pragma once
 
 #include "board/linux/linux_config.h"
@@ -10,11 +10,12 @@ namespace qduino::board::linux {
 
 class I2cDevice final : public I2cDriver {
   public:
-    /// Error: not_found, not_permitted; unsupported when the adapter cannot do plain I2C or SMBus word reads.
+    /// Error: not_found, not_permitted; unsupported when the adapter cannot do plain I2C or SMBus
+    /// word reads.
     Result<void> open(const I2cPort& port);
-    /// Writes `out`, then, after a repeated start, reads `in`. Blocks for the duration on the bus. On an
-    /// adapter that only speaks SMBus, what smbus_request.h can translate goes; the rest is unsupported.
-    /// Error: timed_out when no chip answers.
+    /// Writes `out`, then, after a repeated start, reads `in`. Blocks for the duration on the bus.
+    /// An adapter that only speaks SMBus carries what smbus_request.h can translate; the rest is
+    /// unsupported. Error: timed_out when no chip answers.
     Result<void> transfer(VcpuId vcpu, I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                           std::span<std::uint8_t> in) override;
 

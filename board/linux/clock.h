@@ -1,7 +1,8 @@
 // The clocks of stock Linux as Instants.
 //
-// CLOCK_MONOTONIC, read through the vDSO (23 ns where the TSC is the clock source; EPYC VM, kernel 6.18), is the time of everything
-// that crosses a process. It is slewed, never stepped. What loops read is the same time by a shorter way: cycle_clock.h.
+// Everything that crosses a process is timed by CLOCK_MONOTONIC, read through the vDSO (23 ns where
+// the TSC is the clock source; EPYC VM, kernel 6.18). It is slewed, never stepped. Loops read the
+// same time by a shorter way: cycle_clock.h.
 #pragma once
 
 #include <time.h>
@@ -32,8 +33,8 @@ inline timespec to_timespec(std::int64_t ns) {
     return t;
 }
 
-/// Blocks until CLOCK_MONOTONIC has reached `t`, through signals. Async-signal-safe on Linux (one system
-/// call).
+/// Blocks until CLOCK_MONOTONIC has reached `t`, through signals. Async-signal-safe on Linux (one
+/// system call).
 inline void block_until(Instant t) {
     if (to_ns(t) <= 0) return;
     const timespec until = to_timespec(to_ns(t));

@@ -29,7 +29,8 @@ namespace {
 constexpr Nanoseconds kLookAgain = 20ms;
 constexpr std::size_t kCommandShown = 60;
 
-/// The first folder in which everybody may make files; else the first in which we may. Empty: none.
+/// The first folder in which every user may make files; else the first in which this process may.
+/// Empty: none.
 std::string shared_folder(const std::string& root) {
     std::string ours;
     for (const char* name : {"/run/lock", "/dev/shm", "/tmp"}) {
@@ -43,7 +44,8 @@ std::string shared_folder(const std::string& root) {
     return ours;
 }
 
-/// Opened if it is there (in a folder with the sticky bit, another user's file must not be opened with O_CREAT), else made, for all users.
+/// Opens the file if it is there, else makes it, for all users. (In a folder with the sticky bit,
+/// O_CREAT must not be used on another user's file.)
 UniqueFd open_or_make(const std::string& path) {
     constexpr int kFlags = O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK;
     for (int attempt = 0; attempt < 100; ++attempt) {
@@ -57,7 +59,7 @@ UniqueFd open_or_make(const std::string& path) {
     return {};
 }
 
-/// The file is still what stands at `path`: a holder that left took it away.
+/// True while `path` still names this file: a holder that left has removed it.
 bool is_current(int file, const std::string& path) {
     struct stat here {
     }, there{};
@@ -92,7 +94,7 @@ struct Holder {
     std::string pid, since, program, command;
 };
 
-/// What the holder wrote. It may be writing it just now: then some of it is empty.
+/// The words of the holder. It may be writing them just now: then some are empty.
 Holder read_holder(int file) {
     std::array<char, 512> bytes{};
     const ssize_t count = ::pread(file, bytes.data(), bytes.size(), 0);
@@ -169,7 +171,7 @@ void CoreLock::write_holder() const {
     std::strftime(since.data(), since.size(), "%Y-%m-%d %H:%M:%S UTC", &utc);
     const std::string text = "pid " + pid + "\nsince " + since.data() + "\nprogram " + program_of(pid) +
                              "\ncommand " + command_of(pid) + "\n";
-    // For people alone: what cannot be written (another user's file) is missing in a message.
+    // For people alone: if they cannot be written (another user's file), a message lacks them.
     static_cast<void>(::ftruncate(file_.get(), 0) == 0 &&
                       ::pwrite(file_.get(), text.data(), text.size(), 0) > 0);
 }

@@ -1,15 +1,18 @@
-// One owner for each core of a machine: who is about to own core N holds a lock on a file that all users of the machine share.
+// One owner for each core of a computer.
 //
-//   /run/lock/qduino-core1.lock        or in /dev/shm, or in /tmp: the first of them in which every user may make files
-//     pid 4711                         so that root's sketch and another user's meet in one place
+// Two loops that own one core would starve each other: both spin at the highest priority. So a
+// sketch that is about to own core N takes a lock on a file that all users share. A second sketch
+// is refused before its loops start.
+//
+//   /run/lock/qduino-core1.lock     or in /dev/shm, or in /tmp: the first in which every user may
+//     pid 4711                      make files, so that root's sketch and another user's meet
 //     since 2026-03-01 11:31:34 UTC
 //     program printer
 //     command printer --pins /dev/shm/…
 //
-// Two loops that own one core would starve each other: both spin at the highest priority. The second is refused before its loops start.
-//
-// The lock (flock(2)) belongs to the open file: it ends with its holder, however that dies. The file's words are for people; whether
-// the core is taken, the lock alone says. It is advisory: other real-time programs do not know it (core_rivals.h names those).
+// The lock (flock(2)) belongs to the open file: it ends with its holder, however that dies. The
+// lock alone decides whether the core is taken; the words in the file are for people. The lock is
+// advisory: other real-time programs do not know it (core_rivals.h names those).
 #pragma once
 
 #include <string>
@@ -30,9 +33,10 @@ class CoreLock {
     CoreLock(const CoreLock&) = delete;
     CoreLock& operator=(const CoreLock&) = delete;
 
-    /// Takes core `core`, and waits at most `patience` for a holder that is just dying (a supervisor starts its sketch anew quickly).
-    /// `root` precedes the folders (tests). Setup-time. Errors: unavailable (another has it: by name, with what to do); not_permitted
-    /// (no folder takes the file: nothing is held, and nobody is kept out).
+    /// Takes core `core`. Waits at most `patience` for a holder that is just dying, since a
+    /// supervisor starts its sketch anew quickly. `root` precedes the folders (tests). Setup-time.
+    /// Errors: unavailable (another process has it: the text names it and says what to do);
+    /// not_permitted (no folder takes the file: nothing is held, and nobody is kept out).
     static Result<CoreLock> take(int core, Nanoseconds patience, const std::string& root = "");
 
     [[nodiscard]] bool held() const { return file_.valid(); }

@@ -16,8 +16,8 @@ namespace qduino::board::linux {
 
 using posix::read_small_file;
 
-// The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then lines of "<name>:
-// <count of each column> <words>"; the last few lines may have fewer counts.
+// The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then come
+// lines of "<name>: <count of each column> <words>"; the last few lines may have fewer counts.
 std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
     const auto text = read_small_file(root + "/proc/interrupts");
     if (!text) return std::nullopt;
@@ -75,7 +75,7 @@ CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::fu
     try {
         std::thread{spin}.join();
     } catch (const std::system_error&) {
-        probe.worst_gap = Nanoseconds{-1};  // no thread to be had: nothing was measured
+        probe.worst_gap = Nanoseconds{-1};  // no thread could be made: nothing was measured
     }
     return probe;
 }

@@ -1,4 +1,4 @@
-// What is left on a core: interrupts per second, and the worst gap that a bare spin sees. Measured, not assumed.
+// Measures what is left on a core: interrupts per second, and the worst gap that a bare spin sees.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace qduino::board::linux {
 
-/// Interrupts of all kinds that `core` has served since boot (/proc/interrupts). Nothing: it cannot be read.
-/// `root` precedes /proc (tests).
+/// Interrupts of all kinds that `core` has served since boot (/proc/interrupts). Nothing when that
+/// cannot be read. `root` precedes /proc (tests).
 std::optional<std::uint64_t> interrupts_of(int core, const std::string& root = "");
 
 /// Cores whose tick stops while one task runs on them (booted with nohz_full).
 CpuList tickless_cores(const std::string& root = "");
 
-/// Cores that the scheduler gives only to those who ask for them (booted with isolcpus).
+/// Cores that run only tasks which ask for them (booted with isolcpus).
 CpuList isolated_cores(const std::string& root = "");
 
 struct CoreProbe {
@@ -27,8 +27,9 @@ struct CoreProbe {
     Nanoseconds worst_gap{0};           ///< −1: not measured
 };
 
-/// Spins for `duration` on `core` at SCHED_FIFO `priority` (0: as it is), in a thread of its own; `enter`
-/// runs on it first (to get into the core's cpuset). Blocks for as long. Setup-time.
+/// Spins for `duration` on `core` at SCHED_FIFO `priority` (0: unchanged), in a thread of its own.
+/// `enter` runs on that thread first (to get into the core's cpuset). Blocks for as long.
+/// Setup-time.
 CoreProbe probe_core(int core, Nanoseconds duration, int priority, const std::function<void()>& enter = {});
 
 }  // namespace qduino::board::linux

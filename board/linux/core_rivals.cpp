@@ -43,7 +43,8 @@ std::vector<pid_t> numbers_in(const std::string& folder) {
     return numbers;
 }
 
-/// "TID (name) S field4 field5 …": a name may have spaces and brackets in it, what follows the last bracket has not.
+/// "TID (name) S field4 field5 …". The name may have spaces and brackets in it, and nothing behind
+/// its last bracket has any.
 std::optional<Look> look_at(pid_t pid, pid_t tid, const std::string& root) {
     const auto text =
         read_small_file(root + "/proc/" + std::to_string(pid) + "/task/" + std::to_string(tid) + "/stat");
@@ -111,7 +112,7 @@ std::optional<CoreRival> find_core_rival(const RivalSearch& search) {
         const auto second = look_at(first.task.pid, first.task.tid, search.root);
         if (!second || second->core != search.core || second->ticks < first.ticks) continue;
         const unsigned long long ran = second->ticks - first.ticks;
-        // A tick is 10 ms: one that is kept waiting in its turn shows none.
+        // A tick is 10 ms: a task that waits for its turn may show none.
         if (ran == 0 && !(first.runnable && second->runnable)) continue;
         if (most && ran <= most_ticks) continue;
         most = second->task;

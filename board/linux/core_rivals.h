@@ -1,8 +1,9 @@
-// Who took a core from a loop: the real-time task of another process that ran there instead.
+// Finds the real-time task of another process that kept a loop from its core.
 //
-// Above a loop, on its core, may run whoever has SCHED_FIFO or SCHED_RR at its priority or a higher one, or SCHED_DEADLINE. Such a task
-// is looked for in /proc/PID/task/TID/stat, twice, a short while apart: it is one that could run both times, or whose CPU time grew.
-// (Source: proc_pid_stat(5); sched(7) for who goes before whom.)
+// A task can run in front of a loop, on its core, if it has SCHED_FIFO or SCHED_RR at the loop's
+// priority or a higher one, or SCHED_DEADLINE. The search reads /proc/PID/task/TID/stat twice, a
+// short while apart. It names a task that could run both times, or whose CPU time grew. (Source:
+// proc_pid_stat(5); sched(7) for the order of priorities.)
 //
 // Reads /proc for some milliseconds and sleeps in between: never from a real-time thread.
 #pragma once
@@ -27,17 +28,18 @@ struct CoreRival {
 
 struct RivalSearch {
     int core = 0;
-    int priority = 1;            ///< of the loop; whoever has less cannot keep it waiting
+    int priority = 1;            ///< of the loop; a task with less cannot keep it waiting
     pid_t not_of = 0;            ///< the sketch; the caller's own process is left out too
     std::string root;            ///< precedes /proc (tests)
     std::function<void()> wait;  ///< between the two looks; empty: sleeps 50 ms
 };
 
-/// The one that ran most; nothing when nobody did.
+/// The task that ran most; nothing when none did.
 [[nodiscard]] std::optional<CoreRival> find_core_rival(const RivalSearch& search);
 
-/// For the end of a sentence about loop `vcpu` of the sketch `sketch` on these pins: "core 1 was taken by stress-ng (pid 4711,
-/// SCHED_FIFO 85)". Empty when the loop has not said where it runs, or nobody is found.
+/// For the end of a sentence about loop `vcpu` of the sketch `sketch` on these pins: "core 1 was
+/// taken by stress-ng (pid 4711, SCHED_FIFO 85)". Empty when the loop has not published its place,
+/// or when no such task is found.
 [[nodiscard]] std::string who_took_the_core_of(board::VcpuId vcpu, const PinsLayout& layout, pid_t sketch,
                                                const std::string& root = "");
 

@@ -14,7 +14,7 @@ std::string_view trimmed(std::string_view text) {
     return text;
 }
 
-/// A whole number that is all of `text`.
+/// A whole number that takes all of `text`.
 std::optional<std::uint32_t> number(std::string_view text, int base) {
     std::uint32_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);

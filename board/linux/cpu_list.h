@@ -1,5 +1,5 @@
-// A set of CPUs, and the two ways in which the kernel writes it: as a list "0-3,6" and as a hexadecimal mask
-// in groups of 32 bits "00000001,0000004f".
+// A set of CPUs, in the two notations of the kernel: as a list "0-3,6" and as a hexadecimal mask in
+// groups of 32 bits "00000001,0000004f".
 #pragma once
 
 #include <bitset>
@@ -16,12 +16,13 @@ class CpuList {
     CpuList() = default;
     /// CPUs 0 … count−1.
     static CpuList first(int count);
-    /// Trailing white space is ignored, an empty text is the empty set. Nothing for what is not a list.
+    /// Trailing white space is ignored, and an empty text is the empty set. Nothing when `text` is
+    /// not a list.
     static std::optional<CpuList> from_list(std::string_view text);
     static std::optional<CpuList> from_mask(std::string_view text);
 
     [[nodiscard]] std::string to_list() const;
-    /// As many groups as CPUs 0 … `cpus`−1 need.
+    /// Has as many groups as CPUs 0 … `cpus`−1 need.
     [[nodiscard]] std::string to_mask(int cpus) const;
 
     void add(int cpu) { bits_.set(static_cast<std::size_t>(cpu)); }

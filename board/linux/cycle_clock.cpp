@@ -12,13 +12,16 @@ namespace qduino::board::linux {
 using posix::read_small_file;
 namespace {
 
-// The rate is measured over 2 ms, which makes it good to 20 ppm or 20 ns over the age of an anchor, then over 4, 8 and so on,
-// and from 100 ms on, which makes it good to 0.3 ppm, over each 100 ms.
+// The rate is measured over 2 ms first, then over 4, 8 and so on, and from 100 ms on over each 100
+// ms. 2 ms make it good to 20 ppm, or 20 ns over the age of an anchor; 100 ms make it good to 0.3
+// ppm.
 constexpr Nanoseconds kFirstBase = 2ms;
 constexpr Nanoseconds kLongBase = 100ms;
-/// A slope further from the rate than this is no slope: the machine was suspended or moved in between.
+/// A slope that differs more from the rate is not believed: the computer was suspended or moved in
+/// between.
 constexpr double kBelievable = 1e-3;
-/// What an anchor may lie behind its predecessor by the width of their readings; more is another time.
+/// An anchor may lie this much behind its predecessor, by the width of their readings. More is
+/// another time.
 constexpr std::int64_t kJitterNs = 1000;
 
 bool kernel_trusts_cycles() {
@@ -34,7 +37,7 @@ bool kernel_trusts_cycles() {
 
 CycleClock cycle_clock;
 
-/// The narrowest of a few tries: what interrupted one makes it wide.
+/// The narrowest of a few tries: an interruption makes a reading wide.
 CycleClock::Pair CycleClock::read_pair(std::uint64_t good_width, int attempts) {
     Pair best{.cycles = 0, .ns = 0, .width = std::numeric_limits<std::uint64_t>::max()};
     for (int attempt = 0; attempt < attempts && best.width > good_width; ++attempt) {
@@ -72,7 +75,8 @@ void CycleClock::set_rate(const Pair& from, const Pair& to) {
                   std::memory_order_release);
 }
 
-/// The instant of `pair`, or what was handed out for it already, when that is later by no more than jitter.
+/// The instant of `pair`; or the latest instant already handed out, when that is later by no more
+/// than jitter.
 std::int64_t CycleClock::never_back(const Pair& pair) const {
     const std::uint64_t passed = std::min(pair.cycles - cycles_.load(std::memory_order_relaxed),
                                           oldest_.load(std::memory_order_relaxed));
@@ -82,12 +86,13 @@ std::int64_t CycleClock::never_back(const Pair& pair) const {
     return handed_out - pair.ns <= kJitterNs ? std::max(pair.ns, handed_out) : pair.ns;
 }
 
-/// Reads both clocks and sets the anchor; what they show. Who has time for one reading only takes a wide one as the kernel's time
-/// and leaves the anchor to the next, for whom the way is warm.
+/// Reads both clocks, sets the anchor and returns the time. A caller with time for one attempt
+/// takes a wide reading as the kernel's time, and leaves the anchor to the next caller, which finds
+/// the code in its caches.
 Instant CycleClock::refresh(int attempts) {
     std::uint32_t even = sequence_.load(std::memory_order_relaxed) & ~1u;
-    if (!sequence_.compare_exchange_strong(even, even + 1, std::memory_order_acquire))
-        return monotonic_now();  // somebody does
+    // Another thread sets the anchor.
+    if (!sequence_.compare_exchange_strong(even, even + 1, std::memory_order_acquire)) return monotonic_now();
     const Pair pair = read_pair(good_width_, attempts);
     const bool good = attempts > 1 || pair.width <= good_width_;
     const std::int64_t ns = good ? set_anchor(pair) : pair.ns;

@@ -1,4 +1,5 @@
-// CLOCK_MONOTONIC at half the price: worked out from the cycle counter, starting from a recent reading of both.
+// CLOCK_MONOTONIC at half the price: worked out from the cycle counter, starting from a recent
+// reading of both.
 //
 //   monotonic  ┊          × now = anchor + (cycles - anchor's cycles) x rate
 //              ┊      ·
@@ -7,19 +8,25 @@
 //              × base: an anchor of some 0.1 s ago, at first less; the slope from it is the rate
 //              └───────────── cycles
 //
-// A reading through the vDSO costs 24 ns, now() 19, and soon() 10 (EPYC VM, kernel 6.18). What makes the last step is that soon()
-// does not wait for what was begun before it (no lfence): the counter may be read while the message of another core is still on
-// its way, so that what answers it carries a time up to some 0.2 us earlier. A spin may, which looks again; and the write to a pin
-// does: edges of two cores that answer each other within 0.2 us may be played in either order, unless a lock is between them
-// (linux_board_locks.cpp). A 10 kHz train that spins between its pulses pays for four readings a period.
+// A reading through the vDSO costs 24 ns, now() 19, and soon() 10 (EPYC VM, kernel 6.18). A 10 kHz
+// train that spins between its pulses pays for four readings a period.
 //
-// The instants are those of CLOCK_MONOTONIC within half the width of the reading that made the anchor (some 20 ns) and what the
-// kernel's clock is slewed by in 1 ms (0.5 us at ntpd's steepest; 0 nearly always). An anchor never sets the clock back. Who
-// finds it being set reads the kernel's clock instead: the same within those 20 ns, which is less than it takes to hand an
-// instant from core to core. Used where the kernel itself keeps time by the cycle counter (x86-64, clock source `tsc`);
-// elsewhere both calls are the kernel's.
+// soon() is quicker because it has no lfence: it does not wait for earlier instructions to finish.
+// The counter may then be read while the message of another core is still on its way, so an answer
+// to that message may carry a time up to some 0.2 us early. A spin can live with that, because it
+// looks again. A write to a pin lives with it, too: the edges of two cores that answer each other
+// within 0.2 us may be played in either order, unless a lock is between them
+// (linux_board_locks.cpp).
 //
-// One per process. All calls from any thread and from signal handlers; none blocks.
+// The error against CLOCK_MONOTONIC is half the width of the reading that made the anchor (some 20
+// ns), plus what the kernel's clock is slewed by in 1 ms (0.5 us at ntpd's steepest; 0 nearly
+// always). An anchor never sets the clock back. A caller that comes while the anchor is being set
+// reads the kernel's clock instead. That agrees within those 20 ns, which is less than it takes to
+// hand an instant from core to core.
+//
+// Used where the kernel itself keeps time by the cycle counter (x86-64, clock source `tsc`).
+// Elsewhere both calls are the kernel's. One per process. All calls from any thread and from signal
+// handlers; none blocks.
 #pragma once
 
 #include <atomic>
@@ -41,7 +48,8 @@ inline std::uint64_t read_cycles() {
 #endif
 }
 
-/// Everything before in the program is done before what comes after: loads too, which a store's order does not bind.
+/// Finishes everything earlier in the program before anything later begins: loads too, which the
+/// order of a store does not bind.
 inline void finish_loads() {
 #if defined(__x86_64__)
     _mm_lfence();
@@ -50,11 +58,12 @@ inline void finish_loads() {
 
 class CycleClock {
   public:
-    /// Looks whether the counter can be used, and measures its rate: some 3 ms. Setup-time; again: no effect.
+    /// Checks whether the counter can be used, and measures its rate: some 3 ms. Setup-time; a
+    /// second call has no effect.
     void start();
     [[nodiscard]] bool started() const { return started_.load(std::memory_order_acquire); }
 
-    /// After everything that the caller has seen.
+    /// The time after everything that the caller has seen.
     [[nodiscard]] Instant now() {
         finish_loads();
         return soon();
@@ -64,14 +73,14 @@ class CycleClock {
         Instant result;
         return read(result) ? result : refreshed_now();
     }
-    /// Sets a new anchor when the present one is half as old as it may become: for a thread that has time now and
-    /// none later.
+    /// Sets a new anchor when the present one has reached half of its greatest age. A thread calls
+    /// it when it has time, and so needs none later.
     void keep_fresh() {
         if (started() && cycles_since_anchor() > oldest_.load(std::memory_order_relaxed) / 2)
             refresh(kPatience);
     }
 
-    /// How old an anchor may become.
+    /// The greatest age of an anchor.
     static constexpr Nanoseconds kAnchorAge = 1ms;
 
   private:
@@ -79,7 +88,8 @@ class CycleClock {
     struct Pair {
         std::uint64_t cycles = 0;
         std::int64_t ns = 0;
-        std::uint64_t width = 0;  ///< cycles from the look at the counter before the clock's to the one after
+        /// Cycles from the look at the counter before the clock's to the one after.
+        std::uint64_t width = 0;
     };
     static constexpr int kRateBits = 32;  ///< a rate is nanoseconds a cycle times 2^32
     static constexpr int kPatience = 5;   ///< readings, of a thread that has time for them
@@ -87,7 +97,8 @@ class CycleClock {
     [[nodiscard]] std::uint64_t cycles_since_anchor() const {
         return read_cycles() - cycles_.load(std::memory_order_acquire);
     }
-    /// From the anchor, unless it is too old, being set, or there is none yet (oldest_ is 0).
+    /// The time from the anchor. False when the anchor is too old, is being set, or is not there
+    /// yet (oldest_ is 0).
     [[nodiscard]] bool read(Instant& result) const {
         const std::uint32_t before = sequence_.load(std::memory_order_acquire);
         const std::uint64_t passed = cycles_since_anchor();
@@ -109,8 +120,8 @@ class CycleClock {
     std::atomic<bool> started_{false};
     std::uint64_t good_width_ = 0;
 
-    // A seqlock: written by whoever made `sequence_` odd, with releases; read with acquires, so that who sees a new value sees
-    // the odd number too.
+    // A seqlock. The thread that made `sequence_` odd writes with releases; readers use acquires.
+    // So a reader that sees a new value also sees the odd number.
     alignas(64) std::atomic<std::uint32_t> sequence_{0};
     std::atomic<std::uint64_t> cycles_{0};  // the anchor …
     std::atomic<std::int64_t> ns_{0};
@@ -121,7 +132,7 @@ class CycleClock {
     std::int64_t next_span_ = 0;  // how far from the base the rate is measured next
 };
 
-/// The process's.
+/// The one of this process.
 extern CycleClock cycle_clock;
 
 }  // namespace qduino::board::linux

@@ -10,7 +10,7 @@
 namespace qduino::board::linux {
 namespace {
 
-constexpr int kPriority = 89;  // of the loops the highest is 80, the supervisor has 90
+constexpr int kPriority = 89;  // the loops' highest is 80; the supervisor has 90
 constexpr std::size_t kStackBytes = 64 * 1024;
 
 static_assert(kWitnessDied == FUTEX_OWNER_DIED);
@@ -24,7 +24,8 @@ void DeathWitness::call(std::atomic<std::uint32_t>& word, bool real_time) {
     standing_ = 0;
     sigset_t all, before;
     sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before);  // the thread has no part in the program's signals
+    // The thread takes no signal of the program.
+    ::pthread_sigmask(SIG_SETMASK, &all, &before);
     pthread_attr_t attributes;
     ::pthread_attr_init(&attributes);
     ::pthread_attr_setstacksize(&attributes, kStackBytes);
@@ -54,8 +55,8 @@ void* DeathWitness::main(void* self) {
 void DeathWitness::stand() {
     name_thread("witness");
     if (real_time_) static_cast<void>(become_real_time(kPriority));
-    // A list of one: the kernel walks it when the thread ends, and finds in `word` that it was this thread's. It takes the place of
-    // the C library's list for this thread, which locks nothing.
+    // A list of one. The kernel walks it when the thread ends, and finds in `word` that it was this
+    // thread's. It replaces the C library's list for this thread, which locks nothing.
     robust_list entry{};
     robust_list_head head{};
     head.list.next = &entry;
@@ -68,7 +69,7 @@ void DeathWitness::stand() {
     futex_wake_all(standing_);
     while (standing_.load() != 2) futex_wait_until(standing_, 1, kForever);
     word_->store(0);
-    ::syscall(SYS_set_robust_list, nullptr, sizeof head);  // the stack that the list stands on goes
+    ::syscall(SYS_set_robust_list, nullptr, sizeof head);  // the list's stack frame goes
 }
 
 }  // namespace qduino::board::linux

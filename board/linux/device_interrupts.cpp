@@ -55,7 +55,7 @@ std::vector<std::string_view> handler_words(DeviceClass device) {
     return {};
 }
 
-/// The first folder at or above the device that says which interrupts it has.
+/// The first folder, at the device or above it, that lists the device's interrupts.
 void add_interrupts_of_device(const std::string& device, std::set<int>& irqs) {
     std::error_code error;
     for (fs::path at = fs::canonical(device, error); !error && at.has_relative_path();
@@ -156,7 +156,7 @@ int route_class(MachineSettings& settings, DeviceClass device, int core, int cpu
             list.add(core);
         } else {
             list.remove(core);
-            if (list.empty()) {  // it lived there alone: any other core
+            if (list.empty()) {  // it lived there alone: it goes to any other core
                 list = CpuList::first(cpus);
                 list.remove(core);
             }

@@ -28,8 +28,8 @@ void carry_out_will() {
 
 extern "C" void on_fatal(int signal) {
     carry_out_will();
-    ::signal(signal,
-             SIG_DFL);  // die of what one died of: the parent sees the signal, a core is dumped if asked for
+    // Dies of the same signal: the parent sees it, and a core is dumped if asked for.
+    ::signal(signal, SIG_DFL);
     ::raise(signal);
 }
 

@@ -1,4 +1,5 @@
-// Waiting for a word of (shared) memory to change: the futex(2) system call, which works across processes.
+// Waiting for a word of (shared) memory to change: the futex(2) system call, which works across
+// processes.
 #pragma once
 
 #include <linux/futex.h>
@@ -18,27 +19,29 @@ namespace qduino::board::linux {
 static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t) &&
               std::atomic<std::uint32_t>::is_always_lock_free);
 
-/// Sleeps until `word` no longer holds `expected`, somebody wakes it, a signal comes, or CLOCK_MONOTONIC
-/// reaches `deadline`: the caller looks again. Sleeps not at all when `word` differs already.
+/// Sleeps until `word` no longer holds `expected`, until a waker or a signal comes, or until
+/// CLOCK_MONOTONIC reaches `deadline`. The caller must look again. Does not sleep when `word`
+/// differs already.
 inline void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
                              Instant deadline) {
     const std::int64_t ns = to_ns(deadline);
     timespec until{};
     until.tv_sec = ns / 1'000'000'000;
     until.tv_nsec = ns % 1'000'000'000;
-    // FUTEX_WAIT_BITSET takes an absolute time of CLOCK_MONOTONIC, so a signal in between does not stretch
-    // the wait.
+    // FUTEX_WAIT_BITSET takes an absolute time of CLOCK_MONOTONIC, so a signal in between does not
+    // stretch the wait.
     ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, expected, deadline == kForever ? nullptr : &until, nullptr,
               FUTEX_BITSET_MATCH_ANY);
 }
 
-/// Wakes everybody who waits on `word`. Async-signal-safe.
+/// Wakes every waiter on `word`. Async-signal-safe.
 inline void futex_wake_all(const std::atomic<std::uint32_t>& word) {
     ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
 }
 
-/// Takes a lock that this process's threads share, with priority inheritance: 0 free, else the holder's thread id (futex(2),
-/// FUTEX_LOCK_PI). Waits while another thread has it. Returns 0 or the system's error; EINTR and EAGAIN are not told.
+/// Takes a lock that this process's threads share, with priority inheritance: 0 is free, else it
+/// holds the holder's thread id (futex(2), FUTEX_LOCK_PI). Waits while another thread has it.
+/// Returns 0 or the system's error, but never EINTR or EAGAIN.
 inline int futex_lock_inheriting(std::atomic<std::uint32_t>& word) {
     for (;;) {
         if (::syscall(SYS_futex, &word, FUTEX_LOCK_PI_PRIVATE, 0, nullptr, nullptr, 0) == 0) return 0;
@@ -46,7 +49,8 @@ inline int futex_lock_inheriting(std::atomic<std::uint32_t>& word) {
     }
 }
 
-/// Hands it to the waiter of highest priority. Returns 0 or the system's error (EPERM: not the holder).
+/// Hands the lock to the waiter of highest priority. Returns 0 or the system's error (EPERM: the
+/// caller does not hold it).
 inline int futex_unlock_inheriting(std::atomic<std::uint32_t>& word) {
     return ::syscall(SYS_futex, &word, FUTEX_UNLOCK_PI_PRIVATE, 0, nullptr, nullptr, 0) == 0 ? 0 : errno;
 }

@@ -19,7 +19,7 @@ namespace {
 
 std::string chip_path(unsigned chip) { return "/dev/gpiochip" + std::to_string(chip); }
 
-/// Requests one line; `value` matters to outputs. A negative descriptor is −errno.
+/// Requests one line; `value` is for outputs. A negative result is −errno.
 int request_line(unsigned chip, unsigned line, std::uint64_t flags, bool value) {
     const UniqueFd device{::open(chip_path(chip).c_str(), O_RDWR | O_CLOEXEC)};
     if (!device.valid()) return -errno;
@@ -116,8 +116,9 @@ void GpioPin::force_safe_states() {
     if (safe != 0) set_value(fd_.get(), safe > 1 ? Level::high : Level::low);
 }
 
-// Only the edges that are wanted: of a line watched for both, the kernel tells them apart by the level that it reads
-// afterwards, and so takes both ends of a short pulse for the same edge (drivers/gpio/gpiolib-cdev.c, edge_irq_thread).
+// Asks for the wanted edges only. For a line watched for both, the kernel tells the edges apart by
+// the level that it reads afterwards, and takes both ends of a short pulse for the same edge
+// (drivers/gpio/gpiolib-cdev.c, edge_irq_thread).
 Result<void> GpioPin::watch_edges(PinId, Edge edge) {
     std::uint64_t edges = 0;
     if (edge != Edge::falling) edges |= GPIO_V2_LINE_FLAG_EDGE_RISING;

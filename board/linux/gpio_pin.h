@@ -1,6 +1,8 @@
-// Real pins: lines of the kernel's GPIO chips, through the v2 character-device interface (linux/gpio.h).
+// Real pins: lines of the kernel's GPIO chips, through the v2 character-device interface
+// (linux/gpio.h).
 //
-// Each pin is one line request, so that loops that drive different pins share nothing. A write is one ioctl.
+// Each pin is one line request, so loops that drive different pins share nothing. A write is one
+// ioctl.
 #pragma once
 
 #include <array>
@@ -17,7 +19,8 @@ class GpioPin final : public PinDriver {
   public:
     explicit GpioPin(GpioLine line) : line_(line) {}
 
-    /// Requests the line as an input. Error: not_found, not_permitted, or unavailable (somebody else has the line).
+    /// Requests the line as an input. Error: not_found, not_permitted, or unavailable (somebody
+    /// else has the line).
     Result<void> open();
 
     Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) override;
@@ -43,8 +46,8 @@ class GpioPin final : public PinDriver {
     std::atomic<std::uint8_t> safe_{0};  // 0: none; else 1 + Level
 };
 
-/// Takes over a line that a dead sketch has let go of and drives it to `level`, for as long as the descriptor lives. Not valid: it
-/// could not be had. For whoever outlives the sketch.
+/// Takes over a line that a dead sketch has let go of, and drives it to `level` as long as the
+/// descriptor lives. Not valid when the line cannot be had. For processes that outlive the sketch.
 posix::UniqueFd take_over_line(unsigned chip, unsigned line, Level level);
 
 }  // namespace qduino::board::linux

@@ -51,7 +51,8 @@ void for_each_task(const std::string& set, Visit visit) {
     }
 }
 
-/// Moves the tasks of one v1 set to another, until a look finds nobody new. Kernel threads that are bound to a core refuse.
+/// Moves the tasks of one v1 set to another, until a look finds none that is new. Kernel threads
+/// that are bound to a core refuse to move.
 void move_all_tasks(const std::string& from, const std::string& to) {
     std::set<std::string, std::less<>> tried;
     for (bool found_new = true; found_new;) {
@@ -100,9 +101,9 @@ bool Isolation::try_change(MachineSettings& settings, const std::string& path, s
     return changed.ok();
 }
 
-// ---- 1. tasks -------------------------------------------------------------------------------------------
+// ---- 1. tasks -----------------------------------------------------------------------------------
 
-/// Every child set of the root that has one of our cores gives it up: the sets of cores must not overlap.
+/// Takes our cores out of every child set of the root: the sets of cores must not overlap.
 void Isolation::shrink_other_sets_v1(MachineSettings& settings, const std::string& top) {
     for (const std::string& name : entries(top)) {
         const std::string cpus = top + "/" + name + "/cpuset.cpus";
@@ -110,8 +111,8 @@ void Isolation::shrink_other_sets_v1(MachineSettings& settings, const std::strin
         const CpuList list = read_cpu_list(cpus);
         const CpuList left = list.without(owned_);
         if (left == list) continue;
-        shrink_other_sets_v1(settings,
-                             top + "/" + name);  // children first: a child is never larger than its parent
+        // Children first: a child is never larger than its parent.
+        shrink_other_sets_v1(settings, top + "/" + name);
         try_change(settings, cpus, (left.empty() ? rest_ : left).to_list(), "cpuset " + name);
     }
 }
@@ -144,7 +145,7 @@ void Isolation::take_cores_v1(MachineSettings& settings) {
         return;
     }
     move_all_tasks(top, system);
-    // The root no longer balances over all cores; `qduino-system` does so over the rest.
+    // The root no longer balances load over all cores; `qduino-system` does so over the rest.
     try_change(settings, top + "/cpuset.sched_load_balance", "0", "load balancing");
     cpusets_ = Cpusets::v1;
 }
@@ -153,7 +154,8 @@ void Isolation::take_cores_v2(MachineSettings& settings) {
     const std::string top = at("/sys/fs/cgroup");
     const auto enabled = read_small_file(top + "/cgroup.subtree_control");
     if (!enabled || !has_word(*enabled, "cpuset")) {
-        // Left enabled afterwards: it changes nothing by itself, and others may have come to rely on it.
+        // Stays enabled afterwards: it changes nothing by itself, and other programs may have come
+        // to rely on it.
         if (!write_small_file(top + "/cgroup.subtree_control", "+cpuset").ok()) {
             notes_.push_back("cpusets: cannot enable the cpuset controller in " + top);
             return;
@@ -181,14 +183,15 @@ Result<void> Isolation::adopt(int core, pid_t tid) const {
     if (cpusets_ == Cpusets::v1)
         return write_small_file(at("/sys/fs/cgroup/cpuset") + name + "/tasks", thread);
     if (cpusets_ == Cpusets::none) return {};
-    // Threads of a process share a domain: this process enters the root's, whose threaded child the core's set is.
+    // Threads of a process share a domain: this process enters the root's, whose threaded child the
+    // core's set is.
     const std::string top = at("/sys/fs/cgroup");
     if (auto moved = write_small_file(top + "/cgroup.procs", std::to_string(::getpid())); !moved)
         return moved;
     return write_small_file(top + name + "/cgroup.threads", thread);
 }
 
-// ---- 2. interrupts and kernel work ----------------------------------------------------------------------
+// ---- 2. interrupts and kernel work --------------------------------------------------------------
 
 void Isolation::move_interrupts(MachineSettings& settings) {
     try_change(settings, at("/proc/irq/default_smp_affinity"), rest_.to_mask(options_.cpus),
@@ -237,12 +240,11 @@ void Isolation::move_kernel_work(MachineSettings& settings) {
     const std::string watchdog = at("/proc/sys/kernel/watchdog_cpumask");
     if (exists(watchdog)) try_change(settings, watchdog, rest_.to_list(), "watchdog");
     const std::string vmstat = at("/proc/sys/vm/stat_interval");
-    if (exists(vmstat))
-        try_change(settings, vmstat, "120",
-                   "vmstat");  // its per-core work comes every 2 min, not every second
+    // vmstat's work on each core comes every 2 min instead of every second.
+    if (exists(vmstat)) try_change(settings, vmstat, "120", "vmstat");
 }
 
-// ---- 3. and 4. ------------------------------------------------------------------------------------------
+// ---- 3. and 4. ----------------------------------------------------------------------------------
 
 void Isolation::stay_fast(MachineSettings& settings) {
     for (const int core : options_.cores) {
@@ -252,8 +254,9 @@ void Isolation::stay_fast(MachineSettings& settings) {
     }
 }
 
-// What an interrupt begins, threads finish that the kernel binds to the same core: of a disk, the requests behind the one that is
-// done. Were they kept waiting for ever by a loop that spins, so were all who wait for the disk. They get their share from the fair
+// Threads finish what an interrupt begins, and the kernel binds them to the same core: for a disk,
+// they handle the requests behind the one that is done. A loop that spins would keep them waiting
+// for ever, and with them every task that waits for the disk. They get their share from the fair
 // server (since Linux 6.12) or else from the throttling.
 void Isolation::lift_throttling(MachineSettings& settings) {
     const bool needed = !kept_interrupts_.empty();
@@ -278,7 +281,7 @@ void Isolation::lift_fair_server(MachineSettings& settings) {
         if (exists(fair)) {
             try_change(settings, fair, "0", "fair server");
         } else if (exists(at("/sys/kernel/debug/sched"))) {
-            continue;  // a kernel before 6.12 has none
+            continue;  // kernels before 6.12 have none
         } else {
             notes_.push_back(
                 "fair server not seen (debugfs is not mounted): threads that the kernel binds to the core "

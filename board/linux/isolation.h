@@ -1,19 +1,22 @@
-// Taking a core for one loop: everything else that can be moved is moved off it, and put back at the end.
+// Takes a core for one loop: moves everything else that can be moved off it, and puts it back at
+// the end.
 //
-//   order                                          why then
-//   1. cpusets      tasks off the core             the loop's thread enters its own set
-//   2. interrupts   IRQs, their default            what is left: the tick, and what is bound to the core
+//   order                                    why in this order
+//   1. cpusets      tasks off the core         the loop's thread enters its own set
+//   2. interrupts   IRQs, their default        leaves the tick, and what is bound to the core
 //      RPS, XPS     network softirqs
-//      workqueues, watchdog, vmstat                kernel threads that would come back
-//   3. governor                                    no slow clock
-//   4. RT throttling, fair server                  last: only when 1 succeeded is nobody left on the core to starve;
-//                                                  not even then when 2 left an interrupt behind (lift_throttling)
+//      workqueues, watchdog, vmstat            kernel threads that would come back
+//   3. governor                                no slow clock
+//   4. RT throttling, fair server              last: with 1 done, no task is left to starve there;
+//                                              kept if 2 left an interrupt behind (lift_throttling)
 //
-// Undone in the opposite order (machine_settings.h). What the machine does not have or refuses is a note, not a failure.
+// The changes are undone in the opposite order (machine_settings.h). What the computer does not
+// have or refuses is a note, not a failure.
 //
-// Two generations of cpusets. v1: everything in the root set moves to `qduino-system` (all other cores), the
-// core gets a set `qduino-core<N>` of its own, exclusive, and the root stops balancing over both. v2: a
-// threaded child of the root becomes an isolated partition; by that alone all others lose the core.
+// There are two generations of cpusets. v1: everything in the root set moves to `qduino-system`
+// (all other cores). The core gets an exclusive set of its own, `qduino-core<N>`, and the root
+// stops balancing over both. v2: a threaded child of the root becomes an isolated partition; that
+// alone takes the core from all others.
 #pragma once
 
 #include <sys/types.h>
@@ -40,18 +43,19 @@ class Isolation {
   public:
     Isolation() = default;  ///< owns nothing
 
-    /// Makes the changes, through `settings`, which undoes them. Setup-time. Error: out_of_range (no core
-    /// would be left for the rest).
+    /// Makes the changes, through `settings`, which undoes them. Setup-time. Error: out_of_range
+    /// (no core would be left for the rest).
     static Result<Isolation> begin(MachineSettings& settings, const IsolationOptions& options);
 
-    /// Puts the thread `tid` of this process into the owned core's set; it must pin itself afterwards.
+    /// Puts the thread `tid` of this process into the owned core's set. The thread must pin itself
+    /// afterwards.
     Result<void> adopt(int core, pid_t tid) const;
 
     [[nodiscard]] bool owns(int core) const { return owned_.has(core); }
-    /// Nobody else's task can run on the owned cores.
+    /// No task of another process can run on the owned cores.
     [[nodiscard]] bool exclusive() const { return cpusets_ != Cpusets::none; }
     [[nodiscard]] bool throttling_lifted() const { return throttling_lifted_; }
-    /// What could not be had, each with why.
+    /// What could not be done, each with the reason.
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
   private:
@@ -76,7 +80,7 @@ class Isolation {
     CpuList rest_;
     Cpusets cpusets_ = Cpusets::none;
     bool throttling_lifted_ = false;
-    std::vector<std::string> kept_interrupts_;  // on an owned core still; by name
+    std::vector<std::string> kept_interrupts_;  // by name: those that stay on an owned core
     std::vector<std::string> notes_;
 };
 

@@ -1,4 +1,4 @@
-// Which kernel this is, as far as what it can do depends on it.
+// The version of the running kernel, for what depends on it.
 #pragma once
 
 #include <cstdio>
@@ -6,7 +6,8 @@
 
 namespace qduino::board::linux {
 
-/// Of a release as in /proc/sys/kernel/osrelease, "6.1.0-50-rt-amd64". False when it does not begin so.
+/// Compares a release as in /proc/sys/kernel/osrelease, "6.1.0-50-rt-amd64". False when it does not
+/// begin with numbers.
 inline bool release_at_least(const std::string& release, int major, int minor) {
     int found_major = 0;
     int found_minor = 0;

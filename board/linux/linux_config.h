@@ -1,5 +1,5 @@
-// What the Linux board is told when it opens: which devices are behind its pins and buses, how far it may go
-// with the machine. Plain data; an app fills it in.
+// Options of the Linux board: the devices behind its pins and buses, and how far it may change the
+// computer. Plain data; an app fills it in.
 #pragma once
 
 #include <string>
@@ -43,7 +43,8 @@ struct SpiPort {
 };
 
 struct LinuxConfig {
-    /// File of virtual pins (pins_layout.h); empty: none. Pins and buses not named below are virtual.
+    /// File of virtual pins (pins_layout.h); empty: none. Pins and buses not named below are
+    /// virtual.
     std::string pins_path;
     std::vector<GpioLine> gpio;
     std::vector<PwmChannel> pwm;
@@ -51,28 +52,32 @@ struct LinuxConfig {
     std::vector<I2cPort> i2c;
     std::vector<SpiPort> spi;
 
-    bool real_time = true;        ///< ask for SCHED_FIFO; what is refused is in the guarantee report
-    bool lock_memory = true;      ///< mlockall: no page fault after start
-    bool enforce_budgets = true;  ///< a loop that has spent its budget sleeps until its replenishment
-    int priority_highest = 80;    ///< of the shortest period; 1…99
-    int priority_lowest = 40;     ///< longer periods than there are priorities share this one
+    /// Ask for SCHED_FIFO; what is refused is in the guarantee report.
+    bool real_time = true;
+    bool lock_memory = true;  ///< mlockall: no page fault after start
+    /// A loop that has spent its budget sleeps until its replenishment.
+    bool enforce_budgets = true;
+    int priority_highest = 80;  ///< of the shortest period; 1…99
+    int priority_lowest = 40;   ///< longer periods than there are priorities share this one
     std::size_t stack_bytes = std::size_t{1} << 20;  ///< of each VCPU, faulted in before it starts
 
-    bool handle_signals =
-        true;  ///< SIGINT, SIGTERM stop the board; fatal signals force the safe states first
-    /// A loop is taken for hung when it was neither heard of for so long, nor said it would sleep or spin
-    /// longer.
+    /// SIGINT, SIGTERM stop the board; fatal signals force the safe states first.
+    bool handle_signals = true;
+    /// A loop counts as hung when it was not heard of for so long, and has not announced a longer
+    /// sleep or spin.
     Nanoseconds heartbeat_bound = 500ms;
 
-    /// Take everything else off the cores that loops own (isolation.h). Changes the machine; undone at the end.
+    /// Take everything else off the cores that loops own (isolation.h). Changes the machine; undone
+    /// at the end.
     bool isolate = false;
-    /// Lift the kernel's limit of 95 % real-time per second, and its fair server, while a core is owned and empty.
+    /// Lift the kernel's limit of 95 % real-time per second, and its fair server, while a core is
+    /// owned and empty.
     bool lift_throttling = true;
-    /// A core that another sketch owns is waited for so long: its holder may be dying (core_lock.h).
+    /// How long to wait for a core that another sketch owns: its holder may be dying (core_lock.h).
     Nanoseconds core_patience = 2s;
     /// Where changes to the machine are recorded, for the supervisor and `qduino restore`.
     std::string settings_state = "/run/qduino/settings.state";
-    /// Each owned core is probed by a bare spin of so long before its loop starts; 0: not.
+    /// How long each owned core is probed by a bare spin before its loop starts; 0: no probe.
     Nanoseconds probe_duration = 100ms;
     std::string sysfs_root;  ///< prefix of /sys and /proc, for tests
 };

@@ -38,7 +38,7 @@ std::string boot_id() {
     return text ? std::string{without_newline(*text)} : "?";
 }
 
-/// Opens and locks the state file. Error: unavailable when somebody else has it.
+/// Opens and locks the state file. Error: unavailable when another process has it.
 Result<UniqueFd> lock_state(const std::string& path, bool create) {
     UniqueFd file{::open(path.c_str(), O_RDWR | O_CLOEXEC | (create ? O_CREAT : 0), 0600)};
     if (!file.valid()) return system_error("open", path);
@@ -58,7 +58,8 @@ std::string whole_file(int fd) {
     }
 }
 
-/// Moves every task of the cgroup to its parent and removes it. A group that is gone already is done.
+/// Moves every task of the cgroup to its parent and removes it. A group that is already gone is no
+/// error.
 Result<void> dissolve_group(const std::string& path) {
     if (::access(path.c_str(), F_OK) != 0) return {};
     const std::string parent = path.substr(0, path.rfind('/'));
@@ -69,8 +70,8 @@ Result<void> dissolve_group(const std::string& path) {
         const auto tasks = read_small_file(path + list);
         for (std::string_view rest = tasks ? std::string_view{*tasks} : ""; !rest.empty();) {
             const std::size_t end = rest.find('\n');
-            static_cast<void>(
-                write_small_file(parent + list, rest.substr(0, end)));  // it may have ended meanwhile
+            // A task may have ended meanwhile.
+            static_cast<void>(write_small_file(parent + list, rest.substr(0, end)));
             rest = end == std::string_view::npos ? std::string_view{} : rest.substr(end + 1);
         }
         if (::rmdir(path.c_str()) == 0) return {};
@@ -91,7 +92,8 @@ CpuList affinity_of(pid_t tid) {
     return cpus;
 }
 
-/// Field `number` (from 3 on) of /proc/<tid>/stat; empty when there is none. (Field 2, the name, may hold anything.)
+/// Field `number` (from 3 on) of /proc/<tid>/stat; empty when there is none. (Field 2, the name,
+/// may hold anything.)
 std::string stat_field(pid_t tid, int number) {
     const auto text = read_small_file("/proc/" + std::to_string(tid) + "/stat");
     if (!text) return {};
@@ -148,8 +150,8 @@ void undo_policy(std::string_view rest) {
 
 Result<void> undo_line(std::string_view line) {
     const std::size_t first = line.find('\t');
-    if (first == std::string_view::npos)
-        return {};  // cut short by a kill in the middle of a write: nothing was changed
+    // Cut short by a kill in the middle of a write: nothing was changed.
+    if (first == std::string_view::npos) return {};
     const std::string_view kind = line.substr(0, first);
     const std::string_view rest = line.substr(first + 1);
     if (kind == "group") return dissolve_group(std::string{rest});
@@ -160,22 +162,23 @@ Result<void> undo_line(std::string_view line) {
     const std::string path{rest.substr(0, second)};
     if (::access(path.c_str(), F_OK) != 0) return {};  // the device has gone
     const std::string_view old = rest.substr(second + 1);
-    // A kill between the record and the write leaves the old value. It is not written again: the kernel
-    // may refuse any write there (a disk's interrupt whose cores the kernel manages).
+    // A kill between the record and the write leaves the old value. It is not written again: the
+    // kernel may refuse any write there (an interrupt of a disk, whose cores the kernel manages).
     const auto now = read_small_file(path);
     if (now && without_newline(*now) == old) return {};
     return write_small_file(path, old.empty() ? "\n" : old);  // an empty write would reach nobody
 }
 
-/// Undoes all whole lines of `text`, the last first. What fails does not keep the rest from being undone.
+/// Undoes all whole lines of `text`, the last first. A failure does not keep the rest from being
+/// undone.
 Result<void> undo_all(std::string_view text) {
     Result<void> first_failure;
     if (text.substr(0, kHeader.size()) != kHeader) return first_failure;
     const std::size_t body = text.find('\n');
     if (body == std::string_view::npos) return first_failure;
     const std::string_view boot = text.substr(kHeader.size(), body - kHeader.size());
-    if (boot != boot_id())
-        return first_failure;  // the machine has started anew: there is nothing left to undo
+    // The computer has booted since: there is nothing left to undo.
+    if (boot != boot_id()) return first_failure;
     std::string_view lines = text.substr(body + 1);
     while (!lines.empty()) {
         const bool whole = lines.back() == '\n';

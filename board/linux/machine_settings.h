@@ -1,20 +1,21 @@
-// Changes to the machine that can always be undone: each is written into a state file before it is made.
+// Changes to the computer that can always be undone: each is written into a state file before it is
+// made.
 //
-//   state file (on /run, gone with the machine)            undone, from the last line to the first
+//   state file (on /run, gone with the boot)          undone, from the last line to the first
 //   ───────────────────────────────────────────
 //   qduino-settings 1 <boot id>
-//   write <TAB> /proc/irq/36/smp_affinity <TAB> 3         write 3 back
-//   affinity <TAB> 412 <TAB> 88231 <TAB> 0                pin thread 412 to core 0 again, if it is the one that
-//                                                         started at 88231
-//   policy <TAB> 50 <TAB> 211 <TAB> 1 <TAB> 50            thread 50 had policy 1 (FIFO) at priority 50
-//   group <TAB> /sys/fs/cgroup/cpuset/qduino-core1        move its tasks to the parent, remove it
+//   write <TAB> /proc/irq/36/smp_affinity <TAB> 3      write 3 back
+//   affinity <TAB> 412 <TAB> 88231 <TAB> 0             pin thread 412 to core 0 again, if it is the
+//                                                      one that started at 88231
+//   policy <TAB> 50 <TAB> 211 <TAB> 1 <TAB> 50         thread 50 had policy 1 (FIFO), priority 50
+//   group <TAB> /sys/fs/cgroup/cpuset/qduino-core1     move its tasks to the parent, remove it
 //
-// Whoever changes settings holds a lock on the file; it ends with the process, however that dies. A state
-// file that is not empty and not locked is one that a dead process left: the supervisor, `qduino restore` or
-// the next start undoes it.
+// A process that changes settings holds a lock on the file; the lock ends with the process, however
+// that dies. So a dead process left a state file that is not empty and not locked: the supervisor,
+// `qduino restore` or the next start undoes it.
 //
-// Invariant: whatever was changed is in the file, at every instant. (What is in the file may not have been
-// changed yet: then the undoing writes the value that is there already.)
+// Invariant: every change is in the file, at every instant. (A line in the file may not have been
+// carried out yet. To undo it then writes the value that is there already.)
 #pragma once
 
 #include <sys/types.h>
@@ -38,28 +39,31 @@ class MachineSettings {
     MachineSettings() = default;
     MachineSettings(MachineSettings&&) = default;
     MachineSettings& operator=(MachineSettings&&) = default;
-    /// Undoes everything.
+    /// Undoes every change.
     ~MachineSettings();
 
-    /// Takes the state file at `path` (made with its folder when missing), after undoing what a dead process
-    /// left in it. Errors: unavailable (another process has changed settings and lives), not_permitted.
+    /// Takes the state file at `path` (made with its folder when missing), after undoing what a
+    /// dead process left in it. Errors: unavailable (a living process has changed settings),
+    /// not_permitted.
     static Result<MachineSettings> open(std::string path);
 
-    /// Writes `text` to the setting at `path`, its present value recorded first. A setting that has the value
-    /// already is left alone. Error: not_found, or what the kernel says; the machine is then as before.
+    /// Writes `text` to the setting at `path`, its present value recorded first. A setting that has
+    /// the value already is left alone. Error: not_found, or what the kernel says; the machine is
+    /// then as before.
     Result<void> change(const std::string& path, std::string_view text);
-    /// Makes a cgroup, recorded first. Whose tasks are to be moved out, and it removed, when all is undone.
+    /// Makes a cgroup, recorded first. Undoing moves its tasks out and removes it.
     Result<void> make_group(const std::string& path);
 
-    /// Records to which cores the thread `tid` is bound, when it is bound at all and can be: moving it
-    /// between cpusets makes kernels before 6.2 forget that.
+    /// Records the cores to which the thread `tid` is bound, if it is bound and can be. Kernels
+    /// before 6.2 forget that when the thread moves between cpusets.
     Result<void> remember_affinity(pid_t tid);
 
-    /// Gives the kernel thread `tid` SCHED_FIFO at `priority` and binds it to `core`, what it had recorded
-    /// first. Error: not_permitted, not_found (it has ended).
+    /// Gives the kernel thread `tid` SCHED_FIFO at `priority` and binds it to `core`, after
+    /// recording what it had. Error: not_permitted, not_found (it has ended).
     Result<void> schedule_thread(pid_t tid, int priority, int core);
 
-    /// Undoes everything now; the first thing that could not be undone is the error, and stays in the file.
+    /// Undoes everything now. The first change that cannot be undone is the error, and stays in the
+    /// file.
     Result<void> undo();
     [[nodiscard]] bool active() const { return file_.valid(); }
 
@@ -74,8 +78,9 @@ class MachineSettings {
 /// What restore_settings() found.
 enum class Restored { nothing_to_do, undone };
 
-/// Undoes what a dead process left in the state file at `path`: for the supervisor and `qduino restore`.
-/// Errors: unavailable (its process lives: stop that instead), or the first thing that could not be undone.
+/// Undoes what a dead process left in the state file at `path`: for the supervisor and `qduino
+/// restore`. Errors: unavailable (its process lives: stop that instead), or the first change that
+/// could not be undone.
 Result<Restored> restore_settings(const std::string& path);
 
 }  // namespace qduino::board::linux

@@ -1,6 +1,6 @@
-// Bytes through a mailbox: as relaxed atomic words, so that a reader who looks while a writer writes reads
-// nonsense, which it then throws away by the sequence number, and never undefined behaviour (pins_layout.h,
-// Mailbox).
+// Copies bytes through a mailbox as relaxed atomic words. A reader that looks while a writer writes
+// reads nonsense, and the sequence number tells it to throw that away; but it never meets undefined
+// behaviour (pins_layout.h, Mailbox).
 #pragma once
 
 #include <algorithm>

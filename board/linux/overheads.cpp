@@ -31,7 +31,7 @@ Nanoseconds median(Samples& samples) {
     return samples[kSamples / 2];
 }
 
-/// CPU time of the way into a sleep and out of it again.
+/// CPU time of going to sleep and waking up again.
 Nanoseconds sleep_cost() {
     Samples samples;
     for (Nanoseconds& sample : samples) {
@@ -44,7 +44,7 @@ Nanoseconds sleep_cost() {
 
 extern "C" void on_sample(int) {}
 
-/// The gap that a timer's signal to the thread itself makes in a spin.
+/// The gap in a spin that a timer's signal to the thread itself makes.
 Nanoseconds signal_cost() {
     const int signal = SIGRTMIN + 4;
     struct sigaction action {};
@@ -81,8 +81,8 @@ Nanoseconds signal_cost() {
 sched::PlatformOverheads measure_overheads() {
     sched::PlatformOverheads overheads;
     overheads.release_cost = sleep_cost();
-    overheads.enforcement_cost =
-        signal_cost() + overheads.release_cost;  // the signal, then a sleep in its handler
+    // The signal, then a sleep in its handler.
+    overheads.enforcement_cost = signal_cost() + overheads.release_cost;
     return overheads;
 }
 

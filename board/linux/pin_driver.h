@@ -1,11 +1,11 @@
-// What stands behind a pin or a bus on the Linux board: virtual devices in shared memory, or the kernel's
-// real ones.
+// The drivers behind a pin or a bus on the Linux board: virtual devices in shared memory, or the
+// kernel's real ones.
 //
 //   LinuxBoard ──► PinDriver   VirtualPins · GpioPin · PwmPin · AnalogPin
 //              ──► I2cDriver   VirtualPins · I2cDevice
 //              ──► SpiDriver   VirtualPins · SpiDevice
 //
-// Which pin has which driver is decided once, when the board opens; a call costs one indirect jump.
+// The board gives each pin its driver once, when it opens. A call costs one indirect jump.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@
 
 namespace qduino::board::linux {
 
-/// What the board says of a pin that has no driver.
+/// The error for a pin that has no driver.
 inline Error nothing_at(PinId pin) {
     Error error{ErrorCode::invalid_argument, "pin "};
     error.message.append(std::to_string(pin.number));
@@ -24,13 +24,13 @@ inline Error nothing_at(PinId pin) {
     return error;
 }
 
-/// Edges that a pin has ever seen; counts wrap.
+/// Edges that a pin has seen so far; counts wrap.
 struct EdgeCounts {
     std::uint32_t rising = 0;
     std::uint32_t falling = 0;
 };
 
-/// What a pin driver says to what its pin cannot do.
+/// The error for what the pin of a driver cannot do.
 inline Error pin_cannot(std::string_view what) {
     Error error{ErrorCode::unsupported, "this pin has no "};
     error.message.append(what).append(": use another pin, or name a device for it");
@@ -45,14 +45,15 @@ class PinDriver {
     virtual void write(VcpuId vcpu, PinId pin, Level level) = 0;
     [[nodiscard]] virtual Level read(VcpuId vcpu, PinId pin) = 0;
     virtual Result<void> write_pwm(VcpuId, PinId, double) { return pin_cannot("PWM"); }
-    /// `period` as is_pwm_period() has it. Setup-time.
+    /// `period`: see is_pwm_period(). Setup-time.
     virtual Result<void> set_pwm_period(VcpuId, PinId, Nanoseconds) { return pin_cannot("PWM"); }
     [[nodiscard]] virtual Result<double> read_analog(VcpuId, PinId) { return pin_cannot("analog input"); }
-    /// From now on these edges are counted (others may be, too). Setup-time.
+    /// Counts these edges from now on (others may be counted, too). Setup-time.
     virtual Result<void> watch_edges(PinId, Edge) { return pin_cannot("interrupts"); }
     /// Edges counted so far. From one thread.
     [[nodiscard]] virtual EdgeCounts edges(PinId) { return {}; }
-    /// Becomes readable when edges() would change; −1: none, VirtualPins::wait_input_change() tells instead.
+    /// Becomes readable when edges() would change. −1: no descriptor;
+    /// VirtualPins::wait_input_change() tells instead.
     [[nodiscard]] virtual int edge_descriptor(PinId) { return -1; }
     /// Remembers the level that the pin is forced to. Setup-time.
     virtual Result<void> set_safe_state(PinId pin, Level level) = 0;

@@ -16,7 +16,7 @@ class PinWriter {
   public:
     PinWriter() = default;  ///< not open
 
-    /// Maps the ring of `writer` and takes it over from whoever had it. Setup-time.
+    /// Maps the ring of `writer` and takes it over from its last owner. Setup-time.
     Result<void> open(const PinsFile& file, int writer, VcpuId vcpu) {
         auto mapped = file.map_ring(writer, true);
         if (!mapped) return mapped.error();
@@ -25,12 +25,14 @@ class PinWriter {
         slot_ = &file.layout().writers[static_cast<std::size_t>(writer)];
         slot_->writing.store(0);
         wide_ ? ring_.as<WideRing>()->adopt_writer() : ring_.as<NarrowRing>()->adopt_writer();
-        slot_->in_use.store(1u + vcpu, std::memory_order_release);  // before any clock reading of this writer
+        // Before any clock reading of this writer.
+        slot_->in_use.store(1u + vcpu, std::memory_order_release);
         return {};
     }
     [[nodiscard]] bool is_open() const { return slot_ != nullptr; }
 
-    /// Does all that a write does but let it be seen, so that the next one finds its code and its data in the caches.
+    /// Does everything that a write does except to let the edge be seen, so that the next write
+    /// finds its code and its data in the caches.
     void rehearse() { push({}, 0); }
 
     void write_level(PinId pin, Level level) { push({0, pin.number, PinEventKind::level, level, 0}); }
@@ -44,10 +46,12 @@ class PinWriter {
     }
 
   private:
-    /// `count`: 1; 0 for a rehearsal, which must go through these very instructions: hence never inlined.
+    /// `count`: 1; 0 for a rehearsal. Never inlined: a rehearsal must go through these very
+    /// instructions.
     [[gnu::noinline]] void push(PinEvent event, std::uint64_t count = 1) {
         slot_->writing.store(1, std::memory_order_relaxed);
-        std::atomic_signal_fence(std::memory_order_seq_cst);  // then the clock: see kSettle in pins_layout.h
+        // Then the clock: see kSettle in pins_layout.h.
+        std::atomic_signal_fence(std::memory_order_seq_cst);
         event.time_ns = to_ns(cycle_clock.soon());
         const bool held = wide_ ? push_to(*ring_.as<WideRing>(), event, count)
                                 : push_to(*ring_.as<NarrowRing>(), event, count);

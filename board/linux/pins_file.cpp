@@ -32,8 +32,8 @@ const char* name_of(PinsRole role) {
     return "?";
 }
 
-/// Takes the role's byte of the file. The lock belongs to the open file description: it ends with the
-/// process.
+/// Takes the role's byte of the file. The lock belongs to the open file description: it ends with
+/// the process.
 Result<void> take_role(int fd, PinsRole role, const std::string& path) {
     struct flock lock {};
     lock.l_type = F_WRLCK;

@@ -1,4 +1,4 @@
-// Making, opening and mapping the file of virtual pins (pins_layout.h), with all checks in one place.
+// Makes, opens and maps the file of virtual pins (pins_layout.h), with all checks in one place.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace qduino::board::linux {
 
-/// Who holds the file, one of each kind at a time.
+/// The roles that hold the file, each by one process at a time.
 enum class PinsRole : int { machine = 0, sketch = 1, supervisor = 2 };
 
 /// The opened file: descriptor (which carries the role's lock) and the mapped head.
@@ -19,11 +19,12 @@ class PinsFile {
   public:
     PinsFile() = default;  ///< none; only for assignment
 
-    /// Makes a fresh file and renames it over `path`. For the machine. Error: unavailable when another
-    /// machine lives on `path`; or the system's.
+    /// Makes a fresh file and renames it over `path`. For the machine. Error: unavailable when
+    /// another machine lives on `path`; or the system's.
     static Result<PinsFile> create(const std::string& path);
-    /// Opens an existing file in a role. Error: not_found (no machine has made it), corrupt (not such a
-    /// file), unsupported (another version), unavailable (the role is taken by a living process).
+    /// Opens an existing file in a role. Error: not_found (no machine has made it), corrupt (not
+    /// such a file), unsupported (another version), unavailable (the role is taken by a living
+    /// process).
     static Result<PinsFile> open(const std::string& path, PinsRole role);
 
     [[nodiscard]] bool valid() const { return head_.valid(); }

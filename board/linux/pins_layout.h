@@ -1,41 +1,49 @@
-// The virtual hardware between a sketch and a virtual machine: one shared-memory file, laid out here and
-// nowhere else.
+// The virtual hardware between a sketch and a virtual machine: one shared-memory file, laid out
+// here and nowhere else.
 //
-//        sketch process                      shared file                          machine process (twin)
-//   ┌───────────────────┐        ┌──────────────────────────────┐            ┌────────────────────────────┐
-//   │ loop 1 ── edges ──┼───────►│ ring of VCPU 1               │            │                            │
-//   │ loop 2 ── edges ──┼───────►│ ring of VCPU 2 (wide: owner) ├─ merged ──►│ Peripherals::pin_written … │
-//   │ loop 3 ── edges ──┼───────►│ ring of VCPU 3               │  by time   │                            │
-//   │        pin_read ◄─┼────────┤ input levels, edge counts    │◄───────────┤ Peripherals::pin_level     │
-//   │  i2c / spi / adc ◄┼───────►│ mailbox of each VCPU         │◄──────────►│ Peripherals::i2c_transfer …│
-//   └───────────────────┘        │ output latches, safe states, │            └────────────────────────────┘
-//   ┌───────────────────┐        │ heartbeats                   │
-//   │ supervisor ─ edges┼───────►│ ring of the supervisor       │
-//   └───────────────────┘        └──────────────────────────────┘
+//       sketch process                 shared file                     machine process (twin)
+//   ┌─────────────────┐     ┌──────────────────────────────┐        ┌───────────────────────────┐
+//   │ loop 1 ─ edges ─┼────►│ ring of VCPU 1               │        │                           │
+//   │ loop 2 ─ edges ─┼────►│ ring of VCPU 2 (wide: owner) ├ merged►│ Peripherals::pin_written …│
+//   │ loop 3 ─ edges ─┼────►│ ring of VCPU 3               │ by time│                           │
+//   │      pin_read ◄─┼─────┤ input levels, edge counts    │◄───────┤ Peripherals::pin_level    │
+//   │ i2c/spi/adc ◄───┼────►│ mailbox of each VCPU         │◄──────►│ Peripherals::i2c_transfer…│
+//   └─────────────────┘     │ output latches, safe states, │        └───────────────────────────┘
+//   ┌─────────────────┐     │ heartbeats                   │
+//   │ supervisor edges┼────►│ ring of the supervisor       │
+//   └─────────────────┘     └──────────────────────────────┘
 //
-// The machine side creates the file and outlives the sketch. Every writer has its own single-writer ring, so
-// no loop can ever wait for another; a full ring loses the edge and counts it, and the writer goes on.
+// The machine side creates the file and outlives the sketch. Every writer has its own ring, so no
+// loop ever waits for another. A full ring loses the edge and counts it, and the writer goes on.
 //
-// Order across rings. Events carry CLOCK_MONOTONIC, common to all processes. A writer raises `writing` *before* it reads the
-// clock and lowers it after the push; the machine asks about the past alone, kSettle after it:
+// Order across rings. The machine must play the edges of all rings in the order of their times, but
+// a writer reads its clock some instants before its edge is in the ring. So the machine must know
+// up to which time nothing more will come. A full fence in every write to a pin would tell it; but
+// each write would then wait for the cache lines of the one before. A flag and a bound in time do
+// without:
 //
 //   writer   ──[writing:=1]──(t := now)──[push t]──[writing:=0]──
 //   machine  ──(h)── kSettle ──[writing == 0?]──[drain the ring up to h]──
 //
-// If a machine that looks kSettle after h sees `writing` low, then whatever is not yet in the ring will carry a time after h: a
-// write with a time up to h raised its flag before h, and what was stored by h is seen kSettle later. So the merge up to h is
-// exact. kSettle stands for two things that are thousands of times shorter: how long a store waits in its core before the others
-// see it (at most until what is in front of it has left, well below 1 us; interrupts and traps empty the store buffer), and how
-// far apart two processes read the same clock (cycle_clock.h). The alternative is a full fence in every write to a pin, so that
-// each waits for the cache lines of the one before: a fence-free flag with a bound in time instead, as in Morrison and Afek,
-// "Temporally Bounding TSO for Fence-Free Asymmetric Synchronization", ASPLOS 2015.
+// The writer raises `writing` *before* it reads CLOCK_MONOTONIC, which all processes share, and
+// lowers it after the push. The machine asks only about the past, kSettle after it. If it then sees
+// `writing` low, whatever is not yet in the ring will carry a time after h: a write with a time up
+// to h raised its flag before h, and a store made by h is visible kSettle later. So the merge up to
+// h is exact.
 //
-// A writer that is preempted or throttled in between holds the horizon back for at most kWriterHold (a busy machine takes an
-// ordinary process off its core for that long), then the others go on without it; a dead one holds up nobody.
+// kSettle covers two things that are thousands of times shorter. A store waits in its core until
+// the stores in front of it have left (well below 1 us; interrupts and traps empty the store
+// buffer). And two processes read the same clock slightly apart (cycle_clock.h). The idea is that
+// of Morrison and Afek, "Temporally Bounding TSO for Fence-Free Asymmetric Synchronization", ASPLOS
+// 2015.
 //
-// Whose file: the machine holds an OFD lock on byte 0, the sketch on byte 1, the supervisor on byte 2. The
-// kernel drops them with the process, however it died: a second sketch is refused while one lives, never
-// after.
+// A writer that is preempted or throttled in between holds the horizon back for at most kWriterHold
+// (a busy computer takes an ordinary process off its core for that long). Then the others go on
+// without it. A dead writer holds up nobody.
+//
+// Ownership: the machine holds an OFD lock on byte 0, the sketch on byte 1, the supervisor on byte
+// 2. The kernel drops them with the process, however it died. So a second sketch is refused exactly
+// while the first one lives.
 #pragma once
 
 #include <array>
@@ -59,7 +67,8 @@ struct PinEvent {
     std::uint16_t pin = 0;
     PinEventKind kind = PinEventKind::level;
     Level level = Level::low;  ///< of kind level
-    /// Of kind pwm: the bits of the duty, a float of 0…1; of kind pwm_period: nanoseconds, 0 for the board's own.
+    /// Of kind pwm: the bits of the duty, a float of 0…1; of kind pwm_period: nanoseconds, 0 for
+    /// the board's own.
     std::uint32_t value = 0;
 };
 static_assert(sizeof(PinEvent) == 16);
@@ -69,8 +78,8 @@ using NarrowRing = channel::RingBuffer<PinEvent, std::size_t{1} << 17>;
 /// 16 MB: 10 s at 100 000 edges/s. For loops that own a core and play pulses.
 using WideRing = channel::RingBuffer<PinEvent, std::size_t{1} << 20>;
 
-// Writers: one per VCPU, the sketch's last will (its fatal-signal handler), the supervisor, its heat watch, and
-// the wide ones.
+// Writers: one per VCPU, the sketch's last will (its fatal-signal handler), the supervisor, its
+// heat watch, and the wide ones.
 inline constexpr int kWillWriter = kVcpuLimit;
 inline constexpr int kSupervisorWriter = kVcpuLimit + 1;
 inline constexpr int kHeatWatchWriter = kVcpuLimit + 2;
@@ -78,7 +87,7 @@ inline constexpr int kNarrowWriters = kVcpuLimit + 3;
 inline constexpr int kWideWriters = 4;
 inline constexpr int kWriterCount = kNarrowWriters + kWideWriters;
 
-/// After so long everybody sees what was stored, and every clock shows a later time.
+/// After this long every core sees a store, and every clock shows a later time.
 inline constexpr Nanoseconds kSettle = 20us;
 /// How long a writer that stopped in the middle of a write holds the others back.
 inline constexpr Nanoseconds kWriterHold = 250ms;
@@ -86,8 +95,8 @@ inline constexpr Nanoseconds kWriterHold = 250ms;
 inline constexpr Nanoseconds kBusTimeout = 50ms;
 
 struct alignas(channel::kCacheLine) WriterSlot {
-    std::atomic<std::uint32_t> in_use{
-        0};  ///< 0: never; else 1 + VcpuId. Its ring is touched only once this is set
+    /// 0: never; else 1 + VcpuId. Its ring is touched only once this is set.
+    std::atomic<std::uint32_t> in_use{0};
     std::atomic<std::uint32_t> writing{0};  ///< between reading the clock and the push
     std::atomic<std::uint64_t> lost{0};     ///< edges that found the ring full
 };
@@ -98,8 +107,8 @@ struct OutputPin {
     std::atomic<std::uint8_t> level{0};  ///< the output latch
     std::atomic<std::uint8_t> pwm{0};    ///< 1: the last write was a PWM duty
     std::atomic<std::uint8_t> safe{0};   ///< 0: none; else 1 + Level
-    // What the kernel has behind this pin when it is real, so that whoever outlives the sketch can make it safe. Said before
-    // the pin can be driven.
+    // The kernel device behind this pin when it is real, so that a process that outlives the sketch
+    // can make it safe. Set before the pin can be driven.
     std::atomic<std::uint32_t> line{0};         ///< GPIO: 0, or 1 + line + (chip << 16)
     std::atomic<std::uint32_t> pwm_channel{0};  ///< PWM: 0, or 1 + channel + (chip << 16)
 };
@@ -111,7 +120,7 @@ struct InputPin {
     std::atomic<std::uint32_t> falling{0};
 };
 
-/// Where a loop runs: for who must say why it did not (core_rivals.h).
+/// The core and priority of a loop: to find out why it did not run (core_rivals.h).
 struct LoopPlace {
     int core = -1;     ///< −1: not said
     int priority = 0;  ///< SCHED_FIFO; 0: an ordinary task
@@ -152,25 +161,29 @@ struct MailHead {
 };
 static_assert(sizeof(MailHead) == 16);
 
-/// One transaction at a time of one VCPU. Even sequence numbers only: odd means that the request is being
-/// written. Bytes are copied as relaxed atomic words and the sequence is looked at again after the copy (a
-/// seqlock), because a client that gave up may write its next request while the machine still reads the last.
+/// One transaction at a time of one VCPU. A client that gave up may write its next request while
+/// the machine still reads the last. So this is a seqlock: the sequence number is odd while a
+/// request is being written, the bytes are copied as relaxed atomic words, and the reader looks at
+/// the sequence again after the copy.
 struct alignas(channel::kCacheLine) Mailbox {
     std::atomic<std::uint32_t> request{0};  ///< sequence of the latest request
     std::array<std::atomic<std::uint64_t>, 2> head{};
     std::array<std::atomic<std::uint64_t>, kMailWords> out{};
 
-    alignas(channel::kCacheLine) std::atomic<std::uint32_t> reply{0};  ///< sequence that `in` answers; futex
-    std::atomic<std::uint32_t> failed{0};       ///< 0, or 1 + ErrorCode; then `in` holds the error's text …
+    /// Sequence that `in` answers; futex.
+    alignas(channel::kCacheLine) std::atomic<std::uint32_t> reply{0};
+    /// 0, or 1 + ErrorCode; then `in` holds the error's text …
+    std::atomic<std::uint32_t> failed{0};
     std::atomic<std::uint32_t> text_size{0};    ///< … of so many bytes
     std::atomic<std::uint64_t> analog_bits{0};  ///< the double of an analog reply
     std::array<std::atomic<std::uint64_t>, kMailWords> in{};
 };
 
-/// Why a sketch is no more.
+/// How a sketch came to its end.
 enum class SketchDeath : std::uint32_t { none = 0, died = 1, hung = 2 };
 
-/// The head of the file. The rings follow it, each mapped only by who uses it (ring_offset()).
+/// The head of the file. The rings follow it; each process maps only those that it uses
+/// (ring_offset()).
 struct PinsLayout {
     std::atomic<std::uint32_t> magic{0};  ///< written last by the creator
     std::uint32_t version = 0;
@@ -181,16 +194,19 @@ struct PinsLayout {
 
     std::atomic<std::uint32_t> sketch_pid{0};
     std::atomic<std::uint64_t> sketch_session{0};  ///< counts sketches that attached
-    std::atomic<std::uint32_t> sketch_dead{
-        0};  ///< SketchDeath; set by the supervisor, cleared by the next sketch
-    /// The sketch's thread that dies first (death_witness.h): 0 or its number; kWitnessDied is set by the kernel.
+    /// SketchDeath; set by the supervisor, cleared by the next sketch.
+    std::atomic<std::uint32_t> sketch_dead{0};
+    /// The sketch's thread that dies first (death_witness.h): 0 or its number; kWitnessDied is set
+    /// by the kernel.
     std::atomic<std::uint32_t> witness{0};
-    /// Shortest bound of a heartbeat; set by the supervisor before it starts the sketch. 0: nobody watches.
+    /// Shortest bound of a heartbeat; the supervisor sets it before it starts the sketch. 0: no
+    /// supervisor.
     std::atomic<std::int64_t> heartbeat_bound_ns{0};
 
-    alignas(channel::kCacheLine) std::atomic<std::uint32_t> doorbell{0};  ///< futex: a request has come
-    alignas(channel::kCacheLine) std::atomic<std::uint32_t> input_changes{
-        0};  ///< futex: an input pin changed
+    /// Futex: a request has come.
+    alignas(channel::kCacheLine) std::atomic<std::uint32_t> doorbell{0};
+    /// Futex: an input pin changed.
+    alignas(channel::kCacheLine) std::atomic<std::uint32_t> input_changes{0};
     std::atomic<std::uint32_t> input_waiters{0};
 
     alignas(channel::kCacheLine) std::array<OutputPin, kPinCount> outputs{};
@@ -203,7 +219,7 @@ struct PinsLayout {
 static_assert(std::atomic<std::uint8_t>::is_always_lock_free &&
               std::atomic<std::int64_t>::is_always_lock_free);
 
-// ---- where the rings are --------------------------------------------------------------------------------
+// ---- where the rings are ------------------------------------------------------------------------
 inline constexpr std::size_t kPinsPage = std::size_t{1}
                                          << 16;  // a multiple of every page size in use (4–64 KiB)
 constexpr std::size_t round_to_page(std::size_t bytes) {

@@ -14,7 +14,7 @@
 namespace qduino::board::linux {
 namespace {
 
-/// A writer is between its flag and its push for some 30 ns: looking again a few times nearly always finds it
+/// A writer is between its flag and its push for some 30 ns, so a few looks nearly always find it
 /// done.
 bool seen_quiet(const WriterSlot& slot) {
     for (int look = 0; look < 64; ++look) {
@@ -29,7 +29,8 @@ bool is_input(std::uint8_t mode) {
     return asked == PinMode::input || asked == PinMode::input_pullup || asked == PinMode::input_pulldown;
 }
 
-/// A copy of a request, or false when it changed under the hands.
+/// A copy of a request. take_request() is false when it is too long, or when the client wrote
+/// a new one during the copy.
 struct Request {
     MailHead head;
     std::array<std::uint8_t, kMailBytes> out{};
@@ -45,7 +46,7 @@ bool take_request(const Mailbox& mail, std::uint32_t sequence, Request& request)
 
 }  // namespace
 
-// ---- sources --------------------------------------------------------------------------------------------
+// ---- sources ------------------------------------------------------------------------------------
 
 const PinEvent* PinsServer::Source::front() {
     return wide ? ring.as<WideRing>()->front() : ring.as<NarrowRing>()->front();
@@ -66,21 +67,23 @@ void PinsServer::find_new_sources(Instant until) {
         WriterSlot& slot = layout().writers[index];
         if (known_[index] || slot.in_use.load(std::memory_order_acquire) == 0) continue;
         auto ring = file_.map_ring(writer, false);
-        if (!ring) continue;  // no memory now: tried again at the next poll, nothing is lost meanwhile
+        // No memory now: the next poll tries again, and nothing is lost meanwhile.
+        if (!ring) continue;
         known_[index] = true;
         sources_[source_count_++] =
             Source{std::move(*ring), &slot, is_wide(writer), std::max(horizon_, until)};
     }
 }
 
-/// Its process lives, as far as one can see: it may yet push what it has begun.
+/// The process of the sketch seems to live: it may still push what it has begun.
 bool PinsServer::sketch_lives() const {
     if (sketch_death() != SketchDeath::none) return false;
     const auto pid = static_cast<pid_t>(layout().sketch_pid.load(std::memory_order_relaxed));
     return pid <= 0 || ::kill(pid, 0) == 0 || errno != ESRCH;
 }
 
-/// Up to which instant everything that will ever be pushed is in the rings already; at most `asked`, which is kSettle ago.
+/// The instant up to which every edge that will ever be pushed is already in the rings; at most
+/// `asked`, which is kSettle ago.
 Instant PinsServer::exact_until(Instant asked) {
     Instant until = asked;
     for (std::size_t i = 0; i < source_count_; ++i) {
@@ -94,13 +97,14 @@ Instant PinsServer::exact_until(Instant asked) {
     return std::max(until, horizon_);
 }
 
-// ---- delivery -------------------------------------------------------------------------------------------
+// ---- delivery -----------------------------------------------------------------------------------
 
 std::size_t PinsServer::poll(Instant until, Peripherals& peripherals) {
     layout().machine_alive_ns.store(to_ns(monotonic_now()), std::memory_order_relaxed);
     doorbell_seen_ = layout().doorbell.load(std::memory_order_acquire);
     Requests asked{};
-    // Read behind them: what was written before they were posted is older than this.
+    // Read after the requests were found: what was written before they were posted is older than
+    // this.
     if (find_requests(asked)) until = std::max(until, monotonic_now());
     while (monotonic_now() < until + kSettle) {
     }
@@ -119,8 +123,8 @@ std::size_t PinsServer::deliver(Instant until, Peripherals& peripherals) {
         std::int64_t time_ns = to_ns(until);
         for (std::size_t i = 0; i < source_count_; ++i) {
             const PinEvent* event = sources_[i].front();
-            // Strictly before what was found; on a tie the first source wins, so the order is always the
-            // same.
+            // Strictly earlier than the best so far. On a tie the first source wins, so the order
+            // is always the same.
             if (event && (event->time_ns < time_ns || (!earliest && event->time_ns == time_ns))) {
                 earliest = &sources_[i];
                 time_ns = event->time_ns;
@@ -171,7 +175,7 @@ void PinsServer::publish_inputs(Peripherals& peripherals) {
     if (layout().input_waiters.load() != 0) futex_wake_all(layout().input_changes);
 }
 
-// ---- bus requests ---------------------------------------------------------------------------------------
+// ---- bus requests -------------------------------------------------------------------------------
 
 bool PinsServer::find_requests(Requests& asked) {
     bool any = false;
@@ -197,7 +201,8 @@ std::size_t PinsServer::serve_mail(const Requests& asked, Peripherals& periphera
 
 void PinsServer::serve(Mailbox& mail, std::uint32_t sequence, Peripherals& peripherals) {
     Request request;
-    if (!take_request(mail, sequence, request)) return;  // its sketch gave up: the newer request comes next
+    // Its sketch gave up; the newer request comes next.
+    if (!take_request(mail, sequence, request)) return;
     const MailHead& head = request.head;
     std::array<std::uint8_t, kMailBytes> in{};
     const std::span<const std::uint8_t> out{request.out.data(), head.out_size};
@@ -241,7 +246,7 @@ void PinsServer::serve(Mailbox& mail, std::uint32_t sequence, Peripherals& perip
     futex_wake_all(mail.reply);
 }
 
-// ---- the rest -------------------------------------------------------------------------------------------
+// ---- waiting, sessions --------------------------------------------------------------------------
 
 void PinsServer::wait(Nanoseconds limit) {
     futex_wait_until(layout().doorbell, doorbell_seen_, monotonic_now() + limit);

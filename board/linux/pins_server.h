@@ -1,12 +1,12 @@
-// The machine's side of the virtual hardware (pins_layout.h): turns what crosses the pins into calls of
-// Peripherals.
+// The machine's side of the virtual hardware (pins_layout.h): turns what crosses the pins into
+// calls of Peripherals.
 //
 //   loop of an app that plays the machine:
 //       server.wait(1ms);                       sleeps until a bus request comes, at most so long
-//       server.poll(monotonic_now() - kSettle); edges in order of time, bus requests, inputs published
+//       server.poll(monotonic_now() - kSettle); edges in order of time, bus requests, inputs
 //
-// One thread. A sketch may die at any instruction and another attach: the server goes on, and what the dead
-// one had pushed is still played.
+// One thread. A sketch may die at any instruction and another attach. The server goes on, and still
+// plays what the dead sketch had pushed.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@
 
 namespace qduino::board::linux {
 
-/// What went wrong on the way; all 0 in a healthy run.
+/// Counts of what went wrong; all 0 in a healthy run.
 struct PinsFaults {
     std::uint64_t lost = 0;  ///< edges dropped by writers whose ring was full (this sketch's)
-    std::uint64_t disordered =
-        0;  ///< edges that came after the horizon had passed them; delivered with a later time
+    /// Edges that came after the horizon had passed them; delivered with a later time.
+    std::uint64_t disordered = 0;
     std::uint64_t malformed = 0;  ///< edges of no pin or no kind; dropped
 };
 
@@ -37,11 +37,12 @@ class PinsServer {
     PinsServer(PinsServer&&) = default;
     PinsServer& operator=(PinsServer&&) = default;
 
-    /// Delivers all events up to `until` (up to the latest request, if there are any) that can be ordered, publishes the input
-    /// pins, then serves the requests: what a sketch wrote before it asked was seen before it is answered. `until` is of
-    /// CLOCK_MONOTONIC, and past: the call waits (spinning) where it is less than kSettle ago. Calls of `peripherals` carry
-    /// non-decreasing times. Returns how many events and requests were served; at most kBatch events a call, so that requests are not
-    /// starved.
+    /// Delivers events in order of time up to `until`, publishes the input pins, then serves bus
+    /// requests. If there are requests, it first delivers events up to the latest of them: the
+    /// peripherals see what a sketch wrote before it asked, and then answer. `until` is of
+    /// CLOCK_MONOTONIC and past; the call spins where it is less than kSettle ago. Times given to
+    /// `peripherals` do not go back. Returns how many events and requests were served; at most
+    /// kBatch events a call, so that requests are not starved.
     std::size_t poll(Instant until, Peripherals& peripherals);
 
     /// Sleeps until a bus request comes, at most `limit`.
@@ -63,7 +64,8 @@ class PinsServer {
         posix::Mapping ring;
         WriterSlot* slot = nullptr;
         bool wide = false;
-        Instant quiet_since{};  ///< up to here nothing more will come: the writer was seen not to be writing
+        /// Nothing more will come up to here: the writer was seen not to be writing.
+        Instant quiet_since{};
 
         [[nodiscard]] const PinEvent* front();
         void pop();

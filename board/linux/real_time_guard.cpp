@@ -1,15 +1,19 @@
-// The guard of debug builds: a real-time loop that has begun and allocates, frees or locks ends the program, with its number and
-// what it called (board/real_time_mark.h says which loops, and why).
+// The guard of debug builds: when a real-time loop that has begun allocates, frees or locks, it
+// ends the program with the loop's number and the name of the call (board/real_time_mark.h says
+// which loops, and why).
 //
 //   loop ──malloc──► here ── marked? ── no ──► glibc's
-//                              └─ yes ──► "loop 2 called malloc …", its stack, abort() ──► safe states (fatal_signals.h)
+//                              └─ yes ──► "loop 2 called malloc …", its stack, abort()
+//                                         ──► safe states (fatal_signals.h)
 //
-// Part of an executable, never of a library: symbols of the executable come before those of libc (ld.so(8)), so that calls from
-// libstdc++ and libc itself come here too. glibc documents that malloc may be replaced so, and exports what it replaces as
-// __libc_malloc (glibc manual, "Replacing malloc"); pthread_mutex_lock has no such name, and is looked up behind this one.
-// pthread_mutex_trylock never waits and is left alone; so are locks inside libc (stdio's), which it does not look up by name.
+// It is part of an executable, never of a library: symbols of the executable come before those of
+// libc (ld.so(8)), so calls from libstdc++ and libc itself come here too. glibc documents that
+// malloc may be replaced in this way, and exports the original as __libc_malloc (glibc manual,
+// "Replacing malloc"). pthread_mutex_lock has no such name: the guard looks up the next definition
+// behind its own. pthread_mutex_trylock never waits and is left alone. Locks inside libc (stdio's)
+// stay unseen, since libc does not look them up by name.
 //
-// Not together with a sanitizer, which replaces the same functions (CMakeLists.txt).
+// It does not work with a sanitizer, which replaces the same functions (CMakeLists.txt).
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <malloc.h>
@@ -93,7 +97,7 @@ void* allocate(std::size_t size, std::size_t alignment) {
 
 }  // namespace
 
-// ---- C ----------------------------------------------------------------------------------------------------------
+// ---- C ------------------------------------------------------------------------------------------
 
 extern "C" {
 
@@ -138,7 +142,7 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 
 }  // extern "C"
 
-// ---- C++ --------------------------------------------------------------------------------------------------------
+// ---- C++ ----------------------------------------------------------------------------------------
 // The array and nothrow forms of libstdc++ call these.
 
 void* operator new(std::size_t size) {

@@ -56,7 +56,8 @@ void touch_stack() {
     std::size_t bytes = 0;
     ::pthread_attr_getstack(&attributes, &lowest, &bytes);
     ::pthread_attr_destroy(&attributes);
-    // From well below this frame (nobody's yet) down to the end of the stack; the guard page lies beyond it.
+    // From well below this frame (no frame uses that yet) down to the end of the stack. The guard
+    // page lies beyond.
     constexpr std::uintptr_t kStep = 4096;
     const auto end = reinterpret_cast<std::uintptr_t>(lowest);
     const auto here = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0));
@@ -84,7 +85,7 @@ bool may_lock_all() {
 }  // namespace
 
 Result<void> lock_memory() {
-    // Within a finite limit the call would succeed now, and a later thread's stack be refused.
+    // With a finite limit the call would succeed now, and the stack of a later thread be refused.
     if (!may_lock_all()) {
         return make_error(
             ErrorCode::not_permitted,

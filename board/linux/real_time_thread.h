@@ -1,7 +1,8 @@
-// What a thread needs to be real-time on stock Linux: a core, a priority, memory that is there, a name.
+// What a thread needs to be real-time on stock Linux: a core, a priority, memory that is there, a
+// name.
 //
-// Each call does one thing to the calling thread and says whether it worked; what was refused becomes a line
-// of the guarantee report, never silence.
+// Each call does one thing to the calling thread and returns whether it worked. A refusal becomes a
+// line of the guarantee report and is never silent.
 #pragma once
 
 #include <string>
@@ -14,7 +15,8 @@ namespace qduino::board::linux {
 
 /// Error: invalid_argument when the core does not exist or this process may not use it.
 Result<void> pin_to_core(int core);
-/// SCHED_FIFO at `priority` (1…99). Error: not_permitted without CAP_SYS_NICE and without RLIMIT_RTPRIO.
+/// SCHED_FIFO at `priority` (1…99). Error: not_permitted without CAP_SYS_NICE and without
+/// RLIMIT_RTPRIO.
 Result<void> become_real_time(int priority);
 /// The name in ps and top, cut to 15 bytes.
 void name_thread(std::string_view name);
@@ -22,9 +24,10 @@ void name_thread(std::string_view name);
 void touch_stack();
 /// Keeps every page that the process has or will have in memory. Error: not_permitted.
 Result<void> lock_memory();
-/// As long as the result is open, idle cores stay ready instead of going to sleep: a wake-up from there costs tens of microseconds.
-/// The kernel forgets it with the process (Documentation/power/pm_qos_interface.rst). `root` precedes /dev (tests). Error:
-/// not_permitted, not_found.
+/// Keeps idle cores ready instead of asleep, as long as the result is open: a wake-up from sleep
+/// costs tens of microseconds. The kernel forgets it with the process
+/// (Documentation/power/pm_qos_interface.rst). `root` precedes /dev (tests). Error: not_permitted,
+/// not_found.
 Result<posix::UniqueFd> keep_cores_awake(const std::string& root = "");
 /// The calling process may do what `capability` (a CAP_… of linux/capability.h) stands for.
 bool has_capability(int capability);

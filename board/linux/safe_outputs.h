@@ -1,14 +1,17 @@
-// Forces every kind of output to its declared safe level, for whoever outlives the sketch: the supervisor and its heat watch.
+// Forces every kind of output to its declared safe level. The supervisor and its heat watch use it:
+// they outlive the sketch.
 //
-//   what is behind a pin                       how it is made safe
-//   ───────────────────────────────────────────────────────────────────────────────────────────────────────────────
-//   virtual pin                                edges of the forcer's own ring: PWM off, then the level
-//   PWM channel (/sys/class/pwm)               duty_cycle 0, or the whole period for high; refused: enable 0
-//   GPIO line (/dev/gpiochipN)                 the line is requested anew, as an output of that level, and held
+//   behind the pin                          how it is made safe
+//   ─────────────────────────────────────────────────────────────────────────────────────────────
+//   virtual pin                             edges of the forcer's own ring: PWM off, then the level
+//   PWM channel (/sys/class/pwm)            duty_cycle 0, or the whole period for high;
+//                                           if that is refused, enable 0
+//   GPIO line (/dev/gpiochipN)              the line is requested anew, as an output of that level,
+//                                           and held
 //
-// All it needs stands in the shared file (OutputPin): the sketch has written it there before it could drive the pin. A line can be
-// had only once the dead process has let go of it, so force() is called again until `lines_missing` is 0. Everything may be forced
-// any number of times.
+// All it needs stands in the shared file (OutputPin): the sketch writes it there before it can
+// drive the pin. A line can be taken only once the dead process has let go of it. So the caller
+// repeats force() until `lines_missing` is 0. Forcing an output more than once does no harm.
 #pragma once
 
 #include <string>
@@ -31,7 +34,8 @@ class SafeOutputs {
   public:
     SafeOutputs() = default;  ///< of no file: only for assignment
 
-    /// Takes writer `writer` of `file`, which must outlive this. `sysfs_root` precedes /sys (tests). Setup-time.
+    /// Takes writer `writer` of `file`, which must outlive this. `sysfs_root` precedes /sys
+    /// (tests). Setup-time.
     Result<void> open(const PinsFile& file, int writer, std::string sysfs_root);
 
     /// The next sketch needs the lines that were taken over.

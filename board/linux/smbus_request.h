@@ -1,6 +1,7 @@
-// Which SMBus request stands for a plain I2C transaction, for adapters that speak SMBus only.
+// Translates a plain I2C transaction into an SMBus request, for adapters that speak SMBus only.
 //
-// Source: System Management Bus specification 2.0, 5.5 "Bus protocols". Words travel low byte first.
+// Source: System Management Bus specification 2.0, 5.5 "Bus protocols". Words travel low byte
+// first.
 #pragma once
 
 #include <linux/i2c.h>
@@ -19,8 +20,9 @@ struct SmbusRequest {
     bool operator==(const SmbusRequest&) const = default;
 };
 
-/// The request that puts the same bits on the wire as writing `out` and then, after a repeated start, reading `in_size`
-/// bytes: 0 + 0 (is a chip there?), 0 + 1, 1 + 0, 1 + 1, 1 + 2, 2 + 0 and 3 + 0 bytes. Nothing for others.
+/// The request that puts the same bits on the wire as writing `out` and then, after a repeated
+/// start, reading `in_size` bytes. There is one for 0 + 0 (is a chip there?), 0 + 1, 1 + 0, 1 + 1,
+/// 1 + 2, 2 + 0 and 3 + 0 bytes; nothing for others.
 inline std::optional<SmbusRequest> smbus_request(std::span<const std::uint8_t> out, std::size_t in_size) {
     const std::uint8_t command = out.empty() ? std::uint8_t{0} : out[0];
     if (out.empty() && in_size == 0) return SmbusRequest{};

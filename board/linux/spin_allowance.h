@@ -1,14 +1,18 @@
-// How a loop spins on a core that it does not have to itself: with pauses so short and so many that the kernel makes none of its own.
+// Lets a loop spin on a core that it does not own, without a long pause from the kernel.
 //
-// Stock kernels keep back 5 % of every second from real-time threads (sched_rt_runtime_us; since Linux 6.12 the fair server, for
-// tasks that wait). A thread that spins through meets that as one pause of 50 ms each second:
+// Stock kernels keep back 5 % of every second from real-time threads (sched_rt_runtime_us; since
+// Linux 6.12 the fair server, for tasks that wait). A thread that spins all the time gets that as
+// one pause of 50 ms each second. Pauses that are short and frequent instead give the kernel no
+// reason for its own:
 //
-//   spun through      ██████████████████████████ 950 ms ██████████████████████████|··50 ms··|███
-//   with allowance    ██████·███████·██████████·███████·   0.1 ms now and then, in waits that are long enough where there are any
+//   all spun         ██████████████████████████ 950 ms ██████████████████████████|··50 ms··|███
+//   with allowance   ██████·███████·██████████·███████·   0.1 ms now and then, inside long waits
+//                                                         where there are any
 //
-// An account of running time, filled at `share` of the time that passes and emptied by what was run: with more than half in it nothing
-// is done; below that, waits long enough to sleep through are slept through; when it is empty, any wait is. A sleep ends before the
-// instant that is waited for, except for those of the empty account, which may pass it by kForced.
+// An account of running time fills at `share` of the time that passes, and running empties it.
+// Above half full, the thread spins as it likes. Below half, it sleeps through waits that are long
+// enough for a sleep. When the account is empty, it sleeps through any wait. A sleep ends before
+// the instant that the loop waits for. Only the sleep of an empty account may pass it, by kForced.
 //
 // One thread. Time is a parameter.
 #pragma once
@@ -23,26 +27,29 @@ class SpinAllowance {
   public:
     SpinAllowance() = default;  ///< for a core of its own: never sleeps
 
-    /// `share`: of the time that the thread may run, 0…1; 1: all of it.
+    /// `share`: of the time, how much the thread may run: 0…1; 1: all of it.
     SpinAllowance(double share, Instant now) : share_(share), seen_(now) {}
 
     [[nodiscard]] bool limited() const { return share_ < 1; }
 
-    /// About to spin from `now` to `t`: until when to sleep first; `now` for not at all.
+    /// Call before a spin from `now` to `t`. Returns the instant until which to sleep first; `now`:
+    /// no sleep.
     [[nodiscard]] Instant sleep_first(Instant now, Instant t) {
         ran(now);
         if (2 * left_ > kMost) return now;
         if (t - now > 2 * kWakeUp) return t - kWakeUp;
         return left_ > Nanoseconds{0} ? now : now + kForced;
     }
-    /// Until now the thread ran, since the last call.
+    /// The thread ran from the last call until now.
     void ran(Instant now) { account(now, false); }
-    /// Until now it slept, since the last call.
+    /// The thread slept from the last call until now.
     void slept(Instant now) { account(now, true); }
 
-    static constexpr Nanoseconds kMost = 20ms;     ///< what can be run at a stretch, after as long a rest
-    static constexpr Nanoseconds kWakeUp = 150us;  ///< before an instant, for the way out of a sleep
-    static constexpr Nanoseconds kForced = 60us;   ///< and what waking takes is the pause
+    /// The longest run at a stretch, after as long a rest.
+    static constexpr Nanoseconds kMost = 20ms;
+    /// How long before an instant a sleep ends, for the way out of it.
+    static constexpr Nanoseconds kWakeUp = 150us;
+    static constexpr Nanoseconds kForced = 60us;  ///< plus what waking takes: the pause
 
   private:
     void account(Instant now, bool was_asleep) {

@@ -31,7 +31,7 @@ std::string folder_of(const PwmChannel& channel, const std::string& root) {
 
 }  // namespace
 
-// ---- PWM ------------------------------------------------------------------------------------------------
+// ---- PWM ----------------------------------------------------------------------------------------
 
 std::string PwmPin::folder() const { return folder_of(channel_, root_); }
 
@@ -43,8 +43,8 @@ Result<void> PwmPin::open() {
     if (::stat(channel.c_str(), &exported) != 0) {
         if (auto done = write_once(chip + "/export", std::to_string(channel_.channel)); !done) return done;
     }
-    static_cast<void>(
-        write_once(channel + "/enable", "0"));  // refused when it has no period yet: it is off then
+    // Refused when the channel has no period yet: it is off then.
+    static_cast<void>(write_once(channel + "/enable", "0"));
     // In this order: the kernel refuses a period below the duty that it still has.
     for (const auto& [file, value] :
          {std::pair{"/duty_cycle", std::int64_t{0}}, std::pair{"/period", to_ns(channel_.period)}}) {
@@ -117,7 +117,7 @@ bool force_pwm_channel(const PwmChannel& channel, const std::string& root, Level
     return write_once(folder + "/enable", "0").ok();
 }
 
-// ---- analog ---------------------------------------------------------------------------------------------
+// ---- analog -------------------------------------------------------------------------------------
 
 Result<void> AnalogPin::open() {
     const std::string path = root_ + "/sys/bus/iio/devices/iio:device" + std::to_string(channel_.device) +

@@ -1,30 +1,36 @@
-// How much earlier a loop's alarm is set, for the way from the timer's interrupt to the loop's first instruction.
+// Sets a loop's alarm early, by the time from the timer's interrupt to the loop's first
+// instruction.
 //
-//                        due                                                          due
-//   plain                 ▼ timer                     with gravity    timer            ▼
-//                         ├──── wake-up ────┤ body                    ├──── wake-up ────┤ body
-//                                                                     ├ wake-up ┤ spin ┤ body     one in eight, a quick one
+//                    due                                                 due
+//   plain             ▼ timer                    with gravity   timer     ▼
+//                     ├─── wake-up ───┤ body                    ├─── wake-up ───┤ body
+//                                                               ├ wake-up ┤spin┤ body  1 of 8
 //
-// A wake-up takes 5 to 20 us, nearly always: the interrupt, the way out of an idle core (out of the hypervisor, in a virtual machine),
-// the switch. What it nearly always takes can be had before the loop is due. Xenomai does so with all its timers and calls it the
-// clock's gravity (its program `autotune` measures it once). Here each loop learns its own while it runs, as the eighth of its wake-ups
-// that are quickest: those come early and spin the rest, a few microseconds that are charged to its budget. An alarm may be late,
-// never early: the caller waits for the instant itself.
+// A wake-up takes 5 to 20 us, nearly always: the interrupt, the way out of an idle core (out of the
+// hypervisor, in a virtual machine), the switch. So the alarm can be set earlier by a time that
+// nearly every wake-up takes. Xenomai does so with all its timers and calls it the clock's gravity
+// (its program `autotune` measures it once). Here each loop learns its own lead while it runs: the
+// eighth of its wake-ups that are quickest come early. They spin the rest, a few microseconds,
+// charged to the loop's budget. A release may be late, never early: the caller waits for the
+// instant itself.
 //
-// The eighth is found by steps: down by 7 after a wake-up that was quicker, up by 1 after one that was not, so that it stands where
-// both are as frequent as that (the stochastic approximation of a quantile: Robbins and Monro, 1951).
+// Steps find the eighth: down by 7 after a wake-up that was quicker, up by 1 after one that was
+// not. The lead then stands where one wake-up in eight is quicker (the stochastic approximation of
+// a quantile: Robbins and Monro, 1951).
 //
-// What counts as a wake-up follows the machine: on a host that takes 69 us for nearly every one of them, 69 us is no stall. The floor,
-// the thirty-second of all wake-ups that are quickest (found in the same way), is what the machine takes when nothing is in the way; what
-// takes longer than three times that, and longer than 50 us, was a stall of the host or another loop with a higher priority, and teaches
-// nothing. So a loop never spins through more than two of the machine's quickest wake-ups, unless they are below 17 us each.
+// A stall of the host, or a loop of higher priority, must not count as a wake-up. A fixed limit
+// fails: some hosts take 69 us for nearly every wake-up. So the limit follows the computer. The
+// floor, the quickest thirty-second of all wake-ups (found in the same way), is what it takes when
+// nothing is in the way. A wake-up longer than three times the floor, and longer than 50 us, was a
+// stall and teaches nothing. So a loop never spins for more than two of the quickest wake-ups,
+// unless those are below 17 us each.
 //
 //   0        floor            lead                        3 x floor
 //   ├──────────┼───────────────┼──────────────────────────────┼───────────────
 //              │ 1/32 quicker  │ 1/8 quicker                  │ teaches nothing
 //
-// Hard limits: kSlowest for what can be a wake-up at all, half of the wait, and `most` for the lead: the spin is charged to the loop's
-// budget, and may never be a large part of it (lead_limit()).
+// Hard limits: kSlowest for anything that counts as a wake-up, half of the wait, and `most` for the
+// lead. The spin is charged to the loop's budget and must stay a small part of it (lead_limit()).
 //
 // One thread. Time is a parameter.
 #pragma once
@@ -37,9 +43,9 @@ namespace qduino::board::linux {
 
 class TimerGravity {
   public:
-    /// What takes no longer is a wake-up on any machine.
+    /// Anything up to this is a wake-up on any computer.
     static constexpr Nanoseconds kQuick = 50us;
-    /// What takes longer is none on any.
+    /// Anything above this is none on any.
     static constexpr Nanoseconds kSlowest = 500us;
     static constexpr int kFirst = 32;  ///< wake-ups, of which the quickest is where it begins
 
@@ -47,22 +53,24 @@ class TimerGravity {
     /// `most`: the lead's own limit.
     explicit TimerGravity(Nanoseconds most) : most_(std::clamp(most, Nanoseconds{0}, kSlowest)) {}
 
-    /// For a loop with this budget: a quarter of it, but what kQuick allows at least. A loop that is not charged has no limit but kSlowest.
+    /// For a loop with this budget: a quarter of it, but at least what kQuick allows. A loop that
+    /// is not charged has no limit but kSlowest.
     [[nodiscard]] static Nanoseconds lead_limit(Nanoseconds budget, bool charged) {
         return charged ? std::clamp(budget / 4, kQuick, kSlowest) : kSlowest;
     }
 
-    /// About to sleep at `now` until `t`, which is later: when to set the alarm. At least half of the wait is slept.
+    /// Call before a sleep from `now` until `t`, which is later. Returns the instant of the alarm.
+    /// At least half of the wait is slept.
     [[nodiscard]] Instant alarm_for(Instant t, Instant now) {
         learn();
         alarm_ = t - std::min(lead_, (t - now) / 2);
         return alarm_;
     }
-    /// It woke at `now`. Only noted: what follows is due.
+    /// The loop woke at `now`. Only noted: the work that is due comes next.
     void woke(Instant now) { woke_ = now; }
 
     [[nodiscard]] Nanoseconds lead() const { return lead_; }
-    /// What takes longer teaches nothing, for now.
+    /// A longer wake-up teaches nothing, for now.
     [[nodiscard]] Nanoseconds limit() const { return std::clamp(3 * floor_, kQuick, kSlowest); }
 
   private:
@@ -72,7 +80,8 @@ class TimerGravity {
         if (took <= Nanoseconds{0}) return;
         if (seen_ < kFirst) {
             floor_ = std::min(floor_, took);
-            // No further at once: all of them may have been behind another loop. It climbs there if they were not.
+            // Not further at once: all the wake-ups may have been behind another loop. The lead
+            // climbs there if they were not.
             if (++seen_ == kFirst) lead_ = std::min({floor_, kQuick, most_});
             return;
         }

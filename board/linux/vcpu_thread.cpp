@@ -76,7 +76,7 @@ void VcpuThread::sleep_towards(Instant t) {
     gravity_.woke(sleep(now, real_time_ ? gravity_.alarm_for(t, now) : t));
 }
 
-/// Counted as rest. Returns when it ended.
+/// Counted as rest. Returns the instant at which it ended.
 Instant VcpuThread::sleep(Instant now, Instant t) {
     if (spin_.limited()) spin_.ran(now);
     keeper_.before_block(t);

@@ -1,5 +1,5 @@
-// One VCPU as a thread: made, pinned, given its priority, held at a gate until all are ready, run once,
-// joined.
+// One VCPU as a thread: made, pinned, given its priority, held at a gate until all are ready, run
+// once, joined.
 #pragma once
 
 #include <pthread.h>
@@ -26,15 +26,16 @@ struct StartGate {
     std::atomic<std::uint32_t> ready{0};
 };
 
-/// What a thread is asked to be.
+/// Options of a VCPU's thread.
 struct VcpuThreadOptions {
     int priority = 0;  ///< SCHED_FIFO; 0: do not ask
     std::size_t stack_bytes = std::size_t{1} << 20;
     bool enforce_budget = false;
     double spin_share = 1;  ///< of its core, for a loop that spins; 1: all of it (spin_allowance.h)
-    const Isolation* isolation = nullptr;            ///< whose core it enters; null: none
-    StartGate* gate = nullptr;                       ///< outlives the thread
-    std::atomic<std::uint32_t>* returned = nullptr;  ///< futex; counted up when the entry has returned
+    const Isolation* isolation = nullptr;  ///< whose core it enters; null: none
+    StartGate* gate = nullptr;             ///< outlives the thread
+    /// Futex; counted up when the entry has returned.
+    std::atomic<std::uint32_t>* returned = nullptr;
 };
 
 class VcpuThread {
@@ -57,25 +58,27 @@ class VcpuThread {
     [[nodiscard]] bool budget_kept() const { return budget_kept_; }
     [[nodiscard]] const FixedString<160>& shortfall() const { return shortfall_; }
 
-    /// The calling thread is about to wait, or has waited: its budget is told. No effect without enforcement.
+    /// Call before and after a wait of the calling thread: tells its budget. No effect without
+    /// enforcement.
     void before_block() { keeper_.before_block(kForever); }
     void after_block() { keeper_.after_block(cycle_clock.now()); }
-    /// Around the time that the calling thread holds a lock (budget_keeper.h).
+    /// Call around the time in which the calling thread holds a lock (budget_keeper.h).
     void begin_hold() { keeper_.begin_hold(); }
     void end_hold() { keeper_.end_hold(); }
 
-    /// The calling thread is about to spin until `t`: sleeps first, where it may not fill its core.
+    /// Call before a spin until `t`: sleeps first, where the thread may not fill its core.
     void rest_before_spin(Instant t) {
         if (spin_.limited()) rest(t);
     }
-    /// Sleeps until about `t`: perhaps a little less, so that the thread runs by then (timer_gravity.h). Announced to its budget.
+    /// Sleeps until about `t`, perhaps a little less, so that the thread runs by then
+    /// (timer_gravity.h). Tells its budget.
     void sleep_towards(Instant t);
     [[nodiscard]] bool rests() const { return spin_.limited(); }
 
-    /// The VCPU that the caller is; kNoVcpu on any other thread.
+    /// The VCPU of the calling thread; kNoVcpu on any other thread.
     [[nodiscard]] static VcpuId current_id() { return current_ ? current_->spec_.id : kNoVcpu; }
     [[nodiscard]] static VcpuThread* current() { return current_; }
-    /// Of the kernel. Known once the thread runs.
+    /// The kernel's thread id. Known once the thread runs.
     [[nodiscard]] pid_t tid() const { return tid_; }
 
   private:

@@ -80,8 +80,8 @@ Result<void> VirtualPins::attach(const std::string& path) {
         output.pwm_channel.store(0, std::memory_order_relaxed);
     }
     for (int wide = kNarrowWriters; wide < kWriterCount; ++wide) {
-        // Given out anew in this session; what the last owner left in the ring is still played: the machine
-        // goes on reading every ring that it has ever seen in use.
+        // Given out anew in this session. The machine still plays what the last owner left in the
+        // ring: it goes on reading every ring that it has ever seen in use.
         layout.writers[static_cast<std::size_t>(wide)].in_use.store(0, std::memory_order_relaxed);
     }
     layout.input_waiters.store(0, std::memory_order_relaxed);
@@ -105,7 +105,7 @@ Result<void> VirtualPins::open_writer(VcpuId vcpu, bool wide) {
     return writer.open(file_, vcpu, vcpu);
 }
 
-// ---- pins -----------------------------------------------------------------------------------------------
+// ---- pins ---------------------------------------------------------------------------------------
 
 Result<void> VirtualPins::set_mode(VcpuId vcpu, PinId pin, PinMode mode) {
     OutputPin& output = layout().outputs[index_of(pin)];
@@ -114,23 +114,24 @@ Result<void> VirtualPins::set_mode(VcpuId vcpu, PinId pin, PinMode mode) {
         write(vcpu, pin, output.level.load(std::memory_order_relaxed) ? Level::high : Level::low);
         return {};
     }
-    return ask(vcpu, MailHead{}, {}, {},
-               nullptr);  // kind sync: answered after the next publication of inputs
+    // Kind sync: answered after the next publication of inputs.
+    return ask(vcpu, MailHead{}, {}, {}, nullptr);
 }
 
 void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
     OutputPin& output = layout().outputs[index_of(pin)];
     output.level.store(static_cast<std::uint8_t>(level), std::memory_order_relaxed);
     if (output.pwm.load(std::memory_order_relaxed)) output.pwm.store(0, std::memory_order_relaxed);
-    if (!is_output(output.mode.load(std::memory_order_relaxed)))
-        return;  // the latch alone: nothing is driven
+    // The latch alone: nothing is driven.
+    if (!is_output(output.mode.load(std::memory_order_relaxed))) return;
     with_writer(vcpu, [=](PinWriter& writer) { writer.write_level(pin, level); });
 }
 
 Level VirtualPins::read(VcpuId, PinId pin) {
     OutputPin& output = layout().outputs[index_of(pin)];
     const std::uint8_t mode = output.mode.load(std::memory_order_relaxed);
-    // Read without pinMode(): an input, as on an Arduino; the machine publishes its level from now on.
+    // A read without pinMode(): an input, as on an Arduino. The machine publishes its level from
+    // now on.
     if (mode == 0)
         output.mode.store(1 + static_cast<std::uint8_t>(PinMode::input), std::memory_order_release);
     const bool high = is_output(mode)
@@ -142,7 +143,8 @@ Level VirtualPins::read(VcpuId, PinId pin) {
 Result<void> VirtualPins::write_pwm(VcpuId vcpu, PinId pin, double duty) {
     OutputPin& output = layout().outputs[index_of(pin)];
     if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
-    if (!is_output(output.mode.load(std::memory_order_relaxed))) {  // analogWrite() needs no pinMode()
+    // analogWrite() needs no pinMode().
+    if (!is_output(output.mode.load(std::memory_order_relaxed))) {
         output.mode.store(1 + static_cast<std::uint8_t>(PinMode::output), std::memory_order_release);
     }
     output.pwm.store(1, std::memory_order_relaxed);
@@ -206,7 +208,7 @@ int force_safe_states(PinsLayout& layout, PinWriter& writer) {
     return forced;
 }
 
-// ---- buses ----------------------------------------------------------------------------------------------
+// ---- buses --------------------------------------------------------------------------------------
 
 Result<void> VirtualPins::ask(VcpuId vcpu, const MailHead& head, std::span<const std::uint8_t> out,
                               std::span<std::uint8_t> in, double* analog) {
@@ -254,7 +256,7 @@ Result<void> VirtualPins::transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings
     return ask(vcpu, head, data, data, nullptr);
 }
 
-// ---- inputs that change ---------------------------------------------------------------------------------
+// ---- inputs that change -------------------------------------------------------------------------
 
 std::uint32_t VirtualPins::input_changes() const {
     return layout().input_changes.load(std::memory_order_acquire);
@@ -282,7 +284,7 @@ EdgeCounts VirtualPins::edges(PinId pin) {
     return {input.rising.load(std::memory_order_acquire), input.falling.load(std::memory_order_acquire)};
 }
 
-// ---- being watched --------------------------------------------------------------------------------------
+// ---- heartbeats, places, safe states ------------------------------------------------------------
 
 void VirtualPins::promise(VcpuId vcpu, Instant expected_by) {
     Heartbeat& beat = layout().heartbeats[vcpu];

@@ -1,4 +1,5 @@
-// The sketch's side of the virtual hardware (pins_layout.h): pins and buses as drivers of the Linux board.
+// The sketch's side of the virtual hardware (pins_layout.h): pins and buses as drivers of the Linux
+// board.
 #pragma once
 
 #include <array>
@@ -14,8 +15,9 @@
 
 namespace qduino::board::linux {
 
-/// One per sketch process. Calls of one VCPU come from one thread; VcpuId 0 (setup and other threads) may be
-/// several threads, which share its ring and mailbox under a mutex; loops share nothing.
+/// One per sketch process. Calls of one VCPU come from one thread; VcpuId 0 (setup and other
+/// threads) may be several threads, which share its ring and mailbox under a mutex; loops share
+/// nothing.
 class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
   public:
     VirtualPins() = default;
@@ -24,18 +26,19 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     Result<void> attach(const std::string& path);
     [[nodiscard]] bool attached() const { return file_.valid(); }
 
-    /// Gives `vcpu` a ring of its own: must come before its first write. `wide` asks for one of the few large
-    /// rings (falls back to a narrow one when they are taken). Setup-time.
+    /// Gives `vcpu` a ring of its own; must come before its first write. `wide` asks for one of the
+    /// few large rings (a narrow one when those are taken). Setup-time.
     Result<void> open_writer(VcpuId vcpu, bool wide);
 
-    /// Before a write of `vcpu` that is to be quick, by its own thread: see PinWriter::rehearse().
+    /// Call before a write of `vcpu` that must be quick, on its own thread: see
+    /// PinWriter::rehearse().
     void rehearse_write(VcpuId vcpu) {
         if (writers_[vcpu].is_open()) writers_[vcpu].rehearse();
     }
 
-    // ---- PinDriver --------------------------------------------------------------------------------------
-    /// For inputs, waits until the machine has published the pin's level once. Error: timed_out when no
-    /// machine answers.
+    // ---- PinDriver ------------------------------------------------------------------------------
+    /// For inputs, waits until the machine has published the pin's level once. Error: timed_out
+    /// when no machine answers.
     Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) override;
     void write(VcpuId vcpu, PinId pin, Level level) override;
     Level read(VcpuId vcpu, PinId pin) override;
@@ -47,15 +50,15 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     Result<void> watch_edges(PinId pin, Edge edge) override;
     EdgeCounts edges(PinId pin) override;
 
-    // ---- buses: each call waits for the machine's answer, at most kBusTimeout ---------------------------
-    /// Error: what the chip answered; timed_out when no machine does; out_of_range above kMailBytes either
-    /// way.
+    // ---- buses: each call waits for the machine's answer, at most kBusTimeout -------------------
+    /// Error: what the chip answered; timed_out when no machine does; out_of_range above kMailBytes
+    /// either way.
     Result<void> transfer(VcpuId vcpu, I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                           std::span<std::uint8_t> in) override;
     Result<void> transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
                           std::span<std::uint8_t> data) override;
 
-    // ---- inputs that change -----------------------------------------------------------------------------
+    // ---- inputs that change ---------------------------------------------------------------------
     /// Counts changes of any input pin; see wait_input_change().
     [[nodiscard]] std::uint32_t input_changes() const;
     /// Sleeps until input_changes() differs from `seen` or until `deadline`.
@@ -63,16 +66,18 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     /// Wakes everybody in wait_input_change(): for a stop.
     void wake_input_waiters();
 
-    // ---- being watched ----------------------------------------------------------------------------------
+    // ---- being watched --------------------------------------------------------------------------
     /// Promises that `vcpu` will be heard of again by `expected_by`. One relaxed store.
     void promise(VcpuId vcpu, Instant expected_by);
     /// Where this loop runs, for who looks why it does not (core_rivals.h). Setup-time.
     void publish_place(VcpuId vcpu, LoopPlace place);
-    /// The supervisor's shortest bound; zero when nobody watches.
+    /// The supervisor's shortest bound; zero when there is no supervisor.
     [[nodiscard]] Nanoseconds heartbeat_bound() const;
-    /// Says which kernel line is behind a pin, so that the supervisor can take it over (OutputPin::line).
+    /// Publishes the kernel line behind a pin, so that the supervisor can take it over
+    /// (OutputPin::line).
     void publish_line(PinId pin, unsigned chip, unsigned line);
-    void publish_channel(PinId pin, unsigned chip, unsigned channel);  ///< the same for a kernel PWM channel
+    /// The same for a kernel PWM channel.
+    void publish_channel(PinId pin, unsigned chip, unsigned channel);
     /// Records a safe state for the supervisor without being the pin's driver (real pins).
     void publish_safe_state(PinId pin, Level level);
 
@@ -91,7 +96,8 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
         if (vcpu == kNoVcpu) return with_shared_writer(write);
         write(writer_of(vcpu));
     }
-    /// Threads that are no VCPU have one writer in turns. Not inlined: a VCPU's write is quicker without.
+    /// Threads that are no VCPU share one writer, in turns. Not inlined: a VCPU's write is quicker
+    /// without it.
     template <typename Write>
     [[gnu::noinline]] void with_shared_writer(Write write) {
         const std::lock_guard lock{shared_by_non_vcpus_};
@@ -106,9 +112,9 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     std::mutex shared_by_non_vcpus_;
 };
 
-/// Forces the pins with a safe state in `layout` through `writer`: PWM off, level as asked, and the latches
-/// say so. Used by a dying sketch and by the supervisor. Async-signal-safe. Returns how many pins were
-/// forced.
+/// Forces the pins with a safe state in `layout` through `writer`: PWM off, level as asked, and the
+/// latches say so. Used by a dying sketch and by the supervisor. Async-signal-safe. Returns how
+/// many pins were forced.
 int force_safe_states(PinsLayout& layout, PinWriter& writer);
 
 }  // namespace qduino::board::linux
