@@ -1,8 +1,8 @@
-// What kind of machine this is: the numbers that differ between printers, and nothing else.
+// What kind of printer this is: the numbers that differ between printers, and nothing else.
 //
-// The defaults are the reference machine: the Printrbot Simple Metal of the paper (section IV), with the
-// heated-bed kit. The TOML form of this structure is read in apps/ (machine files); units here are SI seconds
-// and millimetres.
+// The defaults are the reference machine: the Printrbot Simple Metal of the paper (section IV),
+// with the heated-bed kit. apps/machine_file reads the TOML form of this structure. Units here are
+// SI seconds and millimetres.
 #pragma once
 
 #include <algorithm>

@@ -79,7 +79,7 @@ Feature feature_from_name(std::string_view name) {
 
 Annotation parse_annotation(std::string_view comment) {
     comment = trim(comment);
-    // Nearly every comment among moves begins with one of these letters; the rest is turned away at once.
+    // Nearly every annotation begins with one of these letters: other comments end here.
     if (comment.empty() || std::string_view{"LTZHW"}.find(comment.front()) == std::string_view::npos)
         return {};
     if (comment == "LAYER_CHANGE") return {AnnotationKind::layer_change, 0, Feature::unknown};

@@ -1,7 +1,8 @@
 // What a slicer's comments say about the moves that follow: layer, kind of path, width, height.
 //
-// Facts, from files of the slicers themselves: PrusaSlicer and its kin write `;LAYER_CHANGE`, `;Z:0.2`,
-// `;HEIGHT:0.2`, `;TYPE:External perimeter`, `;WIDTH:0.45`; Cura writes `;LAYER:0`, `;TYPE:WALL-OUTER`.
+// Facts, from files of the slicers themselves: PrusaSlicer and its kin write `;LAYER_CHANGE`,
+// `;Z:0.2`, `;HEIGHT:0.2`, `;TYPE:External perimeter`, `;WIDTH:0.45`; Cura writes `;LAYER:0`,
+// `;TYPE:WALL-OUTER`.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +40,7 @@ struct Annotation {
     Feature feature = Feature::unknown;
 };
 
-/// `comment` is what stands behind the `;`. Anything else than the above is none.
+/// `comment`: the text behind the `;`. The result has no kind when it is none of the above.
 Annotation parse_annotation(std::string_view comment);
 
 /// Counts layers by comments, for a file that uses either slicer's way, or both at once.

@@ -13,8 +13,8 @@ struct Centre {
     double x_mm, y_mm;
 };
 
-/// G2/G3 R: of the two circles of that radius through both ends, the one whose arc in the wanted direction
-/// is the shorter (R above 0) or the longer (below 0).
+/// G2/G3 R: of the two circles of that radius through both ends, the one whose arc in the wanted
+/// direction is the shorter (R above 0) or the longer (below 0).
 ///
 ///     centre = middle of the chord ± h · (unit normal of the chord), h = √(r² − (chord/2)²)
 Result<Centre> centre_by_radius(const Position& from, const Position& to, const ArcGeometry& geometry) {
@@ -48,7 +48,7 @@ double sweep_of(double angle_from, double angle_to, bool same_point, const ArcGe
     const bool counterclockwise = geometry.direction == ArcDirection::counterclockwise;
     double sweep = counterclockwise ? angle_to - angle_from : angle_from - angle_to;
     sweep = std::fmod(sweep, kTwoPi);
-    // Ends that differ in radius alone: rounding must not turn their sweep of nothing into a whole turn.
+    // Ends that differ in radius alone have no sweep: rounding must not make a whole turn of it.
     if (std::abs(sweep) < 1e-9) sweep = 0;
     if (sweep < 0) sweep += kTwoPi;
     if (same_point) sweep = geometry.turns > 0 ? 0 : kTwoPi;

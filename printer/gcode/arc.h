@@ -8,8 +8,8 @@
 //           \  |  /
 //            centre
 //
-// Where the two ends are not at quite the same distance from the centre (a slicer's rounding), the radius
-// goes evenly from one to the other, so that the path ends exactly where the command says.
+// Where the two ends are not at quite the same distance from the centre (a slicer's rounding), the
+// radius goes evenly from one to the other, so that the path ends exactly where the command says.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,14 @@
 namespace qduino::printer::gcode {
 
 inline constexpr double kArcToleranceMm = 0.005;
-/// Ends may differ in their distance from the centre by so much; three decimals of a slicer give 0.002.
+/// The ends may differ this much in their distance from the centre; three decimals of a slicer give
+/// 0.002.
 inline constexpr double kArcRadiusMismatchMm = 0.05;
 inline constexpr double kArcRadiusMaxMm = 100'000;
 inline constexpr std::uint32_t kArcTurnsMax = 20;
 
-enum class ArcDirection : std::uint8_t { clockwise, counterclockwise };  ///< seen from above, G2 and G3
+/// Seen from above, G2 and G3.
+enum class ArcDirection : std::uint8_t { clockwise, counterclockwise };
 
 /// An arc in the XY plane, before its ends are known.
 struct ArcGeometry {
@@ -33,8 +35,9 @@ struct ArcGeometry {
     bool by_radius = false;
     double centre_dx_mm = 0;  ///< I, J: the centre, from the start
     double centre_dy_mm = 0;
-    double radius_mm = 0;     ///< R: below 0 means the longer of the two arcs
-    std::uint32_t turns = 0;  ///< P: whole turns on top of the arc; a whole circle makes so many in all
+    double radius_mm = 0;  ///< R: below 0 means the longer of the two arcs
+    /// P: whole turns on top of the arc; a whole circle makes this many in all.
+    std::uint32_t turns = 0;
 };
 
 /// The points of one arc, one by one. A small value; no memory but this.
@@ -48,7 +51,7 @@ class ArcPath {
     /// End of chord `index` (0 … chords() − 1); the last is exactly the arc's end.
     [[nodiscard]] Position point(std::uint32_t index) const;
 
-    // Progress of whoever walks along it.
+    // The progress of a caller that walks along it.
     [[nodiscard]] const Position& end() const { return to_; }
     [[nodiscard]] bool done() const { return next_ == chords_; }
     /// The end of the next chord. Contract: !done().

@@ -1,7 +1,7 @@
-// One G-code command as a value: what a line said, before anybody has decided what it means.
+// One G-code command as a value: the words of a line, before anything decides what they mean.
 //
-// A command owns its text, so it may be kept (in a queue, until there is room for its moves) after the line
-// that it came from is gone. Trivially copyable, about 600 bytes, no heap.
+// A command owns its text, so it may be kept (in a queue, until there is room for its moves) after
+// the line that it came from is gone. Trivially copyable, about 600 bytes, no heap.
 #pragma once
 
 #include <array>
@@ -48,16 +48,18 @@ class Parameters {
     std::array<double, 26> values_{};
 };
 
-/// The longest command without its comment, in bytes. Marlin's buffer holds 96; slicers stay below 100.
+/// The longest command without its comment, in bytes. Marlin's buffer holds 96; slicers stay below
+/// 100.
 inline constexpr std::size_t kCommandBytesMax = 256;
 
 struct Command {
-    char letter = '\0';  ///< 'G', 'M', 'T' …; '\0' for a command that is a word (EXCLUDE_OBJECT_START)
+    /// 'G', 'M', 'T' …; '\0' for a command that is a word (EXCLUDE_OBJECT_START).
+    char letter = '\0';
     std::uint32_t number = 0;
     std::optional<std::uint16_t> subcode{};  ///< 1 in G92.1
     Parameters parameters;
-    /// The tail of M117 and its like, a quoted string (M862.3 P "MK3"), or what follows a word. Valid
-    /// UTF-8.
+    /// The tail of M117 and its like, a quoted string (M862.3 P "MK3"), or what follows a word.
+    /// Valid UTF-8.
     FixedString<kCommandBytesMax> text;
     bool text_cut = false;  ///< `text` holds only the beginning
     FixedString<32> word;   ///< of a word command, in upper case; cut to its first 32 bytes

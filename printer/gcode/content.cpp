@@ -10,14 +10,14 @@
 namespace qduino::printer::gcode {
 namespace {
 
-/// Control characters that no text has: all below space but tab, line feed, vertical tab, form feed, CR;
-/// and DEL.
+/// Control characters that text does not have: all below space except tab, line feed, vertical tab,
+/// form feed, CR; and DEL.
 bool is_binary(char c) {
     const auto byte = static_cast<unsigned char>(c);
     return (byte < 0x20 && !(byte >= 0x09 && byte <= 0x0D)) || byte == 0x7F;
 }
 
-/// What the lines of a text speak for.
+/// Counts the lines that speak for G-code, and the others.
 class Tally : public LineSink {
   public:
     void on_line(const Line& line) override {
@@ -40,7 +40,8 @@ Content look_at_content(std::span<const char> bytes) {
     Parser parser;
     Tally tally;
     parser.feed(bytes, tally);
-    // The last line is cut wherever the caller's buffer ended: it counts when nothing else does.
+    // The last line is cut wherever the caller's buffer ended: it counts only when no other line
+    // does.
     if (tally.known + tally.comments + tally.others == 0) parser.finish(tally);
     return tally.known + tally.comments > tally.others ? Content::gcode : Content::other_text;
 }

@@ -1,4 +1,5 @@
-// Is this G-code at all? A look at the first bytes of an upload, before anything is made of it.
+// Tells from the first bytes of an upload whether it is G-code at all, before anything is made of
+// it.
 #pragma once
 
 #include <cstdint>

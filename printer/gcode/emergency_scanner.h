@@ -1,9 +1,10 @@
-// Finds M112, M108 and M410 in raw bytes as they arrive, before anything is queued, parsed or planned.
+// Finds M112, M108 and M410 in raw bytes as they arrive, before anything is queued, parsed or
+// planned.
 //
-// A host that stops a printer must not wait behind a buffer full of moves, so whoever receives bytes from a
-// serial host (never from a job's file) is to run this over them first. No program has one yet. Constant memory,
-// one state; chunks may be cut anywhere. It acts when the character after the number has arrived, and only on a line's first
-// command: `; M112` and `M117 M112` are text.
+// A host that stops a printer must not wait behind a buffer full of moves. So the bytes of a
+// console (never those of a job's file) go through this first. Constant memory, one state; chunks
+// may be cut anywhere. A code is found when the character after its number has arrived, and only as
+// a line's first command: `; M112` and `M117 M112` are text.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct EmergencyCodes {
 
 class EmergencyScanner {
   public:
-    /// What was found in `bytes`, together with those before.
+    /// The codes found in `bytes`, together with the bytes before.
     EmergencyCodes feed(std::span<const char> bytes);
 
   private:

@@ -1,14 +1,13 @@
-// The line protocol of a serial host: numbers and check sums, and the answer to a line that was lost or
-// broken.
+// The line protocol of a serial host: numbers and check sums, and the answer to a line that was
+// lost or broken.
 //
-//   host:    N5 G1 X10*97        N6 … (lost)       N7 G1 X30*98
-//   answer:  ok                                    Error:Line Number is not Last Line Number+1, Last Line: 5
-//                                                  Resend: 6
-//                                                  ok
+//   host:    N5 G1 X10*97   N6 … (lost)   N7 G1 X30*98
+//   answer:  ok                           Error:Line Number is not Last Line Number+1, Last Line: 5
+//                                             Resend: 6
+//                                             ok
 //
-// The words are Marlin's, as hosts parse them. A line without a number passes unchecked, as in Marlin.
-//
-// No program has a serial host yet: M110 does nothing, and numbered lines come in files alone.
+// The words are Marlin's, as hosts parse them. A line without a number passes unchecked, as in
+// Marlin.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +25,8 @@ struct HostVerdict {
 
 class HostSession {
   public:
-    /// Judges a parsed line. Only an accepted line may be executed. M110 N sets the number of the last
-    /// line.
+    /// Judges a parsed line. Only an accepted line may be executed. M110 N sets the number of the
+    /// last line.
     HostVerdict accept(const Line& line);
     [[nodiscard]] std::uint64_t last_line() const { return last_line_; }
 

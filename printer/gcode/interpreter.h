@@ -1,18 +1,25 @@
-// Commands to actions: looks a command's row up (command_table.h) and calls its handler on the modal state
-// (context.h).
+// Commands to actions: the modal state of G-code, and one small handler for every code.
 //
-// Here, and in no other place, a speed is mm/min (it is divided by 60 at once), a length may be inches, and
-// a coordinate may be relative.
+//   G20 G21           units of length            F            modal speed
+//   G90 G91 M82 M83   absolute or relative       M220 M221    factors of speed and flow
+//   G92               where zero is              G10 G11      retraction
+//
+// All of it lives in ModalState, and nowhere else.
+//
+// Here, and in no other place, a speed is mm/min (it is divided by 60 at once), a length may be
+// inches, and a coordinate may be relative.
 //
 // Invariants
-// - A command that fails changes nothing: not the modal state, not the position. Its error names the line,
-//   the code, what is wrong and which limit it breaks. (An arc or a G10 that the machine refuses half-way
-//   stands where it was refused.)
-// - Every move that is handed on is finite and inside the machine's bounds, for X, Y, Z from AxisConfig.
+// - A command that fails changes nothing: not the modal state, not the position. Its error names
+//   the line, the code, what is wrong and which limit it breaks. (An arc or a G10 that the machine
+//   refuses half-way stands where it was refused.)
+// - Every move that is handed on is finite and inside the machine's bounds, for X, Y, Z from
+//   AxisConfig.
 // - An unknown code is noted and skipped; it never fails.
 //
-// Semantics follow Marlin (marlinfw.org/meta/gcode) where slicers rely on it: G90/G91 set E's mode as well,
-// M82/M83 set E's alone; G92 without axes zeroes all; G28 takes the axes it homes out of G92's offset.
+// Semantics follow Marlin (marlinfw.org/meta/gcode) where slicers rely on it: G90/G91 set E's mode
+// as well, M82/M83 set E's alone; G92 without axes zeroes all; G28 takes the axes it homes out of
+// G92's offset.
 #pragma once
 
 #include <cstdint>
@@ -27,13 +34,13 @@ class Interpreter {
   public:
     static constexpr std::size_t kAllMoves = std::numeric_limits<std::size_t>::max();
 
-    /// Both must outlive the interpreter. The tool is taken to stand at the home position until told
-    /// otherwise.
+    /// Both must outlive the interpreter. The tool is taken to stand at the home position until
+    /// told otherwise.
     Interpreter(const MachineConfig& machine, Actions& actions);
 
-    /// Carries out one command. Of an arc at most `moves_max` (1 or more) moves are handed on and the rest
-    /// stays pending; G10 and G11 make up to two moves, every other command at most one. Contract: nothing
-    /// is pending.
+    /// Carries out one command. Of an arc at most `moves_max` (1 or more) moves are handed on and
+    /// the rest stays pending; G10 and G11 make up to two moves, every other command at most one.
+    /// Contract: nothing is pending.
     Result<void> execute(const Command& command, std::size_t moves_max = kAllMoves);
 
     /// An arc has pieces left: proceed() must empty it before the next command.
@@ -41,15 +48,15 @@ class Interpreter {
     /// Hands on up to `moves_max` pieces of the pending arc. After an error nothing is pending.
     Result<void> proceed(std::size_t moves_max = kAllMoves);
 
-    /// The machine stands somewhere else than the moves said: after a cancelled job, a failed homing. Drops
-    /// a pending arc. X, Y, Z keep G92's offset; E keeps its programmed value.
+    /// The machine stands somewhere else than the moves said: after a cancelled job, a failed
+    /// homing. Drops a pending arc. X, Y, Z keep G92's offset; E keeps its programmed value.
     void set_position(const Position& machine);
     /// Homed or not, by an event outside of G-code (a motor switched off, a fault).
     void set_homed(Axis axis, bool homed);
     /// Takes M220's and M221's factors over from another interpreter.
     void adopt_factors(const ModalState& from);
-    /// To the state at start (modes, offsets, factors, retraction); position and homing stay. For the next
-    /// job.
+    /// To the state at start (modes, offsets, factors, retraction); position and homing stay. For
+    /// the next job.
     void reset_modes();
 
     [[nodiscard]] const ModalState& state() const { return context_.state; }

@@ -1,17 +1,17 @@
-// The code of one line to a command: letters and numbers, and nothing about what they mean.
+// Turns the code of one line into a command: letters and numbers, and nothing about what they mean.
 //
 //     G1 X10.5 Y-.25E3      g1x10.5y-.25e3      G 1 X 10.5 Y -.25 E 3      G92.1      M117 any text
 //     code parameters       the same            the same                   subcode    code text
 //
-// There is no exponent: E is an axis. Which codes have a text for a tail, command_table.h says; a code that
-// is not executed anyway may have any tail, which is its text when it does not read as words.
+// There is no exponent: E is an axis. command_table.h says which codes have a text for a tail. A
+// code that is not executed may have any tail; the tail is its text when it does not read as words.
 //
-// A word command is a line whose first two characters are letters: `EXCLUDE_OBJECT_START NAME=cube`; what
-// follows the word is its text. Facts: RS274/NGC (NIST, Kramer et al. 2000), section 3.3.2, for
-// letter-number words; Marlin for the strings; Klipper for word commands.
+// A word command is a line whose first two characters are letters: `EXCLUDE_OBJECT_START
+// NAME=cube`. The part behind the word is its text. Facts: RS274/NGC (NIST, Kramer et al. 2000),
+// section 3.3.2, for letter-number words; Marlin for the strings; Klipper for word commands.
 //
-// An error: a letter twice, a number that is none, two commands on a line, a byte that is not text, a quote
-// without its end.
+// Errors: a letter twice, a malformed number, two commands on a line, a byte that is not text, a
+// quote without its end.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@
 
 namespace qduino::printer::gcode {
 
-/// Reads `code` (no comment, no host frame) into `command`; `source` is left alone. False: it is empty. The
-/// error says what is wrong, without the place. `command` is unspecified then.
+/// Reads `code` (no comment, no host frame) into `command`; `source` is left alone. False: it is
+/// empty. The error says what is wrong, without the place. `command` is unspecified then.
 Result<bool> parse_words(std::string_view code, Command& command);
 
 /// A code that starts as a word does: two letters, or a letter and an underscore.

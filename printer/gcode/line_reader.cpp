@@ -30,8 +30,8 @@ std::optional<std::uint64_t> take_line_number(std::string_view& code) {
     return number;
 }
 
-/// Takes `*57` off the end of `code`, whose first byte is the line's first. Marlin's sum: the exclusive or
-/// of all bytes before the last `*`.
+/// Takes `*57` off the end of `code`, whose first byte is the line's first. Marlin's sum: the
+/// exclusive or of all bytes before the last `*`.
 Checksum take_checksum(std::string_view& code) {
     const std::size_t star = code.rfind('*');
     if (star == std::string_view::npos) return Checksum::absent;

@@ -1,16 +1,17 @@
-// Bytes, in whatever pieces they arrive, to lines: the code of each, its comment, or what is wrong with it.
+// Bytes, in whatever pieces they arrive, to lines: the code of each, its comment, or what is wrong
+// with it.
 //
 //     N3 G1 X10 (why) Y20*57 ; say no more \r\n
 //     └──── code ───────────┘└ comment ───┘└ LF, CR or CR LF: one line end
 //
-// Sans I/O, no heap, constant memory: a line is held in one fixed buffer. A comment that does not fit is
-// cut; code that does not fit is an error with its position; a line of 10 MB costs its passing and nothing
-// else. The bytes decide alone: however the input is cut into chunks, the lines are the same (a property
-// test).
+// Sans I/O, no heap, constant memory: a line is held in one fixed buffer. A comment that does not
+// fit is cut; code that does not fit is an error with its position; a line of 10 MB costs its
+// passing and nothing else. The bytes decide alone: however the input is cut into chunks, the lines
+// are the same (a property test).
 //
-// Comments: `;` to the end of the line, and `( … )` within it (RS274/NGC, NIST, section 3.3.4). A `;`
-// within double quotes belongs to the text. In the free text of M117 and its like neither quotes nor
-// parentheses mean anything. A NUL byte anywhere: this is not a text, hence not G-code.
+// Comments: `;` to the end of the line, and `( … )` within it (RS274/NGC, NIST, section 3.3.4). A
+// `;` within double quotes belongs to the text. In the free text of M117 and its like neither
+// quotes nor parentheses mean anything. A NUL byte anywhere: this is not a text, hence not G-code.
 #pragma once
 
 #include <array>
@@ -26,12 +27,13 @@
 
 namespace qduino::printer::gcode {
 
-/// Held of one line, comment included.
+/// How much of one line is held, comment included.
 inline constexpr std::size_t kLineBytesMax = 1024;
 
 enum class Checksum : std::uint8_t { absent, right, wrong };
 
-/// What a serial host puts around a command: `N<number> command*<exclusive or of all bytes before the *>`.
+/// What a serial host puts around a command: `N<number> command*<exclusive or of all bytes before
+/// the *>`.
 struct HostFrame {
     std::optional<std::uint64_t> number{};
     Checksum checksum = Checksum::absent;  ///< looked for only behind a number, as Marlin does
@@ -40,7 +42,8 @@ struct HostFrame {
 /// A line without its line end. The views are valid until the reader is used again.
 struct RawLine {
     std::string_view text;  ///< as it came, as much as is held: to show
-    std::string_view code;  ///< trimmed; without frame and comment; `( … )` is a space, but in free text
+    /// Trimmed; without frame and comment; `( … )` is a space, but in free text.
+    std::string_view code;
     HostFrame frame{};
     std::string_view comment;      ///< behind the first `;`, not trimmed
     bool comment_cut = false;      ///< the comment was longer than what is held
@@ -50,14 +53,16 @@ struct RawLine {
 
 class LineReader {
   public:
-    /// Takes bytes off the front of `input` up to the end of one line. False when `input` ran out first (it
-    /// is empty then, and what it held is kept). A UTF-8 byte order mark at the very beginning is skipped.
+    /// Takes bytes off the front of `input` up to the end of one line. False when `input` ran out
+    /// first (it is empty then, and what it held is kept). A UTF-8 byte order mark at the very
+    /// beginning is skipped.
     [[nodiscard]] bool next(std::span<const char>& input, RawLine& line);
 
     /// The input has ended: delivers a last line that has no line end. False when there is none.
     [[nodiscard]] bool finish(RawLine& line);
 
-    /// Begins anew, as if `offset` bytes and `lines` whole lines had been read: for a job that is resumed.
+    /// Begins anew, as if `offset` bytes and `lines` whole lines had been read: for a job that is
+    /// resumed.
     void reset(std::uint64_t offset = 0, std::uint64_t lines = 0);
 
     /// Bytes taken so far.

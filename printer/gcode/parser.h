@@ -2,15 +2,16 @@
 //
 //   bytes ─► LineReader ─► parse_words ─► Line { command | nothing, comment, error }
 //
-// Two ways to use it. Pull, when the consumer must be able to stop between lines (a planner that is full, a
-// wait for a temperature); what is left of the chunk stays with the caller:
+// Two ways to use it. Pull, when the consumer must be able to stop between lines (a planner that is
+// full, a wait for a temperature); what is left of the chunk stays with the caller:
 //
 //     while (machine.has_room() && (line = parser.next(chunk))) { … line->command … }
 //
 // Push, when it need not: feed(chunk, sink), finish(sink).
 //
-// A line that is malformed gives an error that says what and where, and no command: a malformed line never
-// moves anything. Nothing here knows what a code means; see command_table.h and interpreter.h.
+// A line that is malformed gives an error that says what and where, and no command: a malformed
+// line never moves anything. Nothing here knows what a code means; see command_table.h and
+// interpreter.h.
 #pragma once
 
 #include <optional>
@@ -23,7 +24,8 @@
 
 namespace qduino::printer::gcode {
 
-/// What one line said. Views are valid until the parser is used again; the command may be copied and kept.
+/// The content of one line. Views are valid until the parser is used again; the command may be
+/// copied and kept.
 struct Line {
     const Command* command = nullptr;  ///< null when the line holds none, or an error
     std::string_view text;             ///< as it came, up to kLineBytesMax: to show
@@ -64,8 +66,8 @@ class Parser {
     Line line_;
 };
 
-/// One line by itself, as typed at a console or sent by a client. `text` must hold one line at most. Error:
-/// malformed, or more than one line. An empty optional: a comment, or nothing.
+/// One line by itself, as typed at a console or sent by a client. `text` must hold one line at
+/// most. Error: malformed, or more than one line. An empty optional: a comment, or nothing.
 Result<std::optional<Command>> parse_line(std::string_view text);
 
 /// For rings that carry unsigned bytes.

@@ -1,4 +1,5 @@
-// The machine's answers in Marlin's words: what hosts (OctoPrint, Pronterface) parse. Pure formatting.
+// The machine's answers in Marlin's words, which hosts (OctoPrint, Pronterface) parse. Pure
+// formatting.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +38,8 @@ struct FirmwareReport {
     bool emergency_parser = true;
 };
 
-/// M105: `T:201.50 /210.00 B:59.80 /60.00 @:64 B@:32`; the duty counts to 127, as Marlin's. Without `ok `.
+/// M105: `T:201.50 /210.00 B:59.80 /60.00 @:64 B@:32`; the duty counts to 127, as Marlin's. Without
+/// `ok `.
 ReportText format_temperatures(const TemperatureReport& report);
 /// M114: `X:0.00 Y:127.00 Z:145.00 E:0.00 Count X:0 Y:10160 Z:116000`.
 ReportText format_position(const PositionReport& report);

@@ -15,8 +15,8 @@ std::optional<double> take_number(std::string_view& text) {
         for (; at < text.size() && is_digit(text[at]); ++at) ++digits;
     }
     if (digits == 0) return std::nullopt;
-    // The grammar is checked above, so from_chars sees digits and a point alone; it does not take a plus
-    // sign.
+    // The grammar is checked above, so from_chars sees only digits and a point. It does not take a
+    // plus sign.
     const char* const first = text.data() + (text.front() == '+' ? sign_end : 0);
     const char* const last = text.data() + at;
     double value = 0;

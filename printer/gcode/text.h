@@ -1,4 +1,4 @@
-// Characters and bounded text, free of the locale: what the parts of the G-code reader share.
+// Characters and bounded text, free of the locale, for all parts of the G-code reader.
 #pragma once
 
 #include <charconv>
@@ -21,7 +21,7 @@ constexpr std::string_view trim(std::string_view text) {
     return text;
 }
 
-/// True and cut off when `text` starts with `prefix`.
+/// True when `text` starts with `prefix`, which is then cut off.
 constexpr bool skip_prefix(std::string_view& text, std::string_view prefix) {
     if (!text.starts_with(prefix)) return false;
     text.remove_prefix(prefix.size());
@@ -29,11 +29,12 @@ constexpr bool skip_prefix(std::string_view& text, std::string_view prefix) {
 }
 
 /// Takes a decimal number off the front of `text`: sign, digits, at most one point; no exponent, no
-/// hexadecimal, no "inf" or "nan". Correctly rounded (std::from_chars) and always finite. None, and nothing
-/// taken, when there is none.
+/// hexadecimal, no "inf" or "nan". Correctly rounded (std::from_chars) and always finite. None, and
+/// nothing taken, when there is none.
 std::optional<double> take_number(std::string_view& text);
 
-/// Takes decimal digits off the front. None, and nothing taken, when there are none or they exceed 64 bits.
+/// Takes decimal digits off the front. None, and nothing taken, when there are none or they exceed
+/// 64 bits.
 std::optional<std::uint64_t> take_integer(std::string_view& text);
 
 /// Appends `value` with `decimals` digits behind the point; never an exponent. For |value| < 1e15.
@@ -46,7 +47,8 @@ FixedString<N>& append_number(FixedString<N>& out, double value, int decimals = 
                                 : out.append("?");
 }
 
-/// Appends `value` in as few digits as tell it apart: 150, 0.2, 1000000; beyond 1e15 with an exponent.
+/// Appends `value` in the fewest digits that tell it apart: 150, 0.2, 1000000; beyond 1e15 with an
+/// exponent.
 template <std::size_t N>
 FixedString<N>& append_shortest(FixedString<N>& out, double value) {
     char digits[64];
@@ -65,12 +67,14 @@ FixedString<N>& append_integer(FixedString<N>& out, std::int64_t value) {
                                 : out.append("?");
 }
 
-/// Length of the valid UTF-8 sequence at the front of `text` that stands for a printable character; 0 when
-/// the first byte begins none (a control character, an overlong form, a surrogate, a stray byte).
+/// Length of the valid UTF-8 sequence at the front of `text` that stands for a printable character;
+/// 0 when the first byte begins none (a control character, an overlong form, a surrogate, a stray
+/// byte).
 std::size_t printable_sequence(std::string_view text);
 
-/// Appends what of `text` is printable UTF-8, and `?` for each other byte; never cuts a character in two.
-/// So that what came from a file may go into JSON, a log and a terminal. False when it did not fit whole.
+/// Appends the printable UTF-8 of `text`, and `?` for each other byte; never cuts a character in
+/// two. Text from a file may then go into JSON, a log and a terminal. False when it did not fit
+/// whole.
 template <std::size_t N>
 bool append_printable(FixedString<N>& out, std::string_view text) {
     while (!text.empty()) {

@@ -6,7 +6,8 @@ namespace qduino::printer::heat {
 namespace {
 PidGains gains_of(const HeaterConfig& config) { return PidGains{config.kp, config.ki, config.kd}; }
 
-/// A bed is slow and its gains are small: the controller works from cold on (as Marlin's bed control does).
+/// A bed is slow and its gains are small, so its controller works from cold on (as Marlin's bed
+/// control does).
 PidGains bed_gains_of(const HeaterConfig& config) {
     PidGains gains = gains_of(config);
     gains.functional_range = 1000;
@@ -27,7 +28,8 @@ double HeatControl::drive(Heater& heater, Instant now, std::optional<Celsius> re
     heater.reading = reading.has_value();
     if (reading) heater.shown = *reading;
     if (cut) target = Celsius{};
-    static_cast<void>(heater.watch.sample(now, reading, target));  // it latches; asked for below
+    // a fault latches; it is asked for below
+    static_cast<void>(heater.watch.sample(now, reading, target));
     if (target != heater.last_target) {
         if (heater.last_target.value() <= 0) heater.pid.reset();
         heater.last_target = target;
@@ -36,7 +38,8 @@ double HeatControl::drive(Heater& heater, Instant now, std::optional<Celsius> re
     return heater.pid.update(target.value(), reading->value(), dt_s);
 }
 
-/// From what the last sample left: which heaters were on their way then. One sample late is early enough.
+/// Asks the last sample which heaters are on their way to a target. One sample late is early
+/// enough.
 bool HeatControl::nobody_uses(Instant now, const HeatTargets& targets, std::uint64_t step_pulses) {
     const auto use_of = [](const Heater& heater, Celsius target) {
         return HeatUse::Heater{heater.shown.value(), target.value(), heater.watch.heating_up()};
@@ -58,7 +61,7 @@ HeatDuties HeatControl::sample(Instant now, const HeatReadings& readings, bool c
     HeatDuties duties;
     duties.hot_end = drive(hot_end_, now, readings.hot_end, targets.hot_end, dt_s, cut);
     if (has_bed_) duties.bed = drive(bed_, now, readings.bed, targets.bed, dt_s, cut);
-    // One faulty sensor says that the machine is not what it seems: all heat goes off, not only that
+    // With one faulty sensor the machine is not what it seems: all heat goes off, and not only that
     // heater's.
     if (hot_end_.watch.faulted() || bed_.watch.faulted()) duties.hot_end = duties.bed = 0.0;
     duties.fan = std::clamp(targets.fan_duty, 0.0, 1.0);

@@ -1,12 +1,13 @@
 // Loop 3's work: two heaters and the part fan, one sample at a time.
 //
-//   targets (four-slot, loop 1 writes) ─►┐
-//   readings (converter, by the sketch) ─►  watch → PID ─► duties (the sketch drives the pins) + status
-//   (four-slots)                 ▲
-//                             idle watch ◄─ step pulses, temperatures asked for
+//   targets (four-slot, loop 1 writes) ──────►┐
+//   readings (converter, read by the sketch) ─►  watch → PID ─► duties (the sketch drives the pins)
+//                                                ▲           └► status (four-slots)
+//                                             idle watch ◄─ step pulses, temperatures asked for
 //
-// It depends on nothing but loop 3 itself: with loops 1 and 2 dead or the service gone it goes on watching.
-// When the sketch itself is gone, the supervisor's safe states have the heaters (board/linux/supervisor).
+// It depends on nothing but loop 3. With loops 1 and 2 dead, or the service gone, it goes on
+// watching. When the sketch itself is gone, the supervisor forces the safe states of the heaters
+// (apps/supervisor).
 #pragma once
 
 #include <atomic>
@@ -23,13 +24,14 @@
 
 namespace qduino::printer::heat {
 
-/// What loop 1 asks for. Sequence numbers let a repeated request be told from an old one.
+/// What loop 1 asks for. The counters tell a repeated request from an old one.
 struct HeatTargets {
     Celsius hot_end{};  ///< 0: off
     Celsius bed{};
     double fan_duty = 0;
     std::uint32_t clear_faults = 0;  ///< a new number clears latched faults
-    std::uint32_t requests = 0;      ///< a new number: somebody asked for a temperature, maybe the same again
+    /// A new number: a temperature was asked for, maybe the same again.
+    std::uint32_t requests = 0;
 };
 
 struct HeatReadings {
@@ -38,7 +40,7 @@ struct HeatReadings {
     std::uint64_t step_pulses = 0;  ///< ever sent by loop 2: while they go out, the heat is used
 };
 
-/// What the sketch drives onto the pins; 0 … 1.
+/// The duties that the sketch drives onto the pins; 0…1.
 struct HeatDuties {
     double hot_end = 0;
     double bed = 0;
@@ -57,7 +59,7 @@ class HeatControl {
     /// Loop 3, once per sample. `cut` is the emergency stop: heat off whatever is asked.
     [[nodiscard]] HeatDuties sample(Instant now, const HeatReadings& readings, bool cut);
 
-    /// Loop 3: where the status also goes, for the service. May be null.
+    /// Loop 3: a second place for the status, for the service. May be null.
     void publish_to(channel::FourSlot<link::HeatStatus>* link) { link_ = link; }
 
   private:

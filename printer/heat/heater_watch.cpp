@@ -82,8 +82,8 @@ bool HeaterWatch::check_heating(Instant now, Celsius now_celsius, Celsius target
 bool HeaterWatch::check_runaway(Instant now, Celsius now_celsius, Celsius target) {
     highest_allowed_ = std::max(highest_allowed_, target.value());
     if (target.value() <= 0 && now_celsius.value() < highest_allowed_ - kRunawayCelsius) {
-        highest_allowed_ =
-            std::max(now_celsius.value(), 0.0);  // cooled down: what comes up again was not asked
+        // It has cooled down: if it warms up again, nothing asked for that.
+        highest_allowed_ = std::max(now_celsius.value(), 0.0);
     }
     if (highest_allowed_ <= 0) highest_allowed_ = now_celsius.value();
     const double limit = std::max(highest_allowed_, 40.0) + kRunawayCelsius;

@@ -4,7 +4,8 @@
 
 namespace qduino::printer::heat {
 
-/// A heater above its target has come another kCoolingStep down since the last time that counted.
+/// True when a heater above its target has cooled by another kCoolingStep since the last time that
+/// counted.
 bool IdleWatch::comes_nearer(std::size_t which, const HeatUse::Heater& heater) {
     if (heater.target_celsius != targets_[which]) {
         targets_[which] = heater.target_celsius;

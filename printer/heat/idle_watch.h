@@ -1,16 +1,18 @@
-// Switches heaters off that nobody uses: a job that was only M109 S200, a pause that nobody ends, a service that never returns.
+// Switches off heaters that nobody uses. A job may consist of M109 S200 alone, a pause may never be
+// ended, a service may never return: without this watch the heat would stay on.
 //
-//   use    ──●●●●●●●●──────────────────────────────────────────      step pulses, a temperature asked for, on its way there
-//   left            ┌ 600 s ─────────────────────────┐
-//                   quiet: -1  590, 589 …            0: off, latched until a temperature is asked for again
+//   use    ──●●●●●●●●────────────────────────────────    step pulses, a temperature asked for, …
+//   left            ┌ 600 s ──────────────────────┐
+//                   quiet: -1  590, 589 …         0: off, latched until a temperature is asked for
 //
-// What counts as use:
-//   - step pulses went out (a dwell is none: nothing moves),
-//   - somebody asked for a temperature, also for the same again,
-//   - a heater is on its way up to its target for the first time (HeaterWatch bounds that), or down to it: each kCoolingStep
-//     nearer counts, so that a wait for something that never cools comes to its end too.
+// Use is one of these:
+// - Step pulses went out. A dwell is no use: nothing moves.
+// - A temperature was asked for, maybe the same again.
+// - A heater is on its way up to its target for the first time (HeaterWatch bounds that), or down
+//   to it. Each kCoolingStep nearer counts, so that a wait for a heater that never cools ends, too.
 //
-// Pure; loop 3 alone; needs neither loop 1 nor loop 2 to be alive: their silence is no use.
+// Pure. Loop 3 alone calls it. It needs neither loop 1 nor loop 2: when they are silent, that is no
+// use.
 #pragma once
 
 #include <array>
@@ -21,7 +23,7 @@
 
 namespace qduino::printer::heat {
 
-/// What one sample shows of the heaters and of who uses them.
+/// One sample of the heaters and of their use.
 struct HeatUse {
     struct Heater {
         double celsius = 0;
@@ -36,17 +38,19 @@ struct HeatUse {
 class IdleWatch {
   public:
     static constexpr double kCoolingStep = 1.0;  // °C
-    /// Used so lately, nothing is counted down for people to see.
+    /// For this long after the last use, no countdown is shown.
     static constexpr Nanoseconds kQuiet = 10s;
 
     /// `timeout_s`: 0 never times out.
     explicit IdleWatch(double timeout_s) : timeout_(from_seconds(timeout_s)) {}
 
-    /// One sample. True: heat must be off, now and until a temperature is asked for. Calls come in order of time.
+    /// One sample. True: heat must be off, now and until a temperature is asked for. Calls come in
+    /// order of time.
     [[nodiscard]] bool sample(Instant now, const HeatUse& use);
 
     [[nodiscard]] bool timed_out() const { return timed_out_; }
-    /// As of the last sample, until the heaters go off; nothing while they are off, or in use.
+    /// The time until the heaters go off, as of the last sample. Nothing while they are off or in
+    /// use.
     [[nodiscard]] std::optional<Nanoseconds> left() const { return left_; }
 
   private:
@@ -61,7 +65,8 @@ class IdleWatch {
     std::uint64_t pulses_ = 0;
     std::uint32_t requests_ = 0;
     std::array<double, 2> targets_{};
-    std::array<double, 2> nearest_{};  // of each heater that cools down: the lowest reading that has counted
+    // The lowest reading of each cooling heater that has counted as use.
+    std::array<double, 2> nearest_{};
 };
 
 }  // namespace qduino::printer::heat

@@ -1,5 +1,5 @@
-// CRC-32 as Ethernet and zlib compute it: polynomial 0x04C11DB7 reflected (0xEDB88320), start and final inversion.
-// (ISO/IEC 13239, annex A; check value of "123456789" is 0xCBF43926.)
+// CRC-32 as Ethernet and zlib compute it: polynomial 0x04C11DB7 reflected (0xEDB88320), start and
+// final inversion. (ISO/IEC 13239, annex A; check value of "123456789" is 0xCBF43926.)
 //
 // It finds accidents (a torn write, a stray pointer, an old layout), not attackers.
 #pragma once
@@ -26,7 +26,8 @@ inline constexpr std::array<std::uint32_t, 256> kCrc32Table = make_crc32_table()
 
 }  // namespace detail
 
-/// The check sum of `bytes` appended to those whose check sum is `before` (0: none).
+/// The check sum of `bytes`, continued from `before`, the check sum of what precedes them (0:
+/// nothing).
 constexpr std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t before = 0) {
     std::uint32_t value = ~before;
     for (const std::uint8_t byte : bytes) value = detail::kCrc32Table[(value ^ byte) & 0xFFu] ^ (value >> 8);

@@ -125,7 +125,7 @@ Result<JobBytes> decode_job_bytes(std::span<const std::uint8_t> payload) {
     if (payload.size() < 16) return wrong_form("job_bytes");
     const JobBytes bytes{load<std::uint64_t>(payload.data()), load<std::uint64_t>(payload.data() + 8),
                          payload.subspan(16)};
-    // An offset so large that its end wraps would pass every later comparison.
+    // Without this check, an offset so large that its end wraps would pass every later comparison.
     if (bytes.offset > ~std::uint64_t{0} - bytes.bytes.size())
         return wrong_form("job_bytes: offset too large");
     return bytes;

@@ -1,29 +1,34 @@
-// Frames: what crosses the link's rings, byte for byte, and the rules that make a job's bytes arrive exactly once.
+// Frames: the bytes that cross the link's rings, and the rules by which a job's bytes arrive
+// exactly once.
 //
 //    0        2      3          4            8          12                     12 + length
 //   +--------+------+----------+------------+----------+----------------------+
-//   | magic  | type | reserved | length     | crc32    | payload              |     all integers little-endian
-//   | 0x4651 | u8   | 0        | u32 ≤ 4096 | u32      | by type, see below   |     crc32: bytes 0…7, then payload
+//   | magic  | type | reserved | length     | crc32    | payload              |  all little-endian
+//   | 0x4651 | u8   | 0        | u32 ≤ 4096 | u32      | by type, see below   |  crc32: of the rest
 //   +--------+------+----------+------------+----------+----------------------+
 //
-// Writing: a frame goes in whole or not at all (RingBuffer::try_push_all), so a writer that is killed at any instant
-// leaves only whole frames, and the end of what a ring holds is always the end of a frame.
+// Writing: a frame goes in whole or not at all (RingBuffer::try_push_all). So a writer that is
+// killed at any instant leaves only whole frames, and the end of what a ring holds is always the
+// end of a frame.
 //
-// Reading: nothing is believed before it is checked. After a bad frame the place where the next one starts is
-// unknown; everything held at that moment is dropped, and by the sentence above the reader then stands at the
-// start of a frame again. What was dropped is not lost: bytes of a job are sent again from the acknowledged offset.
+// Reading: the reader checks a frame before it believes it. After a bad frame it cannot know where
+// the next one starts. So it drops everything that the ring holds at that moment, and then stands
+// at the start of a frame again. The drop loses nothing: the sender repeats a job's bytes from the
+// acknowledged offset.
 //
 // The rules for jobs (the service is the sender, the sketch the receiver):
-//   1. A job id names one attempt to print one copy. Ids only ever grow within one session of the link.
-//   2. job_begin with an id not above the receiver's last (JobStatus::job_id) is a repetition: dropped.
-//      With a higher id while a job runs: refused; the sender has to wait for the outcome.
-//   3. job_bytes of the running job at offset o, n bytes, when `accepted` bytes are held:
-//        o + n ≤ accepted       repetition, dropped
-//        o ≤ accepted < o + n   the part past `accepted` is taken
-//        o > accepted           a gap: dropped; the sender sees `bytes_accepted` stand still and goes back to it
-//   4. job_end completes the job once accepted == length; before that it is dropped, and the sender repeats it.
-//   5. Frames of any other job are dropped.
-// Thus the sender may die at any time and its successor send everything again from `bytes_accepted` or below.
+// 1. A job id names one attempt to print one copy. Ids only grow within one session of the link.
+// 2. job_begin with an id not above the receiver's last (JobStatus::job_id) is a repetition and is
+//    dropped. With a higher id while a job runs it is refused; the sender has to wait for the
+//    outcome.
+// 3. job_bytes of the running job at offset o, n bytes, when `accepted` bytes are held:
+//      o + n ≤ accepted       a repetition: dropped
+//      o ≤ accepted < o + n   the part past `accepted` is taken
+//      o > accepted           a gap: dropped; `bytes_accepted` stands still, the sender goes back
+// 4. job_end completes the job once accepted == length. Before that it is dropped, and the sender
+//    repeats it.
+// 5. Frames of any other job are dropped. So the sender may die at any time, and its successor may
+//    send everything again from `bytes_accepted` or below.
 #pragma once
 
 #include <array>
@@ -85,7 +90,7 @@ struct ReplyText {
     std::string_view text;
 };
 
-// ---- writing ---------------------------------------------------------------------------------------------------
+// ---- writing ------------------------------------------------------------------------------------
 
 /// Contract: job_id is not 0.
 [[nodiscard]] Frame encode(const JobBegin& begin);
@@ -95,16 +100,17 @@ struct ReplyText {
 /// Text past kMaxText is cut. Check a command's length first; a reply may be cut.
 [[nodiscard]] Frame encode(const CommandText& command);
 [[nodiscard]] Frame encode(const ReplyText& reply);
-/// Any payload under any type: for tests, and for readers' tests of types that they do not expect.
+/// Any payload under any type: for tests.
 [[nodiscard]] Frame encode_raw(std::uint8_t type, std::span<const std::uint8_t> payload);
 
-/// The whole frame, or nothing and false when it does not fit now. Writer's side; wait-free.
+/// Pushes the whole frame; or nothing, and false, when it does not fit now. Writer's side;
+/// wait-free.
 template <std::size_t N>
 [[nodiscard]] bool try_push(channel::RingBuffer<std::uint8_t, N>& ring, const Frame& frame) {
     return ring.try_push_all(frame.bytes());
 }
 
-// ---- reading ---------------------------------------------------------------------------------------------------
+// ---- reading ------------------------------------------------------------------------------------
 
 // Payloads. Error: corrupt, when the payload does not have the form of its type.
 [[nodiscard]] Result<JobBegin> decode_job_begin(std::span<const std::uint8_t> payload);
@@ -116,7 +122,8 @@ template <std::size_t N>
 /// Takes frames off one ring. One per reading side; no heap; bounded work per call (one frame).
 class FrameReader {
   public:
-    /// The oldest frame; empty when the ring is. Error: corrupt; everything held was dropped, call again.
+    /// The oldest frame; empty when the ring is. Error: corrupt; everything held was dropped. Call
+    /// again.
     template <std::size_t N>
     [[nodiscard]] Result<std::optional<FrameView>> read(channel::RingBuffer<std::uint8_t, N>& ring) {
         const std::size_t held = ring.size();
@@ -140,7 +147,7 @@ class FrameReader {
         ++corrupt_count_;
         return make_error(ErrorCode::corrupt, why);
     }
-    /// The payload's length, of the header in the buffer, when `available` bytes follow it.
+    /// The length of the payload, from the header in the buffer, when `available` bytes follow it.
     [[nodiscard]] Result<std::size_t> check_header(std::size_t available) const;
     [[nodiscard]] bool checksum_fits(std::size_t length) const;
     [[nodiscard]] FrameView view(std::size_t length) const;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double squared(double x) { return x * x; }
 
-/// s² and c² of the corner (see the head of junction.h), in space or, for two E-only moves, along E.
+/// s² and c² of the corner (junction.h): in space, or along E for two E-only moves.
 struct HalfAngle {
     double sin2 = 0;
     double cos2 = 0;

@@ -10,7 +10,7 @@ namespace qduino::printer::motion {
 Planner::Planner(const MotionSettings& settings, const AxisVector& position_mm)
     : settings_(settings), position_mm_(position_mm) {}
 
-// ---- in --------------------------------------------------------------------------------------------------
+// ---- in -----------------------------------------------------------------------------------------
 
 MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, double speed_mm_s,
                                   double acceleration_mm_s2) const {
@@ -108,7 +108,7 @@ void Planner::flush() {
     dirty_ = true;
 }
 
-// ---- planning --------------------------------------------------------------------------------------------
+// ---- planning -----------------------------------------------------------------------------------
 
 void Planner::plan() {
     const std::uint64_t end = plan_end();
@@ -143,7 +143,7 @@ void Planner::plan_forward(std::uint64_t end) {
     }
 }
 
-// ---- out -------------------------------------------------------------------------------------------------
+// ---- out ----------------------------------------------------------------------------------------
 
 bool Planner::next(Segment& out) {
     if (head_ == plan_end()) return false;
@@ -178,7 +178,7 @@ void Planner::release(Segment& out) {
     ++head_;
 }
 
-// ---- pause and cancel ------------------------------------------------------------------------------------
+// ---- pause and cancel ---------------------------------------------------------------------------
 
 void Planner::hold() {
     if (held_) return;
@@ -188,8 +188,9 @@ void Planner::hold() {
     ready_ = head_;
 }
 
-/// The first node at which the speed at the head can be brought to rest. Bounds on the way need no look: the
-/// speed at the head was planned below them. Markers at the stop are still reported: their moves are done.
+/// The first node at which the speed at the head can be brought to rest. Bounds on the way need no
+/// check: the speed at the head was planned below them. Markers at the stop are still reported:
+/// their moves are done.
 std::uint64_t Planner::earliest_stop() {
     for (std::uint64_t stop = head_; stop < tail_; ++stop) {
         if (entry(stop).kind == SegmentKind::marker) continue;

@@ -1,33 +1,37 @@
-// The look-ahead: takes moves in, gives segments out whose speeds are as high as all limits allow, together.
+// The look-ahead: takes moves in, and gives segments out whose speeds are the highest that all
+// limits together allow.
 //
-// Nodes are the places where moves meet. Node i, where move i begins, has an upper bound V_i for the square
-// of its speed (junction.h). With g_i = 2·a_i·L_i, what acceleration can change within move i, the speeds
-// wanted are the greatest w with
+// Nodes are the places where moves meet. Node i, where move i begins, has an upper bound V_i for
+// the square of its speed (junction.h). g_i = 2·a_i·L_i is how much acceleration can change the
+// square within move i. The planner wants the greatest w with
 //
-//      w_i <= V_i          w_i <= w_{i+1} + g_i  (can brake)          w_{i+1} <= w_i + g_i  (can accelerate)
+//      w_i <= V_i
+//      w_i <= w_{i+1} + g_i        the move can brake
+//      w_{i+1} <= w_i + g_i        the move can accelerate
 //
-// One pass backward (braking) and one forward (accelerating) find them. The end of the queue must be taken as
-// a standstill, as nobody may follow; but what follows can only ever raise a speed. So both passes are made
-// twice: with the queue's end at rest, and with it as fast as the last move may be. Where the two agree,
-// nothing that is yet to come can change the speed any more: everything before that node is released (lazily:
-// only then).
+// One pass backward (braking) and one forward (accelerating) find them. But the end of the queue is
+// a trouble: a standstill there is safe and makes every print crawl, since the next move may be on
+// its way. A later move can only raise a speed, never lower it. So both passes are made twice: with
+// the queue's end at rest, and with it as fast as the last move may be. Where the two agree, no
+// later move can change the speed any more. Everything before that node is final, and only then is
+// it released:
 //
 //   speed²                                   . . . hopeful: the end of the queue in full motion
-//     ^      V  V       V                      ----- safe: the end of the queue at rest
+//     ^      V  V       V                    ----- safe: the end of the queue at rest
 //     |      /--.     /---. . . . . . .
 //     |     /    '---'     '-.
 //     |    /                  '-.
 //     +---'----------------------'---> nodes
 //         |<-- released -->|<-- kept: more may come
 //
-// A queue that is full of moves not yet certain releases the oldest at its safe speed.
+// A full queue whose moves are all uncertain releases the oldest one at its safe speed.
 //
-// Dwells, markers and the rest pass through the same queue, in order, as entries of no length. A marker is
-// transparent (V is the nominal speed of the move before it, g = 0); the others stand still on both sides (V
-// = 0).
+// Dwells, markers and the rest pass through the same queue, in order, as entries of no length. A
+// marker does not affect the speed (V is the nominal speed of the move before it, g = 0). At the
+// others the machine stands still (V = 0).
 //
-// The result does not depend on when next() is called, as long as the queue is emptied as far as it goes
-// whenever it is full, and flush() is called at the same places.
+// The result does not depend on when next() is called, provided that the queue is emptied as far as
+// it goes whenever it is full, and that flush() is called at the same places.
 //
 // Pure; no heap; not for use from two loops. About 100 KB: give it static storage.
 #pragma once
@@ -48,64 +52,70 @@ class Planner {
     /// At rest at `position_mm`, at 0 on the time line.
     explicit Planner(const MotionSettings& settings, const AxisVector& position_mm = {});
 
-    /// Limits for what is appended from now on.
+    /// Limits for everything that is appended from now on.
     void set_settings(const MotionSettings& settings) { settings_ = settings; }
     [[nodiscard]] const MotionSettings& settings() const { return settings_; }
 
-    // ---- in: each returns false, and changes nothing, when the queue is full -----------------------------
+    // ---- in: each returns false, and changes nothing, when the queue is full --------------------
 
     /// Contract: the move's numbers are finite and its acceleration is above 0.
     [[nodiscard]] bool append(const Move& move);
-    /// The same to an absolute place, E too: where E ends then is that very number, not a sum.
+    /// The same to an absolute place, E too: E then ends at that very number and not at a sum.
     [[nodiscard]] bool append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2);
     /// Stands still for `duration_s` >= 0.
     [[nodiscard]] bool append_dwell(double duration_s);
     /// The player reports `value` when it has played everything before. Does not slow the motion.
     [[nodiscard]] bool append_marker(std::uint32_t value);
-    /// Steps of `axis` between on and off end when its endstop is pressed (step/player.h). Contract: X, Y or Z.
+    /// Between on and off, steps of `axis` end when its endstop is pressed (step/player.h).
+    /// Contract: X, Y or Z.
     [[nodiscard]] bool append_homing(Axis axis, bool on);
 
-    /// Nothing may follow for a while: everything appended so far is planned down to a standstill and
-    /// released.
+    /// Call when nothing may follow for a while: plans everything appended so far down to a
+    /// standstill, and releases it.
     void flush();
 
-    // ---- out ---------------------------------------------------------------------------------------------
+    // ---- out ------------------------------------------------------------------------------------
 
     /// False, and `out` unchanged, when no segment is final yet.
     [[nodiscard]] bool next(Segment& out);
 
-    // ---- pause and cancel --------------------------------------------------------------------------------
+    // ---- pause and cancel -----------------------------------------------------------------------
 
-    /// Comes to rest at the earliest end of a move where that can still be done, and keeps what is behind it.
+    /// Comes to rest at the earliest end of a move where it still can, and keeps the moves behind
+    /// it.
     void hold();
     [[nodiscard]] bool held() const { return held_; }
     /// True when held, and everything before the stop has been handed out.
     [[nodiscard]] bool stopped() const { return held_ && head_ == hold_; }
-    /// Where it stands then: the place of the stop. Contract: held().
+    /// The place of the stop. Contract: held().
     [[nodiscard]] const AxisVector& held_position_mm() const;
-    /// The time line has run on to `at` in the meantime, by motion of somebody else's. Contract: stopped(), and not back.
+    /// Moves the time line on to `at`: another planner's motion took place meanwhile. Contract:
+    /// stopped(), and not back.
     void wait_until(const TimelineInstant& at);
     /// Goes on from the stop.
     void resume();
-    /// Forgets everything behind the stop (and the hold): the position is that of the stop. Contract: held().
+    /// Forgets everything behind the stop, and the hold. The position is that of the stop.
+    /// Contract: held().
     void discard_held();
-    /// Forgets everything, at once, and is at rest at `position_mm`. For emergency stops: whoever plays must
-    /// stop too.
+    /// Forgets everything at once and is at rest at `position_mm`. For emergency stops: the player
+    /// must stop, too.
     void reset(const AxisVector& position_mm) { reset(position_mm, clock_); }
-    /// … and goes on at `at` on the time line: where the player was stopped, say, which is before what was handed out.
+    /// The same, and goes on at `at` on the time line: where the player was stopped, say, which is
+    /// before what was handed out.
     void reset(const AxisVector& position_mm, const TimelineInstant& at);
 
-    // ---- what there is -----------------------------------------------------------------------------------
+    // ---- state ----------------------------------------------------------------------------------
 
-    /// Where the machine is after all that has been appended.
+    /// The machine's position after everything that has been appended.
     [[nodiscard]] const AxisVector& position_mm() const { return position_mm_; }
-    /// How far the time line is planned and handed out.
+    /// The end of the time line that is planned and handed out.
     [[nodiscard]] const TimelineInstant& released_until() const { return clock_; }
     [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(tail_ - head_); }
     [[nodiscard]] bool empty() const { return size() == 0; }
     [[nodiscard]] bool full() const { return size() == kCapacity; }
     [[nodiscard]] std::size_t free() const { return kCapacity - size(); }
-    /// What was handed out ends at rest, and nothing more can be handed out for now: empty, or held.
+    /// True when the segments handed out end at rest, and no more can be handed out for now: empty,
+    /// or held.
     [[nodiscard]] bool resting() const { return head_ == plan_end() && entry_speed_mm_s_ == 0; }
 
   private:

@@ -1,4 +1,4 @@
-// What the planner hands on: a move whose speeds are final, or something that happens between two moves.
+// The planner's output: a move whose speeds are final, or an event between two moves.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace qduino::printer::motion {
 
-/// An instant on the print's own time line: whole nanoseconds, and the part of one that is left. Adding
-/// durations to it does not drift: what is lost is the rounding of a double within one segment, 1e-7 ns in a
-/// second.
+/// An instant on the print's own time line: whole nanoseconds, and the fraction of one. A sum of
+/// durations does not drift: it loses only the rounding of a double within one segment, 1e-7 ns in
+/// a second.
 struct TimelineInstant {
     std::int64_t ns = 0;
     double fraction_ns = 0;  ///< 0 <= fraction < 1
@@ -28,9 +28,11 @@ struct TimelineInstant {
 };
 
 enum class SegmentKind : std::uint8_t {
-    move,    ///< everything below counts
-    dwell,   ///< time passes from `start` to `end` at `start_mm`, at rest
-    marker,  ///< `value` is to be reported when all before it has been played; in full motion, takes no time
+    move,   ///< everything below counts
+    dwell,  ///< time passes from `start` to `end` at `start_mm`, at rest
+    /// `value` is to be reported when everything before it has been played. In full motion; takes
+    /// no time.
+    marker,
     homing,  ///< endstop watching of `axis` on (value 1) or off (0); at rest
 };
 

@@ -1,4 +1,4 @@
-// The limits that shape motion, as they stand for the next move: the machine's own, changed at run time by
+// The limits on motion, as they stand for the next move: the machine's own, changed at run time by
 // M201 (acceleration per axis), M203 (speed per axis) and M205 (instantaneous speed change).
 #pragma once
 

@@ -10,11 +10,12 @@
 //     +---+--+-----------------+---+-----> time
 //         accelerate_s  cruise_s  decelerate_s
 //
-// A triangle when there is no room to reach the cruise speed. Speeds are squared where they are compared,
-// because v1² = v0² + 2·a·s is linear in the distance s.
+// It is a triangle when there is no room to reach the cruise speed. Speeds are compared by their
+// squares, because v1² = v0² + 2·a·s is linear in the distance s.
 //
-// Distance to time is solved without cancellation: s = v0·t + ½·a·t² gives t = 2s / (v0 + √(v0² + 2as)),
-// exact down to v0 = 0, and braking is solved backwards from the segment's end with the same formula.
+// Distance to time is solved without cancellation: s = v0·t + ½·a·t² gives t = 2s / (v0 + √(v0² +
+// 2as)), exact down to v0 = 0. Braking is solved backwards from the segment's end, with the same
+// formula.
 #pragma once
 
 #include <algorithm>
@@ -63,15 +64,16 @@ inline double Trapezoid::distance_at(double time_s) const {
     return length_mm - (exit_speed_mm_s + 0.5 * acceleration_mm_s2 * left) * left;
 }
 
-/// The fastest profile over `length_mm` > 0 that enters and leaves at the given speeds and never exceeds
-/// `speed_mm_s_max` > 0. The exit must be reachable from the entry: |v1² − v0²| <= 2·a·length, up to
-/// rounding.
+/// The fastest profile over `length_mm` > 0 that enters and leaves at the given speeds and never
+/// exceeds `speed_mm_s_max` > 0. The exit must be reachable from the entry: |v1² − v0²| <=
+/// 2·a·length, up to rounding.
 inline Trapezoid make_trapezoid(double length_mm, double entry_speed_mm_s, double speed_mm_s_max,
                                 double exit_speed_mm_s, double acceleration_mm_s2) {
     Trapezoid shape{length_mm, acceleration_mm_s2, entry_speed_mm_s, speed_mm_s_max, exit_speed_mm_s};
     const double entry2 = entry_speed_mm_s * entry_speed_mm_s;
     const double exit2 = exit_speed_mm_s * exit_speed_mm_s;
-    const double peak2 = 0.5 * (entry2 + exit2) + acceleration_mm_s2 * length_mm;  // of the triangle
+    // The peak of the triangle.
+    const double peak2 = 0.5 * (entry2 + exit2) + acceleration_mm_s2 * length_mm;
     const double cruise2 = std::min(peak2, speed_mm_s_max * speed_mm_s_max);
     if (cruise2 == peak2) shape.cruise_speed_mm_s = std::sqrt(peak2);
     shape.accelerate_mm = std::clamp((cruise2 - entry2) / (2 * acceleration_mm_s2), 0.0, length_mm);

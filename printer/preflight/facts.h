@@ -1,5 +1,5 @@
-// What is known of a job once it has been read: the slicer's claims, what its moves really do, and what is
-// wrong with it.
+// The facts about a job once it has been read: the slicer's claims, what its moves really do, and
+// what is wrong with it.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace qduino::printer::preflight {
 
-/// Findings held of each severity; further ones are counted.
+/// The number of findings kept of each severity; further ones are counted.
 inline constexpr std::size_t kFindingsMax = 16;
 
 /// One thing that is wrong with a job.
@@ -52,8 +52,9 @@ struct Facts {
     Celsius bed_maximum;
     std::uint32_t layers = 0;  ///< with an extrusion in them
     Millimetres first_layer_height;
-    Millimetres layer_height;         ///< mean of the layers above the first; 0 when there are none
-    double step_rate_maximum_hz = 0;  ///< of any axis, at the asked speed within the machine's limits
+    Millimetres layer_height;  ///< mean of the layers above the first; 0 when there are none
+    /// The largest of any axis, at the asked speed within the machine's limits.
+    double step_rate_maximum_hz = 0;
 
     std::uint32_t unknown_codes = 0;
     std::uint32_t codes_not_done = 0;
@@ -62,7 +63,7 @@ struct Facts {
     FixedVector<Finding, kFindingsMax> errors;    ///< the first ones
     FixedVector<Finding, kFindingsMax> warnings;  ///< the first ones; each message once
 
-    /// May this job be printed on this machine?
+    /// True when this job may be printed on this machine.
     [[nodiscard]] bool accepted() const { return errors_count == 0; }
 };
 

@@ -100,8 +100,8 @@ double LayerPacker::width_of(const gcode::Move& move, const MoveContext& context
     const double y = (move.to[Axis::y] - move.from[Axis::y]).value();
     const double length_mm = std::hypot(x, y);
     if (length_mm <= 0) return 0;
-    // What goes in comes out: filament area × ΔE = width × height × length, taking the bead for a
-    // rectangle.
+    // The filament pushed in is the plastic laid down: filament area × ΔE = width × height ×
+    // length, taking the bead for a rectangle.
     const double pushed_mm = (move.to[Axis::e] - move.from[Axis::e]).value();
     return filament_area_mm2_ * pushed_mm / (context.layer.height_mm * length_mm);
 }

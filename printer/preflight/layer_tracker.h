@@ -1,11 +1,10 @@
-// Which layer a move belongs to, by the slicer's comments where there are any, and by Z where there are
-// none.
+// Which layer a move belongs to. The slicer's comments say it; without comments, Z does.
 //
-// With comments, a layer begins at `;LAYER_CHANGE` or `;LAYER:n`, whatever Z does (a spiral vase rises all
-// the time). What is extruded before the first of them (a priming line) belongs to the first layer. Without
-// comments (Slic3r), a layer begins with the first extrusion whose Z differs from that of its layer by at
-// least kImplicitStepMm: a spiral then falls into slices of that height, and not into one layer for each of
-// its segments.
+// With comments, a layer begins at `;LAYER_CHANGE` or `;LAYER:n`, whatever Z does (a spiral vase
+// rises all the time). An extrusion before the first comment (a priming line) belongs to the first
+// layer. Without comments (Slic3r), a layer begins with the first extrusion whose Z differs from
+// that of its layer by at least kImplicitStepMm. A spiral then falls into slices of that height,
+// and not into one layer for each of its segments.
 #pragma once
 
 #include "printer/gcode/actions.h"

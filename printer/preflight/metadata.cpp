@@ -115,8 +115,8 @@ void MetadataReader::on_comment(std::string_view comment) {
     for (const Key& key : kKeys) {
         if (skip_prefix(comment, key.prefix)) return key.take(metadata_, comment);
     }
-    // OrcaSlicer puts two of them on one line: "model printing time: 25m 5s; total estimated time: 31m
-    // 12s".
+    // OrcaSlicer puts two of them on one line: "model printing time: 25m 5s; total estimated time:
+    // 31m 12s".
     constexpr std::string_view kSecond = "; total estimated time:";
     const std::size_t at = comment.find(kSecond);
     if (at != std::string_view::npos) take_time(metadata_, comment.substr(at + kSecond.size()));

@@ -1,5 +1,5 @@
-// Who looks at a job's moves while it is read before it is printed: the layer packer, an estimator of time,
-// a drawing.
+// Receives a job's moves while the job is read, before it is printed: the layer packer, an
+// estimator of time, a drawing.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace qduino::printer::preflight {
 
-/// A layer is there once something has been extruded in it.
+/// A layer exists once something has been extruded in it.
 struct Layer {
     std::uint32_t index = 0;       ///< from 0
     double z_mm = 0;               ///< of the first extrusion in it
@@ -25,7 +25,7 @@ struct MoveContext {
     bool extrudes = false;  ///< the tool moves and pushes filament forward
 };
 
-/// Called in the order of the file. All but on_move may be left as they are.
+/// Called in the order of the file. An implementation must define on_move alone.
 class MoveSink {
   public:
     virtual ~MoveSink() = default;

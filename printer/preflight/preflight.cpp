@@ -79,7 +79,7 @@ void Preflight::judge_content() {
     if (facts_.content == gcode::Content::gcode) return;
     refused_ = true;
     line_ = nullptr;
-    // What its bytes happened to say as G-code is of no interest.
+    // The file is no G-code: the errors that its bytes raised as G-code mean nothing.
     facts_.errors.clear();
     facts_.warnings.clear();
     facts_.errors_count = facts_.warnings_count = 0;
@@ -150,7 +150,8 @@ void Preflight::check_extrusion(const gcode::Move& move) {
     if (!was_hot_) {
         add_error(text, "Heat first: M109 S200, or what the filament needs, before this line.");
     } else if (move.to[Axis::e] > move.from[Axis::e]) {
-        // It cools slowly, so a last wipe after M104 S0 is common and works; more than that may not.
+        // The hot end cools slowly, so a last wipe after M104 S0 is common and works. More than
+        // that may not.
         add_warning("filament is pushed after the hot end was set below extrusion temperature",
                     "Switch the hot end off after the last extrusion.");
     }

@@ -1,16 +1,16 @@
-// Reads a whole job before anything is heated: would it stay inside of this machine's bounds, temperatures,
-// step rate?
+// Reads a whole job before anything is heated: would it stay within this machine's bounds,
+// temperatures and step rate?
 //
 //   chunks ─► Parser ─┬─ comments ─► Metadata, Thumbnail, LayerTracker
-//                     └─ commands ─► Interpreter ─► (as Actions) checks, bounds ─► MoveSinks: layers, time
+//                     └─ commands ─► Interpreter ─► (as Actions) checks, bounds ─► MoveSinks
 //                        the same as in the machine
 //
-// Because lexer, parser and interpreter are those that print, what passes here is understood the same way
-// there.
+// A second reading of G-code could understand a job differently from the printer. So lexer, parser
+// and interpreter are those that print.
 //
-// Sans I/O. Memory does not depend on the length of the file: a few kilobytes and the thumbnail (at most 1
-// MB while it is read). After feed() of bytes that are no G-code nothing more is parsed. Not for real-time
-// loops (a thumbnail is on the heap).
+// Sans I/O. Memory does not depend on the length of the file: a few kilobytes, and the thumbnail
+// (at most 1 MB while it is read). Once the bytes have turned out to be no G-code, feed() parses
+// nothing more. Not for real-time loops (a thumbnail is on the heap).
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ class Preflight final : private gcode::LineSink, private gcode::NoActions {
     void feed(std::span<const char> bytes);
     /// The file has ended. Call once.
     const Facts& finish();
-    /// So far.
+    /// The facts so far.
     [[nodiscard]] const Facts& facts() const { return facts_; }
 
   private:

@@ -15,7 +15,7 @@ using gcode::trim;
 constexpr std::uint32_t kPixelsMax = 4096;  ///< of a side
 constexpr std::array<std::uint8_t, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 
-/// RFC 4648, table 1; −1 for what is no character of base64.
+/// RFC 4648, table 1; −1 when `c` is no character of base64.
 int value_of(char c) {
     if (c >= 'A' && c <= 'Z') return c - 'A';
     if (c >= 'a' && c <= 'z') return c - 'a' + 26;

@@ -1,12 +1,12 @@
 // The picture that a slicer puts into its file: PNG in base64, in comments.
 //
-//     ; thumbnail begin 160x120 5544        width × height in pixels, characters of base64 that follow
+//     ; thumbnail begin 160x120 5544        width × height in pixels, characters of base64 below
 //     ; iVBORw0KGgoAAAANSUhEUgAA…
 //     ; thumbnail end
 //
-// A file may hold several; the largest whole one is kept. One that is longer than kThumbnailBytesMax, has
-// another count of characters than it says, or is no PNG is left out: the picture is a courtesy, never an
-// error. (`thumbnail_JPG` and `thumbnail_QOI` are left out too.)
+// A file may hold several; the largest whole one is kept. A picture is left out when it is longer
+// than kThumbnailBytesMax, has another count of characters than announced, or is no PNG. The
+// picture is a courtesy and never an error. (`thumbnail_JPG` and `thumbnail_QOI` are left out too.)
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ struct Thumbnail {
 
 class ThumbnailReader {
   public:
-    /// `comment`: what stands behind the `;`. True when it was part of a thumbnail.
+    /// `comment`: the text behind the `;`. True when it was part of a thumbnail.
     bool on_comment(std::string_view comment);
     [[nodiscard]] const Thumbnail& best() const { return best_; }
 

@@ -3,33 +3,34 @@
 //   time line        e1         e2                  e3 (the other way)
 //                    |          |                   |
 //   STEP X   ________/‾‾\_______/‾‾\________________/‾‾\____
-//                    |<>|<----->|  :                |          high at least 1 µs, low at least 1 µs
-//   DIR X    ----------------------.''''''''''''''''''''''''   changed as soon as the last pulse the old way has
-//                                  |<-- set-up ---->|          ended: its 200 ns never delay a step
-//   STEP Y   ______________/‾‾\_____________________________   axes overlap freely: none waits for another's pulse
+//                    |<>|<----->|  :                |         high and low: 1 µs each, at least
+//   DIR X    ----------------------.''''''''''''''''''''''''  changes once the last old pulse
+//                                  |<-- set-up ---->|         has ended: its 200 ns delay no step
+//   STEP Y   ______________/‾‾\_____________________________  axes overlap freely
 //                          |  |
-//   actions          r  f  r  f r  f                r  f       always the earlier of: next rise, oldest fall
+//   actions          r  f  r  f r  f                r  f      the earlier of next rise, oldest fall
 //
-// Falls come due in the order of their rises, because all pulses are equally long: a queue of at most one per
-// axis. Directions come from looking ahead in the ring by up to kLookAhead events; of each axis at most one
-// change of direction is waiting.
+// Falls come due in the order of their rises, because all pulses are equally long: a queue of at
+// most one per axis holds them. For directions the player looks ahead in the ring by up to
+// kLookAhead events; each axis has at most one change of direction waiting.
 //
-// Lateness. The instant of an event is `anchor + event.time`. A step that is raised later than that by more
-// than `late_threshold_ns` moves the anchor by its lateness: what follows keeps its distance, steps are never
-// bunched. (Below the threshold a distance may shrink by as much.) Every step's lateness goes into the
-// histogram, the sum of what moved the time line into shift_ns.
+// Lateness. The instant of an event is `anchor + event.time`. A step may be raised late, and
+// catching up would put steps too close together. So a step that is late by more than
+// `late_threshold` moves the anchor by its lateness: later steps keep their distance. (Below the
+// threshold a distance may shrink by as much.) Every step's lateness goes into the histogram; the
+// sum of what moved the time line is shift_ns.
 //
-// Running dry. When the ring was empty and the next event is due before now, the time line starts again
-// `lead` after now. In motion (no rest event was the last) this is starvation: counted, and added to
-// shift_ns. At rest it is idleness.
+// Running dry. When the ring was empty and the next event is due before now, the time line starts
+// again `lead` after now. In motion (the last event was no rest) this is starvation: it is counted
+// and added to shift_ns. At rest it is idleness.
 //
-// Homing. Between homing on and off, each step of that axis first reads its endstop; once it is pressed, the
-// steps of that axis are dropped: the counter stays at what was pulsed, so that it differs from what was
-// planned exactly when the switch was found. When all axes in homing have been pressed, what is left is
-// skipped without waiting for its time.
+// Homing. Between homing on and off, each step of that axis first reads its endstop. Once that is
+// pressed, the steps of that axis are dropped. The counter stays at the pulses sent, and so differs
+// from the plan exactly when the switch was found. When all axes in homing have been pressed, the
+// player skips the remaining steps without waiting for their time.
 //
-// A template over the pins, so that on a board and in the simulator the calls are direct. Real-time safe: no
-// heap, no locks; all methods are for loop 2 alone.
+// A template over the pins, so that the calls are direct on a board and in the simulator. Real-time
+// safe: no heap, no locks. All methods are for loop 2 alone.
 #pragma once
 
 #include <algorithm>
@@ -43,8 +44,8 @@
 
 namespace qduino::printer::step {
 
-/// What the player needs: a clock, and per axis two outputs and a switch. `positive` is in machine
-/// coordinates: inversion is the pins' business.
+/// What the player needs: a clock, and two outputs and a switch for each axis. `positive` is in
+/// machine coordinates; the pins do the inversion.
 template <class P>
 concept StepPins = requires(P& pins, Instant t, int axis, bool on) {
     { pins.now() } -> std::same_as<Instant>;
@@ -72,35 +73,37 @@ class Player {
     /// Both outlive the player. Sets every STEP low and every DIR positive.
     Player(Pins& pins, Ring& ring, const PlayerSettings& settings = {});
 
-    /// Does everything due before `horizon`, waiting for each instant, and returns when the next is at or
-    /// after it (at once when there is nothing to do). Late by at most one action.
+    /// Does everything that is due before `horizon`, waiting for each instant. Returns when the
+    /// next action is at `horizon` or after it; at once when there is nothing to do. Late by at
+    /// most one action.
     void play_until(Instant horizon);
 
-    /// The instant of the next action; kForever when there is none. For a caller that would rather sleep.
+    /// The instant of the next action; kForever when there is none. For a caller that would rather
+    /// sleep.
     [[nodiscard]] Instant next_due();
 
-    /// Emergency: no pulse after this, until allow_motion(). Ends a pulse that is high, drops all events, and whatever is
-    /// still pushed. Positions stay what was pulsed.
+    /// Emergency: no pulse until allow_motion(). Ends a pulse that is high; drops all events, and
+    /// those that are pushed later. The positions stay those of the pulses sent.
     void stop_now();
     [[nodiscard]] bool stopped() const { return stopped_; }
-    /// After stop_now(): what is pushed from now on is played, what was pushed before is dropped. Whoever feeds must
-    /// have started afresh from steps() (Planner::reset, Solver::reset).
+    /// After stop_now(): plays what is pushed from now on, and drops what was pushed before. The
+    /// feeder must have started afresh from steps() (Planner::reset, Solver::reset).
     void allow_motion();
 
-    /// Brings the status up to date and counts the heartbeat; valid until the next call of any method. Call
-    /// it seldom (every 10 ms, say): it is 5 KB to copy.
+    /// Brings the status up to date and counts the heartbeat. Valid until the next call of any
+    /// method. Call it seldom (every 10 ms, say): it is 5 KB to copy.
     [[nodiscard]] const link::MotionStatus& publish();
 
     /// Steps dropped because an endstop was pressed, ever.
     [[nodiscard]] std::uint64_t steps_dropped() const { return steps_dropped_; }
-    /// Microsteps per axis as pulsed.
+    /// Microsteps per axis, counted from the pulses sent.
     [[nodiscard]] const std::array<std::int64_t, kAxisCount>& steps() const { return status_.steps; }
     [[nodiscard]] bool moving() const { return status_.moving; }
     /// The last marker played; 0 before the first.
     [[nodiscard]] std::uint32_t last_marker() const { return status_.last_marker; }
     /// How often each endstop has ended a homing run.
     [[nodiscard]] const std::array<std::uint32_t, 3>& endstop_hits() const { return status_.endstop_hits; }
-    /// How far the print's own time line has been played: between the last event and the next it runs on with the
+    /// How far the print's own time line has been played. Between two events it runs on with the
     /// board's time; it stands still while the ring is empty.
     [[nodiscard]] std::int64_t timeline_ns();
 
@@ -110,8 +113,9 @@ class Player {
     static constexpr std::int64_t kNever = to_ns(kForever);
 
     struct AxisState {
-        std::int64_t rise_ns_min = 0;  // low time after the last pulse, set-up after the last change of DIR
-        std::uint32_t seen = 0;        // steps looked at and not yet played
+        // Low time after the last pulse, set-up after the last change of DIR.
+        std::int64_t rise_ns_min = 0;
+        std::uint32_t seen = 0;              // steps looked at and not yet played
         std::uint32_t seen_before_turn = 0;  // … of them before the waiting change of direction
         std::int8_t direction = 1;           // on the pin
         bool high = false;
@@ -184,7 +188,7 @@ Player<Pins, Ring>::Player(Pins& pins, Ring& ring, const PlayerSettings& setting
     }
 }
 
-// ---- what is next ----------------------------------------------------------------------------------------
+// ---- the next action ----------------------------------------------------------------------------
 
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::play_until(Instant horizon) {
@@ -219,7 +223,8 @@ std::int64_t Player<Pins, Ring>::next_fall_ns() const {
     return falls_begin_ == falls_end_ ? kNever : falls_[falls_begin_ % kAxisCount].due_ns;
 }
 
-/// When the event at the front may be played: at its time on the time line, or when its axis is ready for it.
+/// When the event at the front may be played: at its time on the time line, or later, when its axis
+/// is ready for it.
 template <StepPins Pins, class Ring>
 std::int64_t Player<Pins, Ring>::next_event_ns() {
     const StepEvent* event = ring_.front();
@@ -249,7 +254,7 @@ void Player<Pins, Ring>::restart_if_late(const StepEvent& event) {
     started_ = true;
 }
 
-// ---- looking ahead ---------------------------------------------------------------------------------------
+// ---- looking ahead ------------------------------------------------------------------------------
 
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::look_ahead() {
@@ -260,7 +265,8 @@ void Player<Pins, Ring>::look_ahead() {
     }
 }
 
-/// False when the step needs a change of direction behind another that still waits: look again later.
+/// False when the step needs a change of direction behind another that still waits: look again
+/// later.
 template <StepPins Pins, class Ring>
 bool Player<Pins, Ring>::look_at(const StepEvent& event) {
     AxisState& axis = axes_[event.axis];
@@ -284,7 +290,7 @@ void Player<Pins, Ring>::turn(int axis) {
     state.rise_ns_min = std::max(state.rise_ns_min, now_ns() + direction_ns_);
 }
 
-// ---- playing ---------------------------------------------------------------------------------------------
+// ---- playing ------------------------------------------------------------------------------------
 
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::play(const StepEvent& event) {
@@ -352,7 +358,7 @@ void Player<Pins, Ring>::end_oldest_pulse() {
     if (state.turning && state.seen_before_turn == 0) turn(axis);
 }
 
-// ---- homing ----------------------------------------------------------------------------------------------
+// ---- homing -------------------------------------------------------------------------------------
 
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::switch_homing(int axis, bool on) {
@@ -382,7 +388,7 @@ void Player<Pins, Ring>::drop_step(int axis) {
     if (state.seen_before_turn == 0 && !state.high) turn(axis);
 }
 
-/// True for a step that will be dropped and that nobody need wait for.
+/// True for a step that will be dropped, so that the player need not wait for it.
 template <StepPins Pins, class Ring>
 bool Player<Pins, Ring>::skips(const StepEvent& event) const {
     return homing_ != 0 && pressed_ == homing_ && event.kind == EventKind::step &&
@@ -399,7 +405,7 @@ void Player<Pins, Ring>::skip(const StepEvent& event) {
     drop_step(event.axis);
 }
 
-// ---- stop and status -------------------------------------------------------------------------------------
+// ---- stop and status ----------------------------------------------------------------------------
 
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::stop_now() {
@@ -423,7 +429,8 @@ void Player<Pins, Ring>::stop_now() {
 template <StepPins Pins, class Ring>
 void Player<Pins, Ring>::drop_all() {
     ring_.discard_all();
-    ring_.adopt_reader();  // its copy of the writer's counter may be older than what was just dropped
+    // The copy of the writer's counter may be older than what was just dropped.
+    ring_.adopt_reader();
     looked_ = 0;
     started_ = false;
     dry_ = true;

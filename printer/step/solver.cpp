@@ -82,8 +82,8 @@ void Solver::load_track(int axis, double start_steps, double end_steps) {
     const std::int64_t change = target - counts_[axis];
     if (change == 0) return;
     const double span_steps = end_steps - start_steps;
-    QDUINO_EXPECT((change > 0) ==
-                  (span_steps > 0));  // else the segment does not begin where the last one ended
+    // Otherwise the segment does not begin where the last one ended.
+    QDUINO_EXPECT((change > 0) == (span_steps > 0));
     track.direction = change > 0 ? 1 : -1;
     track.total = change > 0 ? change : -change;
     const double first_crossing = static_cast<double>(counts_[axis]) + 0.5 * track.direction;
@@ -97,8 +97,9 @@ void Solver::keep_event(EventKind kind, int axis, std::uint32_t value) {
     keep({last_event_ns_, kind, static_cast<std::uint8_t>(axis), 1, 0, value});
 }
 
-/// If the first step of `axis` in the new segment undoes one that is still kept, nearer than the gap, neither
-/// is made. Not across a homing switch: which steps before it are really made, only the player will know.
+/// If the first step of `axis` in the new segment undoes one that is still kept, nearer than the
+/// gap, neither is made. Not across a homing switch: only the player will know which steps before
+/// it are really made.
 void Solver::drop_reversal(int axis) {
     Track& track = tracks_[axis];
     if (track.total == 0) return;

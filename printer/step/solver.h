@@ -1,9 +1,10 @@
-// From motion to steps: when, to the nanosecond, does each motor cross from one microstep to the next?
+// From motion to steps: when, to the nanosecond, does each motor cross from one microstep to the
+// next?
 //
-// A motor's count is its position rounded to whole microsteps; it changes where the position crosses a
-// half-step, (k + ½)/steps_per_mm. Within one segment a motor moves in proportion to the distance along the
-// path, so that the crossings are evenly spaced in distance, and each becomes a time by the trapezoid's own
-// quadratic (trapezoid.h):
+// A motor's count is its position rounded to whole microsteps; it changes where the position
+// crosses a half-step, (k + ½)/steps_per_mm. Within one segment a motor moves in proportion to the
+// distance along the path. So the crossings are evenly spaced in distance, and the trapezoid's own
+// quadratic turns each into a time (trapezoid.h):
 //
 //   motor   ^                         .--- end
 //           |  k+5/2 - - - - - - -.-'
@@ -13,21 +14,24 @@
 //           +--------------+----+--+---> time
 //                          *    *  *
 //
-// What is carried from segment to segment is the whole count per motor; how many steps a segment has follows
-// from where it ends. So no error adds up: after any number of moves the count is the end position, rounded.
+// From segment to segment the solver carries the whole count of each motor. The number of steps in
+// a segment follows from where the segment ends. So no error adds up: after any number of moves the
+// count is the end position, rounded.
 //
-// Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one likes: no
-// legal pair of pulses. Such a pair moves nothing, so it is left out. For that, the events of the last gap, the
-// shortest step interval, are kept in a short queue (the tail) until the next segment is known:
+// Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one
+// likes. The driver chip takes no such pair of pulses, and the pair moves nothing, so it is left
+// out. To see the pair, the solver keeps the events in the last `reversal_gap` of what it knows in
+// a short queue (the tail) until it knows the next segment:
 //
 //        known: segment n            segment n+1
-//   -----------------------|gap|---------------------->    a step in the tail whose axis begins n+1 the
-//    given out at once     |tail                           other way, nearer than the gap: both are dropped
+//   -----------------------|gap|---------------------->    dropped: a step in the tail, and the
+//    given out at once     |tail                           first step of n+1, if it is nearer than
+//                                                          the gap and goes the other way
 //
-// When nothing follows, drain() lets the tail go; should the next motion then begin backward within the gap,
-// its step is delayed to the legal spacing instead. No event is ever reordered.
+// When nothing follows, drain() lets the tail go. If the next motion then begins backward within
+// the gap, its step is delayed to the legal spacing instead. No event is ever reordered.
 //
-// Pure, no heap. The budget of solve_some() bounds the time it takes: well below 100 ns an event.
+// Pure, no heap. The budget of solve_some() bounds its time: well below 100 ns an event.
 #pragma once
 
 #include <array>
@@ -58,15 +62,17 @@ class Solver {
     [[nodiscard]] bool wants_segment() const { return !solving_ && !tail_is_filled(); }
     /// Takes the next segment, in the planner's order. Contract: wants_segment().
     void load(const motion::Segment& segment);
-    /// Nothing follows for a while: what is kept back is released by solve_some(). Ends with the next load().
+    /// Call when nothing follows for a while: solve_some() then releases what is kept back. Ends
+    /// with the next load().
     void drain() { draining_ = true; }
 
-    /// Gives at most `events_max` events to `sink(const StepEvent&)`, in order of time, and returns how many.
-    /// Fewer than asked for: wants_segment().
+    /// Gives at most `events_max` events to `sink(const StepEvent&)`, in order of time, and returns
+    /// how many. If fewer than asked for: wants_segment().
     template <class Sink>
     std::size_t solve_some(std::size_t events_max, Sink&& sink);
 
-    /// Drops everything and is at rest at `position_mm`. The next segment may begin anywhere on the time line.
+    /// Drops everything and is at rest at `position_mm`. The next segment may begin anywhere on the
+    /// time line.
     void reset(const motion::AxisVector& position_mm);
 
     /// Microsteps per axis at the end of the segment loaded last.
@@ -81,7 +87,8 @@ class Solver {
   private:
     static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
     static constexpr std::size_t kTailCapacity = 64;
-    static constexpr std::size_t kEventsPerLoad = 8;  // at least what load() itself may put into the tail
+    // The most that load() itself may put into the tail.
+    static constexpr std::size_t kEventsPerLoad = 8;
 
     /// The crossings of one motor in the segment being solved: evenly spaced in distance.
     struct Track {
@@ -108,7 +115,8 @@ class Solver {
     std::array<std::int64_t, kAxisCount> counts_{};
     std::array<std::int64_t, kAxisCount> last_ns_{};         // the latest step of each axis
     std::array<std::int64_t, kAxisCount> before_last_ns_{};  // … and at or after the one before it
-    std::array<std::int64_t, kAxisCount> next_ns_{};  // the next of the segment being solved; kNever: none
+    // The next step of each axis in the segment being solved; kNever: none.
+    std::array<std::int64_t, kAxisCount> next_ns_{};
     std::array<Track, kAxisCount> tracks_{};
     motion::Trapezoid shape_;
     motion::TimelineInstant start_;

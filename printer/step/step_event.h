@@ -1,5 +1,5 @@
-// One step of one motor, uncompressed: when, which axis, which way. The currency between solver (loop 1) and
-// player (loop 2), carried in a ring buffer in order of time.
+// One step of one motor, uncompressed: when, which axis, which way. The solver (loop 1) sends these
+// to the player (loop 2), through a ring buffer, in order of time.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,9 @@
 namespace qduino::printer::step {
 
 enum class EventKind : std::uint8_t {
-    step,    ///< a rising edge on the axis' STEP pin at `time`
-    marker,  ///< nothing moves; when the player passes it, `value` is published as the last marker reached
+    step,  ///< a rising edge on the axis' STEP pin at `time`
+    /// Nothing moves; when the player passes it, `value` is published as the last marker reached.
+    marker,
     homing,  ///< from here on, steps of `axis` end when its endstop is pressed (value: 1 on, 0 off)
     rest,    ///< the motion stands still here: a ring that runs dry behind it is not starved
 };
