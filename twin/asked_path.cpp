@@ -43,8 +43,8 @@ bool AskedPath::run(const CommandLine& command, AskedItem& item) {
 
 bool AskedPath::run_g(const CommandLine& command, AskedItem& item) {
     if (command.subcode != 0) {
-        if (command.number == 92 && command.subcode == 1)
-            offset_ = {};  // the machine's own coordinates again
+        // The machine's own coordinates again.
+        if (command.number == 92 && command.subcode == 1) offset_ = {};
         return false;
     }
     switch (command.number) {
@@ -136,8 +136,9 @@ void AskedPath::rename(const CommandLine& command) {
     if (all || command.has('E')) logical_e_ = word_mm('E');
 }
 
-// G2/G3 in the XY plane. I J: the centre relative to the start. R: the shorter arc (R > 0) or the longer (R < 0) of that
-// radius; its centre lies on the chord's bisector, at sqrt(R² − (chord/2)²) from the middle.
+// G2/G3 in the XY plane. I J: the centre relative to the start. R: of the two arcs with that
+// radius, the shorter (R > 0) or the longer (R < 0); its centre lies on the chord's bisector, at
+// sqrt(R² − (chord/2)²) from the middle.
 bool AskedPath::begin_arc(const CommandLine& command, bool clockwise, AskedItem& item) {
     Arc arc;
     arc.from = machine_;

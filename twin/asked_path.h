@@ -1,11 +1,13 @@
-// The asked path: what a G-code file demands of the machine, as straight pieces in machine coordinates, read lazily.
+// The asked path: what a G-code file demands of the machine, as straight pieces in machine
+// coordinates, read lazily.
 //
-// Geometry alone: G0 G1 G2 G3 (I J or R), G20 G21, G90 G91, G92, G28, M82 M83, M221. Feed rates, heat and all else change
-// when a part is made, never what is made. The dialect is Marlin's:
-//   - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards;
-//   - M221 scales every E movement from then on, and the words keep meaning unscaled filament;
-//   - G92 renames the present position (nothing moves; without a letter every axis is 0); G28 also forgets the G92 of the axes it homes.
-// An arc becomes chords that stay within kChordErrorMm of it.
+// Geometry alone: G0 G1 G2 G3 (I J or R), G20 G21, G90 G91, G92, G28, M82 M83, M221. Feed rates,
+// heat and everything else change when a part is made, never which part. The dialect is Marlin's:
+// - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards.
+// - M221 scales every E movement from then on; the words still mean unscaled filament.
+// - G92 renames the present position (nothing moves; without a letter every axis is 0). G28 also
+//   forgets the G92 of the axes that it homes.
+// - An arc becomes chords that stay within kChordErrorMm of it.
 //
 // Invariant: each item starts where the one before it ended; items that move nothing are not given.
 #pragma once
@@ -19,8 +21,8 @@
 
 namespace qduino::twin {
 
-using Position =
-    std::array<double, kAxisCount>;  ///< mm of machine coordinates; E: filament since the start, flow applied
+/// In mm of machine coordinates. E: filament since the start, flow applied.
+using Position = std::array<double, kAxisCount>;
 
 struct AskedItem {
     enum class Kind : std::uint8_t { move, home, end };
@@ -34,13 +36,14 @@ class AskedPath {
   public:
     static constexpr double kChordErrorMm = 0.0002;
 
-    /// `start`: where the machine is before the first line. `home_mm`: coordinates of the switches.
+    /// `start`: the machine's position before the first line. `home_mm`: coordinates of the
+    /// switches.
     AskedPath(ByteSource& source, const Position& start, const std::array<double, kSlideCount>& home_mm)
         : lines_(source), home_mm_(home_mm), machine_(start), logical_e_(start[kExtruder]) {}
 
-    /// The next item; Kind::end for ever once the source is through.
+    /// The next item; Kind::end for ever once the source has ended.
     [[nodiscard]] AskedItem next();
-    /// Where the items given out so far end.
+    /// The end of the items given out so far.
     [[nodiscard]] const Position& position() const { return machine_; }
 
     /// Sum of all E movements given out so far, and of the positive ones, in mm.

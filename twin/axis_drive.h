@@ -1,11 +1,12 @@
 // One axis of the twin: driver chip, motor, slide and switch, from three pins to a position.
 //
-//   STEP DIR ENABLE ─► A4988Chip ──► Motor: does it follow? ──► slide: is there room? ──► position ──► switch
-//                          │                  │                          │                               │
-//                    timing broken        too fast                   the frame                      endstop pin
-//                       └───────────────── steps lost ───────────────────┘
+//   STEP DIR ENABLE ─► A4988Chip ─► Motor: follows? ─► slide: room? ─► position ─► switch
+//                          │               │                │                         │
+//                    timing broken     too fast         the frame                endstop pin
+//                          └────────── steps lost ──────────┘
 //
-// Invariant: position == start + microsteps moved up − microsteps moved down, always within the hard stops.
+// Invariant: position == start + microsteps moved up − microsteps moved down, always within the
+// hard stops.
 #pragma once
 
 #include <cmath>
@@ -20,7 +21,7 @@
 
 namespace qduino::twin {
 
-/// What happened to the microsteps of one axis since power-on.
+/// Counts the microsteps of one axis since power-on by what became of them.
 struct AxisCounters {
     std::uint64_t moved = 0;  ///< followed, either way
     std::uint64_t lost_pull_out = 0;
@@ -47,7 +48,8 @@ class AxisDrive {
         pressed_ = closes_at(position_);
     }
 
-    /// The direction (+1, −1) of the microstep that this level completed and the axis followed; 0 when none.
+    /// The direction (+1, −1) of the microstep that this level completed, if the axis followed;
+    /// else 0.
     int write_step(Instant now, bool level) {
         const std::optional<device::Microstep> step = chip_.write_step(now, level);
         if (!step) return 0;

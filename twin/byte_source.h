@@ -1,4 +1,5 @@
-// Where the asked path comes from: bytes, a piece at a time, so that a 150 MB job is never held in memory.
+// The source of an asked path: bytes, a piece at a time, so that a 150 MB job is never held in
+// memory.
 #pragma once
 
 #include <cstddef>

@@ -75,7 +75,7 @@ void Deposit::end_stretch() {
     stretch_ = {};
 }
 
-// A stretch of less than half the length would say more of one microstep than of the line.
+// A stretch of less than half the length would show one microstep more than the line.
 void Deposit::finish() {
     if (!layers_.empty() && stretch_.length_mm >= kStretchMm / 2) end_stretch();
     stretch_ = {};

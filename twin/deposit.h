@@ -1,16 +1,19 @@
 // Deposit: the plastic that was laid down, in figures of bounded size.
 //
-// The paper's equations 2–3 (section IV): a line of the nozzle's width d, laid at head speed v while the nozzle gives
-// plastic at speed γ, is H = (π/4) d γ / v high; with v = (b p)/(s α) f that is H = K/f, K = (π/4)(s α d/(b p)) γ, and a
-// pulse that comes δt late changes it by ΔH = K δt. Volumes say the same without any clock, and that is what is used here:
+// The paper's equations 2–3 (section IV): a line of the nozzle's width d, laid at head speed v
+// while the nozzle gives plastic at speed γ, is H = (π/4) d γ / v high. With v = (b p)/(s α) f that
+// is H = K/f, K = (π/4)(s α d/(b p)) γ, and a pulse that comes δt late changes it by ΔH = K δt.
+// Volumes give the same without a clock, so this file uses them:
 //
-//   H = ΔV / (d · ΔL)         ΔV: filament pushed in mm³, ΔL: way of the nozzle meanwhile in mm
+//   H = ΔV / (d · ΔL)     ΔV: filament pushed in mm³, ΔL: way of the nozzle meanwhile in mm
 //
-// taken over stretches of kStretchMm of laid line, because one microstep of filament is a third of a millimetre of line.
-// Filament counts as laid once it passes the furthest point it ever reached: a retraction and its return lay nothing.
+// It is taken over stretches of kStretchMm of laid line, because one microstep of filament is a
+// third of a millimetre of line. Filament counts as laid once it passes the furthest point that it
+// ever reached: a retraction and its return lay nothing.
 //
-// A layer begins where plastic is laid at a height that differs by more than kLayerPitchMm from that of the present layer.
-// Invariants: at most kLayerLimit layers are kept (later ones go into the last); Σ layer volumes == volume.
+// A layer begins where plastic is laid at a height that differs by more than kLayerPitchMm from
+// that of the present layer. Invariants: at most kLayerLimit layers are kept (later ones go into
+// the last); Σ layer volumes == volume.
 #pragma once
 
 #include <array>
@@ -42,7 +45,8 @@ class Deposit {
 
     Deposit(const Machine& machine, std::int64_t extruder_position);
 
-    /// The extruder reached `position` (microsteps) while the nozzle stood at x, y, z (mm of machine coordinates).
+    /// The extruder reached `position` (microsteps) while the nozzle stood at x, y, z (mm of
+    /// machine coordinates).
     void extruder_at(std::int64_t position, const std::array<double, kSlideCount>& nozzle_mm);
     /// Ends the last stretch. Call before reading the layers.
     void finish();
@@ -63,7 +67,8 @@ class Deposit {
     double step_volume_mm3_;
     double line_width_mm_;
     std::int64_t furthest_;
-    bool laying_ = false;  // the step before this one laid plastic too, so the way from there is laid line
+    // The step before this one laid plastic, too, so the way from there is laid line.
+    bool laying_ = false;
     std::array<double, kSlideCount> last_mm_{};
     Stretch stretch_{};
     double volume_mm3_ = 0;

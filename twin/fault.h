@@ -1,4 +1,4 @@
-// Faults of the machine as configuration: what breaks, where, and when.
+// Faults of the machine as configuration: which part breaks, where, and when.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,10 @@ struct Fault {
     Instant at{};            ///< from this instant on
 };
 
-/// Reads KIND[:WHERE][@SECONDS], e.g. "sensor_stuck:hot_end@120", "endstop_stuck_open:x", "bus_silent@5".
-/// WHERE is hot_end or bed for sensors and heaters (default hot_end), x y z e for switches and motors
-/// (required). Error: invalid_argument naming what was not understood and what is known.
+/// Reads KIND[:WHERE][@SECONDS], e.g. "sensor_stuck:hot_end@120", "endstop_stuck_open:x",
+/// "bus_silent@5". WHERE is hot_end or bed for sensors and heaters (default hot_end), x y z e for
+/// switches and motors (required). Error: invalid_argument, which names the part that was not
+/// understood and lists what is known.
 [[nodiscard]] Result<Fault> parse_fault(std::string_view text);
 
 [[nodiscard]] std::string_view name_of(FaultKind kind);

@@ -1,15 +1,18 @@
-// Heater: a heated block that loses heat to the room, and a sensor that lags behind it. Solved exactly, not stepped.
+// Heater: a heated block that loses heat to the room, and a sensor that lags behind it. Solved
+// exactly, not stepped.
 //
 //   C dT/dt = P·duty − G·(T − T_room)          block        τb = C/G
 //   τs dS/dt = T − S                           sensor
 //
-// Between two accesses duty and G are constant, so both have a closed form (T∞ = T_room + P·duty/G, D = T₀ − T∞):
+// Between two accesses duty and G are constant, so both have a closed form (T∞ = T_room + P·duty/G,
+// D = T₀ − T∞):
 //
 //   T(t) = T∞ + D e^(−t/τb)
 //   S(t) = T∞ + k D e^(−t/τb) + (S₀ − T∞ − k D) e^(−t/τs),      k = τb / (τb − τs)
 //
-// An access costs two exponentials and there are no events in between: 5000 s of print are 0.1 s of work.
-// Invariants: time never goes back; T tends to T∞ and never past it; advancing by a + b is advancing by a, then b.
+// An access costs two exponentials, and there are no events in between: 5000 s of print are 0.1 s
+// of work. Invariants: time never goes back; T tends to T∞ and never past it; advancing by a + b
+// equals advancing by a, then b.
 #pragma once
 
 #include <cmath>
@@ -37,7 +40,8 @@ class Heater {
         at_ = now;
         const double loss_w_k = spec_.loss_w_k * (1.0 + spec_.fan_loss_share * fan_duty_);
         double block_s = spec_.heat_capacity_j_k / loss_w_k;
-        // The closed form needs two different time constants; a hair apart is the same physics.
+        // The closed form needs two different time constants. Moving one by a hair is the same
+        // physics.
         if (std::abs(block_s - spec_.sensor_lag_s) < 1e-6 * block_s) block_s *= 1.0 + 1e-5;
         const double settled = room_celsius_ + spec_.power_w * power_share() / loss_w_k;
         const double k = block_s / (block_s - spec_.sensor_lag_s);
@@ -69,14 +73,15 @@ class Heater {
     void set_connected(bool connected) { connected_ = connected; }
     void set_stuck_on(bool stuck_on) { stuck_on_ = stuck_on; }
 
-    /// As of the last advance.
+    /// The values at the last advance.
     [[nodiscard]] double block_celsius() const { return block_celsius_; }
     [[nodiscard]] double sensor_celsius() const { return sensor_celsius_; }
-    /// What the board drives, whatever a fault makes of it.
+    /// The duty that the board drives, whatever a fault makes of it.
     [[nodiscard]] double duty() const { return duty_; }
-    /// When it was last switched off; the epoch: it never was on. Means nothing while it is on.
+    /// The instant at which it was last switched off; the epoch: it never was on. Meaningless while
+    /// it is on.
     [[nodiscard]] Instant off_since() const { return off_since_; }
-    /// What really heats, 0…1.
+    /// The share of the power that really heats, 0…1.
     [[nodiscard]] double power_share() const { return !connected_ ? 0.0 : stuck_on_ ? 1.0 : duty_; }
 
   private:

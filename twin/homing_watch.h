@@ -5,9 +5,10 @@
 //           fast approach      retreat         slow approach   └─ >= 20 ms ─┘
 //                        press 1                     press 2
 //
-// An axis is home when its switch has closed twice, is closed, and the axis has stood still for kRest. A switch that was
-// closed from the start counts as the first press: the firmware then begins with the retreat. Rests between the
-// strokes may be of any length; the axis is also home when another axis of the same G28 sets off after its second press.
+// An axis is home when its switch has closed twice, is closed, and the axis has stood still for
+// kRest. A switch that was closed from the start counts as the first press: the firmware then
+// begins with the retreat. Rests between the strokes may have any length. An axis is also home when
+// another axis of the same G28 begins to move after the first one's second press.
 //
 // Invariant: an axis never becomes home before its second press.
 #pragma once
@@ -42,8 +43,8 @@ class HomingWatch {
         if (pressed) ++presses_[a];
     }
 
-    /// A step of `axis` (−1: none, only time has passed) is about to be counted at `now`. The axes that are home
-    /// by then, as a mask; they are no longer pending.
+    /// Call before a step of `axis` is counted at `now` (−1: no step, only time has passed).
+    /// Returns the axes that are home by then, as a mask; they are no longer pending.
     [[nodiscard]] std::uint8_t settle(Instant now, int axis) {
         std::uint8_t home = 0;
         for (int other = 0; other < kSlideCount; ++other) {

@@ -9,7 +9,7 @@
 namespace qduino::twin {
 namespace {
 
-// A path that ends this near to a half step may or may not have been taken across it: both are right.
+// A path that ends this near to a half step may have been rounded either way: both are right.
 constexpr double kTieSteps = 0.01;
 constexpr std::size_t kNoAxis = kAxisCount;
 
@@ -40,8 +40,8 @@ Inspector::Inspector(const Machine& machine, ByteSource& source, const Inspectio
     so_far_.at = to_steps(start.asked_mm);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
-    pieces_.push_back(
-        {AskedItem::Kind::move, 0, 0, so_far_.at, so_far_.at});  // of no length: the place to start from
+    // A piece of no length: the place to start from.
+    pieces_.push_back({AskedItem::Kind::move, 0, 0, so_far_.at, so_far_.at});
 }
 
 Inspector::Point Inspector::to_steps(const Position& mm) const {
@@ -61,7 +61,7 @@ const Inspector::Piece& Inspector::piece(std::size_t index) {
     return pieces_[std::min(index, pieces_.size() - 1)];
 }
 
-// ---- what the pins tell ------------------------------------------------------------------------------------
+// ---- input from the pins ------------------------------------------------------------------------
 
 void Inspector::on_step(const StepSeen& step) {
     const std::size_t axis = step.axis;
@@ -94,7 +94,7 @@ void Inspector::on_endstop(Instant at, int axis, bool pressed) {
 }
 
 void Inspector::begin_homing() {
-    remembered_.clear();  // where zero was then is not where it will be
+    remembered_.clear();  // zero will be elsewhere
     read_since_.clear();
     const std::uint8_t mask = pieces_.front().homed;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis)
@@ -114,9 +114,10 @@ void Inspector::end_homing(std::uint8_t homed) {
     }
 }
 
-// ---- away from the path, and back ---------------------------------------------------------------------------
+// ---- away from the path, and back ---------------------------------------------------------------
 
-// Nothing has moved for kRest. Is this where the head left the path, and is it on the path at all?
+// Nothing has moved for kRest. Checks whether the head is back where it left the path, and whether
+// it is on the path at all.
 void Inspector::rest() {
     since_rest_ = 0;
     if (homing_.active()) return;
@@ -143,7 +144,7 @@ bool Inspector::is_on_path() const {
     return std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) <= kCleanExtruderSteps;
 }
 
-// The path has explained every step since.
+// True when the path has explained every step since.
 bool Inspector::is_clean_since(const Remembered& then) const {
     if (away_) return false;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
@@ -165,7 +166,8 @@ void Inspector::forget_oldest() {
     read_since_.erase(read_since_.begin(), read_since_.begin() + static_cast<std::ptrdiff_t>(to - from));
 }
 
-// The excursion is over. It is counted when the path goes on: until then it may only be at rest where it left.
+// The excursion seems over. It is counted when the path goes on: until then the head may only rest
+// where it left.
 void Inspector::come_back(std::size_t which) {
     const Remembered& then = remembered_[which];
     const auto known = static_cast<std::ptrdiff_t>(then.pieces_read - remembered_.front().pieces_read);
@@ -184,7 +186,7 @@ void Inspector::come_back(std::size_t which) {
     counted_ = false;
 }
 
-// At rest beside where it left: how far, for the report.
+// At rest beside the place where it left: keeps the distance for the report.
 void Inspector::note_near_miss() {
     std::array<std::int64_t, kSlideCount> beside{};
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
@@ -198,7 +200,8 @@ void Inspector::note_near_miss() {
 void Inspector::goes_on() {
     if (!counted_) ++so_far_.findings.excursions;
     counted_ = true;
-    // Nobody leaves the path from so far behind: what is remembered is of no use any more, and would grow.
+    // No head leaves the path from so far behind: what is remembered is useless by now, and would
+    // grow.
     while (read_since_.size() > 2 * kLookAhead) forget_oldest();
 }
 
@@ -209,14 +212,14 @@ bool Inspector::leaves(std::size_t axis) const {
            std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) >= static_cast<double>(kAwaySteps);
 }
 
-// ---- following the path ------------------------------------------------------------------------------------
+// ---- following the path -------------------------------------------------------------------------
 
 void Inspector::follow(std::size_t axis, int direction) {
     const double way = direction;
     const Step step{axis, way, so_far_.built[axis] - 0.5 * way,
                     kAstraySteps + static_cast<double>(so_far_.unexplained_run)};
-    // Beyond its boundary the path has been: the step is late. On the boundary itself, where a step the other way may just
-    // have put the cursor, the path ahead is asked first.
+    // The path has been beyond the step's boundary: the step is late. On the boundary itself, a
+    // step the other way may just have put the cursor there, so the path ahead is asked first.
     const double beyond = way * (so_far_.at[axis] - step.boundary);
     const bool found =
         beyond <= kTieSteps && (advance_in_piece(step) || (so_far_.unexplained_run < kGiveUp && walk(step)));
@@ -252,7 +255,8 @@ Inspector::Point Inspector::point_on(const Piece& piece, double share) {
     return point;
 }
 
-// Moves `cursor` along its piece to where the stepping axis reaches its boundary on its way; false when it does not.
+// Moves `cursor` along its piece to where the stepping axis reaches its boundary; false when it
+// does not.
 bool Inspector::creep(Cursor& cursor, const Step& step) const {
     const Piece& here = pieces_[cursor.piece];
     const double beyond = step.direction * (here.to[step.axis] - step.boundary);
@@ -268,7 +272,8 @@ bool Inspector::creep(Cursor& cursor, const Step& step) const {
     return true;
 }
 
-// Whether no other slide is left further behind (or ahead) by this move of the cursor than the limit allows.
+// True when this move of the cursor leaves no other slide further behind (or ahead) than the limit
+// allows.
 bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const double deviation = std::abs(so_far_.built[axis] - cursor.at[axis]);
@@ -279,7 +284,7 @@ bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
     return true;
 }
 
-// Moves `cursor` to the end of its piece. False when that leaves a slide too far from where it stands.
+// Moves `cursor` to the end of its piece. False when that leaves a slide too far from its position.
 bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
     cursor.at = pieces_[cursor.piece].to;
     cursor.share = 1;
@@ -294,7 +299,8 @@ bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
     return true;
 }
 
-// Looks for the step's boundary on the pieces ahead, and in doing so for the homing that would explain it.
+// Looks for the step's boundary on the pieces ahead, and meanwhile for a homing that would explain
+// the step.
 bool Inspector::walk(const Step& step) {
     Cursor cursor{0, so_far_.share, so_far_.at, {}};
     while (cursor.piece < kLookAhead) {
@@ -322,7 +328,7 @@ bool Inspector::walk(const Step& step) {
     return false;
 }
 
-// The extruder moves the cursor no further than to where a slide would be due to step.
+// The extruder moves the cursor at most to where a slide is due to step.
 void Inspector::follow_extruder(int direction) {
     const double way = direction;
     const Step step{kExtruder, way, so_far_.built[kExtruder] - 0.5 * way, 0};
@@ -347,7 +353,8 @@ void Inspector::follow_extruder(int direction) {
     commit(cursor);
 }
 
-// Share of `here` up to which every slide stays within half a step of where it stands; not less than `share`.
+// Share of `here` up to which every slide stays within half a step of its position; not less than
+// `share`.
 double Inspector::slides_reach(const Piece& here, double share) const {
     double reach = 1;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
@@ -388,7 +395,7 @@ void Inspector::note_all() {
         note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), line);
 }
 
-// ---- the end -----------------------------------------------------------------------------------------------
+// ---- the end of a job ---------------------------------------------------------------------------
 
 // Passes the pieces that ask for no further step. True when that leads to the end of the path.
 bool Inspector::pass_rest() {
@@ -397,8 +404,8 @@ bool Inspector::pass_rest() {
     for (; cursor.piece < kLookAhead; ++cursor.piece, cursor.share = 0) {
         const Piece& here = piece(cursor.piece);
         if (here.kind == AskedItem::Kind::end) break;
-        if (here.kind == AskedItem::Kind::home && cursor.piece > 0)
-            return false;  // a homing that never began
+        // A homing that never began.
+        if (here.kind == AskedItem::Kind::home && cursor.piece > 0) return false;
         if (here.kind == AskedItem::Kind::move && !pass_end(cursor, nobody)) return false;
     }
     if (cursor.piece >= kLookAhead) return false;
@@ -444,7 +451,8 @@ InspectionStart Inspector::next_start() const {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const double built_mm =
             (static_cast<double>(position_[axis]) - origin_[axis]) / machine_.axes[axis].steps_per_mm;
-        // A job that was cut short leaves the firmware on whole steps: the fraction that was asked last is gone.
+        // A job that was cut short leaves the firmware on whole steps: the fraction that was asked
+        // last is gone.
         const bool as_asked = so_far_.findings.path_consumed && so_far_.findings.axes[axis].final_exact;
         start.asked_mm[axis] = as_asked ? final_asked_[axis] : built_mm;
     }

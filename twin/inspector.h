@@ -1,41 +1,51 @@
-// Inspector: is what was built what was asked? Built is a stream of microsteps; asked is a path of straight pieces in
-// (x, y, z, e). No clock is needed: the order of the steps alone says where on the path the machine believed to be.
+// Inspector: is the part that was built the part that was asked for? Built is a stream of
+// microsteps. Asked is a path of straight pieces in (x, y, z, e). No clock is needed: the order of
+// the steps alone tells where on the path the machine is.
 //
-// A perfect machine stands at the whole step nearest to the path, so it steps exactly where the path crosses a half step:
+// A perfect machine stands at the whole step nearest to the path, so it steps exactly where the
+// path crosses a half step:
 //
-//   x  3 ┤                 ╭──built──        asked(s) ╱
-//      2 ┤         ╭───────╯        ╱·  ← at this step of X the path is at x = 2½: that gives s, and then
+//   x  3 ┤                 ╭──built──     asked(s) ╱
+//      2 ┤         ╭───────╯        ╱·  ← at this step of X the path is at x = 2½. That gives s;
 //      1 ┤ ╭───────╯        ╱·         every other axis must stand within half a step of asked(s)
 //      0 ┼─╯      ╱·
 //        └──────────────────────────── s
 //
-// For every step of axis A to n the cursor s moves forward, never back, to the first place where asked_A reaches the
-// boundary n ∓ ½; a step whose boundary lies behind s is late, and moves nothing. Then |built − asked(s)| of every axis is
-// noted. Perfect stepping gives at most ½ step (plus the order in which near-simultaneous steps were sent).
+// For every step of axis A to n, the cursor s moves forward to the first place where asked_A
+// reaches the boundary n ∓ ½. It never moves back: a step whose boundary lies behind s is late, and
+// moves nothing. Then the distance |built − asked(s)| of every axis is noted. Perfect stepping
+// gives at most ½ step (plus the order in which near-simultaneous steps were sent).
 //
-// What cannot be explained is bounded, never chased: a step that could only be explained by leaving another axis more
-// than kAstraySteps behind is counted as unexplained, noted with its deviation, and s stays. Each further unexplained
-// step widens that limit by one, so that after lost steps the comparison finds its place again (and reports them).
+// A wrong step must not drag the cursor along. A step is unexplained if only leaving another axis
+// more than kAstraySteps behind could explain it. It is counted, noted with its deviation, and s
+// stays. Each further unexplained step widens that limit by one, so that after lost steps the
+// comparison finds its place again (and reports them).
 //
-// The extruder follows but does not lead: a step of E moves s only as far as no slide is contradicted, because where its
-// zero lies within a microstep is unknown after an earlier job, and one microstep of filament is 25 of the slides.
+// The extruder follows and does not lead: a step of E moves s only as far as no slide is
+// contradicted. After an earlier job it is unknown where E's zero lies within a microstep, and one
+// microstep of filament is 25 of the slides.
 //
-// Homing: at a G28 the steps of its axes are skipped until homing_watch.h finds them home; the coordinate of the switch
-// (home_mm) is then given to the place where the axis stands.
+// Homing: at a G28 the steps of its axes are skipped until homing_watch.h finds them home. The
+// place where the axis then stands gets the coordinate of the switch (home_mm).
 //
-// Excursions: a person pauses the print; the head leaves the path and comes back. The inspector recognises this from the pins:
+// Excursions: a person pauses the print; the head leaves the path and comes back. The inspector
+// recognises this from the pins:
 //
-//   built  path ──────●  (rest)  ~~~ steps that the path does not ask for, rests ~~~  (rest)  ●────── path
-//                     P  kRest                                                               P: the same microsteps of X Y Z
+//   built  path ─────●  (rest)  ~~~ steps off the path, rests ~~~  (rest)  ●───── path
+//                    P  kRest                                            P: same steps of X Y Z
 //
-// At every rest on the path the comparison is remembered. When steps follow that the path does not ask for, and a later rest finds
-// X, Y and Z back at exactly the steps of P, then it goes on from what was remembered: nothing between counts, E counts on from
-// where it left. One step beside P is not P: what follows is compared as it stands, and differs. How many excursions there were is a
-// finding (judge() compares it with how many the machine owns up to), so that a detour of its own is still a difference.
+// At every rest on the path the comparison is remembered. Then steps may follow that the path does
+// not ask for. If a later rest finds X, Y and Z back at exactly the steps of P, the comparison goes
+// on from what was remembered: the steps in between do not count, and E counts on from where it
+// left. One step beside P is not P: then all steps are compared, and differ. The number of
+// excursions is a finding. judge() compares it with the number that the machine reports, so a
+// detour that the machine hides is still a difference.
 //
-// A step or two before a G28 an excursion is not told from the homing, and may be reported as a difference.
+// A step or two before a G28, an excursion cannot be told from the homing and may be reported as a
+// difference.
 //
-// Invariants: s never goes back, but to P; memory is bounded by the look-ahead (kLookAhead items) and one read buffer.
+// Invariants: s never goes back, except to P; memory is bounded by the look-ahead (kLookAhead
+// items) and one read buffer.
 #pragma once
 
 #include <array>
@@ -51,19 +61,22 @@
 
 namespace qduino::twin {
 
-/// Where the machine is when a job begins, as far as anybody knows.
+/// Where the machine is when a job begins, as far as that is known.
 struct InspectionStart {
-    Position asked_mm{};                           ///< the coordinate that the firmware gives to the place
-    std::array<std::int64_t, kAxisCount> built{};  ///< microsteps, as the twin counts them, at that place
-    std::array<double, kAxisCount> origin{};       ///< built microsteps at coordinate 0; may be fractional
-    std::array<bool, kSlideCount> pressed{};       ///< switches
+    /// The coordinate that the firmware gives to the place.
+    Position asked_mm{};
+    /// Microsteps, as the twin counts them, at that place.
+    std::array<std::int64_t, kAxisCount> built{};
+    /// Built microsteps at coordinate 0; may be fractional.
+    std::array<double, kAxisCount> origin{};
+    std::array<bool, kSlideCount> pressed{};  ///< switches
 
-    /// Power-on: the firmware calls wherever it stands 0.
+    /// Power-on: the firmware takes its present position as 0.
     static InspectionStart at_power_on(const std::array<std::int64_t, kAxisCount>& built,
                                        const std::array<bool, kSlideCount>& pressed);
 };
 
-/// What one axis did during a job. Deviations and positions in mm.
+/// The movements of one axis during a job. Deviations and positions in mm.
 struct AxisFindings {
     std::uint64_t steps = 0;        ///< microsteps moved, either way, homing included
     std::uint64_t unexplained = 0;  ///< steps that the path does not ask for
@@ -73,7 +86,8 @@ struct AxisFindings {
     double final_built_mm = 0;
     bool final_exact = false;  ///< built is the whole step nearest to asked
     bool homed = false;
-    double homing_error_mm = 0;  ///< where homing stopped, from where the switch truly closes (set by Job)
+    /// Distance from where homing stopped to where the switch truly closes (set by Job).
+    double homing_error_mm = 0;
 };
 
 struct Findings {
@@ -84,11 +98,12 @@ struct Findings {
     double filament_asked_pushed_mm = 0;  ///< forward movements alone
     double filament_built_pushed_mm = 0;
     std::uint64_t line = 0;  ///< line that was reached
-    std::uint64_t excursions =
-        0;              ///< times that the head left the path at a rest, and came back to the same step
-    bool away = false;  ///< it left the path for good …
+    /// How often the head left the path at a rest and came back to the same step.
+    std::uint64_t excursions = 0;
+    bool away = false;            ///< it left the path for good …
     std::uint64_t left_line = 0;  ///< … at this line of the G-code
-    /// … and when it rested nearest to where it left, it stood so many microsteps beside (0 0 0: it never came near)
+    /// … and at the rest nearest to where it left, it stood this many microsteps beside (0 0 0: it
+    /// never came near)
     std::array<std::int64_t, kSlideCount> beside_steps{};
 };
 
@@ -98,18 +113,20 @@ class Inspector {
     static constexpr std::size_t kLookAhead = 4096;
     /// After this many unexplained steps in a row the comparison gives up and only counts.
     static constexpr std::uint64_t kGiveUp = 20'000;
-    /// Nothing moved for so long: a rest. The machine rests longer on both ends of an excursion.
+    /// Nothing moved for this long: a rest. The machine rests longer on both ends of an excursion.
     static constexpr Nanoseconds kRest{40'000'000};
     /// Rests that are remembered.
     static constexpr std::size_t kRests = 4;
-    /// So many unexplained steps in a row, or so far off with E alone, and the head is away: no place on the path is looked for.
+    /// After this many unexplained steps in a row, or this far off with E alone, the head is away:
+    /// the inspector stops looking for its place on the path.
     static constexpr std::uint64_t kAwaySteps = 64;
-    /// Further behind a rest nobody leaves the path: what goes wrong there is the machine's own, and is followed.
+    /// So far behind a rest nobody leaves the path: what goes wrong there is the machine's own
+    /// error, and is followed.
     static constexpr std::uint64_t kAwayWithinSteps = 2000;
-    /// So near to what was asked, the head is on the path; E by its tolerance.
+    /// This near to what was asked, the head is on the path; E by its tolerance.
     static constexpr double kCleanSteps = 1.0;
     static constexpr double kCleanExtruderSteps = 5.0;
-    /// Nearer than this to where it left, a rest is worth reporting.
+    /// A rest nearer than this to the place where it left is worth reporting.
     static constexpr std::int64_t kNearSteps = 400;
 
     /// `source` must outlive the inspector.
@@ -118,18 +135,19 @@ class Inspector {
     void on_step(const StepSeen& step);
     void on_endstop(Instant at, int axis, bool pressed);
 
-    /// Everything that will be built is built: passes what is left of the path, and sums up. A job that was cut short is
-    /// summed up against all that the file asks when `read_rest` is set (which takes as long as reading it does), else
-    /// against what was read until then.
+    /// Call when everything that will be built is built: passes the rest of the path, and sums up.
+    /// A job that was cut short is compared with all that the file asks when `read_rest` is set
+    /// (which takes as long as reading it does), else with what was read until then.
     [[nodiscard]] Findings finish(Instant now, bool read_rest = true);
-    /// For the next job of the same session: the place that was asked last, and where its zero lies. After finish().
+    /// The start of the next job of the same session: the place that was asked last, and where its
+    /// zero lies. After finish().
     [[nodiscard]] InspectionStart next_start() const;
     /// Built microsteps at which each slide came to rest on its switch, where it was homed.
     [[nodiscard]] const std::array<std::int64_t, kSlideCount>& homed_at() const { return homed_at_; }
     [[nodiscard]] std::uint64_t line() const { return pieces_.front().line; }
-    /// The head has left the path: what is pushed now is no part of the print.
+    /// The head has left the path: filament pushed now is no part of the print.
     [[nodiscard]] bool away() const { return away_; }
-    /// Microsteps that E went on excursions, all together.
+    /// Microsteps that E moved on excursions, all together.
     [[nodiscard]] std::int64_t pushed_away() const { return pushed_away_; }
 
   private:
@@ -155,7 +173,7 @@ class Inspector {
         double limit_steps = 0;  // how far another axis may be left behind
     };
 
-    /// What the comparison knows, and what coming back from an excursion puts back.
+    /// The state of the comparison; coming back from an excursion restores it.
     struct Comparison {
         double share = 0;            ///< of pieces_[0]: the cursor
         Point at{};                  ///< asked there
@@ -213,8 +231,8 @@ class Inspector {
     Instant now_{};
     HomingWatch homing_;
     std::array<std::int64_t, kSlideCount> homed_at_{};
-    std::deque<Remembered>
-        remembered_;  // the newest last; more than one, as a way that begins along the path looks like it
+    // The newest last. More than one, because a way that begins along the path looks like the path.
+    std::deque<Remembered> remembered_;
     std::deque<Piece> read_since_;  // pieces read since the oldest of them
     std::uint64_t pieces_read_ = 0;
     std::int64_t pushed_away_ = 0;

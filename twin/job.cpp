@@ -7,7 +7,7 @@
 namespace qduino::twin {
 namespace {
 
-// A temperature moves by less than a tenth of a degree in the time of so many extruder steps.
+// In this many extruder steps a temperature moves by less than a tenth of a degree.
 constexpr std::uint64_t kStepsPerSample = 16;
 
 AxisCounters difference(const AxisCounters& now, const AxisCounters& then) {
@@ -42,7 +42,8 @@ Job::~Job() {
     if (watching_) printer_.observe(nullptr);
 }
 
-// Between jobs somebody may have jogged: an axis that is not where the last job left it begins where it stands.
+// Somebody may have jogged between jobs: an axis that is not where the last job left it begins
+// where it stands.
 InspectionStart Job::start_for(Printer& printer, Instant now, const std::optional<InspectionStart>& before) {
     const PrinterState state = printer.state(now);
     if (!before) return InspectionStart::at_power_on(state.position_steps, state.pressed);
@@ -61,7 +62,7 @@ void Job::on_step(const StepSeen& step) {
     inspector_.on_step(step);
     position_[step.axis] = step.position;
     if (step.axis != kExtruder) return;
-    // What is pushed away from the path is no part of the print; E counts on from where it left.
+    // Filament pushed away from the path is no part of the print; E counts on from where it left.
     if (!inspector_.away())
         deposit_.extruder_at(step.position - inspector_.pushed_away(),
                              {static_cast<double>(position_[0]) * mm_per_step_[0],

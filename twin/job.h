@@ -1,11 +1,12 @@
-// Job: the watch over one print. Joins the printer's motion with the file that asked for it, and reports.
+// Job: the watch over one print. Joins the printer's motion with the file that asked for it, and
+// reports.
 //
 //   Printer ──on_step, on_endstop──► Job ──► Inspector   (built against asked)
 //      ▲                              ├───► Deposit      (plastic, layers)
 //      └────── temperatures ──────────┘     temperatures while extruding, cold extrusion
 //
-// Begin it before the first byte of the job reaches the firmware; finish it once the last pulse has been played.
-// One job watches a printer at a time. The printer must outlive the job.
+// Begin it before the first byte of the job reaches the firmware; finish it once the last pulse has
+// been played. One job watches a printer at a time. The printer must outlive the job.
 #pragma once
 
 #include <array>
@@ -25,8 +26,8 @@ namespace qduino::twin {
 
 class Job final : public MotionObserver {
   public:
-    /// `before`: where the last job of the same session ended, if there was one; else the firmware is taken to call the
-    /// present place 0, as it does at power-on.
+    /// `before`: where the last job of the same session ended, if there was one. Without it the
+    /// firmware is assumed to call the present place 0, as it does at power-on.
     Job(Printer& printer, std::unique_ptr<ByteSource> asked, Instant now,
         const std::optional<InspectionStart>& before = std::nullopt, const Tolerances& tolerances = {});
     ~Job() override;
@@ -36,12 +37,12 @@ class Job final : public MotionObserver {
     void on_step(const StepSeen& step) override;
     void on_endstop(Instant at, int axis, bool pressed) override;
 
-    /// Ends the watch. Call once. `read_rest`: see Inspector::finish. `excursions_told`: how often the machine says that it
-    /// left the path and came back.
+    /// Ends the watch. Call once. `read_rest`: see Inspector::finish. `excursions_told`: how often
+    /// the machine reports that it left the path and came back.
     [[nodiscard]] Report finish(Instant now, bool read_rest = true, std::uint64_t excursions_told = 0);
-    /// After finish(): where the next job of this session begins.
+    /// The start of the next job of this session. After finish().
     [[nodiscard]] InspectionStart next_start() const { return inspector_.next_start(); }
-    /// Line of the file that the nozzle is at.
+    /// The line of the file at which the nozzle is.
     [[nodiscard]] std::uint64_t line() const { return inspector_.line(); }
 
   private:

@@ -1,9 +1,11 @@
-// Lines of G-code, cut to the words that carry geometry: one command and its numbers, comments and check sums gone.
+// Lines of G-code, cut to the words that carry geometry: one command and its numbers, without
+// comments and check sums.
 //
 //   "N12 G1 X10.5 E-.8 ; comment*37"  →  letter G, number 1, words {X: 10.5, E: −0.8}
 //
-// This reader is the twin's own and shares nothing with the firmware's parser: a mistake in one must not hide in the other.
-// Bounded: a line keeps its first kLineBytes bytes; the rest (thumbnails, settings in comments) is dropped.
+// This reader is the twin's own and shares nothing with the firmware's parser: a mistake in one
+// must not hide in the other. Bounded: a line keeps its first kLineBytes bytes; the rest
+// (thumbnails, settings in comments) is dropped.
 #pragma once
 
 #include <array>
@@ -18,7 +20,8 @@
 
 namespace qduino::twin {
 
-/// One command: its letter and number, and for every letter of the alphabet the number that followed it.
+/// One command: its letter and number, and for every letter of the alphabet the number that
+/// followed it.
 struct CommandLine {
     char letter = 0;  ///< 'G' or 'M'; 0 when the line commands nothing
     int number = -1;

@@ -1,8 +1,12 @@
-// The machine that the twin is: its motors, slides, heaters and wiring, as a mechanic would measure them.
+// The machine that the twin is: its motors, slides, heaters and wiring, as a mechanic would measure
+// them.
 //
-// Kept apart from the printer's own configuration on purpose: the twin must not learn what the firmware
-// believes. The defaults are the same machine (the paper's Printrbot Simple Metal with the heated-bed kit),
-// written down a second time; a wrong steps/mm in either shows as a part of the wrong size.
+// The twin must not learn what the firmware believes, or it could not disprove it. So it does not
+// see the printer's configuration. The defaults are the same reference machine (the paper's
+// Printrbot Simple Metal with the heated-bed kit), written down a second time: a wrong steps/mm in
+// either shows as a part of the wrong size. That check is lost where an app makes the twin from the
+// printer's own numbers (apps/machine_file/twin_machine.h): with a machine file, and in
+// printer-sim.
 #pragma once
 
 #include <array>
@@ -20,12 +24,14 @@ inline constexpr int kExtruder = 3;
 inline constexpr std::array<char, kAxisCount> kAxisLetter{'X', 'Y', 'Z', 'E'};
 inline constexpr std::uint16_t kNotWired = 0xFFFF;
 
-/// What a stepper can follow; see motor.h. Rates in microsteps.
+/// The limits of a stepper; see motor.h. Rates in microsteps.
 struct MotorSpec {
-    int microsteps = 16;                       ///< 1, 2, 4, 8 or 16: how MS1–MS3 are wired
-    double pull_in_steps_s = 12'000;           ///< largest speed it starts at from rest: 750 full steps/s
-    double pull_out_steps_s = 32'000;          ///< largest speed at all: 2000 full steps/s
-    double acceleration_steps_s2 = 1'000'000;  ///< how fast the speed may grow on top of the pull-in jump
+    int microsteps = 16;  ///< 1, 2, 4, 8 or 16: how MS1–MS3 are wired
+    /// Largest speed it starts at from rest: 750 full steps/s.
+    double pull_in_steps_s = 12'000;
+    double pull_out_steps_s = 32'000;  ///< largest speed at all: 2000 full steps/s
+    /// How fast the speed may grow on top of the pull-in jump.
+    double acceleration_steps_s2 = 1'000'000;
 };
 
 /// One motor with what it moves. Positions in mm of machine coordinates.
@@ -56,7 +62,8 @@ struct HeaterSpec {
     double loss_w_k = 0.09;
     double fan_loss_share = 0.25;  ///< the part fan at full duty adds this share of the loss
     double sensor_lag_s = 2.5;
-    double plastic_j_mm3_k = 0;  ///< heat that a mm³ of plastic takes away, for each kelvin above the room
+    /// Heat that a mm³ of plastic takes away, for each kelvin above the room.
+    double plastic_j_mm3_k = 0;
     device::Thermistor thermistor{};
 };
 
@@ -82,7 +89,8 @@ struct Machine {
     double ambient_celsius = 20;
     double filament_diameter_mm = 1.75;
     double nozzle_diameter_mm = 0.4;
-    double minimum_extrude_celsius = 160;  ///< plastic pushed at less than this is counted as a violation
+    /// Plastic pushed at less than this is counted as a violation.
+    double minimum_extrude_celsius = 160;
 };
 
 }  // namespace qduino::twin

@@ -1,20 +1,24 @@
-// Motor: does the rotor follow this microstep? The pull-in and pull-out limits of a stepper, from its step times.
+// Motor: does the rotor follow this microstep? The pull-in and pull-out limits of a stepper, from
+// its step times.
 //
-// A rotor hangs on its field by an elastic torque: it may lag by up to one full step and still be pulled
-// along, so a single late or early microstep harms nothing. What it cannot do is change its mean speed faster
-// than its torque allows. Speed is therefore taken over windows of one full step (M microsteps, 16 here):
+// A rotor hangs on its field by an elastic torque. It may lag by up to one full step and still be
+// pulled along, so a single late or early microstep harms nothing. But it cannot change its mean
+// speed faster than its torque allows. So speed is taken over windows of one full step (M
+// microsteps, 16 here):
 //
 //      t[i−2M] ………………… t[i−M] ………………… t[i]
 //         └── before: M/Δt ──┘└── now: M/Δt ──┘
 //
-//   follows  ⇔  now <= pull_out   and   now <= before + pull_in + acceleration · (t[i] − t[i−2M]) / 2
+//   follows  ⇔  now <= pull_out  and  now <= before + pull_in + acceleration · (t[i] − t[i−2M]) / 2
 //
-// `before` is 0 where the run has no second window: after power-on, after a reversal. That makes pull_in
-// the speed that the motor starts at from rest. Braking is not judged: a step train that stops shows nothing
-// on its pins. A motor that fell out stays out until the field turns slower than pull_in, or turns back.
+// `before` is 0 where the run has no second window: after power-on, and after a reversal. That
+// makes `pull_in` the speed that the motor starts at from rest. Braking is not judged: a step train
+// that stops shows nothing on its pins. A motor that fell out stays out until the field turns
+// slower than pull_in, or turns back.
 //
-// Invariant: a train that never exceeds pull_in loses nothing, whatever its gaps. The reference machine's 125 mm/s is
-// 10 000 microsteps/s, below the default pull-in of 12 000: lateness stretches a print, and does not spoil it.
+// Invariant: a train that never exceeds pull_in loses nothing, whatever its gaps. The reference
+// machine's 125 mm/s is 10 000 microsteps/s, below the default pull-in of 12 000. So lateness
+// stretches a print and does not spoil it.
 #pragma once
 
 #include <algorithm>
@@ -34,14 +38,14 @@ class Motor {
         QDUINO_EXPECT(spec.microsteps >= 1 && 2 * spec.microsteps <= static_cast<int>(kHistory));
         QDUINO_EXPECT(spec.pull_in_steps_s > 0 && spec.pull_out_steps_s > 0 &&
                       spec.acceleration_steps_s2 >= 0);
-        // Twice the window at this spacing can break no rule: most steps of a print are judged by one
-        // comparison.
+        // Twice the window at this spacing can break no rule, so one comparison judges most steps
+        // of a print.
         harmless_span_ns_ = static_cast<std::int64_t>(static_cast<double>(window_) * 1e9 /
                                                       std::min(spec.pull_in_steps_s, spec.pull_out_steps_s));
     }
 
-    /// The field made one microstep at `now` towards `direction` (+1 or −1). False when the rotor did not
-    /// come along.
+    /// The field made one microstep at `now` towards `direction` (+1 or −1). False when the rotor
+    /// did not follow.
     [[nodiscard]] bool follows(Instant now, int direction) {
         if (direction != direction_) {
             direction_ = direction;

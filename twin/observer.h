@@ -1,4 +1,5 @@
-// What a watcher of the twin is told: microsteps that really moved something, and switches that changed.
+// Receives what happens in the twin: microsteps that really moved something, and switches that
+// changed.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,8 @@
 
 namespace qduino::twin {
 
-/// A microstep that the carriage (or the filament) followed. Lost ones are not reported: they built nothing.
+/// A microstep that the carriage (or the filament) followed. Lost ones are not reported: they built
+/// nothing.
 struct StepSeen {
     Instant at{};
     std::uint8_t axis = 0;
@@ -15,14 +17,14 @@ struct StepSeen {
     std::int64_t position = 0;  ///< microsteps from machine zero, after it
 };
 
-/// Called from the thread that drives the twin's pins, in order of time. A step comes before the switch it
-/// presses.
+/// Called from the thread that drives the twin's pins, in order of time. A step comes before the
+/// switch that it presses.
 class MotionObserver {
   public:
     virtual ~MotionObserver() = default;
     virtual void on_step(const StepSeen& step) = 0;
-    /// The switch of slide `axis` closed or opened (mechanically: without bounce, and whatever faults its
-    /// wire has).
+    /// The switch of slide `axis` closed or opened (mechanically: without bounce, and whatever
+    /// faults its wire has).
     virtual void on_endstop(Instant at, int axis, bool pressed) = 0;
 };
 

@@ -36,8 +36,8 @@ Printer::Printer(const Machine& machine)
 void Printer::wire(std::uint16_t pin, Role role, int index) {
     if (pin == kNotWired) return;
     QDUINO_EXPECT(pin < board::kPinCount);
-    QDUINO_EXPECT(wires_[pin].role == Role::none ||
-                  role == Role::enable);  // drivers may share an enable line
+    // Drivers may share an enable line.
+    QDUINO_EXPECT(wires_[pin].role == Role::none || role == Role::enable);
     wires_[pin] = {role, static_cast<std::uint8_t>(index)};
 }
 
@@ -121,7 +121,8 @@ Level Printer::pin_level(Instant now, PinId pin) {
     return contact(now, wire.index) ? Level::high : Level::low;
 }
 
-double Printer::analog_level(Instant, PinId) { return 0.0; }  // the thermistors are behind the converter
+// The thermistors are behind the converter.
+double Printer::analog_level(Instant, PinId) { return 0.0; }
 
 double Printer::sensor_celsius(Instant now, int heater) {
     if (now >= next_fault_) apply_due_faults(now);

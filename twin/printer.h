@@ -1,16 +1,16 @@
 // The virtual printer: a whole machine behind the pins and buses of a virtual board.
 //
-//   pins 2…16 ──► AxisDrive ×4 (driver, motor, slide, switch) ──► on_step, on_endstop ──► MotionObserver
-//                      │ position
-//                      ▼
+//   pins 2…16 ─► AxisDrive ×4 (driver, motor, slide, switch) ─► on_step, on_endstop ─► observer
+//                     │ position
+//                     ▼
 //   endstop pins ◄── switch            E microsteps ──► melted plastic ──► takes heat
-//                                                                             ▼
+//                                                                            ▼
 //   heater, fan pins ──► Heater ×2 ──► thermistor ──► divider ──► Ads7828Chip ◄──► I2C
 //
-// It knows nothing of G-code, of the firmware, or of who drives the pins: that is what makes its record a proof.
+// It knows nothing of G-code, of the firmware, or of who drives the pins. So its record is a proof.
 //
-// Invariants: calls come in order of time, from one thread. A pin write costs one table look-up; heat is advanced
-// only when somebody looks at it.
+// Invariants: calls come in order of time, from one thread. A pin write costs one table look-up;
+// heat is advanced only when it is read.
 #pragma once
 
 #include <array>
@@ -29,17 +29,19 @@
 
 namespace qduino::twin {
 
-/// The machine as a person standing beside it sees it.
+/// The machine as a person beside it sees it.
 struct PrinterState {
-    std::array<double, kAxisCount> position_mm{};  ///< true machine coordinates; E: net filament pushed
+    /// True machine coordinates; E: net filament pushed.
+    std::array<double, kAxisCount> position_mm{};
     std::array<std::int64_t, kAxisCount> position_steps{};
     std::array<AxisCounters, kAxisCount> counters{};
     std::array<bool, kAxisCount> enabled{};
     std::array<bool, kSlideCount> pressed{};
     std::array<double, kHeaterCount> celsius{};  ///< at the sensor
     std::array<double, kHeaterCount> block_celsius{};
-    std::array<double, kHeaterCount> heater_duty{};        ///< what the board drives
-    std::array<Instant, kHeaterCount> heater_off_since{};  ///< of those whose duty is 0; the epoch: never on
+    std::array<double, kHeaterCount> heater_duty{};  ///< what the board drives
+    /// For heaters whose duty is 0: since when; the epoch: never on.
+    std::array<Instant, kHeaterCount> heater_off_since{};
     double fan_duty = 0;
     std::uint64_t timing_violations = 0;
     std::uint64_t conversions = 0;  ///< answered by the converter
@@ -49,7 +51,7 @@ class Printer final : public board::Peripherals {
   public:
     explicit Printer(const Machine& machine);
 
-    // ---- the board's side: see board/peripherals.h ---------------------------------------------------------
+    // ---- the board's side: see board/peripherals.h ----------------------------------------------
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
     void pwm_written(Instant now, board::PinId pin, double duty) override;
     [[nodiscard]] board::Level pin_level(Instant now, board::PinId pin) override;
@@ -60,8 +62,9 @@ class Printer final : public board::Peripherals {
     [[nodiscard]] Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
                                             std::span<std::uint8_t> data) override;
 
-    // ---- the watcher's side --------------------------------------------------------------------------------
-    /// Who is told of every microstep from now on; null for nobody. The observer must outlive its watch.
+    // ---- the watcher's side ---------------------------------------------------------------------
+    /// `observer` gets every microstep from now on; null: none does. The observer must outlive its
+    /// watch.
     void observe(MotionObserver* observer) { observer_ = observer; }
     [[nodiscard]] PrinterState state(Instant now);
     /// Degrees at the sensor of heater `heater` (kHotEnd, kBed).

@@ -1,4 +1,5 @@
-// The report on one job: what was asked, what was built, whether the two are the same, and how the machine fared.
+// The report on one job: what was asked, what was built, whether the two are the same, and what the
+// machine lost or broke.
 #pragma once
 
 #include <array>
@@ -27,10 +28,11 @@ struct TemperatureRange {
 struct Report {
     bool completed = false;  ///< the path was passed to its end
     bool matches = false;    ///< completed, and no entry in `differences`
-    std::vector<std::string>
-        differences;  ///< each names an axis or a quantity, asked, built and the tolerance
+    /// Each names an axis or a quantity, asked, built and the tolerance.
+    std::vector<std::string> differences;
     Findings findings;
-    std::uint64_t excursions_told = 0;  ///< how often the machine says that it left the path, and came back
+    /// How often the machine reports that it left the path and came back.
+    std::uint64_t excursions_told = 0;
     std::array<std::uint64_t, kAxisCount> lost_steps{};  ///< during this job, whatever the reason
     std::array<AxisCounters, kAxisCount> counters{};     ///< during this job
     std::uint64_t timing_violations = 0;
@@ -44,11 +46,12 @@ struct Report {
     std::vector<Layer> layers;
 };
 
-/// Fills `completed`, `matches` and `differences` from the rest of `report`. `steps_per_mm` is E's. An excursion that
-/// came back to the step is no difference, as long as the machine tells of it.
+/// Fills `completed`, `matches` and `differences` from the rest of `report`. `steps_per_mm` is E's.
+/// An excursion that came back to the step is no difference, provided that the machine reports it.
 void judge(Report& report, const Tolerances& tolerances, double filament_steps_per_mm);
 
-/// The report as one JSON object (keys as in docs/twin.md); at most `layer_limit` layers are listed.
+/// The report as one JSON object (keys as in docs/twin.md); at most `layer_limit` layers are
+/// listed.
 [[nodiscard]] std::string to_json(const Report& report, std::size_t layer_limit = 2000);
 
 }  // namespace qduino::twin
