@@ -1,4 +1,5 @@
-// What the spool asks about a job's bytes before it queues them. The answer comes from outside: the spool knows no G-code.
+// The spool's question about a job's bytes before it queues them. The answer comes from outside:
+// the spool knows no G-code.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,8 @@ struct Analysis {
         violation,  ///< breaks a rule of this machine at `line`
     };
     Verdict verdict = Verdict::fits;
-    std::string message;      ///< for people; does not repeat the file's text beyond what the rule needs
+    /// For people. Repeats of the file's text only what the rule needs.
+    std::string message;
     std::uint64_t line = 0;   ///< 1-based; 0: none
     std::string facts_json;   ///< an object
     double estimated_s = 0;   ///< 0: unknown
@@ -28,8 +30,9 @@ struct Analysis {
 class Analyzer {
   public:
     virtual ~Analyzer() = default;
-    /// Reads `gcode` once, with memory that does not grow with the file, and packs its layers into `layers` (created).
-    /// Called on a worker thread, several at a time; touches nothing else. Error: the file cannot be read or written.
+    /// Reads `gcode` once, with memory that does not grow with the file, and packs its layers into
+    /// `layers` (created). Called on a worker thread, several at a time; touches nothing else.
+    /// Error: the file cannot be read or written.
     [[nodiscard]] virtual Result<Analysis> analyze(const std::filesystem::path& gcode,
                                                    const std::filesystem::path& layers) = 0;
 };

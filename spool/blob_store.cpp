@@ -32,7 +32,7 @@ std::string random_name() {
     return sha256_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()}).substr(0, 32);
 }
 
-/// One line a record: number, time, name. A name has no control characters, so that a tab and a line's end part them.
+/// One line a record: number, time, name, separated by tabs. A name has no control characters.
 std::string text_of(std::span<const UploadRecord> records) {
     std::string text;
     for (const UploadRecord& record : records) {
@@ -57,7 +57,8 @@ std::optional<UploadRecord> record_of(std::string_view line) {
     return record;
 }
 
-/// Packed layers can be made again from the bytes, but the job's row promises them: synced before they are named.
+/// Packed layers could be made again from the bytes. But the job's row promises them, so they are
+/// synced before they get their name.
 Result<void> sync_and_move(const std::filesystem::path& from, const std::filesystem::path& to) {
     if (::access(from.c_str(), F_OK) != 0 && errno == ENOENT) return {};
     if (const Result<void> synced = posix::sync_to_disk(from); !synced.ok()) return synced;
@@ -144,7 +145,7 @@ std::uint64_t BlobStore::size_of(std::uint64_t gcode_bytes, const std::filesyste
 Result<void> BlobStore::take_in(const std::string& sha256, const std::filesystem::path& gcode,
                                 const std::filesystem::path& layers, const BlobCompanions& companions,
                                 std::span<const UploadRecord> records) const {
-    // Companions first: once the blob itself has its name, the rest is there.
+    // Companions first: once the blob itself has its name, everything else is there.
     Result<void> done = sync_and_move(layers, path(sha256, BlobPart::layers));
     if (done.ok() && !companions.layers_index.empty())
         done = posix::write_durably(path(sha256, BlobPart::layers_index), companions.layers_index);
@@ -187,7 +188,7 @@ void BlobStore::confirm(const std::string& sha256) const {
 void BlobStore::forget(const std::string& sha256, JobId id) const {
     std::vector<UploadRecord> left = records(sha256);
     std::erase_if(left, [id](const UploadRecord& record) { return record.id == id; });
-    // What cannot be written now comes back, held, after a repair: harmless.
+    // An upload that stays in the record comes back, held, after a repair: harmless.
     static_cast<void>(posix::write_durably(path(sha256, BlobPart::record), text_of(left)));
 }
 
@@ -215,7 +216,7 @@ Result<void> BlobStore::set_aside(const std::string& sha256) const {
     std::filesystem::create_directories(set_aside_, failed);
     if (failed) return file_error("make", "the folder", failed.value());
     for (const BlobPart part :
-         kParts) {  // the G-code last: as long as it is in its old place, this is tried again
+         kParts) {  // the G-code last: while it is in its old place, this is tried again
         if (part == BlobPart::gcode) continue;
         ::rename(path(sha256, part).c_str(), part_of(set_aside_, sha256, part).c_str());
     }

@@ -1,18 +1,22 @@
 // The bytes of jobs, as files that the server names.
 //
-//   DIR/incoming/RANDOM            an upload on its way; swept away at the next start
-//   DIR/blobs/SHA256.gcode         whole, durable, never changed; what printing reads
-//   DIR/blobs/SHA256.layers        its packed layers;  .layers.json their index;  .png its thumbnail
-//   DIR/blobs/SHA256.job           which uploads brought these bytes (UploadRecord); .job.new until the journal has their rows
-//   DIR/set-aside/SHA256.*         blobs that no journal vouches for; `printd --recover` makes jobs of them again
-//   DIR/blobs-journal-id           the journal that these blobs belong to
+//   DIR/incoming/RANDOM         an upload on its way; swept away at the next start
+//   DIR/blobs/SHA256.gcode      whole, durable, never changed; printing reads it
+//   DIR/blobs/SHA256.layers     its packed layers;  .layers.json their index;  .png its thumbnail
+//   DIR/blobs/SHA256.job        the uploads that brought these bytes (UploadRecord);
+//                               .job.new until the journal has their rows
+//   DIR/set-aside/SHA256.*      blobs without a journal that vouches for them;
+//                               `printd --recover` makes jobs of them again
+//   DIR/blobs-journal-id        the journal that these blobs belong to
 //
-//   StagedFile: write … write → seal (fdatasync, SHA-256)        on a worker thread
-//   BlobStore:  adopt: rename into blobs/, fsync the folder       on the spool's thread, before the job's row commits
+//   StagedFile: write … write → seal (fdatasync, SHA-256)     on a worker thread
+//   BlobStore:  adopt: rename into blobs/, fsync the folder   on the spool's thread, before the row
+//                                                             of the job commits
 //
-// Invariants: a file in blobs/ is whole. One without a job's row was left by a kill between rename and commit, or between the
-// deletion of its row and its own; only the journal that these blobs belong to may say so. Nothing else is ever removed.
-// No name that a client sent ever becomes part of a path.
+// Invariants: a file in blobs/ is whole. A file without a job's row was left by a kill between
+// rename and commit, or between the deletion of its row and its own. Only the journal that these
+// blobs belong to can vouch for that, and only such files are ever removed. No name that a client
+// sent ever becomes part of a path.
 #pragma once
 
 #include <cstdint>
@@ -32,26 +36,29 @@ namespace qduino::spool {
 
 struct BlobLimits {
     std::uint64_t size_max_bytes = std::uint64_t{2} << 30;
-    std::uint64_t free_space_min_bytes = std::uint64_t{64} << 20;  ///< left for the journal and everyone else
+    /// Left free for the journal and for others.
+    std::uint64_t free_space_min_bytes = std::uint64_t{64} << 20;
 };
 
-/// A file on its way in. Any one thread at a time. Removed with its companions when destroyed, unless adopted.
+/// An upload on its way in. One thread at a time. Unless adopted, it is removed with its companions
+/// when it is destroyed.
 class StagedFile {
   public:
     ~StagedFile();
     StagedFile(const StagedFile&) = delete;
     StagedFile& operator=(const StagedFile&) = delete;
 
-    /// Appends. Errors: out_of_range (longer than the limit), unavailable (disk full), internal (I/O).
+    /// Appends. Errors: out_of_range (longer than the limit), unavailable (disk full), internal
+    /// (I/O).
     [[nodiscard]] Result<void> write(std::span<const char> bytes);
-    /// On the disk, and hashed. Once; no write after it. Errors as write().
+    /// Brings it to the disk, and hashes it. Once; no write after it. Errors as write().
     [[nodiscard]] Result<void> seal();
 
     [[nodiscard]] std::uint64_t size() const { return size_; }
     /// After seal().
     [[nodiscard]] const std::string& sha256() const { return sha256_; }
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-    /// Where the analyzer packs this file's layers.
+    /// The file into which the analyzer packs this file's layers.
     [[nodiscard]] std::filesystem::path layers_path() const { return path_.string() + ".layers"; }
 
   private:
@@ -77,7 +84,7 @@ struct UploadRecord {
     std::string name;
 };
 
-/// What is small and lies beside the bytes.
+/// The small files beside the bytes.
 struct BlobCompanions {
     std::string_view layers_index;
     std::string_view thumbnail;
@@ -85,41 +92,46 @@ struct BlobCompanions {
 
 class BlobStore {
   public:
-    /// Uploads of the same bytes that are remembered; of more, the newest.
+    /// How many uploads of the same bytes are remembered: the newest.
     static constexpr std::size_t kRecordsMax = 256;
 
-    /// Makes the folders (mode 0700) and sweeps incoming/. Errors: not_permitted, unavailable, internal.
+    /// Makes the folders (mode 0700) and sweeps incoming/. Errors: not_permitted, unavailable,
+    /// internal.
     [[nodiscard]] static Result<std::unique_ptr<BlobStore>> open(const std::filesystem::path& folder,
                                                                  BlobLimits limits);
 
     /// A new file in incoming/. Any thread. Errors: unavailable (disk full), internal.
     [[nodiscard]] Result<std::unique_ptr<StagedFile>> stage() const;
-    /// What adopt() will store, in bytes. There may be no packed layers.
+    /// The bytes that adopt() will store. There may be no packed layers.
     [[nodiscard]] static std::uint64_t size_of(std::uint64_t gcode_bytes,
                                                const std::filesystem::path& packed_layers,
                                                const BlobCompanions& companions);
-    /// Moves a sealed file and its packed layers into blobs/, writes its small companions, and makes that durable.
-    /// The same bytes may be there already: then nothing is moved. Errors: unavailable, internal.
+    /// Moves a sealed file and its packed layers into blobs/, writes its small companions, and
+    /// makes that durable. The same bytes may be there already: then nothing is moved. Errors:
+    /// unavailable, internal.
     [[nodiscard]] Result<void> adopt(StagedFile& file, const BlobCompanions& companions,
                                      const UploadRecord& record) const;
-    /// The same for a blob that lies in set-aside/ or in blobs/ already; its packed layers are at `layers`.
+    /// The same for a blob that lies in set-aside/ or in blobs/ already; its packed layers are at
+    /// `layers`.
     [[nodiscard]] Result<void> adopt_again(const std::string& sha256, const std::filesystem::path& layers,
                                            const BlobCompanions& companions,
                                            std::span<const UploadRecord> records) const;
-    /// The journal has the rows of all uploads of this blob.
+    /// Call when the journal has the rows of all uploads of this blob.
     void confirm(const std::string& sha256) const;
-    /// One upload of a blob that others still need is deleted.
+    /// Call when one upload of a blob is deleted that other jobs still need.
     void forget(const std::string& sha256, JobId id) const;
-    /// Uploads that were confirmed, oldest first. Empty: none was, or an older program stored the blob.
+    /// The uploads that were confirmed, oldest first. Empty when none was, or when an older program
+    /// stored the blob.
     [[nodiscard]] std::vector<UploadRecord> records(const std::string& sha256) const;
 
-    /// Removes all parts of a blob. A part that is not there is not missed.
+    /// Removes all parts of a blob. A missing part is no error.
     void remove(const std::string& sha256) const;
-    /// Removes a file of blobs/ that nobody had finished writing.
+    /// Removes a file of blobs/ whose writing was never finished.
     void remove_partial(const std::string& name) const;
-    /// Moves all parts of a blob to set-aside/. Error: internal, when that folder cannot be written.
+    /// Moves all parts of a blob to set-aside/. Error: internal, when that folder cannot be
+    /// written.
     [[nodiscard]] Result<void> set_aside(const std::string& sha256) const;
-    /// SHA-256 of all blobs there are in set-aside/, or in blobs/. Reads the whole folder.
+    /// SHA-256 of all blobs in set-aside/, or in blobs/. Reads the whole folder.
     [[nodiscard]] std::vector<std::string> all_set_aside() const { return blobs_in(set_aside_); }
     [[nodiscard]] std::vector<std::string> all() const { return blobs_in(blobs_); }
     [[nodiscard]] const std::filesystem::path& blobs_folder() const { return blobs_; }

@@ -75,7 +75,8 @@ Result<void> Feeder::push_bytes(LinkLayout& link) {
     return {};
 }
 
-/// Only after the last byte is acknowledged: a job_end that overtakes a dropped frame would be dropped itself.
+/// Only after the last byte is acknowledged: a job_end that overtakes a dropped frame would be
+/// dropped itself.
 void Feeder::push_end(LinkLayout& link, Instant now) {
     if (end_sent_ && !(link.jobs.empty() && now - progress_at_ >= kRepeatAfter)) return;
     if (!try_push(link.jobs, printer::link::encode(printer::link::JobEnd{run_id_}))) return;

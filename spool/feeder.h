@@ -3,10 +3,11 @@
 //   file  0 ────────── accepted ──────────── sent ───────────────── length
 //                      (sketch has them)     (in the ring)   (still to read)
 //
-// Stateless towards the sketch: everything up to `sent` may be sent again at any time, the sketch drops what it has
-// (frame.h, rules 2–4). So whatever is in doubt is simply repeated: job_begin until the sketch names the run, bytes from
-// `accepted` when the ring ran empty and `accepted` still stands behind `sent` (a frame was dropped), job_end until
-// the sketch reports an outcome. Memory: one frame.
+// A frame may be dropped, and a feeder may have died in mid-job. So the feeder keeps no state that
+// matters to the sketch: it may send everything up to `sent` again at any time, and the sketch
+// drops what it has (frame.h, rules 2–4). In doubt it repeats: job_begin until the sketch names the
+// run; bytes from `accepted`, when the ring ran empty and `accepted` still stands behind `sent`;
+// job_end until the sketch reports an outcome. Memory: one frame.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +22,18 @@ namespace qduino::spool {
 
 class Feeder {
   public:
-    /// How long the sketch may be silent with an empty ring before what is in doubt is sent again.
+    /// How long the sketch may be silent with an empty ring before the feeder repeats.
     static constexpr Nanoseconds kRepeatAfter = std::chrono::milliseconds{500};
 
     /// Opens the file. Errors: not_found, corrupt (its size is not `length`).
     [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& path, std::uint64_t run_id,
                                              std::uint64_t length);
 
-    /// The sketch has not named the run yet: job_begin and the bytes from the start, as far as they fit.
-    /// Error: corrupt, when the file cannot be read.
+    /// While the sketch has not named the run yet: sends job_begin, and the bytes from the start as
+    /// far as they fit. Error: corrupt, when the file cannot be read.
     [[nodiscard]] Result<void> begin(printer::link::LinkLayout& link, Instant now);
-    /// The sketch holds the run and has taken `accepted` bytes: as many of the others as fit. Error: corrupt.
+    /// When the sketch holds the run and has taken `accepted` bytes: sends as many of the others as
+    /// fit. Error: corrupt.
     [[nodiscard]] Result<void> feed(printer::link::LinkLayout& link, std::uint64_t accepted, Instant now);
 
     [[nodiscard]] std::uint64_t sent() const { return sent_; }

@@ -1,8 +1,11 @@
-// The spool's start, and what it does beside printing: which blobs it may sweep, which ended jobs go, when the journal is copied.
+// The spool's start, and its work beside printing: it sweeps blobs, deletes ended jobs, and has the
+// journal copied.
 //
-// A file without a job's row is removed only when the journal can vouch for that: it is the one that these blobs belong to
-// (blobs-journal-id), and no upload of the file had been confirmed under a number that this journal never gave out. Everything
-// else is set aside and said, and waits for `printd --recover`.
+// An empty or older journal must not delete a person's files. So a file without a job's row is
+// removed only when the journal can vouch for that. It must be the journal that these blobs belong
+// to (blobs-journal-id), and no upload of the file may have been confirmed under a number that this
+// journal never gave out. Everything else is set aside, with a line in the log, and waits for
+// `printd --recover`.
 #include <algorithm>
 #include <iterator>
 #include <limits>
@@ -29,7 +32,7 @@ std::string files_set_aside(std::size_t count) {
 
 }  // namespace
 
-// ---- start and end ---------------------------------------------------------------------------------------------
+// ---- start and end ------------------------------------------------------------------------------
 
 Result<void> Spool::load() {
     Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(options_.folder, options_.limits);
@@ -50,7 +53,7 @@ Result<void> Spool::load() {
     return {};
 }
 
-/// The journal, sound, and the one that the blobs belong to; and what it holds.
+/// Opens the journal, checks that it is sound and the one that the blobs belong to, and loads it.
 Result<StoredState> Spool::load_journal() {
     if (options_.journal_in_memory) {
         Result<std::unique_ptr<Store>> store = Store::open(":memory:");
@@ -67,7 +70,7 @@ Result<StoredState> Spool::load_journal() {
     Result<StoredState> state = store_->load();
     if (!state.ok()) return state;
     const std::string known = blobs_->journal_id();
-    // An older program wrote no id; a journal of its that has jobs is theirs.
+    // An older program wrote no id. A journal of such a program that has jobs is the blobs' own.
     const bool of_an_older_program = known.empty() && store_->counts().total() > 0;
     if (state->rebuilding) {
         if (const Result<void> done = rebuild(); !done.ok()) return done.error();
@@ -100,7 +103,7 @@ Result<void> Spool::rebuild() {
     return {};
 }
 
-/// This journal is not the one that the blobs belong to: it is a new one, or somebody else's.
+/// The blobs do not belong to this journal: it is a new one, or another printer's.
 Result<void> Spool::set_strangers_aside() {
     for (const std::string& sha256 : blobs_->all()) {
         const Result<bool> wanted = store_->blob_wanted(sha256);
@@ -116,11 +119,11 @@ Result<void> Spool::set_strangers_aside() {
 
 Spool::~Spool() {
     emergency_.attach(nullptr);
-    // The last word of a clean stop. It may fail: then the copy is an older one.
+    // The last copy of a clean stop. If it fails, the copy is an older one.
     if (copier_ && store_) static_cast<void>(copier_->finish(store_->commits()));
 }
 
-// ---- while it runs ---------------------------------------------------------------------------------------------
+// ---- while it runs ------------------------------------------------------------------------------
 
 void Spool::keep_house(UnixSeconds now_s) {
     sweep();
@@ -131,7 +134,7 @@ void Spool::keep_house(UnixSeconds now_s) {
         log("the journal could not be copied, the last copy stays: " + trouble);
 }
 
-/// A few entries at a time: there may be hundreds of thousands, and a printer is waiting for its bytes.
+/// A few entries at a time: there may be hundreds of thousands, and a printer waits for its bytes.
 void Spool::sweep() {
     std::error_code failed;
     for (int i = 0; i < kSweptEachTick && sweep_ != std::filesystem::directory_iterator{}; ++i) {
@@ -151,7 +154,8 @@ void Spool::sweep_blob(const std::string& name) {
     const bool lost = std::any_of(uploads.begin(), uploads.end(),
                                   [this](const UploadRecord& upload) { return upload.id >= first_new_id_; });
     if (!lost) return blobs_->remove(sha256);
-    // Its upload was confirmed, and this journal has never had it: it is an older state of itself.
+    // The upload was confirmed, but this journal never had it: the journal is an older state of
+    // itself.
     if (!blobs_->set_aside(sha256).ok()) return;
     const std::string reason = files_set_aside(blobs_->all_set_aside().size());
     log(reason);
@@ -176,7 +180,7 @@ Result<void> Spool::erase_ended(const std::vector<Job>& jobs) {
     return {};
 }
 
-/// Deletes a few of the ended jobs that are too many or too old.
+/// Deletes a few of the ended jobs that exceed the limit on their number or their age.
 void Spool::retain(UnixSeconds now_s) {
     const Retention& keep = options_.retention;
     const std::int64_t too_many = keep.jobs_max > 0 ? counts().ended() - keep.jobs_max : 0;
@@ -190,14 +194,16 @@ void Spool::retain(UnixSeconds now_s) {
     }
     const Result<std::vector<Job>> oldest =
         store_->oldest_ended(count, too_many > 0 ? std::numeric_limits<UnixSeconds>::max() : until_s);
-    if (too_many <= 0 && oldest.ok() && oldest->size() < count) retained_s_ = now_s;  // the rest is younger
+    // All others are younger.
+    if (too_many <= 0 && oldest.ok() && oldest->size() < count) retained_s_ = now_s;
     if (!oldest.ok() || oldest->empty()) return;
     if (!erase_ended(*oldest).ok()) return;
     log("deleted " + std::to_string(oldest->size()) +
         " of the oldest ended jobs: " + (too_many > 0 ? "more than --keep-jobs" : "older than --keep-days"));
 }
 
-/// Room for a blob of `bytes` within the store's limit: ended jobs go, the oldest first, but none when that would not do.
+/// Makes room for a blob of `bytes` within the store's limit: deletes ended jobs, the oldest first;
+/// but none when that would not be enough.
 Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
     const std::uint64_t limit = options_.retention.bytes_max;
     if (limit == 0) return {};
@@ -228,7 +234,7 @@ Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
     return {};
 }
 
-// ---- the list --------------------------------------------------------------------------------------------------
+// ---- the list -----------------------------------------------------------------------------------
 
 namespace {
 
@@ -239,7 +245,7 @@ bool matches(const Job& job, const JobQuery& query, const std::string& folded_te
     return state && (folded_text.empty() || name_holds(job.name, folded_text));
 }
 
-/// Which ended jobs `query` wants; nothing when it wants none.
+/// The ended jobs that `query` wants; nothing when it wants none.
 std::optional<EndedQuery> ended_query(const JobQuery& query) {
     EndedQuery ended;
     if (query.done) ended.states.push_back(JobState::done);
@@ -282,7 +288,8 @@ Result<JobPage> Spool::page(const JobQuery& query) const {
     std::optional<EndedQuery> ended = ended_query(query);
     if (ended && page.jobs.size() <= limit) {
         ended->below_order = below_order;
-        ended->limit = limit + 1 - page.jobs.size();  // one more, to know whether there is a next page
+        // One more, to learn whether there is a next page.
+        ended->limit = limit + 1 - page.jobs.size();
         Result<std::vector<Job>> rows = store_->ended(*ended);
         if (!rows.ok()) return rows.error();
         std::move(rows->begin(), rows->end(), std::back_inserter(page.jobs));

@@ -1,4 +1,4 @@
-// Who compares the printed thing with what was asked (on a virtual machine: the twin). Optional.
+// Compares the printed part with what was asked (on a virtual machine: the twin). Optional.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace qduino::spool {
 
-/// Calls return at once; answers are asked for again on the next tick. From the spool's thread only.
+/// Calls return at once; the spool asks again on the next tick. From the spool's thread only.
 class Inspector {
   public:
     virtual ~Inspector() = default;
@@ -16,9 +16,11 @@ class Inspector {
     virtual void begin(std::uint64_t run, const std::filesystem::path& gcode) = 0;
     /// True once the inspector looks, or is known not to answer: the first byte may cross.
     [[nodiscard]] virtual bool begun(std::uint64_t run) = 0;
-    /// The run has ended; the machine says that the head left the path so many times (pauses), and came back.
+    /// The run has ended. The machine reports that the head left the path and came back this many
+    /// times (pauses).
     virtual void end(std::uint64_t run, std::uint32_t excursions) = 0;
-    /// The report as a JSON object; an empty string when there will be none; nothing while it is awaited.
+    /// The report as a JSON object; an empty string when there will be none; nothing while it is
+    /// awaited.
     [[nodiscard]] virtual std::optional<std::string> report(std::uint64_t run) = 0;
 };
 

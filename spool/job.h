@@ -6,7 +6,8 @@
 //                │            └──────► failed
 //                └── start ──────────────┘            (printed again, as a new copy)
 //
-// Invariants: 0 ≤ copies_done ≤ copies; a queued job has copies_done < copies; at most one job is printing.
+// Invariants: 0 ≤ copies_done ≤ copies; a queued job has copies_done < copies; at most one job is
+// printing.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +17,12 @@
 
 namespace qduino::spool {
 
-/// Seconds since 1970, UTC. Handed in by the caller, as all time is.
+/// Seconds since 1970, UTC. A parameter, as all time is.
 using UnixSeconds = std::int64_t;
 using JobId = std::int64_t;
 
-/// As stored. `held` and `paused`, which people see, are `queued` with `hold` and `printing` on a paused machine.
+/// As stored. People also see `held` and `paused`: these are `queued` with `hold`, and `printing`
+/// on a paused machine.
 enum class JobState : std::uint8_t { queued = 1, printing = 2, done = 3, cancelled = 4, failed = 5 };
 
 /// The word used in the store and in the HTTP interface.
@@ -36,24 +38,25 @@ struct Job {
     int copies = 1;  ///< 1 … kMaxCopies
     int copies_done = 0;
     int priority = 0;  ///< −kMaxPriority … kMaxPriority; higher first
-    /// Waiting: within a priority, lower first. Ended: the later it ended, the higher; a clock that was set back cannot mix them.
+    /// Of a waiting job: within a priority, the lower comes first. Of an ended job: the later it
+    /// ended, the higher. A clock that was set back cannot mix them.
     std::int64_t order = 0;
     UnixSeconds created_s = 0;
     UnixSeconds started_s = 0;  ///< of the running or last copy; 0: never
     UnixSeconds ended_s = 0;    ///< of the last copy; 0: never
     std::string error;          ///< why it failed; empty otherwise
-    std::optional<std::int64_t>
-        stopped_line;  ///< where its last copy failed or was cancelled; empty: unknown, or it was not
+    /// The line at which its last copy failed or was cancelled; empty: unknown, or it did not.
+    std::optional<std::int64_t> stopped_line;
     std::optional<std::int64_t> stopped_layer;  ///< likewise
     std::string facts_json;                     ///< an object, as the analyzer made it
     double estimated_s = 0;                     ///< of one copy; 0: unknown
     bool has_layers = false;
     bool has_thumbnail = false;
-    std::uint64_t stored_bytes =
-        0;  ///< of all files of its blob; shared by the jobs that have the same bytes
+    /// The size of all files of its blob; jobs with the same bytes share them.
+    std::uint64_t stored_bytes = 0;
 };
 
-/// No copy of it prints or waits any more.
+/// True when no copy of the job prints or waits any more.
 [[nodiscard]] constexpr bool is_ended(JobState state) {
     return state == JobState::done || state == JobState::cancelled || state == JobState::failed;
 }

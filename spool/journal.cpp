@@ -35,12 +35,13 @@ bool is_missing_or_empty(const std::filesystem::path& file) {
     return absent || size <= 1;  // SQLite takes a file of one byte for an empty one
 }
 
-/// SQLite writes whole pages only, but takes a last one that was cut off for one that ends in zeros, and calls it sound.
+/// SQLite writes whole pages only. But it takes a last page that was cut off for one that ends in
+/// zeros, and calls the file sound.
 bool ends_within_a_page(const std::filesystem::path& file) {
     std::array<unsigned char, 18> head{};
     std::ifstream stream{file, std::ios::binary};
-    if (!stream.read(reinterpret_cast<char*>(head.data()), head.size()))
-        return false;                                   // SQLite says so itself
+    // SQLite itself reports this case.
+    if (!stream.read(reinterpret_cast<char*>(head.data()), head.size())) return false;
     const unsigned stored = head[16] << 8U | head[17];  // "Database File Format", 1.3.2
     const std::uintmax_t page_bytes = stored == 1 ? 65536 : stored;
     std::error_code absent;
@@ -67,7 +68,7 @@ std::string date_of(UnixSeconds now_s) {
     return text.data();
 }
 
-/// The error that a person gets, with the way out.
+/// The error as a person gets it, with the way out.
 Error with_way_out(const Error& error) {
     Error told{error.code, {}};
     if (error.code == ErrorCode::unsupported) {
@@ -135,7 +136,8 @@ Result<std::string> set_journal_aside(const std::filesystem::path& folder, UnixS
         name = "journal.damaged-" + date_of(now_s) + "-" + std::to_string(i);
     name += ".sqlite";
     const std::filesystem::path aside = folder / name;
-    // The file first: a log without its journal is ignored by SQLite, and a journal without its log would pass for a sound, older one.
+    // The journal first. SQLite ignores a log without its journal; a journal without its log would
+    // pass for a sound, older one.
     if (::rename(journal.c_str(), aside.c_str()) != 0) {
         if (errno != ENOENT) return file_error("set aside", "the journal", errno);
         name.clear();
@@ -184,7 +186,8 @@ Result<void> copy_journal(const std::filesystem::path& folder) {
     try {
         SQLite::Database journal{journal_of(folder).string(), SQLite::OPEN_READONLY};
         journal.setBusyTimeout(5000);
-        // Row by row through the trees, not page by page: damage ends it, and never gets into a copy.
+        // VACUUM copies row by row through the trees and not page by page: damage ends it, and
+        // never gets into a copy.
         SQLite::Statement copy{journal, "VACUUM INTO ?"};
         copy.bind(1, part.string());
         copy.exec();

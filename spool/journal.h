@@ -1,14 +1,15 @@
-// The journal's file and its copy: opened, checked, repaired from the copy when it is damaged, and copied while it is in use.
+// The journal's file and its copy: opened, checked, repaired from the copy when it is damaged, and
+// copied while it is in use.
 //
 //   DIR/journal.sqlite              the journal, with -wal and -shm while it is open
 //   DIR/journal.copy.sqlite         a consistent copy, some commits old at most (kCopyEvery)
-//   DIR/journal.damaged-DATE.sqlite what was set aside; never removed by this program
+//   DIR/journal.damaged-DATE.sqlite a damaged one, set aside; this program never removes it
 //   DIR/*.part                      half of a copy or of a repair; removed at the next start
 //
-// A journal is damaged when SQLite says so of any of its pages, or when it is no SQLite file at all. Then the copy takes its
-// place. It is older than what was lost: everything in it that waits or prints is held (Store::hold_everything), so that nothing
-// prints twice. The steps are in such an order that a kill between any two leaves either the old state or a repair that is
-// done again.
+// A journal is damaged when SQLite finds a damaged page, or when it is no SQLite file at all. Then
+// the copy takes its place. The copy is older than the journal was, and a job could print twice. So
+// everything in it that waits or prints is held (Store::hold_everything). A kill between any two
+// steps leaves either the old state or a repair that is done again.
 #pragma once
 
 #include <atomic>
@@ -23,7 +24,7 @@
 
 namespace qduino::spool {
 
-/// Which step of a copy or a repair comes next; for tests that are killed there.
+/// Called before each step of a copy or a repair; for tests that kill there.
 using StepHook = void (*)(const char* step);
 void set_journal_step_hook(StepHook hook);
 
@@ -32,21 +33,24 @@ struct OpenedJournal {
     std::string repaired;  ///< why it had to be repaired; empty: it was sound
 };
 
-/// `now_s` names what is set aside. Errors: unsupported (a newer program's), corrupt (damaged, and there is no sound copy), both
-/// with the way out; unavailable, internal. Only who holds the lock of the state folder may call this.
+/// `now_s` dates the name of a journal that is set aside. Errors: unsupported (a newer program's),
+/// corrupt (damaged, and there is no sound copy), both with the way out; unavailable, internal. The
+/// caller must hold the lock of the state folder.
 [[nodiscard]] Result<OpenedJournal> open_journal(const std::filesystem::path& folder, UnixSeconds now_s);
 
-/// Moves the journal and its log out of the way, whatever it is. Gives the new name.
+/// Moves the journal and its log out of the way, whatever they are. Returns the new name.
 [[nodiscard]] Result<std::string> set_journal_aside(const std::filesystem::path& folder, UnixSeconds now_s);
 
-/// Moves the journal's copy out of the way too, as "<journal_aside>.copy": else it would take the journal's place.
+/// Moves the journal's copy out of the way, too, as "<journal_aside>.copy": otherwise it would take
+/// the journal's place.
 void set_copy_aside(const std::filesystem::path& folder, const std::string& journal_aside);
 
-/// Writes a whole, checked copy of DIR/journal.sqlite, and gives it its name when it is on the disk. Beside a running journal: any
-/// thread. Errors: corrupt (the journal; the last copy stays), unavailable, internal.
+/// Writes a whole, checked copy of DIR/journal.sqlite, and names it once it is on the disk. May run
+/// beside a running journal: any thread. Errors: corrupt (the journal; the last copy stays),
+/// unavailable, internal.
 [[nodiscard]] Result<void> copy_journal(const std::filesystem::path& folder);
 
-/// Copies now and then, on a thread of its own: the spool's thread feeds a printer meanwhile.
+/// Copies now and then, on a thread of its own: meanwhile the spool's thread feeds a printer.
 class JournalCopier {
   public:
     /// Commits between two copies.
@@ -57,12 +61,13 @@ class JournalCopier {
     JournalCopier(const JournalCopier&) = delete;
     JournalCopier& operator=(const JournalCopier&) = delete;
 
-    /// From the spool's thread, after commits: begins a copy when enough have come since the last one, or one since the start:
-    /// what an earlier service left uncopied when it was killed is not known. Returns at once.
+    /// Call from the spool's thread after commits. Begins a copy when enough commits have come
+    /// since the last copy. After the start one commit is enough: an earlier service may have been
+    /// killed with some not copied. Returns at once.
     void after(std::uint64_t commits);
-    /// Begins one now, unless there is a copy already.
+    /// Begins a copy now, unless there is one already.
     void begin_if_missing();
-    /// Copies what has not been copied yet, and waits for it: the journal is about to be closed.
+    /// Copies what is not copied yet, and waits for it: the journal is about to be closed.
     [[nodiscard]] Result<void> finish(std::uint64_t commits);
     /// Why the last copy failed, once; empty: it did not.
     [[nodiscard]] std::string take_trouble();

@@ -1,4 +1,4 @@
-// Where the spool finds the machine: mapping shared memory is the application's business.
+// Gives the spool the link to the machine. Mapping shared memory is the application's work.
 #pragma once
 
 #include "printer/link/layout.h"
@@ -10,9 +10,10 @@ class LinkSource {
     virtual ~LinkSource() = default;
     /// The link in use; null when there is none. The same until reopen().
     [[nodiscard]] virtual printer::link::LinkLayout* current() = 0;
-    /// True when current() is no longer the newest: the sketch has been started anew, or for the first time.
+    /// True when current() is no longer the newest link: the sketch was started anew, or for the
+    /// first time.
     [[nodiscard]] virtual bool is_replaced() = 0;
-    /// Moves to the newest link, if there is one. The old pointer dies here.
+    /// Moves to the newest link, if there is one. The pointer from current() becomes invalid.
     virtual void reopen() = 0;
 };
 

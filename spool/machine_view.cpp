@@ -10,7 +10,7 @@ using namespace printer::link;
 
 namespace {
 
-/// The byte of a one-byte field, read as a byte: reading it as its own type would be undefined if it is damaged.
+/// Reads a one-byte field as a byte: to read a damaged field as its own type would be undefined.
 template <typename Field>
 std::uint8_t byte_of(const Field& field) {
     static_assert(sizeof(Field) == 1);
@@ -24,7 +24,7 @@ void make_bool(bool& field) {
     std::memcpy(&field, &value, 1);
 }
 
-/// Out of range reads as `fallback`.
+/// A value out of range reads as `fallback`.
 template <typename Enum>
 void make_enum(Enum& field, Enum last, Enum fallback) {
     if (byte_of(field) > static_cast<std::uint8_t>(last)) std::memcpy(&field, &fallback, 1);
@@ -46,7 +46,8 @@ std::string note_of(const LinkLayout& layout) {
 JobStatus checked(const JobStatus& raw) {
     JobStatus status;
     std::memcpy(static_cast<void*>(&status), &raw, sizeof status);
-    // An unknown state must not look ready for a job, an unknown outcome not like an end.
+    // An unknown state must not look ready for a job, and an unknown outcome must not look like an
+    // end.
     make_enum(status.state, MachineState::faulted, MachineState::faulted);
     make_enum(status.outcome, JobOutcome::failed, JobOutcome::running);
     for (bool& homed : status.homed) make_bool(homed);

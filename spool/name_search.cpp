@@ -19,7 +19,7 @@ unsigned lower(unsigned code) {
     return code;
 }
 
-/// As long as `text`: no lower case here has another length.
+/// The result is as long as `text`: here no lower case has another length.
 void fold_into(std::string& out, std::string_view text) {
     out.assign(text);
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -46,8 +46,8 @@ std::string folded(std::string_view text) {
 }
 
 bool name_holds(std::string_view name, std::string_view folded_part) {
-    thread_local std::string
-        lower_name;  // asked for every job of a long list: one allocation for all of them
+    // Called for every job of a long list: one allocation serves them all.
+    thread_local std::string lower_name;
     fold_into(lower_name, name);
     return lower_name.find(folded_part) != std::string::npos;
 }

@@ -1,4 +1,4 @@
-// Finding jobs by a part of their name, whatever the case.
+// Finds jobs by a part of their name, in any case.
 #pragma once
 
 #include <string>
@@ -6,11 +6,11 @@
 
 namespace qduino::spool {
 
-/// `text` in lower case: ASCII, Latin-1 and Extended-A, Greek and Cyrillic (Unicode's simple mappings). Everything else, and bytes
-/// that are no UTF-8, stay as they are. Any thread.
+/// `text` in lower case: ASCII, Latin-1 and Extended-A, Greek and Cyrillic (Unicode's simple
+/// mappings). Everything else, and bytes that are no UTF-8, stay as they are. Any thread.
 [[nodiscard]] std::string folded(std::string_view text);
 
-/// Whether `name` holds `folded_part`, which folded() made. An empty part is in every name.
+/// True when `name` holds `folded_part`, which folded() made. An empty part is in every name.
 [[nodiscard]] bool name_holds(std::string_view name, std::string_view folded_part);
 
 }  // namespace qduino::spool

@@ -22,14 +22,15 @@ Result<void> check_numbers(const Job& job) {
     return {};
 }
 
-/// It prints again: how the last copy ended is no longer what it is known by.
+/// The job prints again: the end of its last copy no longer describes it.
 void forget_end(Job& job) {
     job.error.clear();
     job.stopped_line.reset();
     job.stopped_layer.reset();
 }
 
-/// Length of the well-formed sequence that starts at `text`, 0 when it is none (RFC 3629, section 4).
+/// Length of the well-formed sequence that starts at `text`, 0 when it is none (RFC 3629, section
+/// 4).
 std::size_t utf8_length(std::string_view text) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const auto follows = [&](std::size_t i, unsigned low = 0x80, unsigned high = 0xBF) {
@@ -166,7 +167,7 @@ Result<Change> Queue::plan_patch(Job job, const JobPatch& patch) const {
     if (patch.copies && *patch.copies < job.copies_done + in_work) {
         return make_error(ErrorCode::not_permitted, "so many copies are printed or printing already");
     }
-    // More copies of a job that is done are printed: it joins the queue again, at its end.
+    // A job that is done gets more copies: it joins the queue again, at its end.
     if (job.state == JobState::done && job.copies > job.copies_done) {
         job.state = JobState::queued;
         job.order = last_order() + 1;

@@ -1,15 +1,14 @@
-// The queue: the jobs that wait or print, in which order, and which changes are allowed. Pure.
+// The queue: the jobs that wait or print, their order, and the changes that are allowed. Pure.
 //
-// A job that has ended is no longer in here (store.h has it); what may become of one is still decided here: every plan
-// takes the job as it stands, wherever it was found.
+// An ended job is no longer in here (store.h has it). The queue still decides what may become of
+// it: every plan takes the job as it stands, wherever the caller found it.
 //
-// Every change is planned, made durable by the caller, and only then applied:
+// A power cut must not take back what a person was told. So a change is planned, made durable by
+// the caller, and only then applied:
 //
-//     Result<Change> change = queue.plan_…(…);      nothing is different yet; refused with the reason
+//     Result<Change> change = queue.plan_…(…);      nothing differs yet; refused with the reason
 //     store.commit(change);                         on the disk
 //     queue.apply(change);                          visible
-//
-// so that nobody is told of a state that a power cut could take back.
 #pragma once
 
 #include <optional>
@@ -22,7 +21,7 @@
 
 namespace qduino::spool {
 
-/// What a plan does to the set of jobs: whole rows.
+/// A plan's effect on the set of jobs: whole rows.
 struct Change {
     std::vector<Job> put;  ///< new or replaced, by id; one that has ended leaves the queue
     std::vector<JobId> erase;
@@ -34,8 +33,8 @@ struct JobPatch {
     std::optional<int> copies;
     std::optional<int> priority;
     bool move = false;  ///< whether `before` is meant
-    std::optional<JobId>
-        before;  ///< the job to stand in front of, whose priority it takes; empty: the queue's end
+    /// The job to stand in front of, whose priority it takes; empty: the queue's end.
+    std::optional<JobId> before;
 };
 
 /// How a copy ended.
@@ -43,21 +42,23 @@ enum class CopyOutcome : std::uint8_t { completed, cancelled, failed };
 
 struct CopyEnd {
     CopyOutcome outcome = CopyOutcome::completed;
-    std::string error;                          ///< why it failed
-    std::optional<std::int64_t> stopped_line;   ///< where it failed or was cancelled; empty: unknown
+    std::string error;  ///< why it failed
+    /// The line at which it failed or was cancelled; empty: unknown.
+    std::optional<std::int64_t> stopped_line;
     std::optional<std::int64_t> stopped_layer;  ///< likewise
 };
 
 class Queue {
   public:
     Queue() = default;
-    /// `jobs` wait or print. `next_id` is above the id of every job that ever was: an id is never used twice.
-    /// `last_ended` is the highest `order` of an ended job.
+    /// `jobs` wait or print. `next_id` is above the id of every job that ever was: an id is never
+    /// used twice. `last_ended` is the highest `order` of an ended job.
     Queue(std::vector<Job> jobs, JobId next_id, std::int64_t last_ended = 0);
 
     [[nodiscard]] const Job* find(JobId id) const;
     [[nodiscard]] const Job* printing() const;
-    /// The job whose copy prints next: the first queued one that is not held; null when there is none.
+    /// The job whose copy prints next: the first queued one that is not held; null when there is
+    /// none.
     [[nodiscard]] const Job* next() const;
     /// Queued jobs in the order they print, held ones included in their places.
     [[nodiscard]] std::vector<const Job*> queued() const;
@@ -67,13 +68,16 @@ class Queue {
     [[nodiscard]] JobId next_id() const { return next_id_; }
     [[nodiscard]] std::span<const Job> jobs() const { return jobs_; }
 
-    /// A new job at the end of its priority; `job` carries all but id, state, order. Errors: invalid_argument.
+    /// A new job at the end of its priority. `job` carries everything except id, state and order.
+    /// Errors: invalid_argument.
     [[nodiscard]] Result<Change> plan_add(Job job) const;
-    /// Errors: not_found (`before` is not in the queue), invalid_argument, not_permitted (does not apply in its state).
+    /// Errors: not_found (`before` is not in the queue), invalid_argument, not_permitted (does not
+    /// apply in its state).
     [[nodiscard]] Result<Change> plan_patch(Job job, const JobPatch& patch) const;
     /// Error: not_permitted (it prints).
     [[nodiscard]] Result<Change> plan_remove(const Job& job) const;
-    /// Releases a held job, or queues an ended one for one more copy. Error: not_permitted (it prints).
+    /// Releases a held job, or queues an ended one for one more copy. Error: not_permitted (it
+    /// prints).
     [[nodiscard]] Result<Change> plan_start(Job job) const;
     /// Errors: not_found, not_permitted (not queued, or another one prints).
     [[nodiscard]] Result<Change> plan_begin_copy(JobId id, UnixSeconds now_s) const;
@@ -92,14 +96,14 @@ class Queue {
     std::int64_t last_ended_ = 0;
 };
 
-/// What is said when a number is no job's.
+/// The error for a number that is no job's.
 [[nodiscard]] Error no_such_job();
 
 /// A name that is safe to show and to store: UTF-8, 1 to 200 bytes, no control characters, no path.
 /// Errors: invalid_argument, saying what is wrong without repeating the name.
 [[nodiscard]] Result<void> check_name(std::string_view name);
 
-/// Whether `text` is well-formed UTF-8 (RFC 3629: no overlong forms, no surrogates).
+/// True when `text` is well-formed UTF-8 (RFC 3629: no overlong forms, no surrogates).
 [[nodiscard]] bool is_utf8(std::string_view text);
 
 }  // namespace qduino::spool

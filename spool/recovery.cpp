@@ -13,7 +13,7 @@ namespace qduino::spool {
 
 namespace {
 
-/// A blob and the uploads of it, as its record says.
+/// A blob and its uploads, from its record.
 struct Found {
     std::string sha256;
     std::vector<UploadRecord> uploads;
@@ -80,7 +80,8 @@ class Walk {
     Recovered result_;
 };
 
-/// The uploads that the journal has no row of, with the numbers that their jobs get: their own, unless another job has it.
+/// The uploads that the journal has no row of. Each keeps its number for its job, unless another
+/// job has that number.
 Result<std::vector<UploadRecord>> Walk::lost_uploads(const Found& blob) {
     std::vector<UploadRecord> lost;
     for (const UploadRecord& upload : blob.uploads) {
@@ -118,7 +119,8 @@ Result<std::string> Walk::take(const Found& blob) {
 
 Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord> lost) {
     const std::filesystem::path gcode = blobs_.find_gcode(blob.sha256);
-    Result<std::unique_ptr<StagedFile>> room = blobs_.stage();  // for the packed layers; removed with it
+    // A place for the packed layers; removed with it.
+    Result<std::unique_ptr<StagedFile>> room = blobs_.stage();
     if (!room.ok()) return room.error();
     Result<Analysis> analysis = Analysis{};
     if (analyzer_) analysis = analyzer_->analyze(gcode, (*room)->layers_path());
@@ -166,8 +168,8 @@ Result<void> Walk::forget(const std::vector<Job>& jobs) {
     return store_.commit(commit);
 }
 
-/// A copy may still have the rows of jobs that were deleted after it was made. Their files went with them. Where there are no files
-/// at all, it is the folder that is missing.
+/// A copy may still have the rows of jobs that were deleted after it was made: their files are
+/// gone. If there are no files at all, the folder is missing instead.
 Result<void> Walk::forget_deleted() {
     const Result<StoredState> state = store_.load();
     if (!state.ok()) return state.error();

@@ -39,7 +39,7 @@ RunAction decide(const Run& run, const MachineView& machine) {
     if (machine.session != run.session) {
         return failed("the machine's program was started anew while the job was printing");
     }
-    // An outcome that was reported counts even if the sketch died after it.
+    // A reported outcome counts even if the sketch died after it.
     const bool acknowledged = machine.job.job_id == run.id;
     if (acknowledged) {
         RunAction action = decide_acknowledged(run, machine);

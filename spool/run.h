@@ -1,21 +1,22 @@
 // A run: one attempt to print one copy of one job, and what has to be done about it next. Pure.
 //
-// A copy must never print twice and never be lost, whoever is killed when. Two facts decide, and both survive: the
-// run that the store holds, and what the sketch says in the link.
+// A copy must never print twice and never be lost, whichever process is killed at whatever instant.
+// Two facts survive and decide: the run that the store holds, and the sketch's words in the link.
 //
-//     1. the store commits  run(id, job, session)        before the first byte of it crosses the link
-//     2. job_begin(id) and the bytes cross               ids grow; the sketch drops what it has had (frame.h)
-//     3. the sketch reports outcome(id)                  stays readable until the next run begins
-//     4. the store commits the outcome                   then, and only then, may another run begin
+//     1. the store commits  run(id, job, session)    before its first byte crosses the link
+//     2. job_begin(id) and the bytes cross           ids grow; the sketch drops repeats (frame.h)
+//     3. the sketch reports outcome(id)              stays readable until the next run begins
+//     4. the store commits the outcome               only then may another run begin
 //
 // After a restart of the service at any point:
 //
-//     store has no run                → nothing crossed: the job is still queued
-//     link of another session         → the sketch that had the run is gone: failed, with that reason
-//     the sketch is dead or hung      → failed, with the supervisor's reason if that comes soon
-//     sketch's last id < run's        → killed between 1 and 2: begin it
-//     sketch's last id = run's        → killed after 2: feed from where the sketch acknowledged, or take the outcome
-//     sketch's last id > run's        → someone else fed this sketch: failed
+//     store has no run             → nothing crossed: the job is still queued
+//     link of another session      → the sketch that had the run is gone: failed, with that reason
+//     the sketch is dead or hung   → failed, with the supervisor's reason if that comes soon
+//     sketch's last id < run's     → killed between 1 and 2: begin it
+//     sketch's last id = run's     → killed after 2: feed from the acknowledged byte, or take the
+//                                    outcome
+//     sketch's last id > run's     → another service fed this sketch: failed
 #pragma once
 
 #include <cstdint>
@@ -50,13 +51,14 @@ struct RunAction {
     std::string reason;
 };
 
-/// What to do about the stored run in the face of this machine. Contract: run.id is not 0.
+/// The action for the stored run, given this state of the machine. Contract: run.id is not 0.
 [[nodiscard]] RunAction decide(const Run& run, const MachineView& machine);
 
-/// Run numbers stay below this; a machine that names a higher one is damaged. It leaves room in signed 64 bits.
+/// Run numbers stay below this; a machine that names a higher one is damaged. It leaves room in
+/// signed 64 bits.
 inline constexpr std::uint64_t kRunIdMax = std::uint64_t{1} << 62;
 
-/// Whether this machine could take a new job now.
+/// True when this machine could take a new job now.
 [[nodiscard]] bool is_ready(const MachineView& machine);
 
 }  // namespace qduino::spool

@@ -34,7 +34,7 @@ std::string_view outcome_word(CopyOutcome outcome) {
 
 }  // namespace
 
-// ---- emergency line --------------------------------------------------------------------------------------------
+// ---- emergency line -----------------------------------------------------------------------------
 
 Result<void> EmergencyLine::stop() {
     const std::scoped_lock lock{mutex_};
@@ -48,7 +48,7 @@ void EmergencyLine::attach(LinkLayout* link) {
     link_ = link;
 }
 
-// ---- start -----------------------------------------------------------------------------------------------------
+// ---- start --------------------------------------------------------------------------------------
 
 Spool::Spool(SpoolOptions options, LinkSource& link, Inspector* inspector)
     : options_(std::move(options)), link_(link), inspector_(inspector) {}
@@ -60,7 +60,7 @@ Result<std::unique_ptr<Spool>> Spool::open(SpoolOptions options, LinkSource& lin
     return spool;
 }
 
-// ---- jobs ------------------------------------------------------------------------------------------------------
+// ---- jobs ---------------------------------------------------------------------------------------
 
 Result<void> Spool::commit_jobs(Result<Change> change) {
     if (!change.ok()) return change.error();
@@ -135,7 +135,7 @@ Result<void> Spool::remove(JobId id) {
     return {};
 }
 
-// ---- what printing waits for -----------------------------------------------------------------------------------
+// ---- the gates before a print -------------------------------------------------------------------
 
 Result<void> Spool::commit_gate(QueueGate gate) {
     Commit commit;
@@ -165,7 +165,7 @@ Result<void> Spool::bed_cleared() {
     return commit_gate(std::move(gate));
 }
 
-// ---- the machine -----------------------------------------------------------------------------------------------
+// ---- the machine --------------------------------------------------------------------------------
 
 Result<void> Spool::check_connected() const {
     if (!machine_.connected) return make_error(ErrorCode::unavailable, "no machine is connected");
@@ -205,7 +205,8 @@ Result<void> Spool::resume() {
 
 Result<void> Spool::cancel() {
     if (!run_) {
-        // A job that this journal knows nothing of: its service is gone, and the machine still waits for its bytes.
+        // A job that this journal does not know: its service is gone, and the machine still waits
+        // for its bytes.
         const bool stray = machine_.connected && machine_.job.outcome == printer::link::JobOutcome::running;
         return stray ? push_command(Command::cancel, {})
                      : Result<void>{make_error(ErrorCode::not_permitted, "nothing is printing")};
@@ -258,10 +259,11 @@ std::string Spool::guarantee() {
     return link ? std::string{link->guarantee.read().json.view()} : std::string{};
 }
 
-// ---- time ------------------------------------------------------------------------------------------------------
+// ---- time ---------------------------------------------------------------------------------------
 
 void Spool::tick(Instant now, UnixSeconds now_s) {
-    // Asked before looking: if the link was replaced, its sketch is gone, and what is seen now is its last word.
+    // Read before the machine: if the link was replaced, its sketch is gone, and the status read
+    // now is its last word.
     const bool replaced = link_.is_replaced();
     LinkLayout* link = link_.current();
     machine_ = link ? read_machine(*link) : MachineView{};
@@ -282,7 +284,7 @@ void Spool::tick(Instant now, UnixSeconds now_s) {
     keep_house(now_s);
 }
 
-/// Where the active run is. The machine may be gone by the time that it has failed.
+/// Notes the place of the active run. The machine may be gone by the time the run has failed.
 void Spool::note_place() {
     const auto& job = machine_.job;
     if (!machine_.connected || machine_.session != run_->session || job.job_id != run_->id || job.line == 0)
@@ -298,7 +300,7 @@ void Spool::watch_heartbeat(Instant now) {
     machine_.responding = now - heartbeat_at_ < kSilentAfter;
 }
 
-/// A sketch that has been started anew was explained before, or is never.
+/// A sketch that was started anew has its explanation already, or never gets one.
 void Spool::watch_death(Instant now, bool replaced) {
     if (machine_.life == SketchLife::alive) return dead_since_.reset();
     if (!dead_since_) dead_since_ = now;
@@ -306,7 +308,7 @@ void Spool::watch_death(Instant now, bool replaced) {
         !replaced && machine_.death_note.empty() && now - *dead_since_ < kExplainedWithin;
 }
 
-/// The same line again and again (a full disk, say) is one line.
+/// A line that repeats (a full disk, say) is logged once.
 void Spool::log(std::string line) {
     if (line == last_log_) return;
     last_log_ = line;
@@ -330,7 +332,8 @@ void Spool::attach_link() {
 
 void Spool::read_replies() {
     LinkLayout* link = link_.current();
-    for (int frames = 0; frames < 256; ++frames) {  // bounded: a sketch that floods must not stop the tick
+    // Bounded: a sketch that floods must not stop the tick.
+    for (int frames = 0; frames < 256; ++frames) {
         const Result<std::optional<printer::link::FrameView>> frame = reply_reader_.read(link->replies);
         if (!frame.ok()) {
             log(std::string{frame.error().message.view()});
@@ -376,7 +379,7 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
     if (!feeder_) {
         Result<Feeder> opened = Feeder::open(file, run_->id, run_->length);
         if (!opened.ok()) {
-            // The machine may hold a part of it: it has to let go before the run can end.
+            // The machine may hold a part of it, and has to let go before the run can end.
             if (begin)
                 return finish_run(CopyOutcome::failed, std::string{opened.error().message.view()}, now_s);
             repeat_cancel(now);
@@ -395,8 +398,8 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
     if (pauses_now && push_command(Command::pause, {}).ok()) pause_wanted_ = false;
 }
 
-/// Repeated because the machine ignores a cancellation that overtakes its job; harmless, since the next run begins
-/// only when this one has ended and the command ring is empty.
+/// Repeated, because the machine ignores a cancellation that overtakes its job. Harmless: the next
+/// run begins only when this one has ended and the command ring is empty.
 void Spool::repeat_cancel(Instant now) {
     if (cancel_sent_at_ && now - *cancel_sent_at_ < kRepeatCancelAfter) return;
     if (push_command(Command::cancel, {}).ok()) cancel_sent_at_ = now;
@@ -413,14 +416,16 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     if (outcome == CopyOutcome::failed && options_.hold_after_failure) {
         gate.hold_reason = describe(job) + " failed: " + reason;
     }
-    // A run that the machine never named has moved nothing. Of any other nobody knows better than who looks.
+    // A run that the machine never named has moved nothing. After any other, only a person can tell
+    // whether the bed is clear.
     const bool untouched = outcome == CopyOutcome::failed && machine_.connected &&
                            machine_.life == SketchLife::alive && machine_.session == run_->session &&
                            machine_.job.job_id < run_->id;
     if (options_.confirm_bed && !untouched) gate.bed_occupied = true;
     commit.gate = gate;
     const Result<void> done = store_->commit(commit);
-    if (!done.ok()) {  // nothing is lost: the link still says how it ended, and the next tick tries again
+    // Nothing is lost: the link still says how it ended, and the next tick tries again.
+    if (!done.ok()) {
         log(std::string{done.error().message.view()});
         return;
     }
@@ -463,7 +468,8 @@ void Spool::begin_next(UnixSeconds now_s) {
     Result<Change> change = queue_.plan_begin_copy(next->id, now_s);
     QDUINO_EXPECT(change.ok());
     Run run;
-    // Above what this journal gave out, and above what this sketch has seen: the state folder may be a new one.
+    // Higher than every number that this journal gave out, and every one that this sketch has seen:
+    // the state folder may be a new one.
     run.id = std::max(last_run_id_, machine_.job.job_id) + 1;
     run.job = next->id;
     run.session = machine_.session;

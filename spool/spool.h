@@ -1,15 +1,19 @@
-// The spool: jobs in, copies out. Ties the pure parts (queue, run) to the journal, the files and the link.
+// The spool: jobs in, copies out. Ties the pure parts (queue, run) to the journal, the files and
+// the link.
 //
 //          add, patch, start …            tick, 50 times a second
 //                │                              │
 //                ▼                              ▼
-//   Queue ── plan ──► Store.commit ──► apply    read the machine → decide(run) → feed | record the outcome | begin
+//   Queue ── plan ──► Store.commit      read the machine → decide(run)
+//                         └─► apply          → feed | record the outcome | begin
 //
-// All of it on one thread, "the spool's thread", which may block on the disk. Nobody who must not wait (the web's I/O
-// thread, an emergency stop) calls in here directly: EmergencyLine is the one exception, and thread-safe.
+// It all runs on one thread, "the spool's thread", which may block on the disk. A caller that must
+// not wait (the web's I/O thread, an emergency stop) does not call it directly. EmergencyLine is
+// the one exception, and thread-safe.
 //
-// Invariants: what a call reported as done is durable; at most one run is active; a run is durable before its first
-// byte crosses the link; the next begins only after the last one's outcome is durable, and its inspection is over.
+// Invariants: what a call reported as done is durable. At most one run is active. A run is durable
+// before its first byte crosses the link. The next run begins only after the outcome of the last
+// one is durable and its inspection is over.
 #pragma once
 
 #include <filesystem>
@@ -37,24 +41,26 @@
 
 namespace qduino::spool {
 
-/// How long ended jobs are kept; 0: no limit of this kind. The ones that ended first go first, with their files. Jobs that wait or
-/// print are never deleted.
+/// How long ended jobs are kept; 0: no limit of this kind. The job that ended first goes first,
+/// with its files. Jobs that wait or print are never deleted.
 struct Retention {
     std::int64_t jobs_max = 100'000;
     std::int64_t days_max = 0;
     std::uint64_t bytes_max = 0;  ///< of all stored files
 };
 
-/// Which jobs a person wants to see, in the order of the list: printing, waiting in the queue's order, ended with the newest first.
+/// The jobs that a person wants to see, in the order of the list: printing, waiting in the queue's
+/// order, ended with the newest first.
 struct JobQuery {
     static constexpr std::size_t kLimitMax = 1000;
 
     std::size_t limit = 50;
     std::optional<JobId> before;  ///< what stands behind this one; an unknown one: from the start
-    bool waiting = true, held = true, printing = true, done = true, cancelled = true,
-         failed = true;  ///< wanted states
-    std::string text;    ///< a part of the name, in any case
-    /// The first page: everything that prints, the first kFirstWaiting that wait, and `limit` of the ended.
+    /// The states wanted.
+    bool waiting = true, held = true, printing = true, done = true, cancelled = true, failed = true;
+    std::string text;  ///< a part of the name, in any case
+    /// The first page has every printing job, the first kFirstWaiting that wait, and `limit` of the
+    /// ended.
     static constexpr std::size_t kFirstWaiting = 100;
     [[nodiscard]] bool is_first_page() const {
         return !before && text.empty() && waiting && held && printing && done && cancelled && failed;
@@ -71,10 +77,11 @@ struct SpoolOptions {
     BlobLimits limits;
     bool journal_in_memory = false;  ///< for fuzzing: nothing survives
     bool hold_after_failure = true;  ///< a failed job holds the queue until a person releases it
-    bool confirm_bed = true;         ///< after a copy that moved, wait for a person to clear the bed
+    /// After a copy that moved, wait for a person to clear the bed.
+    bool confirm_bed = true;
     Retention retention;
-    Analyzer* analyzer =
-        nullptr;               ///< for files whose jobs a damaged journal has lost; null: those get no facts
+    /// Reads the facts of jobs that a damaged journal has lost; null: those get none.
+    Analyzer* analyzer = nullptr;
     UnixSeconds opened_s = 0;  ///< now; names what has to be set aside
 };
 
@@ -84,7 +91,7 @@ struct Reply {
     std::string text;
 };
 
-/// The way of an emergency stop to the machine: one atomic, never behind a disk. Any thread.
+/// Takes an emergency stop to the machine: one atomic, never behind a disk. Any thread.
 class EmergencyLine {
   public:
     /// Error: unavailable, when no machine is connected.
@@ -97,7 +104,7 @@ class EmergencyLine {
     printer::link::LinkLayout* link_ = nullptr;
 };
 
-/// What an uploader asks for.
+/// An uploader's wishes.
 struct NewJob {
     std::string name;
     int copies = 1;
@@ -107,23 +114,25 @@ struct NewJob {
 
 class Spool {
   public:
-    /// `link` and `inspector` (may be null) outlive the spool. Errors: as Store::open and BlobStore::open.
+    /// `link` and `inspector` (may be null) outlive the spool. Errors: as Store::open and
+    /// BlobStore::open.
     [[nodiscard]] static Result<std::unique_ptr<Spool>> open(SpoolOptions options, LinkSource& link,
                                                              Inspector* inspector);
     ~Spool();
 
-    // ---- jobs ----------------------------------------------------------------------------------------------
-    /// A sealed and analyzed file becomes a job: durable when this returns. Errors: invalid_argument, unavailable (disk or store full).
+    // ---- jobs -----------------------------------------------------------------------------------
+    /// Makes a job of a sealed and analyzed file: durable when this returns. Errors:
+    /// invalid_argument, unavailable (disk or store full).
     [[nodiscard]] Result<JobId> add(StagedFile& file, const Analysis& analysis, const NewJob& wanted,
                                     UnixSeconds now_s);
     [[nodiscard]] Result<void> patch(JobId id, const JobPatch& patch);
     [[nodiscard]] Result<void> remove(JobId id);
     [[nodiscard]] Result<void> start(JobId id);
-    /// Those that wait or print.
+    /// The jobs that wait or print.
     [[nodiscard]] const Queue& queue() const { return queue_; }
-    /// Any job; nothing when there is none of this number.
+    /// Any job; nothing when no job has this number.
     [[nodiscard]] std::optional<Job> find(JobId id) const;
-    /// Reads no more rows than it gives, but for a search. Error: as Store::ended.
+    /// Reads no more rows than it returns, except for a search. Error: as Store::ended.
     [[nodiscard]] Result<JobPage> page(const JobQuery& query) const;
     [[nodiscard]] const JobCounts& counts() const { return store_->counts(); }
     [[nodiscard]] bool confirms_bed() const { return options_.confirm_bed; }
@@ -132,40 +141,42 @@ class Spool {
     /// Grows whenever the jobs or the gate change.
     [[nodiscard]] std::uint64_t revision() const { return revision_; }
 
-    // ---- what printing waits for ---------------------------------------------------------------------------
+    // ---- what printing waits for ----------------------------------------------------------------
     [[nodiscard]] const QueueGate& gate() const { return gate_; }
     [[nodiscard]] Result<void> hold_queue(std::string reason);
     [[nodiscard]] Result<void> release_queue();
     [[nodiscard]] Result<void> bed_cleared();
 
-    // ---- the machine ---------------------------------------------------------------------------------------
+    // ---- the machine ----------------------------------------------------------------------------
     // Errors: unavailable (not connected, or its ring is full), not_permitted (does not apply now).
-    /// Also right after a job was begun: it pauses as soon as the machine prints.
+    /// May be called right after a job was begun, too: it pauses as soon as the machine prints.
     [[nodiscard]] Result<void> pause();
     [[nodiscard]] Result<void> resume();
-    /// Durable: repeated until the machine has obeyed, also by a service that is started anew.
+    /// Durable: repeated until the machine has obeyed, also by a service that starts anew.
     [[nodiscard]] Result<void> cancel();
     [[nodiscard]] Result<void> clear_fault();
     /// All lines or none, in order. Errors: also invalid_argument (too long, or no single line).
     [[nodiscard]] Result<void> gcode(std::span<const std::string> lines);
     [[nodiscard]] EmergencyLine& emergency() { return emergency_; }
-    /// As of the last tick.
+    /// The machine at the last tick.
     [[nodiscard]] const MachineView& machine() const { return machine_; }
     [[nodiscard]] const std::optional<Run>& active_run() const { return run_; }
     /// The guarantee report that the sketch published, JSON; empty when not connected.
     [[nodiscard]] std::string guarantee();
 
-    /// Everything that time brings. `now` is monotonic, `now_s` the calendar's.
+    /// Does everything that time brings. `now` is monotonic, `now_s` the calendar's.
     void tick(Instant now, UnixSeconds now_s);
-    /// What came since the last call, oldest first; at most kRepliesHeld.
+    /// The replies since the last call, oldest first; at most kRepliesHeld.
     [[nodiscard]] std::vector<Reply> take_replies();
     /// Lines for the log since the last call.
     [[nodiscard]] std::vector<std::string> take_log();
 
     static constexpr std::size_t kRepliesHeld = 1000;
-    /// A sketch whose heartbeat stands still for so long is given nothing; only its supervisor may call it dead.
+    /// A sketch whose heartbeat stands still for this long is given nothing. Only its supervisor
+    /// may call it dead.
     static constexpr Nanoseconds kSilentAfter = std::chrono::seconds{3};
-    /// A dead sketch's job is failed without its supervisor's reason when that has not come after so long.
+    /// The job of a dead sketch fails without its supervisor's reason when that has not come after
+    /// this long.
     static constexpr Nanoseconds kExplainedWithin = std::chrono::seconds{1};
 
   private:
@@ -207,9 +218,10 @@ class Spool {
     std::unique_ptr<Store> store_;
     std::unique_ptr<JournalCopier> copier_;      // null: nothing to copy
     std::filesystem::directory_iterator sweep_;  // through blobs/, a few entries each tick
-    JobId first_new_id_ = 1;                     // numbers from here on were not given out before this start
-    UnixSeconds retained_s_ = 0;                 // when ages were last looked at
-    std::optional<std::int64_t> line_, layer_;   // of the active run, as the machine last said
+    // Numbers from here on were not given out before this start.
+    JobId first_new_id_ = 1;
+    UnixSeconds retained_s_ = 0;                // when ages were last looked at
+    std::optional<std::int64_t> line_, layer_;  // of the active run, as the machine last said
     Queue queue_;
     QueueGate gate_;
     std::optional<Run> run_;

@@ -36,7 +36,7 @@ JobState state_of(const std::string& word) {
     return JobState::failed;
 }
 
-// SQLite's integers are signed; sizes and sessions are stored by their bits.
+// SQLite's integers are signed: sizes and sessions are stored by their bits.
 std::int64_t signed_of(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 std::uint64_t unsigned_of(std::int64_t value) { return static_cast<std::uint64_t>(value); }
 
@@ -185,7 +185,7 @@ template <typename T>
 struct GuardedAs<Result<T>> {
     using Type = Result<T>;
 };
-/// What `guarded` gives back: a Result, whether the work itself gives one or not.
+/// The return type of `guarded`: a Result, whether the work returns one or not.
 template <typename T>
 using Guarded = typename GuardedAs<T>::Type;
 
@@ -194,7 +194,7 @@ using Guarded = typename GuardedAs<T>::Type;
 struct Store::Database {
     SQLite::Database connection;
 
-    /// Runs `work`, turning what SQLite throws into an Error.
+    /// Runs `work`, and turns an exception of SQLite into an Error.
     template <typename Work>
     auto guarded(Work&& work) -> Guarded<std::invoke_result_t<Work>> {
         try {
@@ -219,7 +219,8 @@ Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
             Database{SQLite::Database{file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE}});
         SQLite::Database& connection = database->connection;
         connection.setBusyTimeout(5000);
-        // A damaged file must stay as it was found, its log included: somebody may still want to look at it.
+        // A damaged file must stay as it was found, with its log: somebody may still want to look
+        // at it.
         sqlite3_db_config(connection.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
         connection.exec("PRAGMA journal_mode=WAL");
         connection.exec("PRAGMA synchronous=FULL");
@@ -232,8 +233,8 @@ Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
         return store;
     } catch (const SQLite::Exception& exception) {
         Error error = as_error(exception);
-        if (error.code == ErrorCode::internal)
-            error.code = ErrorCode::corrupt;  // tables of another program, say
+        // Tables of another program, say.
+        if (error.code == ErrorCode::internal) error.code = ErrorCode::corrupt;
         return error;
     }
 }
@@ -335,7 +336,8 @@ void Store::write(const Commit& commit, Totals& totals) {
 
 Result<void> Store::commit(const Commit& commit) {
     return database_->guarded([&] {
-        SQLite::Transaction transaction{database_->connection};  // rolled back if anything below throws
+        // Rolled back if anything below throws.
+        SQLite::Transaction transaction{database_->connection};
         Totals totals = totals_;
         write(commit, totals);
         transaction.commit();

@@ -1,13 +1,15 @@
-// The journal: jobs, runs and settings in one SQLite file, every commit durable before it is spoken of.
+// The journal: jobs, runs and settings in one SQLite file. Every commit is durable before anyone is
+// told of it.
 //
-// WAL with synchronous=FULL: commit() returns after the log is on the disk. One transaction is one fact: a power cut
-// leaves it whole or absent. (SQLite, "Write-Ahead Logging" and "PRAGMA synchronous".)
+// WAL with synchronous=FULL: commit() returns after the log is on the disk. One transaction is one
+// fact: a power cut leaves it whole or absent. (SQLite, "Write-Ahead Logging" and "PRAGMA
+// synchronous".)
 //
-//   jobs      one row a job                                       runs      one row an attempt to print a copy
-//   settings  key → value: journal's id, hold of the queue …      sessions  SHA-256 of a browser's cookie → expiry
+//   jobs      one row a job                              runs      one row an attempt to print
+//   settings  key → value: journal's id, queue's hold …  sessions  SHA-256 of a cookie → expiry
 //
-// What waits or prints is read once, at the start. What has ended is read when it is asked for, a page at a time by an
-// index: there may be a hundred thousand of them.
+// Jobs that wait or print are read once, at the start. There may be a hundred thousand ended ones,
+// so these are read when they are asked for, a page at a time by an index.
 #pragma once
 
 #include <filesystem>
@@ -29,7 +31,7 @@ struct SessionRecord {
     UnixSeconds expires_s = 0;
 };
 
-/// What printing waits for besides a ready machine.
+/// What holds printing up besides a machine that is not ready.
 struct QueueGate {
     std::string hold_reason;  ///< the queue is held, for this reason; empty: it is not
     bool bed_occupied = false;
@@ -47,11 +49,12 @@ struct Commit {
     std::optional<RunEnd> run_ended;
     std::optional<Run> run_changed;  ///< flags of the active run
     std::optional<QueueGate> gate;
-    std::optional<std::pair<std::uint64_t, std::string>> report;  ///< of a run; empty text: there is none
-    std::optional<bool> rebuilding;                               ///< StoredState::rebuilding
+    /// The report of a run; empty text: there is none.
+    std::optional<std::pair<std::uint64_t, std::string>> report;
+    std::optional<bool> rebuilding;  ///< StoredState::rebuilding
 };
 
-/// Everything that a service needs when it starts, but the ended jobs.
+/// Everything that a service needs when it starts, except the ended jobs.
 struct StoredState {
     std::vector<Job> jobs;  ///< those that wait or print
     JobId next_job_id = 1;
@@ -64,50 +67,53 @@ struct StoredState {
     bool rebuilding = false;  ///< it does not know all of its jobs yet (recovery.h)
 };
 
-/// Which ended jobs, newest first.
+/// Which ended jobs to read, newest first.
 struct EndedQuery {
     std::size_t limit = 50;
-    std::optional<std::int64_t> below_order;  ///< those that ended before this one; empty: from the newest
-    std::vector<JobState> states;             ///< empty: all that have ended
-    std::string text;                         ///< a part of the name, in any case; empty: all
+    /// Jobs that ended before this one; empty: from the newest.
+    std::optional<std::int64_t> below_order;
+    std::vector<JobState> states;  ///< empty: all that have ended
+    std::string text;              ///< a part of the name, in any case; empty: all
 };
 
 /// One connection; used from one thread. Operating errors (disk full, damaged file) are Results.
 class Store {
   public:
-    /// `file` ":memory:" keeps everything in memory. Reads the whole file once, and finds damaged pages.
-    /// Errors: corrupt, unavailable, unsupported (a newer schema). A damaged file is left as it is.
+    /// `file` ":memory:" keeps everything in memory. Reads the whole file once, and finds damaged
+    /// pages. Errors: corrupt, unavailable, unsupported (a newer schema). A damaged file is left as
+    /// it is.
     [[nodiscard]] static Result<std::unique_ptr<Store>> open(const std::filesystem::path& file);
     ~Store();
 
     [[nodiscard]] Result<StoredState> load();
     [[nodiscard]] Result<std::vector<SessionRecord>> sessions();
-    /// All of it durably, or nothing. Errors: unavailable (disk full, I/O), internal.
+    /// Stores all of it durably, or nothing. Errors: unavailable (disk full, I/O), internal.
     [[nodiscard]] Result<void> commit(const Commit& commit);
     /// The newest report of a job. Error: not_found.
     [[nodiscard]] Result<std::string> report_of(JobId job);
 
     /// Any job, ended ones too. Error: not_found.
     [[nodiscard]] Result<Job> find(JobId id);
-    /// Touches no more rows than `limit`, but for a search by name or a state that is rare.
+    /// Reads no more rows than `limit`, except for a search by name or a state that is rare.
     [[nodiscard]] Result<std::vector<Job>> ended(const EndedQuery& query);
-    /// The ended jobs that ended first, oldest first; those only that ended at `until_s` or before.
+    /// The ended jobs that ended first, oldest first; only those that ended at `until_s` or before.
     [[nodiscard]] Result<std::vector<Job>> oldest_ended(std::size_t limit, UnixSeconds until_s);
-    /// Whether any job has this blob; `except` does not count.
+    /// True when any job has this blob; `except` does not count.
     [[nodiscard]] Result<bool> blob_wanted(const std::string& sha256, JobId except = 0);
     /// Kept up to date by commit().
     [[nodiscard]] const JobCounts& counts() const { return totals_.counts; }
-    /// What the files of all jobs take; shared ones once.
+    /// The size of the files of all jobs; shared ones count once.
     [[nodiscard]] std::uint64_t stored_bytes() const { return totals_.stored_bytes; }
-    /// Grows with every commit that is durable.
+    /// Grows with every durable commit.
     [[nodiscard]] std::uint64_t commits() const { return commits_; }
 
     [[nodiscard]] Result<void> put_session(const SessionRecord& session);
     [[nodiscard]] Result<void> erase_session(const std::string& token_hash);
     [[nodiscard]] Result<void> erase_sessions_expired(UnixSeconds now_s);
 
-    /// For a copy that is older than what it is a copy of: everything that waits or prints is held, so that nothing of it prints
-    /// again by itself; the queue is held with `reason`; the journal counts as not knowing all of its jobs.
+    /// For a copy that is older than its journal was: holds everything that waits or prints, so
+    /// that nothing of it prints again by itself; holds the queue with `reason`; marks the journal
+    /// as not knowing all of its jobs.
     [[nodiscard]] Result<void> hold_everything(const std::string& reason);
 
   private:

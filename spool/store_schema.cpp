@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::int64_t kSchemaVersion = 2;
 
-// The state column holds the words of to_word(): a person with a sqlite shell should be able to read it.
+// The state column holds the words of to_word(): a person with a sqlite shell should be able to
+// read it.
 constexpr const char* kSchema1 = R"sql(
 CREATE TABLE IF NOT EXISTS jobs(
   id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, size INTEGER NOT NULL, sha256 TEXT NOT NULL,
@@ -33,8 +34,9 @@ CREATE TABLE IF NOT EXISTS settings(key TEXT PRIMARY KEY, value TEXT NOT NULL) S
 CREATE TABLE IF NOT EXISTS sessions(token_hash TEXT PRIMARY KEY, expires_s INTEGER NOT NULL) STRICT;
 )sql";
 
-// Version 2: where a job stopped, what its files take, ended jobs numbered in the order they ended, and indexes for
-// reading them a page at a time. What the files of older jobs take beside the G-code is not known any more.
+// Version 2: the place where a job stopped, the size of its files, ended jobs numbered in the order
+// they ended, and indexes for reading them a page at a time. For older jobs, only the size of the
+// G-code is known.
 constexpr const char* kSchema2 = R"sql(
 ALTER TABLE jobs ADD COLUMN stopped_line INTEGER;
 ALTER TABLE jobs ADD COLUMN stopped_layer INTEGER;
