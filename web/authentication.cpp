@@ -86,7 +86,7 @@ bool equal_in_constant_time(std::string_view a, std::string_view b) {
     return sodium_memcmp(digest_a.data(), digest_b.data(), digest_a.size()) == 0;
 }
 
-// ---- failures --------------------------------------------------------------------------------------------------
+// ---- failures -----------------------------------------------------------------------------------
 
 bool FailureLimiter::allows(const std::string& remote, Instant now) const {
     const auto at = schedule_.find(remote);
@@ -99,7 +99,7 @@ void FailureLimiter::failed(const std::string& remote, Instant now) {
     forget_first_to_end(schedule_, kAddressesMax);
 }
 
-// ---- sessions --------------------------------------------------------------------------------------------------
+// ---- sessions -----------------------------------------------------------------------------------
 
 SessionTable::SessionTable(std::vector<spool::SessionRecord> stored) {
     for (spool::SessionRecord& record : stored) expires_[std::move(record.token_hash)] = record.expires_s;
@@ -128,7 +128,7 @@ std::string SessionTable::end(std::string_view token) {
     return hash;
 }
 
-// ---- tickets ---------------------------------------------------------------------------------------------------
+// ---- tickets ------------------------------------------------------------------------------------
 
 std::string TicketTable::make(Instant now) {
     std::erase_if(expires_, [&](const auto& entry) { return entry.second <= now; });
@@ -146,7 +146,7 @@ bool TicketTable::take(std::string_view ticket, Instant now) {
     return valid;
 }
 
-// ---- all together ----------------------------------------------------------------------------------------------
+// ---- proofs -------------------------------------------------------------------------------------
 
 Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored)
     : sessions(std::move(stored)), key_(std::move(key)) {

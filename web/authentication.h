@@ -1,14 +1,17 @@
-// Who may: the key, browser sessions, one-time tickets for the live stream, and a limit on wrong tries.
+// Admits requests: the key, browser sessions, one-time tickets for the live stream, and a limit on
+// wrong tries.
 //
-// The key is 32 random bytes, made at the first start and kept in a file that only the service's user reads; no request
-// ever returns it. Everything presented is compared by its digest in constant time
-// (libsodium), so neither length nor first difference shows in the time. Sessions and tickets are random tokens of which
-// only the SHA-256 is kept. Time is a parameter. One thread.
+// The key is 32 random bytes, made at the first start and kept in a file that only the service's
+// user reads; no request ever returns it. The service compares digests in constant time
+// (libsodium), so neither the length nor the first difference shows in the time. Sessions and
+// tickets are random tokens; only their SHA-256 is kept. Time is a parameter. One thread.
 //
-// What is presented is always compared, and what is right is always let in: wrong tries of others from the same address (a NAT, this
-// machine) must not lock out the owner, least of all from the emergency stop. So the limit does not hide from a guesser that he
-// guessed right; 256 random bits do that. It tells wrong tries that they are too many, and makes each of them cost a
-// connection: a client that repeats an old key for ever is told to wait, and guessing takes little of the service's time.
+// A limit that refuses all tries from an address locks out the owner, who may share it with a
+// guesser (a NAT, this computer), and takes the emergency stop away. So the service always compares
+// what is presented, and always admits what is right. The limit is no protection against a right
+// guess; 256 random bits are. It tells wrong tries that they are too many, and makes each of them
+// cost a connection: a client that repeats an old key for ever is told to wait, and guessing takes
+// little of the service's time.
 #pragma once
 
 #include <cstdint>
@@ -29,14 +32,15 @@ namespace qduino::web {
 /// 32 random bytes as base64url, 43 characters.
 [[nodiscard]] std::string random_token();
 
-/// The key in `file`, made (mode 0600) when there is none. Errors: not_permitted (others may read it), internal, corrupt.
+/// The key in `file`, made (mode 0600) when there is none. Errors: not_permitted (others may read
+/// it), internal, corrupt.
 [[nodiscard]] Result<std::string> load_or_make_key(const std::filesystem::path& file);
 
-/// True in the same time for every pair of equal-sized inputs, and nearly so for any.
+/// Takes the same time for every pair of equal size, and nearly so for any pair.
 [[nodiscard]] bool equal_in_constant_time(std::string_view a, std::string_view b);
 
-/// Wrong tries per address: kBurst at once, then one every kEvery; what is above is too many. Bounded in memory: the oldest address is
-/// forgotten.
+/// Wrong tries per address: kBurst at once, then one every kEvery; more are too many. Bounded in
+/// memory: it forgets the oldest address.
 class FailureLimiter {
   public:
     static constexpr int kBurst = 20;
@@ -47,7 +51,8 @@ class FailureLimiter {
     void failed(const std::string& remote, Instant now);
 
   private:
-    // As a virtual schedule (the leaky bucket of ITU-T I.371): each failure moves it by kEvery; too far ahead is too many.
+    // As a virtual schedule (the leaky bucket of ITU-T I.371): each failure moves it by kEvery. A
+    // schedule too far ahead means too many.
     std::map<std::string, Instant> schedule_;
 };
 
@@ -76,7 +81,7 @@ class TicketTable {
     static constexpr std::size_t kTicketsMax = 256;
 
     [[nodiscard]] std::string make(Instant now);
-    /// True once.
+    /// True once for each ticket.
     [[nodiscard]] bool take(std::string_view ticket, Instant now);
 
   private:
@@ -99,7 +104,8 @@ class Authenticator {
     /// An empty key turns authentication off.
     Authenticator(std::string key, std::vector<spool::SessionRecord> stored);
 
-    /// Looks at X-Api-Key, Authorization: Bearer, and the cookie. A wrong key counts as a failure; a right one is never refused.
+    /// Checks X-Api-Key, Authorization: Bearer, and the cookie. A wrong key counts as a failure; a
+    /// right one is never refused.
     [[nodiscard]] Proof prove(const RequestHead& head, const std::string& remote, Instant now,
                               spool::UnixSeconds now_s);
     /// A key presented in a body.

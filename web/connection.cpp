@@ -76,13 +76,13 @@ void Connection::receive(std::span<const char> bytes, Moment moment) {
 
 void Connection::receive_end() {
     peer_done_ = true;
-    // Whoever has sent a whole request may close its side and still wait for the answer.
+    // A peer that has sent a whole request may close its side and still wait for the answer.
     if (state_ == State::replying || state_ == State::answering) return;
     if (state_ == State::uploading && piece_with_disk_) return;
     close_cut_short();
 }
 
-/// The peer is done and its request is not whole. It may still be reading.
+/// The peer has sent its last byte and its request is not whole. It may still be reading.
 void Connection::close_cut_short() {
     const bool in_body = state_ == State::collecting || state_ == State::uploading;
     if (in_body)
@@ -123,7 +123,7 @@ void Connection::check_time(Moment moment) {
     }
 }
 
-/// A body without a proof is a login's: small, and as urgent as a head.
+/// A body without a proof is that of a login: small, and as urgent as a head.
 void Connection::check_body_time(Moment moment) {
     if (piece_with_disk_) return;
     const bool login_late = !known_ && moment.now - state_since_ > limits_.head_time;
@@ -155,14 +155,15 @@ void Connection::sent(Moment moment) {
 }
 
 void Connection::advance() {
-    if (advancing_) return;  // an answer that came at once, from within a step: the loop below goes on
+    // The answer came at once, from within a step: the loop below goes on.
+    if (advancing_) return;
     advancing_ = true;
     while (step()) {
     }
     advancing_ = false;
 }
 
-/// One step of the reader; false when there is nothing to do until something happens.
+/// One step of the reader; false when nothing is left to do for now.
 bool Connection::step() {
     const bool reads = state_ == State::head || state_ == State::collecting ||
                        (state_ == State::uploading && !piece_with_disk_);
@@ -219,7 +220,7 @@ void Connection::on_head() {
         outputs_.push_back({"HTTP/1.1 100 Continue\r\n\r\n", {}, nullptr, std::nullopt});
 }
 
-/// What needs no proof, the page's files, changes nothing.
+/// A request that needs no proof (for the page's files) changes nothing.
 void Connection::note_proof() {
     if (plan_.proof != Proof::none) known_ = true;
     const bool refused =
@@ -305,7 +306,8 @@ void Connection::refuse(Response response) {
     outputs_.push_back(output_of(std::move(response), false));
     drop_upload();
     state_since_ = moment_.now;
-    // Closing at once would reset the connection under a peer that still sends, and with it the answer.
+    // To close at once would reset the connection under a peer that still sends, and lose the
+    // answer.
     state_ = peer_done_ ? State::closed : State::draining;
 }
 

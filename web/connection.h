@@ -8,11 +8,15 @@
 //                  ├─ live ─────► the socket's owner takes over
 //                  └─ refused with a body unread ──► (answer) ──► draining ──► closed
 //
-// Back pressure: while a piece is with the disk, an answer is awaited, or one is not yet with the kernel, no input is wanted and the
-// next request is not looked at. So a connection holds one read's worth of bytes and one answer, however long its upload and however
-// many requests were sent at once. Every state has a deadline, in both directions: a peer that moves a byte a minute is dropped.
+// A peer may send faster than the disk writes, or read slower than we answer. So there is back
+// pressure: while a piece is with the disk, an answer is awaited, or one is not yet with the
+// kernel, the connection takes no input and does not look at the next request. It then holds one
+// read's worth of bytes and one answer, however long its upload and however many requests were sent
+// at once. Every state has a deadline, in both directions: a peer that moves a byte a minute is
+// dropped.
 //
-// I/O thread only. Answers that come later keep the connection alive until they have come (shared from this).
+// I/O thread only. An answer that comes later keeps the connection alive until it has come (shared
+// from this).
 #pragma once
 
 #include <deque>
@@ -29,16 +33,19 @@ namespace qduino::web {
 
 struct ConnectionLimits {
     ReadLimits read;
-    Nanoseconds head_time = std::chrono::seconds{15};   ///< from a head's first byte to its last
-    Nanoseconds idle_time = std::chrono::seconds{75};   ///< between requests
-    Nanoseconds body_gap = std::chrono::seconds{30};    ///< between two pieces of a body
-    Nanoseconds send_gap = std::chrono::seconds{60};    ///< in which the peer has to take some of an answer
-    Nanoseconds body_grace = std::chrono::seconds{60};  ///< after it a body, or an answer, has to move at …
-    double body_rate_min = 1024;                        ///< … this many bytes a second on average
-    Nanoseconds drain_time = std::chrono::seconds{5};   ///< for a refused body to be sent and thrown away
+    Nanoseconds head_time = std::chrono::seconds{15};  ///< from a head's first byte to its last
+    Nanoseconds idle_time = std::chrono::seconds{75};  ///< between requests
+    Nanoseconds body_gap = std::chrono::seconds{30};   ///< between two pieces of a body
+    /// Within this time the peer has to take some of an answer.
+    Nanoseconds send_gap = std::chrono::seconds{60};
+    /// After this time a body, or an answer, has to move at …
+    Nanoseconds body_grace = std::chrono::seconds{60};
+    double body_rate_min = 1024;  ///< … this many bytes a second on average
+    /// How long a refused body may still be sent; it is thrown away.
+    Nanoseconds drain_time = std::chrono::seconds{5};
 };
 
-/// How fast bytes move in one direction.
+/// The speed of the bytes in one direction.
 struct Pace {
     Instant began{};
     Instant last{};
@@ -56,13 +63,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
         std::string body;                           ///< behind `bytes`
         std::shared_ptr<const std::string> shared;  ///< or this, which others have too
         std::optional<FileRange> file;              ///< or this
-        /// Memory that is its own.
+        /// Memory of its own, without what is shared.
         [[nodiscard]] std::size_t held_bytes() const { return bytes.size() + body.size(); }
     };
     static constexpr std::size_t kHeadReadMax = 16 * 1024;
     static constexpr std::size_t kBodyReadMax = 64 * 1024;
 
-    /// `wake` is called when an answer has come and there may be something to do.
+    /// `wake` is called when an answer has come: there may be something to do.
     Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment,
                ConnectionLimits limits = {});
 
@@ -74,30 +81,33 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void check_time(Moment moment);
 
     [[nodiscard]] bool wants_input() const;
-    /// How much of it at once: more than a head only where it can be handed on.
+    /// How many bytes to receive at once: more than a head only where they can be handed on.
     [[nodiscard]] std::size_t input_max() const;
-    /// The next bytes to send, in order; nothing when there are none now. The one before was sent.
+    /// The next bytes to send, in order; nothing when there are none now. The output before must
+    /// have been sent.
     [[nodiscard]] std::optional<Output> take_output();
     /// The kernel has taken some of the output in hand.
     void sent_some(std::size_t count, Moment moment);
     /// The output in hand is sent, its file too. Only now is the next request looked at.
     void sent(Moment moment);
-    /// The peer takes nothing, or next to nothing, of what is sent to it: only closing is left.
+    /// True when the peer takes nothing, or next to nothing, of what is sent to it: the connection
+    /// can only be closed.
     [[nodiscard]] bool is_stalled() const { return stalled_; }
-    /// Nothing more will come out; once all outputs are sent, the sending side is to be shut.
+    /// No more output will come. Once all outputs are sent, shut the sending side.
     [[nodiscard]] bool wants_close() const { return state_ == State::draining || state_ == State::closed; }
-    /// Nothing more is wanted from the peer either.
+    /// No more input is wanted, either.
     [[nodiscard]] bool is_closed() const { return state_ == State::closed; }
-    /// The request of a live stream that was admitted: the connection is its owner's now.
+    /// A live stream was admitted: the connection belongs to the stream's owner now.
     [[nodiscard]] bool is_live() const { return state_ == State::live; }
     [[nodiscard]] const RequestHead& head() const { return reader_.head(); }
     /// What the client has sent behind that request already. Contract: is_live().
     [[nodiscard]] std::string take_rest();
     /// Between requests: may be dropped to make room.
     [[nodiscard]] bool is_idle() const { return state_ == State::head && reader_.idle(); }
-    /// Its requests have proved a key, a session or a ticket, and the last that tried did not fail.
+    /// Its requests have proved a key, a session or a ticket, and the last one that tried did not
+    /// fail.
     [[nodiscard]] bool is_known() const { return known_; }
-    /// Memory for what has come and what is to go, without what is shared.
+    /// Memory for input and output that wait, without what is shared.
     [[nodiscard]] std::size_t held_bytes() const;
 
   private:
@@ -127,7 +137,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void drop_upload();
     [[nodiscard]] Reply reply_later();
     void answer(Response response);
-    /// Answers although not all of the request was read.
+    /// Answers although the request was not read to its end.
     void refuse(Response response);
 
     Service& service_;

@@ -65,7 +65,8 @@ Coding choose_coding(std::string_view accept_encoding, const std::array<bool, kC
         if (const std::optional<Coding> coding = coding_of(name))
             weights[static_cast<std::size_t>(*coding)] = weight;
     }
-    // Not named, a coding weighs what `*` does; identity is acceptable without being named, but after any that is.
+    // A coding that is not named weighs what `*` does. Identity is acceptable without being named,
+    // but after any coding that is.
     Coding best = Coding::identity;
     int best_weight = weights[0].value_or(others.value_or(1));
     for (const Coding coding : {Coding::gzip, Coding::brotli}) {

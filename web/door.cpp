@@ -8,13 +8,13 @@ namespace qduino::web {
 
 namespace {
 
-constexpr std::size_t kOtherDescriptors =
-    192;  // 64 live streams, 32 uploads with their files, journal, log, loops
+// 64 live streams, 32 uploads with their files, journal, log, loops.
+constexpr std::size_t kOtherDescriptors = 192;
 constexpr std::size_t kPlacesMin = 8;
 
 }  // namespace
 
-// ---- limits ----------------------------------------------------------------------------------------------------
+// ---- limits -------------------------------------------------------------------------------------
 
 std::size_t DoorLimits::descriptors() const { return strangers_max + known_max + kOtherDescriptors; }
 
@@ -32,7 +32,7 @@ DoorLimits DoorLimits::within(std::size_t descriptors) const {
     return fewer;
 }
 
-// ---- who comes -------------------------------------------------------------------------------------------------
+// ---- arriving -----------------------------------------------------------------------------------
 
 Door::Leaver Door::enter(Id id, std::string address, Instant now) {
     QDUINO_EXPECT(!places_.contains(id));
@@ -74,7 +74,8 @@ Door::Leaver Door::set_held(Id id, std::size_t bytes, Instant now) {
     at->second.held = bytes;
     at->second.held_since = now;
     if (held_bytes_ <= limits_.held_bytes_max) return std::nullopt;
-    // Rare, and the places are few: looked up one by one. Strangers first; never the one who has just come by it.
+    // This is rare, and the places are few, so it looks at each. Strangers go first; the connection
+    // that has just become known never does.
     using Rank = std::tuple<bool, Instant, Id>;
     std::optional<Rank> first;
     for (const auto& [other, place] : places_) {
@@ -85,7 +86,7 @@ Door::Leaver Door::set_held(Id id, std::size_t bytes, Instant now) {
     return first ? drop(std::get<Id>(*first)) : std::nullopt;
 }
 
-// ---- who goes --------------------------------------------------------------------------------------------------
+// ---- leaving ------------------------------------------------------------------------------------
 
 Door::Leaver Door::make_room() {
     if (strangers_ > 0) return drop_stranger();
@@ -102,7 +103,8 @@ Door::Leaver Door::room_for_stranger(const std::string& address) {
     return strangers_ >= limits_.strangers_max ? drop_stranger() : std::nullopt;
 }
 
-/// The oldest of the address that holds the most places; of several such addresses the one with the oldest.
+/// The oldest connection of the address that holds the most places. Of several such addresses, the
+/// one with the oldest.
 Door::Leaver Door::drop_stranger() {
     const auto goes_later = [](const auto& a, const auto& b) {
         if (a.second.size() != b.second.size()) return a.second.size() < b.second.size();

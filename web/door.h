@@ -1,15 +1,19 @@
-// Who has a place at the service, and who gives up his own when the places run out. No sockets: time and names are parameters.
+// Gives out the places at the service, and chooses the connection that leaves when they run out. No
+// sockets: time and names are parameters.
 //
-//   strangers   connections that have not shown the key. A newcomer always gets a place; when there is none, the stranger goes who
-//               has finished nothing for the longest time, of the address that holds the most. So a flood from one address drops
-//               its own connections first, and slow heads are older than whoever comes with a whole request.
-//   known       connections whose requests have proved a key, a session or a ticket. Their places are their own: no number of
-//               strangers takes one. When they are too many, one that waits between requests goes, the longest idle first.
+// An attacker fills whatever kind of place goes last. So neither the slowest nor the least
+// important connection leaves, but the oldest. Nobody can fake age: to be young, a connection has
+// to finish a request or come anew.
 //
-// Why the oldest, and not the slowest or the least important kind: whatever kind goes last is the kind that an attacker
-// fills the places with. Age he cannot fake: to be young he has to finish a request or to come anew.
+//   strangers   connections that have not shown the key. A newcomer always gets a place. If there
+//               is none, a stranger leaves: of the address that holds the most, the one that has
+//               finished nothing for the longest time. A flood from one address drops its own.
+//   known       connections whose requests have proved a key, a session or a ticket. Their places
+//               are their own: no number of strangers takes one. If they are too many, one that
+//               waits between requests leaves, the longest idle first.
 //
-// The same for memory: when what waits to be sent is too much in all, whoever has held his part the longest goes.
+// The same holds for memory: if too much waits to be sent in all, the connection that has held its
+// part the longest leaves.
 #pragma once
 
 #include <cstddef>
@@ -28,32 +32,36 @@ struct DoorLimits {
     std::size_t strangers_max = 1024;
     std::size_t strangers_of_address_max = 768;
     std::size_t known_max = 128;
-    std::size_t held_bytes_max = std::size_t{64} << 20;  ///< waiting to be sent, over all connections
+    /// Bytes that may wait to be sent, over all connections.
+    std::size_t held_bytes_max = std::size_t{64} << 20;
 
-    /// These, or fewer in the same proportions when the process may open only so many descriptors. 8 of a kind at least.
+    /// These limits, or fewer in the same proportions when the process may open only so many
+    /// descriptors. At least 8 of a kind.
     [[nodiscard]] DoorLimits within(std::size_t descriptors) const;
-    /// What the process needs for them and everything else it opens: files, the journal, live streams.
+    /// The descriptors that the process needs for them and for everything else: files, the journal,
+    /// live streams.
     [[nodiscard]] std::size_t descriptors() const;
 };
 
 class Door {
   public:
     using Id = std::uint64_t;
-    /// Who has to go, when one has to. He is forgotten already: his connection is the caller's to close.
+    /// The connection that has to leave, if one has to. The door has forgotten it; the caller
+    /// closes it.
     using Leaver = std::optional<Id>;
 
     explicit Door(DoorLimits limits = {}) : limits_(limits) {}
 
-    /// A stranger from `address` comes, and gets a place.
+    /// A stranger from `address` arrives, and gets a place.
     [[nodiscard]] Leaver enter(Id id, std::string address, Instant now);
-    /// He has shown the key, or (false) a wrong one.
+    /// It has shown the key, or (false) a wrong one.
     [[nodiscard]] Leaver set_known(Id id, bool known);
-    /// He begins a request, or (false) waits for the next one. The second makes him young again.
+    /// It begins a request, or (false) waits for the next one. The second makes it young again.
     void set_busy(Id id, bool busy, Instant now);
-    /// So many bytes wait to be sent to him; 0: none any more.
+    /// This many bytes wait to be sent to it; 0: none.
     [[nodiscard]] Leaver set_held(Id id, std::size_t bytes, Instant now);
-    /// A place is needed although none of the limits says so: the process cannot open another socket. Nobody when all that are
-    /// left are known and busy.
+    /// Makes room although no limit asks for it: the process cannot open another socket. Nothing
+    /// when all that are left are known and busy.
     [[nodiscard]] Leaver make_room();
     void leave(Id id);
 
@@ -70,8 +78,8 @@ class Door {
         std::size_t held = 0;
         Instant held_since{};
     };
-    using Order =
-        std::set<std::tuple<bool, Instant, Id>>;  // the first goes first; of strangers the bool is false
+    // The first in order leaves first; of strangers the bool is false.
+    using Order = std::set<std::tuple<bool, Instant, Id>>;
 
     void insert(Id id, const Place& place);
     void remove(Id id, const Place& place);

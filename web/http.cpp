@@ -148,7 +148,7 @@ std::string_view reason_of(int status) {
 }
 
 Response error_response(int status, std::string_view code, std::string_view message) {
-    // Codes and messages are this program's own words: nothing in them needs escaping but what is escaped here.
+    // Codes and messages are this program's own words: only these characters need escaping.
     std::string escaped;
     for (const char c : message) {
         if (c == '"' || c == '\\') escaped += '\\';

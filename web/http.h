@@ -1,4 +1,4 @@
-// HTTP as values: what a request says, what an answer is. No sockets, no parsing library.
+// HTTP as values: requests and answers. No sockets, no parsing library.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,12 @@ struct Header {
     std::string value;
 };
 
-/// A request's head. Field values are as they came: bounded in length and number, otherwise untrusted.
+/// A request's head. Field values stand as the client sent them: bounded in length and number,
+/// otherwise untrusted.
 struct RequestHead {
     Method method = Method::other;
-    std::vector<std::string>
-        path;           ///< segments, each percent-decoded: a decoded slash stays inside of its segment
+    /// Segments, each percent-decoded: a decoded slash stays inside of its segment.
+    std::vector<std::string> path;
     std::string query;  ///< behind the `?`, not decoded
     std::vector<Header> headers;
     std::optional<std::uint64_t> content_length;
@@ -43,7 +44,8 @@ struct RequestHead {
 struct Request {
     RequestHead head;
     std::string body;
-    std::string remote;  ///< the peer's address, as the socket says; forwarded headers are not believed
+    /// The peer's address from the socket. Forwarded headers are not believed.
+    std::string remote;
 };
 
 /// A part of a file as an answer's body.
@@ -58,9 +60,10 @@ struct Response {
     std::string content_type = "application/json";
     std::vector<Header> headers;
     std::string body;
-    std::shared_ptr<const std::string> shared;  ///< instead of `body`: bytes that many answers have in common
-    std::optional<FileRange> file;              ///< instead of both
-    bool close = false;                         ///< end the connection after it
+    /// Replaces `body`: bytes that many answers have in common.
+    std::shared_ptr<const std::string> shared;
+    std::optional<FileRange> file;  ///< instead of both
+    bool close = false;             ///< end the connection after it
 
     [[nodiscard]] std::uint64_t body_size() const {
         return file ? file->length : shared ? shared->size() : body.size();
@@ -71,7 +74,8 @@ struct Response {
     }
 };
 
-/// An error in the form that docs/api.md gives: {"error":{"code":…,"message":…}}. `message` is ours, never the client's.
+/// An error in the form of docs/api.md: {"error":{"code":…,"message":…}}. `message` is ours, never
+/// the client's.
 [[nodiscard]] Response error_response(int status, std::string_view code, std::string_view message);
 
 /// The head of an answer on the wire, with the fields that every answer carries.
@@ -82,7 +86,8 @@ struct Response {
 [[nodiscard]] std::string_view trimmed(std::string_view text);
 /// Nothing when a `%` is not followed by two hexadecimal digits, or decodes to NUL.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
-/// Splits a target into `head.path` and `head.query`. False when it is no absolute path, or malformed.
+/// Splits a target into `head.path` and `head.query`. False when it is no absolute path, or
+/// malformed.
 [[nodiscard]] bool parse_target(std::string_view target, RequestHead& head);
 
 }  // namespace qduino::web

@@ -1,9 +1,11 @@
-// The live stream without its sockets: what is sent to whom, what may be dropped, and what a newcomer gets first.
+// The live stream without its sockets: the messages of each subscriber, and which of them may be
+// dropped.
 //
-// A slow reader must neither hold up the others nor fill the memory: of a status only the newest waits, replies are
-// bounded, and what was dropped is said.
+// A slow reader must neither hold up the others nor fill the memory. So only the newest status
+// waits for it, replies are bounded, and it is told what was dropped.
 //
-//     publisher (spool's thread) ──post──► LiveHub (I/O thread) ──► LiveQueue of each subscriber ──► its socket
+//     publisher (spool's thread) ──post──► LiveHub (I/O thread) ──► LiveQueue of each subscriber
+//                                                               ──► its socket
 #pragma once
 
 #include <cstdint>
@@ -22,12 +24,12 @@ using Message = std::shared_ptr<const std::string>;
 
 enum class MessageKind : std::uint8_t { status, jobs, upload, reply, history };
 
-/// What waits for one subscriber.
+/// The messages that wait for one subscriber.
 class LiveQueue {
   public:
     static constexpr std::size_t kWaitingMax = 200;
 
-    /// A newer status, list of jobs or upload progress takes the place of one that still waits.
+    /// A newer status, list of jobs or upload progress replaces one that still waits.
     void push(MessageKind kind, Message message);
     /// The oldest; nothing when none waits.
     [[nodiscard]] std::optional<Message> pop();
@@ -60,13 +62,14 @@ class TemperatureHistory {
     std::deque<Sample> samples_;
 };
 
-/// Who listens. I/O thread only.
+/// The subscribers. I/O thread only.
 class LiveHub {
   public:
     using Deliver = std::function<void(MessageKind, const Message&)>;
     static constexpr std::size_t kSubscribersMax = 64;
 
-    /// Delivers the newest status, jobs and history at once, and everything from then on. Nothing when there are too many.
+    /// Delivers the newest status, jobs and history at once, and then every message. Nothing when
+    /// there are too many subscribers.
     [[nodiscard]] std::optional<std::uint64_t> subscribe(Deliver deliver);
     void unsubscribe(std::uint64_t id);
     void publish(MessageKind kind, std::string message);

@@ -1,4 +1,4 @@
-// What the service counts and measures, as Prometheus text.
+// The service's counts and measurements, as Prometheus text.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ class Metrics {
     void count_upload(std::uint64_t bytes);
     void count_refused_login();
 
-    /// The spool's thread: reads the machine and the queue, and renders all of it.
+    /// The spool's thread: reads the machine and the queue, and renders everything.
     [[nodiscard]] std::string text(const spool::Spool& spool);
 
   private:

@@ -32,7 +32,8 @@ struct Parameter {
     std::string value;
 };
 
-/// A quoted string. `\"` and `\\` are escapes; any other backslash stays: browsers send Windows paths unescaped.
+/// A quoted string. `\"` and `\\` are escapes; any other backslash stays: browsers send Windows
+/// paths unescaped.
 std::optional<std::string> take_quoted(std::string_view& rest) {
     std::string value;
     for (std::size_t i = 1; i < rest.size(); ++i) {
@@ -48,7 +49,8 @@ std::optional<std::string> take_quoted(std::string_view& rest) {
     return std::nullopt;
 }
 
-/// The next `; name=value` of a header's value. Nothing at its end; `broken` when it has not that form.
+/// The next `; name=value` of a header's value. Nothing at its end; sets `broken` when it has
+/// another form.
 std::optional<Parameter> take_parameter(std::string_view& rest, bool& broken) {
     rest = trimmed(rest);
     while (!rest.empty() && rest.front() == ';') rest = trimmed(rest.substr(1));
@@ -71,7 +73,7 @@ std::optional<Parameter> take_parameter(std::string_view& rest, bool& broken) {
     return parameter;
 }
 
-/// RFC 5987: charset'language'percent-encoded; only UTF-8 is sent by anyone.
+/// RFC 5987: charset'language'percent-encoded. Only UTF-8 is in use.
 std::optional<std::string> extended_value(std::string_view text) {
     const std::size_t first = text.find('\'');
     if (first == std::string_view::npos) return std::nullopt;
@@ -193,7 +195,7 @@ Result<bool> MultipartParser::step() {
     return false;
 }
 
-/// Preamble or data: everything that cannot be a part of the delimiter is given out.
+/// Preamble or data: gives out everything that cannot be a part of the delimiter.
 Result<bool> MultipartParser::step_to_delimiter() {
     const std::size_t found = held_.find(delimiter_, at_);
     if (found != std::string::npos) {

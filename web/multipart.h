@@ -1,11 +1,12 @@
-// multipart/form-data as it streams in (RFC 7578, RFC 2046 §5.1, file names after RFC 5987). Sans I/O.
+// multipart/form-data as it streams in (RFC 7578, RFC 2046 §5.1, file names after RFC 5987). Sans
+// I/O.
 //
-//   preamble  CRLF--boundary CRLF  headers CRLF CRLF  data  CRLF--boundary CRLF … data  CRLF--boundary--  epilogue
+//   preamble  CRLF--boundary CRLF  headers CRLF CRLF  data  CRLF--boundary CRLF … CRLF--boundary--
 //             ╰─ delimiter ─╯
 //
-// Bytes go in in any pieces; parts come out through a sink. What is held is bounded: one delimiter's length of data and one
-// part's headers. A body that ends without its end boundary is an error from finish(), never a wait and never a
-// loop: each step uses bytes up or asks for more.
+// Bytes go in in any pieces; parts come out through a sink. The parser holds at most one
+// delimiter's length of data and one part's headers. A body without its end boundary is an error
+// from finish(), and never a wait or a loop: each step uses bytes up or asks for more.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +25,7 @@ struct PartHead {
     bool is_file = false;   ///< it has a file name, be it an empty one
 };
 
-/// An Error from any of these ends the parsing with it.
+/// An Error from any of these ends the parsing with that error.
 class MultipartSink {
   public:
     virtual ~MultipartSink() = default;
@@ -39,7 +40,8 @@ struct MultipartLimits {
     std::size_t preamble_bytes_max = 4 * 1024;
 };
 
-/// The boundary in a Content-Type. Errors: unsupported (no multipart/form-data), invalid_argument (no or a bad boundary).
+/// The boundary in a Content-Type. Errors: unsupported (no multipart/form-data), invalid_argument
+/// (no or a bad boundary).
 [[nodiscard]] Result<std::string> boundary_of(std::string_view content_type);
 
 class MultipartParser {
@@ -47,7 +49,8 @@ class MultipartParser {
     /// `sink` outlives the parser. `boundary` as boundary_of() gives it.
     MultipartParser(std::string_view boundary, MultipartSink& sink, MultipartLimits limits = {});
 
-    /// Errors: invalid_argument (malformed), out_of_range (a limit), or the sink's. After an error nothing more is taken.
+    /// Errors: invalid_argument (malformed), out_of_range (a limit), or the sink's. After an error
+    /// nothing more is taken.
     [[nodiscard]] Result<void> feed(std::span<const char> bytes);
     /// The body has ended. Error: invalid_argument, when its end boundary was missing.
     [[nodiscard]] Result<void> finish() const;

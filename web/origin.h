@@ -1,9 +1,11 @@
-// Which host names and origins a browser may come from: against DNS rebinding and cross-site requests. Pure.
+// The host names and origins that a browser may come from: against DNS rebinding and cross-site
+// requests. Pure.
 //
-// A page of another site can make a browser send requests here, with our cookie, or under a name that its own DNS points at this
-// machine. The first shows in Origin, the second in Host:
-//   - Host must be an address, `localhost`, or a name that the owner has allowed: a rebinding attack needs a name.
-//   - Origin, where it is given or required, must be the Host that the request itself was sent to.
+// A page of another site can make a browser send requests here: with our cookie, or under a name
+// that the site's own DNS points at this computer. The first shows in Origin, the second in Host:
+// - Host must be an address, `localhost`, or a name that the owner has allowed: a rebinding attack
+//   needs a name.
+// - Origin, where it is given or required, must equal the Host that the request itself was sent to.
 #pragma once
 
 #include <string>
@@ -19,15 +21,16 @@ class HostPolicy {
     /// Further names, without port, e.g. "printer.local".
     explicit HostPolicy(std::vector<std::string> names = {}) : names_(std::move(names)) {}
 
-    /// Whether the value of a Host field is one of ours. The port is not compared: a tunnel may change it.
+    /// True when the value of a Host field is one of ours. The port is not compared: a tunnel may
+    /// change it.
     [[nodiscard]] bool allows(std::string_view host) const;
 
   private:
     std::vector<std::string> names_;
 };
 
-/// Whether the request comes from a page of this very service: Origin is http(s):// and the value of Host.
-/// A request without Origin is `absent_is_same`.
+/// True when the request comes from a page of this very service: Origin is http(s):// and the value
+/// of Host. A request without Origin is `absent_is_same`.
 [[nodiscard]] bool is_same_origin(const RequestHead& head, bool absent_is_same);
 
 }  // namespace qduino::web

@@ -67,7 +67,7 @@ void Publisher::publish_sample(Moment moment) {
     const spool::MachineView& machine = spool_.machine();
     if (!machine.connected) return;
     const auto& heat = machine.heat;
-    // What is no number is written as null: a gap in the curve.
+    // A value that is no number is written as null: a gap in the curve.
     const auto celsius = [](const auto& heater) {
         return heater.reading ? heater.celsius : std::numeric_limits<double>::quiet_NaN();
     };

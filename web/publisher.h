@@ -1,4 +1,5 @@
-// What the spool's thread does with time: ticks the spool, and tells the live stream and the log what changed.
+// The periodic work of the spool's thread: ticks the spool, and tells the live stream and the log
+// what changed.
 #pragma once
 
 #include <atomic>
@@ -35,7 +36,8 @@ class Publisher {
     Instant status_at_{};
     Instant sample_at_{};
     std::uint64_t published_revision_ = 0;
-    std::string published_words_;  ///< states of the jobs as shown: pausing changes them without a revision
+    /// The words for the jobs' states: a pause changes them without a revision.
+    std::string published_words_;
 };
 
 }  // namespace qduino::web

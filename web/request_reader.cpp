@@ -45,7 +45,7 @@ Error error_of(const error_code& code) {
 
 }  // namespace
 
-/// Beast's parser, with what it finds put into our own values.
+/// Beast's parser, with its findings put into our own values.
 class RequestReader::Parser final : public http::basic_parser<true> {
     friend class http::basic_parser<true>;
 
@@ -59,7 +59,7 @@ class RequestReader::Parser final : public http::basic_parser<true> {
     std::string body;
     bool header_given_out = false;
 
-    /// What Beast leaves open. Sets `code` when the request must be refused.
+    /// Checks what Beast leaves open. Sets `code` when the request must be refused.
     void complete_head(error_code& code) {
         head.keep_alive = keep_alive();
         head.chunked = chunked();
@@ -117,7 +117,7 @@ void RequestReader::feed(std::span<const char> bytes) {
     pending_.append(bytes.data(), bytes.size());
 }
 
-/// Gives the memory back when all was used: most connections wait, and there may be hundreds.
+/// Gives the memory back when all of it was used: most connections wait, and there may be hundreds.
 void RequestReader::drop_used() {
     if (used_ == pending_.size()) {
         std::string{}.swap(pending_);

@@ -1,12 +1,13 @@
-// Bytes of a connection → requests. Sans I/O: bytes go in as they come, in any pieces; heads and bodies come out.
+// Bytes of a connection → requests. Sans I/O: bytes go in in any pieces; heads and bodies come out.
 //
-//     feed(bytes) … advance() → head      the caller decides what to do with the body, then goes on
+//     feed(bytes) … advance() → head      the caller decides what to do with the body, and goes on
 //                   advance() → body      again and again; each hands out what has arrived
-//                   advance() → complete  next() begins with the next request, which may have arrived already
+//                   advance() → complete  next() begins with the next request, which may be here
 //
-// The grammar is Boost.Beast's parser; bounds and strictness are decided here: header size and number, one Host,
-// Content-Length and Transfer-Encoding never together, targets that are absolute paths. What is held is one feed and one
-// header's length at most: Beast bounds a head, but neither the line before a chunk nor what follows the last one.
+// The grammar is Boost.Beast's parser. This class decides bounds and strictness: size and number of
+// header fields, one Host, never Content-Length together with Transfer-Encoding, absolute paths as
+// targets. Beast bounds a head, but neither the line before a chunk nor the trailer of the last
+// one. So the reader holds at most one feed and one header's length.
 #pragma once
 
 #include <cstddef>
@@ -33,17 +34,18 @@ class RequestReader {
     RequestReader(const RequestReader&) = delete;
     RequestReader& operator=(const RequestReader&) = delete;
 
-    /// Bytes as they came from the peer.
+    /// Bytes from the peer, in order.
     void feed(std::span<const char> bytes);
-    /// One step. `body` is replaced by what a body step yields. Errors (the connection is beyond repair): invalid_argument
-    /// (no HTTP), out_of_range (header too large), unsupported (a coding that is not known).
+    /// One step. A body step replaces `body` by its bytes. Errors (the connection is beyond
+    /// repair): invalid_argument (no HTTP), out_of_range (header too large), unsupported (an
+    /// unknown coding).
     [[nodiscard]] Result<Progress> advance(std::string& body);
     /// Forgets the request that is complete. Contract: it is.
     void next();
 
     /// From the `head` step on.
     [[nodiscard]] const RequestHead& head() const;
-    /// Bytes fed and not yet used: to be handed on when the connection changes its protocol.
+    /// Bytes fed and not yet used: for the owner of a connection that changes its protocol.
     [[nodiscard]] std::string take_rest();
     /// Bytes fed and not yet used.
     [[nodiscard]] std::size_t held_bytes() const { return pending_.size() - used_; }

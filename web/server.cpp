@@ -36,11 +36,11 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::size_t kFilePiece = 64 * 1024;
-constexpr int kKernelSendBytes =
-    64 * 1024;  // the kernel doubles it; its own choice goes up to megabytes a connection
+// The kernel doubles it. Its own choice goes up to megabytes a connection.
+constexpr int kKernelSendBytes = 64 * 1024;
 constexpr int kAnalysisNice = 10;
 
-/// How many descriptors the process may open: raised to `wanted` when it is allowed to.
+/// How many descriptors the process may open: raised to `wanted` where that is allowed.
 std::size_t descriptors_for(std::size_t wanted) {
     rlimit limit{};
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return 0;
@@ -52,7 +52,8 @@ std::size_t descriptors_for(std::size_t wanted) {
     return static_cast<std::size_t>(std::min<rlim_t>(limit.rlim_cur, wanted));
 }
 
-/// Who counts as one peer: an IPv4 address, or the 64 bits of an IPv6 address that one customer is given.
+/// The name of one peer: an IPv4 address, or the first 64 bits of an IPv6 address, which one
+/// customer gets.
 std::string peer_of(asio::ip::address address) {
     if (address.is_v6() && address.to_v6().is_v4_mapped())
         address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
@@ -64,7 +65,7 @@ std::string peer_of(asio::ip::address address) {
 
 }  // namespace
 
-// ---- threads ---------------------------------------------------------------------------------------------------
+// ---- threads ------------------------------------------------------------------------------------
 
 struct Threads::Parts {
     asio::io_context io{1};
@@ -133,7 +134,7 @@ void Threads::join() {
     if (parts_->spool_thread.joinable()) parts_->spool_thread.join();
 }
 
-// ---- server ----------------------------------------------------------------------------------------------------
+// ---- server -------------------------------------------------------------------------------------
 
 class Session;
 class LiveSession;
@@ -171,7 +172,8 @@ struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
     std::vector<char> read_buffer = std::vector<char>(Connection::kBodyReadMax);
 };
 
-/// A socket and its connection: moves bytes between the two, one read and one write under way at most.
+/// A socket and its connection: moves bytes between the two, with at most one read and one write
+/// under way.
 class Session : public std::enable_shared_from_this<Session> {
   public:
     Session(tcp::socket socket, Server::Parts& server, Door::Id id, std::string remote)
@@ -202,7 +204,7 @@ class Session : public std::enable_shared_from_this<Session> {
         server_.door.leave(id_);
         server_.sessions.erase(id_);
     }
-    /// Without waiting for what the peer has not taken: the kernel forgets that at once, too.
+    /// Does not wait for what the peer has not taken: the kernel forgets that at once, too.
     void reset() {
         error_code ignored;
         static_cast<void>(socket_.set_option(asio::socket_base::linger(true, 0), ignored));
@@ -268,7 +270,7 @@ class Session : public std::enable_shared_from_this<Session> {
     }
     void hold(std::size_t bytes) { server_.drop(server_.door.set_held(id_, bytes, server_.clock().now)); }
 
-    /// What the kernel takes now of what is left.
+    /// As much of the rest as the kernel takes now.
     void write() {
         std::array<asio::const_buffer, 3> left{
             asio::buffer(output_.bytes), asio::buffer(output_.body),
@@ -301,7 +303,8 @@ class Session : public std::enable_shared_from_this<Session> {
         pump();
     }
 
-    /// The next piece of the file, read on a disk thread. A file that is shorter than was said ends the connection.
+    /// The next piece of the file, read on a disk thread. A file that is shorter than announced
+    /// ends the connection.
     void read_file() {
         writing_ = true;
         FileRange& range = *output_.file;
@@ -341,7 +344,7 @@ class Session : public std::enable_shared_from_this<Session> {
     bool busy_ = false;
 };
 
-/// A WebSocket that listens to the hub. What the client says is read and ignored.
+/// A WebSocket that listens to the hub. The client's words are read and ignored.
 class LiveSession : public std::enable_shared_from_this<LiveSession> {
   public:
     /// `rest`: what was read behind the request's head.
@@ -458,7 +461,8 @@ void Server::Parts::accept() {
     });
 }
 
-/// Out of descriptors, most likely: one that has a place goes for the newcomer. With nobody to go it waits instead of spinning.
+/// Most likely out of descriptors: a connection that has a place leaves for the newcomer. If none
+/// can leave, the newcomer waits, without a spin.
 void Server::Parts::accept_failed(const error_code& failed) {
     const bool short_of_room = failed == asio::error::no_descriptors || failed.value() == ENFILE ||
                                failed == asio::error::no_buffer_space || failed == asio::error::no_memory;

@@ -1,14 +1,17 @@
-// Sockets and threads around the sans-I/O parts. The only translation unit with Boost.Asio's sockets and WebSocket in it.
+// Sockets and threads around the sans-I/O parts. The only translation unit with Boost.Asio's
+// sockets and WebSocket in it.
 //
 //   I/O thread (run())      accepts, reads, writes; connections, live streams
 //   spool's thread          journal, link, handlers; ticks
 //   2 disk threads          pieces of uploads, sync, reads of files to be sent
 //   1 analysis thread       preflight of uploads, at lower priority: it must not disturb anything
 //
-// Nothing a peer does grows the memory without bound: a connection that waits has no buffer (one is shared, bytes are read when
-// they are there), one that is served has what connection.h allows, the number of connections and what waits to be sent
-// to all of them is door.h's, and the kernel's own buffer of unsent bytes is small. A newcomer is always accepted: when descriptors run
-// out too, another goes for it. Connections that are half open are the kernel's (its SYN cookies): they take nothing here.
+// No peer can make the memory grow without bound. A connection that waits has no buffer: all share
+// one, and bytes are read when they are there. A connection that is served has what connection.h
+// allows. door.h bounds the number of connections, and the bytes that wait to be sent to all of
+// them. The kernel's own buffer of unsent bytes is small. A newcomer is always accepted: when
+// descriptors run out, too, another connection leaves for it. Half-open connections are the
+// kernel's (its SYN cookies): they take nothing here.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +26,8 @@
 
 namespace qduino::web {
 
-/// The threads. Destroyed after everything that runs on them has been told to end, before what the tasks refer to.
+/// The threads. Destroy them after everything that runs on them has been told to end, and before
+/// what the tasks refer to.
 class Threads {
   public:
     Threads();
@@ -35,7 +39,7 @@ class Threads {
     void run();
     /// Any thread, and the handler of a signal that run() delivers.
     void stop();
-    /// SIGINT and SIGTERM stop; `on_signal` is told on the I/O thread first.
+    /// SIGINT and SIGTERM stop; `on_signal` is called on the I/O thread first.
     void stop_on_signals(std::function<void(int)> on_signal);
     /// Waits until no task runs any more. After run() has returned.
     void join();
@@ -55,7 +59,8 @@ struct ServerOptions {
 
 class Server {
   public:
-    /// Listens. Errors: invalid_argument (no address), already_exists (port in use), not_permitted, internal.
+    /// Listens. Errors: invalid_argument (no address), already_exists (port in use), not_permitted,
+    /// internal.
     [[nodiscard]] static Result<std::unique_ptr<Server>> listen(ServerOptions options, Threads& threads,
                                                                 Service& service,
                                                                 std::function<Moment()> clock);
@@ -69,7 +74,7 @@ class Server {
     std::shared_ptr<Parts> parts_;
 };
 
-/// Whether only this machine can connect to `address`.
+/// True when only this computer can connect to `address`.
 [[nodiscard]] bool is_loopback(const std::string& address);
 
 }  // namespace qduino::web

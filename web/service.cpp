@@ -63,7 +63,7 @@ bool is_false(std::string_view text) {
     return text == "false" || text == "0" || text == "no" || text == "?0";
 }
 
-/// A field that is absent leaves `value`; one that is no whole number is an error.
+/// An absent field leaves `value`; a field that is no whole number is an error.
 bool read_number(const std::string& text, int& value) {
     if (text.empty()) return true;
     const std::optional<int> number = whole_number<int>(text);
@@ -131,7 +131,7 @@ Service::Service(ServiceOptions options, api::Context context, Authenticator aut
       analyzer_(analyzer),
       executors_(std::move(executors)) {}
 
-// ---- plan ------------------------------------------------------------------------------------------------------
+// ---- plan ---------------------------------------------------------------------------------------
 
 /// The refusals that come before any route. Sets `proof` when there is none.
 std::optional<Response> Service::refuse(const RequestHead& head, const std::string& remote, Moment moment,
@@ -140,7 +140,7 @@ std::optional<Response> Service::refuse(const RequestHead& head, const std::stri
     if (proof == Proof::limited || proof == Proof::none) metrics_.count_refused_login();
     if (proof == Proof::limited) return too_many_tries();
     if (proof == Proof::none) return unauthorized();
-    // With a key in the request no browser page of another site can be behind it. Otherwise one may be.
+    // A request with a key does not come from a page of another site. Any other request may.
     const bool foreign_page = proof == Proof::cookie ? !is_safe(head.method) && !is_same_origin(head, false)
                                                      : proof == Proof::off && !is_same_origin(head, true);
     if (foreign_page)
@@ -196,7 +196,8 @@ Plan Service::plan_route(const RequestHead& head) {
     return respond(error_response(404, "not_found", "there is nothing of this name"));
 }
 
-/// A browser cannot add a header to a WebSocket: it shows its cookie, and its page's origin; or a ticket.
+/// A browser cannot add a header to a WebSocket. It shows its cookie and its page's origin, or a
+/// ticket.
 Plan Service::plan_live(const RequestHead& head, const std::string& remote, Moment moment) {
     if (!head.upgrades_to_websocket)
         return respond(error_response(400, "invalid_argument", "this is a WebSocket; ask for an upgrade"));
@@ -234,7 +235,7 @@ std::optional<Plan> Service::plan_upload(const RequestHead& head) {
                             octoprint ? UploadDialect::octoprint : UploadDialect::own);
     }
     if (!own_put && !prusalink) return std::nullopt;
-    // What is left of the path is the name; a slash in it, decoded or not, is refused with the name.
+    // The rest of the path is the name. A slash in it, decoded or not, is refused with the name.
     std::string name;
     for (std::size_t i = prusalink ? 4 : 3; i < head.path.size(); ++i)
         name += (name.empty() ? "" : "/") + head.path[i];
@@ -251,7 +252,8 @@ Plan Service::admit_upload(const RequestHead& head, Result<std::unique_ptr<Uploa
         return respond(error_response(411, "invalid_argument",
                                       "the upload needs Content-Length, or must come in chunks"));
     }
-    // A multipart body is a little longer than its file: what is said in advance is checked coarsely, the file exactly.
+    // A multipart body is a little longer than its file. So the announced length is checked
+    // coarsely, and the file exactly.
     constexpr std::uint64_t kWrapping = 256 * 1024;
     if (head.content_length.value_or(0) > context_.spool.blobs().limits().size_max_bytes + kWrapping) {
         return respond(error_response(413, "out_of_range", "the file is longer than this printer accepts"));
@@ -269,7 +271,7 @@ Plan Service::admit_upload(const RequestHead& head, Result<std::unique_ptr<Uploa
     return plan;
 }
 
-// ---- handle ----------------------------------------------------------------------------------------------------
+// ---- handle -------------------------------------------------------------------------------------
 
 void Service::handle(std::shared_ptr<const Request> request, Moment moment, Reply reply) {
     if (handle_at_once(*request, moment, reply)) return;
@@ -286,7 +288,8 @@ void Service::handle(std::shared_ptr<const Request> request, Moment moment, Repl
     });
 }
 
-/// What needs no spool, or must not wait for it. False: it is for the spool's thread.
+/// Handles requests that need no spool, or must not wait for it. False: it is for the spool's
+/// thread.
 bool Service::handle_at_once(const Request& request, Moment moment, const Reply& reply) {
     const RequestHead& head = request.head;
     if (is_path(head, {"api", "v1", "session"})) {
@@ -314,7 +317,8 @@ void Service::begin_session(const Request& request, Moment moment, const Reply& 
     if (proof == Proof::limited || proof == Proof::none) metrics_.count_refused_login();
     if (proof == Proof::limited) return reply(too_many_tries());
     if (proof == Proof::none) return reply(unauthorized());
-    // The old session of this browser, if any, ends: a session fixed by someone else must not live on.
+    // The old session of this browser, if any, ends: a session that an attacker fixed must not live
+    // on.
     const std::string old_token{cookie_value(request.head.value("Cookie"), Authenticator::kCookie)};
     const std::string old_hash = old_token.empty() ? "" : authenticator_.sessions.end(old_token);
     const SessionTable::Made made = authenticator_.sessions.make(moment.now_s);
@@ -343,11 +347,11 @@ void Service::end_session(const Request& request, const Reply& reply) {
     });
 }
 
-// ---- uploads ---------------------------------------------------------------------------------------------------
+// ---- uploads ------------------------------------------------------------------------------------
 
 Response Service::refused_upload(const Error& error) {
     Response response = api::error_response(error);
-    // What is a refusal elsewhere has words of its own for a body: too large, disk full, damaged on the way.
+    // Some refusals have words of their own for a body: too large, disk full, damaged on the way.
     if (error.code == ErrorCode::out_of_range) response.status = 413;
     if (error.code == ErrorCode::unavailable) response.status = 507;
     if (error.code == ErrorCode::corrupt) response.status = 422;

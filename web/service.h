@@ -1,11 +1,14 @@
-// The service behind the connections: who may, what a request wants, and the way of an upload. No sockets.
+// The service behind the connections: admission, the meaning of a request, and the way of an
+// upload. No sockets.
 //
-//   plan(head)   I/O thread     host, origin, authentication, route → how the body is to be taken, or the answer
-//   handle       spool's thread one route's handler; a few need no spool and answer at once
-//   upload       disk thread    pieces → file, seal;  analysis thread  facts and verdict;  spool's thread  queue it
+//   plan(head)   I/O thread       host, origin, authentication, route
+//                                 → how the body is to be taken, or the answer
+//   handle       spool's thread   one route's handler; a few need no spool and answer at once
+//   upload       disk thread      pieces → file, seal;  analysis thread: facts and verdict;
+//                                 spool's thread: queue it
 //
-// Threads are handed in as functions that run a task there: in the program a thread each, in tests and fuzzing at once.
-// Answers always come back on the I/O thread.
+// Threads are handed in as functions that run a task there. In the program each is a thread; in
+// tests and fuzzing the task runs at once. Answers always come back on the I/O thread.
 #pragma once
 
 #include <functional>
@@ -40,7 +43,7 @@ struct Executors {
     Executor analysis;
 };
 
-/// How a request is to be taken.
+/// The way in which a request is to be taken.
 struct Plan {
     enum class Kind : std::uint8_t {
         respond,  ///< with `response`; a body is not wanted
@@ -83,7 +86,7 @@ class Service {
     void end_upload(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
     /// The answer to a piece that was refused.
     [[nodiscard]] static Response refused_upload(const Error& error);
-    /// For the live stream; `size` 0: not known.
+    /// Tells the live stream; `size` 0: not known.
     void report_upload(const Upload& upload, std::uint64_t size);
 
     [[nodiscard]] LiveHub& live() { return live_; }

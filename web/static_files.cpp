@@ -34,7 +34,7 @@ constexpr std::array<std::pair<Coding, std::string_view>, 2> kEndings{{
     {Coding::brotli, ".br"},
 }};
 
-/// Whether `name` is another file's name with a coding's ending.
+/// True when `name` is another file's name with a coding's ending.
 template <typename Found>
 bool is_coded_form(std::string_view name, const Found& found) {
     return std::any_of(kEndings.begin(), kEndings.end(), [&](const auto& each) {
@@ -79,7 +79,7 @@ Result<StaticFiles> StaticFiles::read(const std::filesystem::path& folder) {
     return files;
 }
 
-/// `name` and the coded forms beside it. One that is no smaller is left out.
+/// `name` and the coded forms beside it. A form that is no smaller is left out.
 StaticFiles::File StaticFiles::file_of(const std::string& name, const Found& found) {
     File file;
     file.content_type = content_type_of(name);
@@ -111,7 +111,7 @@ std::optional<Response> StaticFiles::find(const RequestHead& head) const {
     response.content_type = file.content_type;
     response.add("ETag", variant.etag);
     response.add("Cache-Control", file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
-    // Also on the plain form: a cache must ask for another client's coding.
+    // On the plain form, too: a cache must ask for another client's coding.
     if (there[1] || there[2]) response.add("Vary", "Accept-Encoding");
     if (names_etag(head.value("If-None-Match"), variant.etag)) {
         response.status = 304;

@@ -1,8 +1,9 @@
-// The page's own files: listed and read once at start, looked up by name. A request's path never meets the file system, and an
-// answer shares the bytes with every other.
+// The page's own files: listed and read once at start, looked up by name. A request's path never
+// meets the file system, and all answers share the bytes.
 //
-//   app.js   app.js.gz   app.js.br      one file in three codings, made when the page is built; the client's Accept-Encoding chooses.
-//                                       Each has an ETag of its own: caches must not mix them up.
+//   app.js   app.js.gz   app.js.br      one file in three codings, made when the page is built. The
+//                                       client's Accept-Encoding chooses. Each has an ETag of its
+//                                       own: caches must not mix them up.
 #pragma once
 
 #include <array>
@@ -23,10 +24,12 @@ class StaticFiles {
     static constexpr std::uint64_t kBytesMax = std::uint64_t{32} << 20;
 
     StaticFiles() = default;
-    /// Reads every regular file below `folder`; links are not followed. Errors: not_found, out_of_range (too many).
+    /// Reads every regular file below `folder`; links are not followed. Errors: not_found,
+    /// out_of_range (too many).
     [[nodiscard]] static Result<StaticFiles> read(const std::filesystem::path& folder);
 
-    /// The file in the client's coding, or 304 when it has that; nothing when there is none of this name. The empty path is index.html.
+    /// The file in the client's coding, or 304 when the client has it; nothing when there is none
+    /// of this name. The empty path is index.html.
     [[nodiscard]] std::optional<Response> find(const RequestHead& head) const;
     [[nodiscard]] std::size_t size() const { return files_.size(); }
 

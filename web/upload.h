@@ -1,10 +1,11 @@
-// One upload: body bytes → a staged file and the fields that came with it. No sockets; runs on a worker thread.
+// One upload: body bytes → a staged file and the fields that came with it. No sockets; runs on a
+// worker thread.
 //
 //   raw (PUT):     body ───────────────────────────► StagedFile
 //   multipart:     body ─► MultipartParser ─┬ file ─► StagedFile
 //                                           └ other parts ─► fields (small, bounded)
 //
-// Nothing is queued from here: a file that was not sealed is removed when the upload is destroyed.
+// Nothing is queued from here. A file that was not sealed is removed when the upload is destroyed.
 #pragma once
 
 #include <map>
@@ -20,19 +21,22 @@
 
 namespace qduino::web {
 
-/// Where the answer goes and in which form.
+/// The form of the answer.
 enum class UploadDialect : std::uint8_t { own, octoprint, prusalink };
 
 class Upload {
   public:
     virtual ~Upload() = default;
 
-    /// Body bytes in order. Errors: invalid_argument, out_of_range (too long), unavailable (disk full), unsupported.
+    /// Body bytes in order. Errors: invalid_argument, out_of_range (too long), unavailable (disk
+    /// full), unsupported.
     [[nodiscard]] virtual Result<void> take(std::span<const char> bytes) = 0;
-    /// The body has ended where its sender said: seals the file. Errors: as take(), and corrupt (another SHA-256 than declared).
+    /// The body has ended where its sender announced: seals the file. Errors: as take(), and
+    /// corrupt (another SHA-256 than declared).
     [[nodiscard]] Result<void> finish();
 
-    /// Removes what was received. Before a refusal is answered: who reads the answer finds nothing left behind.
+    /// Removes what was received. Call it before a refusal is answered: a client that reads the
+    /// answer then finds nothing left behind.
     void discard() { file_.reset(); }
 
     /// After finish().

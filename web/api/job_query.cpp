@@ -1,4 +1,4 @@
-// The parameters of GET /api/v1/jobs, out of what somebody wrote behind the `?`.
+// Reads the parameters of GET /api/v1/jobs behind the `?`.
 #include <algorithm>
 #include <array>
 
@@ -23,7 +23,7 @@ constexpr std::array kWords{
 
 Error invalid(std::string_view text) { return {ErrorCode::invalid_argument, FixedString<236>{text}}; }
 
-/// "queued,held": only these. False: there is another word.
+/// "queued,held": only these states. False: an unknown word.
 bool read_states(std::string_view text, std::string_view running_word, spool::JobQuery& query) {
     query.waiting = query.held = query.printing = query.done = query.cancelled = query.failed = false;
     for (;;) {
@@ -41,7 +41,7 @@ bool read_states(std::string_view text, std::string_view running_word, spool::Jo
     }
 }
 
-/// One parameter into `query`. Unknown ones are for others.
+/// Reads one parameter into `query`. Unknown ones are left to others.
 Result<void> read_parameter(std::string_view name, const std::string& value, std::string_view running_word,
                             spool::JobQuery& query) {
     if (name == "limit") {

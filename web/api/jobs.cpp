@@ -1,4 +1,5 @@
-// /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs"). Uploads are web/service.cpp's.
+// /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs"). Uploads are
+// in web/service.cpp.
 #include <sys/stat.h>
 #include <fstream>
 #include <iterator>
@@ -154,7 +155,7 @@ Response job_layers(Context& context, const Call& call) {
     return json_response({{"layers", layers_of(context, *job)}});
 }
 
-/// Layers lie in the packed file one behind the other: a range of them is a range of bytes.
+/// Layers lie one behind the other in the packed file: a range of layers is a range of bytes.
 Response packed_layers(Context& context, const Call& call) {
     const std::optional<Job> job = job_of(context, call);
     if (!job) return no_such_job();

@@ -40,7 +40,7 @@ Json timing_json(const MotionStatus& motion) {
             {"pulses", motion.pulses},         {"lateness_ns", lateness_json(motion.lateness_ns)}};
 }
 
-/// Why the machine does nothing; null when it has no fault.
+/// The fault that stops the machine; null when there is none.
 Json fault_json(const spool::MachineView& machine) {
     if (!machine.death_note.empty()) return machine.death_note;
     if (machine.life == spool::SketchLife::died) return "the machine's program has died";
@@ -65,7 +65,8 @@ Json facts_json(const spool::Job& job) {
     return facts;
 }
 
-/// What is left of all copies of `job`, the running one included; nothing when it has no estimate.
+/// The time left for all copies of `job`, the running one included; nothing when it has no
+/// estimate.
 std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& job) {
     if (job.estimated_s <= 0) return std::nullopt;
     const bool printing = job.state == spool::JobState::printing;
@@ -163,7 +164,7 @@ std::string_view machine_word(const spool::MachineView& machine) {
 bool may_jog(const spool::Spool& spool) {
     const spool::MachineView& machine = spool.machine();
     if (machine_word(machine) == "disconnected" || !machine.job.may_jog) return false;
-    // Idle with a run: its first byte is on its way.
+    // Idle with a run: the run's first byte is on its way.
     return machine.job.state == MachineState::paused || !spool.active_run();
 }
 
@@ -209,7 +210,7 @@ std::map<spool::JobId, Place> places_of(const spool::Spool& spool) {
 
 namespace {
 
-/// `places` is filled when the first job needs it: that takes the whole queue.
+/// `places` is filled when the first job needs it: that takes a look at the whole queue.
 Json job_json(const spool::Spool& spool, const spool::Job& job, std::map<spool::JobId, Place>& places) {
     if (job.state != spool::JobState::queued) return whole_job_json(spool, job, std::nullopt);
     if (places.empty()) places = places_of(spool);

@@ -14,41 +14,44 @@ namespace qduino::web::api {
 
 using Json = nlohmann::ordered_json;
 
-/// Bytes that are no UTF-8 (a machine's message, say) become U+FFFD: an answer is always valid JSON.
+/// Bytes that are no UTF-8 (a machine's message, say) become U+FFFD, so an answer is always valid
+/// JSON.
 [[nodiscard]] std::string text_of(const Json& json);
 [[nodiscard]] Response json_response(const Json& json, int status = 200);
-/// The body as an object; nothing when it is none.
+/// The body as an object; nothing when it is not one.
 [[nodiscard]] std::optional<Json> object_of(std::string_view body);
 
 /// "2026-11-21T06:00:00Z"; null for 0.
 [[nodiscard]] Json time_json(spool::UnixSeconds time_s);
 [[nodiscard]] Json job_json(const spool::Spool& spool, const spool::Job& job);
 
-/// Where a queued job stands.
+/// The place of a queued job.
 struct Place {
     std::size_t position = 0;  ///< 1-based
-    /// If every estimate holds; nothing when one is unknown, or the job is held.
+    /// Correct if every estimate holds; nothing when one is unknown, or the job is held.
     std::optional<double> starts_in_s;
 };
 /// Places of all queued jobs.
 [[nodiscard]] std::map<spool::JobId, Place> places_of(const spool::Spool& spool);
-/// {"jobs":[…],"next_before":…,"counts":{…},"queue":{…}}: one page of the list, with what concerns all of it.
+/// {"jobs":[…],"next_before":…,"counts":{…},"queue":{…}}: one page of the list, with what concerns
+/// the whole list.
 [[nodiscard]] Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query);
 /// The first page: for the live stream. Without jobs when the journal cannot be read.
 [[nodiscard]] Json jobs_json(const spool::Spool& spool);
-/// The parameters limit, before, state and q of GET /api/v1/jobs, as they stand behind the `?`. `running_word`: how a job that prints
-/// is called now, "printing" or "paused". Errors: invalid_argument, out_of_range, with words.
+/// Reads the parameters limit, before, state and q of GET /api/v1/jobs, as they stand behind the
+/// `?`. `running_word` is the present word for a printing job, "printing" or "paused". Errors:
+/// invalid_argument, out_of_range, with words.
 [[nodiscard]] Result<spool::JobQuery> job_query_of(std::string_view parameters,
                                                    std::string_view running_word);
 [[nodiscard]] Json status_json(const spool::Spool& spool);
 /// The word of `state` in the status object, "disconnected" included.
 [[nodiscard]] std::string_view machine_word(const spool::MachineView& machine);
-/// Axes may be moved by hand now: the machine takes it, and no job is about to begin.
+/// True when axes may be moved by hand now: the machine allows it, and no job is about to begin.
 [[nodiscard]] bool may_jog(const spool::Spool& spool);
-/// The word of a job's state as people see it: with `held` and `paused`.
+/// The word for a job's state as people see it: with `held` and `paused`.
 [[nodiscard]] std::string_view job_word(const spool::Spool& spool, const spool::Job& job);
 
-/// How far the running copy of `job` is; zeros for any other.
+/// The progress of the running copy of `job`; zeros for any other.
 struct Progress {
     std::uint64_t bytes = 0;
     double fraction = 0;  ///< 0…1

@@ -24,7 +24,8 @@ std::string decimal(double value) {
     return text.data();
 }
 
-/// A finite number of the body. False when it is there and is none; untouched when it is absent.
+/// A finite number of the body. False when the member is there and is none; `value` stays when it
+/// is absent.
 bool read_number(const Json& body, const char* name, std::optional<double>& value) {
     const auto at = body.find(name);
     if (at == body.end()) return true;
@@ -72,7 +73,7 @@ Response home(Context& context, const Call& call) {
     return send(context, {line});
 }
 
-/// The first axis that a jog would move without knowing where it is; none: '\0'.
+/// The first axis that a jog would move without knowing its position; '\0': none.
 char unhomed_axis(const Context& context, const std::array<std::optional<double>, 4>& by_mm) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (by_mm[axis] && *by_mm[axis] != 0 && !context.spool.machine().job.homed[axis]) return "XYZ"[axis];
@@ -85,7 +86,7 @@ struct Jog {
     std::optional<double> speed_mm_s;
 };
 
-/// Whether the end of the jog is on the bed, as far as the axis has been homed.
+/// True when the jog ends on the bed, as far as the axes have been homed.
 bool stays_inside(const Context& context, const Jog& jog) {
     const auto& job = context.spool.machine().job;
     for (std::size_t axis = 0; axis < 3; ++axis) {

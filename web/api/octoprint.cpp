@@ -1,6 +1,5 @@
-// The part of OctoPrint's interface that slicers speak: its facts are in docs/api.md, "What slicers speak".
-//
-// Uploads (POST /api/files/local) are web/service.cpp's.
+// The part of OctoPrint's interface that slicers speak. Its facts are in docs/api.md, "What slicers
+// speak". Uploads (POST /api/files/local) are in web/service.cpp.
 #include <array>
 
 #include "web/api/json.h"
@@ -149,7 +148,8 @@ Response profiles(Context& context, const Call&) {
                                 {"height", length_mm(printer::Axis::z)}}}}}}}});
 }
 
-/// `passive`: whoever gets here has shown the key already. Anything else would ask for a name and a password.
+/// `passive`: a client that gets here has shown the key already. Any other login would ask for a
+/// name and a password.
 Response login(Context&, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body);
     if (!body || body->value("passive", Json(false)) != true) {
@@ -167,7 +167,7 @@ Response login(Context&, const Call& call) {
                           {"_is_external_client", false}});
 }
 
-/// GET /api/files: the first page of the jobs, in OctoPrint's form, which knows no pages.
+/// GET /api/files: the first page of the jobs, in OctoPrint's form, which has no pages.
 Response files(Context& context, const Call&) {
     const Result<spool::JobPage> page = context.spool.page({});
     if (!page.ok()) return error_response(page.error());

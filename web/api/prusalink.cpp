@@ -1,5 +1,6 @@
-// The part of PrusaLink's interface that PrusaSlicer and its companions speak. Uploads (PUT /api/v1/files/local/NAME) are
-// web/service.cpp's; GET /api/version is octoprint.cpp's, and says that uploads by PUT are known.
+// The part of PrusaLink's interface that PrusaSlicer and its companions speak. Uploads (PUT
+// /api/v1/files/local/NAME) are in web/service.cpp. GET /api/version is in octoprint.cpp, and
+// announces uploads by PUT.
 #include <array>
 #include <charconv>
 
@@ -81,7 +82,7 @@ Response storage(Context&, const Call&) {
 
 Response transfer(Context&, const Call&) { return no_content(); }
 
-/// Controls name the job, so that a late click does not hit the next one.
+/// Controls name the job, so that a late click does not hit the next job.
 bool names_printing_job(const Context& context, const Call& call) {
     const spool::Job* printing = context.spool.queue().printing();
     return printing && call.arguments.front() == std::to_string(printing->id);

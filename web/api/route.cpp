@@ -4,7 +4,7 @@ namespace qduino::web::api {
 
 namespace {
 
-/// Whether `path` fits `pattern`; fills `arguments`.
+/// True when `path` fits `pattern`; fills `arguments`.
 bool fits(std::string_view pattern, const std::vector<std::string>& path,
           std::vector<std::string>& arguments) {
     arguments.clear();

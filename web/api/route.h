@@ -1,4 +1,5 @@
-// A route: method and path pattern → a small function that answers. Called on the spool's thread, one at a time.
+// A route: a method and a path pattern, and the small function that answers. Called on the spool's
+// thread, one at a time.
 #pragma once
 
 #include <functional>
@@ -49,14 +50,14 @@ struct Match {
     std::vector<std::string> arguments;
     bool path_known = false;
 };
-/// HEAD is answered as GET is.
+/// HEAD matches as GET does.
 [[nodiscard]] Match find_route(const RequestHead& head);
 
-/// The HTTP status that an operating error becomes.
+/// The HTTP status for an operating error.
 [[nodiscard]] int status_of(ErrorCode code);
 [[nodiscard]] std::string_view word_of(ErrorCode code);
 [[nodiscard]] Response error_response(const Error& error);
-/// `ok` where the result is one, else its error.
+/// `ok` when the result is good, else its error.
 [[nodiscard]] Response answer(const Result<void>& result, Response ok);
 [[nodiscard]] Response accepted();
 [[nodiscard]] Response no_content();

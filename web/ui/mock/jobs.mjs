@@ -1,4 +1,4 @@
-// The mock's jobs: records as docs/api.md says them, and how a list of them is asked for in pages.
+// The mock's jobs: records in the form of docs/api.md, and their list in pages.
 
 const WAITING = ['queued', 'held'];
 const ENDED = ['done', 'cancelled', 'failed'];

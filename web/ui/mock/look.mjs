@@ -1,4 +1,5 @@
-// Takes pictures of the page in every state, at two sizes and in both colour schemes: `node mock/look.mjs FOLDER [scene…]`.
+// Takes pictures of the page in every state, at two sizes and in both colour schemes: `node
+// mock/look.mjs FOLDER [scene…]`.
 import { mkdir } from 'node:fs/promises';
 import { chromium } from 'playwright-core';
 import { startMock } from './server.mjs';

@@ -1,5 +1,5 @@
-// A synthetic part as packed layers (printer/preflight/layer_packer.h): a lobed vase with walls, infill and a skirt.
-// Byte offsets rise with every segment, as they would in a job's file.
+// A synthetic part as packed layers (printer/preflight/layer_packer.h): a lobed vase with walls,
+// infill and a skirt. Byte offsets rise with every segment, as they would in a job's file.
 
 const MAGIC = 0x314c4451;
 const OUTER_WALL = 1, INNER_WALL = 2, SPARSE_INFILL = 4, SOLID_INFILL = 5, SKIRT = 9;

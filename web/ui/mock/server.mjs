@@ -1,10 +1,12 @@
-// A printer without a printer: serves the built page and the interface of docs/api.md with a simulated print, so that
-// the page can be worked on and looked at without the service. Plain node, no dependencies.
+// A printer without a printer: serves the built page and the interface of docs/api.md with a
+// simulated print. So the page can be worked on and looked at without the service. Plain node, no
+// dependencies.
 //
 //   node mock/server.mjs [--port 8090] [--scene SCENE] [--key KEY]
-//   scenes: idle printing paused faulted stuck-fault disconnected held bed no-confirm idle-warning idle-off unhomed simulated many
+//   scenes: idle printing paused faulted stuck-fault disconnected held bed no-confirm idle-warning
+//           idle-off unhomed simulated many
 //
-// It is a stage set, not a reference: what the page must really agree with is printd, in tests/e2e/browser.
+// It is a stage set and no reference: printd is, and tests/e2e/browser runs the page against it.
 import { createServer } from 'node:http';
 import { readFile } from 'node:fs/promises';
 import { extname, join, normalize } from 'node:path';
@@ -254,7 +256,7 @@ class Printer {
   changed() { this.send(this.jobsMessage()); }
 }
 
-// ---- HTTP ------------------------------------------------------------------------------------------------------
+// ---- HTTP ---------------------------------------------------------------------------------------
 
 const fail = (status, message, line) => ({ status, body: { error: { code: 'mock', message, ...(line ? { line } : {}) } } });
 const accepted = { status: 202, body: {} };

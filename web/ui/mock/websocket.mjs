@@ -1,4 +1,5 @@
-// The server's half of RFC 6455 that a page needs: text frames out, close and ping answered. For the mock alone.
+// The server's half of RFC 6455 that a page needs: text frames out, close and ping answered. For
+// the mock alone.
 import { createHash } from 'node:crypto';
 
 const MAGIC = '258EAFA5-E914-47DA-95CA-C5AB0DC85B11'; // RFC 6455, section 1.3

@@ -1,4 +1,5 @@
-// Requests to the service, and the live stream. Errors are the service's own words (docs/api.md), always as text.
+// Requests to the service, and the live stream. Errors are the service's own words (docs/api.md),
+// always as text.
 import * as format from './format';
 import { isSearch, joined, listPath, PAGE_JOBS, RELOAD_JOBS_MAX, type Search } from './jobs';
 import { addConsole, reduce, store, withoutJob } from './store';
@@ -115,7 +116,7 @@ export async function loadMore(): Promise<void> {
   const { found, older_before } = store.state;
   await listed(() => nextPage(found ? found.next_before : older_before), ({ jobs, next_before }) => store.update((s) => (s.found
     ? { ...s, found: { jobs: joined(s.found.jobs, jobs), next_before } }
-    // The live page may have moved on meanwhile: what it has is not older.
+    // The live page may have moved on meanwhile: its jobs are not older.
     : { ...s, older: joined([...s.jobs, ...s.older], jobs).slice(s.jobs.length), older_before: next_before })));
 }
 
@@ -162,8 +163,8 @@ export async function sendLine(line: string): Promise<void> {
 }
 
 /**
- * Keeps one live stream open until it is told to stop, or the session has ended; waits longer after each failure, up
- * to 8 s. Returns what stops it.
+ * Keeps one live stream open until it is told to stop, or the session has ended; waits longer after
+ * each failure, up to 8 s. Returns what stops it.
  */
 export function startLive(): () => void {
   let wait_ms = 500;

@@ -1,15 +1,17 @@
-// Extrusions as solid beads: one instance a segment of a bar whose cross-section is a diamond, lit as if it were round.
+// Extrusions as solid beads: one instance a segment of a bar whose cross-section is a diamond, lit
+// as if it were round.
 //
 //        up                 z_mm of the move is the top of the bead:
 //         ◇  ← normals        top    = z
 //   side ◇ ◇                  middle = z − height / 2
 //         ◇
 //
-// Eight triangles a segment. Above BEADS_MAX segments the view draws lines instead, lit as the beads would be on average:
-// a job of millions is still drawn at once.
+// Eight triangles a segment. Above BEADS_MAX segments the view draws lines instead, lit as the
+// beads would be on average. So a job of millions of segments is still drawn at once.
 //
-// The normal is interpolated at the centroid of what is covered: a bead of a large part is smaller than a pixel, and a
-// normal that is taken at the pixel's middle, outside of the bead, points down. Large parts went dark by that.
+// A bead of a large part is smaller than a pixel. A normal taken at the pixel's middle, outside of
+// the bead, points down, and large parts went dark by that. So the normal is interpolated at the
+// centroid of the covered area.
 import {
   BufferAttribute, BufferGeometry, InstancedBufferAttribute, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBufferAttribute,
   ShaderMaterial, Vector3,
@@ -40,7 +42,7 @@ const VERTEX = `
     gl_Position = projectionMatrix * modelViewMatrix * vec4(at, 1.0);
   }`;
 
-// Seen from far, a bead shows what lies between its top and the side that faces the viewer.
+// From far away a bead shows the part between its top and the side that faces the viewer.
 const THIN_VERTEX = `
   attribute vec3 along;
   attribute vec3 tint;

@@ -1,4 +1,5 @@
-// How components see the store: each draws itself again only when what it selected has changed.
+// The components' view of the store: each draws itself again only when what it selected has
+// changed.
 import { useEffect, useReducer, useRef } from 'preact/hooks';
 import { store, type State } from './store';
 

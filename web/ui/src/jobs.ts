@@ -1,7 +1,9 @@
-// The list of jobs as pages: the first comes with the live stream whenever it changes, older ones are asked for. Pure.
+// The list of jobs as pages. The live stream brings the first page whenever it changes; older pages
+// are fetched. Pure.
 //
 //     jobs   running, the first waiting ones, the newest ended ones      live, replaced as a whole
-//     older  ended ones behind those, as far as a person has gone back   kept while they still join the first page
+//     older  ended ones behind those, as far as a person has gone back   kept while they still join
+//                                                                        the first page
 import type { Job, JobCounts, JobState, Status } from './types';
 
 export const PAGE_JOBS = 100;
@@ -33,8 +35,9 @@ export function listPath(search: Search, limit: number, before: number | null): 
 }
 
 /**
- * The ended jobs behind a new first page, out of those that were known in order: what the page has pushed out comes back
- * at the front. None, when the new page does not reach what was known: then there would be a gap.
+ * The ended jobs behind a new first page, out of those that were known in order: what the page has
+ * pushed out comes back at the front. None, when the new page does not reach what was known: then
+ * there would be a gap.
  */
 export function olderBehind(known: Job[], page: Job[]): Job[] {
   const onPage = new Set(page.map((job) => job.id));

@@ -1,4 +1,4 @@
-// Packed layers, as printer/preflight/layer_packer.h writes them (format version 1). Pure.
+// Reads packed layers in the format of printer/preflight/layer_packer.h (version 1). Pure.
 import type { LayerIndex } from './types';
 
 export const MAGIC = 0x314c4451;

@@ -1,4 +1,5 @@
-// The page's state, and how live messages change it. reduce() is pure; the store only remembers and tells.
+// The page's state, and how live messages change it. reduce() is pure; the store only remembers and
+// notifies.
 import { isEnded, isRunning, isWaiting, olderBehind, renewed, type Search } from './jobs';
 import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMessage, MachineConfig, QueueGate, Status } from './types';
 
@@ -89,7 +90,7 @@ export function addSample(history: History, status: Status, now_s: number): Hist
 }
 
 function withFirstPage(state: State, { jobs, next_before, counts, queue }: JobPage): State {
-  // A print that begins is what people want to see, whatever they looked at before.
+  // A print begins: that is what people want to see, whatever they looked at before.
   const begun = jobs.find(isRunning)?.id;
   const same = begun === undefined || begun === state.jobs.find(isRunning)?.id;
   const older = state.older.length > 0 ? olderBehind([...state.jobs.filter(isEnded), ...state.older], jobs) : [];
@@ -140,8 +141,9 @@ export function addConsole(state: State, kind: ConsoleLine['kind'], text: string
 }
 
 /**
- * The job to look at: the chosen one; the one that prints; what lies on the bed or has just failed; the next one; or the
- * last. A machine that has stopped by a fault never shows an older job, whose verdict would be read as this one's.
+ * The job to look at: the chosen one; the one that prints; what lies on the bed or has just failed;
+ * the next one; or the last. A machine that has stopped by a fault never shows an older job, whose
+ * verdict would be read as this one's.
  */
 export function shownJob(state: State): Job | null {
   const { shown, jobs, gate } = state;
@@ -161,8 +163,9 @@ export interface Progress {
 }
 
 /**
- * How far the job is, by the newest status: the list of jobs comes only when it changes, the status ten times a second.
- * The time that is left is the file's own estimate for the bytes that are left, or else goes by what the others took.
+ * How far the job is, by the newest status: the list of jobs comes only when it changes, the status
+ * ten times a second. The time that is left is the file's own estimate for the bytes that are left,
+ * or else goes by what the others took.
  */
 export function progressOf(job: Job, status: Status | null): Progress {
   if (!status || status.job !== job.id || job.size <= 0) return job.progress;
@@ -178,8 +181,8 @@ export const timeFactor = (status: Status | null): number => (status?.connected 
 export const onTheWall = (seconds: number | null, status: Status | null): number | null => (seconds === null ? null : seconds / timeFactor(status));
 
 /**
- * Seconds from now until each waiting job is done, by id; only as far down the queue as every estimate is known, and
- * none while the queue does not go on by itself.
+ * Seconds from now until each waiting job is done, by id; only as far down the queue as every
+ * estimate is known, and none while the queue does not go on by itself.
  */
 export function queueEnds(state: Pick<State, 'jobs' | 'status' | 'gate'>): Map<number, number> {
   const ends = new Map<number, number>();

@@ -1,4 +1,4 @@
-// What crosses the wire, as docs/api.md says it.
+// The objects that cross the wire, in the form of docs/api.md.
 
 export type JobState = 'uploading' | 'queued' | 'held' | 'printing' | 'paused' | 'done' | 'cancelled' | 'failed';
 

@@ -1,5 +1,6 @@
-// Uploads: one after the other, so that the queue gets the order in which the files were chosen. Each can be cancelled as
-// long as it is on its way; what was refused stays in the list, with its reason, until a person has read it.
+// Uploads: one after the other, so that the queue gets the order in which the files were chosen.
+// Each can be cancelled while it is on its way. A refused one stays in the list, with its reason,
+// until a person has read it.
 import { sentenceOf } from './api';
 import { newKey, store, type Upload } from './store';
 

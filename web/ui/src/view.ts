@@ -1,7 +1,9 @@
-// The part in 3D: extrusions laid down as far as the job has been executed, and the nozzle above them.
+// The part in 3D: extrusions laid down as far as the job has been executed, and the nozzle above
+// them.
 //
-// One object a packed record, its segments in the order of the job; drawing up to a byte is a count of segments, found
-// by bisection. Records of the same job are only ever added, and nothing is drawn while nothing changes.
+// One object a packed record, its segments in the order of the job; drawing up to a byte is a count
+// of segments, found by bisection. Records of the same job are only ever added, and nothing is
+// drawn while nothing changes.
 import {
   BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, Group, HemisphereLight, InstancedBufferGeometry,
   LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
@@ -75,7 +77,8 @@ export class PartView {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.maxPolarAngle = Math.PI * 0.53;
     this.controls.addEventListener('change', this.draw);
-    canvas.style.touchAction = 'pan-y'; // a finger that goes up or down scrolls the page; sideways, it turns the part
+    // A finger that goes up or down scrolls the page; sideways, it turns the part.
+    canvas.style.touchAction = 'pan-y';
     const sun = new DirectionalLight(0xffffff, 1.6);
     sun.position.set(1, -2, 3);
     this.tool.visible = false;

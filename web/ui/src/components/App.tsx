@@ -21,7 +21,8 @@ async function begin(): Promise<void> {
       await signIn(key);
       return;
     } catch {
-      // an old key: perhaps a session is still there; if not, the page says what is wrong with the key
+      // an old key: perhaps a session is still there; if not, the page says what is wrong with the
+      // key
     }
   }
   try {
@@ -37,7 +38,8 @@ export function App() {
   const signedIn = useStore((s) => s.signedIn);
   useEffect(() => {
     void begin();
-    // The link may be opened again in a tab that shows the page already: then only the fragment changes.
+    // The link may be opened again in a tab that already shows the page: then only the fragment
+    // changes.
     const again = () => location.hash.includes('key=') && void begin();
     addEventListener('hashchange', again);
     return () => removeEventListener('hashchange', again);

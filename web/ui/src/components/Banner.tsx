@@ -60,7 +60,7 @@ function IdleHeat() {
     );
   }
   if (left_s === null || left_s === undefined || left_s >= IDLE_WARNING_S) return null;
-  // The same targets once more: to the machine that is somebody who uses the heat.
+  // Asks for the same targets once more: the machine counts that as use of the heat.
   const keep = { ...(hotEnd > 0 ? { hot_end_c: hotEnd } : {}), ...(bed > 0 ? { bed_c: bed } : {}) };
   return (
     <Notice kind="warning" title="Nobody uses the heat." id="idle-warning" at="keep-warm"

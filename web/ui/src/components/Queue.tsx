@@ -57,7 +57,8 @@ interface RowProps {
 }
 
 function WaitingTools({ job, waiting, more, at }: RowProps) {
-  const last = at >= waiting.length - (more ? 2 : 1); // behind it are jobs that are not listed: nobody knows before which
+  // Behind it are jobs that are not listed: the page does not know the next one.
+  const last = at >= waiting.length - (more ? 2 : 1);
 
   return (
     <div class="tools">
@@ -183,7 +184,7 @@ function SearchRow() {
     const timer = setTimeout(() => void startSearch({ ...search, text }), TYPING_MS);
     return () => clearTimeout(timer);
   }, [text, search]);
-  // Whatever changes in the queue may change what is found.
+  // Any change in the queue may change the search's result.
   useEffect(() => {
     if (!isSearch(search)) return undefined;
     const timer = setTimeout(() => void repeatSearch(), TYPING_MS);
