@@ -51,7 +51,7 @@ constexpr double kSlowestHz = 1e-3, kFastestHz = 1e8;  // what the simulator tak
 constexpr std::int64_t kLastPin = board::kPinCount - 1, kLastBus = 15, kLastDevice = 4095;
 constexpr std::int64_t kSmallestStack = 64 * 1024, kLargestStack = std::int64_t{1} << 30;
 
-// ---- the simulator ---------------------------------------------------------------------------------------
+// ---- the simulator ------------------------------------------------------------------------------
 
 void read_costs(TomlSection& s, board::sim::ApiCosts& costs) {
     for (const NamedCall& call : kCalls) s.duration(call.name, costs[call.call]);
@@ -140,7 +140,7 @@ void read_sim(TomlSection& s, SimConfig& config) {
     s.table("fault", [&](TomlSection& faults) { read_faults(faults, config); });
 }
 
-// ---- Linux -----------------------------------------------------------------------------------------------
+// ---- Linux --------------------------------------------------------------------------------------
 
 void read_linux(TomlSection& s, LinuxConfig& config) {
     s.text("pins", config.pins_path);
@@ -162,7 +162,7 @@ void read_linux(TomlSection& s, LinuxConfig& config) {
     }
 }
 
-/// Which pins and buses have a device, so that none has two.
+/// Pins and buses that have a device, so that none gets two.
 struct Wired {
     std::array<bool, board::kPinCount> pins{};
     std::array<bool, kLastBus + 1> i2c{};

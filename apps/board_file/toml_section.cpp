@@ -9,7 +9,7 @@
 namespace qduino::apps {
 namespace {
 
-/// A value as it stands in the file; of what has parts, only the kind.
+/// A value as it stands in the file; for a table or an array only its kind.
 std::string spelled(const toml::node& node) {
     if (node.is_table()) return "a table";
     if (node.is_array()) return "a list";
@@ -20,7 +20,7 @@ std::string spelled(const toml::node& node) {
     return out.str();
 }
 
-/// As short as it can be said: 100000 rather than 100000.000000.
+/// The shortest form: 100000 rather than 100000.000000.
 std::string spelled(double number) {
     std::ostringstream out;
     out.precision(12);

@@ -1,12 +1,13 @@
-// One table of a TOML file: takes keys out by name and range, and blames, with file, line, key and what is
-// accepted, those that are wrong and those that nobody took.
+// One table of a TOML file: takes keys out by name and range. Blames wrong keys, and keys that the
+// reader did not take, with file, line, key and what is accepted.
 //
 //   [sim]                              TomlSection sim{table, "[sim]", reading};
 //   cores = 2                          sim.integer("cores", config.cores, 1, 64);
-//   core = 3                           sim.finish();   b.toml:3: [sim] 'core' is not known; accepted: cores
+//   core = 3                           sim.finish();
+//                                      b.toml:3: [sim] 'core' is not known; accepted: cores
 //
-// The first error is kept, the rest of the file is read as if it were right. A key that is absent leaves its
-// value alone.
+// The first error is kept, and the rest of the file is read as if it were right. An absent key
+// leaves its value alone.
 #pragma once
 
 #include <toml++/toml.h>
@@ -23,7 +24,7 @@
 
 namespace qduino::apps {
 
-/// What all tables of one file share.
+/// Shared by all tables of one file.
 struct TomlReading {
     std::string file;   ///< as named in messages
     std::string error;  ///< the first one; empty: none
@@ -31,7 +32,8 @@ struct TomlReading {
 
 class TomlSection {
   public:
-    /// `title` as in the file: "[sim]", "[[gpio]]"; empty for the file itself. All outlive the section.
+    /// `title` as in the file: "[sim]", "[[gpio]]"; empty for the file itself. All outlive the
+    /// section.
     TomlSection(const toml::table& table, std::string title, TomlReading& reading)
         : table_(table), title_(std::move(title)), reading_(reading) {}
 
@@ -99,9 +101,10 @@ class TomlSection {
         }
     }
 
-    /// Blames `key` (or the table, where it has none such) with whole words: a rule between keys is broken.
+    /// Blames `key` (or the table, if it has no such key) in the words of `what`: a rule between
+    /// keys is broken.
     void fault(const char* key, const std::string& what);
-    /// Blames the first key that nobody took. Tables within are finished by table() and tables().
+    /// Blames the first key that was not taken. table() and tables() finish the tables within.
     void finish();
 
   private:

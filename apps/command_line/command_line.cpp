@@ -14,7 +14,7 @@
 namespace qduino::apps {
 namespace {
 
-/// Lines that are too long are wrapped, further lines as far to the right as the first; all others stay.
+/// Wraps lines that are too long; their continuations are indented as the first. Other lines stay.
 std::string narrowed(const std::string& text) {
     std::istringstream lines{text};
     std::string out;
@@ -87,7 +87,7 @@ std::string see_help(const CLI::App& command, const std::string& meant) {
            " --help' shows what there is.";
 }
 
-/// What the line has that nobody expects: an option if there is one, else a word. Empty: nothing.
+/// What the line has too much: an option if there is one, else a word. Empty: nothing.
 std::string unexpected(const CLI::App& app) {
     const std::vector<std::string> left = app.remaining(true);
     const auto option = std::find_if(left.begin(), left.end(), [](const std::string& word) {

@@ -1,4 +1,4 @@
-// The cores: are there enough, can one be had alone, does it run at full speed.
+// The cores: are there enough, can a sketch have one alone, does it run at full speed?
 #include <array>
 
 #include "apps/doctor/finding.h"
@@ -17,7 +17,7 @@ Finding cores(const Facts& facts) {
             "use a board with two cores or more; a virtual machine: give it a second processor"};
 }
 
-/// Which generation of cpusets there is, and whether the board could use it.
+/// The generation of cpusets, and whether the board could use it.
 Finding cpusets(const Facts& facts) {
     const CpuList isolated = facts.cpus("/sys/devices/system/cpu/isolated");
     const std::string at_boot = isolated.empty() ? "" : "; isolcpus=" + isolated.to_list();

@@ -93,7 +93,7 @@ std::string report_json(const Facts& facts, const std::vector<Entry>& entries) {
                             {"fix", entry.finding.fix}});
     }
     const Json out{{"machine", machine_of(facts)}, {"kernel", facts.release()}, {"findings", findings}};
-    // Names come from firmware: bytes that are no text are replaced, not refused.
+    // Names come from firmware: bytes that are no text are replaced and not refused.
     return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

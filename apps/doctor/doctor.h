@@ -1,9 +1,9 @@
-// `qduino doctor`: is this machine fit for real time, and what exactly would make it fitter.
+// `qduino doctor`: is this computer fit for real time, and what exactly would make it fitter?
 //
-//   facts (/proc, /sys, /dev) ─► checks, one small function each ─► findings ─► text (80 columns) or JSON
+//   facts (/proc, /sys, /dev) ─► checks, one small function each ─► findings ─► text or JSON
 //
-// It reads, and changes nothing. Every finding has a state, what was found, why that matters, and the fix: a
-// command or a kernel parameter for Debian and Raspberry Pi OS.
+// It reads, and changes nothing. Every finding has a state, the fact, why it matters, and the fix:
+// a command or a kernel parameter for Debian and Raspberry Pi OS.
 #pragma once
 
 #include <cstdio>
@@ -16,8 +16,8 @@ struct DoctorOptions {
     std::string root;  ///< precedes /proc, /sys, /dev, /run and /boot (tests)
 };
 
-/// Audits the machine and prints the result to `out`. Blocks for some 0.3 s on a virtual machine (it watches
-/// for stolen time). Returns 0 when nothing needs fixing, 1 when there are shortfalls.
+/// Checks the computer and prints the result to `out`. Blocks for some 0.3 s on a virtual machine
+/// (it watches for stolen time). Returns 0 when nothing needs fixing, 1 when there are shortfalls.
 int run_doctor(const DoctorOptions& options, std::FILE* out);
 
 }  // namespace qduino::apps

@@ -1,5 +1,6 @@
-// The machine as the checks see it: small files, words of the kernel's command line, and how this kind of
-// machine is told to boot differently. Reads when asked; keeps the kernel's configuration only.
+// The computer as the checks see it: small files, words of the kernel's command line, and the way
+// to boot this kind of computer differently. Reads on demand; keeps only the kernel's
+// configuration.
 #pragma once
 
 #include <map>
@@ -28,8 +29,8 @@ class Facts {
     [[nodiscard]] long long number_in(std::string_view path, std::string_view key) const;
 
     [[nodiscard]] int core_count() const;
-    /// The core that a loop would own: the first that was set apart at boot (isolcpus, nohz_full), else core
-    /// 1, as the sketches here name it; −1 when there is only one core.
+    /// The core that a loop would own: the first that was set apart at boot (isolcpus, nohz_full),
+    /// else core 1, as the sketches here name it; −1 when there is only one core.
     [[nodiscard]] int owned_core() const;
     /// owned_core() for use in texts and paths.
     [[nodiscard]] std::string owned_core_name() const { return std::to_string(owned_core()); }
@@ -44,17 +45,20 @@ class Facts {
     [[nodiscard]] bool has_device_tree() const;
     [[nodiscard]] bool is_raspberry_pi() const;
 
-    /// What `name` was set to when the kernel was built ("y", "m", "250"), "" when it was not set; nothing
+    /// The value of `name` in the kernel's build ("y", "m", "250"); "" when it was not set; nothing
     /// when the configuration cannot be read (/boot/config-RELEASE or /proc/config.gz).
     [[nodiscard]] std::optional<std::string> built_with(const std::string& name) const;
-    /// A parameter on the kernel's command line ("" when it has no value); nothing when it is not there.
+    /// A parameter on the kernel's command line ("" when it has no value); nothing when it is not
+    /// there.
     [[nodiscard]] std::optional<std::string> boot_parameter(std::string_view name) const;
-    /// The command that adds `parameter` to the kernel's command line of this machine for the next boot.
+    /// The command that adds `parameter` to the kernel's command line of this machine for the next
+    /// boot.
     [[nodiscard]] std::string boot_with(std::string_view parameter) const;
 
     /// Is there a process of this name?
     [[nodiscard]] bool runs(std::string_view process) const;
-    /// The soft limit in /proc/self/limits that begins with `name`; −1: unlimited; nothing: not readable.
+    /// The soft limit in /proc/self/limits that begins with `name`; −1: unlimited; nothing: not
+    /// readable.
     [[nodiscard]] std::optional<long long> limit(std::string_view name) const;
     /// Has this process the capability with that number (linux/capability.h)?
     [[nodiscard]] bool capable(int capability) const;

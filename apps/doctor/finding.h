@@ -1,4 +1,4 @@
-// What a check of the doctor says, and the tables of checks.
+// A finding of the doctor, and the tables of checks.
 #pragma once
 
 #include <span>
@@ -40,8 +40,8 @@ std::span<const Check> machine_checks();
 std::span<const Check> permission_checks();
 std::vector<Group> all_checks();
 
-/// Time that the host took from this machine's cores between two readings of /proc/stat, in percent of all
-/// time; 0 when nothing passed.
+/// Time that the host took from this computer's cores between two readings of /proc/stat, in
+/// percent of all time; 0 when nothing passed.
 double stolen_percent(std::string_view before, std::string_view after);
 
 }  // namespace qduino::apps::doctor

@@ -1,4 +1,4 @@
-// Which interrupts reach the core that a loop would own, and who moves them about.
+// The interrupts that reach the core that a loop would own, and the programs that move them.
 #include <array>
 
 #include "apps/doctor/finding.h"
@@ -10,7 +10,7 @@ namespace {
 using board::linux::CpuList;
 using board::linux::Interrupt;
 
-/// Those with a handler that go to the core of a loop.
+/// Interrupts with a handler that go to the core of a loop.
 std::vector<Interrupt> interrupts_on_core(const Facts& facts) {
     const int core = facts.owned_core();
     std::vector<Interrupt> here;
@@ -35,7 +35,8 @@ Finding interrupt_affinity(const Facts& facts) {
             facts.boot_with("irqaffinity=" + rest.to_list())};
 }
 
-/// Only those that could be elsewhere: of a disk with a queue for each core, the core's own is silent while the core is not used.
+/// Only interrupts that could be elsewhere. A disk with a queue for each core is none: the core's
+/// own queue is silent while the core is not used.
 Finding managed_interrupts(const Facts& facts) {
     if (facts.core_count() < 2) return {State::ok, "one core only: nothing can be moved", ""};
     std::vector<std::string> here;

@@ -1,4 +1,4 @@
-// What the kernel is and how it keeps time.
+// The kernel, and how it keeps time.
 #include <time.h>
 
 #include <array>
@@ -38,7 +38,7 @@ Finding preempt_rt(const Facts& facts) {
             real_time_kernel_fix(facts)};
 }
 
-/// What the board's own parts rest on; where they can be modules, "m" is as good as "y".
+/// Options that the board's own parts need. For a possible module, "m" is as good as "y".
 Finding kernel_options(const Facts& facts) {
     const auto hz = facts.built_with("CONFIG_HZ");
     if (!hz) return {State::ok, "its configuration cannot be read here: not judged", ""};
@@ -58,7 +58,8 @@ Finding kernel_options(const Facts& facts) {
 }
 
 Finding timer_resolution(const Facts& facts) {
-    long long nanoseconds = facts.number_in("/proc/timer_list", ".resolution:");  // root alone may read it
+    // Root alone may read it.
+    long long nanoseconds = facts.number_in("/proc/timer_list", ".resolution:");
     if (nanoseconds < 0) {
         timespec resolution{};
         ::clock_getres(CLOCK_MONOTONIC, &resolution);

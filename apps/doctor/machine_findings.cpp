@@ -1,4 +1,4 @@
-// What stands below and beside the kernel: a host, memory management, what a dead run has left.
+// What is below and beside the kernel: a host, memory management, the leftovers of a dead run.
 #include <fcntl.h>
 #include <sys/file.h>
 
@@ -70,15 +70,15 @@ Finding swap(const Facts& facts) {
     return {State::better, some_of(areas, 3), "sudo swapoff -a && sudo systemctl mask swap.target"};
 }
 
-/// The file is locked for as long as the run lives whose changes are in it (machine_settings.h).
+/// The file is locked as long as the run lives whose changes are in it (machine_settings.h).
 Finding leftovers(const Facts& facts) {
     const std::string path = facts.at(board::linux::kDefaultSettingsState);
     const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     const auto text = facts.text(board::linux::kDefaultSettingsState);
     if (!text && facts.exists(board::linux::kDefaultSettingsState))
         return {State::ok, path + " is root's: not judged", ""};
-    const auto changes =
-        text ? std::count(text->begin(), text->end(), '\n') : 0;  // the first line is a heading
+    // The first line is a heading.
+    const auto changes = text ? std::count(text->begin(), text->end(), '\n') : 0;
     if (!file.valid() || changes == 0) return {State::ok, "nothing is left of an earlier run", ""};
     if (::flock(file.get(), LOCK_SH | LOCK_NB) != 0)
         return {State::ok, "a sketch runs and has changed settings", ""};

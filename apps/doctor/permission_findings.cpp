@@ -1,4 +1,4 @@
-// What this user may do: priorities, locked memory, the machine's settings, real pins and buses.
+// The rights of this user: priorities, locked memory, the computer's settings, real pins and buses.
 #include <fcntl.h>
 #include <grp.h>
 #include <linux/capability.h>
@@ -34,7 +34,8 @@ Finding locked_memory(const Facts& facts) {
     if (!limit) return {State::ok, "not seen: not judged", ""};
     if (*limit < 0) return {State::ok, "RLIMIT_MEMLOCK is unlimited", ""};
     const std::string found = "RLIMIT_MEMLOCK is " + std::to_string(*limit / 1024) + " KiB";
-    constexpr long long kEnough = 256LL << 20;  // code, stacks and the pins' pages of a large sketch
+    // Code, stacks and the pins' pages of a large sketch.
+    constexpr long long kEnough = 256LL << 20;
     if (*limit >= kEnough) return {State::ok, found, ""};
     return {State::missing, found, limits_fix("memlock unlimited")};
 }
@@ -46,7 +47,7 @@ Finding isolation_rights(const Facts& facts) {
             "start the sketch with sudo, or let systemd start it"};
 }
 
-/// A command that lets this user have `device`, by its group.
+/// A command that gives this user access to `device`, by its group.
 std::string group_fix(const Facts& facts, const std::string& device) {
     struct stat entry {};
     const group* owner = nullptr;
@@ -56,7 +57,7 @@ std::string group_fix(const Facts& facts, const std::string& device) {
     return "sudo chgrp plugdev /dev/" + device + " && sudo chmod g+rw /dev/" + device;
 }
 
-/// Devices of one kind. Where there are none, that is a shortfall only on a board that has pins for wires.
+/// Devices of one kind. Their absence is a shortfall only on a board that has pins for wires.
 Finding devices(const Facts& facts, const std::string& prefix, const std::string& enable) {
     std::vector<std::string> usable, refused;
     for (const std::string& name : facts.entries("/dev")) {

@@ -1,4 +1,4 @@
-// Reading a gzip file with the system's gzip: for /proc/config.gz.
+// Reads a gzip file with the system's gzip: for /proc/config.gz.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 
 namespace qduino::apps::doctor {
 
-/// What `gzip -dc` says of the file; nothing when gzip is not there or refuses it.
+/// The output of `gzip -dc`; nothing when gzip is missing or refuses the file.
 std::optional<std::string> unpacked(const std::string& path);
 
 }  // namespace qduino::apps::doctor

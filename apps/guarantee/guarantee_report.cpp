@@ -15,7 +15,7 @@ double microseconds(Nanoseconds duration) { return static_cast<double>(duration.
 
 const char* yes_no(bool yes) { return yes ? "yes" : "NO"; }
 
-/// Below its line; nothing when there is nothing to say.
+/// A remark below its line; nothing when `text` is empty.
 std::string remark(std::string_view text) { return text.empty() ? "" : wrapped(text, "         "); }
 
 std::string loop_line(const board::LoopGuarantee& loop) {

@@ -7,12 +7,13 @@
 
 namespace qduino::apps {
 
-/// Loop by loop what is enforced and what is not, with the reason and the fix on the next line.
+/// For each loop, what is enforced and what is not, with the reason and the fix on the next line.
 std::string guarantee_text(const board::GuaranteeReport& report);
 
-/// {"board":…,"simulated":…,"memory_locked":…,"loops":[{"id","core","budget_us","period_us","priority_enforced",
-/// "budget_enforced","core_owned","shortfall"}…],"cores":[{"core","interrupts_per_second","worst_gap_us","tick_stopped",
-/// "throttling_lifted","note"}…]}; what was not measured is null.
+/// {"board":…,"simulated":…,"memory_locked":…,"loops":[{"id","core","budget_us","period_us",
+/// "priority_enforced","budget_enforced","core_owned","shortfall"}…],"cores":[{"core",
+/// "interrupts_per_second","worst_gap_us","tick_stopped","throttling_lifted","note"}…]}. A value
+/// that was not measured is null.
 std::string guarantee_json(const board::GuaranteeReport& report);
 
 }  // namespace qduino::apps

@@ -91,7 +91,7 @@ bool endless(const sched::LoopResponse& loop) { return loop.response > sched::kR
 
 std::string_view file_name(std::string_view path) { return path.substr(path.find_last_of('/') + 1); }
 
-// ---- text ------------------------------------------------------------------------------------------------
+// ---- text ---------------------------------------------------------------------------------------
 
 std::string row(const std::string& vcpu, const std::string& core, const std::string& budget,
                 const std::string& period, const std::string& r, const std::string& place) {
@@ -149,7 +149,7 @@ std::string admission_text(const Plan& plan, const SketchTable& table, const Che
                       std::to_string(board.cores) + (board.cores == 1 ? " core" : " cores") +
                       (board.board_file.empty() ? "" : " of " + board.board_file) + "\n\n";
     out += table_text(plan, table) + "\n";
-    // A plan that never got as far as admission has its reason in the explanation alone.
+    // A plan that never reached admission has its reason in the explanation alone.
     out += plan.admission().placed.empty() ? std::string(plan.explanation().view()) + "\n"
                                            : std::string(plan.admission_table().view());
     for (const runtime::RefusedIo& io : plan.refused_ios()) {
@@ -178,7 +178,7 @@ std::string admission_verdict(const Plan& plan, const CheckedBoard& board) {
     return board.sketch + " is REFUSED" + on + why + ".";
 }
 
-// ---- JSON ------------------------------------------------------------------------------------------------
+// ---- JSON ---------------------------------------------------------------------------------------
 
 namespace {
 

@@ -1,4 +1,5 @@
-// What admission says of a sketch, for people (text, 80 columns) and for programs (JSON): `qduino check`.
+// Admission's verdict on a sketch, for people (text, 80 columns) and for programs (JSON): `qduino
+// check`.
 #pragma once
 
 #include <string>
@@ -7,7 +8,7 @@
 
 namespace qduino::apps {
 
-/// What the sketch was checked against.
+/// The board that the sketch was checked against.
 struct CheckedBoard {
     std::string sketch;      ///< its name
     std::string board_file;  ///< empty: none
@@ -19,16 +20,17 @@ struct CheckedBoard {
 /// Every loop and every I/O VCPU has been admitted.
 [[nodiscard]] bool all_admitted(const runtime::Plan& plan);
 
-/// The table of loops, how each core was judged, each refusal with what would help, which overheads were
-/// counted.
+/// The table of loops, the verdict on each core, each refusal with its remedy, and the overheads
+/// that were counted.
 [[nodiscard]] std::string admission_text(const runtime::Plan& plan, const runtime::SketchTable& table,
                                          const CheckedBoard& board);
 
-/// In one sentence: whether it is admitted, or how many of its VCPUs stand in the way.
+/// One sentence: the sketch is admitted, or how many of its VCPUs stand in the way.
 [[nodiscard]] std::string admission_verdict(const runtime::Plan& plan, const CheckedBoard& board);
 
-/// The same: {"sketch","admitted","board":{…},"setup_ran","loops":[…],"io":[…],"cores":[…],"overheads":[…],
-/// "refusals":[…],"explanation"}; durations are whole nanoseconds (docs/qduino.md lists every key).
+/// The same as JSON: {"sketch","admitted","board":{…},"setup_ran","loops":[…],"io":[…],"cores":[…],
+/// "overheads":[…],"refusals":[…],"explanation"}. Durations are whole nanoseconds (docs/qduino.md
+/// lists every key).
 [[nodiscard]] std::string admission_json(const runtime::Plan& plan, const runtime::SketchTable& table,
                                          const CheckedBoard& board);
 

@@ -1,8 +1,9 @@
 // A run of the simulator as a file for chrome://tracing and ui.perfetto.dev.
 //
-// Format: "Trace Event Format" (Google, JSON array form). A core is a process; each VCPU is a thread in it,
-// and its interrupts are another. A stretch on the CPU is a complete event ("X"), everything else an instant
-// ("i"). Times are microseconds with three decimals: the nanosecond is kept.
+// Format: "Trace Event Format" (Google, JSON array form). A core is a process; each VCPU is a
+// thread in it, and its interrupts are another. A stretch on the CPU is a complete event ("X"),
+// everything else an instant ("i"). Times are microseconds with three decimals: the nanosecond is
+// kept.
 #pragma once
 
 #include <array>
@@ -19,12 +20,12 @@ class ChromeTrace final : public board::sim::TraceSink {
   public:
     /// Error: the file cannot be made.
     static Result<std::unique_ptr<ChromeTrace>> create(const std::string& path);
-    /// Closes the file; what ran then is left open-ended.
+    /// Closes the file; stretches that ran then are left open-ended.
     ~ChromeTrace() override;
 
     void on_event(const board::sim::TraceEvent& event) override;
-    /// Ends the stretches that are running, at `now`, and closes the file. Error: it could not be written
-    /// whole.
+    /// Ends the stretches that are running, at `now`, and closes the file. Error: it could not be
+    /// written whole.
     Result<void> finish(Instant now);
 
   private:

@@ -1,4 +1,4 @@
-// main() of a sketch on the Linux board: linked with a sketch, it runs it in real time until Ctrl-C and says
+// main() of a sketch on the Linux board: runs the sketch in real time until Ctrl-C, and reports
 // what is guaranteed.
 #include <chrono>
 #include <cstdio>
@@ -34,7 +34,8 @@ struct Options {
     bool best_effort = false;
 };
 
-/// The report as it stands: at the start, and again at the end, when residual interrupts have been counted.
+/// Writes the report: at the start, and again at the end, when residual interrupts have been
+/// counted.
 bool report_to(const std::string& path, board::linux::LinuxBoard& board) {
     if (path.empty()) return true;
     const Result<void> written = apps::write_guarantee(board.guarantee(), path);
@@ -42,7 +43,8 @@ bool report_to(const std::string& path, board::linux::LinuxBoard& board) {
     return written.ok();
 }
 
-/// The sketch, whose loops' words wait behind setup()'s: what holds for them is said before their first.
+/// The sketch, with its loops' output held back behind setup()'s: the guarantees are reported
+/// before their first words.
 runtime::SketchTable quiet_sketch() {
     static void (*const setup)() = runtime::sketch_table().setup;
     runtime::SketchTable table = runtime::sketch_table();
@@ -61,8 +63,8 @@ int run(const Options& options, board::linux::LinuxConfig config) {
     runtime::Runtime runtime(board);
     if (Result<void> begun = runtime.begin(quiet_sketch()); !begun) {
         fail(begun.error().message);
-        if (runtime.plan().admitted() && runtime.plan().refused_ios().empty())
-            return 1;  // the board would not
+        // Admission agreed, so the board refused.
+        if (runtime.plan().admitted() && runtime.plan().refused_ios().empty()) return 1;
         fail(runtime.explanation());
         return 2;
     }
@@ -80,7 +82,7 @@ int run(const Options& options, board::linux::LinuxConfig config) {
     return reported ? 0 : 1;
 }
 
-/// The board file's, or the default, with what the command line says otherwise.
+/// The configuration of the board file, or the default, with the changes of the command line.
 std::string read_config(const Options& options, board::linux::LinuxConfig& config) {
     if (!options.board_path.empty()) {
         apps::ReadBoardFile read = apps::read_board_file(options.board_path);

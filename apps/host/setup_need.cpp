@@ -2,8 +2,8 @@
 
 #include "arduino/core/interrupts.h"
 
-// A weak reference takes no member out of the Arduino archive: it is null unless the sketch, or a library
-// that it uses, did.
+// A weak reference takes no member out of the Arduino archive. It is null unless the sketch, or a
+// library that it uses, took that member.
 namespace qduino::arduino {
 [[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
 }

@@ -1,5 +1,5 @@
-// main() of a sketch in the simulator: linked with a sketch, it runs it in virtual time and says how its
-// loops kept theirs; or, with --check, only says what admission makes of it.
+// main() of a sketch in the simulator: runs the sketch in virtual time and reports how its loops
+// kept their periods. With --check it only reports the verdict of admission.
 #include <unistd.h>
 
 #include <array>
@@ -31,7 +31,7 @@ namespace {
 using namespace qduino;
 using runtime::Runtime;
 
-/// setup() has so long during --check: what it waits for does not come.
+/// The limit on setup() during --check: some sketches wait there for input that does not come.
 constexpr unsigned kSetupSeconds = 10;
 
 struct Options {
@@ -120,7 +120,8 @@ int run(const Options& options) {
     return report_end(options, board, apps::loops_of(runtime), trace.get());
 }
 
-/// What the sketch prints in setup() goes to stderr: stdout is the report's. Returns where that goes.
+/// Sends the sketch's output in setup() to stderr, since stdout is the report's. Returns where the
+/// report goes.
 std::FILE* take_stdout() {
     const int report = ::dup(STDOUT_FILENO);
     ::dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -135,7 +136,7 @@ void give_up_on_setup(int) {
     ::_exit(1);
 }
 
-/// Admission alone: no loop runs. setup() does where it may declare I/O VCPUs.
+/// Admission alone: no loop runs. setup() runs where it may declare I/O VCPUs.
 int check(const Options& options) {
     std::FILE* const report = take_stdout();
     if (!report) return fail("standard output is closed: the table has nowhere to go");
@@ -162,12 +163,13 @@ int check(const Options& options) {
                                                 apps::verdict(apps::admission_verdict(plan, checked));
     std::fputs(text.c_str(), report);
     if (std::fclose(report) != 0) return fail("the table could not be written");
-    // Admitted, and yet not begun: the board would not take it.
+    // Admission agreed, and the board refused.
     if (plan.admitted() && !begun) return fail(begun.error().message);
     return apps::all_admitted(plan) ? 0 : 2;
 }
 
-/// The machine: the board file's, or the default one, with what the command line says otherwise.
+/// The simulated computer of the board file, or the default one, with the changes of the command
+/// line.
 std::string read_machine(Options& options) {
     if (!options.board_path.empty()) {
         apps::ReadBoardFile read = apps::read_board_file(options.board_path);

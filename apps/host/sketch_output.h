@@ -1,5 +1,5 @@
-// A sketch's own words and what is said about it share a terminal: the sketch's go to standard output, reports to standard error, and
-// neither is torn apart.
+// A sketch and the reports about it share a terminal. The sketch's words go to standard output,
+// reports to standard error, and neither is torn apart.
 //
 //   blinks: 1                        the sketch
 //   blinks: 3
@@ -11,11 +11,12 @@
 
 namespace qduino::apps {
 
-/// Lets out what the sketch has written so far (Serial, stdout). When no loop runs.
+/// Writes out what the sketch has written so far (Serial, stdout). Call it when no loop runs.
 void settle_sketch_output();
-/// True: what the sketch writes to Serial waits (64 KB of it), so that something can be said first; false: it goes on.
+/// True: the sketch's output to Serial waits (64 KB of it), so that a report can come first. False:
+/// it goes on.
 void hold_sketch_output(bool held);
-/// Says `text` in one piece, set off from what the sketch wrote by an empty line.
+/// Writes `text` in one piece, with an empty line between it and the sketch's output.
 void report_beside_sketch(const std::string& text);
 
 }  // namespace qduino::apps

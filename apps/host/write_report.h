@@ -8,8 +8,8 @@
 
 namespace qduino::apps {
 
-/// Writes `report` to `path` as JSON (guarantee_report.h), whole or not at all: who reads meanwhile has the
-/// old file. Error: it cannot be written there.
+/// Writes `report` to `path` as JSON (guarantee_report.h), whole or not at all: a reader meanwhile
+/// gets the old file. Error: it cannot be written there.
 Result<void> write_guarantee(const board::GuaranteeReport& report, const std::string& path);
 
 }  // namespace qduino::apps

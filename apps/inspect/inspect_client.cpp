@@ -24,7 +24,8 @@ Error failure(ErrorCode code, std::string_view what) {
     return error;
 }
 
-/// The code for a machine that is not there is not_found, whether its socket is missing or nobody listens.
+/// The code for a machine that is not there is not_found, whether its socket is missing or nobody
+/// listens.
 Error system_failure(std::string_view what) {
     const int number = errno;
     Error error = posix::system_error(what, "the inspector", number);

@@ -14,8 +14,8 @@ class InspectClient {
     /// Does not connect yet: the machine may come and go.
     explicit InspectClient(std::string path) : path_(std::move(path)) {}
 
-    /// Sends one request, returns the line that answers it, without its end. Connects for each call and blocks up to
-    /// `timeout`: not for real-time loops, nor for a thread that serves others.
+    /// Sends one request, returns the line that answers it, without its end. Connects for each call
+    /// and blocks up to `timeout`: not for real-time loops, nor for a thread that serves others.
     /// Errors: not_found (no machine serves the path), timed_out, unavailable, not_permitted.
     [[nodiscard]] Result<std::string> ask(std::string_view request, Nanoseconds timeout) const;
 

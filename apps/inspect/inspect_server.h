@@ -1,7 +1,9 @@
-// The inspector's socket: newline-delimited JSON over a unix-domain stream socket, served from a loop that has other work.
+// The inspector's socket: newline-delimited JSON over a unix-domain stream socket, served from a
+// loop that has other work.
 //
-// poll() never blocks and does one bounded piece of work: accept, read, answer, write. A client that sends a line longer
-// than kLineBytes, or does not take its answers, is dropped; the others do not notice.
+// poll() never blocks and does one bounded piece of work: accept, read, answer, write. A client
+// that sends a line longer than kLineBytes, or does not take its answers, is dropped; the others do
+// not notice.
 #pragma once
 
 #include <cstddef>
@@ -23,16 +25,17 @@ class InspectServer {
 
     using Answer = std::function<std::string(std::string_view)>;
 
-    /// Listens at `path`, replacing a socket that nobody serves any more. The socket is for its owner alone (mode 0600); the
-    /// owner is that of the folder it is in, so that a machine run by root can be asked by the user whose folder it is.
-    /// Errors: already_exists when somebody serves this path; invalid_argument (path too long); not_permitted, unavailable.
+    /// Listens at `path`, and replaces a socket that no process serves any more. The socket has
+    /// mode 0600 and belongs to the owner of its folder: so the user whose folder it is can ask a
+    /// machine that root runs. Errors: already_exists when another process serves this path;
+    /// invalid_argument (path too long); not_permitted, unavailable.
     static Result<InspectServer> listen(const std::string& path, Answer answer);
 
     InspectServer(InspectServer&& other) = default;
     InspectServer& operator=(InspectServer&&) = delete;
     ~InspectServer();
 
-    /// Serves whoever asks now. Returns the number of requests answered.
+    /// Serves the clients that ask now. Returns the number of requests answered.
     std::size_t poll();
 
   private:

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Text that came from outside may not be UTF-8; an answer always is.
+// Text from outside may not be UTF-8; an answer always is.
 std::string to_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 std::string refusal(std::string_view why) { return to_line({{"ok", false}, {"error", why}}); }
@@ -89,7 +89,7 @@ std::string InspectService::end(const std::string& job, std::uint64_t excursions
 
 void InspectService::end_watch(std::uint64_t excursions_told) {
     if (!job_) return;
-    // The rest of a job that was cut short is not read here: the machine cannot wait for a disk.
+    // Does not read the rest of a job that was cut short: the machine cannot wait for a disk.
     const twin::Report report = job_->finish(drain_(), false, excursions_told);
     last_place_ = job_->next_start();
     job_.reset();

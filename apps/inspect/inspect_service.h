@@ -1,18 +1,24 @@
-// The inspector as a service: questions about the twin in, answers out, one JSON object on one line each.
+// The inspector as a service: questions about the twin in, answers out, one JSON object on one line
+// each.
 //
-//   {"op":"job_begin","job":ID,"path":"/…/file.gcode"}   watch from now on; a job that is being watched already: no change
-//   {"op":"job_end","job":ID,"excursions":N}             plays what is on its way, ends the watch, answers the report;
-//                                                        asked again, the same report;
-//                                                        N: how often the machine says that it left the path and came back
-//                                                        (pauses); 0 when it is not given
-//   {"op":"state"}                                       positions, temperatures, duties, losses, switches
-//   {"op":"fault","fault":"sensor_stuck:hot_end@5"}      twin/fault.h; @ counts from now
+//   {"op":"job_begin","job":ID,"path":"/…/file.gcode"}
+//       watches from now on; no change when this job is being watched already
+//   {"op":"job_end","job":ID,"excursions":N}
+//       plays what is on its way, ends the watch, answers with the report; asked again, the same
+//       report. N: how often the machine reports that it left the path and came back (pauses);
+//       0 when it is not given
+//   {"op":"state"}
+//       positions, temperatures, duties, losses, switches
+//   {"op":"fault","fault":"sensor_stuck:hot_end@5"}
+//       twin/fault.h; @ counts from now
 //   {"op":"clear_faults"}
 //
-// Answers: {"ok":true, …} or {"ok":false,"error":"…"}. ID is a JSON string or number and means itself.
+// Answers: {"ok":true, …} or {"ok":false,"error":"…"}. ID is a JSON string or number and stands for
+// itself.
 //
-// Whoever asks may die and come again at any time: begin and end may be repeated. A begin for another job ends the
-// watch over the one before, and keeps its report. The last kReportsKept reports can be asked for.
+// A client may die and come again at any time, so begin and end may be repeated. A begin for
+// another job ends the watch over the one before, and keeps its report. The last kReportsKept
+// reports can be asked for.
 //
 // One thread: the one that drives the twin's pins.
 #pragma once
@@ -36,10 +42,11 @@ class InspectService {
   public:
     static constexpr std::size_t kReportsKept = 16;
 
-    /// `drain` plays everything that has reached the pins so far, and returns the twin's present instant.
+    /// `drain` plays everything that has reached the pins so far, and returns the twin's present
+    /// instant.
     InspectService(twin::Printer& printer, std::function<Instant()> drain);
 
-    /// Any bytes in, one line of JSON out, without the line's end.
+    /// Takes any bytes, and returns one line of JSON without the line's end.
     [[nodiscard]] std::string answer(std::string_view request);
 
   private:

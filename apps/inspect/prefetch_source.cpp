@@ -38,7 +38,8 @@ void PrefetchSource::read_ahead() {
 
 std::size_t PrefetchSource::read(std::span<char> into) {
     for (;;) {
-        const bool ended = ended_;  // looked at first: what was pushed before it is then in the ring
+        // Read first: everything that was pushed before the end is then in the ring.
+        const bool ended = ended_;
         const std::size_t count = ring_->pop_some(into);
         if (count != 0 || ended || into.empty()) return count;
         std::this_thread::sleep_for(std::chrono::microseconds{100});

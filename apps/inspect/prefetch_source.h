@@ -1,9 +1,9 @@
-// A file read ahead by a thread of its own, so that whoever takes its bytes does not wait for the disk.
+// A file that a thread of its own reads ahead.
+//
+// The machine's loop must answer its pins and buses within milliseconds, and a disk under load may
+// take a second. So read() takes bytes from a ring, and waits only when the ring has run dry:
 //
 //   file ──read──► [reader thread] ──ring of 4 MiB──► read()
-//
-// The machine's loop must answer its pins and buses within milliseconds; a disk under load may take a second. Only when
-// the ring has run dry does read() wait.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@ namespace qduino::apps {
 
 class PrefetchSource final : public twin::ByteSource {
   public:
-    /// Opens the file and starts to read. An unreadable one is empty: ask ok() first.
+    /// Opens the file and starts to read. A file that cannot be read is empty: ask ok() first.
     explicit PrefetchSource(const std::string& path);
     ~PrefetchSource() override;
     PrefetchSource(const PrefetchSource&) = delete;

@@ -25,7 +25,7 @@ using posix::UniqueFd;
 constexpr Nanoseconds kLookEvery = 20ms;
 constexpr std::size_t kLineMax = 4096;
 
-/// In the child. `output` −1: where the launcher writes.
+/// Runs in the child. `output` −1: the launcher's output.
 [[noreturn]] void become(const std::vector<std::string>& command, pid_t launcher, int output) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != launcher) ::_exit(1);  // it died before the request above took hold
@@ -69,7 +69,8 @@ Result<void> KeptProcess::start(Instant now) {
     return {};
 }
 
-/// What it writes is read to the end of its life: a full pipe would stop it. Only the first line is kept.
+/// Reads the process's output to the end of its life: a full pipe would stop it. Keeps only the
+/// first line.
 void KeptProcess::read_line() {
     std::array<char, 512> bytes{};
     while (output_.valid()) {
@@ -116,7 +117,7 @@ void KeptProcess::advance(Instant now) {
     if (state_ == State::waiting && now >= again_at_ && plan_.may_start()) {
         const Result<void> done = start(now);
         if (done) return;
-        // What it leaves locked, a child of its last life still holds, and is about to end.
+        // A child of its last life still holds the lock, and is about to end.
         const bool soon = done.error().code == ErrorCode::already_exists;
         again_at_ = now + (soon ? kLookEvery : RestartPolicy::kLastPause);
         if (!soon) std::fprintf(stderr, "run: %s\n", std::string{done.error().message.view()}.c_str());

@@ -1,9 +1,11 @@
-// One process of the printer: started, told apart from ready, ended, started again.
+// One process of the printer: started, found ready, ended, started again.
 //
-//   start ──► running ──(ready?)──► ready ──► ended ──► pause ──► start …          restart_policy.h says whether
+//   start ──► running ──(ready?)──► ready ──► ended ──► pause ──► start …
+//                                                restart_policy.h says whether it starts again
 //
-// It dies with the launcher: the kernel sends it SIGTERM then (PR_SET_PDEATHSIG), on which every program of the printer makes
-// itself safe and ends. It has a process group of its own: Ctrl-C in the terminal is the launcher's, which stops everything in order.
+// It dies with the launcher: the kernel then sends it SIGTERM (PR_SET_PDEATHSIG), on which every
+// program of the printer makes itself safe and ends. It has a process group of its own, so that
+// Ctrl-C in the terminal goes to the launcher alone, which stops everything in order.
 #pragma once
 
 #include <sys/types.h>
@@ -24,11 +26,12 @@ namespace qduino::launcher {
 struct ProcessPlan {
     std::string name;  ///< as a person reads it
     std::vector<std::string> command;
-    /// Whether it has come up; asked again and again. `output` is its first line so far, when `read_line`.
+    /// True once it has come up; called again and again. `output` is its first line so far, when
+    /// `read_line`.
     std::function<bool(const std::string& output)> ready;
     bool read_line = false;  ///< its standard output is read up to the first line, and not shown
-    std::filesystem::path
-        locks;  ///< a file that is locked while it or one of its children lives; empty: none
+    /// A file that is locked while it or one of its children lives; empty: none.
+    std::filesystem::path locks;
     std::function<bool()> may_start = [] { return true; };  ///< what it needs is there
     std::function<void()> after_end = [] {};
 };
@@ -40,11 +43,12 @@ class KeptProcess {
     enum class State { waiting, running, ready, given_up };
 
     [[nodiscard]] Result<void> start(Instant now);
-    /// Looks at it: has it come up, has it ended, is it time to start it again? Says on stderr what a person should know.
+    /// Checks whether it has come up, whether it has ended, and whether to start it again. Writes
+    /// on stderr what a person should know.
     void advance(Instant now);
-    /// Ends it in its own time, to be started again as soon as it may.
+    /// Ends it, without haste, and starts it again as soon as it may start.
     void start_anew();
-    /// Ends it: asked first, after `grace` made to. It is not started again.
+    /// Ends it: asks first, and kills it after `grace`. It is not started again.
     void end(Nanoseconds grace);
 
     [[nodiscard]] State state() const { return state_; }

@@ -26,11 +26,11 @@ using board::linux::monotonic_now;
 
 constexpr std::string_view kProgramName = "printer-launcher";
 constexpr int kLookEveryMs = 20;
-/// An earlier printer's processes end within this, or are named.
+/// The processes of an earlier printer must end within this time; those that have not are named.
 constexpr Nanoseconds kPatience = 12s;
 /// The supervisor gives a sketch 5 s to stop, and then kills it.
 constexpr Nanoseconds kStopGrace = 8s;
-/// A program that has not come up by then will not.
+/// A program that has not come up by then never will.
 constexpr Nanoseconds kComeUpIn = 60s;
 
 /// Changes when a file is made anew under the same name.
@@ -39,7 +39,7 @@ ino_t inode_of(const fs::path& path) {
     return ::stat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// In words, for a person.
+/// The error in words for a person.
 Error already_running(const fs::path& state, const Error& held) {
     std::ifstream file{state / "address"};
     std::string address;
@@ -53,7 +53,8 @@ Error already_running(const fs::path& state, const Error& held) {
     return error;
 }
 
-/// The lock on the state folder. A killed launcher's processes are ending: they are waited for.
+/// Takes the lock on the state folder. Waits for the processes of a killed launcher, which are
+/// ending.
 Result<posix::UniqueFd> take_state(const fs::path& state) {
     const fs::path file = state / "run.lock";
     auto lock = lock_file(file, Nanoseconds{0});
@@ -68,7 +69,8 @@ Result<posix::UniqueFd> take_state(const fs::path& state) {
     return already_running(state, lock.error());
 }
 
-/// "interrupts 9, task groups 2, …": the lines of a settings state file (board/linux/machine_settings.h), by kind.
+/// "interrupts 9, task groups 2, …": the lines of a settings state file
+/// (board/linux/machine_settings.h), by kind.
 std::string changes_in(const std::string& state_file) {
     constexpr std::array<std::pair<std::string_view, const char*>, 7> kKinds{{
         {"group\t", "task groups"},
@@ -208,12 +210,13 @@ void Launcher::plan_service() {
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");
     plan.read_line = true;
-    // Its own word, not an answer on the port: that could be another program's.
+    // printd's own word. An answer on the port could be another program's.
     plan.ready = [](const std::string& line) { return line.ends_with('\n'); };
     processes_.push_back(std::make_unique<KeptProcess>(std::move(plan)));
 }
 
-/// What a sketch that was killed had changed on this machine. Its supervisor does so too, unless it was killed with it.
+/// Undoes what a killed sketch had changed on this computer. Its supervisor does so, too, unless it
+/// was killed with it.
 void Launcher::put_settings_back() const {
     const auto restored = board::linux::restore_settings(options_.settings_state);
     if (restored && *restored == board::linux::Restored::undone)
@@ -237,7 +240,7 @@ const KeptProcess* Launcher::advance_all(std::size_t started) {
     return nullptr;
 }
 
-/// Starts one after the other, each when the one before is ready.
+/// Starts the processes in order, each when the one before is ready.
 bool Launcher::come_up(int signals) {
     for (std::size_t i = 0; i < processes_.size(); ++i) {
         const Instant until = monotonic_now() + kComeUpIn;
@@ -296,7 +299,8 @@ bool Launcher::keep(int signals) {
     }
 }
 
-/// In reverse: the service, then the sketch, which drives its pins to their safe states, then the machine.
+/// Stops in reverse order: the service, then the sketch, which drives its pins to their safe
+/// states, then the machine.
 void Launcher::stop_all() {
     for (auto at = processes_.rbegin(); at != processes_.rend(); ++at) (*at)->end(kStopGrace);
     std::error_code ignored;

@@ -1,16 +1,20 @@
-// Starts the printer's processes, keeps them running, and stops them so that nothing stays hot and nothing is left behind.
+// Starts the printer's processes, keeps them running, and stops them so that nothing stays hot and
+// nothing is left behind.
 //
 //   real time     virtual machine ──► supervisor with the sketch ──► print service
 //   --speed       simulated printer ───────────────────────────────► print service
-//                 started in this order, each when the one before has come up; ended in the opposite one
+//                 each starts when the one before has come up; they end in the opposite order
 //
-// What becomes of the others when one is killed:
+// When one of them is killed:
 //
-//   print service        started again; the print goes on meanwhile
-//   supervisor, sketch   the pins are safe (apps/supervisor); started again; this machine's settings are put back first
-//   virtual machine      a printer whose power failed: it comes back cold, and the sketch is started anew with it
-//   this launcher        the kernel asks all of them to end (kept_process.h). The virtual machine goes last: it stays while a process
-//                        of the sketch's side lives, as a real machine would (the folder's file "sketch.lock")
+//   print service      it starts again; the print goes on meanwhile
+//   supervisor, sketch the pins are safe (apps/supervisor); the computer's settings are put back,
+//                      then both start again
+//   virtual machine    a printer whose power failed: it comes back cold, and the sketch is started
+//                      anew with it
+//   this launcher      the kernel asks all of them to end (kept_process.h). The virtual machine is
+//                      the last: it stays while a process of the sketch's side lives, as a real one
+//                      would (the folder's file "sketch.lock")
 #pragma once
 
 #include <filesystem>
@@ -30,7 +34,8 @@ struct Options {
     std::filesystem::path state;     ///< jobs, queue and key
     std::filesystem::path ui;        ///< the page's files
     std::string machine;             ///< machine file; empty: the reference machine
-    std::string service_user;        ///< whom the service becomes, when root starts it; empty: nobody else
+    /// The user that the service becomes when root starts it; empty: it stays root.
+    std::string service_user;
     int port = 8080;
     double speed = 0;  ///< of the simulator; 0: in real time, on this machine
     bool isolate = false;
@@ -40,10 +45,12 @@ struct Options {
 
 class Launcher {
   public:
-    /// Takes the state folder; nothing runs yet. Errors: already_exists (a printer runs with it), and what the kernel says.
+    /// Takes the state folder; nothing runs yet. Errors: already_exists (a printer runs with it),
+    /// and what the kernel says.
     [[nodiscard]] static Result<std::unique_ptr<Launcher>> open(Options options);
 
-    /// Until SIGINT, SIGTERM or SIGHUP is readable from `signals`, or something has failed for good. The exit status.
+    /// Runs until SIGINT, SIGTERM or SIGHUP is readable from `signals`, or something has failed for
+    /// good. Returns the exit status.
     int run(int signals);
 
   private:
@@ -55,7 +62,7 @@ class Launcher {
     void put_settings_back() const;
     [[nodiscard]] bool come_up(int signals);
     [[nodiscard]] bool keep(int signals);
-    /// Looks at every process once. The one that has failed for good; null: none.
+    /// Advances every process once. Returns the one that has failed for good; null: none.
     [[nodiscard]] const KeptProcess* advance_all(std::size_t started);
     void say_failed(const KeptProcess& process) const;
     void say_changes() const;

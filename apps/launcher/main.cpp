@@ -23,7 +23,8 @@ int stop_signals() {
     return ::signalfd(-1, &stop, SFD_CLOEXEC);
 }
 
-/// As root, with a core to spare, unless `refused`: without it p99 of the lateness was 90 µs here, and a tenth of all steps late.
+/// As root, with a core to spare, unless `refused`. Without its own core, p99 of the lateness was
+/// 90 µs on the development machine, and a tenth of all steps was late.
 bool isolates(bool refused, double speed) {
     return !refused && speed == 0 && ::geteuid() == 0 && std::thread::hardware_concurrency() >= 2;
 }

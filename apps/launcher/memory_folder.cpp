@@ -48,7 +48,8 @@ int MemoryFolder::sweep(const fs::path& parent) {
     std::error_code error;
     for (fs::directory_iterator at{parent, error}, end; !error && at != end; at.increment(error)) {
         if (!at->path().filename().string().starts_with(kPrefix)) continue;
-        // The lock first, then the folder: one that is just being made holds it, or has not made it yet and loses nothing.
+        // The lock first, then the folder. A folder that is just being made is locked; or its lock
+        // is not made yet, and it loses nothing.
         const fs::path lock = at->path() / kLockName;
         std::error_code unreadable;
         if (!fs::exists(lock, unreadable) || !lock_file(lock, Nanoseconds{0})) continue;

@@ -1,8 +1,9 @@
-// Where the printer's processes meet: a folder in memory with the pins, the link and the inspector's socket.
+// The folder in memory through which the printer's processes meet: the pins, the link and the
+// inspector's socket.
 //
-// In /dev/shm and never on a disk, whose write-back would stall a real-time loop. The folder is locked as long as any process of
-// the printer lives (run_lock.h). So a folder that can be locked is one that a killed printer left behind: it is removed at the next
-// start, whoever's state folder it served.
+// It lies in /dev/shm and never on a disk, whose write-back would stall a real-time loop. Each
+// process of the printer keeps it locked while it lives (run_lock.h). So a folder that can be
+// locked was left by a killed printer. The next start removes it, whichever state folder it served.
 #pragma once
 
 #include <filesystem>
@@ -23,11 +24,12 @@ class MemoryFolder {
     /// Removes it, when this process made it.
     ~MemoryFolder();
 
-    /// A new folder below `parent`; for the user `owner` too, when root makes it (empty: for nobody else). Errors: not_found
-    /// (no such user), and what the kernel says.
+    /// Makes a new folder below `parent`. When root makes it, `owner` gets access, too (empty:
+    /// nobody else). Errors: not_found (no such user), and what the kernel says.
     [[nodiscard]] static Result<MemoryFolder> make(const std::filesystem::path& parent,
                                                    const std::string& owner);
-    /// Removes what killed printers left below `parent`. Returns how many folders. Others' folders are left alone, silently.
+    /// Removes the folders that killed printers left below `parent`, and returns how many. Leaves
+    /// other users' folders alone, silently.
     static int sweep(const std::filesystem::path& parent);
 
     [[nodiscard]] std::filesystem::path file(std::string_view name) const { return path_ / name; }

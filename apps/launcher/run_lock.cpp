@@ -55,7 +55,7 @@ std::string names_of(const std::vector<Holder>& holders) {
 }
 
 Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
-    // Without O_CLOEXEC: children are to hold it too.
+    // Without O_CLOEXEC: children must hold it, too.
     posix::UniqueFd lock{::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600)};
     if (!lock.valid()) return posix::system_error("open", file.native());
     const Instant until = board::linux::monotonic_now() + patience;

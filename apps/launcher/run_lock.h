@@ -1,7 +1,8 @@
-// One printer a state folder: a lock that every process of the printer holds, so that it lasts as long as any of them lives.
+// One printer for each state folder: every process of the printer holds a lock, so the lock lasts
+// as long as any of them lives.
 //
-// The launcher may be killed. Its children then stop by themselves, which takes a moment: a printer that is started in that moment
-// waits for them, and names those that stay.
+// The launcher may be killed. Its children then stop by themselves, which takes a moment. A printer
+// that is started in that moment waits for them, and names those that stay.
 #pragma once
 
 #include <filesystem>
@@ -19,13 +20,14 @@ struct Holder {
     std::string name;  ///< as in /proc/PID/comm
 };
 
-/// The processes that have `file` open, but for this one. Only root sees everybody's.
+/// The processes that have `file` open, except this one. Only root sees those of all users.
 [[nodiscard]] std::vector<Holder> holders_of(const std::filesystem::path& file);
 /// "printer (812), printd (815)"
 [[nodiscard]] std::string names_of(const std::vector<Holder>& holders);
 
-/// Locks `file`, made when missing. The descriptor is handed on to children, and the lock with it (flock(2): it belongs to
-/// the open file). Waits up to `patience`. Errors: already_exists, not_permitted, and what open(2) says.
+/// Locks `file`, made when missing. Children inherit the descriptor and the lock (flock(2): the
+/// lock belongs to the open file). Waits up to `patience`. Errors: already_exists, not_permitted,
+/// and what open(2) says.
 [[nodiscard]] Result<posix::UniqueFd> lock_file(const std::filesystem::path& file, Nanoseconds patience);
 
 }  // namespace qduino::launcher

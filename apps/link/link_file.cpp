@@ -82,7 +82,8 @@ Result<LinkFile> create_link(const std::filesystem::path& path, std::uint64_t st
         ::unlink(temporary.c_str());
         return error;
     };
-    // Reserved, not sparse: a full file system is found here and not by a SIGBUS in a real-time loop.
+    // Reserved, not sparse: a full file system is found here and not by a SIGBUS in a real-time
+    // loop.
     if (const int number = ::posix_fallocate(file.descriptor_.get(), 0, sizeof(LinkLayout)); number != 0) {
         return fail(posix::system_error("make room for", temporary.native(), number));
     }

@@ -1,10 +1,14 @@
-// The link's shared object as a file: the sketch creates it, the service opens it and notices when it was replaced.
+// The link's shared object as a file: the sketch creates it, the service opens it and notices when
+// it was replaced.
 //
-//   sketch:   write DIR/.name.tmp.PID (zeroes, header, magic last) ── rename ──► DIR/name     a new inode for every run
-//   service:  open DIR/name, check magic, version, size, lock it ── later: is DIR/name still the same inode?
+//   sketch:   write DIR/.name.tmp.PID (zeroes, header, magic last) ── rename ──► DIR/name
+//             (a new inode for every run)
+//   service:  open DIR/name, check magic, version, size, lock it
+//             later: is DIR/name still the same inode?
 //
-// Invariants: whoever opens the name sees a complete object or none; the object that a run of the sketch made is never
-// used by another run; at most one service holds an object (an advisory lock that dies with its holder).
+// Invariants: a process that opens the name sees a complete object or none. The object of one run
+// of the sketch is never used by another run. At most one service holds an object (an advisory lock
+// that dies with its holder).
 #pragma once
 
 #include <cstdint>
@@ -17,7 +21,8 @@
 
 namespace qduino::apps {
 
-/// A mapped link. Movable; unmaps when destroyed. The pointer stays valid and the same while it lives.
+/// A mapped link. Movable; unmaps when destroyed. The pointer stays valid and the same while it
+/// lives.
 class LinkFile {
   public:
     LinkFile() = default;
@@ -26,7 +31,8 @@ class LinkFile {
     [[nodiscard]] printer::link::LinkLayout* get() const { return mapping_.as<printer::link::LinkLayout>(); }
     [[nodiscard]] explicit operator bool() const { return mapping_.valid(); }
 
-    /// True while `path` still names this very object: false once the sketch was started anew, or removed it.
+    /// True while `path` still names this very object: false once the sketch was started anew, or
+    /// removed it.
     [[nodiscard]] bool is_current(const std::filesystem::path& path) const;
 
   private:
@@ -42,16 +48,17 @@ class LinkFile {
     std::uint64_t inode_ = 0;
 };
 
-/// Sketch's side: a fresh object with a random session, renamed over `path`. The folder must exist; its owner and
-/// group may open the object. Not real-time: call it before the loops start.
-/// Errors: unavailable (no space), not_permitted, internal; the message names the path.
+/// Sketch's side: a fresh object with a random session, renamed over `path`. The folder must exist;
+/// its owner and group may open the object. Not real-time: call it before the loops start. Errors:
+/// unavailable (no space), not_permitted, internal; the message names the path.
 [[nodiscard]] Result<LinkFile> create_link(const std::filesystem::path& path, std::uint64_t started_unix_s);
 
-/// Another process's look at the link; it does not become its holder. Errors: not_found (no sketch has run), corrupt (not a
-/// link), unsupported (other version or size), not_permitted.
+/// Maps the link without holding it. Errors: not_found (no sketch has run), corrupt (not a link),
+/// unsupported (other version or size), not_permitted.
 [[nodiscard]] Result<LinkFile> map_link(const std::filesystem::path& path);
 
-/// Service's side: the same, and the link is held. Errors: as map_link(); already_exists (another service holds it).
+/// Service's side: maps the link and holds it. Errors: as map_link(); already_exists (another
+/// service holds it).
 [[nodiscard]] Result<LinkFile> open_link(const std::filesystem::path& path);
 
 }  // namespace qduino::apps

@@ -25,7 +25,7 @@ std::string where(std::string_view name, const toml::source_region& source) {
     return std::string(name) + ":" + std::to_string(source.begin.line) + ": ";
 }
 
-/// One table of the file: takes keys out by name, and blames those that nobody took.
+/// One table of the file: takes keys out by name, and blames those that were not taken.
 class Section {
   public:
     Section(const toml::table& table, std::string_view name, std::string& error)
@@ -149,7 +149,7 @@ void read_heater(Section& s, HeaterConfig& h) {
     s.number("at_target_s", h.at_target_time, 0, 60);
 }
 
-/// A place that the file does not name is the corner in which the bed is free to be reached.
+/// The default place is the corner where the bed can be reached freely.
 void read_park(Section& s, printer::ParkConfig& p) {
     s.flag("enabled", p.enabled);
     s.number("x_mm", p.x, -10000, 10000);

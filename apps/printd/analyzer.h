@@ -1,4 +1,5 @@
-// Preflight of uploads: the printer's own parser and interpreter read the file, its facts become the job's.
+// Preflight of uploads: the printer's own parser and interpreter read the file, its facts become
+// the job's.
 #pragma once
 
 #include "printer/machine_config.h"
@@ -17,8 +18,8 @@ class PreflightAnalyzer final : public spool::Analyzer {
     printer::MachineConfig machine_;
 };
 
-/// Judges one line of G-code on its own: what no machine state could make right (a temperature out of range, say).
-/// The interpreter that prints does it, on a machine that does nothing. Error: as the interpreter's.
+/// Judges one line of G-code on its own, for errors that no state of the machine could make right
+/// (a temperature out of range, say). Error: invalid_argument, out_of_range.
 [[nodiscard]] Result<void> check_line(const printer::MachineConfig& machine, std::string_view line);
 
 }  // namespace qduino::printd

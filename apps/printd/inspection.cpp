@@ -66,7 +66,7 @@ void Inspection::serve() {
         if (question.is_end) {
             report = ask_end(question.run, question.excursions);
         } else {
-            // Whatever the answer: without an inspector the job prints as well.
+            // Whatever the answer: the job prints without an inspector, too.
             static_cast<void>(client_.job_begin(std::to_string(question.run), question.path, kBeginTimeout));
         }
         lock.lock();

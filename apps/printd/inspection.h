@@ -1,6 +1,7 @@
-// The inspector of the virtual machine, asked from a thread of its own: its answers may take seconds.
+// Asks the inspector of the virtual machine, from a thread of its own: its answers may take
+// seconds.
 //
-// Absent socket, no inspection: printing never waits for an inspector that is not there.
+// Without a socket there is no inspection: printing never waits for an inspector that is not there.
 #pragma once
 
 #include <condition_variable>

@@ -1,4 +1,5 @@
-// The sketch's link as the spool sees it: found by its path, and found again when the sketch was started anew.
+// The spool's way to the sketch's link: finds it by its path, and finds it again when the sketch
+// was started anew.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +15,8 @@ class LinkWatch final : public spool::LinkSource {
     explicit LinkWatch(std::filesystem::path path) : path_(std::move(path)) {}
 
     printer::link::LinkLayout* current() override { return file_.get(); }
-    /// A path that names nothing replaces nothing: what is mapped stays until there is something newer.
+    /// A path that names nothing replaces nothing: the mapped link stays until there is a newer
+    /// one.
     bool is_replaced() override {
         if (!file_) return std::filesystem::exists(path_, ignored_);
         return std::filesystem::exists(path_, ignored_) && !file_.is_current(path_);

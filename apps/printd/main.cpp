@@ -1,4 +1,5 @@
-// printd: the print service. A process of its own, without rights, that may be killed at any instant.
+// printd: the print service. A process of its own, without rights, that may be killed at any
+// instant.
 //
 //   LinkWatch ─┐                       ┌─ Server ── sockets
 //   Inspection ┼─► Spool ◄─ Service ◄──┤
@@ -94,7 +95,7 @@ Result<Ground> prepare(const printd::Options& options) {
     Result<printd::StateLock> lock = printd::StateLock::take(options.state);
     if (!lock.ok()) return lock.error();
     ground.lock = std::move(*lock);
-    // What root would write while it recovers, the service's own user could not open afterwards.
+    // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
     const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
     if (!user.empty()) {
@@ -173,7 +174,7 @@ int serve(const printd::Options& options, const printer::MachineConfig& machine,
     return 0;
 }
 
-/// Offline: jobs out of their files (spool/recovery.h).
+/// Offline: makes jobs out of their files (spool/recovery.h).
 int recover(const printd::Options& options, const printer::MachineConfig& machine) {
     printd::PreflightAnalyzer analyzer{machine};
     const auto say = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };

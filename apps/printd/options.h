@@ -31,7 +31,8 @@ struct Options {
     bool verbose = false;
 };
 
-/// Nothing: `exit_status` says how to leave (help was asked for, or the line was wrong and that has been said).
+/// Nothing when help was asked for, or the line was wrong and the user was told: leave with
+/// `exit_status`.
 [[nodiscard]] std::optional<Options> parse_options(int argc, char** argv, int& exit_status);
 
 }  // namespace qduino::printd

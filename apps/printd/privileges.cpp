@@ -19,7 +19,8 @@ bool belongs_to_root(const std::filesystem::path& path) {
     return ::lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == 0;
 }
 
-/// Everything in a folder that only root could write to so far: no one can have planted a link in it.
+/// Gives away everything in a folder that only root could write to so far: no other user can have
+/// planted a link in it.
 Result<void> give_away(const std::filesystem::path& folder, uid_t user, gid_t group) {
     std::error_code failed;
     for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {

@@ -1,4 +1,4 @@
-// One service a state folder, and no more rights than it needs.
+// One service for each state folder, with no more rights than it needs.
 #pragma once
 
 #include <filesystem>
@@ -12,18 +12,20 @@ namespace qduino::printd {
 /// An advisory lock on DIR/lock that dies with its holder.
 class StateLock {
   public:
-    /// Makes the folder (mode 0700) where there is none. Errors: already_exists (another service runs), not_permitted, internal.
+    /// Makes the folder (mode 0700) where there is none. Errors: already_exists (another service
+    /// runs), not_permitted, internal.
     [[nodiscard]] static Result<StateLock> take(const std::filesystem::path& folder);
 
   private:
     posix::UniqueFd file_;
 };
 
-/// From root to `user`, for good: groups, ids, and no way back. The state folder becomes the user's first, if it is root's.
-/// Before any thread is started. Errors: not_permitted (not root), not_found (no such user), internal.
+/// From root to `user`, for good: groups, ids, and no way back. The state folder becomes the user's
+/// first, if it is root's. Before any thread is started. Errors: not_permitted (not root),
+/// not_found (no such user), internal.
 [[nodiscard]] Result<void> become(const std::string& user, const std::filesystem::path& state);
 
-/// Whose folder it is, by name; empty: root's, or nobody's that has a name.
+/// The name of the folder's owner; empty: root's, or an owner without a name.
 [[nodiscard]] std::string owner_of(const std::filesystem::path& folder);
 
 }  // namespace qduino::printd

@@ -1,4 +1,4 @@
-// The service's part of a link, without a service: frames of one job, as many as the ring takes.
+// The service's side of a link, without a service: frames of one job, as many as the ring takes.
 #pragma once
 
 #include <array>

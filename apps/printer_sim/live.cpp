@@ -18,7 +18,8 @@ namespace {
 
 using WallClock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kWallSlice{5};
-/// Further behind than this, the pace is counted anew from now: a suspended laptop does not sprint when it wakes.
+/// Further behind than this, the pace starts anew from now: a suspended laptop must not sprint when
+/// it wakes.
 constexpr std::chrono::milliseconds kBehindMax{250};
 
 volatile std::sig_atomic_t stop_asked = 0;
@@ -56,7 +57,8 @@ Result<void> run_live(const LiveOptions& options) {
         std::this_thread::sleep_for(kWallSlice);
         const double wall_s = std::chrono::duration<double>(WallClock::now() - wall_start).count();
         const Instant due = virtual_start + from_seconds(wall_s * options.speed);
-        // In slices of virtual time, so that the inspector and a signal are served while a fast print runs.
+        // In slices of virtual time, so that the inspector and a signal are served while a fast
+        // print runs.
         const Instant end = std::min(due, printer.now() + 500ms);
         if (!printer.run(end)) return {};
         if (socket) socket->poll();

@@ -15,7 +15,8 @@ struct LiveOptions {
     double speed = 1;          ///< virtual seconds per second of wall time; > 0
 };
 
-/// Runs until SIGTERM or SIGINT. When the host cannot keep up, virtual time falls behind: nothing is skipped.
+/// Runs until SIGTERM or SIGINT. When the host cannot keep up, virtual time falls behind: nothing
+/// is skipped.
 Result<void> run_live(const LiveOptions& options);
 
 }  // namespace qduino::apps

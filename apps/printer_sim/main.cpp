@@ -1,4 +1,5 @@
-// printer-sim: prints a G-code file in virtual time and says whether what was built is what was asked.
+// printer-sim: prints a G-code file in virtual time and reports whether the built part is the one
+// that was asked for.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

@@ -19,9 +19,10 @@ namespace link = printer::link;
 
 constexpr std::uint64_t kJobId = 1;
 constexpr Nanoseconds kSlice = 50ms;
-constexpr Nanoseconds kStallLimit = 30min;  // virtual; the longest wait that a job may ask for is a heat-up
+// Virtual time. A job's longest wait is a heat-up.
+constexpr Nanoseconds kStallLimit = 30min;
 
-/// What the sketch says while it prints: unknown codes and warnings, each once.
+/// Collects the sketch's words during the print: unknown codes and warnings, each once.
 class ReplyReader {
   public:
     void read(link::LinkLayout& from, PrintResult& into) {

@@ -17,11 +17,13 @@ struct PrintOptions {
     printer::MachineConfig machine;
     std::string steps_path;  ///< CSV of every step; empty: none
     std::vector<twin::Fault> faults;
-    /// Called now and then with the fraction of the file executed and the virtual time in seconds. May be empty.
+    /// Called now and then with the fraction of the file executed and the virtual time in seconds.
+    /// May be empty.
     std::function<void(double, double)> progress;
 };
 
-/// Error: the file cannot be read or is no G-code, the step file cannot be written, the sketch is refused. Once per process.
+/// Error: the file cannot be read or is no G-code, the step file cannot be written, the sketch is
+/// refused. Once per process.
 Result<PrintResult> print_file(const PrintOptions& options);
 
 }  // namespace qduino::apps

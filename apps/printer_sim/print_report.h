@@ -1,4 +1,5 @@
-// The report of printer-sim: one JSON object, what was asked, what was built, how well it was timed.
+// The report of printer-sim, as one JSON object: what was asked, what was built, and how well it
+// was timed.
 #pragma once
 
 #include <string>
@@ -21,7 +22,7 @@ struct PrintResult {
     std::vector<std::string> unknown_codes;
     std::vector<std::string> warnings;
 
-    /// What was built is what was asked, and the job ran to its end.
+    /// The built part is the one that was asked for, and the job ran to its end.
     [[nodiscard]] bool success() const { return job_completed && built.matches; }
 };
 

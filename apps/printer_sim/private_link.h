@@ -1,4 +1,4 @@
-// A link in memory of this process alone: where the sketch and whoever feeds it share one process.
+// A link in the memory of this process alone: for a sketch and a feeder in one process.
 #pragma once
 
 #include <sys/mman.h>

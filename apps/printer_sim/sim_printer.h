@@ -1,4 +1,5 @@
-// The whole printer in one process and in virtual time: twin, simulated board, runtime, the unchanged printer sketch.
+// The whole printer in one process and in virtual time: twin, simulated board, runtime, the
+// unchanged printer sketch.
 //
 //   LinkLayout ◄─► printer.ino ◄─► Runtime ◄─► SimBoard ◄─► [step log] ◄─► twin::Printer
 //
@@ -19,15 +20,17 @@ namespace qduino::apps {
 
 class SimPrinter {
   public:
-    /// `front` (may be null) stands between board and twin; it must forward to twin(). `link` is zeroed or a fresh object.
+    /// `front` (may be null) stands between board and twin; it must forward to twin(). `link` is
+    /// zeroed or a fresh object.
     SimPrinter(const printer::MachineConfig& config, printer::link::LinkLayout& link);
     ~SimPrinter();
     SimPrinter(const SimPrinter&) = delete;
     SimPrinter& operator=(const SimPrinter&) = delete;
 
-    /// Admits and starts the sketch. `front`: what the board sees as its peripherals; null for the twin itself.
+    /// Admits and starts the sketch. `front`: what the board sees as its peripherals; null for the
+    /// twin itself.
     Result<void> begin(board::Peripherals* front = nullptr);
-    /// Everything before `until` happens. Returns false when the sketch has stopped.
+    /// Plays everything before `until`. Returns false when the sketch has stopped.
     bool run(Instant until);
     [[nodiscard]] Instant now() const { return now_; }
 

@@ -1,4 +1,5 @@
-// Every step as a line of CSV: what `printer-sim --steps` writes. Sits between the board and the twin and sees pins alone.
+// Writes every step as a line of CSV: `printer-sim --steps`. It sits between the board and the twin
+// and sees pins alone.
 #pragma once
 
 #include <array>
@@ -13,17 +14,17 @@
 
 namespace qduino::apps {
 
-/// Forwards everything to `next`, and writes `time_ns,axis,direction` for each rising edge of a STEP pin: nanoseconds since the
-/// board started, X Y Z or E, +1 or −1 in machine coordinates.
+/// Forwards everything to `next`, and writes `time_ns,axis,direction` for each rising edge of a
+/// STEP pin: nanoseconds since the board started, X Y Z or E, +1 or −1 in machine coordinates.
 class StepLog final : public board::Peripherals {
   public:
-    /// Opens `path` (which is emptied). ok() says whether that worked.
+    /// Opens and empties `path`. ok() tells whether that worked.
     StepLog(const std::string& path, const printer::MachineConfig& config, board::Peripherals& next);
     ~StepLog() override;
     StepLog(const StepLog&) = delete;
     StepLog& operator=(const StepLog&) = delete;
 
-    /// Everything so far is in the file.
+    /// True when everything so far is in the file.
     [[nodiscard]] bool ok() const { return file_ != nullptr && !failed_; }
     bool close();
 

@@ -6,8 +6,8 @@
 namespace qduino::apps {
 namespace {
 
-// Descriptions fit their column: with 28 to the left, a line of 80 has 52 for them. (A test measures every
-// page.)
+// Descriptions fit their column: with 28 columns to the left, a line of 80 has 52 for them. (A test
+// measures every page.)
 constexpr std::size_t kColumn = 28;
 
 /// A subcommand with its example; parsing it sets `command`.

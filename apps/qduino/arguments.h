@@ -1,4 +1,4 @@
-// The command line of `qduino`: what may stand there, and what stood there.
+// The command line of `qduino`: its options, and the values given.
 #pragma once
 
 #include <CLI/CLI.hpp>

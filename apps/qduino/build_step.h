@@ -1,10 +1,11 @@
-// One step of a build (a compiler's or a linker's run), and whether it has to be run at all.
+// One step of a build (a run of a compiler or a linker), and whether it has to run at all.
 //
-//   output       what the step makes; its time is set to when the step began, so that a file that was saved
-//                while it ran counts as newer
-//   output.cmd   the command that made it: another command makes it again
-//   output.log   what the compiler said: said again as long as the output stands, so that no warning gets lost
-//   depfile      what it read besides its inputs (gcc -MD)
+//   output      made by the step; its time is set to the beginning of the step, so that a file that
+//               was saved during the step counts as newer
+//   output.cmd  the command that made it: a different command makes it again
+//   output.log  the compiler's words: repeated as long as the output stands, so that no warning is
+//               lost
+//   depfile     the files that it read besides its inputs (gcc -MD)
 #pragma once
 
 #include <filesystem>
@@ -24,7 +25,8 @@ struct BuildStep {
     std::filesystem::path depfile;  ///< empty: none
 };
 
-/// The output stands, was made by the same command, and nothing that went into it has changed since.
+/// True when the output stands, was made by the same command, and nothing that went into it has
+/// changed since.
 [[nodiscard]] bool is_up_to_date(const BuildStep& step);
 
 /// The files that a depfile names (make's syntax: "a.o: a.cpp b\ c.h \"), without the target.
@@ -33,14 +35,15 @@ struct BuildStep {
 /// `text` without the escape sequences by which compilers colour it.
 [[nodiscard]] std::string without_colours(std::string_view text);
 
-/// What came of some steps.
+/// The result of some steps.
 struct StepsDone {
     int made = 0;         ///< that had to be run
     bool failed = false;  ///< one could not be; what its program said has been printed
 };
 
-/// Runs those of `steps` that are not up to date, as many at once as there are cores; progress, and what the
-/// compilers say, on stderr. Error: a program could not be started, a file could not be written.
+/// Runs those of `steps` that are not up to date, as many at once as there are cores. Progress and
+/// the compilers' words go to stderr. Error: a program could not be started, a file could not be
+/// written.
 Result<StepsDone> run_steps(const std::vector<BuildStep>& steps, bool verbose);
 
 }  // namespace qduino::apps

@@ -89,7 +89,8 @@ Result<int> run_in_front(const std::vector<std::string>& command) {
     for (const int signal : kHandedOn) {
         struct sigaction present {};
         ::sigaction(signal, nullptr, &present);
-        // What a shell or nohup has this process ignore, its child ignores too: there is nothing to hand on.
+        // The child inherits the signals that a shell or nohup makes this process ignore: those
+        // need not be handed on.
         if (present.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
     }
 

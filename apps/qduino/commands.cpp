@@ -73,7 +73,7 @@ Result<Built> build_sketch(const Arguments& arguments, const std::vector<BoardKi
     return built;
 }
 
-/// A wrong board file is said before anything is compiled. Empty: it is right, or none was named.
+/// The error in a board file, before anything is compiled. Empty: it is right, or none was named.
 std::string board_error(const Arguments& arguments) {
     return arguments.board.empty() ? "" : read_board_file(arguments.board).error;
 }
@@ -124,7 +124,8 @@ Words simulated_machine(const Arguments& arguments) {
     return words;
 }
 
-/// Builds the simulator's program and becomes it, with `words` after what describes the machine.
+/// Builds the simulator's program and becomes it, with `words` behind the description of the
+/// machine.
 int become_simulation(const Arguments& arguments, const Words& words) {
     if (const std::string wrong = board_error(arguments); !wrong.empty()) return fail(wrong);
     const Result<Built> built = build_sketch(arguments, {BoardKind::sim});
@@ -164,8 +165,8 @@ int trace_simulation(const Arguments& arguments) {
     return become_simulation(arguments, words);
 }
 
-/// A folder in memory for a run's pins: what several processes map never waits for a disk. Gone when the run
-/// is over.
+/// A folder in memory for a run's pins: memory that several processes map must never wait for a
+/// disk. Removed when the run is over.
 class PinsFolder {
   public:
     PinsFolder() {
@@ -202,12 +203,12 @@ bool names_real_devices(const board::linux::LinuxConfig& board) {
            !board.spi.empty();
 }
 
-/// An ordinary process may be kept from running for longer than the supervisor would wait for a real-time
-/// one, and is not hung for that.
+/// An ordinary process may be kept from running for longer than the supervisor waits for a
+/// real-time one, and is not hung for that.
 constexpr const char* kPatienceMs = "10000";
 
-/// Runs a built sketch on Linux, under the supervisor where there is one, to its end. Returns its exit
-/// status.
+/// Runs a built sketch on Linux, under the supervisor where there is one, to its end. Returns its
+/// exit status.
 Result<int> run_on_linux(const Arguments& arguments, const Built& built,
                          const board::linux::LinuxConfig& board) {
     std::string pins = arguments.pins.empty() ? board.pins_path : arguments.pins;
@@ -239,8 +240,8 @@ Result<int> run_on_linux(const Arguments& arguments, const Built& built,
     return run_in_front(command);
 }
 
-/// The [linux] side of the board file; the default board when none is named. False: it is wrong, and `error`
-/// says where.
+/// The [linux] side of the board file; the default board when none is named. False: it is wrong,
+/// and `error` says where.
 bool read_linux_board(const Arguments& arguments, board::linux::LinuxConfig& board, std::string& error) {
     if (arguments.board.empty()) return true;
     ReadBoardFile read = read_board_file(arguments.board);
@@ -249,7 +250,7 @@ bool read_linux_board(const Arguments& arguments, board::linux::LinuxConfig& boa
     return error.empty();
 }
 
-/// What came of a run. How its loops kept their periods, the sketch's own report has said.
+/// The result of a run. The sketch's own report has already said how its loops kept their periods.
 std::string end_of(const std::string& name, int status) {
     if (status == 0) return name + " ran to its end.";
     if (status == 2) return name + " is REFUSED: no loop of it ran.";

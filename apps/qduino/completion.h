@@ -1,4 +1,4 @@
-// Completion scripts for shells, made from the parser itself, so that they know what it knows.
+// Completion scripts for shells, made from the parser itself, so that they have its options.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -32,7 +32,7 @@ std::optional<T> number_at(std::string_view text) {
     return error == std::errc{} ? std::optional<T>(value) : std::nullopt;
 }
 
-/// What stands between `key` and `end` (or the end of the line); empty when there is no such key.
+/// The text between `key` and `end` (or the end of the line); empty when there is no such key.
 std::string_view field(std::string_view fields, std::string_view key, std::string_view end) {
     const std::size_t at = fields.find(key);
     if (at == std::string_view::npos) return {};
@@ -54,7 +54,7 @@ std::optional<std::int64_t> microseconds(std::string_view text) {
     return *seconds * 1'000'000 + fraction;
 }
 
-/// What JSON takes between quotes.
+/// Text as JSON takes it between quotes.
 std::string plain(std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -70,7 +70,7 @@ std::string thread_name(int core, int thread, const std::string& name) {
 
 }  // namespace
 
-// ---- reading ----------------------------------------------------------------------------------------------
+// ---- reading ------------------------------------------------------------------------------------
 
 void KernelTraceReader::line(std::string_view text) {
     if (text.starts_with('#')) return head(text);
@@ -152,7 +152,7 @@ int KernelTraceReader::vcpu_of(std::string_view comm, std::string_view pid) cons
     return 0;
 }
 
-/// The same of "   loop 1-1234   ", whose event a line is.
+/// The same for "   loop 1-1234   ", the task of a line.
 int KernelTraceReader::vcpu_of(std::string_view task) const {
     while (task.starts_with(' ')) task.remove_prefix(1);
     const std::size_t dash = task.rfind('-');
@@ -229,7 +229,7 @@ std::string KernelTraceReader::chrome_json() {
     return json + "\n]\n";
 }
 
-// ---- recording -------------------------------------------------------------------------------------------
+// ---- recording ----------------------------------------------------------------------------------
 
 Result<KernelTracer> KernelTracer::start() {
     if (::geteuid() != 0) {

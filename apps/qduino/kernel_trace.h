@@ -1,15 +1,17 @@
-// Recording a run on Linux with the kernel's own tracer, and turning that into a file for ui.perfetto.dev.
+// Records a run on Linux with the kernel's own tracer, and turns that into a file for
+// ui.perfetto.dev.
 //
-//   tracefs, an instance of our own ──► text, a line for each event ──► KernelTraceReader ──► Chrome trace
+//   tracefs, an instance of our own ──► a line of text for each event ──► KernelTraceReader
+//                                                                     ──► Chrome trace
 //     sched_switch, sched_wakeup of "loop N", "io N"   stretches on a core, preempt, block, wake
 //     sched_process_fork                               which threads are our sketch's
-//     signal_deliver of the budget timer               throttle: a sleep between this and the next one, that
-//     sys_enter of rt_sigreturn                        is, in the handler
+//     signal_deliver of the budget timer               throttle: a sleep between this and the next
+//     sys_enter of rt_sigreturn                        one, so in the handler
 //     irq_handler_…, local_timer_entry and _exit       interrupts of the cores that loops ran on
 //
-// What the kernel does not know is not in it: where a release begins in a loop that owns its core and spins,
-// and overruns. (Formats: Documentation/trace/ftrace.rst and events.rst of Linux; "Trace Event Format" of
-// Google.)
+// The trace lacks what the kernel does not know: where a release begins in a loop that owns its
+// core and spins, and overruns. (Formats: Documentation/trace/ftrace.rst and events.rst of Linux;
+// "Trace Event Format" of Google.)
 #pragma once
 
 #include <array>
@@ -29,14 +31,14 @@ namespace qduino::apps {
 /// Reads the text of an ftrace buffer, line by line.
 class KernelTraceReader {
   public:
-    /// `budget_signal` is the number of the signal that ends a budget; `ancestor` the thread whose
-    /// descendants' loops are recorded (there may be other sketches on this machine).
+    /// `budget_signal`: the number of the signal that ends a budget. `ancestor`: the thread whose
+    /// descendants' loops are recorded (there may be other sketches on this computer).
     KernelTraceReader(int budget_signal, int ancestor) : budget_signal_(budget_signal), family_{ancestor} {}
 
-    /// One line, without its end. What is no event, or none of ours, is passed over.
+    /// One line, without its end. A line that is no event, or none of ours, is skipped.
     void line(std::string_view text);
-    /// The trace as JSON, of cores on which a loop has run. Stretches that have not ended end with the last
-    /// event.
+    /// The trace as JSON, of cores on which a loop has run. Stretches that have not ended end with
+    /// the last event.
     [[nodiscard]] std::string chrome_json();
     /// Events that did not fit the kernel's buffer, as its head says.
     [[nodiscard]] std::int64_t lost() const { return lost_; }
@@ -84,7 +86,7 @@ class KernelTraceReader {
     int stretches_ = 0;
 };
 
-/// A tracer of the kernel at work, until it goes.
+/// A tracer of the kernel; it records until it is destroyed.
 class KernelTracer {
   public:
     /// Begins to record. Error: not_permitted (root only), not_found (no tracefs), with what to do.

@@ -1,5 +1,5 @@
-// qduino: makes, builds, checks, simulates, traces and runs sketches; looks after the machine that they run
-// on. Alone, it says what it can do: nothing was asked, and nothing went wrong (0).
+// qduino: makes, builds, checks, simulates, traces and runs sketches, and looks after the computer
+// that they run on. Without arguments it lists its commands and returns 0: nothing went wrong.
 #include <cstdio>
 
 #include "apps/command_line/command_line.h"
@@ -8,7 +8,7 @@
 
 namespace {
 
-/// The parser would say no more than that a command is missing.
+/// The parser alone would only complain that a command is missing.
 bool is_unknown_command(const CLI::App& parser, const char* word) {
     if (word[0] == '-') return false;
     for (const CLI::App* command : parser.get_subcommands({})) {

@@ -1,7 +1,8 @@
-# qduino_write_sdk(FILE): writes what a sketch is compiled and linked with, as JSON, out of the targets themselves: nothing is
-# listed twice. apps/qduino/sdk.h reads it.
+# qduino_write_sdk(FILE): writes as JSON what a sketch is compiled and linked with. It reads the
+# targets themselves, so nothing is listed twice. apps/qduino/sdk.h reads the file.
 
-# The libraries and link options that a program gets when it links `targets`, as generator expressions, in order of discovery.
+# The libraries and link options that a program gets when it links `targets`, as generator
+# expressions, in order of discovery.
 function(qduino_link_closure targets out_libraries out_options)
   set(queue ${targets})
   set(seen "")
@@ -9,7 +10,7 @@ function(qduino_link_closure targets out_libraries out_options)
   set(options "")
   while(queue)
     list(POP_FRONT queue item)
-    # Only the names matter here: every target is there by now, and all of it is linked.
+    # Only the names matter here: every target exists by now, and all of it is linked.
     string(REGEX REPLACE "^\\$<(LINK_ONLY|TARGET_NAME_IF_EXISTS|BUILD_INTERFACE):(.*)>$" "\\2" item "${item}")
     if(item IN_LIST seen OR item MATCHES "^::@" OR item STREQUAL "")
       continue()
@@ -19,7 +20,8 @@ function(qduino_link_closure targets out_libraries out_options)
       if(item MATCHES "^\\$<")
         message(FATAL_ERROR "qduino-sdk.json: do not know what to make of the link item ${item}")
       elseif(item MATCHES "::")
-        # An imported target is known only where it was looked for: find_package() it in the calling folder.
+        # An imported target is known only where it was found: call find_package() in the calling
+        # folder.
         message(FATAL_ERROR "qduino-sdk.json: the library ${item} is not known in ${CMAKE_CURRENT_SOURCE_DIR}")
       elseif(item MATCHES "^(qduino|app|sketch)_")
         message(FATAL_ERROR "qduino-sdk.json: the project's library ${item} is declared after this folder (CMakeLists.txt)")

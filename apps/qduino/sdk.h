@@ -1,6 +1,7 @@
-// What a sketch is compiled and linked with: written by this project's build (sdk.cmake), read by `qduino`.
+// What a sketch is compiled and linked with. This project's build writes it (sdk.cmake), `qduino`
+// reads it.
 //
-//   build/<preset>/qduino-sdk.json ──► Sdk: compiler, flags, headers, one list of libraries for each board
+//   build/<preset>/qduino-sdk.json ──► Sdk: compiler, flags, headers, a list of libraries per board
 //
 // Paths in it may be relative to the file, so that a tree can be moved.
 #pragma once
@@ -19,8 +20,9 @@ enum class BoardKind { sim, linux };
 [[nodiscard]] const char* name_of(BoardKind board);
 
 struct Sdk {
-    std::filesystem::path file;    ///< where it was read from
-    std::vector<std::string> cxx;  ///< the C++ compiler: a program, perhaps with a launcher before it
+    std::filesystem::path file;  ///< where it was read from
+    /// The C++ compiler: a program, perhaps with a launcher before it.
+    std::vector<std::string> cxx;
     std::vector<std::string> cc;
     std::vector<std::string> flags;  ///< of compiling and of linking
     std::vector<std::string> include;
@@ -40,14 +42,16 @@ struct Sdk {
     }
 };
 
-/// Where to look for it.
+/// The places to look for it.
 struct SdkPlaces {
-    std::string home;  ///< $QDUINO_HOME: a build folder, a source tree with build/release in it, or the file
+    /// $QDUINO_HOME: a build folder, a source tree with build/release in it, or the file.
+    std::string home;
     std::filesystem::path program;   ///< this program: bin/ of a build folder
     std::filesystem::path built_in;  ///< where this program's own build wrote it
 };
 
-/// The first that exists; a $QDUINO_HOME that names none is an error. Error: not_found, with what to do.
+/// The first that exists. A $QDUINO_HOME without one is an error. Error: not_found, with what to
+/// do.
 Result<std::filesystem::path> find_sdk(const SdkPlaces& places);
 
 /// Reads the file. Error: corrupt, naming the file.

@@ -22,7 +22,7 @@ using Words = std::vector<std::string>;
 
 void append(Words& words, const Words& more) { words.insert(words.end(), more.begin(), more.end()); }
 
-/// FNV-1a, 64 bits (Fowler, Noll, Vo): tells folders apart, withstands nobody.
+/// FNV-1a, 64 bits (Fowler, Noll, Vo): tells folders apart; no protection against an attacker.
 std::uint64_t hash_of(const Words& words) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     const auto mix = [&hash](unsigned char byte) { hash = (hash ^ byte) * 0x100000001b3u; };
@@ -41,8 +41,8 @@ Result<fs::path> cache_root(const BuildEnvironment& environment) {
                       "no folder for what is built: set HOME, or XDG_CACHE_HOME to an absolute path");
 }
 
-/// As the Arduino IDE compiles: lenient; what it would hide as a warning is shown. Our own headers are not
-/// the user's concern.
+/// As the Arduino IDE compiles, leniently, but with the warnings that the IDE would hide. Warnings
+/// in our own headers are hidden: they do not concern the user.
 Words compile_flags(const Sdk& sdk, const Sketch& sketch) {
     Words words{"-O2", "-g1", "-Wall", "-fdiagnostics-color=always"};
     append(words, sdk.flags);

@@ -1,4 +1,5 @@
-// Makes a sketch into programs, outside of any tree: in the user's cache, and only what has changed.
+// Makes a sketch into programs, outside of any tree: in the user's cache. Makes only what has
+// changed.
 //
 //   ~/.cache/qduino/blink-1f0c…/       by the sketch's path, the tools and the flags
 //     sketch.ino.cpp                   the tabs, joined by tools/ino/ino_to_cpp.py
@@ -16,7 +17,7 @@
 
 namespace qduino::apps {
 
-/// What the environment says: $XDG_CACHE_HOME, $HOME, $CXX, $CC, $CXXFLAGS, $CFLAGS, $LDFLAGS. Empty: not
+/// The environment: $XDG_CACHE_HOME, $HOME, $CXX, $CC, $CXXFLAGS, $CFLAGS, $LDFLAGS. Empty: not
 /// set.
 struct BuildEnvironment {
     std::string xdg_cache_home, home;
@@ -29,13 +30,13 @@ class SketchBuild {
     /// Error: there is no folder for the cache.
     static Result<SketchBuild> open(Sdk sdk, Sketch sketch, const BuildEnvironment& environment);
 
-    /// The program of a board, as it stands or will.
+    /// The path of a board's program, made or to be made.
     [[nodiscard]] std::filesystem::path program(BoardKind board) const;
     [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
-    /// Makes the programs of `boards`. What compilers say goes to stderr. Returns how many steps had to be
-    /// made; 0: all was up to date. Error: the sketch does not compile or link (its messages have been
-    /// printed), or the tools are not there. Waits for another build of the same sketch.
+    /// Makes the programs of `boards`. The compilers' words go to stderr. Returns how many steps
+    /// had to run; 0: all was up to date. Error: the sketch does not compile or link (its messages
+    /// have been printed), or a tool is missing. Waits for another build of the same sketch.
     Result<int> make(const std::vector<BoardKind>& boards, bool verbose) const;
 
   private:
@@ -48,7 +49,8 @@ class SketchBuild {
     Sketch sketch_;
     std::filesystem::path folder_;
     std::filesystem::path generated_;
-    std::vector<std::string> compile_cxx_, compile_c_, link_;  // the commands, up to what they are given
+    // The commands, up to their arguments.
+    std::vector<std::string> compile_cxx_, compile_c_, link_;
 };
 
 }  // namespace qduino::apps

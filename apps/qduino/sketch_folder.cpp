@@ -14,7 +14,7 @@ bool is_source(const fs::path& path) {
     return path.extension() == ".cpp" || path.extension() == ".cc" || path.extension() == ".c";
 }
 
-/// Editors leave hidden and backup files about.
+/// Editors leave hidden and backup files behind.
 bool is_hidden(const fs::path& path) { return path.filename().string().starts_with("."); }
 
 template <typename Iterator, typename Wanted>

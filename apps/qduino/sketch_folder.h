@@ -22,7 +22,7 @@ struct Sketch {
     std::vector<std::filesystem::path> sources;  ///< .cpp and .c, sorted
 };
 
-/// The sketch that `argument` means: a folder, or an .ino. An .ino that is named as its folder, or is the
+/// Finds the sketch for `argument`, a folder or an .ino. An .ino with its folder's name, or the
 /// only one there, means the whole folder; any other stands for itself alone. Error: not_found,
 /// invalid_argument.
 Result<Sketch> find_sketch(const std::filesystem::path& argument);

@@ -1,4 +1,4 @@
-// The program qduino-supervisor, but for its main(): tests run it on a system of their own.
+// The program qduino-supervisor without its main(): tests run it on a system of their own.
 #pragma once
 
 #include "apps/supervisor/system_calls.h"

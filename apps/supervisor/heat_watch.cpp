@@ -37,14 +37,15 @@ constexpr long kDescriptorsMax = 1024;  // far more than a supervisor opens
 
 UniqueFd pidfd_of(pid_t process) { return UniqueFd{static_cast<int>(::syscall(SYS_pidfd_open, process, 0))}; }
 
-/// The process behind the descriptor is dead.
+/// True when the process behind the descriptor is dead.
 bool is_gone(const UniqueFd& process) {
     pollfd watched{process.get(), POLLIN, 0};
     return ::poll(&watched, 1, 0) > 0 && (watched.revents & POLLIN) != 0;
 }
 
-/// The mappings stay. What the supervisor opened is closed: its lock on the pins must end with it. What it was started with stays
-/// open here too: locks that say whether any process of the printer lives (apps/launcher).
+/// Closes what the supervisor opened, because its lock on the pins must end with it. The mappings
+/// stay. Descriptors that the supervisor was started with stay open here, too: these locks tell
+/// whether any process of the printer lives (apps/launcher).
 void close_supervisors_own() {
     const long descriptors = ::sysconf(_SC_OPEN_MAX);
     for (int fd = STDERR_FILENO + 1; fd < std::min(descriptors, kDescriptorsMax); ++fd) {
@@ -53,7 +54,7 @@ void close_supervisors_own() {
     }
 }
 
-/// The child: all of what it does.
+/// The whole of the child.
 class Watcher {
   public:
     Watcher(const HeatWatchTask& task, HeatWatchPage& page, SafeHands& hands, pid_t supervisor)
@@ -76,7 +77,8 @@ class Watcher {
             follow_sketch();
             if (supervisor_is_gone()) return leave();
             if (is_silent()) {
-                const sched_param ordinary{};  // should it spin, those that it waits for can run now
+                // If the supervisor spins, the processes that it waits for can run now.
+                const sched_param ordinary{};
                 ::sched_setscheduler(supervisor_, SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary);
                 cut_and_go_on("the supervisor fell silent; the heat watch has switched the machine off");
             } else if (is_left_lying()) {
@@ -121,7 +123,7 @@ class Watcher {
         if (task_.real_time) rise(kHeatWatchPriority);
     }
 
-    /// Ends at ordinary priority.
+    /// At ordinary priority when it returns.
     void cut(const char* why) {
         system_.kill(process_.get(), SIGKILL);
         const Dying dying{process_.get(), sketch_};
@@ -136,7 +138,8 @@ class Watcher {
                   "qduino-supervisor: ");
     }
 
-    /// The supervisor is no more. It may have died at any point of its work for the last sketch: all of it is done again.
+    /// The supervisor is dead. It may have died at any point of its work for the last sketch, so
+    /// all of that work is done again.
     void leave() {
         if (sketch_ != 0) cut("the supervisor died; the heat watch has switched the machine off");
     }

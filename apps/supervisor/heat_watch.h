@@ -1,35 +1,46 @@
 // The heat watch: a second, tiny process that cuts the heat when the supervisor itself cannot.
 //
-//   supervisor ──fork, before the sketch──► heat watch        every 20 ms, and nothing can wake it in between:
-//        │ beats: a counter in a page that both share    ──►    the supervisor is dead (its pidfd) …
-//        │ the sketch's number                           ──►    … or has not beaten for 50 looks (1 s) while a sketch runs …
-//        └──fork, exec──► sketch                         ──►    … or lets a dead sketch lie for 3 looks:
-//                                                               kill the sketch, force every output (safe_hands.h), mark the link;
-//                                                               a silent supervisor loses its priority; then the machine is put back
+//   supervisor ──fork, before the sketch──► heat watch
+//        │ beats: a counter in a page that both share   looks every 20 ms; nothing wakes it between
+//        │ the sketch's number                          two looks
+//        └──fork, exec──► sketch
 //
-// It counts its own looks, not time: a virtual machine that was stopped for a second is no silent supervisor. It cannot spin, for it
-// sleeps before every look, whatever the calls answer; it has the supervisor's budget besides (importance.h).
+// It acts when
+// - the supervisor is dead (its pidfd),
+// - or has not beaten for 50 looks (1 s) while a sketch runs,
+// - or has left a dead sketch alone for 3 looks.
 //
-// What each death leaves hot, and for how long (S supervisor, K sketch, W heat watch; "frozen": stopped, or spinning in the kernel):
+// Then it kills the sketch, forces every output (safe_hands.h), and marks the link. A silent
+// supervisor loses its priority. Last, the computer's settings are put back.
 //
-//   dies or freezes      who acts                                                    the heaters are on for
-//   ──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
-//   K dies               S sees its witness die (10 ms), forces                      ≤ 10 ms and S's wake-up
-//   K hangs              S misses a promise, kills K, forces                         the promise, and 10 ms
-//   S dies               W sees it (20 ms), kills K, forces, ends                    ≤ 20 ms and W's wake-up
-//   S frozen             W misses 50 beats, kills K, forces; takes S's priority      K goes on with its own heat loop; then cut: 1 s
-//   W dies               S starts another, K goes on                                 as its heat loop says
-//   K dies, S dies       W, as for S                                                 ≤ 20 ms
-//   K dies, S frozen     W finds K dead at 3 looks and nobody acting                 ≤ 80 ms
-//   K dies, W dies       S, as for K                                                 ≤ 10 ms
-//   K hangs, S dies      W, as for S                                                 ≤ 20 ms
-//   K hangs, S frozen    W, as for S frozen                                          1 s
-//   S dies, W dies       K gets SIGTERM (PR_SET_PDEATHSIG), stops in order           its longest period; 3 s when a loop hangs
-//   S frozen, W dies     nobody has to: K goes on with its own heat loop             as its heat loop says
-//   all three            nobody                                                      until the next start: a thermal fuse's business
+// It counts its own looks and not time: a virtual machine that was stopped for a second is no
+// silent supervisor. It cannot spin, because it sleeps before every look, whatever the calls
+// answer. It also has the supervisor's budget (importance.h).
 //
-// A clean end of the supervisor ends its watch without a word. When the supervisor has died, the watch ends after the sketch is gone:
-// at ordinary priority, reaped by init.
+// For each death, who acts and how long the heaters stay on (S supervisor, K sketch, W heat watch;
+// "frozen": stopped, or spinning in the kernel):
+//
+//   dies or freezes     who acts                                       the heaters are on for
+//   ───────────────────────────────────────────────────────────────────────────────────────────
+//   K dies              S sees its witness die (10 ms), forces         ≤ 10 ms and S's wake-up
+//   K hangs             S misses a promise, kills K, forces            the promise, and 10 ms
+//   S dies              W sees it (20 ms), kills K, forces, ends       ≤ 20 ms and W's wake-up
+//   S frozen            W misses 50 beats, kills K, forces; takes      as K's own heat loop says;
+//                       S's priority                                   then cut: 1 s
+//   W dies              S starts another, K goes on                    as K's heat loop says
+//   K dies, S dies      W, as for S                                    ≤ 20 ms
+//   K dies, S frozen    W finds K dead at 3 looks and nobody acting    ≤ 80 ms
+//   K dies, W dies      S, as for K                                    ≤ 10 ms
+//   K hangs, S dies     W, as for S                                    ≤ 20 ms
+//   K hangs, S frozen   W, as for S frozen                             1 s
+//   S dies, W dies      K gets SIGTERM (PR_SET_PDEATHSIG), stops in    its longest period; 3 s when
+//                       order                                          a loop hangs
+//   S frozen, W dies    nobody has to: K goes on                       as K's heat loop says
+//   all three           nobody                                         until the next start: this
+//                                                                      is for a thermal fuse
+//
+// A clean end of the supervisor ends its watch without a word. After the supervisor's death, the
+// watch ends once the sketch is gone: at ordinary priority, reaped by init.
 #pragma once
 
 #include <sys/types.h>
@@ -46,10 +57,11 @@
 
 namespace qduino::supervisor {
 
-/// What the two processes share. Zeroes are its first state.
+/// Shared by the two processes. Zeroes are its first state.
 struct HeatWatchPage {
     std::atomic<std::uint64_t> beats;
-    std::atomic<std::int32_t> sketch;    ///< its number; 0: none, or what was to be done for it is done
+    /// The sketch's number; 0: none, or everything that its death asked for is done.
+    std::atomic<std::int32_t> sketch;
     std::atomic<std::uint32_t> beating;  ///< 1: beats are to be expected
     std::atomic<std::int32_t> cut;       ///< the sketch that the watch has cut the heat of
 };
@@ -62,13 +74,13 @@ struct HeatWatchTask {
     bool real_time = false;
 };
 
-/// The supervisor's handle of it.
+/// The supervisor's handle of the watch.
 class HeatWatch {
   public:
     /// Starts it. At ordinary priority; the caller has one thread. Errors: the system's.
     Result<void> start(const HeatWatchTask& task);
 
-    // ---- real-time safe ---------------------------------------------------------------------------------
+    // ---- real-time safe -------------------------------------------------------------------------
     void expect_beats(bool expected) {
         if (page_) page_->beating = expected ? 1 : 0;
     }
@@ -78,13 +90,13 @@ class HeatWatch {
     void sketch_is(pid_t sketch) {  ///< 0: none any more
         if (page_) page_->sketch = sketch;
     }
-    /// It was the watch that has ended this sketch.
+    /// True when the watch has ended this sketch.
     [[nodiscard]] bool has_cut(pid_t sketch) const { return page_ && page_->cut == sketch; }
-    /// Readable once it is dead; −1: there is none.
+    /// Readable once the watch is dead; −1: there is none.
     [[nodiscard]] int descriptor() const { return pidfd_.get(); }
     [[nodiscard]] bool runs() const { return pidfd_.valid(); }
 
-    /// Ends it, or collects what is left of it. At ordinary priority.
+    /// Ends the watch, or reaps it. At ordinary priority.
     void end();
 
   private:

@@ -32,7 +32,7 @@ void set_budget() {
     if (!g_limited) g_limited = ::getrlimit(RLIMIT_RTTIME, &g_limit_before) == 0;
     if (!g_limited) return;
     rlimit limit = g_limit_before;
-    // A hard limit can be raised again, by the sketch that inherits it, only with this.
+    // The sketch inherits a lowered hard limit; only with this can it raise the limit again.
     if (board::linux::has_capability(CAP_SYS_RESOURCE))
         limit.rlim_max = std::min(limit.rlim_max, microseconds(kHardLimit));
     limit.rlim_cur = std::min(limit.rlim_max, microseconds(kBudget));
@@ -50,7 +50,7 @@ void rise(int priority) {
     static_cast<void>(board::linux::lock_memory());
 }
 
-// The flag stays: who may not take it away would be refused the whole call.
+// The flag stays: a process that may not take it away would be refused the whole call.
 void step_down() {
     const sched_param ordinary{};
     ::sched_setscheduler(0, SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary);

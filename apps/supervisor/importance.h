@@ -1,13 +1,17 @@
-// The real-time priority of those who outlive the sketch, and what bounds it.
+// The real-time priority of the processes that outlive the sketch, and its bounds.
 //
 //   sketch's loops ≤ 80  <  its death witness 89  <  supervisor 90  <  heat watch 91
 //
-// At these priorities a loop that never blocks holds a core against everybody, the kernel's own threads too. So
-//  - nothing that may wait inside the kernel for ordinary processes is done at them: a dead child is reaped after step_down()
-//    (release_task() → shrink_dcache_parent() busy-waits for whoever reads its files in /proc);
-//  - every loop is paced (Pace): a turn begins 1 ms after the one before at the earliest, whatever the calls in it answer;
-//  - a budget like everybody's (RLIMIT_RTTIME): who consumes kBudget without blocking gets SIGXCPU, and its handler steps down;
-//    kHardLimit on, where this process may set such a limit and give its child the old one, the kernel ends the process.
+// At these priorities a loop that never blocks holds a core against everything else, the kernel's
+// own threads included. So
+// - a process does nothing at them that may wait inside the kernel for ordinary processes. It reaps
+//   a dead child after step_down(): release_task() → shrink_dcache_parent() busy-waits for any
+//   reader of the child's files in /proc.
+// - every loop is paced (Pace): a turn begins at the earliest 1 ms after the one before, whatever
+//   the calls in it answer.
+// - each has a budget (RLIMIT_RTTIME). A process that consumes kBudget without blocking gets
+//   SIGXCPU, and the handler steps down. At kHardLimit the kernel ends the process, where this
+//   process may set such a limit and give its child the old one.
 #pragma once
 
 #include "base/time.h"
@@ -20,14 +24,14 @@ inline constexpr int kHeatWatchPriority = 91;
 inline constexpr Nanoseconds kBudget = 50ms;
 inline constexpr Nanoseconds kHardLimit = 1s;
 
-/// SCHED_FIFO at `priority`, memory locked, the budget set anew; children start as ordinary processes. Asked for, not demanded: an
-/// ordinary user gets none of it. One thread.
+/// Sets SCHED_FIFO at `priority`, locks memory, and starts the budget anew; children start as
+/// ordinary processes. It is a request: an ordinary user gets none of it. One thread.
 void rise(int priority);
 /// Back to ordinary scheduling. Async-signal-safe.
 void step_down();
-/// The budget was spent since the last rise(): the process has been ordinary since.
+/// True when the budget was spent since the last rise(): the process has been ordinary since then.
 bool budget_was_spent();
-/// In a child: the limit as it was before rise(). Async-signal-safe.
+/// In a child: restores the limit from before rise(). Async-signal-safe.
 void restore_real_time_limit();
 
 /// Paces a loop.
@@ -35,7 +39,8 @@ class Pace {
   public:
     static constexpr Nanoseconds kShortestTurn = 1ms;
 
-    /// At the beginning of every turn: sleeps when the last one began less than kShortestTurn ago.
+    /// Call at the beginning of every turn: sleeps when the last one began less than kShortestTurn
+    /// ago.
     void next_turn() {
         board::linux::block_until(next_);
         next_ = board::linux::monotonic_now() + kShortestTurn;

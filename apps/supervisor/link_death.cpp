@@ -9,8 +9,8 @@
 namespace qduino::supervisor {
 namespace {
 
-/// The link at `path`. Nothing is mapped when it belongs to another living sketch: that one's link is not ours to close. (The
-/// sketch may be a child of what was started, a script.)
+/// The link at `path`. Nothing is mapped when it belongs to another living sketch: that link must
+/// stay open. (The sketch may be a child of the started process, a script.)
 apps::LinkFile link_of(const std::string& path, pid_t sketch) {
     Result<apps::LinkFile> link = apps::map_link(path);
     if (!link.ok()) return {};

@@ -1,4 +1,4 @@
-// What the link to the print service is told of its sketch's death.
+// Tells the print service, through the link, that its sketch is dead.
 #pragma once
 
 #include <sys/types.h>
@@ -8,11 +8,12 @@
 
 namespace qduino::supervisor {
 
-/// Says in the link at `path` that its sketch, process `sketch`, is dead (or hung). Nothing happens when there is no such link or it
-/// is another living sketch's.
+/// Marks the link at `path` as that of a dead (or hung) sketch, process `sketch`. Does nothing when
+/// there is no such link, or when it belongs to another living sketch.
 void mark_link_dead(const std::string& path, pid_t sketch, bool hung);
 
-/// The words for it, once: the first who writes them is heard. At ordinary priority, after mark_link_dead().
+/// Writes the words for it, once: the first writer wins. At ordinary priority, after
+/// mark_link_dead().
 void write_death_note(const std::string& path, pid_t sketch, std::string_view text);
 
 }  // namespace qduino::supervisor

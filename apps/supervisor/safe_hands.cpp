@@ -19,8 +19,9 @@ constexpr Nanoseconds kRealTimeWait = 100ms;
 constexpr int kLookMs = 5;
 constexpr Nanoseconds kKillAgain = 100ms;
 
-/// An ordinary thread of the dying process would wait for its turn among all others, and the process's lines and files with it. Whoever
-/// is not real-time itself may not do this, and then it takes as long as it takes.
+/// An ordinary thread of the dying process would wait for its turn among all others, and the
+/// process's lines and files with it. A process that is not real-time itself may not do this; then
+/// it takes as long as it takes.
 void hurry(pid_t process) {
     if ((::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) != SCHED_FIFO) return;
     sched_param parameters{};
@@ -41,7 +42,8 @@ Result<void> SafeHands::open(const board::linux::PinsFile& file, int writer, con
 bool SafeHands::wait_until_gone(const Dying& sketch, int timeout_ms) {
     pollfd process{sketch.pidfd, POLLIN, 0};
     if (system_->poll(&process, 1, timeout_ms) > 0 && (process.revents & POLLIN) != 0) return true;
-    // Asked besides, in case that poll does not tell: of a child its parent hears, of others that there is no such process.
+    // A second question, in case poll does not tell. A parent learns of its child; of other
+    // processes, that they no longer exist.
     siginfo_t info{};
     if (::waitid(P_PID, static_cast<id_t>(sketch.pid), &info, WEXITED | WNOHANG | WNOWAIT) == 0)
         return info.si_pid != 0;

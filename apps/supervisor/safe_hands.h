@@ -1,10 +1,12 @@
-// The first thing that is done about a sketch that is dead, or that was told to die: its machine is made safe, before anything else.
+// Makes the machine of a dead or condemned sketch safe, before anything else.
 //
-//   cut()     at real-time priority   force every output ─► "dead" in the pins file and in the link ─► again as the process
-//                                     comes apart, until it is gone (its GPIO lines are free only then): 100 ms at most
-//   outlast() at ordinary priority    a process that does not go: kill it and force again, every 100 ms, until it has
+//   cut()      at real-time priority forces every output; marks the pins file and the link as dead;
+//                                    forces again while the process comes apart, until it is gone
+//                                    (its GPIO lines are free only then): 100 ms at most
+//   outlast()  at ordinary priority  for a process that does not go: kills it and forces again,
+//                                    every 100 ms, until it has gone
 //
-// The supervisor has a pair of these, and its heat watch another, with a ring of its own.
+// The supervisor has a pair of these hands, and its heat watch has another, with a ring of its own.
 #pragma once
 
 #include <sys/types.h>
@@ -18,7 +20,7 @@
 
 namespace qduino::supervisor {
 
-/// A process that is dying: its pidfd, and its number for words and for the link.
+/// A process that is dying: its pidfd, and its number for messages and for the link.
 struct Dying {
     int pidfd = -1;
     pid_t pid = 0;
@@ -31,12 +33,13 @@ class SafeHands {
                       const std::string& sysfs_root, SystemCalls& system);
 
     struct Cut {
-        board::linux::ForcedOutputs outputs;  ///< pins as they were forced first; what was missing at the end
-        Nanoseconds took{};                   ///< until all that could be forced at once was
-        bool gone = false;                    ///< the process
+        /// Pins as they were forced first, and what was missing at the end.
+        board::linux::ForcedOutputs outputs;
+        Nanoseconds took{};  ///< until all that could be forced at once was
+        bool gone = false;   ///< the process
     };
     [[nodiscard]] Cut cut(const Dying& sketch, board::linux::SketchDeath how);
-    /// Returns when the process is gone, and the outputs have been forced once more after that.
+    /// Returns when the process is gone and the outputs have been forced once more after that.
     void outlast(const Dying& sketch, Cut& cut);
 
     void release_lines() { outputs_.release_lines(); }

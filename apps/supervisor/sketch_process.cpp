@@ -18,7 +18,7 @@ namespace {
 using posix::system_error;
 using posix::UniqueFd;
 
-/// In the child: becomes the sketch, or says through `report` why not.
+/// In the child: becomes the sketch, or writes the reason for its failure to `report`.
 [[noreturn]] void become(const std::vector<std::string>& command, pid_t supervisor, int report) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != supervisor) ::_exit(1);  // it died before the request above took hold
@@ -49,7 +49,8 @@ Result<SketchProcess> SketchProcess::start(const std::vector<std::string>& comma
     if (process.pid_ == 0) become(command, supervisor, to_parent.get());
     to_parent.reset();
     int error = 0;
-    if (::read(from_child.get(), &error, sizeof error) == sizeof error) {  // else exec closed it: all is well
+    // No bytes: exec closed the pipe, and all is well.
+    if (::read(from_child.get(), &error, sizeof error) == sizeof error) {
         ::waitpid(process.pid_, nullptr, 0);
         return system_error("run", command[0], error);
     }

@@ -11,24 +11,25 @@
 
 namespace qduino::supervisor {
 
-/// How a process ended, as waitid(2) says it.
+/// How a process ended, from waitid(2).
 struct Ending {
     bool by_signal = false;
     int status = 0;  ///< exit status, or the signal's number
-    /// What a shell would report: the status, or 128 + signal.
+    /// The status as a shell reports it: the status, or 128 + signal.
     [[nodiscard]] int exit_status() const { return by_signal ? 128 + status : status; }
 };
 
 class SketchProcess {
   public:
-    /// Starts `command`. If the supervisor itself is killed the sketch gets SIGTERM: should the heat watch be dead too, nobody
-    /// would force its pins, so it must stop and do it itself. Error: not_found and the like, as execvp said; nothing runs then.
+    /// Starts `command`. If the supervisor itself is killed, the sketch gets SIGTERM: the heat
+    /// watch may be dead, too, and then the sketch must stop and force its own pins. Error:
+    /// not_found and the like, from execvp; nothing runs then.
     static Result<SketchProcess> start(const std::vector<std::string>& command);
 
     [[nodiscard]] pid_t pid() const { return pid_; }
     /// Readable once the process is dead.
     [[nodiscard]] int descriptor() const { return pidfd_.get(); }
-    /// It is dead, and how it died. Does not collect it, and cannot wait.
+    /// True when it is dead, with how it died. Does not reap it, and cannot wait.
     [[nodiscard]] bool ended(Ending& ending) const;
 
   private:

@@ -28,11 +28,11 @@ using board::linux::PinsRole;
 using board::linux::SketchDeath;
 
 constexpr int kPollMs = 10;
-/// A sketch that was asked to stop has so long, then it is killed.
+/// A sketch that was asked to stop has this long; then it is killed.
 constexpr Nanoseconds kStopGrace = 5s;
 constexpr Nanoseconds kFirstBackoff = 200ms;
 constexpr Nanoseconds kLastBackoff = 5s;
-/// A heat watch that dies at once is not started more often.
+/// A heat watch that dies at once is not started more often than this.
 constexpr Nanoseconds kHeatWatchEvery = 1s;
 
 void complain(std::string_view text) { apps::say(text, "qduino-supervisor: "); }
@@ -74,7 +74,7 @@ void Supervisor::start_heat_watch() {
         complain(std::string{started.error().message.view()} + ": nobody watches the supervisor");
 }
 
-/// Of a watch that has died. For as long as this takes, the sketch is watched at ordinary priority.
+/// Replaces a watch that has died. Meanwhile the sketch is watched at ordinary priority.
 void Supervisor::renew_heat_watch() {
     step_down();
     heat_watch_.end();
@@ -89,8 +89,10 @@ int Supervisor::keep_running(int signals) {
         PinsLayout& layout = file_.layout();
         layout.heartbeat_bound_ns.store(to_ns(options_.heartbeat_timeout));
         layout.witness.store(0);
-        for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0);  // promises of an earlier sketch
-        hands_.release_lines();                                             // the new sketch needs them
+        // Forgets the promises of an earlier sketch.
+        for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0);
+        // The new sketch needs the lines.
+        hands_.release_lines();
         auto sketch = SketchProcess::start(options_.command);
         if (!sketch) {
             complain(sketch.error().message);
@@ -122,7 +124,8 @@ board::VcpuId Supervisor::overdue_loop(Instant now) const {
     return board::kNoVcpu;
 }
 
-// The witness counts only as that of the very process that was started: of a script's child, the script knows what to do next.
+// The witness counts only when it belongs to the very process that was started. If that is a
+// script, the script decides what its child's death means.
 bool Supervisor::is_dying(const SketchProcess& sketch) const {
     const PinsLayout& layout = file_.layout();
     const bool own = static_cast<pid_t>(layout.sketch_pid.load()) == sketch.pid();
@@ -134,7 +137,7 @@ bool Supervisor::is_dying(const SketchProcess& sketch) const {
 void Supervisor::hand_on_signal(const SketchProcess& sketch, int signals, Instant& kill_at) {
     signalfd_siginfo signal{};
     if (!system_->read_signal(signals, signal)) return;
-    // Ctrl-C in a terminal reaches the sketch by itself: twice would mean "at once".
+    // Ctrl-C in a terminal reaches the sketch by itself; a second signal would mean "at once".
     if (signal.ssi_code != SI_KERNEL) system_->kill(sketch.descriptor(), static_cast<int>(signal.ssi_signo));
     stop_asked_ = true;
     kill_at = std::min(kill_at, monotonic_now() + kStopGrace);
@@ -169,8 +172,8 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
     }
 }
 
-/// Everything from a sketch that is dead, or as good as dead, to a machine as it was before. The order is the point: see the head of
-/// supervisor.h.
+/// From a sketch that is dead, or as good as dead, to a computer as it was before. The order
+/// matters: see the head of supervisor.h.
 void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
     const Dying dying{sketch.descriptor(), sketch.pid()};
     const bool hung = watched.outcome == Outcome::hung;
@@ -178,7 +181,8 @@ void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
     heat_watch_.expect_beats(false);
     step_down();
 
-    // A sketch whose core was taken cannot even die before it gets that back: the words for it do not wait so long.
+    // A sketch whose core was taken cannot even die before it gets the core back; the explanation
+    // does not wait that long.
     if (hung) explain(watched, sketch.pid());
     hands_.outlast(dying, watched.cut);
     static_cast<void>(sketch.ended(watched.ending));
@@ -193,7 +197,7 @@ void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
 void Supervisor::put_machine_back() const {
     const auto restored = board::linux::restore_settings(options_.settings_state);
     if (restored) return;
-    // Not ours to undo: another sketch's, or root's.
+    // These changes belong to another sketch, or to root.
     const ErrorCode code = restored.error().code;
     if (code == ErrorCode::unavailable || code == ErrorCode::not_permitted) return;
     complain("the machine's settings are not as before: " + std::string{restored.error().message.view()});
@@ -216,8 +220,9 @@ std::string Supervisor::how_it_ended(const Watched& watched) {
     return how;
 }
 
-/// The words for the print service: how it ended and, of a hung loop, which real-time task took its core. Called once for each
-/// sketch, at ordinary priority, after its machine is safe and before it is reaped. At most 235 bytes are kept.
+/// The explanation for the print service: how the sketch ended and, for a hung loop, which
+/// real-time task took its core. Called once for each sketch, at ordinary priority, after its
+/// machine is safe and before it is reaped. At most 235 bytes are kept.
 void Supervisor::explain(const Watched& watched, pid_t sketch) const {
     if (options_.link.empty()) return;
     std::string note = how_it_ended(watched);
@@ -234,7 +239,7 @@ void Supervisor::report(const Watched& watched, pid_t sketch) const {
     complain("sketch " + std::to_string(sketch) + ": " + how_it_ended(watched) + "; " +
              apps::counted(outputs.pins, "pin") + " forced to safe states in " +
              apps::human_duration(watched.cut.took));
-    // What the heat watch has taken over is in its hands.
+    // The heat watch holds the lines that it has taken over.
     if (outputs.lines_missing > 0 && !heat_watch_.has_cut(sketch)) {
         complain(std::to_string(outputs.lines_missing) +
                  " GPIO lines could NOT be taken over: switch the machine off");

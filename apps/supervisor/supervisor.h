@@ -1,24 +1,28 @@
 // Outlives the sketch, and makes the machine safe when the sketch no longer can.
 //
-//   supervisor  ──fork──► heat watch      cuts the heat when this process cannot (heat_watch.h, with a table of all deaths)
-//       │  ──fork, exec──► sketch
+//   supervisor ──fork──► heat watch    cuts the heat when this process cannot (heat_watch.h, with a
+//       │                              table of all deaths)
+//       │      ──fork, exec──► sketch
 //       │
-//       │  is it dying (its death witness in the pins file)?  dead?  has a loop broken its promise (heartbeats)?     every 10 ms,
-//       │                                                                                                      or woken by its pidfd
+//       │  every 10 ms, or woken by its pidfd: is the sketch dying (its death witness in the pins
+//       │  file)? dead? has a loop broken its promise (heartbeats)?
+//       │
 //       ├─ a promise is broken ──► SIGKILL: a sketch that hangs cannot be reasoned with
-//       └─ it is dead or dying ──► 1. force every output that has a safe state       real-time priority
-//                                  2. say so: sketch_dead in the pins file and in the link to the service
-//                                  ────────────────────────────────────────────────────────────────────────────
-//                                  3. back to ordinary scheduling                     ordinary priority
-//                                  4. the words for it: the link's death note
+//       └─ it is dead or dying ──► at real-time priority:
+//                                  1. force every output that has a safe state
+//                                  2. set sketch_dead in the pins file and in the service's link
+//                                  3. back to ordinary scheduling; then, at ordinary priority:
+//                                  4. the explanation: the link's death note
 //                                  5. reap it
-//                                  6. put the machine's settings back, report
+//                                  6. put the computer's settings back, report
 //                                  7. leave with the sketch's status, or start it again
 //
-// Nothing before step 3 can wait for an ordinary process, and nothing spins: importance.h says what bounds it.
+// Nothing before step 3 can wait for an ordinary process, and nothing spins: importance.h lists the
+// bounds.
 //
-// The bound of the design is 100 ms, from death or from the broken promise to step 1. (How long a loop may be silent before its
-// promise is broken is another matter: --timeout-ms, and LinuxConfig::heartbeat_bound.) bench/safety measures it from outside.
+// The bound of the design is 100 ms, from death or from the broken promise to step 1. bench/safety
+// measures it from outside. (How long a loop may be silent before its promise counts as broken is
+// another matter: --timeout-ms, and LinuxConfig::heartbeat_bound.)
 #pragma once
 
 #include <string>
@@ -39,22 +43,26 @@ struct Options {
     std::string pins;                    ///< file of virtual pins
     std::string link;                    ///< link between sketch and service; empty: none
     Nanoseconds heartbeat_timeout = 1s;  ///< zero: loops are not watched
-    std::string settings_state =
-        board::linux::kDefaultSettingsState;  ///< what the sketch changed on the machine
-    std::string sysfs_root;                   ///< precedes /sys (tests)
-    bool restart = false;                     ///< start the sketch again when it died or hung
-    bool make_pins = false;                   ///< no virtual machine: make the file (real pins only)
-    bool real_time = false;                   ///< watch at a priority above every loop, where that is allowed
-    std::vector<std::string> command;         ///< the sketch and its arguments
+    /// The record of what the sketch changed on the computer.
+    std::string settings_state = board::linux::kDefaultSettingsState;
+    std::string sysfs_root;  ///< precedes /sys (tests)
+    bool restart = false;    ///< start the sketch again when it died or hung
+    /// No virtual machine: make the file (real pins only).
+    bool make_pins = false;
+    /// Watch at a priority above every loop, where that is allowed.
+    bool real_time = false;
+    std::vector<std::string> command;  ///< the sketch and its arguments
 };
 
 class Supervisor {
   public:
-    /// Opens the pins file and takes the supervisor's role on it. `system` outlives it. Errors: PinsFile::open.
+    /// Opens the pins file and takes the supervisor's role on it. `system` outlives it. Errors:
+    /// PinsFile::open.
     static Result<Supervisor> open(Options options, SystemCalls& system);
 
-    /// Runs the sketch to its end (with `restart`: until it ends well or a stop is asked for). `signals` is a
-    /// signalfd that carries SIGTERM and SIGINT, which are handed on to the sketch; −1: none. One thread. Returns the exit status.
+    /// Runs the sketch to its end (with `restart`: until it ends well or a stop is asked for).
+    /// `signals` is a signalfd with SIGTERM and SIGINT, which are handed on to the sketch; −1:
+    /// none. One thread. Returns the exit status.
     int run(int signals);
 
   private:
@@ -73,7 +81,7 @@ class Supervisor {
     void renew_heat_watch();
     Watched watch(const SketchProcess& sketch, int signals);
     void hand_on_signal(const SketchProcess& sketch, int signals, Instant& kill_at);
-    /// It is dead, or all its threads are about to be.
+    /// True when it is dead, or all its threads are about to be.
     [[nodiscard]] bool is_dying(const SketchProcess& sketch) const;
     /// The loop whose promise is overdue; kNoVcpu: none.
     [[nodiscard]] board::VcpuId overdue_loop(Instant now) const;

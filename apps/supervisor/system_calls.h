@@ -1,5 +1,5 @@
-// What the supervisor asks of the system while a sketch runs or has just died. Tests put something in its place that blocks, fails, or
-// answers at once for ever.
+// The system calls of the supervisor while a sketch runs or has just died. Tests replace them by
+// calls that block, fail, or answer at once for ever.
 #pragma once
 
 #include <poll.h>
@@ -24,7 +24,7 @@ class SystemCalls {
     virtual bool kill(int pidfd, int signal) {
         return ::syscall(SYS_pidfd_send_signal, pidfd, signal, nullptr, 0) == 0;
     }
-    /// Collects a dead child. May take as long as it likes in the kernel: never at real-time priority.
+    /// Collects a dead child. It may take any time in the kernel: never at real-time priority.
     virtual void reap(pid_t child) {
         siginfo_t info{};
         ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED);

@@ -8,7 +8,7 @@
 namespace qduino::apps {
 namespace {
 
-/// Three digits that count, without zeros behind the point.
+/// Three significant digits, without zeros behind the point.
 std::string three_digits(double value) {
     const double size = std::abs(value);
     const int decimals = size < 9.995 ? 2 : size < 99.95 ? 1 : 0;
@@ -28,7 +28,7 @@ std::string human_duration(Nanoseconds duration) {
         {{"s", 1e9}, {"ms", 1e6}, {"us", 1e3}, {"ns", 1}}};
     const auto ns = static_cast<double>(duration.count());
     for (const auto& [name, size] : kUnits) {
-        // From where it would be rounded to 1000 of the next smaller unit.
+        // From here on it would be rounded to 1000 of the next smaller unit.
         if (std::abs(ns) >= size * 0.9995 || size == 1) return three_digits(ns / size) + " " + name;
     }
     return {};

@@ -1,4 +1,5 @@
-// Numbers for people: three digits that count, in the unit that keeps them short. Programs get exact ones, in JSON.
+// Numbers for people: three significant digits, in the unit that keeps them short. Programs get
+// exact numbers, in JSON.
 #pragma once
 
 #include <string>
@@ -7,7 +8,8 @@
 
 namespace qduino::apps {
 
-/// "734 ns", "12.7 us", "186 ms", "1.01 s", "30 ms". Rounded; for exact ones see sched::duration_text().
+/// "734 ns", "12.7 us", "186 ms", "1.01 s", "30 ms". Rounded; for exact ones see
+/// sched::duration_text().
 [[nodiscard]] std::string human_duration(Nanoseconds duration);
 /// "1 loop", "3 loops".
 [[nodiscard]] std::string counted(long long count, const std::string& what);

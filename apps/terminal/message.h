@@ -1,5 +1,5 @@
-// What a program says to its user, on standard error: wrapped where that is a terminal, each message one line where it is a file or a
-// pipe, so that it can be searched.
+// A program's messages to its user, on standard error: wrapped on a terminal; one line each in a
+// file or a pipe, so that they can be searched.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace qduino::apps {
 
-/// "PREFIX text" as said to `descriptor`; ends with a line end. Lines that are there stay.
+/// "PREFIX text" in the form for `descriptor`; ends with a line end. Existing line breaks stay.
 [[nodiscard]] std::string message(std::string_view text, std::string_view prefix, int descriptor = 2);
-/// Says it, in one write: what others write meanwhile comes before or after it.
+/// Writes it in one write: other writers' text comes before or after it.
 void say(std::string_view text, std::string_view prefix = "");
-/// The last line of a command: what came of it.
+/// The last line of a command: its result.
 [[nodiscard]] inline std::string verdict(const std::string& text) { return "Verdict: " + text + "\n"; }
 
 }  // namespace qduino::apps

@@ -35,8 +35,8 @@ void stop_on_signals() {
     for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
 }
 
-/// A real machine is always there; this one asks for a good place in the queue. Asked for, not demanded. `fifo` 0: a
-/// better nice value alone.
+/// A real machine is always there; this one asks for a good place in the queue. It is a request.
+/// `fifo` 0: only a better nice value.
 void be_prompt(int fifo) {
     if (fifo > 0) {
         sched_param parameters{};
@@ -46,8 +46,9 @@ void be_prompt(int fifo) {
     ::setpriority(PRIO_PROCESS, 0, -10);
 }
 
-/// A real machine outlives its sketch: asked to stop, this one stays while a process of the sketch's side holds `lock_file`
-/// (apps/launcher), to see its last edges. Not for ever: such a process may hang.
+/// A real machine outlives its sketch. Asked to stop, this one stays while a process of the
+/// sketch's side holds `lock_file` (apps/launcher), to see its last edges. Not for ever: such a
+/// process may hang.
 void outlive_sketch(qduino::apps::VirtualMachine& machine, const std::string& lock_file) {
     using qduino::board::linux::monotonic_now;
     const qduino::posix::UniqueFd lock{::open(lock_file.c_str(), O_RDWR | O_CLOEXEC)};
@@ -65,7 +66,7 @@ void report_lost_edges(const qduino::board::linux::PinsFaults& faults) {
                  static_cast<unsigned long long>(faults.malformed));
 }
 
-/// The last word on what is hot, for a witness who asks after this machine has ended.
+/// The last report on what is hot, for a test that asks after this machine has ended.
 void report_heat(const qduino::twin::PrinterState& state) {
     const std::array<const char*, qduino::twin::kHeaterCount> names{"hot end", "bed"};
     for (std::size_t i = 0; i < names.size(); ++i) {

@@ -1,12 +1,15 @@
-// The virtual machine: the twin behind the Linux board's shared-memory pins, for as long as its owner wants.
+// The virtual machine: the twin behind the Linux board's shared-memory pins, for as long as its
+// owner wants.
 //
-//   sketch ──edges, bus requests──► PinsServer ──► twin::Printer ◄── InspectService ◄── InspectServer ◄── printd, tests
+//   sketch ──edges, bus requests──► PinsServer ──► twin::Printer
+//                                                      ▲
+//   printd, tests ──► InspectServer ──► InspectService ┘
 //
-// As a real machine does, it outlives the sketch: a sketch that dies leaves the carriage where it stands and the heaters
-// as they were, until the supervisor or the next sketch drives the pins.
+// As a real machine does, it outlives the sketch: a sketch that dies leaves the carriage where it
+// stands and the heaters as they were, until the supervisor or the next sketch drives the pins.
 //
-// One thread. A pass delivers what has come over the pins, then serves the socket; between passes it sleeps at most
-// kPass, or until a bus request rings.
+// One thread. A pass delivers what has come over the pins, then serves the socket; between passes
+// it sleeps at most kPass, or until a bus request rings.
 #pragma once
 
 #include <memory>
@@ -35,7 +38,8 @@ class VirtualMachine {
   public:
     static constexpr Nanoseconds kPass{1'000'000};
 
-    /// Makes the pins and the socket. Errors: those of PinsServer::create and InspectServer::listen.
+    /// Makes the pins and the socket. Errors: those of PinsServer::create and
+    /// InspectServer::listen.
     static Result<std::unique_ptr<VirtualMachine>> create(const VirtualMachineOptions& options);
 
     /// One pass.
@@ -48,7 +52,8 @@ class VirtualMachine {
 
   private:
     VirtualMachine(const twin::Machine& machine, board::linux::PinsServer pins);
-    /// Plays all that was pushed before the call, and returns the instant up to which the twin is.
+    /// Plays everything that was pushed before the call, and returns the instant that the twin has
+    /// reached.
     Instant drain();
 
     board::linux::PinsServer pins_;
