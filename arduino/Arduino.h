@@ -1,7 +1,8 @@
-// Arduino.h: the Arduino language, on this board. Every sketch includes it first (the .ino converter sees to that).
+// Arduino.h: the Arduino language, on this board. Every sketch includes it first (the .ino
+// converter adds the line).
 //
-// The standard headers that declare a word of the language (round is one) come first; what a sketch includes after this
-// file sees the macros of core/macros.h.
+// The standard headers that declare a word of the language (round is one) come first. Headers that
+// a sketch includes after this file see the macros of core/macros.h.
 #pragma once
 
 #include <chrono>

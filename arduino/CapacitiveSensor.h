@@ -1,17 +1,20 @@
-// CapacitiveSensor: touch, from the time that a large resistor takes to charge what is near the receiving pin.
+// CapacitiveSensor: touch, from the time that a large resistor takes to charge what is near the
+// receiving pin.
 //
-//   send ──[ 1–40 MΩ ]──┬── receive         send goes high; until receive reads high, the charge is counted; then both
-//                       ╧ finger            ways are discharged and the same is done the other way round
+//   send ──[ 1–40 MΩ ]──┬── receive     send goes high; the charge is counted until receive reads
+//                       ╧ finger        high; then both are discharged, and all is done the other
+//                                       way round
 //
-// A reading counts looks at the pin, one every microsecond, so that it depends on the charge and not on the speed of the board.
+// A reading counts looks at the pin, one every microsecond, so that it depends on the charge and
+// not on the speed of the board.
 #pragma once
 
 class CapacitiveSensor {
   public:
     CapacitiveSensor(int send_pin, int receive_pin) : send_(send_pin), receive_(receive_pin) {}
 
-    /// The sum over `samples`, less the lowest seen (the sensor untouched); -2 when a sample took longer than the timeout.
-    /// Spins, consuming budget.
+    /// The sum over `samples`, less the lowest sum so far (the untouched sensor); -2 when a sample
+    /// took longer than the timeout. Spins, consuming budget.
     long capacitiveSensor(int samples);
     /// The sum as it is.
     long capacitiveSensorRaw(int samples);

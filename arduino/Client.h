@@ -1,4 +1,5 @@
-// Client: a connection that can be opened, as a Stream. What libraries take; NetClient (Network.h) is one over TCP.
+// Client: a connection that can be opened, as a Stream. Libraries take one; NetClient (Network.h)
+// is one over TCP.
 #pragma once
 
 #include "arduino/IPAddress.h"

@@ -31,7 +31,8 @@ std::uint8_t* in_memory_alone() {
     return memory.data();
 }
 
-/// Maps the file at `path`; where that fails, keeps what there is, or memory alone. Under `opening`.
+/// Maps the file at `path`. If that fails, keeps the present bytes, or memory alone. Call under
+/// `opening`.
 bool open_file(const std::string& path) {
     const auto mapped = qduino::arduino::host::map_eeprom(path, kSize);
     if (mapped.ok()) {

@@ -1,9 +1,10 @@
 // EEPROM: 4096 bytes (the Mega's) that outlive the program, in a file.
 //
-// The file is mapped into memory: a write is a store, safe in a real-time loop, and what was written survives the death of the
-// program at any instant (not that of the machine, unless commit() was called after it). A byte never written is 0xff.
-// Which file: QDUINO_EEPROM, else $XDG_STATE_HOME or ~/.local/state, /qduino/<program>.eeprom. Where it cannot be made,
-// that is reported once and the bytes live in memory alone.
+// The file is mapped into memory. A write is a store, so it is safe in a real-time loop, and
+// survives the death of the program at any instant (but not that of the computer, unless commit()
+// was called after it). A byte never written is 0xff. The file is QDUINO_EEPROM, or else
+// /qduino/<program>.eeprom in $XDG_STATE_HOME or ~/.local/state. If it cannot be made, that is
+// reported once, and the bytes live in memory alone.
 #pragma once
 
 #include <cstddef>
@@ -63,7 +64,7 @@ class EEPROMClass {
     /// An index outside 0…length()-1 reads as 0xff and writes nowhere.
     std::uint8_t read(int index);
     void write(int index, std::uint8_t value);
-    /// A write only when the byte differs: here there is no wear, and no difference.
+    /// Writes only when the byte differs, as the library does; memory does not wear.
     void update(int index, std::uint8_t value) { write(index, value); }
     EERef operator[](int index) { return EERef(index); }
 
@@ -91,7 +92,8 @@ class EEPROMClass {
 
     /// Waits until the file is on the disk. Not for a real-time loop.
     void commit();
-    /// Setup-time: opens (or changes to) the file at `path` now. False, reported, when it cannot be.
+    /// Setup-time: opens (or changes to) the file at `path` now. False, and reported, when that
+    /// fails.
     bool open(const char* path);
 };
 

@@ -1,5 +1,5 @@
-// The Ethernet library's names for the network (Network.h). The host has configured the interface: begin() says yes, and the address
-// that a sketch asks for is not imposed on it.
+// The Ethernet library's names for the network (Network.h). The host has configured the interface,
+// so begin() says yes, and the address that a sketch asks for is not imposed on the host.
 #pragma once
 
 #include "arduino/Network.h"

@@ -1,12 +1,13 @@
 // Serial: a Stream over a port of bytes. Safe from every loop: each call reaches the port whole.
 //
 //   Serial           standard input and output of the program
-//   Serial1 … 3      what the environment says: QDUINO_SERIAL1=/dev/ttyUSB0, or pty, or pty:/tmp/link (default: pty); the
-//                    pseudo-terminal's name is said on stderr at begin()
+//   Serial1 … 3      from the environment: QDUINO_SERIAL1=/dev/ttyUSB0, or pty, or pty:/tmp/link
+//                    (default: pty); begin() prints the pseudo-terminal's name on stderr
 //   Serial.begin(baud, config, port)   any SerialPort of your own
 //
-// Writing puts bytes into a ring; a thread of the system's ordinary class carries them out, so that a slow terminal never
-// stops a loop with a deadline. Only a full ring (64 KB) makes a writer wait.
+// A slow terminal must not stop a loop with a deadline. So writing puts bytes into a ring, and a
+// thread of the system's ordinary class carries them out. Only a full ring (64 KB) makes a writer
+// wait.
 #pragma once
 
 #include <memory>
@@ -15,7 +16,8 @@
 #include "arduino/core/lock.h"
 #include "arduino/core/serial_port.h"
 
-// data bits, parity, stop bits: bits 0–1 = stop bits, 4–5 = parity (0 none, 1 even, 2 odd), 8–11 = data bits
+// data bits, parity, stop bits: bits 0–1 = stop bits, 4–5 = parity (0 none, 1 even, 2 odd), 8–11 =
+// data bits
 inline constexpr std::uint16_t SERIAL_5N1 = 0x501, SERIAL_6N1 = 0x601, SERIAL_7N1 = 0x701, SERIAL_8N1 = 0x801;
 inline constexpr std::uint16_t SERIAL_5N2 = 0x502, SERIAL_6N2 = 0x602, SERIAL_7N2 = 0x702, SERIAL_8N2 = 0x802;
 inline constexpr std::uint16_t SERIAL_5E1 = 0x511, SERIAL_6E1 = 0x611, SERIAL_7E1 = 0x711, SERIAL_8E1 = 0x811;
@@ -50,9 +52,10 @@ class HardwareSerial : public Stream {
         return write(static_cast<std::uint8_t>(value));
     }
     using Print::write;
-    /// For the program around the sketch, when no loop runs: waits up to `ms` until all has left, and takes no lock.
+    /// For the program around the sketch, when no loop runs: waits up to `ms` until everything has
+    /// left. Takes no lock.
     void settle(int ms);
-    /// For the program around the sketch: true keeps what is written back, false lets it go.
+    /// For the program around the sketch: true holds back what is written, false lets it go.
     void hold_output(bool held);
 
   protected:
@@ -74,7 +77,8 @@ extern HardwareSerial Serial2;
 extern HardwareSerial Serial3;
 
 namespace qduino::arduino {
-/// Serial.settle() and Serial.hold_output(), for who must not pull Serial in (apps/host/sketch_output.cpp).
+/// Serial.settle() and Serial.hold_output(), for a program that must not link Serial by itself
+/// (apps/host/sketch_output.cpp).
 void settle_console();
 void hold_console(bool held);
 }  // namespace qduino::arduino

@@ -54,8 +54,9 @@ void LiquidCrystal::begin(int columns, int rows, std::uint8_t dots) {
     set_entry(kIncrement, true);
 }
 
-/// The data sheet's initialisation by instruction (figures 23 and 24): "eight bits" three times reaches the controller in
-/// whatever half of a byte it was; then, on four bits, "four bits" as a lone half.
+/// The data sheet's initialisation by instruction (figures 23 and 24): three times "eight bits",
+/// which reaches the controller whichever half of a byte it waits for; then, on four bits, "four
+/// bits" as a lone half.
 void LiquidCrystal::wake_up(std::uint8_t function) {
     delay(kPowerUpMs);
     constexpr std::uint8_t kWake = kFunctionSet | kEightBits;

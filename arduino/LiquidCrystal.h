@@ -1,13 +1,15 @@
 // LiquidCrystal: a character display with an HD44780 controller, on six pins or more.
 //
-// The controller takes a byte as two halves on D4–D7 (or whole on D0–D7), each taken over at the falling edge of E:
+// The controller takes a byte as two halves on D4–D7 (or whole on D0–D7), each taken over at the
+// falling edge of E:
 //
 //   RS    ══════════════════   command or character, valid throughout
 //   D4–7  ══ high ══╳══ low ═
 //   E     ▁▁▔▔▁▁▁▁▁▁▁▁▔▔▁▁▁▁   at least 450 ns high
 //
-// Waits are the data sheet's (Hitachi HD44780U, tables 6 and 12): 37 µs for a command, 1.52 ms to clear or home; the short ones
-// spin, the long ones sleep. R/W, if given, is held low: the busy flag is not read.
+// Waits are the data sheet's (Hitachi HD44780U, tables 6 and 12): 37 µs for a command, 1.52 ms to
+// clear or home; the short ones spin, the long ones sleep. R/W, if given, is held low: the busy
+// flag is not read.
 #pragma once
 
 #include <array>
@@ -60,7 +62,7 @@ class LiquidCrystal : public Print {
     void set_entry(std::uint8_t flag, bool on);
     void wake_up(std::uint8_t function);
     void send(std::uint8_t value, int register_select);
-    /// Puts the low bits of `value` on the data pins that there are, and strobes E.
+    /// Puts the low bits of `value` on the data pins in use, and strobes E.
     void strobe(std::uint8_t value);
     [[nodiscard]] bool eight_bits() const { return data_[0] != kNoPin; }
 

@@ -16,7 +16,7 @@ constexpr std::size_t kClientsMax = 16;
 
 }  // namespace
 
-// ---- NetClient ------------------------------------------------------------------------------------------------------
+// ---- NetClient ----------------------------------------------------------------------------------
 
 int NetClient::connect(IPAddress address, std::uint16_t port) {
     auto made = Socket::connect({address, port}, connect_timeout_ms_);
@@ -61,7 +61,7 @@ IPAddress NetClient::remoteIP() const { return socket_ ? IPAddress(socket_->remo
 std::uint16_t NetClient::remotePort() const { return socket_ ? socket_->remote().port : 0; }
 std::uint16_t NetClient::localPort() const { return socket_ ? socket_->local().port : 0; }
 
-// ---- NetServer ------------------------------------------------------------------------------------------------------
+// ---- NetServer ----------------------------------------------------------------------------------
 
 void NetServer::begin() {
     auto made = Socket::listen(port_);
@@ -101,7 +101,7 @@ std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
     return most;
 }
 
-// ---- NetUDP ---------------------------------------------------------------------------------------------------------
+// ---- NetUDP -------------------------------------------------------------------------------------
 
 std::uint8_t NetUDP::begin(std::uint16_t port) {
     auto made = Socket::bind_udp(port, std::nullopt);

@@ -1,8 +1,9 @@
-// The network, over the host's sockets: TCP clients and servers, UDP. Ethernet.h and WiFi.h give them those libraries' names.
+// The network, over the host's sockets: TCP clients and servers, UDP. Ethernet.h and WiFi.h give
+// them those libraries' names.
 //
-// The host brings the network up, not the sketch. Calls that may wait (connecting, resolving a name, sending to a full socket)
-// wait in the kernel: use them in setup() or in a loop without a hard deadline. In the simulator they reach the real
-// network and take no virtual time.
+// The host brings the network up, not the sketch. Calls that may wait (connecting, resolving a
+// name, sending to a full socket) wait in the kernel: use them in setup() or in a loop without a
+// hard deadline. In the simulator they reach the real network and take no virtual time.
 #pragma once
 
 #include <array>
@@ -28,7 +29,7 @@ class NetClient : public Client {
     void setConnectionTimeout(std::uint16_t timeout_ms) { connect_timeout_ms_ = timeout_ms; }
 
     std::size_t write(std::uint8_t value) override;
-    /// All of it, or what went out before the other side closed or stopped reading for a second.
+    /// Sends all of it. Returns less if the other side closed, or stopped reading for a second.
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;
     int available() override;

@@ -1,8 +1,9 @@
-// Print: everything that text and numbers can be written to. A device gives write(byte), and write(bytes) if it can do better.
+// Print: the base of everything that takes text and numbers. A device gives write(byte), and
+// write(bytes) if it can do better.
 //
-// Numbers are formatted without heap or stdio. In a base other than 10 a negative number is printed as its two's complement, as
-// wide as its own type: print(-1, HEX) is FFFFFFFF. One print or println call reaches a shared device whole, not mixed with
-// another loop's (see hold()).
+// Numbers are formatted without heap or stdio. In a base other than 10 a negative number is printed
+// as its two's complement, as wide as its own type: print(-1, HEX) is FFFFFFFF. One call of print
+// or println reaches a shared device whole, not mixed with another loop's (see hold()).
 #pragma once
 
 #include <cstddef>
@@ -27,7 +28,7 @@ class Print {
     }
     /// Bytes that can be written without waiting; 0 when the device cannot tell.
     virtual int availableForWrite() { return 0; }
-    /// Waits until what was written has left.
+    /// Waits until everything written has left.
     virtual void flush() {}
 
     [[nodiscard]] int getWriteError() const { return write_error_; }

@@ -1,4 +1,4 @@
-// Printable: what print() can be given besides text and numbers: a thing that prints itself.
+// Printable: a thing that prints itself, so that print() takes it as it takes text and numbers.
 #pragma once
 
 #include <cstddef>

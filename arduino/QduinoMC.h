@@ -1,11 +1,12 @@
-// QduinoMC: what this board has beyond Arduino. Arduino.h includes it; a sketch may name it to say that it needs it.
+// QduinoMC: the board's additions to Arduino. Arduino.h includes it; a sketch may include it to
+// show that it needs it.
 //
 //   void loop(id, budget, period [, core]) { … }      core/loops.h      up to 32 loops, each a VCPU
-//   TIME_UNIT(us)                                     core/macros.h     what plain numbers in them count (else ms)
+//   TIME_UNIT(us)                                     core/macros.h     unit of their plain numbers
 //   waitForNextPeriod()  overrunPolicy()  safeState() core/releases.h
 //   interruptsVcpu()  attachInterruptVcpu()           core/interrupts.h I/O VCPUs
 //   noInterrupts(device, core)  noTimer(core)  …      core/interrupts.h isolation of a core
-//   delayBusyNanoseconds()  delayBusyUntil()  …       core/timing.h     spinning, to a length or to an instant
+//   delayBusyNanoseconds()  delayBusyUntil()  …       core/timing.h     spins: a length, an instant
 //   RingBuffer<T, N>  Channel<T>  Mutex               core/channels.h   between loops
 #pragma once
 

@@ -1,7 +1,8 @@
 // SPI: a master, over the board's bus.
 //
-// beginTransaction() … endTransaction() hold the bus for the calling loop, so that a chip's select pin and its bytes stay together
-// when several loops share the bus; transfer() alone holds it for itself. No allocation.
+// beginTransaction() … endTransaction() hold the bus for the calling loop. So a chip's select pin
+// and its bytes stay together when several loops share the bus. transfer() alone holds the bus for
+// itself. No allocation.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +48,7 @@ class SPIClass {
     void usingInterrupt(int) {}
     void notUsingInterrupt(int) {}
 
-    // ---- from before transactions: the settings that hold outside of them ------------------------------------------
+    // ---- from before transactions: the settings that hold outside of them -----------------------
     void setBitOrder(BitOrder order) { settings_.least_significant_first = order == LSBFIRST; }
     void setDataMode(std::uint8_t mode) { settings_.mode = mode & 3; }
     void setClockDivider(std::uint8_t divider);

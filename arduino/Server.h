@@ -1,4 +1,5 @@
-// Server: what waits for connections; printing to it reaches all that it has. NetServer (Network.h) is one over TCP.
+// Server: waits for connections; print() on it reaches all of them. NetServer (Network.h) is one
+// over TCP.
 #pragma once
 
 #include "arduino/Print.h"

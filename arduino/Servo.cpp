@@ -51,7 +51,7 @@ void Servo::writeMicroseconds(int width_us) {
 }
 
 int Servo::read() const {
-    // The middle of the step that map() rounds down into, so that what was written is what is read.
+    // The middle of the step that map() rounds down into, so that read() returns what was written.
     return static_cast<int>(map(width_us_ + 1, minimum_us_, maximum_us_, 0, 180));
 }
 

@@ -3,8 +3,8 @@
 //   ▔▔▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▔▔▁▁▁     one pulse of 544–2400 µs in every 20 ms; its width is the angle
 //   ◄──────── 20 ms ────►
 //
-// The pulse is made by the board's PWM, which attach() sets to 50 Hz on this pin, and detach() back: its duty is width / 20 ms.
-// No software jitter, and no loop is needed.
+// The board's PWM makes the pulse: attach() sets this pin to 50 Hz, and detach() sets it back. The
+// duty is width / 20 ms. So there is no software jitter, and no loop is needed.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ inline constexpr std::uint8_t INVALID_SERVO = 255;
 
 class Servo {
   public:
-    /// Setup-time. Begins with the width last written, or 1500 µs. Returns the pin, or INVALID_SERVO.
+    /// Setup-time. Begins with the width last written, or 1500 µs. Returns the pin, or
+    /// INVALID_SERVO.
     std::uint8_t attach(int pin, int minimum_us = MIN_PULSE_WIDTH, int maximum_us = MAX_PULSE_WIDTH);
     void detach();
     [[nodiscard]] bool attached() const { return pin_ >= 0; }

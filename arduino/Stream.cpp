@@ -9,7 +9,7 @@ namespace board = qduino::board;
 
 namespace {
 
-/// How long to sleep between two looks at a stream that has nothing.
+/// The sleep between two looks at an empty stream.
 constexpr qduino::Nanoseconds kLookStep{100'000};
 
 /// Looks again until `look` gives a byte or the timeout has passed.
@@ -26,8 +26,9 @@ int await_byte(unsigned long timeout_ms, Look look) {
     }
 }
 
-/// Follows one target through a stream of bytes. After a mismatch it falls back to the longest beginning of the target
-/// that the bytes just read still end with, found naively: targets are short.
+/// Follows one target through a stream of bytes. After a mismatch it falls back to the longest
+/// beginning of the target with which the bytes just read still end. A naive search is enough:
+/// targets are short.
 class Matcher {
   public:
     explicit Matcher(std::string_view target) : target_(target) {}
@@ -92,7 +93,8 @@ Stream::Number Stream::parse_number(LookaheadMode lookahead, char ignore, bool p
     int c = peek_number(lookahead, point_too);
     bool negative = false;
     bool after_point = false;
-    unsigned long whole = 0;  // unsigned: too many digits wrap, as on the AVR, and are not undefined
+    // Unsigned, so that too many digits wrap, as on the AVR, and are not undefined.
+    unsigned long whole = 0;
     double real = 0;
     double place = 1;
     for (bool first = true; c >= 0; first = false) {

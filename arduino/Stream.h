@@ -1,8 +1,8 @@
-// Stream: what can be read as well as printed to, with the parsing that sketches use.
+// Stream: can be read as well as printed to, with the parsing that sketches use.
 //
-// A read that finds nothing waits up to the timeout (1 s unless setTimeout said otherwise) of the board's time, asleep: it
-// consumes no budget. A character that ends a number or a search is left in the stream, except the terminator of
-// readStringUntil/readBytesUntil, which is taken and dropped.
+// A read that finds nothing sleeps up to the timeout (1 s, or what setTimeout set) of the board's
+// time, and consumes no budget. A character that ends a number or a search is left in the stream.
+// The exception is the terminator of readStringUntil/readBytesUntil, which is taken and dropped.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 #include "arduino/Print.h"
 
-/// What parseInt() and parseFloat() may skip before the number begins.
+/// The characters that parseInt() and parseFloat() may skip before the number begins.
 enum LookaheadMode { SKIP_ALL, SKIP_NONE, SKIP_WHITESPACE };
 
 inline constexpr char NO_IGNORE_CHAR = '\x01';
@@ -38,7 +38,8 @@ class Stream : public Print {
         return find(reinterpret_cast<const char*>(target), length);
     }
 
-    /// The next whole number; 0 when none came in time. `ignore` may stand between its digits (a thousands separator).
+    /// The next whole number; 0 when none came in time. `ignore` may stand between its digits (a
+    /// thousands separator).
     long parseInt(LookaheadMode lookahead = SKIP_ALL, char ignore = NO_IGNORE_CHAR);
     float parseFloat(LookaheadMode lookahead = SKIP_ALL, char ignore = NO_IGNORE_CHAR);
 

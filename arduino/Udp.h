@@ -1,4 +1,4 @@
-// UDP: packets. What libraries take; NetUDP (Network.h) is one.
+// UDP: packets. Libraries take one; NetUDP (Network.h) is one.
 #pragma once
 
 #include "arduino/IPAddress.h"

@@ -1,4 +1,4 @@
-// What kind of character this is: the language's names for the C library's tests.
+// The kinds of characters: the language's names for the C library's tests.
 #pragma once
 
 #include <cctype>

@@ -22,7 +22,8 @@ std::string unsigned_text(std::uint64_t value, unsigned base) {
     return result;
 }
 
-/// Base 10 has a sign; in the others a negative number is its two's complement, as wide as its own type.
+/// Base 10 has a sign; in the others a negative number is its two's complement, as wide as its own
+/// type.
 template <typename T>
 std::string signed_text(T value, unsigned base) {
     if (base != 10) return unsigned_text(static_cast<std::make_unsigned_t<T>>(value), base);

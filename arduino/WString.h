@@ -1,8 +1,8 @@
 // String: Arduino's text, over std::string (up to 15 characters without a heap).
 //
-// What differs from std::string is the language's: numbers turn into text by constructor and by +; an index outside reads as 0
-// and writes nowhere; indexOf() gives -1; toInt() of no number gives 0. Longer strings allocate: build them in
-// setup() or in a loop that has no hard deadline.
+// It differs from std::string where the language does: numbers turn into text by constructor and by
+// +; an index outside reads as 0 and writes nowhere; indexOf() gives -1; toInt() of no number gives
+// 0. Longer strings allocate: build them in setup() or in a loop that has no hard deadline.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 #include <string>
 #include <type_traits>
 
-/// Text in flash on an AVR; here ordinary memory, kept as a type of its own so that the overloads of libraries resolve.
+/// Text in flash on an AVR. Here it is ordinary memory, but a type of its own, so that the
+/// overloads of libraries resolve.
 class __FlashStringHelper;
 #define PSTR(text) (text)
 #define F(text) (reinterpret_cast<const __FlashStringHelper*>(PSTR(text)))
@@ -57,7 +58,7 @@ class String {
     [[nodiscard]] const char* begin() const { return text_.data(); }
     [[nodiscard]] const char* end() const { return text_.data() + text_.size(); }
 
-    // ---- appending: false when nothing was appended (a null pointer) --------------------------------------------
+    // ---- appending: false when nothing was appended (a null pointer) ----------------------------
     bool concat(const String& other);
     bool concat(const char* text);
     bool concat(const char* text, unsigned int length);
@@ -86,7 +87,7 @@ class String {
     requires is_number<T>
     friend String operator+(T left, const String& right) { return String(promoted(left)) += right; }
 
-    // ---- comparing ----------------------------------------------------------------------------------------------
+    // ---- comparing ------------------------------------------------------------------------------
     [[nodiscard]] int compareTo(const String& other) const;
     [[nodiscard]] bool equals(const String& other) const { return text_ == other.text_; }
     [[nodiscard]] bool equals(const char* text) const { return text_ == (text ? text : ""); }
@@ -100,7 +101,7 @@ class String {
     friend bool operator<=(const String& a, const String& b) { return a.compareTo(b) <= 0; }
     friend bool operator>=(const String& a, const String& b) { return a.compareTo(b) >= 0; }
 
-    // ---- characters ---------------------------------------------------------------------------------------------
+    // ---- characters -----------------------------------------------------------------------------
     [[nodiscard]] char charAt(unsigned int index) const { return index < length() ? text_[index] : '\0'; }
     void setCharAt(unsigned int index, char c);
     char operator[](unsigned int index) const { return charAt(index); }
@@ -109,18 +110,19 @@ class String {
     void getBytes(unsigned char* buffer, unsigned int size, unsigned int index = 0) const;
     void toCharArray(char* buffer, unsigned int size, unsigned int index = 0) const;
 
-    // ---- searching: -1 when not found ---------------------------------------------------------------------------
+    // ---- searching: -1 when not found -----------------------------------------------------------
     [[nodiscard]] int indexOf(char c, unsigned int from = 0) const;
     [[nodiscard]] int indexOf(const String& text, unsigned int from = 0) const;
     [[nodiscard]] int lastIndexOf(char c) const;
     [[nodiscard]] int lastIndexOf(char c, unsigned int from) const;
     [[nodiscard]] int lastIndexOf(const String& text) const;
     [[nodiscard]] int lastIndexOf(const String& text, unsigned int from) const;
-    /// From `from` up to but not including `to`; bounds in the wrong order are swapped, beyond the end are cut.
+    /// From `from` up to but not including `to`; bounds in the wrong order are swapped, beyond the
+    /// end are cut.
     [[nodiscard]] String substring(unsigned int from) const { return substring(from, length()); }
     [[nodiscard]] String substring(unsigned int from, unsigned int to) const;
 
-    // ---- changing -----------------------------------------------------------------------------------------------
+    // ---- changing -------------------------------------------------------------------------------
     void replace(char find, char with);
     void replace(const String& find, const String& with);
     void remove(unsigned int index);
@@ -129,7 +131,7 @@ class String {
     void toUpperCase();
     void trim();
 
-    // ---- numbers: what follows the number is ignored, no number is 0 ----------------------------------------------
+    // ---- numbers: text behind the number is ignored; no number is 0 -----------------------------
     [[nodiscard]] long toInt() const;
     [[nodiscard]] float toFloat() const { return static_cast<float>(toDouble()); }
     [[nodiscard]] double toDouble() const;

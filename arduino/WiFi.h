@@ -1,5 +1,6 @@
-// The WiFi library's names for the network (Network.h). The host has joined its network already; the one that a sketch names is not
-// joined, and begin() says connected when the machine has an address.
+// The WiFi library's names for the network (Network.h). The host has joined its network already.
+// begin() does not join the one that a sketch names, and says connected when the computer has an
+// address.
 #pragma once
 
 #include "arduino/Network.h"

@@ -1,14 +1,15 @@
 // Wire: an I2C master, over the board's bus.
 //
-// Arduino's calls collect one transaction; the board gets it whole, so that nothing comes between a register address and
-// the bytes read from there:
+// Arduino's calls collect one transaction. The board gets it whole, so that nothing comes between a
+// register address and the bytes read from there:
 //
-//   beginTransmission(a) write(r) endTransmission(false) requestFrom(a, n)   one i2c_transfer: r out, n in
-//   beginTransmission(a) write(…) endTransmission()                          one i2c_transfer: … out
-//   requestFrom(a, n)                                                        one i2c_transfer: n in
+//   beginTransmission(a) write(r) endTransmission(false) requestFrom(a, n)   r out, n in, at once
+//   beginTransmission(a) write(…) endTransmission()                          … out
+//   requestFrom(a, n)                                                        n in
 //
-// Each loop has buffers of its own, so several loops collect their transactions side by side; on the bus one is at a time, whole,
-// and whoever waits lends its rank to the loop whose transaction it is (core/lock.h). No allocation.
+// Each loop has buffers of its own, so several loops collect their transactions side by side. The
+// bus takes one at a time, whole. A loop that waits for the bus lends its rank to the loop whose
+// transaction is on it (core/lock.h). No allocation.
 #pragma once
 
 #include <array>
@@ -26,7 +27,8 @@ class TwoWire : public Stream {
     explicit TwoWire(std::uint8_t number) : bus_{number} {}
 
     void begin() {}
-    /// This board is a master only: being addressed is refused aloud, and what the other calls do is not changed.
+    /// This board is a master only. A call with an own address is reported as an error, and changes
+    /// nothing.
     void begin(int own_address);
     void end();
     /// The bus's speed is the board's; accepted and ignored.
@@ -37,12 +39,14 @@ class TwoWire : public Stream {
     void clearWireTimeoutFlag();
 
     void beginTransmission(int address);
-    /// 0: done (or, with `stop` false, kept for the requestFrom that follows); 1: too long for the buffer; 2: no chip
-    /// answers; 4: another error, which is reported.
+    /// 0: done (or, with `stop` false, kept for the requestFrom that follows); 1: too long for the
+    /// buffer; 2: no chip answers; 4: another error, which is reported.
     std::uint8_t endTransmission(bool stop = true);
-    /// Reads `quantity` bytes (at most BUFFER_LENGTH) into the calling loop's buffer; returns how many came, 0 on an error.
+    /// Reads `quantity` bytes (at most BUFFER_LENGTH) into the calling loop's buffer; returns how
+    /// many came, 0 on an error.
     std::size_t requestFrom(int address, std::size_t quantity, bool stop = true);
-    /// Writes the register address first (`register_size` bytes, highest first), in the same transaction.
+    /// Writes the register address first (`register_size` bytes, highest first), in the same
+    /// transaction.
     std::size_t requestFrom(int address, std::size_t quantity, std::uint32_t register_address,
                             std::uint8_t register_size, bool stop);
 
@@ -77,7 +81,7 @@ class TwoWire : public Stream {
         bool timed_out = false;
     };
     Transaction& mine();
-    /// Sends what endTransmission(false) kept and no requestFrom took up.
+    /// Sends a transaction that endTransmission(false) kept and no requestFrom followed.
     void send_kept(Transaction& transaction);
     std::uint8_t transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size);
 

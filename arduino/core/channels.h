@@ -1,12 +1,15 @@
-// Between loops: the ring, the four-slot and the mutex, in the sketch's words, and Qduino's C-style names for them.
+// Between loops: the ring, the four-slot and the mutex, in the sketch's words, and Qduino's C-style
+// names for them.
 //
-//   RingBuffer<T, N>   every item, in order; the writer waits (or is refused) only when full, the reader only when empty
+//   RingBuffer<T, N>   every item, in order; the writer waits (or is refused) only when it is full,
+//                      the reader only when it is empty
 //   Channel<T>         the freshest whole value; neither side ever waits
-//   Mutex              one loop at a time; who waits lends its rank to who holds (lock.h)
+//   Mutex              one loop at a time; a waiter lends its rank to the holder (lock.h)
 //
-// One loop writes, one loop reads. T is plain bytes (trivially copyable). They are put at global scope, cost no heap, and are
-// wait-free but for the waiting that write() and read() are asked to do, which is asleep.
-// (Semi-asynchronous and asynchronous communication as in Qduino: Cheng, Li, West, RTSS 2015.)
+// One loop writes, one loop reads. T is plain bytes (trivially copyable). They stand at global
+// scope and cost no heap. They are wait-free, except where write() and read() are asked to wait;
+// they do so asleep. (Semi-asynchronous and asynchronous communication as in Qduino: Cheng, Li,
+// West, RTSS 2015.)
 #pragma once
 
 #include <bit>
@@ -74,9 +77,10 @@ class Channel {
     qduino::channel::FourSlot<T> slots_;
 };
 
-/// Mutual exclusion between loops, recursive. A wait consumes no budget and lasts at most the critical sections of others.
-/// A loop whose budget ends while it holds one finishes its critical section first (it may take one budget more for it), and
-/// has so much less in the next period.
+/// Mutual exclusion between loops, recursive. A wait consumes no budget and lasts at most the
+/// critical sections of others. A loop whose budget ends while it holds a mutex first finishes its
+/// critical section (for which it may take one budget more), and has that much less in the next
+/// period.
 class Mutex {
   public:
     void lock() { lock_.lock(); }
@@ -93,7 +97,7 @@ class Mutex {
 /// Qduino's word. Spinning would hang two loops of one core: it is a Mutex.
 using Spinlock = Mutex;
 
-// ---- Qduino's names: 0 is success, -1 is full (empty) ----------------------------------------------------------------
+// ---- Qduino's names: 0 is success, -1 is full (empty) -------------------------------------------
 using spinlock_t = Spinlock;
 inline int spinlockInit(Spinlock*) { return 0; }
 inline void spinlockLock(Spinlock* lock) { lock->lock(); }

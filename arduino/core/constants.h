@@ -1,7 +1,8 @@
-// The words of the Arduino language: levels, modes, bases, pins. Facts of the language reference (docs.arduino.cc/language-reference).
+// The words of the Arduino language: levels, modes, bases, pins. Facts of the language reference
+// (docs.arduino.cc/language-reference).
 //
-// They are typed constants, not macros, so that a name like LOW stays inside the language; only what sketches test
-// with #ifdef is a macro.
+// They are typed constants and not macros, so that a name like LOW stays inside the language. Only
+// words that sketches test with #ifdef are macros.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +40,8 @@ inline constexpr double DEG_TO_RAD = PI / 180;
 inline constexpr double RAD_TO_DEG = 180 / PI;
 inline constexpr double EULER = 2.718281828459045235360287471352;
 
-// analogReference(): a Linux board's converter has one reference; the others are refused aloud.
+// analogReference(): a Linux board's converter has one reference; the others are reported as
+// errors.
 inline constexpr int DEFAULT = 1;
 inline constexpr int EXTERNAL = 0;
 inline constexpr int INTERNAL = 3;
@@ -55,6 +57,6 @@ inline constexpr std::uint8_t A8 = 62, A9 = 63, A10 = 64, A11 = 65, A12 = 66, A1
 inline constexpr std::uint8_t SS = 53, MOSI = 51, MISO = 50, SCK = 52;
 inline constexpr std::uint8_t SDA = 20, SCL = 21;
 
-/// One "cycle" of TIME_UNIT(cycles) and F_CPU: a nanosecond, for the seam counts time in those.
+/// One "cycle" of TIME_UNIT(cycles) and F_CPU is a nanosecond: the seam counts time in those.
 #define F_CPU 1000000000UL
 constexpr unsigned long clockCyclesPerMicrosecond() { return F_CPU / 1000000UL; }

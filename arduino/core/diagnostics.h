@@ -1,4 +1,5 @@
-// Where the Arduino face says what went wrong: its functions return void, the port's do not.
+// Reports the errors of the Arduino face: its functions return void, while the port's return a
+// Result.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +8,12 @@
 
 namespace qduino::arduino {
 
-/// Called with the name of the Arduino call that failed, the pin (or bus address) it was for, and the error. May run in any
-/// loop: it must not block.
+/// Called with the name of the Arduino call that failed, its pin (or bus address), and the error.
+/// May run in any loop: it must not block.
 using ErrorHandler = void (*)(const char* call, int subject, const Error& error);
 
-/// Installs `handler` (null restores the default: the first 32 errors go to stderr, the others are counted).
+/// Installs `handler` (null restores the default: the first 32 errors go to stderr, the others are
+/// counted).
 ErrorHandler set_error_handler(ErrorHandler handler);
 
 /// Reports `error`; counts it always.

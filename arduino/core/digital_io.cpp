@@ -31,7 +31,7 @@ bool is_pin(const char* call, int pin) {
 
 constexpr board::PinId pin_id(int pin) { return board::PinId{static_cast<std::uint16_t>(pin)}; }
 
-/// Not inlined: a write to a pin without PWM is quicker without.
+/// Not inlined: a write to a pin without PWM is quicker without it.
 [[gnu::noinline]] void end_pwm(int pin, int level) {
     pwm_active[static_cast<std::size_t>(pin)].store(false, std::memory_order_relaxed);
     succeeded("digitalWrite", pin, board::current().pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
@@ -104,9 +104,10 @@ int analogRead(int pin) {
         return 0;
     }
     const int bits = read_bits.load(std::memory_order_relaxed);
-    const double code =
-        std::clamp(*fraction, 0.0, 1.0) * static_cast<double>(1 << bits);  // one step is 1/2^bits …
-    return std::min(static_cast<int>(code), full_scale(bits));             // … and the last is cut off
+    // One step is 1/2^bits …
+    const double code = std::clamp(*fraction, 0.0, 1.0) * static_cast<double>(1 << bits);
+    // … and the last is cut off.
+    return std::min(static_cast<int>(code), full_scale(bits));
 }
 
 void analogWrite(int pin, int value) {

@@ -1,6 +1,7 @@
 // Interrupts and isolation: Arduino's calls, and QduinoMC's by device class, core and budget.
 //
-// An interrupt's handler here is a thread on a budgeted I/O VCPU, not a stolen CPU: it may call what any loop may.
+// An interrupt's handler here is a thread on a budgeted I/O VCPU. It steals no CPU from a loop, and
+// may call everything that a loop may.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,8 @@ namespace qduino::arduino {
 
 using runtime::DeviceClass;
 
-/// The device words of noInterrupts(ALL, 1), interruptsVcpu(I2C, 1, 100). The macros look them up here, so that a sketch may
-/// have an SPI object and a variable DISK of its own.
+/// The device words of noInterrupts(ALL, 1), interruptsVcpu(I2C, 1, 100). The macros look them up
+/// here, so that a sketch may have an SPI object and a variable DISK of its own.
 namespace device_class {
 inline constexpr DeviceClass GPIO = DeviceClass::gpio;
 inline constexpr DeviceClass I2C = DeviceClass::i2c;
@@ -30,19 +31,19 @@ bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period,
 
 }  // namespace qduino::arduino
 
-/// An interrupt is known by its pin here; on every pin there can be one.
+/// An interrupt's number is its pin's; every pin can have one.
 constexpr int digitalPinToInterrupt(int pin) { return pin; }
 inline constexpr int NOT_AN_INTERRUPT = -1;
 
-/// `handler` on the default I/O VCPU at RISING, FALLING or CHANGE. LOW and HIGH, which the AVR takes as levels, are taken as the
-/// edge that leads there. Setup-time.
+/// Runs `handler` on the default I/O VCPU at RISING, FALLING or CHANGE. LOW and HIGH are levels on
+/// the AVR; here they mean the edge that leads there. Setup-time.
 void attachInterrupt(int interrupt, void (*handler)(), int mode);
 void detachInterrupt(int interrupt);
 /// Holds all handlers back (they run at interrupts()); stops no loop.
 void noInterrupts();
 void interrupts();
 
-// ---- QduinoMC: true when the board granted it; a refusal is reported -----------------------------------------------
+// ---- QduinoMC: true when the board granted it; a refusal is reported ----------------------------
 /// Routes the interrupts of a device class away from `core`, and back.
 bool noInterrupts(qduino::arduino::DeviceClass device, int core);
 bool interrupts(qduino::arduino::DeviceClass device, int core);
@@ -50,8 +51,8 @@ bool interrupts(qduino::arduino::DeviceClass device, int core);
 bool noTimer(int core);
 bool reTimer(int core);
 
-/// interruptsVcpu(device, budget, period [, core]): the I/O VCPU of a device class's bottom half. Setup-time. Plain numbers
-/// count what TIME_UNIT says (the macro passes it).
+/// interruptsVcpu(device, budget, period [, core]): the I/O VCPU of a device class's bottom half.
+/// Setup-time. The unit of plain numbers is TIME_UNIT's (the macro passes it).
 template <typename Budget, typename Period>
 bool interruptsVcpu(qduino::arduino::TimeUnit unit, qduino::arduino::DeviceClass device, Budget budget,
                     Period period, int core = qduino::runtime::kAnyCore) {
@@ -59,7 +60,8 @@ bool interruptsVcpu(qduino::arduino::TimeUnit unit, qduino::arduino::DeviceClass
     return qduino::arduino::interrupts_vcpu(device, to_duration(unit, budget), to_duration(unit, period),
                                             core);
 }
-/// attachInterruptVcpu(pin, handler, mode, budget, period [, core]): a handler with an I/O VCPU of its own. Setup-time.
+/// attachInterruptVcpu(pin, handler, mode, budget, period [, core]): a handler with an I/O VCPU of
+/// its own. Setup-time.
 template <typename Budget, typename Period>
 bool attachInterruptVcpu(qduino::arduino::TimeUnit unit, int pin, void (*handler)(), int mode, Budget budget,
                          Period period, int core = qduino::runtime::kAnyCore) {

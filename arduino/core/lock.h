@@ -1,14 +1,17 @@
-// A lock between loops, over the port: for buses and serial ports that several loops share, and, as Mutex, for the sketch.
+// A lock between loops, over the port: for buses and serial ports that several loops share, and, as
+// Mutex, for the sketch.
 //
-// It is the board's (board/board.h), not the system's. In the simulator every loop is a fiber of one thread, so a blocking mutex
-// would stop the very fiber that is to release it. On Linux a plain mutex would let a loop of middle rank hold up a high one
-// for as long as it likes, by running instead of the low one that has the lock:
+// It is the board's lock (board/board.h) and not the system's. In the simulator every loop is a
+// fiber of one thread, so a blocking mutex would stop the very fiber that is to release it. On
+// Linux a plain mutex would let a loop of middle rank hold up a high one for as long as it likes:
+// it runs instead of the low one that has the lock. So a waiter lends its rank:
 //
-//   loop high        lock ░░░░░░████                  ░ waits for the rest of low's critical section, whatever mid wants
-//   loop mid     ████                ██████████
-//   loop low  lock██      ██unlock             ██     ranks as high from high's lock() on
+//   loop high        lock ░░░░░░████                 ░ waits for the rest of low's critical section
+//   loop mid     ████                ██████████        only, whatever mid wants
+//   loop low  lock██      ██unlock             ██    ranks as high from high's lock() on
 //
-// Uncontended: one compare-and-swap each way. Admission knows nothing of critical sections: keep them short.
+// Without contention it is one compare-and-swap each way. Admission does not count critical
+// sections: keep them short.
 #pragma once
 
 #include <atomic>
@@ -18,7 +21,8 @@
 
 namespace qduino::arduino {
 
-/// Recursive: a loop may take again what it holds. Taken and released by the same loop (or both in setup()).
+/// Recursive: a loop may take a lock again that it holds. Taken and released by the same loop (or
+/// both in setup()).
 class Lock {
   public:
     void lock();

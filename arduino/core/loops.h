@@ -1,12 +1,13 @@
-// How a sketch declares its loops: what the macros of core/macros.h expand to.
+// How a sketch declares its loops: the expansion of the macros in core/macros.h.
 //
 //   void loop(2, 10us, 100us, 1) { body }
 //
-//   becomes    void static body_7();                         the `void` of the sketch begins this declaration
+//   becomes    void static body_7();                         the sketch's `void` begins this line
 //              static const LoopRegistration r_7{…, body_7}; enters the table before main()
 //              static void body_7() { body }
 //
-// The whole declaration is checked where it stands: an id outside 1–32, or a budget above the period, does not compile.
+// The whole declaration is checked where it stands: an id outside 1–32, or a budget above the
+// period, does not compile.
 #pragma once
 
 #include <chrono>
@@ -20,7 +21,7 @@
 
 namespace qduino::arduino {
 
-/// What a plain number in loop(), interruptsVcpu() and attachInterruptVcpu() counts.
+/// The unit of a plain number in loop(), interruptsVcpu() and attachInterruptVcpu().
 enum class TimeUnit : std::int64_t { ns = 1, cycles = 1, us = 1'000, ms = 1'000'000, s = 1'000'000'000 };
 
 /// A plain number in `unit`.
@@ -51,8 +52,9 @@ struct LoopRegistration {
                      const char* file, int line);
 };
 
-/// Enters setup(), and the classic loop() where there is one: 80 of 100 ms, on any core, with the lowest id that is free.
-/// `serial_event` (may be null) is called after each pass of loop() when Serial has something to read.
+/// Enters setup(), and the classic loop() if there is one: 80 of 100 ms, on any core, with the
+/// lowest free id. `serial_event` (may be null) is called after each pass of loop() when Serial has
+/// something to read.
 struct SketchRegistration {
     SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(), const char* file);
 };

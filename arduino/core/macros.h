@@ -1,14 +1,15 @@
 // The macros of the language. Included last: none of our headers uses these words after it.
 //
-// A word that is also a macro here works by the number of its arguments, so that libraries keep it as a name:
-// `client.loop()` and `loop(void)` stay calls and declarations; three or four arguments declare a VCPU.
-// A library with a method loop(a, b, c) must `#undef loop` around it.
+// A macro named loop would break libraries that have a method of that name. So such a macro chooses
+// by the number of its arguments: `client.loop()` and `loop(void)` stay calls and declarations, and
+// three or four arguments declare a VCPU. A library with a method loop(a, b, c) must `#undef loop`
+// around it.
 #pragma once
 
 #include "arduino/core/loops.h"
 #include "arduino/core/numbers.h"
 
-// ---- loop(id, budget, period [, core]) ----------------------------------------------------------------------------
+// ---- loop(id, budget, period [, core]) ----------------------------------------------------------
 #define QDUINO_SELECT(a0, a1, a2, a3, a4, a5, a6, chosen, ...) chosen
 #define loop(...)                                                                                     \
     QDUINO_SELECT(__VA_ARGS__ __VA_OPT__(, ) QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP, QDUINO_PLAIN_LOOP, \
@@ -37,21 +38,22 @@
         __LINE__};                                                                                           \
     static void qduino_loop_body_##n()
 
-/// TIME_UNIT(us) at the top of a sketch: what plain numbers in loop(…) and the …Vcpu calls below it count. One of ns, cycles,
-/// us, ms, s. A semicolon after it is welcome and not needed.
+/// TIME_UNIT(us) at the top of a sketch sets the unit of plain numbers in loop(…) and the …Vcpu
+/// calls below it: ns, cycles, us, ms or s. A semicolon after it is allowed and not needed.
 #define TIME_UNIT(unit)                                                                   \
     [[maybe_unused]] static constexpr ::qduino::arduino::TimeUnit qduino_time_unit(int) { \
         return ::qduino::arduino::TimeUnit::unit;                                         \
     }
 
-/// For a sketch that is a .cpp file: at its end, in place of what the .ino converter writes. With a classic loop():
-/// QDUINO_SKETCH(&setup, &loop); without: QDUINO_SKETCH(&setup, nullptr).
+/// For a sketch that is a .cpp file: at its end, in place of the lines that the .ino converter
+/// writes. With a classic loop(): QDUINO_SKETCH(&setup, &loop); without: QDUINO_SKETCH(&setup,
+/// nullptr).
 #define QDUINO_SKETCH(setup_function, loop_function)                                                 \
     [[maybe_unused]] static const ::qduino::arduino::SketchRegistration qduino_sketch_registration { \
         setup_function, loop_function, nullptr, __FILE__                                             \
     }
 
-// ---- interrupts: the device is a bare word, looked up where it cannot collide with a sketch's own names --------------
+// ---- interrupts: the device is a bare word, found where it cannot collide with the sketch's -----
 #define QDUINO_ROUTE(name, ...)                                                                              \
     QDUINO_SELECT(__VA_ARGS__ __VA_OPT__(, ) 0, 0, 0, 0, 0, QDUINO_ROUTED, QDUINO_BARE, QDUINO_BARE, unused) \
     (name, __VA_ARGS__)
@@ -63,6 +65,6 @@
     interruptsVcpu(qduino_time_unit(0), ::qduino::arduino::device_class::device, __VA_ARGS__)
 #define attachInterruptVcpu(...) attachInterruptVcpu(qduino_time_unit(0), __VA_ARGS__)
 
-// ---- the rest -----------------------------------------------------------------------------------------------------
+// ---- round, word -------------------------------------------------------------------------------
 #define round(x) round(::qduino::arduino::RoundArgument(x))
 #define word(...) makeWord(__VA_ARGS__)

@@ -1,4 +1,4 @@
-// For calls that drive a pin which the sketch need not have set up: tone() is one.
+// For calls that drive a pin which the sketch may not have set up: tone() is one.
 #pragma once
 
 namespace qduino::arduino {

@@ -37,7 +37,8 @@ std::size_t format_signed_decimal(char* out, std::int64_t value) {
 }
 
 std::size_t format_float(char* out, double value, unsigned decimals) {
-    constexpr double kLargest = 4294967040.0;  // the largest float below 2^32: Arduino prints no more
+    // The largest float below 2^32: Arduino prints no more.
+    constexpr double kLargest = 4294967040.0;
     if (std::isnan(value)) return put_text(out, "nan");
     if (std::isinf(value)) return put_text(out, "inf");
     if (value > kLargest || value < -kLargest) return put_text(out, "ovf");

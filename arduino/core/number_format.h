@@ -1,4 +1,4 @@
-// Numbers as text, without heap, locale or stdio: what Print and String share.
+// Numbers as text, without heap, locale or stdio: shared by Print and String.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,15 @@ inline constexpr std::size_t kIntegerTextMax = 66;
 inline constexpr unsigned kDecimalsMax = 30;
 inline constexpr std::size_t kFloatTextMax = 1 + 10 + 1 + kDecimalsMax + 1;
 
-/// Writes `value` in `base` (2…36, others count as 10), digits above 9 in upper case, into `out` of at least
-/// kIntegerTextMax bytes, terminated. Returns the length.
+/// Writes `value` in `base` (2…36, others count as 10), digits above 9 in upper case, into `out` of
+/// at least kIntegerTextMax bytes, terminated. Returns the length.
 std::size_t format_unsigned(char* out, std::uint64_t value, unsigned base);
 /// The same with a minus sign, which base 10 alone has.
 std::size_t format_signed_decimal(char* out, std::int64_t value);
 
-/// Writes `value` with `decimals` digits after the point (at most kDecimalsMax), rounded half away from zero. As Arduino's
-/// Print: "nan", "inf", and "ovf" beyond ±4294967040. `out` holds at least kFloatTextMax bytes; terminated.
+/// Writes `value` with `decimals` digits after the point (at most kDecimalsMax), rounded half away
+/// from zero. As Arduino's Print: "nan", "inf", and "ovf" beyond ±4294967040. `out` holds at least
+/// kFloatTextMax bytes; terminated.
 std::size_t format_float(char* out, double value, unsigned decimals);
 
 }  // namespace qduino::arduino

@@ -4,7 +4,8 @@
 
 namespace {
 
-// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014): a counter and a mixing function, so that drawing a number is one atomic addition.
+// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014): a counter and a mixing function, so that drawing a
+// number is one atomic addition.
 constexpr std::uint64_t kGamma = 0x9e3779b97f4a7c15;
 std::atomic<std::uint64_t> random_state{1};
 

@@ -1,6 +1,7 @@
 // Arithmetic of the Arduino language: min, max, constrain, map, bits, random.
 //
-// Functions where Arduino's AVR core has macros: an argument is evaluated once, and standard headers stay whole.
+// Functions where Arduino's AVR core has macros: an argument is evaluated once, and standard
+// headers stay whole.
 #pragma once
 
 #include <cmath>
@@ -10,7 +11,7 @@
 
 #include "arduino/core/constants.h"
 
-/// Of two types, in the one that arithmetic on both has.
+/// The result has the type that arithmetic on both arguments has.
 template <typename A, typename B>
 constexpr std::common_type_t<A, B> min(const A& a, const B& b) {
     const auto x = static_cast<std::common_type_t<A, B>>(a);
@@ -23,7 +24,7 @@ constexpr std::common_type_t<A, B> max(const A& a, const B& b) {
     const auto y = static_cast<std::common_type_t<A, B>>(b);
     return x < y ? y : x;
 }
-/// `value`, or the bound that it lies outside of.
+/// `value`, or the bound that it exceeds.
 template <typename T, typename L, typename H>
 constexpr T constrain(T value, L low, H high) {
     if (value < low) return static_cast<T>(low);
@@ -42,14 +43,14 @@ constexpr T abs(T value) { return value; }
 constexpr double radians(double degrees_angle) { return degrees_angle * DEG_TO_RAD; }
 constexpr double degrees(double radians_angle) { return radians_angle * RAD_TO_DEG; }
 
-/// Re-maps `value` from one range to another in whole numbers, rounding towards zero; it is not held inside the range.
-/// An empty source range yields `to_low` (the AVR divides by zero there).
+/// Maps `value` from one range to another in whole numbers, rounding towards zero. The result may
+/// lie outside the range. An empty source range yields `to_low` (the AVR divides by zero there).
 constexpr long map(long value, long from_low, long from_high, long to_low, long to_high) {
     if (from_high == from_low) return to_low;
     return (value - from_low) * (to_high - to_low) / (from_high - from_low) + to_low;
 }
 
-// ---- random numbers: one sequence for the program, safe from every loop, wait-free ----------------------------------
+// ---- random numbers: one sequence for the program, safe from every loop, wait-free --------------
 /// Starts the sequence at `seed`; 0 is ignored, as the AVR core does.
 void randomSeed(unsigned long seed);
 /// A number in [0, bound); 0 when bound is not positive.
@@ -57,7 +58,7 @@ long random(long bound);
 /// A number in [low, high); `low` when the range is empty.
 long random(long low, long high);
 
-// ---- bits and bytes -----------------------------------------------------------------------------------------------
+// ---- bits and bytes -----------------------------------------------------------------------------
 constexpr unsigned long bit(unsigned index) { return 1UL << index; }
 template <typename T>
 constexpr int bitRead(const T& value, unsigned index) {
@@ -88,8 +89,9 @@ constexpr word makeWord(byte high, byte low) { return static_cast<word>((high <<
 
 namespace qduino::arduino {
 
-/// What makes round(x) a whole number, as in Arduino, and leaves std::round(x) the C++ one: the macro hands round() this
-/// wrapper; unqualified, argument-dependent lookup finds the friend; qualified, the wrapper turns back into its value.
+/// Makes round(x) a whole number, as in Arduino, and leaves std::round(x) the C++ one. The macro
+/// hands round() this wrapper. Unqualified, argument-dependent lookup finds the friend; qualified,
+/// the wrapper turns back into its value.
 template <typename T>
 class RoundArgument {
     using Value = std::conditional_t<std::is_integral_v<T>, double, T>;

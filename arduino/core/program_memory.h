@@ -1,4 +1,4 @@
-// PROGMEM and what reads it: on this board data in "flash" is ordinary constant memory.
+// PROGMEM and its readers: on this board data in "flash" is ordinary constant memory.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,8 @@ inline std::uint32_t pgm_read_dword(const void* address) {
     std::memcpy(&value, address, sizeof value);
     return value;
 }
-/// A table of texts is read with these on the AVR, where an address has 16 bits; here an address is an address.
+/// A table of texts is read with these on the AVR, where an address has 16 bits; here an address is
+/// an address.
 template <typename T>
 std::uintptr_t pgm_read_word(T* const* address) {
     return reinterpret_cast<std::uintptr_t>(*address);

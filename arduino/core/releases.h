@@ -1,4 +1,4 @@
-// What a loop says about its own releases, and what the supervisor does for the pins when it cannot.
+// A loop's control of its own releases, and the pins' safe states for when the sketch cannot act.
 #pragma once
 
 #include "arduino/core/loops.h"
@@ -11,15 +11,16 @@ inline void waitForNextPeriod() {
     if (auto* runtime = qduino::runtime::Runtime::current()) runtime->wait_for_next_period();
 }
 
-/// What happens when loop `id` overruns (OverrunPolicy: skip, catch_up, keep_phase, call_back, stop). `handler` gets the loop and
-/// its lateness. Setup-time, or from the loop itself.
+/// Sets the policy for an overrun of loop `id` (OverrunPolicy: skip, catch_up, keep_phase,
+/// call_back, stop). `handler` gets the loop and its lateness. Setup-time, or from the loop itself.
 inline void overrunPolicy(int id, OverrunPolicy policy,
                           void (*handler)(std::uint8_t id, std::chrono::nanoseconds lateness) = nullptr) {
     if (auto* runtime = qduino::runtime::Runtime::current())
         runtime->set_overrun_policy(static_cast<std::uint8_t>(id), policy, handler);
 }
 
-/// `pin` is forced to `level` when the sketch dies, hangs or is stopped. Setup-time. True when the board will.
+/// The board forces `pin` to `level` when the sketch dies, hangs or is stopped. Setup-time. True
+/// when the board will do so.
 bool safeState(int pin, int level);
 
 /// Ends the program through its safe states.

@@ -1,4 +1,4 @@
-// What a HardwareSerial talks through: a wire for bytes. Standard input and output, a pseudo-terminal, a real port, or a
+// The wire behind a HardwareSerial: standard input and output, a pseudo-terminal, a real port, or a
 // test's memory.
 #pragma once
 
@@ -25,19 +25,20 @@ class SerialPort {
     virtual int read() = 0;
     virtual int peek() = 0;
 
-    /// Takes all of `bytes`, waiting for room if there is none (or dropping, where nobody may be listening). Returns
-    /// how many were taken.
+    /// Takes all of `bytes`. Waits for room if there is none, or drops them where nobody may be
+    /// listening. Returns how many were taken.
     virtual std::size_t write(std::span<const std::uint8_t> bytes) = 0;
     /// Bytes that write() would take without waiting.
     [[nodiscard]] virtual std::size_t room() = 0;
-    /// Waits until what was written has left.
+    /// Waits until everything written has left.
     virtual void flush() = 0;
     /// The same, but no longer than about `ms`: the other side may not be reading.
     virtual void flush_for(int ms) {
         static_cast<void>(ms);
         flush();
     }
-    /// True: what is written stays here; false: it leaves again. Where that makes no sense, nothing.
+    /// True: holds back what is written; false: lets it leave again. Does nothing where that makes
+    /// no sense.
     virtual void hold_output(bool held) { static_cast<void>(held); }
 };
 

@@ -1,8 +1,9 @@
-// Time, as a sketch sees it. All of it comes from the board's clock, which starts at 0 with the program.
+// Time, as a sketch sees it. All of it comes from the board's clock, which starts at 0 with the
+// program.
 //
-// millis() and micros() return `unsigned long`, which on a 64-bit Linux has 64 bits: they do not wrap, where the AVR's wrap after
-// 49.7 days and 71.6 minutes. The usual `millis() - then >= interval` is right on both, provided that `then` is an unsigned
-// long and not a uint32_t.
+// millis() and micros() return `unsigned long`, which on a 64-bit Linux has 64 bits: they do not
+// wrap, where the AVR's wrap after 49.7 days and 71.6 minutes. The usual `millis() - then >=
+// interval` is right on both, provided that `then` is an unsigned long and not a uint32_t.
 #pragma once
 
 #include <chrono>
@@ -21,7 +22,7 @@ void delay(unsigned long ms);
 /// Spins: consumes budget. Never short, and not long either: this is a real busy wait.
 void delayMicroseconds(unsigned long us);
 
-// ---- QduinoMC -------------------------------------------------------------------------------------------------------
+// ---- QduinoMC -----------------------------------------------------------------------------------
 /// Spins until that much time has passed since the call.
 void delayBusyMicroseconds(unsigned long us);
 void delayBusyNanoseconds(unsigned long ns);

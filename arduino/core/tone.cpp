@@ -1,15 +1,16 @@
 // tone(): a square wave by software, on a loop of its own.
 //
-// A tone sounds on any pin, also where the board has no PWM, and goes on while the sketch does other things. So a sketch that
-// calls tone() (and only such a sketch: this file is linked for it alone) has one loop more, id 32, with 500 µs in every
-// 5 ms, admitted and accounted for like every other. It sleeps from edge to edge:
+// A tone must sound on any pin, without PWM, too, and go on while the sketch does other things. So
+// a sketch that calls tone() gets one more loop, id 32, with 500 µs in every 5 ms; it is admitted
+// and accounted for like every other. (Only such a sketch gets it: this file is linked for it
+// alone.) The loop sleeps from edge to edge:
 //
 //   pin    ▔▔▔▔▁▁▁▁▔▔▔▔▁▁▁▁▔▔        edges at absolute instants: a late one does not shift the next
 //   loop   ▌   ▌   ▌   ▌   ▌         awake for a pin write at each edge
 //
 // In setup(), when no loop runs yet, delay() plays.
 //
-// The sketch hands over what to play through a four-slot: neither side waits.
+// The sketch hands the tone over through a four-slot: neither side waits.
 #include <algorithm>
 
 #include "arduino/core/diagnostics.h"
@@ -34,7 +35,7 @@ constexpr Nanoseconds kTonePeriod{5'000'000};
 constexpr unsigned kLowestHz = 31;
 constexpr unsigned kHighestHz = 65535;
 
-/// What to play. A new `order` is a new wish, even of the same note.
+/// A tone to play. A new `order` is a new wish, even of the same note.
 struct Wish {
     std::uint64_t order = 0;
     std::int32_t pin = -1;
@@ -53,7 +54,7 @@ void ask(int pin, Nanoseconds half_period, Instant end) {
 
 bool is_sounding(Instant now) { return asked.half_period.count() > 0 && now < asked.end; }
 
-/// Plays what was last asked for. One at a time: in setup(), and then on the loop.
+/// Plays the latest wish. One caller at a time: setup(), and then the loop.
 class Player {
   public:
     /// Until `until`, or until there is nothing to play. True when something sounded.
@@ -68,7 +69,8 @@ class Player {
             sounded = true;
             if (now >= edge_) {
                 put_out(!high_);
-                edge_ += half_period_ * (1 + (now - edge_) / half_period_);  // what was missed is not made up
+                // Missed edges are not made up for.
+                edge_ += half_period_ * (1 + (now - edge_) / half_period_);
             }
             board::current().sleep_until(std::min({edge_, wish.end, until}));
         }
@@ -77,7 +79,7 @@ class Player {
     }
 
   private:
-    /// The pin of before is left low.
+    /// Leaves the pin of the tone before low.
     void begin(const Wish& wish) {
         if (high_) put_out(false);
         order_ = wish.order;

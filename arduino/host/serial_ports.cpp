@@ -20,12 +20,12 @@ namespace qduino::arduino::host {
 namespace {
 
 constexpr int kCarrierPollMs = 50;
-constexpr timespec kNap{
-    0, 200'000};  // of the host's time: in the simulator, waiting for a terminal costs no virtual time
+// In the host's time: waiting for a terminal costs no virtual time in the simulator.
+constexpr timespec kNap{0, 200'000};
 
 }  // namespace
 
-// ---- DescriptorPort -------------------------------------------------------------------------------------------------
+// ---- DescriptorPort -----------------------------------------------------------------------------
 
 DescriptorPort::~DescriptorPort() { DescriptorPort::close(); }
 
@@ -103,7 +103,8 @@ void DescriptorPort::hold_output(bool held) {
 }
 
 void DescriptorPort::carry() {
-    sigset_t signals;  // all of them are the sketch's; a broken pipe comes back as an error of write(2)
+    // All signals are the sketch's. A broken pipe comes back as an error of write(2).
+    sigset_t signals;
     sigfillset(&signals);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     std::array<std::uint8_t, 4096> chunk;
@@ -125,8 +126,8 @@ bool DescriptorPort::carry_bytes(std::span<const std::uint8_t> bytes) {
     while (!bytes.empty()) {
         pollfd look{write_descriptor_, POLLOUT, 0};
         if (poll(&look, 1, kCarrierPollMs) == 0) {
-            if (stopping_.load())
-                return true;  // the other side does not read: do not hold the program's end up
+            // The other side does not read: the end of the program must not wait for it.
+            if (stopping_.load()) return true;
             if (when_full_ == WhenFull::drop) return true;
             continue;
         }
@@ -137,11 +138,11 @@ bool DescriptorPort::carry_bytes(std::span<const std::uint8_t> bytes) {
     return true;
 }
 
-// ---- ConsolePort ----------------------------------------------------------------------------------------------------
+// ---- ConsolePort --------------------------------------------------------------------------------
 
 Result<void> ConsolePort::open(unsigned long, std::uint16_t) { return start(STDIN_FILENO, STDOUT_FILENO); }
 
-// ---- TerminalPort ---------------------------------------------------------------------------------------------------
+// ---- TerminalPort -------------------------------------------------------------------------------
 
 namespace {
 
@@ -198,7 +199,7 @@ void TerminalPort::close() {
     descriptor_.reset();
 }
 
-// ---- PseudoTerminalPort ---------------------------------------------------------------------------------------------
+// ---- PseudoTerminalPort -------------------------------------------------------------------------
 
 Result<void> PseudoTerminalPort::open(unsigned long, std::uint16_t config) {
     master_.reset(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
@@ -228,11 +229,11 @@ void PseudoTerminalPort::close() {
     name_.clear();
 }
 
-// ---- which port it is -----------------------------------------------------------------------------------------------
+// ---- choosing a port ----------------------------------------------------------------------------
 
 namespace {
 
-/// Says where the other end is, as soon as it exists.
+/// Prints the name of the other end as soon as it exists.
 class AnnouncedPseudoTerminal final : public SerialPort {
   public:
     AnnouncedPseudoTerminal(int number, std::string link) : number_(number), port_(std::move(link)) {}

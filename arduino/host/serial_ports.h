@@ -3,8 +3,9 @@
 //   loop ──write──► ring (64 KB) ──► carrier thread ──write(2)──► terminal, pipe, /dev/ttyUSB0 …
 //   loop ◄──read─── poll(2) without waiting + read(2)
 //
-// A loop makes no system call to write except the post that wakes the carrier. Reading looks at the descriptor itself, so that
-// input is seen in order of the looks (and a simulated run fed from a file is the same every time).
+// To write, a loop makes no system call except the post that wakes the carrier. To read, it looks
+// at the descriptor itself: it sees the input in the order of its looks, and a simulated run fed
+// from a file is the same every time.
 #pragma once
 
 #include <semaphore.h>
@@ -56,7 +57,7 @@ class DescriptorPort : public SerialPort {
   private:
     void fill();
     void carry();
-    /// False when the other end is gone; what is then written is dropped.
+    /// False when the other end is gone; bytes written after that are dropped.
     bool carry_bytes(std::span<const std::uint8_t> bytes);
 
     WhenFull when_full_;
@@ -86,7 +87,8 @@ class TerminalPort final : public DescriptorPort {
   public:
     explicit TerminalPort(std::string path) : DescriptorPort(WhenFull::wait), path_(std::move(path)) {}
     ~TerminalPort() override { close(); }
-    /// Error: not_found / not_permitted, by path; invalid_argument for a speed that the driver does not have.
+    /// Error: not_found / not_permitted, by path; invalid_argument for a speed that the driver does
+    /// not have.
     Result<void> open(unsigned long baud, std::uint16_t config) override;
     void close() override;
 
@@ -110,7 +112,8 @@ class PseudoTerminalPort final : public DescriptorPort {
     std::string link_;
     std::string name_;
     posix::UniqueFd master_;
-    posix::UniqueFd slave_;  // held open, so that the master does not see a hang-up between two listeners
+    // Held open, so that the master does not see a hang-up between two listeners.
+    posix::UniqueFd slave_;
 };
 
 /// The port of Serial `number`: 0 is the console; the others follow QDUINO_SERIAL<number>.

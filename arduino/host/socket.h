@@ -1,4 +1,5 @@
-// A socket of the host that is closed when nobody has it any more; IPv4, never blocking unless it is said here.
+// A socket of the host that closes with its last owner. IPv4; never blocks unless a comment here
+// says so.
 #pragma once
 
 #include <cstdint>

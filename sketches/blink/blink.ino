@@ -1,7 +1,8 @@
 // The classic: the light on pin 13, one second on, one second off.
 //
-// Its one loop is a VCPU like any other: 80 of every 100 ms on some core, and delay() gives the time back. safeState() is QduinoMC's:
-// the light is off when the sketch is gone, however it went.
+// Its one loop is a VCPU like any other: 80 of every 100 ms on some core, and delay() gives the
+// time back. safeState() is QduinoMC's: the light is off when the sketch has ended, in whatever
+// way.
 
 void setup() {
   pinMode(LED_BUILTIN, OUTPUT);

@@ -12,7 +12,7 @@ namespace qduino::sketches {
 using board::Level;
 using board::PinId;
 
-// ---- pins ----------------------------------------------------------------------------------------------------
+// ---- pins ---------------------------------------------------------------------------------------
 
 Instant StepperPins::now() { return board::current().now(); }
 void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
@@ -38,7 +38,7 @@ void EnablePins::switch_motor(printer::Axis axis, bool on) {
                                on ? Level::low : Level::high);
 }
 
-// ---- start ---------------------------------------------------------------------------------------------------
+// ---- start --------------------------------------------------------------------------------------
 
 struct Printer::Parts {
     explicit Parts(const PrinterWiring& wiring)
@@ -59,8 +59,8 @@ struct Printer::Parts {
 
 namespace {
 
-/// An output that is at `level` from the first instant on: the latch is set before the pin is driven, and who outlives the sketch
-/// knows the safe level before that.
+/// An output that is at `level` from the first instant on: the latch is set before the pin is
+/// driven, and the supervisor knows the safe level before that.
 void begin_output(std::uint16_t pin, int level) {
     safeState(pin, level);
     digitalWrite(pin, level);
@@ -90,20 +90,21 @@ void Printer::begin() {
     parts_ = std::make_shared<Parts>(wiring);
 }
 
-// ---- loop 1 --------------------------------------------------------------------------------------------------
+// ---- loop 1 -------------------------------------------------------------------------------------
 
 void Printer::plan() {
     parts_->machine.plan(board::current().now());
     if (parts_->machine.heat_silent()) drive_heaters(0, 0, 0);  // loop 3 cannot: it has fallen silent
 }
 
-// ---- loop 2 --------------------------------------------------------------------------------------------------
+// ---- loop 2 -------------------------------------------------------------------------------------
 
 void Printer::serve_stops() {
     const std::uint32_t asked = parts_->machine.stop_asked();
     if (asked == stops_served_ && !parts_->machine.emergency_pending()) return;
     parts_->player.stop_now();
-    // Allowed again before loop 1 hears that it was served: what it pushes after that is meant to be played.
+    // Allow motion before loop 1 hears that the stop was served: loop 1 pushes new steps after
+    // that, and these must be played.
     if (!parts_->machine.emergency_pending()) parts_->player.allow_motion();
     stops_served_ = asked;
     publish_due_ = kEpoch;  // loop 1 waits for the answer
@@ -111,7 +112,7 @@ void Printer::serve_stops() {
 
 void Printer::publish_motion(Instant now) {
     publish_due_ = now + kPublishEvery;
-    // Before the status: what was taken off the ring after this line is not yet claimed as played.
+    // Read before the status: events taken off the ring after this line do not yet count as played.
     const std::uint64_t events_taken = parts_->machine.step_ring().popped();
     printer::link::MotionStatus status = parts_->player.publish();
     status.stops_served = stops_served_;
@@ -142,7 +143,7 @@ void Printer::step() {
     }
 }
 
-// ---- loop 3 --------------------------------------------------------------------------------------------------
+// ---- loop 3 -------------------------------------------------------------------------------------
 
 std::optional<Celsius> Printer::read_thermistor(std::uint8_t channel) {
     Wire.beginTransmission(parts_->config.adc_address);

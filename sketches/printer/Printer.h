@@ -43,7 +43,8 @@ class EnablePins final : public printer::machine::MotorSwitch {
 
 class Printer {
   public:
-    /// In setup(): pins to their start levels, safe states declared, the machine made. Takes printer_wiring().
+    /// In setup(): pins to their start levels, safe states declared, the machine made. Takes
+    /// printer_wiring().
     void begin();
 
     void plan();  ///< one release of loop 1
@@ -51,8 +52,9 @@ class Printer {
     void heat();  ///< one release of loop 3
 
   private:
-    static constexpr Nanoseconds kSlice = 100us;          // one call of step() in motion
-    static constexpr Nanoseconds kSleepBelowDue = 500us;  // woken so long before a step, the rest is spun
+    static constexpr Nanoseconds kSlice = 100us;  // one call of step() in motion
+    // How long before a step the loop wakes; it spins the rest.
+    static constexpr Nanoseconds kSleepBelowDue = 500us;
     static constexpr Nanoseconds kIdleNap = 1ms;
     static constexpr Nanoseconds kPublishEvery = 10ms;
     using StepPlayer = printer::step::Player<StepperPins, printer::machine::StepRing>;

@@ -1,4 +1,5 @@
-// What an app hands to the printer sketch before it starts: the machine's numbers and the link to the print service.
+// The app's input to the printer sketch before it starts: the machine's numbers and the link to the
+// print service.
 #pragma once
 
 #include "printer/link/layout.h"

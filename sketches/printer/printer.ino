@@ -1,6 +1,7 @@
 // A web-connected 3D printer in three loops, with the budgets of the paper (RTAS 2017, section IV).
 //
-// Jobs come from the print service through shared memory (printer/link): no loop here touches a socket or a disk.
+// Jobs come from the print service through shared memory (printer/link): no loop here touches a
+// socket or a disk.
 #include <QduinoMC.h>
 
 #include "Printer.h"

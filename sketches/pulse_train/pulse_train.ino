@@ -1,12 +1,13 @@
 // A 10 kHz pulse train, after Listing 2 of the paper (Cheng, West, Ye, RTAS 2017, section III.C).
 //
-// The characters of Listing 2 were not at hand when this was written. It is put together from the calls that the paper names for it
-// (a loop that owns a core, noInterrupts, noTimer, delayBusyNanoseconds, digitalWrite) around the body of its Listing 1: wait
-// 100 us, write 1, write 0, for ever. Because the wait is relative, the cost of the two writes is added to every period: that is
-// why such a train runs a little below 10 kHz. delayBusyUntil() makes one without drift.
+// The exact text of Listing 2 was not at hand when this was written. It is put together from the
+// calls that the paper names for it (a loop that owns a core, noInterrupts, noTimer,
+// delayBusyNanoseconds, digitalWrite) around the body of its Listing 1: wait 100 us, write 1, write
+// 0, for ever. The wait is relative, so the cost of the two writes adds to every period, and the
+// train runs a little below 10 kHz. delayBusyUntil() makes one without drift.
 //
 //   pin 6  _|‾|____________________|‾|____________________|‾|___
-//           write  100 µs of spin   write
+//          write  100 µs of spin   write
 
 TIME_UNIT(us);
 

@@ -1,5 +1,5 @@
-// A 10 kHz pulse train without drift: each pulse at its own instant, whatever the one before it cost. Compare sketches/pulse_train,
-// whose wait is relative.
+// A 10 kHz pulse train without drift: each pulse at its own instant, whatever the
+// one before it cost. Compare sketches/pulse_train, whose wait is relative.
 //
 //   pin 6  _|‾|__________|‾|__________|‾|___
 //          due          due + 100 us  due + 200 us
