@@ -1,8 +1,10 @@
-// bench-budget: is a loop that would run for ever kept to its budget, and how finely? Ours against the kernel's SCHED_DEADLINE.
+// bench-budget: is a loop that would run for ever kept to its budget, and how finely? Ours against
+// the kernel's SCHED_DEADLINE.
 //
 //   bench-budget [--json] [--seconds S] [--rounds N]
 //
-// A burst is measured by the wall clock of the loop itself: interrupts and a hypervisor's pauses within it are in it.
+// The loop itself measures its bursts, by the wall clock. So interrupts and a hypervisor's pauses
+// within a burst count as part of it.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -52,7 +54,7 @@ Json row(const char* mechanism, BudgetCase budget, Pool& pool) {
             {"bursts", sorted.size()}};
 }
 
-/// What the project holds itself to.
+/// The bound that the project sets itself.
 std::string verdict_on(const Json& row) {
     const double budget = row["budget_us"], period = row["period_us"];
     const double over = row["burst_us_p999"].get<double>() - budget;

@@ -18,7 +18,8 @@ namespace {
 
 using namespace board::linux;
 
-/// As sched_setattr(2) lays it out; glibc has none before 2.41, and the kernel's header clashes with glibc's.
+/// As sched_setattr(2) lays it out; glibc has none before 2.41, and the kernel's header clashes
+/// with glibc's.
 struct DeadlineAttributes {
     std::uint32_t size = sizeof(DeadlineAttributes);
     std::uint32_t policy = 6;  ///< SCHED_DEADLINE
@@ -31,7 +32,7 @@ struct DeadlineAttributes {
 };
 static_assert(sizeof(DeadlineAttributes) == 48);
 
-/// What a spinner writes down: for each burst its start, its end, and the thread's CPU time at its start.
+/// A spinner's notes: for each burst its start, its end, and the thread's CPU time at its start.
 class BurstLog {
   public:
     BurstLog(BudgetCase budget, Nanoseconds length)
@@ -54,7 +55,7 @@ class BurstLog {
         }
     }
 
-    /// The first and the last burst are cut off by the run's ends: left out.
+    /// The run's ends cut off the first and the last burst, so those are left out.
     void summarise(Bursts& bursts) const {
         const std::vector<std::int64_t> taken = samples_.taken();
         const std::size_t count = taken.size() / 3;

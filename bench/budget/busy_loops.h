@@ -1,8 +1,11 @@
-// A loop that never waits, under a budget: how long it runs at a stretch, and how much of the core it gets.
+// A loop that never waits, under a budget: how long it runs at a stretch, and how much of the core
+// it gets.
 //
 //   wall clock   ███████████··························███████████························███
 //                └── burst ┘└── held back (> gap) ───┘└── burst ┘
-//   a reading of the clock every 30 ns or so; two readings further apart than `gap` are the end of one burst and the start of the next
+//
+// The loop reads the clock every 30 ns or so. Two readings further apart than `gap` are the end of
+// one burst and the start of the next.
 #pragma once
 
 #include <string>
@@ -19,14 +22,15 @@ struct BudgetCase {
 };
 
 struct Bursts {
-    std::vector<std::int64_t>
-        lengths_ns;          ///< of whole bursts, by the wall clock: what another task has to wait
+    /// Lengths of whole bursts, by the wall clock: the time that another task has to wait.
+    std::vector<std::int64_t> lengths_ns;
     double utilisation = 0;  ///< CPU time over wall time, from one burst's start to a later one's
     Json guarantee;
     std::string failure;
 };
 
-/// SCHED_FIFO at the board's priority on the last core, its budget kept by sched/'s sporadic server.
+/// SCHED_FIFO at the board's priority on the last core, its budget kept by sched/'s sporadic
+/// server.
 Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length);
 /// The kernel's constant-bandwidth server, with the same budget and period. Needs root.
 Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length);

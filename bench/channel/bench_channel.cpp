@@ -1,11 +1,13 @@
-// bench-channel: the ring against boost::lockfree::spsc_queue, the four-slot against a mutex and a seqlock.
+// bench-channel: the ring against boost::lockfree::spsc_queue, the four-slot against a mutex and a
+// seqlock.
 //
 //   bench-channel [--json] [--rounds N] [--round-ms M]
 //
-// Rivals take turns within each round, so that what else happens on the machine hits them alike; reported is
-// the mean of many short rounds: a virtual machine's two cores are near each other at one time and far apart at
-// another, and a median would show now the one, now the other. Queue figures are items received per second;
-// slot figures are reads and writes per second while the other side goes on at full speed.
+// Rivals take turns within each round, so that other work on the computer hits them alike. The
+// report has the mean of many short rounds. A virtual machine's two cores are near each other at
+// one time and far apart at another, and a median would show either the one or the other. Queue
+// figures are items received per second. Slot figures are reads and writes per second while the
+// other side goes on at full speed.
 
 #include <sys/resource.h>
 
@@ -40,16 +42,17 @@ struct Row {
 
 constexpr std::size_t kBatch = 64;
 
-/// What each side works on, apart from the other's: else the two would fight over a cache line that is not measured.
+/// Keeps the memory of the two sides apart. Otherwise they would fight over a cache line that is
+/// not measured.
 constexpr std::size_t kApart = 128;
 
-/// Keeps the compiler from dropping a read whose value nobody uses.
+/// Keeps the compiler from dropping a read whose value is not used.
 template <typename T>
 void keep(const T& value) {
     asm volatile("" : : "r"(&value) : "memory");
 }
 
-// ---- one measurement ------------------------------------------------------------------------------------------
+// ---- one measurement ----------------------------------------------------------------------------
 
 template <typename Queue, typename T>
 double items_one_by_one(CpuPair cpus, std::chrono::milliseconds duration) {
@@ -91,7 +94,7 @@ Throughput writes_and_reads(CpuPair cpus, std::chrono::milliseconds duration) {
         [&]() -> std::uint64_t { return slot->read(in), keep(in), 1; });
 }
 
-// ---- all of them ----------------------------------------------------------------------------------------------
+// ---- all of them --------------------------------------------------------------------------------
 
 /// Rounds of `measures`, in turn; the mean of each.
 template <std::size_t N>
@@ -143,7 +146,7 @@ void measure_slots(const Options& options, CpuPair cpus, std::vector<Row>& rows)
     measure_slot<Seqlock<T>, T>(options, cpus, rows);
 }
 
-// ---- report ---------------------------------------------------------------------------------------------------
+// ---- report -------------------------------------------------------------------------------------
 
 std::string guarantee(const Options& options, CpuPair cpus, bool raised) {
     const std::string where =
@@ -198,7 +201,7 @@ int run(int argc, char** argv) {
         }
     }
     const CpuPair cpus = choose_cpus();
-    // Ahead of other ordinary work where that is permitted; it ends with the process.
+    // Ahead of other ordinary work where that is permitted. The priority ends with the process.
     const bool raised = setpriority(PRIO_PROCESS, 0, -20) == 0;
     std::vector<Row> rows;
     measure_queues<8>(options, cpus, rows);

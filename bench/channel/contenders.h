@@ -1,7 +1,7 @@
-// What is measured: our two channels and their rivals behind the same two small faces.
+// The contenders: our two channels and their rivals behind the same two small faces.
 //
-//   queues   push, pop, push_some, pop_some     RingBuffer               boost::lockfree::spsc_queue
-//   slots    write, read                        FourSlot                 a mutex, a seqlock
+//   queues   push, pop, push_some, pop_some     RingBuffer            boost::lockfree::spsc_queue
+//   slots    write, read                        FourSlot              a mutex, a seqlock
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct Payload {
     std::array<std::uint64_t, Bytes / 8> words{};
 };
 
-// ---- queues ---------------------------------------------------------------------------------------------------
+// ---- queues -------------------------------------------------------------------------------------
 
 template <typename T>
 struct QduinoRing {
@@ -46,7 +46,7 @@ struct BoostSpsc {
     boost::lockfree::spsc_queue<T, boost::lockfree::capacity<kQueueCapacity>> queue;
 };
 
-// ---- slots ----------------------------------------------------------------------------------------------------
+// ---- slots --------------------------------------------------------------------------------------
 
 template <typename T>
 struct QduinoFourSlot {
@@ -71,9 +71,9 @@ struct MutexSlot {
     T held{};
 };
 
-/// Even: at rest; odd: being written. The reader tries again until it saw one even number on both sides. The words are
-/// relaxed atomics, without which the overlapping copy would be a data race (H. Boehm, "Can seqlocks get along with
-/// programming language memory models?", MSPC 2012).
+/// Even: at rest; odd: being written. The reader tries again until it saw one even number on both
+/// sides. The words are relaxed atomics, without which the overlapping copy would be a data race
+/// (H. Boehm, "Can seqlocks get along with programming language memory models?", MSPC 2012).
 template <typename T>
 struct Seqlock {
     static constexpr const char* kName = "seqlock";

@@ -1,4 +1,5 @@
-// Two threads, pinned apart, do one thing each for a while; how often each did it, per second.
+// Two threads, pinned apart, do one thing each for a while. Counts how often each did it, per
+// second.
 #pragma once
 
 #include <pthread.h>
@@ -14,7 +15,7 @@
 
 namespace qduino::bench {
 
-/// The two CPUs of this process that the sides run on; the same one twice when it has only one.
+/// The two CPUs of this process for the two sides; the same one twice when it has only one.
 struct CpuPair {
     int first = 0;
     int second = 0;
@@ -43,8 +44,9 @@ struct Throughput {
     double second_per_s = 0;
 };
 
-/// `first()` and `second()` return how many operations they did; 0 when they could not (full, empty): then they are
-/// tried again, and after many failures the thread yields, for a machine with fewer free CPUs than threads.
+/// `first()` and `second()` return how many operations they did; 0 when they could not (full,
+/// empty). They are then tried again. After many failures the thread yields, for a computer with
+/// fewer free CPUs than threads.
 template <typename First, typename Second>
 Throughput run_pair(CpuPair cpus, std::chrono::milliseconds duration, First first, Second second) {
     std::atomic<int> ready{0};

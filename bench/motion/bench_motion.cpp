@@ -1,9 +1,11 @@
-// bench-motion [--json] [--moves N]: how fast moves are planned and solved into steps, and steps played, on one core.
+// bench-motion [--json] [--moves N]: how fast moves are planned and solved into steps, and steps
+// played, on one core.
 //
-// Four loads: `tiny` (0.02 mm moves: hardly anything but planning, the queue always full), `curves` (0.5 mm moves around
-// a circle, extruding: a detailed print), `infill` (10 mm zigzag: many steps a move), `travel` (across the bed and back:
-// hardly anything but steps). Each runs planner, solver and a sink that adds up what it is given: loop 1, less the parser
-// and the ring. `play` is the player alone, from the ring to pins that only count, on a clock that jumps.
+// There are four loads. `tiny`: 0.02 mm moves, hardly anything but planning, with the queue always
+// full. `curves`: 0.5 mm moves around a circle, extruding, as in a detailed print. `infill`: 10 mm
+// zigzag, many steps a move. `travel`: across the bed and back, hardly anything but steps. Each
+// runs planner, solver and a sink that adds up its events: loop 1 without the parser and the ring.
+// `play` is the player alone, from the ring to pins that only count, on a clock that jumps.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -88,7 +90,7 @@ Outcome run(const Load& load, std::size_t moves) {
     return outcome;
 }
 
-/// Pins that count, on a clock that jumps to whatever is waited for.
+/// Pins that count, on a clock that jumps to the instant that is waited for.
 struct CountingPins {
     std::int64_t now_ns = 0;
     std::int64_t edges = 0;
@@ -99,7 +101,8 @@ struct CountingPins {
     [[nodiscard]] bool endstop_pressed(int) const { return false; }
 };
 
-/// Steps of three axes at 10, 9 and 1 kHz, turning back every 1000 steps, in calls of 100 µs as loop 2 makes them.
+/// Steps of three axes at 10, 9 and 1 kHz, turning back every 1000 steps, in calls of 100 µs as
+/// loop 2 makes them.
 Outcome play(std::size_t steps) {
     using Ring = qduino::channel::RingBuffer<step::StepEvent, step::kStepRingCapacity>;
     const auto ring = std::make_unique<Ring>();

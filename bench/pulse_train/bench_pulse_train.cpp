@@ -1,9 +1,11 @@
-// bench-pulse-train: the paper's 10 kHz pulse train (RTAS 2017, sections III.C and V.A), and what a bare spin can do at the same time.
+// bench-pulse-train: the paper's 10 kHz pulse train (RTAS 2017, sections III.C and V.A), and what a
+// bare spin can do at the same time.
 //
 //   bench-pulse-train [--json] [--seconds S] [--rounds N] [--load idle|submission|both]
 //
-// The variants take turns within each round, so that what else happens on the machine (a hypervisor's above all) hits them alike;
-// their intervals are pooled over the rounds. Core 1 (the last) is the train's; this program and the load are on what is left.
+// The variants take turns within each round, so that other work on the computer (a hypervisor's
+// above all) hits them alike. Their intervals are pooled over the rounds. The train has core 1 (the
+// last); this program and the load have the others.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -67,7 +69,7 @@ Json row(const std::string& variant, const std::string& load, Pool& pool) {
             {"lost_edges", pool.lost_edges}};
 }
 
-/// Every variant once. False: one could not run; said.
+/// Runs every variant once. False: one could not run; that was reported.
 bool play_round(const Options& options, const std::string& load, Pools& pools, Json& guarantee) {
     Nanoseconds phase{0};
     for (const Variant& variant : kVariants) {
@@ -86,7 +88,7 @@ bool play_round(const Options& options, const std::string& load, Pools& pools, J
     return true;
 }
 
-/// What the project holds itself to; a remark each, with the figure.
+/// The bounds that the project sets itself; a remark each, with the figure.
 std::vector<std::string> verdicts(const Report& report) {
     std::map<std::pair<std::string, std::string>, const Json*> at;
     for (const Json& each : report.results) at[{each["variant"], each["load"]}] = &each;
@@ -116,7 +118,7 @@ std::vector<std::string> verdicts(const Report& report) {
     return lines;
 }
 
-/// Everything that the board could not have, once.
+/// Everything that the board could not get, each item once.
 void add_shortfalls(Report& report) {
     for (const auto& [variant, guarantee] : report.guarantee.items()) {
         for (const char* list : {"loops", "cores"}) {

@@ -18,12 +18,12 @@ namespace {
 
 using namespace board::linux;
 
-/// Until a train runs evenly: pages touched, caches warm.
+/// The time until a train runs evenly: pages touched, caches warm.
 constexpr Nanoseconds kStart = 300ms;
 /// For making and giving back a core, beside the length of the train itself.
 constexpr Nanoseconds kOverhead = 8s;
 
-/// The machine at the other end of the pins: writes down when pin 6 rises.
+/// The machine at the other end of the pins: notes when pin 6 rises.
 class EdgeRecorder final : public board::Peripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
@@ -42,7 +42,7 @@ class EdgeRecorder final : public board::Peripherals {
     std::vector<std::int64_t> rising_ns;
 };
 
-/// A file of virtual pins of this process, and what crossed them.
+/// A file of virtual pins of this process, and the edges that crossed them.
 class Pins {
   public:
     Pins() : path_("/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".pins") {
@@ -107,7 +107,8 @@ struct Floor {
     std::optional<Nanoseconds> phase;  ///< of its grid; none: relative
 };
 
-/// Each instant of the grid, or 100 µs after the one before was seen, as soon as the clock shows that it has come.
+/// Waits for each instant of the grid, or for 100 µs after the one before was seen; goes on as soon
+/// as the clock shows it.
 void spin_floor(void* context) {
     const Floor& floor = *static_cast<const Floor*>(context);
     Instant due = monotonic_now() + kTrainPeriod;
@@ -189,7 +190,8 @@ Train run_floor_relative(Nanoseconds length) { return run_bare_spin(length, std:
 
 Nanoseconds phase_of(const Train& train) {
     if (train.rising_ns.empty()) return Nanoseconds{0};
-    std::vector<std::int64_t> phases;  // a pulse may be late: the median is the grid's, and 0.1 us of writing
+    // A pulse may be late. The median is the grid's phase, plus 0.1 us of writing.
+    std::vector<std::int64_t> phases;
     for (const std::int64_t instant : train.rising_ns) phases.push_back(instant % kTrainPeriod.count());
     const auto median = phases.begin() + static_cast<std::ptrdiff_t>(phases.size() / 2);
     std::nth_element(phases.begin(), median, phases.end());

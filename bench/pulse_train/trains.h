@@ -1,12 +1,16 @@
 // The pulse trains that bench-pulse-train compares, each made in a process of its own.
 //
-//   listing1   nanosleep(100 µs), write 1, write 0       an ordinary Linux process, as in the paper's Listing 1
-//   listing2   sketches/pulse_train                      a loop that owns its core and spins 100 µs, then writes, after Listing 2
-//   absolute   sketches/pulse_train_absolute             the same with delayBusyUntil(t += 100 µs): no drift
-//   floor      a bare spin over the same grid            no pins, no sketch: what this core can do at all
-//   floor_relative  a bare spin of 100 µs, again and again: the same for Listing 2, which never makes up for what was taken from it
+//   listing1       nanosleep(100 µs), write 1, write 0: an ordinary process, as in the paper's
+//                  Listing 1
+//   listing2       sketches/pulse_train: a loop that owns its core and spins 100 µs, then writes,
+//                  after Listing 2
+//   absolute       sketches/pulse_train_absolute: the same with delayBusyUntil(t += 100 µs)
+//   floor          a bare spin over the same grid, without pins or a sketch: the limit of this core
+//   floor_relative a bare spin of 100 µs, again and again: the limit for Listing 2, which never
+//                  makes up for lost time
 //
-// The first three are seen from outside, by the edges on virtual pin 6, with the time that the board stamped on each.
+// The first three are seen from outside, by the edges on virtual pin 6, with the time that the
+// board stamped on each.
 #pragma once
 
 #include <string>
@@ -18,10 +22,10 @@
 
 namespace qduino::bench {
 
-/// What one run of one train gave.
+/// The result of one run of one train.
 struct Train {
-    std::vector<std::int64_t>
-        rising_ns;  ///< instants of the rising edges, in order; those of the start left out
+    /// Instants of the rising edges, in order, without those of the start.
+    std::vector<std::int64_t> rising_ns;
     std::uint64_t lost_edges = 0;
     Json guarantee;       ///< what the board said; null for listing1
     std::string failure;  ///< empty: it ran to its end
@@ -40,8 +44,9 @@ inline constexpr int kTrainPin = 6;
 Train run_listing1(Nanoseconds length);
 /// `program`: pulse-train-linux or pulse-train-absolute-linux.
 Train run_sketch(const std::string& program, Nanoseconds length);
-/// `phase`: of the instants within their period, on CLOCK_MONOTONIC. The scheduling tick comes at multiples of 4 ms, forty periods:
-/// either every tick falls on an instant of the grid or none does, so only trains of the same phase can be compared.
+/// `phase`: the place of the instants within their period, on CLOCK_MONOTONIC. The scheduling tick
+/// comes at multiples of 4 ms, which is forty periods: either every tick falls on an instant of the
+/// grid or none does. So only trains of the same phase can be compared.
 Train run_floor(Nanoseconds length, Nanoseconds phase);
 Train run_floor_relative(Nanoseconds length);
 /// The phase that `train` had; zero when it made no pulses.

@@ -1,4 +1,5 @@
-// bench-release: how late a periodic loop is released, against cyclictest at the same priority, period and core.
+// bench-release: how late a periodic loop is released, against cyclictest at the same priority,
+// period and core.
 //
 //   bench-release [--json] [--seconds S] [--rounds N] [--load idle|submission|both]
 #include <algorithm>
@@ -24,7 +25,7 @@ Json row(const char* who, const std::string& load, std::vector<std::int64_t>& so
             {"releases", sorted.size()}};
 }
 
-/// What one contender had in all rounds.
+/// The results of one contender in all rounds.
 struct Pool {
     const char* who;
     std::vector<std::int64_t> latencies_ns;

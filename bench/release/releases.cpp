@@ -21,11 +21,11 @@ using namespace board::linux;
 
 /// Releases at the start that are left out: caches, and the way out of the start gate.
 constexpr std::size_t kWarmUp = 100;
-/// For cyclictest to come up, which waits for a whole second, and to write down what it saw.
+/// The time for cyclictest to start, which waits for a whole second, and to write its results.
 constexpr Nanoseconds kStartUp = 6s;
 constexpr board::VcpuId kLoop = 1;
 
-/// What ours and its parent share.
+/// Shared by our loop and its parent.
 struct Exchange {
     explicit Exchange(Nanoseconds longest) : latencies(static_cast<std::size_t>(longest / kReleasePeriod)) {}
     SharedSamples latencies;
@@ -36,7 +36,7 @@ struct Exchange {
 runtime::Runtime* measured = nullptr;
 Exchange* exchange = nullptr;
 
-/// The body of the loop: writes down how late it is, and waits.
+/// The body of the loop: notes how late it is, and waits.
 void body() {
     const Instant due = measured->loop(kLoop)->clock.nominal();
     exchange->latencies.push((measured->board().now() - due).count());
@@ -79,7 +79,7 @@ std::vector<std::int64_t> latencies_in(const std::string& path) {
     return latencies;
 }
 
-/// `phase`: of the instants at which it is due, within their period.
+/// `phase`: the place of its due instants within their period.
 Releases run_cyclictest(Nanoseconds length, Nanoseconds phase) {
     const std::string output = "/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".cyclictest";
     const auto start = [&] {
@@ -102,7 +102,7 @@ Releases run_cyclictest(Nanoseconds length, Nanoseconds phase) {
     return releases;
 }
 
-/// Keeps those from `from` to `to` without the warm-up.
+/// Keeps the samples from `from` to `to` without the warm-up.
 void keep(Releases& releases, std::size_t from, std::size_t to) {
     auto& all = releases.latencies_ns;
     const auto at = [&](std::size_t i) {

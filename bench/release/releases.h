@@ -1,12 +1,14 @@
-// The latency of a periodic release: from the instant at which a loop is due to the first instruction of its body.
+// The latency of a periodic release: from the instant at which a loop is due to the first
+// instruction of its body.
 //
 //   due               due + T
-//    │··██·············│··██·············      our loop: waitForNextPeriod() on the Linux board, its budget enforced
-//    └┬┘    │··██·············│··██······      cyclictest (rt-tests): clock_nanosleep, the same priority, period and core
-//   latency
+//    │··██·············│··██·············    our loop: waitForNextPeriod() on the Linux board, its
+//    └┬┘    │··██·············│··██······    budget enforced; below it cyclictest (rt-tests):
+//   latency                                  clock_nanosleep, the same priority, period and core
 //
-// Both at once, half a period apart: what the host and the load do within a second is not what they do in the next, and what makes one
-// release in a thousand late comes in bursts. Either runs for some 10 us a period; they meet only when something stops both.
+// What the host and the load do in one second differs from the next, and the causes of one late
+// release in a thousand come in bursts. So both run at once, half a period apart. Either runs for
+// some 10 us a period; they meet only when something stops both.
 #pragma once
 
 #include <string>
@@ -25,7 +27,7 @@ struct Releases {
 
 inline constexpr Nanoseconds kReleasePeriod = 1ms;
 inline constexpr Nanoseconds kReleaseBudget = 250us;
-/// What the board gives to the only loop of a sketch; cyclictest is told the same.
+/// The board gives this priority to the only loop of a sketch; cyclictest gets the same.
 inline constexpr int kReleasePriority = 80;
 
 struct Contenders {
@@ -33,7 +35,8 @@ struct Contenders {
     Releases cyclictest;  ///< failure when it (Debian's rt-tests) is not installed
 };
 
-/// Both for `length`, ours alone where cyclictest cannot run. At which phase of the scheduling tick either stands differs from run to run.
+/// Runs both for `length`; ours alone where cyclictest cannot run. The phase of either within the
+/// scheduling tick differs from run to run.
 Contenders run_both(Nanoseconds length);
 
 }  // namespace qduino::bench

@@ -50,7 +50,7 @@ std::string wait_for(pid_t child, Nanoseconds limit, const std::function<void()>
         ::usleep(20000);
     }
     if (meanwhile) meanwhile();
-    // Who may not look at the record of changes has made none.
+    // A user who may not read the record of changes has made none.
     const auto restored = board::linux::restore_settings(board::linux::kDefaultSettingsState);
     if (!restored && restored.error().code != ErrorCode::not_permitted)
         return "left the machine changed: " + std::string(restored.error().message.view());

@@ -1,4 +1,5 @@
-// Real-time work in a child process, with a limit that the parent keeps: whatever the child does, it ends, and the machine is as it was.
+// Real-time work in a child process, with a limit that the parent keeps: whatever the child does,
+// it ends, and the computer is as before.
 #pragma once
 
 #include <functional>
@@ -9,20 +10,23 @@
 
 namespace qduino::bench {
 
-/// Forks; the child runs `work` and leaves with its status. The parent calls `meanwhile` every 20 ms until it has. After
-/// `limit` the child gets SIGTERM, 3 s later SIGKILL; settings of the machine that it left changed are undone. Empty: the
-/// child left with status 0; else what happened. The caller has no other threads.
+/// Forks; the child runs `work` and leaves with its status. Until then the parent calls `meanwhile`
+/// every 20 ms. After `limit` the child gets SIGTERM, 3 s later SIGKILL, and the settings that it
+/// left changed are undone. Empty: the child left with status 0; else what happened. The caller has
+/// no other threads.
 std::string run_child(const std::function<int()>& work, Nanoseconds limit,
                       const std::function<void()>& meanwhile = {});
 
-/// The same with a program: `command[0]` is looked for beside this one. Its standard error goes to `log_path`.
+/// The same with a program: `command[0]` is looked for beside this one. Its standard error goes to
+/// `log_path`.
 std::string run_program(const std::vector<std::string>& command, Nanoseconds limit,
                         const std::string& log_path, const std::function<void()>& meanwhile = {});
 
 /// Full path of a program that was built with this one.
 std::string program_beside(const std::string& name);
 
-/// True once Ctrl-C or SIGTERM came (after the first call of run_child): then the child in hand was ended and the benchmark should end too.
+/// True once Ctrl-C or SIGTERM came (after the first call of run_child). The running child was then
+/// ended, and the benchmark should end, too.
 bool interrupted();
 
 }  // namespace qduino::bench

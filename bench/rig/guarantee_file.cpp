@@ -18,8 +18,8 @@ GuaranteeFile::~GuaranteeFile() {
 }
 
 void GuaranteeFile::write(const board::GuaranteeReport& report) const {
-    static_cast<void>(
-        apps::write_guarantee(report, path_));  // a report that is not there is seen by who reads it
+    // If the report is missing, its reader notices.
+    static_cast<void>(apps::write_guarantee(report, path_));
 }
 
 Json GuaranteeFile::read() const {

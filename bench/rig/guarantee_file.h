@@ -1,4 +1,5 @@
-// The guarantee report of a board that runs in a child process: the child writes it, the parent reads it.
+// The guarantee report of a board that runs in a child process: the child writes it, the parent
+// reads it.
 #pragma once
 
 #include <string>
@@ -8,7 +9,8 @@
 
 namespace qduino::bench {
 
-/// A file in memory, named for the process that made this object; gone with it there, not in its children, which leave by _exit().
+/// A file in memory, named for the process that made this object. That process removes it; its
+/// children, which leave by _exit(), do not.
 class GuaranteeFile {
   public:
     GuaranteeFile();
@@ -18,7 +20,7 @@ class GuaranteeFile {
 
     [[nodiscard]] const std::string& path() const { return path_; }
     void write(const board::GuaranteeReport& report) const;
-    /// What was written; a discarded value when nothing was.
+    /// The report; a discarded value when none was written.
     [[nodiscard]] Json read() const;
 
   private:

@@ -1,9 +1,11 @@
-// The paper's submission load (section V.B): print jobs of random size sent to the print service at random intervals.
+// The paper's submission load (section V.B): print jobs of random size sent to the print service at
+// random intervals.
 //
 //   submission.py ──HTTP on loopback──► printd (unprivileged) ──► disk
 //
-// The paper sends thirty files of 50 KB to 150 MB, 0.1 to 10 s apart. Here they come 0.1 to 1 s apart for as long as the load lives: a
-// real-time run is kept under 30 s, and should see as many of them as the paper's did in minutes.
+// The paper sends thirty files of 50 KB to 150 MB, 0.1 to 10 s apart. Here they come 0.1 to 1 s
+// apart for as long as the load lives. A real-time run is kept under 30 s, and should see as many
+// files as the paper's runs did in minutes.
 #pragma once
 
 #include <sys/types.h>
@@ -19,9 +21,11 @@ class SubmissionLoad {
     SubmissionLoad(const SubmissionLoad&) = delete;
     SubmissionLoad& operator=(const SubmissionLoad&) = delete;
 
-    /// Starts printd, in a folder of its own, and the sender. Returns when the first upload is on its way. Empty, or what went wrong.
+    /// Starts printd, in a folder of its own, and the sender. Returns when the first upload is on
+    /// its way. Empty, or what went wrong.
     std::string start();
-    /// Ends both and removes the folder. How many uploads were answered, and their bytes, can be asked afterwards.
+    /// Ends both and removes the folder. The number of uploads answered, and their bytes, can be
+    /// asked for afterwards.
     void stop();
 
     [[nodiscard]] int uploads() const { return uploads_; }

@@ -1,4 +1,5 @@
-// Samples that a real-time child takes and its parent reads: one block of memory shared by both, faulted in before the child runs.
+// Samples that a real-time child takes and its parent reads: one block of memory shared by both,
+// faulted in before the child runs.
 #pragma once
 
 #include <atomic>
@@ -13,7 +14,8 @@ namespace qduino::bench {
 
 class SharedSamples {
   public:
-    /// Room for `capacity` samples; what comes after is dropped. Terminates the program when memory is short.
+    /// Room for `capacity` samples; further ones are dropped. Ends the program when memory is
+    /// short.
     explicit SharedSamples(std::size_t capacity);
 
     /// One writer. Real-time safe.

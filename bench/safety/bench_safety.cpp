@@ -2,12 +2,13 @@
 //
 //   bench-safety [--json] [--rounds N]
 //
-//   this process (the machine: pins, twin, real-time)          qduino-supervisor ─► printer, both heaters on
+//   this process (the machine: pins, twin, real-time)     supervisor ─► printer, both heaters on
 //      │  kill -9 of the sketch, or of the supervisor, at a random moment
 //      └─ polls its pins every 0.5 ms until both heaters' duties are 0 ─► the figure
 //
-// In the same run, for comparison: when the killed sketch is gone (its pidfd readable), which is what a supervisor sees that waits for
-// its child. `busy` is with two processes beside it that only compute.
+// For comparison, the same run also measures when the killed sketch is gone (its pidfd readable): a
+// supervisor that waits for its child sees only that. `busy` is with two processes beside it that
+// only compute.
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -86,7 +87,7 @@ class Busy {
     std::vector<pid_t> children_;
 };
 
-/// This process above everything that it watches; what it starts is ordinary.
+/// This process above everything that it watches; its children are ordinary.
 class RealTime {
   public:
     RealTime() { set(SCHED_FIFO, kPriority); }
@@ -126,7 +127,7 @@ class HotPrinter {
     HotPrinter(const HotPrinter&) = delete;
     HotPrinter& operator=(const HotPrinter&) = delete;
 
-    /// False: it does not get there.
+    /// False: they do not reach their targets.
     bool heat_up() {
         const Instant give_up = monotonic_now() + 2 * kPatience;
         apps::LinkFile link;

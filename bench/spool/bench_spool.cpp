@@ -1,10 +1,11 @@
-// bench-spool: what the print service takes when it has printed for years.
+// bench-spool: the cost of the print service when it has printed for years.
 //
 //   bench-spool [--json] [--jobs N] [--rounds N]
 //
-// Makes a state folder of N ended jobs (100,000), each with its files and the facts of a sliced part, and starts printd on it,
-// as built beside this program. Measured from outside: the time until it listens, the time of one answer over one connection, and
-// its resident memory. Every start reads the whole journal once, to find damaged pages; the file is in the page cache by then.
+// Makes a state folder of N ended jobs (100,000), each with its files and the facts of a sliced
+// part. Starts the printd that was built beside this program on it. Measured from outside: the time
+// until it listens, the time of one answer over one connection, and its resident memory. Every
+// start reads the whole journal once, to find damaged pages; the file is in the page cache by then.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -50,7 +51,7 @@ double ms_since(Instant begun) { return static_cast<double>((monotonic_now() - b
     std::exit(1);
 }
 
-// ---- a state folder of years ------------------------------------------------------------------------------------
+// ---- a state folder of years --------------------------------------------------------------------
 
 Job job_of(int id) {
     constexpr const char* kNames[] = {"bracket", "cable-clip", "gear", "hinge",
@@ -80,7 +81,7 @@ Job job_of(int id) {
     return job;
 }
 
-/// Its files, short ones: what matters is how many there are.
+/// The job's files, short ones: only their number matters.
 void write_files(const BlobStore& blobs, const Job& job) {
     std::ofstream{blobs.path(job.sha256, BlobPart::gcode)} << "G28\n";
     std::ofstream{blobs.path(job.sha256, BlobPart::record)} << job.id << "\t" << job.created_s << "\t"
@@ -104,7 +105,7 @@ void make_folder(const std::filesystem::path& folder, int jobs) {
         give_up("cannot finish the state folder");
 }
 
-// ---- the service, from outside ----------------------------------------------------------------------------------
+// ---- the service, from outside ------------------------------------------------------------------
 
 class Service {
   public:
@@ -179,7 +180,7 @@ class Service {
     int port_ = 0;
 };
 
-// ---- report -----------------------------------------------------------------------------------------------------
+// ---- report -------------------------------------------------------------------------------------
 
 struct Question {
     const char* what;
