@@ -1,11 +1,13 @@
-# qduino_sketch(NAME folder [LINK libraries…]): the object library sketch_<NAME>, made of the .ino files of `folder` (joined and given
-# prototypes by tools/ino/ino_to_cpp.py) and of the .cpp and .c files beside them. A program links it by name:
+# qduino_sketch(NAME folder [LINK libraries…]): the object library sketch_<NAME>. It is made of the
+# .ino files of `folder` (joined and given prototypes by tools/ino/ino_to_cpp.py) and of the .cpp
+# and .c files beside them. A program links it by name:
 #
 #   include(QduinoSketch)
 #   qduino_sketch(blink ${CMAKE_CURRENT_SOURCE_DIR})
-#   target_link_libraries(some_app PRIVATE sketch_blink)      # an app that makes a board and a Runtime
+#   target_link_libraries(some_app PRIVATE sketch_blink)   # an app, which names a board
 #
-# It is an object library because its loops register themselves from static objects, which an archive would leave out.
+# It is an object library because its loops register themselves from static objects, which an
+# archive would leave out.
 
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 

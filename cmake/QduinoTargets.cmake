@@ -1,5 +1,5 @@
-# What every target of the project shares: language level, warnings, sanitizers, where programs land, how a test,
-# a benchmark and a fuzz target are declared.
+# Shared by every target of the project: language level, warnings, sanitizers, the folder for
+# programs, and the functions that declare a test, a benchmark and a fuzz target.
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -39,7 +39,8 @@ if(QDUINO_FUZZ)
   target_compile_options(qduino_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# qduino_library(NAME sources… LINK other libraries…): a folder of the house. Header-only when it has no sources.
+# qduino_library(NAME sources… LINK other libraries…): a folder of the house. Header-only when it
+# has no sources.
 function(qduino_library name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   if(arg_UNPARSED_ARGUMENTS)
@@ -58,18 +59,20 @@ function(qduino_program name)
   target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK})
 endfunction()
 
-# What ./test runs under the sanitizers in its short run; the presets `asan` and `tsan` build and run everything.
+# The tests that ./test runs under the sanitizers. The presets `asan` and `tsan` build and run
+# everything.
 set(QDUINO_SHORT_SANITIZED
     test_base test_channel test_sched test_device test_twin test_sim test_runtime test-gcode-reading test-gcode-meaning
     test-preflight test-link test-motion test-step unit-heat unit-machine unit-machine-file unit-board-file unit_linux_pins)
-# Everything lock-free, under the thread sanitizer.
+# Everything lock-free runs under the thread sanitizer.
 set(QDUINO_LOCK_FREE test_channel test-link unit_linux_pins)
 add_custom_target(sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
 
-# A test is compiled once and run once: what every test includes is read once, and nothing is optimised for long. Half of the time
-# that the tests' build took. With g++ alone: clang wants more flags to agree; it also finds the includes that a test forgot.
+# A test is compiled once and run once. So the headers that every test includes are read once, and
+# nothing is optimised for long: that halves the build of the tests. With g++ alone: clang wants
+# more flags to agree, and finds the includes that a test forgot.
 function(qduino_compile_quickly name)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL GNU OR QDUINO_SANITIZE)
     return()
@@ -87,8 +90,9 @@ function(qduino_compile_quickly name)
   target_precompile_headers(${name} REUSE_FROM test_headers)
 endfunction()
 
-# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL]): a GoogleTest program; each TEST is one ctest test.
-# SERIAL: with nothing else beside it (it takes the machine's cores, or changes its settings).
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL]): a GoogleTest program;
+# each TEST is one ctest test. SERIAL: runs alone (it takes the computer's cores, or changes its
+# settings).
 function(qduino_test name)
   cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "LINK;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
@@ -107,15 +111,17 @@ function(qduino_test name)
     list(APPEND arg_LABELS lock-free)
     add_dependencies(lock-free-tests ${name})
   endif()
-  # One label with all words in it: lists do not survive test discovery, and ctest -L matches a part.
+  # One label with all words in it: lists do not survive test discovery, and ctest -L matches a
+  # part.
   string(REPLACE ";" " " arg_LABELS "${arg_LABELS}")
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
                        PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL})
 endfunction()
 
-# qduino_python_cases(PREFIX SCRIPT TIMEOUT s [SERIAL]): each `test_` method of a unittest script is one ctest test, PREFIX.Class.method,
-# so that they run apart and a failure names itself. The script gets printd, fake-sketch and the sanitizers (service.configure()).
+# qduino_python_cases(PREFIX SCRIPT TIMEOUT s [SERIAL]): each `test_` method of a unittest script is
+# one ctest test, PREFIX.Class.method. So they run apart, and a failure names itself. The script
+# gets printd, fake-sketch and the sanitizers (service.configure()).
 function(qduino_python_cases prefix script)
   cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "" ${ARGN})
   find_package(Python3 REQUIRED COMPONENTS Interpreter)
@@ -137,7 +143,8 @@ function(qduino_python_cases prefix script)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${script})
 endfunction()
 
-# qduino_fuzz(NAME sources… LINK libraries…): a libFuzzer target, only in the fuzz preset. Seeds in corpus/NAME beside it.
+# qduino_fuzz(NAME sources… LINK libraries…): a libFuzzer target, only in the fuzz preset. Seeds in
+# corpus/NAME beside it.
 function(qduino_fuzz name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   if(NOT QDUINO_FUZZ)

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the browser side into web/ui/dist when it is older than its sources, each file also as gzip and brotli.
+# Builds the browser side into web/ui/dist when it is older than its sources; each file also as gzip
+# and brotli.
 set -euo pipefail
 cd "$(dirname "$0")/../web/ui"
 stamp=node_modules/.installed

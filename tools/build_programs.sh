@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing, and builds the page and the programs that ./run starts and ./install installs, with a line of progress.
+# Installs what is missing, and builds the page and the programs that ./run starts and ./install
+# installs, with a line of progress.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tools/dependencies.sh

@@ -1,5 +1,10 @@
 #!/usr/bin/env bash
-# Every C++ file is as clang-format 14 writes it. `tools/check_format.sh --fix` rewrites those that are not.
+# Checks that every C++ file is as clang-format 14 writes it. `tools/check_format.sh --fix` rewrites
+# those that are not.
+#
+# clang-format leaves comments alone (ReflowComments: false): it cannot tell a paragraph from a
+# drawing or a table of this project, and tears them. tools/check_prose.py holds comments to 100
+# columns instead.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v clang-format-14 >/dev/null || { echo "clang-format-14 is missing: apt-get install clang-format-14"; exit 1; }

@@ -1,6 +1,8 @@
-# What the project needs from Debian, by purpose, and how it gets it. Sourced by ./run and ./test.
+# The packages that the project needs from Debian, by purpose, and their installation. Sourced by
+# ./run and ./test.
 #
-#   need build web …     installs what is missing of these sets; without root it says what to install and stops
+#   need build web …     installs what is missing of these sets; without root it lists what to
+#                        install and stops
 
 packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
   libboost1.81-dev libssl-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev libsqlite3-dev libsqlitecpp-dev
@@ -53,7 +55,8 @@ need() {
     'apt-get -qq update && apt-get -qq -y --no-install-recommends install "$@" >/dev/null' sh $missing
 }
 
-# The examples of Debian's `arduino` package, unpacked into build/arduino and not installed: it would bring a Java along.
+# Unpacks the examples of Debian's `arduino` package into build/arduino. The package is not
+# installed: it would bring a Java along.
 unpack_arduino_examples() {
   [ ! -d build/arduino/usr ] && [ ! -d /usr/share/arduino/examples ] && command -v dpkg-deb >/dev/null || return 0
   mkdir -p build/arduino && (

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs every fuzz target of build/fuzz/fuzz for SECONDS each, one per core at a time. A finding is kept in build/fuzz/findings.
+# Runs every fuzz target of build/fuzz/fuzz for SECONDS each, one per core at a time. A finding is
+# kept in build/fuzz/findings.
 #
 #   tools/fuzz.sh SECONDS [TARGET…]
 set -euo pipefail

@@ -15,7 +15,8 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-# What a sketch may include, and what that includes: the folders below "arduino" in the arrows of ARCHITECTURE.md.
+# The headers that a sketch may include, and those that they include: the folders below "arduino" in
+# the arrows of ARCHITECTURE.md.
 HEADERS = ("base", "posix", "sched", "channel", "board", "runtime", "arduino", "device")
 PROGRAMS = ("qduino", "qduino-supervisor", "virtual-machine")
 COMPLETIONS = {"bash": "bash-completion/completions/qduino", "zsh": "zsh/site-functions/_qduino",
