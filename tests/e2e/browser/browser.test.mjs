@@ -1,9 +1,11 @@
-// The page in a real browser, in front of the real service, spooler and simulated printer: what a person does in a day.
+// The page in a real browser, in front of the real service, spooler and simulated printer: what a
+// person does in a day.
 //
 //   node tests/e2e/browser/browser.test.mjs
 //
-// Started with node itself, not with `node --test`: the status 77, "skipped", would be swallowed there.
-// The page runs here under a stricter policy than the service sends: no inline style either. No violation may occur.
+// Started with node itself, not with `node --test`: the status 77, "skipped", would be swallowed
+// there. The page runs here under a stricter policy than the service sends: no inline style either.
+// No violation may occur.
 import assert from 'node:assert/strict';
 import { after, before, test as nodeTest } from 'node:test';
 import { BAD_FILES, makeGcode } from './part.mjs';
@@ -18,7 +20,8 @@ if (missing) {
 
 const STRICT = "default-src 'self'; img-src 'self' blob: data:; connect-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'";
 const SPEED = 30;
-const PATIENCE_MS = 40_000; // the machine may be busy with other tests: nothing here is about timing
+// The machine may be busy with other tests: nothing here is about timing.
+const PATIENCE_MS = 40_000;
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
 
@@ -47,7 +50,8 @@ async function newPage(inContext) {
   });
   fresh.on('pageerror', (error) => problems.push(`thrown: ${error}`));
   fresh.on('console', (message) => {
-    // A refused request is logged by the browser itself, with its status: refusals are part of this test.
+    // A refused request is logged by the browser itself, with its status: refusals are part of this
+    // test.
     if (message.type() === 'error' && !message.text().startsWith('Failed to load resource')) problems.push(message.text());
   });
   return fresh;

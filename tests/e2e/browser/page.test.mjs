@@ -1,5 +1,5 @@
-// The page in a real browser, in front of its mock (web/ui/mock): states that a real printer is not brought into easily.
-// What the page and the service agree on is tested in browser.test.mjs.
+// The page in a real browser, in front of its mock (web/ui/mock): states that a real printer is not
+// brought into easily. What the page and the service agree on is tested in browser.test.mjs.
 //
 //   node tests/e2e/browser/page.test.mjs
 import assert from 'node:assert/strict';
@@ -14,7 +14,8 @@ if (missing) {
   process.exit(77);
 }
 
-const PATIENCE_MS = 40_000; // the machine may be busy with other tests: nothing here is about timing
+// The machine may be busy with other tests: nothing here is about timing.
+const PATIENCE_MS = 40_000;
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
 let browser;
@@ -279,7 +280,8 @@ test('a part of 140 mm is as bright as one of 20 mm, as beads and as lines', asy
   }
 });
 
-// Every state with something of its own on the page; a new page for each of them, and both colour schemes on it.
+// Every state with something of its own on the page; a new page for each of them, and both colour
+// schemes on it.
 for (const scene of ['paused-off', 'stuck-fault', 'held', 'bed', 'no-confirm', 'idle-warning', 'idle-never', 'unhomed', 'simulated', 'disconnected']) {
   test(`axe finds nothing: ${scene}`, () => inScene(scene, async ({ page, at, button }) => {
     await at('state').waitFor();

@@ -1,5 +1,6 @@
-// Generates G-code as a slicer writes it: a lobed tower with two walls and infill, for the reference machine
-// (150 mm bed; XY 125 mm/s, Z 5 mm/s, E 14 mm/s). Relative extrusion would hide errors that absolute extrusion shows: M82.
+// Generates G-code as a slicer writes it: a lobed tower with two walls and infill, for the
+// reference machine (150 mm bed; XY 125 mm/s, Z 5 mm/s, E 14 mm/s). Relative extrusion would hide
+// errors that absolute extrusion shows: M82.
 
 const FILAMENT_AREA_MM2 = Math.PI * (1.75 / 2) ** 2;
 const HEIGHT_MM = 0.3;

@@ -1,5 +1,6 @@
-// What a person does with the page and sees on it, for every test that drives a browser: drops files, looks at the
-// canvas, and has the page read by axe-core, which finds what somebody who sees or hears less would stumble over.
+// What a person does with the page and sees on it, for every test that drives a browser: drops
+// files, looks at the canvas, and has the page read by axe-core, which finds what somebody who sees
+// or hears less would stumble over.
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { ROOT } from './stack.mjs';
@@ -17,8 +18,9 @@ export async function drop(page, name, bytes) {
 }
 
 /**
- * The canvas as the browser composes it: how many colours it has, how many pixels are the part's warm ones (the bed and
- * the ground are grey or blue), and the mean brightness of those, 0 to 255 (Rec. 709).
+ * The canvas as the browser composes it: how many colours it has, how many pixels are the part's
+ * warm ones (the bed and the ground are grey or blue), and the mean brightness of those, 0 to 255
+ * (Rec. 709).
  */
 export async function lookAt(page, canvas) {
   const text = (await canvas.screenshot()).toString('base64');
@@ -42,13 +44,15 @@ export async function lookAt(page, canvas) {
 }
 
 /**
- * What axe-core finds on the page as it is now, with the element that it is about; no finding: an empty list. Text whose
- * background it cannot tell is a finding too: it lies on a picture, where nobody knows that it can be read.
+ * What axe-core finds on the page as it is now, with the element that it is about; no finding: an
+ * empty list. Text whose background it cannot tell is a finding too: it lies on a picture, where
+ * nobody knows that it can be read.
  */
 export async function findings(page) {
   await page.evaluate(await readFile(join(ROOT, 'web/ui/node_modules/axe-core/axe.min.js'), 'utf8'));
   return page.evaluate(async () => {
-    // Colours that are on their way to others (a theme that was changed, a button that was pressed) are nobody's choice.
+    // Colours that are on their way to others (a theme that was changed, a button that was pressed)
+    // are nobody's choice.
     await new Promise((drawn) => { requestAnimationFrame(() => requestAnimationFrame(drawn)); });
     const ends = document.getAnimations().filter(({ effect }) => Number.isFinite(effect?.getComputedTiming().endTime));
     await Promise.allSettled(ends.map(({ finished }) => finished));

@@ -1,4 +1,5 @@
-// Starts what a person starts: ./run on the simulator, on a free port, with a state folder of its own. And the browser.
+// Starts what a person starts: ./run on the simulator, on a free port, with a state folder of its
+// own. And the browser.
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { existsSync } from 'node:fs';
@@ -12,8 +13,9 @@ import { fileURLToPath } from 'node:url';
 export const ROOT = fileURLToPath(new URL('../../../', import.meta.url));
 const PROGRAMS = ['printd', 'printer', 'printer-sim', 'virtual-machine', 'qduino-supervisor'];
 const CHROMIUM = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
-// Local network checks: the page's answer is replaced on its way (its policy is made stricter), and Chromium takes a
-// replaced page for one from elsewhere, which may not open a socket to this machine.
+// Local network checks: the page's answer is replaced on its way (its policy is made stricter), and
+// Chromium takes a replaced page for one from elsewhere, which may not open a socket to this
+// machine.
 const BROWSER_ARGUMENTS = [
   '--headless=new', '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader', '--use-angle=swiftshader', '--disable-quic',
   '--disable-features=LocalNetworkAccessChecks', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',

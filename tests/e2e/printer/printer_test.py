@@ -233,7 +233,8 @@ class KilledSketch(Case):
         self.assertGreaterEqual(was_hot, self.kills // 2, "most kills came while a heater was on")
 
 
-# Ends by itself whatever becomes of the test: after its time, by RLIMIT_RTTIME, and with its parent's pipe.
+# Ends by itself whatever becomes of the test: after its time, by RLIMIT_RTTIME, and with its
+# parent's pipe.
 THIEF = """
 import os, resource, sys, time
 core, priority, length_s = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])

@@ -12,7 +12,8 @@ import unittest
 
 PROGRAM = sys.argv.pop(1)
 
-# The golden case of ARCHITECTURE.md: the bound refuses it, completion time admits it. Its loops must not run during a check.
+# The golden case of ARCHITECTURE.md: the bound refuses it, completion time admits it. Its loops
+# must not run during a check.
 GOLDEN = """
 void setup() { Serial.begin(9600); Serial.println("setup was here"); }
 void loop(1, 30, 100, 0) { abort(); }
@@ -66,7 +67,8 @@ class Qduino(unittest.TestCase):
         self.assertEqual(copied.stdout, "out/blinker-sim\n")
         self.assertEqual((self.folder / "out" / "blinker-sim").read_bytes(), programs[0].read_bytes())
 
-        # A source that joins, with a warning: the rest is not made again; the warning is said again.
+        # A source that joins, with a warning: the rest is not made again; the warning is said
+        # again.
         self.write("blinker/src/deep/extra.c", "int extra(void) { int unused; return 1; }\n")
         grown = self.run_qduino("build", "blinker")
         self.assertIn("Compiling src/deep/extra.c", grown.stderr)

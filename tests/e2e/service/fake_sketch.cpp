@@ -1,6 +1,8 @@
-// fake-sketch: the stand-in as a process of its own, so that the service can be killed while it goes on.
+// fake-sketch: the stand-in as a process of its own, so that the service can be killed while it
+// goes on.
 //
-// Writes to its log, unbuffered, one line an event, and beside it one file a job with the bytes it took:
+// Writes to its log, unbuffered, one line an event, and beside it one file a job with the bytes it
+// took:
 //     begun JOB LENGTH · ended JOB OUTCOME · gcode LINE           LOG.JOB: the bytes
 #include <fcntl.h>
 #include <unistd.h>

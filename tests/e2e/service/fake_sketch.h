@@ -1,7 +1,9 @@
-// A stand-in for the sketch on the other end of the link: follows the receiver's rules of frame.h and prints nothing.
+// A stand-in for the sketch on the other end of the link: follows the receiver's rules of frame.h
+// and prints nothing.
 //
-// It reports every job byte that it takes, once, to its log: the proof that what crossed is what was uploaded. Pure but for
-// the layout that it works on; the caller decides when it steps and how much it may take.
+// It reports every job byte that it takes, once, to its log: the proof that what crossed is what
+// was uploaded. Pure but for the layout that it works on; the caller decides when it steps and how
+// much it may take.
 #pragma once
 
 #include <cstdint>
@@ -160,7 +162,8 @@ class FakeSketch {
         status_.bytes_accepted = status_.bytes_planned = status_.bytes_executed = 0;
         status_.outcome = printer::link::JobOutcome::running;
         if (log_.begun) log_.begun(begin->job_id, begin->length);
-        // A job that arrives while the machine is faulted is refused, not kept for later: as the sketch does it.
+        // A job that arrives while the machine is faulted is refused, not kept for later: as the
+        // sketch does it.
         if (status_.state == printer::link::MachineState::faulted)
             return end(printer::link::JobOutcome::failed);
         status_.state = printer::link::MachineState::printing;

@@ -515,7 +515,8 @@ class Kills(Case):
         printed = sorted(hashlib.sha256(self.sketch.bytes_of(run)).hexdigest() for run in runs)
         ended = [event for event in self.sketch.events() if event[0] == "ended"]
         self.assertTrue(all(event[2] == "2" for event in ended), ended)
-        # An upload that was durable but not yet acknowledged may have been queued: once, whole, and it printed once.
+        # An upload that was durable but not yet acknowledged may have been queued: once, whole, and
+        # it printed once.
         for digest in list(printed):
             if digest in unknown and digest not in expected:
                 printed.remove(digest)

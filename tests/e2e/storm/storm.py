@@ -83,7 +83,7 @@ class Storm:
         self.failures.append(what)
         print("FAILED: " + what, flush=True)
 
-    # ---- what people do meanwhile ---------------------------------------------------------------------------------
+    # ---- what people do meanwhile ----------------------------------------------------------------
 
     def upload_on(self):
         generator = random.Random(self.random.random())
@@ -107,7 +107,7 @@ class Storm:
                 self.stack.request("POST", "/api/v1/machine/" + what)
             time.sleep(generator.uniform(0.05, 0.6))
 
-    # ---- the kills ------------------------------------------------------------------------------------------------
+    # ---- the kills -------------------------------------------------------------------------------
 
     def victim_pid(self, victim):
         processes = self.stack.processes()
@@ -212,7 +212,8 @@ class Storm:
             person.start()
         started = time.monotonic()
         while sum(self.kills.values()) < kills:
-            # Mostly in quick succession; now and then long enough for a job to be printed to its end.
+            # Mostly in quick succession; now and then long enough for a job to be printed to its
+            # end.
             time.sleep(self.random.expovariate(1 / 0.7) if self.random.random() < 0.97 else self.random.uniform(10, 22))
             if self.kill_one() and sum(self.kills.values()) % 10 == 0:
                 print("%4d kills, %4d uploads acknowledged, %5.0f s" % (sum(self.kills.values()), len(self.acknowledged),
@@ -224,7 +225,7 @@ class Storm:
             person.join(timeout=60)
         self.wait_alive()
 
-    # ---- what has to hold at the end --------------------------------------------------------------------------------
+    # ---- what has to hold at the end -------------------------------------------------------------
 
     def check_uploads(self):
         for job, digest in sorted(self.acknowledged.items()):
@@ -236,7 +237,8 @@ class Storm:
         """After the service has ended. (printed jobs, attempts)"""
         with sqlite3.connect("file:%s?mode=ro" % os.path.join(self.stack.state, "journal.sqlite"), uri=True) as journal:
             rows = journal.execute("SELECT job, outcome FROM runs ORDER BY id").fetchall()
-        # Every job has one copy, and nobody starts a failed one again: one attempt each is all there may be.
+        # Every job has one copy, and nobody starts a failed one again: one attempt each is all
+        # there may be.
         for job, attempts in collections.Counter(job for job, _ in rows).items():
             if attempts > 1:
                 self.fail("job %d has one copy, and was begun %d times" % (job, attempts))

@@ -1,8 +1,9 @@
 // The sketch adc/ on /dev/i2c-0, and then the doctor.
 //
-// On that bus the kernel's i2c-stub plays a chip: what the ADS7828 would answer to each command is put into the stub first, past
-// the board. The readings come from outside: "adc=291,1023,…" on the kernel's command line. The stub keeps a 16-bit word per
-// command byte. SMBus sends the low byte of a word first, the ADS7828 the high byte.
+// On that bus the kernel's i2c-stub plays a chip: what the ADS7828 would answer to each command is
+// put into the stub first, past the board. The readings come from outside: "adc=291,1023,…" on the
+// kernel's command line. The stub keeps a 16-bit word per command byte. SMBus sends the low byte of
+// a word first, the ADS7828 the high byte.
 #include <fcntl.h>
 #include <linux/i2c-dev.h>
 #include <linux/i2c.h>

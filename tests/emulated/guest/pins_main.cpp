@@ -1,4 +1,5 @@
-// The sketch pins/ on the lines of /dev/gpiochip0 (pin N is line N), twice: by itself, and as a supervisor's child that is killed.
+// The sketch pins/ on the lines of /dev/gpiochip0 (pin N is line N), twice: by itself, and as a
+// supervisor's child that is killed.
 //
 //   init ── test ──┬── 1. the sketch; it is stopped, and leaves the pins in their safe states
 //                  └── 2. the supervisor ── "init PINS": the sketch; it is killed, and the supervisor takes its lines over

@@ -6,8 +6,9 @@
 
 namespace qduino::emulated {
 
-/// Prints the guarantee when the sketch ends, as text and as one line "guarantee: {json}". Returns 0 when the sketch stopped by
-/// itself, 1 when it did not within `longest`, 2 when it could not be started.
+/// Prints the guarantee when the sketch ends, as text and as one line "guarantee: {json}". Returns
+/// 0 when the sketch stopped by itself, 1 when it did not within `longest`, 2 when it could not be
+/// started.
 int run_sketch(board::linux::LinuxConfig config, Nanoseconds longest);
 
 }  // namespace qduino::emulated

@@ -1,5 +1,6 @@
-// Bytes → lines → commands → actions. Whatever the bytes say: moves are finite, inside the bounds, joined to each other;
-// temperatures, duties, times and limits are in range; a command that fails has changed nothing.
+// Bytes → lines → commands → actions. Whatever the bytes say: moves are finite, inside the bounds,
+// joined to each other; temperatures, duties, times and limits are in range; a command that fails
+// has changed nothing.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Bytes → lines → words. The first byte says how the rest is cut; lines must not depend on it. Every number is finite,
-// every text is printable UTF-8, every line stands where it says.
+// Bytes → lines → words. The first byte says how the rest is cut; lines must not depend on it.
+// Every number is finite, every text is printable UTF-8, every line stands where it says.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A whole job through the pre-flight and the layer packer: facts are finite and bounded, and the packed layers are read
-// back as their format says.
+// A whole job through the pre-flight and the layer packer: facts are finite and bounded, and the
+// packed layers are read back as their format says.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,11 +1,12 @@
-// The link as the service sees it, with a sketch at its other end that has lost its mind: any bytes in the status slots,
-// any bytes in the rings, at any time.
+// The link as the service sees it, with a sketch at its other end that has lost its mind: any bytes
+// in the status slots, any bytes in the rings, at any time.
 //
-// Input: operations. First byte of each: 0 job status, 1 motion, 2 heat (then as many bytes as follow, up to the slot's size, laid
-// over it), 3 replies (a length byte, then raw bytes), 4 the sketch is dead or not (from 128 on, then eight bytes of
-// its time factor), 5 a tick, 6 a well-formed frame whose
-// type and payload are the input's. Properties: every frame that the reader accepts encodes to the very bytes that it was read from;
-// the status that goes out is valid JSON; a job is never begun twice with the same run.
+// Input: operations. First byte of each: 0 job status, 1 motion, 2 heat (then as many bytes as
+// follow, up to the slot's size, laid over it), 3 replies (a length byte, then raw bytes), 4 the
+// sketch is dead or not (from 128 on, then eight bytes of its time factor), 5 a tick, 6 a
+// well-formed frame whose type and payload are the input's. Properties: every frame that the reader
+// accepts encodes to the very bytes that it was read from; the status that goes out is valid JSON;
+// a job is never begun twice with the same run.
 #include <unistd.h>
 
 #include <cstdint>

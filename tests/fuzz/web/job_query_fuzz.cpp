@@ -1,4 +1,5 @@
-// The parameters of the list of jobs: whatever stands behind the `?`, what comes out is in range, and a page can be read with it.
+// The parameters of the list of jobs: whatever stands behind the `?`, what comes out is in range,
+// and a page can be read with it.
 //
 // Input: the query, not decoded.
 #include <cstdint>

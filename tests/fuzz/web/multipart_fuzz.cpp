@@ -1,4 +1,5 @@
-// Multipart bodies: whatever the bytes, the parts do not depend on how they are cut, and a body is whole or an error.
+// Multipart bodies: whatever the bytes, the parts do not depend on how they are cut, and a body is
+// whole or an error.
 //
 // Input: one byte that seeds the cutting, then the body; its boundary is XX.
 #include <cstdint>

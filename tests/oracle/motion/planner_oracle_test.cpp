@@ -1,5 +1,6 @@
-// The look-ahead against a planner that knows nothing of passes, laziness or queues: it takes all moves at once, writes
-// every limit as the textbook has it, and lowers speeds until nothing breaks a rule any more.
+// The look-ahead against a planner that knows nothing of passes, laziness or queues: it takes all
+// moves at once, writes every limit as the textbook has it, and lowers speeds until nothing breaks
+// a rule any more.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -109,7 +110,8 @@ void check_against_oracle(std::uint64_t seed, std::size_t count, bool lazily) {
     ASSERT_EQ(pipeline.segments.size(), understood.size());
     for (std::size_t i = 0; i < understood.size(); ++i) {
         const Trapezoid& shape = pipeline.segments[i].shape;
-        // Squares are compared: the textbook's √½(1−cosθ) is noise of 1e-8 where the path turns right back.
+        // Squares are compared: the textbook's √½(1−cosθ) is noise of 1e-8 where the path turns
+        // right back.
         ASSERT_NEAR(std::pow(shape.entry_speed_mm_s, 2), expected2[i], 1e-5 + 1e-8 * expected2[i])
             << "move " << i;
         ASSERT_NEAR(std::pow(shape.exit_speed_mm_s, 2), expected2[i + 1], 1e-5 + 1e-8 * expected2[i + 1])

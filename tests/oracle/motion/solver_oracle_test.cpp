@@ -1,5 +1,6 @@
-// The step solver against bisection: the position of a motor as a function of time is written down from entry speed,
-// acceleration and phase times alone, and each crossing of a half-step is searched for by halving.
+// The step solver against bisection: the position of a motor as a function of time is written down
+// from entry speed, acceleration and phase times alone, and each crossing of a half-step is
+// searched for by halving.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// The event-driven scheduler against the one that steps one tick at a time: the same arrivals, the same schedule.
+// The event-driven scheduler against the one that steps one tick at a time: the same arrivals, the
+// same schedule.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,8 @@ Scenario random_scenario(std::uint64_t seed) {
     const int mains = static_cast<int>(pick(1, 4));
     const int ios = static_cast<int>(pick(0, 3));
     for (int i = 0; i < mains + ios; ++i) {
-        // Small budgets: with 8 tokens the 16 refills never run out, and the token list is matched exactly.
+        // Small budgets: with 8 tokens the 16 refills never run out, and the token list is matched
+        // exactly.
         const std::int64_t budget = pick(1, 8);
         const bool io = i >= mains;
         scenario.vcpus.push_back({io ? 33 + i - mains : 1 + i, io, budget, budget + pick(0, 60)});

@@ -1,5 +1,5 @@
-// The response time of a loop found without any analysis: release everything at once and watch, tick by tick.
-// And the equation with I/O VCPUs solved by trying every R in turn.
+// The response time of a loop found without any analysis: release everything at once and watch,
+// tick by tick. And the equation with I/O VCPUs solved by trying every R in turn.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@ struct NaiveLoop {
     std::int64_t period;
 };
 
-/// Loops in order of priority, all released at 0 and then periodically. The tick in which loop `i`'s first job has
-/// ended, or limit + 1. (Liu, Layland, 1973: this is the worst case.)
+/// Loops in order of priority, all released at 0 and then periodically. The tick in which loop
+/// `i`'s first job has ended, or limit + 1. (Liu, Layland, 1973: this is the worst case.)
 inline std::int64_t watched_response(const std::vector<NaiveLoop>& loops, std::size_t i, std::int64_t limit) {
     std::vector<std::int64_t> left(i + 1, 0);
     left[i] = loops[i].budget;

@@ -111,8 +111,8 @@ TEST(ResponseOracle, TheBoundNeverAdmitsWhatRealArithmeticRefuses) {
     EXPECT_LT(close, 20'000);
 }
 
-/// Two loops of one period T and C together: U <= 2(√2 − 1) is (2T + C)² <= 8T² in whole numbers. Tried with T so long
-/// that one nanosecond of C, on either side of the bound, changes U by 10^-14.
+/// Two loops of one period T and C together: U <= 2(√2 − 1) is (2T + C)² <= 8T² in whole numbers.
+/// Tried with T so long that one nanosecond of C, on either side of the bound, changes U by 10^-14.
 TEST(ResponseOracle, TheBoundIsDecidedToTheNanosecond) {
     __extension__ using Wide = __int128;
     std::mt19937_64 random{6};

@@ -74,8 +74,8 @@ TEST(SporadicServerOracle, TheRefillsAreTheTokens) {
     }
 }
 
-/// With fewer refills than there are pieces, merges must delay tokens: each is as late as the oracle's, or later, when
-/// the oracle starts the step from the tokens that the server had.
+/// With fewer refills than there are pieces, merges must delay tokens: each is as late as the
+/// oracle's, or later, when the oracle starts the step from the tokens that the server had.
 TEST(SporadicServerOracle, AMergeDelaysAndNeverAdvances) {
     std::int64_t delayed = 0;
     for (std::uint64_t seed = 1; seed <= 400; ++seed) {

@@ -1,5 +1,6 @@
-// The core's scheduler by its definition, one tick (1 ns) at a time: in each tick the VCPU of highest priority that has
-// work and may run, runs. No event, no budget timer, no lists: every tick looks at everything anew.
+// The core's scheduler by its definition, one tick (1 ns) at a time: in each tick the VCPU of
+// highest priority that has work and may run, runs. No event, no budget timer, no lists: every tick
+// looks at everything anew.
 #pragma once
 
 #include <algorithm>
@@ -95,7 +96,8 @@ class TickScheduler {
         const bool exhausted = --vcpu.pibs.remaining == 0;
         if (exhausted || vcpu.work == 0) vcpu.pibs.close();
         if (exhausted && vcpu.work > 0) vcpu.pibs.open(now + 1, vcpu.pibs.client);
-        // What the server sees when budget and work end together: a service opened, and closed unused.
+        // What the server sees when budget and work end together: a service opened, and closed
+        // unused.
         if (exhausted && vcpu.work == 0) vcpu.pibs.eligible = std::max(vcpu.pibs.eligible, now + 1);
     }
 

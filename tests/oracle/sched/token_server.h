@@ -1,7 +1,7 @@
 // The sporadic server by its definition, one nanosecond at a time: a sorted list of unit tokens.
 //
-// Nothing is merged, split or bounded here. A token may be spent from its instant on; spending it moves it one period
-// later; waking at `now` moves the k-th token to now + k if it was earlier.
+// Nothing is merged, split or bounded here. A token may be spent from its instant on; spending it
+// moves it one period later; waking at `now` moves the k-th token to now + k if it was earlier.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Random G-code for the property tests: well-formed, nearly so, and not at all. Every stream comes from one seed, which
-// a failing test prints.
+// Random G-code for the property tests: well-formed, nearly so, and not at all. Every stream comes
+// from one seed, which a failing test prints.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,8 @@ using step::StepEvent;
 
 constexpr AxisVector kStart{75, 75, 10, 0};
 
-/// The speeds of all segments keep all limits and join; only the first and last stand still by necessity.
+/// The speeds of all segments keep all limits and join; only the first and last stand still by
+/// necessity.
 void check_segments(const std::vector<Segment>& segments, const motion::MotionSettings& settings) {
     double speed = 0;
     std::int64_t ns = 0;
@@ -86,8 +87,8 @@ void check_events(const test::Pipeline& pipeline, const MachineConfig& config,
         ASSERT_GE(event.time_ns - last_ns[axis], 2'000);
         last_ns[axis] = event.time_ns;
         const double steps = follower.axis_mm(axis, event.time_ns) * config.axes[axis].steps_per_mm;
-        // Before and after the step the motor is half a step off, to within what a rounded nanosecond or a dropped pair
-        // (2 µs at the speed of a corner) makes of it.
+        // Before and after the step the motor is half a step off, to within what a rounded
+        // nanosecond or a dropped pair (2.4 µs at the speed of a corner) makes of it.
         ASSERT_NEAR(steps, static_cast<double>(counts[axis]) + 0.5 * event.direction, 0.02)
             << "axis " << axis;
         counts[axis] += event.direction;

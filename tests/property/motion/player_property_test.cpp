@@ -1,5 +1,6 @@
-// From moves to edges on pins: whatever the moves and however late the player is woken, no rule of the driver is broken, no
-// step is lost, and no two steps come nearer than they were meant to, but for the threshold.
+// From moves to edges on pins: whatever the moves and however late the player is woken, no rule of
+// the driver is broken, no step is lost, and no two steps come nearer than they were meant to, but
+// for the threshold.
 #include <gtest/gtest.h>
 
 #include <algorithm>

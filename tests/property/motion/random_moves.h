@@ -1,6 +1,6 @@
-// Random move lists as printers see them, and worse: perimeters, curves of tiny segments, travels, retractions, Z hops, spiral
-// vases, reversals on the spot. Positions are on the 0.001 mm grid of G-code, so that exact half-steps happen (Z: every odd
-// multiple of 0.025 mm at 2020 steps/mm).
+// Random move lists as printers see them, and worse: perimeters, curves of tiny segments, travels,
+// retractions, Z hops, spiral vases, reversals on the spot. Positions are on the 0.001 mm grid of
+// G-code, so that exact half-steps happen (Z: every odd multiple of 0.025 mm at 2020 steps/mm).
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,8 @@ class RandomMoves {
             case 0:
                 return go(moves, uniform(-80, 80), uniform(-80, 80), 0, 0, speed);  // travel
             case 1:
-                return go(moves, uniform(-5, 5), uniform(-5, 5), 0, uniform(0, 0.3), speed);  // line
+                // Line.
+                return go(moves, uniform(-5, 5), uniform(-5, 5), 0, uniform(0, 0.3), speed);
             case 2:
                 return go(moves, 0, 0, 0.025 * (choice(41) - 20), 0, speed);  // Z alone
             case 3:
@@ -60,7 +61,8 @@ class RandomMoves {
             case 6:
                 return there_and_back(moves, speed);
             default:
-                return go(moves, 0.001 * choice(3), 0.001 * choice(3), 0, 0.001 * choice(2), speed);  // tiny
+                // Tiny.
+                return go(moves, 0.001 * choice(3), 0.001 * choice(3), 0, 0.001 * choice(2), speed);
         }
     }
     void curve(std::vector<Move>& moves, double rise, double speed) {

@@ -1,5 +1,6 @@
-// Whatever is admitted keeps its promise: every loop of every admitted set gets its budget in every period, in a
-// simulation with the real scheduler, whatever the I/O VCPUs do. And a runaway loop harms nobody.
+// Whatever is admitted keeps its promise: every loop of every admitted set gets its budget in every
+// period, in a simulation with the real scheduler, whatever the I/O VCPUs do. And a runaway loop
+// harms nobody.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +18,8 @@ namespace {
 
 enum class IoPattern { saturating, random_bursts };
 
-/// One core, its loops released with random offsets and gaps, its I/O VCPUs fed with work for random clients.
+/// One core, its loops released with random offsets and gaps, its I/O VCPUs fed with work for
+/// random clients.
 class CoreRun {
   public:
     CoreRun(const CoreLoad& load, std::uint64_t seed, IoPattern pattern, bool synchronous)
@@ -168,7 +170,8 @@ TEST(AdmissionProperty, EveryAdmittedSetWithIoVcpusMeetsItsPeriods) {
     EXPECT_GT(by_completion_time, 50);
 }
 
-/// Without I/O VCPUs the analysis is exact: what completion time refuses does miss when all loops start together.
+/// Without I/O VCPUs the analysis is exact: what completion time refuses does miss when all loops
+/// start together.
 TEST(AdmissionProperty, EveryRefusedSetOfLoopsMisses) {
     int refused = 0;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
@@ -211,7 +214,8 @@ TEST(AdmissionProperty, TimeIsConserved) {
     }
 }
 
-/// Two loops on one core, the one of higher priority runs away for ever: the other keeps every period for 60 s.
+/// Two loops on one core, the one of higher priority runs away for ever: the other keeps every
+/// period for 60 s.
 TEST(AdmissionProperty, ARunawayLoopHarmsNobody) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(1, {2ms, 8ms}));

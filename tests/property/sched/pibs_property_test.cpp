@@ -1,8 +1,10 @@
-// What an I/O VCPU promises to lower priorities, on long random runs; and wrong servers, which must be caught.
+// What an I/O VCPU promises to lower priorities, on long random runs; and wrong servers, which must
+// be caught.
 //
-// Window bound: at the priority of client period T and higher, in every window of length t >= U·T it runs at most
-// U·(t − U·T) + U·T. The levels are checked one by one while clients come and go at random and raise it in mid-service;
-// at the lowest level it is held up at random, as if something of higher priority ran.
+// Window bound: at the priority of client period T and higher, in every window of length t >= U·T
+// it runs at most U·(t − U·T) + U·T. The levels are checked one by one while clients come and go at
+// random and raise it in mid-service; at the lowest level it is held up at random, as if something
+// of higher priority ran.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +25,7 @@ struct Shape {
     std::int64_t overrun_most = 0;
 };
 
-// ---- servers --------------------------------------------------------------------------------------------------
+// ---- servers ------------------------------------------------------------------------------------
 
 class RealServer {
   public:
@@ -109,12 +111,13 @@ using RaiseChargedFromBefore = Variant<Rules{.charge_from_raise = false}>;
 using ForgivenOverrun = Variant<Rules{.charge_overrun = false}>;
 using PrematureReplenishment = Variant<Rules{.replenish_at_used_by_u = false}>;
 
-// ---- the run --------------------------------------------------------------------------------------------------
+// ---- the run ------------------------------------------------------------------------------------
 
 /// What ran at the level of client c or above, for each c.
 using RanByLevel = std::array<Ran, 3>;
 
-/// Work that comes and goes, tick by tick. `single_client`: only the shortest; no raises, never held up.
+/// Work that comes and goes, tick by tick. `single_client`: only the shortest; no raises, never
+/// held up.
 template <typename Server>
 class LoneRun {
   public:
@@ -146,7 +149,8 @@ class LoneRun {
         work_ +=
             pick(0, 4) == 0 ? shape_.clients[2] / 4 : pick(1, 1 + client * shape_.budget / shape_.period);
     }
-    /// Runs already, or may begin to: then until its budget ends, and a little longer when enforcement is late.
+    /// Runs already, or may begin to: then until its budget ends, and a little longer when
+    /// enforcement is late.
     bool dispatched(std::int64_t now) {
         const bool may_be_held = server_.client() == shape_.clients[2] && !single_client_;
         if (may_be_held && now >= held_until_ && pick(0, 99) == 0)
@@ -178,7 +182,7 @@ class LoneRun {
     std::int64_t enforced_after_ = 0;
 };
 
-// ---- the property: empty when it holds ------------------------------------------------------------------------
+// ---- the property: empty when it holds ----------------------------------------------------------
 
 /// U·(t − U·T) + U·T in whole ticks, and the overrun of the last service.
 std::int64_t window_bound(const Shape& shape, std::int64_t client, std::int64_t length) {
@@ -198,8 +202,8 @@ std::string window_violation(const Shape& shape, const RanByLevel& ran) {
                        std::to_string(length);
             }
         }
-        if (c == 1)
-            break;  // at the lowest level it was held up: what it had coming may come late, and at once
+        // At the lowest level it was held up: what it had coming may come late, and at once.
+        if (c == 1) break;
     }
     return {};
 }

@@ -1,7 +1,8 @@
-// What a sporadic server promises to lower priorities, on long random runs; and wrong servers, which must be caught.
+// What a sporadic server promises to lower priorities, on long random runs; and wrong servers,
+// which must be caught.
 //
-// The server is alone at the top priority: whenever it has work and budget it runs. Its work comes and goes at random,
-// and enforcement may come late (an overrun).
+// The server is alone at the top priority: whenever it has work and budget it runs. Its work comes
+// and goes at random, and enforcement may come late (an overrun).
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,7 @@ struct Shape {
     std::int64_t overrun_most = 0;
 };
 
-// ---- servers: the real one, and wrong ones --------------------------------------------------------------------
+// ---- servers: the real one, and wrong ones ------------------------------------------------------
 
 class RealServer {
   public:
@@ -64,8 +65,8 @@ class TokenMutant {
     std::int64_t budget_;
 };
 
-/// Premature replenishment, the defect of POSIX: what is left keeps an old activation instant over an idle time, so that
-/// using it late brings it back too soon.
+/// Premature replenishment, the defect of POSIX: what is left keeps an old activation instant over
+/// an idle time, so that using it late brings it back too soon.
 struct PrematureReplenishment : TokenMutant {
     using TokenMutant::TokenMutant;
     void unblock(std::int64_t) override {}
@@ -119,7 +120,7 @@ struct LeakyServer : RealServer {
     mutable int asked_ = 0;
 };
 
-// ---- the run --------------------------------------------------------------------------------------------------
+// ---- the run ------------------------------------------------------------------------------------
 
 struct Outcome {
     Ran ran;
@@ -158,10 +159,10 @@ Outcome run_alone(const Shape& shape, std::uint64_t seed, std::int64_t ticks) {
     return outcome;
 }
 
-// ---- the properties: empty when they hold ---------------------------------------------------------------------
+// ---- the properties: empty when they hold -------------------------------------------------------
 
-/// In every window of k periods at most k budgets; and where enforcement comes late, one overrun more, not k: only the
-/// last one in the window has not been paid back in it.
+/// In every window of k periods at most k budgets; and where enforcement comes late, one overrun
+/// more, not k: only the last one in the window has not been paid back in it.
 std::string window_violation(const Shape& shape, const Ran& ran) {
     for (const std::int64_t k : {1, 2, 5, 20, 100}) {
         const std::int64_t most = most_in_window(ran, k * shape.period);
@@ -172,7 +173,8 @@ std::string window_violation(const Shape& shape, const Ran& ran) {
     return {};
 }
 
-/// Never replenished early: whoever runs for the (C + k)-th time does so a period after the k-th, at least.
+/// Never replenished early: whoever runs for the (C + k)-th time does so a period after the k-th,
+/// at least.
 std::string replenishment_violation(const Shape& shape, const Ran& ran) {
     std::vector<std::int64_t> ticks;
     for (std::size_t t = 0; t < ran.size(); ++t) {
@@ -230,7 +232,8 @@ TEST(SporadicServerProperty, OverrunsArePaidBack) {
     }
 }
 
-/// The promise upwards: a server that always has work gets its whole budget in every period, on a free core.
+/// The promise upwards: a server that always has work gets its whole budget in every period, on a
+/// free core.
 TEST(SporadicServerProperty, ABusyServerGetsItsWholeBudget) {
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
         const Shape shape = random_shape(seed, 0);

@@ -1,4 +1,5 @@
-// What ran in each tick, and the most that ran in any window of a given length: all windows are looked at.
+// What ran in each tick, and the most that ran in any window of a given length: all windows are
+// looked at.
 #pragma once
 
 #include <algorithm>

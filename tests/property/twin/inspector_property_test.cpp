@@ -1,5 +1,5 @@
-// Random paths, stepped by brute force (tests/unit/twin/naive_firmware.h): the right build must match, a build with one thing
-// wrong must not. Every failure names its seed.
+// Random paths, stepped by brute force (tests/unit/twin/naive_firmware.h): the right build must
+// match, a build with one thing wrong must not. Every failure names its seed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,10 +19,12 @@ using testing::Event;
 using testing::inspect;
 using testing::NaiveFirmware;
 
-/// A job as a slicer writes it, and the same as waypoints: the two come from one stream of decisions, not from each other.
+/// A job as a slicer writes it, and the same as waypoints: the two come from one stream of
+/// decisions, not from each other.
 class RandomJob {
   public:
-    /// `paused`: here and there the head leaves the path and comes back, which the G-code says nothing of.
+    /// `paused`: here and there the head leaves the path and comes back, which the G-code says
+    /// nothing of.
     explicit RandomJob(std::uint64_t seed, bool paused = false)
         : paused_(paused), random_(seed), firmware(machine) {
         if (chance(0.7)) home();
@@ -45,7 +47,8 @@ class RandomJob {
 
   private:
     bool chance(double probability) { return std::uniform_real_distribution<>(0, 1)(random_) < probability; }
-    /// A number with three decimals, as slicers write them, so that text and waypoint are the same double.
+    /// A number with three decimals, as slicers write them, so that text and waypoint are the same
+    /// double.
     double number(double from, double to) {
         return std::round(std::uniform_real_distribution<>(from, to)(random_) * 1000) / 1000;
     }
@@ -81,7 +84,8 @@ class RandomJob {
         at_ = firmware.at_mm();
     }
     void lift() {
-        // Whole steps: on a half step (2020 · 0.225 = 454.5) one step fewer is as right, and would be a mutant that lives.
+        // Whole steps: on a half step (2020 · 0.225 = 454.5) one step fewer is as right, and would
+        // be a mutant that lives.
         at_[2] = std::round(number(0, 2) * 20) / 20;
         go("G0 Z" + text(at_[2]));
     }
@@ -184,7 +188,8 @@ std::vector<std::size_t> printing_steps(const std::vector<Event>& events, int ax
     return found;
 }
 
-/// Applies `spoil(events, index)` to one random step of X, Y or Z per seed; none of the results may match.
+/// Applies `spoil(events, index)` to one random step of X, Y or Z per seed; none of the results may
+/// match.
 template <typename Spoil>
 void expect_every_mutant_dies(Spoil spoil) {
     int mutants = 0;
@@ -226,7 +231,8 @@ TEST(InspectorProperty, AStepMovedFarAheadOfItsPlaceIsSeen) {
     for (std::uint64_t seed = 200; seed < 230; ++seed) {
         const RandomJob job(seed);
         std::vector<Event> events = job.firmware.events;
-        // The last ten steps of X are sent while X still has a millimetre and more to go, and Y moves in between.
+        // The last ten steps of X are sent while X still has a millimetre and more to go, and Y
+        // moves in between.
         const std::vector<std::size_t> x = printing_steps(events, 0);
         const std::vector<std::size_t> y = printing_steps(events, 1);
         if (x.size() < 400 || y.size() < 400) continue;

@@ -1,9 +1,11 @@
-// Runs one sketch, a shared object made of its .ino, on the fake board of tests/fake for ten seconds of virtual time.
+// Runs one sketch, a shared object made of its .ino, on the fake board of tests/unit/arduino for
+// ten seconds of virtual time.
 //
 //   example_runner SKETCH.so        Serial is standard input and output; what the pins saw is summed up on stderr
 //
-// Inputs of the fake world: every pin toggles each 0.7 s; every analog input is a slow ramp. The program ends when the virtual time is
-// over, or, for a sketch that ends in an empty `while (true)`, when it has used half a second of CPU.
+// Inputs of the fake world: every pin toggles each 0.7 s; every analog input is a slow ramp. The
+// program ends when the virtual time is over, or, for a sketch that ends in an empty `while
+// (true)`, when it has used half a second of CPU.
 #include <dlfcn.h>
 #include <sys/time.h>
 #include <unistd.h>
@@ -78,7 +80,8 @@ void run_sketch() {
     }
 }
 
-/// The sketch spins for ever without a call, as some examples do at their end. Output is flushed by hand: the sketch holds no lock.
+/// The sketch spins for ever without a call, as some examples do at their end. Output is flushed by
+/// hand: the sketch holds no lock.
 void end_of_cpu_time(int) {
     Serial.flush();
     std::fprintf(stderr, "still running\n");

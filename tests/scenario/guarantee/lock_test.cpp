@@ -131,7 +131,8 @@ TEST_F(LocksOfOneCore, WhoHoldsALockIsThrottledAfterwardsAndHasSoMuchLess) {
     EXPECT_EQ(low_unlocked_, at(5ms));
     EXPECT_EQ(sketch_.board().cpu_time(1), Nanoseconds{5ms});
     sketch_.run(199ms);
-    EXPECT_EQ(sketch_.board().cpu_time(1), Nanoseconds{6ms});  // the second period gave back the two
+    // The second period gave back the two.
+    EXPECT_EQ(sketch_.board().cpu_time(1), Nanoseconds{6ms});
     sketch_.run(10s);
     EXPECT_EQ(sketch_.board().cpu_time(1), Nanoseconds{300ms});
 }
@@ -205,7 +206,8 @@ TEST(LocksDeathTest, ACycleOfWaitsIsSaid) {
     EXPECT_DEATH(deadlock(), "closes_a_cycle");
 }
 
-/// Random critical sections of three loops on one core: the highest never waits longer than the longest of one other loop.
+/// Random critical sections of three loops on one core: the highest never waits longer than the
+/// longest of one other loop.
 TEST(LocksProperty, TheHighestWaitsForOneCriticalSectionAtMost) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
         SCOPED_TRACE(seed);

@@ -1,5 +1,6 @@
-// The paper's three ways to make a 10 kHz pulse train (Cheng, West, Ye, RTAS 2017, §III.C and §V), on the project's own sketch
-// (sketches/pulse_train) in the simulator: one machine and one load, three configurations.
+// The paper's three ways to make a 10 kHz pulse train (Cheng, West, Ye, RTAS 2017, §III.C and §V),
+// on the project's own sketch (sketches/pulse_train) in the simulator: one machine and one load,
+// three configurations.
 //
 //                    mean frequency in kHz          idle     under load
 //   QduinoMC         own core, interrupts and       9.569    9.569        (the paper's figures)
@@ -9,9 +10,10 @@
 //   Linux            plain threads: sleep and       7.91     6.42
 //                    wake, bottom halves above all
 //
-// What is asserted is the order and the shape (kShapeTolerance), not a machine's timing: the costs below are a model, and each is
-// said where it comes from. The idle column fixes three of them, the loaded one two; that one set of costs carries all six
-// figures, and that the load does not show at all in the first line, is what the simulator says by itself.
+// What is asserted is the order and the shape (kShapeTolerance), not a machine's timing: the costs
+// below are a model, and each is said where it comes from. The idle column fixes three of them, the
+// loaded one two; that one set of costs carries all six figures, and that the load does not show at
+// all in the first line, is what the simulator says by itself.
 #include <cstdio>
 
 #include "arduino/core/digital_io.h"
@@ -29,12 +31,14 @@ constexpr Nanoseconds kLength = 5s;
 constexpr double kShapeTolerance = 0.04;
 constexpr board::PinId kPulsePin{6};
 
-// ---- the machine ------------------------------------------------------------------------------------------------
+// ---- the machine --------------------------------------------------------------------------------
 
-/// digitalWrite(): 100 µs of relative waiting and two of these make 104.5 µs, the paper's 9.569 kHz.
+/// digitalWrite(): 100 µs of relative waiting and two of these make 104.5 µs, the paper's 9.569
+/// kHz.
 constexpr Nanoseconds kPinWrite = 2250ns;
-/// From the instant that a sleeper asked for to its first instruction: the timer's slack and the way out of idle, then the switch
-/// to it. Together what a pulse of Linux idle takes (126.4 µs) beyond the 104.5 above.
+/// From the instant that a sleeper asked for to its first instruction: the timer's slack and the
+/// way out of idle, then the switch to it. Together what a pulse of Linux idle takes (126.4 µs)
+/// beyond the 104.5 above.
 constexpr Nanoseconds kWakeLatency = 14us;
 constexpr Nanoseconds kContextSwitch = 8us;
 /// The scheduling tick of 250 Hz: some microseconds on any of the boards in question.
@@ -42,18 +46,21 @@ constexpr Nanoseconds kTick = 4ms;
 constexpr Nanoseconds kTickCost = 3us;
 /// What the loop of the shared core may take: 94 of 100 ms (9.009 of 9.569).
 constexpr Nanoseconds kSharedBudget = 94ms, kSharedPeriod = 100ms;
-/// What its bottom halves may, above it: 14 %, and under load they do (8.236 of 9.569 is left). The paper's own budgets for these
-/// two are not known here; that both together are more than the core is why the load is seen at all.
+/// What its bottom halves may, above it: 14 %, and under load they do (8.236 of 9.569 is left). The
+/// paper's own budgets for these two are not known here; that both together are more than the core
+/// is why the load is seen at all.
 constexpr Nanoseconds kBottomBudget = 1400us, kBottomPeriod = 10ms;
 
-/// Top half: acknowledge the device, queue the work: some microseconds on any of the boards in question. A spin to an instant
-/// does not see those that fall within it.
+/// Top half: acknowledge the device, queue the work: some microseconds on any of the boards in
+/// question. A spin to an instant does not see those that fall within it.
 constexpr Nanoseconds kTopHalf = 5us;
-/// Bottom half: the network stack up to the socket, the end of a disk transfer. Where nothing bounds it, 8400 of both halves a
-/// second are 38 % of the core, above every thread: the 19 % by which the load lowers Linux.
+/// Bottom half: the network stack up to the socket, the end of a disk transfer. Where nothing
+/// bounds it, 8400 of both halves a second are 38 % of the core, above every thread: the 19 % by
+/// which the load lowers Linux.
 constexpr Nanoseconds kBottomHalf = 40us;
-constexpr double kNicIdleHz = 20, kDiskIdleHz = 5;      // broadcasts, the journal
-constexpr double kNicLoadHz = 8000, kDiskLoadHz = 400;  // files come in over the network, and go to disk
+constexpr double kNicIdleHz = 20, kDiskIdleHz = 5;  // broadcasts, the journal
+// Files come in over the network, and go to disk.
+constexpr double kNicLoadHz = 8000, kDiskLoadHz = 400;
 
 SimConfig machine(Way way, bool load) {
     SimConfig config;
@@ -61,14 +68,16 @@ SimConfig machine(Way way, bool load) {
     config.costs[board::sim::ApiCall::pin_write] = kPinWrite;
     config.costs.context_switch = kContextSwitch;
     config.wake_latency = kWakeLatency;
-    config.charge_interrupts_to_victim = true;  // neither Quest's nor Linux's VCPU clock stops for a top half
+    // Neither Quest's nor Linux's VCPU clock stops for a top half.
+    config.charge_interrupts_to_victim = true;
     config.tick_period = kTick;
     config.tick_cost = kTickCost;
     const auto add = [&](board::DeviceClass device, double rate_hz) {
         config.interrupts.push_back({.device = device,
                                      .rate_hz = rate_hz,
                                      .arrival = board::sim::Arrival::poisson,
-                                     .core = config.cores - 1,  // the train's, until they are routed away
+                                     // The train's, until they are routed away.
+                                     .core = config.cores - 1,
                                      .top_half = kTopHalf,
                                      .bottom_half = kBottomHalf});
     };
@@ -104,7 +113,7 @@ class Train final : public board::Peripherals {
     Nanoseconds longest_{};
 };
 
-// ---- the configurations -----------------------------------------------------------------------------------------
+// ---- the configurations -------------------------------------------------------------------------
 
 /// Listing 1: the same pulses from a plain thread, which sleeps where the sketch spins.
 void listing_1() {
@@ -132,7 +141,8 @@ Result<void> begin(SketchBench& sketch, Way way, bool load, bool enforce_admissi
         sketch.add_loop(1, kSharedBudget, kSharedPeriod, 0, pulse_train.loops[0].body);
     } else {
         sketch.set_setup([] { pinMode(kPulsePin.number, OUTPUT); });
-        // No budget that it could spend, and, sleeping most of the time, first in line when it wakes, as a fair scheduler has it.
+        // No budget that it could spend, and, sleeping most of the time, first in line when it
+        // wakes, as a fair scheduler has it.
         sketch.add_loop(1, 99ms, 100ms, 0, &listing_1);
         sketch.add_loop(2, 20ms, 200ms, 0, [&sketch] { other_work(sketch); });
     }
@@ -153,7 +163,7 @@ Measured measure(Way way, bool load) {
     return {train.mean_khz(), train.longest()};
 }
 
-// ---- what is asserted -------------------------------------------------------------------------------------------
+// ---- what is asserted ---------------------------------------------------------------------------
 
 TEST(ThePaper, ItsPulseTrainsComeInItsOrderAndShape) {
     const Measured own = measure(Way::qduino_mc, false), own_loaded = measure(Way::qduino_mc, true);

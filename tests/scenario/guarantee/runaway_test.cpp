@@ -1,5 +1,5 @@
-// What a sketch is promised when one of its parts misbehaves: the others keep every period. Asserted from the loops' counters and
-// from the trace, over a minute of virtual time.
+// What a sketch is promised when one of its parts misbehaves: the others keep every period.
+// Asserted from the loops' counters and from the trace, over a minute of virtual time.
 //
 //   loop 2   ██······██······██······██······        2 of every 8 ms, at its instants
 //   loop 1     ██████  ██████  ██▒▒▒▒  ▒▒▒▒▒▒        runs away: its budget, never more
@@ -17,7 +17,8 @@ constexpr Nanoseconds kMinute = 60s;
 constexpr Nanoseconds kVictimPeriod = 8ms;
 constexpr std::int64_t kVictimReleases = kMinute / kVictimPeriod;
 
-/// Ways to run away. Each is the whole of a loop's body, which never waits for its period as it should.
+/// Ways to run away. Each is the whole of a loop's body, which never waits for its period as it
+/// should.
 enum class Runaway { one_endless_spin, short_spins, spins_and_naps };
 
 struct Case {
@@ -122,14 +123,15 @@ TEST(ARunawayHandler, IsKeptToTheBudgetOfItsIoVcpu) {
     EXPECT_LE(handler, Nanoseconds{6s});  // a tenth
 }
 
-// ---- an overrun, by policy --------------------------------------------------------------------------------------
+// ---- an overrun, by policy ----------------------------------------------------------------------
 
 constexpr Nanoseconds kLateFrom = 1s;
 constexpr Nanoseconds kLateUntil = 1200ms;
 
 class AnOverrun : public ::testing::TestWithParam<OverrunPolicy> {
   protected:
-    /// Loop 1 does 2 of its 3 ms in every 10 ms, but 13 ms more at each release for a fifth of a second.
+    /// Loop 1 does 2 of its 3 ms in every 10 ms, but 13 ms more at each release for a fifth of a
+    /// second.
     void run(Nanoseconds length) {
         told = 0;
         sketch_.set_setup([] {

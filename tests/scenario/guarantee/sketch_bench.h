@@ -1,4 +1,5 @@
-// A sketch in the simulator, as a program runs it: loops in a table, the runtime, the Arduino face bound to it, a trace that is kept.
+// A sketch in the simulator, as a program runs it: loops in a table, the runtime, the Arduino face
+// bound to it, a trace that is kept.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ using board::sim::TraceKind;
 using board::sim::testing::at;
 using board::sim::testing::KeptTrace;
 
-/// One sketch, run once. The bodies are lambdas, in place of the functions that a sketch would have; one bench at a time.
+/// One sketch, run once. The bodies are lambdas, in place of the functions that a sketch would
+/// have; one bench at a time.
 class SketchBench {
   public:
     using Body = std::function<void()>;
@@ -94,8 +96,9 @@ class SketchBench {
     std::unique_ptr<runtime::Runtime> runtime_;
 };
 
-/// The most time that `bursts` (in order, apart from each other) take of any window of this length. It is enough to look at the
-/// windows that begin where a burst begins: moving a window's begin to the right, up to there, loses nothing.
+/// The most time that `bursts` (in order, apart from each other) take of any window of this length.
+/// It is enough to look at the windows that begin where a burst begins: moving a window's begin to
+/// the right, up to there, loses nothing.
 inline Nanoseconds most_in_a_window(const std::vector<KeptTrace::Burst>& bursts, Nanoseconds window) {
     Nanoseconds most{0};
     for (std::size_t first = 0; first < bursts.size(); ++first) {

@@ -1,4 +1,5 @@
-// Stands between the board and the twin, and forwards everything: a test overrides what it wants to change.
+// Stands between the board and the twin, and forwards everything: a test overrides what it wants to
+// change.
 #pragma once
 
 #include "board/peripherals.h"

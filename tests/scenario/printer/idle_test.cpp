@@ -1,4 +1,5 @@
-// Nothing is left hot: every way in which heaters may be on with nobody there to use them. The twin judges, from the pins.
+// Nothing is left hot: every way in which heaters may be on with nobody there to use them. The twin
+// judges, from the pins.
 #include <gtest/gtest.h>
 
 #include "board/board.h"
@@ -15,8 +16,8 @@ using link::MachineState;
 constexpr double kTimeout = 600;
 constexpr std::string_view kHeatOnly = "M109 S200\n";
 
-/// Both heaters have had no power since some instant of the last `within_s` seconds, on the pins, and get none for another
-/// five minutes.
+/// Both heaters have had no power since some instant of the last `within_s` seconds, on the pins,
+/// and get none for another five minutes.
 void expect_goes_off_and_stays_off(PrinterBench& bench, double within_s) {
     ASSERT_TRUE(bench.run_until([&] { return bench.heat().idle_timed_out; }, within_s));
     bench.run(0.2);
@@ -73,7 +74,8 @@ TEST(Idle, AskingForTheSameTemperatureAgainKeepsItWarm) {
     expect_goes_off_and_stays_off(bench, kTimeout);
 }
 
-/// Heated and paused as `pausing` does it; the heat is lost meanwhile, and had back before the print goes on.
+/// Heated and paused as `pausing` does it; the heat is lost meanwhile, and had back before the
+/// print goes on.
 void expect_resume_heats_first(PrinterBench& bench) {
     expect_goes_off_and_stays_off(bench, 1200);
     ASSERT_TRUE(bench.run_until([&] { return bench.status().state == MachineState::paused; }, 400));

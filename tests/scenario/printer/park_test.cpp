@@ -1,4 +1,5 @@
-// A pause parks the head beside the part, lets a person work there, and goes on at the very step: the twin compares.
+// A pause parks the head beside the part, lets a person work there, and goes on at the very step:
+// the twin compares.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,4 +1,5 @@
-// A printer in virtual time for one scenario: feeds jobs and commands, and watches from the link and from the metal.
+// A printer in virtual time for one scenario: feeds jobs and commands, and watches from the link
+// and from the metal.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,6 @@
-// kill -9 of a sketch that has, or is about to have, a core of the real machine for itself: whenever it comes, what is left is put
-// back to the last setting. For root; it moves everything off the last core for a moment.
+// kill -9 of a sketch that has, or is about to have, a core of the real machine for itself:
+// whenever it comes, what is left is put back to the last setting. For root; it moves everything
+// off the last core for a moment.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -88,8 +89,8 @@ TEST_P(AKill, OfAnIsolatedSketchLeavesAMachineThatRestorePutsBack) {
     if (::access("/proc/irq/default_smp_affinity", W_OK) != 0)
         GTEST_SKIP() << "nothing can be isolated here: /proc/irq is not ours to change";
     {
-        const auto mine =
-            MachineSettings::open(kDefaultSettingsState);  // and undoes what an earlier one left
+        // And undoes what an earlier one left.
+        const auto mine = MachineSettings::open(kDefaultSettingsState);
         if (!mine.ok()) GTEST_SKIP() << mine.error().message.view();
     }
     const auto seed = static_cast<unsigned>(std::random_device{}());

@@ -1,6 +1,7 @@
-// Three loops of one core with real priorities: the high one waits for the low one's critical section, and not for the middle one,
-// which would run for much longer. The order is looked at, no time. (tests/unit/board has the same on boards without priorities,
-// tests/scenario/guarantee to the nanosecond in the simulator.)
+// Three loops of one core with real priorities: the high one waits for the low one's critical
+// section, and not for the middle one, which would run for much longer. The order is looked at, no
+// time. (tests/unit/board has the same on boards without priorities, tests/scenario/guarantee to
+// the nanosecond in the simulator.)
 #include <gtest/gtest.h>
 #include <unistd.h>
 

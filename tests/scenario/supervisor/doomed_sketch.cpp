@@ -36,7 +36,8 @@ constexpr PinId kDeaf{11};   // goes high when it hears SIGTERM no more
     std::abort();
 }
 
-/// Uses up the stack, in a way that the optimiser cannot see through. Returns only at a depth that no stack has.
+/// Uses up the stack, in a way that the optimiser cannot see through. Returns only at a depth that
+/// no stack has.
 int descend(int depth) {
     std::array<volatile char, 16384> page;
     page[0] = static_cast<char>(depth);
@@ -82,8 +83,8 @@ int main(int argc, char** argv) {
     g_end = argv[2];
     board::linux::LinuxConfig config;
     config.pins_path = argv[1];
-    config.real_time =
-        false;  // the pins are the matter here; no test hangs a core of the machine at real-time priority
+    // The pins are the matter here; no test hangs a core of the machine at real-time priority.
+    config.real_time = false;
     config.heartbeat_bound = 50ms;
     if (argc == 4) {
         config.sysfs_root = argv[3];

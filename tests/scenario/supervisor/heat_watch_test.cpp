@@ -1,4 +1,5 @@
-// Who cuts the heat when the supervisor is hindered, frozen or dead; and that nobody spins meanwhile.
+// Who cuts the heat when the supervisor is hindered, frozen or dead; and that nobody spins
+// meanwhile.
 #include <sched.h>
 #include <sys/prctl.h>
 
@@ -47,7 +48,8 @@ TEST(HeatWatch, ThePinsAreSafeAndTheLinkIsMarkedThoughTheReapingNeverEnds) {
     const Instant killed = monotonic_now();
     run.signal_sketch(SIGKILL);
     run.wait_for("heat off", [&] { return run.heat_is_off(); });
-    expect_soon("the kill, the reaping blocked", monotonic_now() - killed, 1s);  // the design: 100 ms
+    // The design: 100 ms.
+    expect_soon("the kill, the reaping blocked", monotonic_now() - killed, 1s);
     run.wait_for("the death note", [&] { return !link.note().empty(); });
     EXPECT_EQ(link.dead(), 1u);
     EXPECT_NE(link.note().find("signal 9"), std::string::npos) << link.note();
@@ -151,7 +153,8 @@ class Orphanage {
 TEST(HeatWatch, WhenTheSupervisorIsKilledTheHeatIsCutAndNothingIsLeft) {
     const Orphanage orphanage;
     const TemporaryLink link{0};
-    SupervisedSketch run{"deaf", {"--link", link.path()}};  // no SIGTERM ends it in order: only the watch can
+    // No SIGTERM ends it in order: only the watch can.
+    SupervisedSketch run{"deaf", {"--link", link.path()}};
     run.wait_for_pin(11);
     const pid_t sketch = run.sketch(), watch = run.heat_watch();
     ASSERT_GT(watch, 0);

@@ -1,4 +1,5 @@
-// qduino-supervisor on a system that behaves as its first argument says; the others are the supervisor's own.
+// qduino-supervisor on a system that behaves as its first argument says; the others are the
+// supervisor's own.
 //
 //   reap-blocks     a dead child is never collected
 //   poll-invalid    poll answers at once, for ever, that every descriptor is invalid
@@ -7,8 +8,8 @@
 //   kill-fails      no signal reaches the sketch in the first half second
 //   spins           the first poll takes 300 ms of the processor, and only then begins
 //
-// At its end it writes into the file REPORT of its environment: how often it polled, in how many seconds, and the scheduling policy that
-// it had after the first poll.
+// At its end it writes into the file REPORT of its environment: how often it polled, in how many
+// seconds, and the scheduling policy that it had after the first poll.
 #include <sched.h>
 #include <unistd.h>
 

@@ -1,4 +1,5 @@
-// The doomed sketch under qduino-supervisor, on the pins of a running machine, for the tests that look at the pins afterwards.
+// The doomed sketch under qduino-supervisor, on the pins of a running machine, for the tests that
+// look at the pins afterwards.
 #pragma once
 
 #include <fcntl.h>
@@ -42,7 +43,8 @@ inline void expect_safe(const RecordingMachine& machine) {
 /// qduino-supervisor over the doomed sketch, on the pins of a running machine.
 class SupervisedSketch {
   public:
-    /// `supervisor`: the program and what precedes its options. `sysfs_root`: the sketch has PWM channels there.
+    /// `supervisor`: the program and what precedes its options. `sysfs_root`: the sketch has PWM
+    /// channels there.
     explicit SupervisedSketch(const std::string& end, std::vector<std::string> more = {},
                               std::vector<std::string> words = {SUPERVISOR},
                               const std::string& sysfs_root = "")
@@ -70,8 +72,8 @@ class SupervisedSketch {
     SupervisedSketch(const SupervisedSketch&) = delete;
     SupervisedSketch& operator=(const SupervisedSketch&) = delete;
 
-    /// Waits until the sketch has set all its pins and runs its loops, beside a heat watch that can be told by its name (or
-    /// until the sketch has come to its end already).
+    /// Waits until the sketch has set all its pins and runs its loops, beside a heat watch that can
+    /// be told by its name (or until the sketch has come to its end already).
     void wait_until_running() {
         wait_for_pin(10);
         wait_for("the heat watch", [&] { return heat_watch() > 0 || gone(); });
@@ -116,7 +118,8 @@ class SupervisedSketch {
     /// Ends it without asking.
     void kill_supervisor() { ::kill(supervisor_, SIGKILL); }
 
-    /// Waits for the supervisor's end; then the machine's record is final. The status as a shell would see it.
+    /// Waits for the supervisor's end; then the machine's record is final. The status as a shell
+    /// would see it.
     int finish() {
         int status = 0;
         ::waitpid(supervisor_, &status, 0);

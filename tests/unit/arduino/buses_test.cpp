@@ -162,7 +162,8 @@ TEST_F(ArduinoSpi, ATransactionHoldsTheBusAndAWaiterSleeps) {
     board().vcpu = 1;
     SPI.beginTransaction(SPISettings());
     board().vcpu = 2;
-    board().while_sleeping = [] {  // the first loop runs on meanwhile, and ends its transaction at 1 ms
+    // The first loop runs on meanwhile, and ends its transaction at 1 ms.
+    board().while_sleeping = [] {
         if (qduino::to_ns(qduino::fake::state().now) < 1'000'000) return;
         qduino::fake::state().while_sleeping = [] {};
         qduino::fake::state().vcpu = 1;

@@ -1,4 +1,5 @@
-// A third, in cycles, which are nanoseconds on this board; without the semicolon, which is not needed.
+// A third, in cycles, which are nanoseconds on this board; without the semicolon, which is not
+// needed.
 #include <Arduino.h>
 #include <SPI.h>
 

@@ -1,4 +1,5 @@
-// A sketch without TIME_UNIT: plain numbers are milliseconds. And every other use of the word that must go on working.
+// A sketch without TIME_UNIT: plain numbers are milliseconds. And every other use of the word that
+// must go on working.
 #include <Arduino.h>
 
 namespace {

@@ -1,4 +1,5 @@
-// What the loop declarations of loops_ms, loops_us and loops_cycles entered into the table, and the calls around them.
+// What the loop declarations of loops_ms, loops_us and loops_cycles entered into the table, and the
+// calls around them.
 #include <algorithm>
 
 #include "arduino/core/constants.h"

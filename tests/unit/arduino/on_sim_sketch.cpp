@@ -1,4 +1,5 @@
-// A sketch that does everything at once from two loops that share a core: a bus, a serial port, a ring, and a tone.
+// A sketch that does everything at once from two loops that share a core: a bus, a serial port, a
+// ring, and a tone.
 #include <Arduino.h>
 #include <SPI.h>
 
@@ -10,7 +11,8 @@ int chip_selects[2] = {10, 11};
 
 namespace {
 
-/// The first loop's takes so long that releases of the second, which has the higher priority, fall within it.
+/// The first loop's takes so long that releases of the second, which has the higher priority, fall
+/// within it.
 void use_bus(int who, unsigned long length_us) {
     SPI.beginTransaction(SPISettings(1000000, MSBFIRST, SPI_MODE0));
     digitalWrite(chip_selects[who], LOW);

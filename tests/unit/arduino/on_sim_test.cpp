@@ -1,4 +1,5 @@
-// The Arduino face on the simulator: two loops on one core share a bus, a port and a ring, and nobody hangs or mixes.
+// The Arduino face on the simulator: two loops on one core share a bus, a port and a ring, and
+// nobody hangs or mixes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -119,7 +120,8 @@ TEST_F(ArduinoOnSim, TheRingLosesNothing) {
 TEST_F(ArduinoOnSim, TheToneBeginsInSetupAndEndsOnItsLoop) {
     ASSERT_GE(wires.tone_edges.size(), 38U);
     EXPECT_LE(wires.tone_edges.size(), 42U);
-    for (std::size_t i = 2; i < wires.tone_edges.size(); ++i) {  // the first is the pin becoming an output
+    // The first is the pin becoming an output.
+    for (std::size_t i = 2; i < wires.tone_edges.size(); ++i) {
         EXPECT_GE(wires.tone_edges[i] - wires.tone_edges[i - 1], 499us);
     }
     EXPECT_LE(wires.tone_edges.back(), kEpoch + 21ms);

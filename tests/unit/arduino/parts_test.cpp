@@ -1,4 +1,5 @@
-// The libraries: EEPROM, the character display, the touch sensor, the network, and what stands between loops.
+// The libraries: EEPROM, the character display, the touch sensor, the network, and what stands
+// between loops.
 #include <unistd.h>
 
 #include <filesystem>

@@ -134,8 +134,8 @@ TEST_F(ArduinoPins, ShiftInReadsWhileTheClockIsHigh) {
 TEST_F(ArduinoPins, PulseInMeasuresTheNextWholePulse) {
     board().level_of = [](int, qduino::Instant now) {
         const auto us = qduino::to_ns(now) / 1000;
-        return us < 50 || (us >= 200 && us < 1700) ? 1
-                                                   : 0;  // the end of one pulse, then a whole one of 1.5 ms
+        // The end of one pulse, then a whole one of 1.5 ms.
+        return us < 50 || (us >= 200 && us < 1700) ? 1 : 0;
     };
     const unsigned long width_us = pulseIn(4, HIGH);
     EXPECT_GE(width_us, 1499UL);
@@ -178,7 +178,8 @@ TEST_F(ArduinoPins, AToneIsASquareWaveOnALoopOfItsOwn) {
     EXPECT_TRUE(board().writes.empty()) << "tone() itself returns at once";
     tone_loop().body();
     const auto& writes = board().writes;
-    ASSERT_EQ(writes.size(), 90U);  // 89 half-periods of 1.136363 ms begin in 100 ms, and the pin is left low
+    // 89 half-periods of 1.136363 ms begin in 100 ms, and the pin is left low.
+    ASSERT_EQ(writes.size(), 90U);
     EXPECT_EQ(writes.back().level, 0);
     EXPECT_EQ(writes.back().at_ns, 100'000'000);
     for (std::size_t i = 1; i + 1 < writes.size(); ++i) {

@@ -129,8 +129,8 @@ TEST_F(ArduinoSerial, APipeCarriesWhatDoesNotFitInTheRing) {
     PipePort pipe_port;
     ASSERT_TRUE(pipe_port.open(0, 0).ok());
     std::string sent;
-    for (int i = 0; i < 30'000; ++i)
-        sent += std::to_string(i) + "\n";  // 168 KB: more than ring and pipe hold
+    // 168 KB: more than ring and pipe hold.
+    for (int i = 0; i < 30'000; ++i) sent += std::to_string(i) + "\n";
     std::thread writer([&] {
         const auto* bytes = reinterpret_cast<const std::uint8_t*>(sent.data());
         EXPECT_EQ(pipe_port.write({bytes, sent.size()}), sent.size());

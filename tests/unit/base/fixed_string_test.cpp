@@ -55,7 +55,8 @@ TEST(FixedString, ADamagedLengthReadsAndWritesInsideItsBytes) {
         char after[8] = {'G', 'G', 'G', 'G', 'G', 'G', 'G', 'G'};
     } guarded;
     const std::uint32_t damaged = 1'000'000;
-    std::memcpy(static_cast<void*>(&guarded.text), &damaged, sizeof damaged);  // the length comes first
+    // The length comes first.
+    std::memcpy(static_cast<void*>(&guarded.text), &damaged, sizeof damaged);
     EXPECT_EQ(guarded.text.size(), 8u);
     EXPECT_EQ(guarded.text.view().size(), 8u);
     guarded.text.append("overflow");

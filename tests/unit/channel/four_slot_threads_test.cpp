@@ -1,5 +1,5 @@
-// The four-slot between two threads: every value read is whole, never older than one read before, and never older
-// than what the writer had finished when the read began.
+// The four-slot between two threads: every value read is whole, never older than one read before,
+// and never older than what the writer had finished when the read began.
 
 #include <gtest/gtest.h>
 

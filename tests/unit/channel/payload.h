@@ -1,4 +1,5 @@
-// A value that shows whether it arrived whole: its words follow from its number, and a checksum closes it.
+// A value that shows whether it arrived whole: its words follow from its number, and a checksum
+// closes it.
 #pragma once
 
 #include <array>

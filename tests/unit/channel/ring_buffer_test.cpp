@@ -147,7 +147,8 @@ TEST(RingBuffer, CountersMayWrap) {
     }
 }
 
-/// Whatever a damaged page says, nothing outside the ring is touched and no more than N items are claimed.
+/// Whatever a damaged page says, nothing outside the ring is touched and no more than N items are
+/// claimed.
 TEST(RingBuffer, DamagedCountersStayInsideTheRing) {
     using Ring = RingBuffer<std::uint32_t, 8>;
     const std::uint64_t big = 0xdead'beef'0000'0000u;

@@ -15,7 +15,8 @@ namespace {
 
 using Item = Payload<6>;
 constexpr std::uint64_t kItems = 120'000;
-/// Through a single slot each item is a switch of threads: where both have one busy core, some milliseconds.
+/// Through a single slot each item is a switch of threads: where both have one busy core, some
+/// milliseconds.
 constexpr std::uint64_t kItemsOneByOne = 3'000;
 
 template <std::size_t N, typename Push, typename Pop>
@@ -36,8 +37,8 @@ void pass_all(Push push, Pop pop, std::uint64_t items = kItems) {
         if (expected == before) std::this_thread::yield();
     }
     EXPECT_TRUE(good) << "at item " << expected - 1;
-    for (Item item; !good && expected <= items;)
-        expected += ring->try_pop(item) ? 1 : 0;  // let the writer end
+    // Let the writer end.
+    for (Item item; !good && expected <= items;) expected += ring->try_pop(item) ? 1 : 0;
     writer.join();
     EXPECT_TRUE(ring->empty());
 }

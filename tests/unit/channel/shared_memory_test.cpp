@@ -1,5 +1,5 @@
-// Ring and four-slot in a page shared by two processes, as the link between sketch and service has them; and a side
-// that dies and is replaced.
+// Ring and four-slot in a page shared by two processes, as the link between sketch and service has
+// them; and a side that dies and is replaced.
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -64,7 +64,8 @@ TEST(SharedMemory, AReaderThatDiedIsReplacedWhereItStopped) {
     EXPECT_EQ(exit_status_of(second), 0);
 }
 
-/// Killed at any moment, the writer leaves a ring that holds whole items, and its successor goes on at pushed() + 1.
+/// Killed at any moment, the writer leaves a ring that holds whole items, and its successor goes on
+/// at pushed() + 1.
 TEST(SharedMemory, AKilledWriterIsReplacedWithoutLossOrDoubling) {
     for (int round = 0; round < 20; ++round) {
         SharedMapping<Ring> ring;
@@ -99,7 +100,8 @@ TEST(SharedMemory, AFourSlotShowsTheFreshestAcrossProcesses) {
     EXPECT_EQ(exit_status_of(writer), 0);
 }
 
-/// A writer killed in the middle of a write does not harm what is read, and the next writer goes on.
+/// A writer killed in the middle of a write does not harm what is read, and the next writer goes
+/// on.
 TEST(SharedMemory, AKilledWriterLeavesTheLastWholeValue) {
     for (int round = 0; round < 20; ++round) {
         SharedMapping<FourSlot<Item>> slot;

@@ -22,7 +22,8 @@ TEST(Thermistor, FollowsTheBetaLaw) {
     }
 }
 
-// Rounded resistances of the EPCOS data sheet's curve 8304 (100 kΩ): the Beta law is a fit, good to some per cent.
+// Rounded resistances of the EPCOS data sheet's curve 8304 (100 kΩ): the Beta law is a fit, good to
+// some per cent.
 TEST(Thermistor, DefaultIsNearTheDataSheetsCurve) {
     EXPECT_NEAR(Thermistor{}.resistance_ohm(Celsius{100}) / 6.5e3, 1.0, 0.06);
     EXPECT_NEAR(Thermistor{}.resistance_ohm(Celsius{200}) / 0.64e3, 1.0, 0.15);

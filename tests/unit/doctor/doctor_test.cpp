@@ -1,4 +1,5 @@
-// The doctor, on machines that are folders: a good one, and the same with one thing wrong at a time.
+// The doctor, on machines that are folders: a good one, and the same with one thing wrong at a
+// time.
 #include "apps/doctor/doctor.h"
 
 #include <fcntl.h>
@@ -332,8 +333,8 @@ TEST(Doctor, KnowsARaspberryPi) {
     EXPECT_EQ(finding_of(machine, "preempt_rt")["fix"],
               "sudo apt install linux-image-rpi-v8-rt && echo kernel=kernel8_rt.img | sudo tee -a "
               "/boot/firmware/config.txt && sudo reboot");
-    EXPECT_EQ(finding_of(machine, "i2c")["state"],
-              kMissing);  // a board has pins: virtual ones are not enough
+    // A board has pins: virtual ones are not enough.
+    EXPECT_EQ(finding_of(machine, "i2c")["state"], kMissing);
     EXPECT_EQ(finding_of(machine, "i2c")["fix"], "sudo raspi-config nonint do_i2c 0");
     EXPECT_EQ(finding_of(machine, "gpio")["state"], "ok");
 }
@@ -366,7 +367,8 @@ TEST(Doctor, ReadsThePackedConfiguration) {
 
 TEST(Doctor, ComputesStolenTime) {
     using doctor::stolen_percent;
-    // user nice system idle iowait irq softirq steal guest guest_nice: 40 of 400, guest time not counted twice
+    // user nice system idle iowait irq softirq steal guest guest_nice: 40 of 400, guest time not
+    // counted twice
     EXPECT_DOUBLE_EQ(
         stolen_percent("cpu 100 0 50 1000 0 0 0 10 7 0\ncpu0 1", "cpu 200 0 110 1200 0 0 0 50 90 0"), 10.0);
     EXPECT_DOUBLE_EQ(stolen_percent("cpu 1 2 3 4 5 6 7 8 0 0", "cpu 1 2 3 4 5 6 7 8 0 0"), 0.0);

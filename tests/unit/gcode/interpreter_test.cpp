@@ -19,7 +19,8 @@ struct Case {
     Log expected;
 };
 
-/// Every program begins at the home position, homed, so that no warning of unhomed axes stands in the way.
+/// Every program begins at the home position, homed, so that no warning of unhomed axes stands in
+/// the way.
 void check(const Case& c) {
     Bench bench;
     (void)bench.run("G28\n");
@@ -187,7 +188,8 @@ TEST(Interpreter, EveryBadMoveIsAnErrorThatSaysWhyAndMovesNothing) {
         {"G2 X10 Y0 R4", "R is too small"},
         {"G3 R5", "an arc with R needs an end that differs"},
         {"G2 X10 Y10 I3 J4", "not equally far from its centre"},
-        {"G3 X10 I5", "Y would go to -"},  // both ends are inside, the half circle between them is not
+        // Both ends are inside, the half circle between them is not.
+        {"G3 X10 I5", "Y would go to -"},
         {"G92 X", "X needs a number"},
         {"G92 X2000000", "X2000000 is outside"},
         {"G92 A1", "takes no A"},

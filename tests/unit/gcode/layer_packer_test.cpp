@@ -1,4 +1,5 @@
-// The packed format is read back here as the page reads it: from the description in layer_packer.h, byte by byte.
+// The packed format is read back here as the page reads it: from the description in layer_packer.h,
+// byte by byte.
 #include "printer/preflight/layer_packer.h"
 
 #include <gtest/gtest.h>

@@ -10,7 +10,8 @@
 namespace qduino::printer::preflight {
 namespace {
 
-/// The layers of a program, as "index z height first_byte", one for each in which something is extruded.
+/// The layers of a program, as "index z height first_byte", one for each in which something is
+/// extruded.
 class Layers : public MoveSink {
   public:
     void on_move(const gcode::Move&, const MoveContext& context) override {

@@ -119,7 +119,8 @@ TEST(Preflight, StepRate) {
     // A limit of the job's own keeps it slow enough; so does the machine's (125 mm/s: 10 000 steps/s).
     EXPECT_TRUE(read(kStart + "M203 X100\nG1 X100 F60000\n", slow).accepted());
     EXPECT_DOUBLE_EQ(read(kStart + "G1 X100 F60000\n").step_rate_maximum_hz, 10000);
-    // The slowest axis holds the whole move: 0.1 mm of Z at 5 mm/s take 20 ms, 2 mm of X then 100 mm/s.
+    // The slowest axis holds the whole move: 0.1 mm of Z at 5 mm/s take 20 ms, 2 mm of X then 100
+    // mm/s.
     EXPECT_NEAR(read(kStart + "G1 X2 Z.1 F60000\n").step_rate_maximum_hz, 10100, 1e-6);
 }
 

@@ -119,7 +119,8 @@ class Bench : public LineSink {
   public:
     explicit Bench(const MachineConfig& config = MachineConfig{}) : interpreter(config, recorder) {}
 
-    /// Runs a text of its own, whose first line is line 1; returns what was recorded meanwhile, errors as "error: …".
+    /// Runs a text of its own, whose first line is line 1; returns what was recorded meanwhile,
+    /// errors as "error: …".
     std::vector<std::string> run(std::string_view text) {
         recorder.log.clear();
         parser.reset();

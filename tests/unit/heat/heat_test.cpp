@@ -1,5 +1,5 @@
-// Heat control against a small plant of its own: it reaches and holds its target, and each fault latches and
-// cuts.
+// Heat control against a small plant of its own: it reaches and holds its target, and each fault
+// latches and cuts.
 #include <gtest/gtest.h>
 
 #include <cmath>

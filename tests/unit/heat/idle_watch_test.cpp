@@ -1,4 +1,5 @@
-// The idle watch alone: what counts as use, when it times out, what unlatches it; then at random, against a slow oracle.
+// The idle watch alone: what counts as use, when it times out, what unlatches it; then at random,
+// against a slow oracle.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -103,7 +104,8 @@ TEST(IdleWatch, OnTheWayDownIsUseOnlyWhileItGetsCooler) {
     EXPECT_TRUE(bench.run(90)) << "stuck above its target";
 }
 
-/// Every sample that ever was is looked at again: off if nothing in [now − timeout, now] was a use, since the last request.
+/// Every sample that ever was is looked at again: off if nothing in [now − timeout, now] was a use,
+/// since the last request.
 TEST(IdleWatch, AgreesWithALookAtTheWholePast) {
     for (unsigned seed = 1; seed <= 200; ++seed) {
         std::mt19937 random(seed);

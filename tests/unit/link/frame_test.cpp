@@ -1,4 +1,5 @@
-// Frames: whatever is written is read back; whatever is damaged is refused and the reader finds its feet again.
+// Frames: whatever is written is read back; whatever is damaged is refused and the reader finds its
+// feet again.
 #include "printer/link/frame.h"
 
 #include <gmock/gmock.h>

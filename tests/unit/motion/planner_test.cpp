@@ -38,7 +38,8 @@ TEST_F(PlannerTest, one_move_starts_and_ends_at_rest) {
     EXPECT_EQ(segments[0].shape.entry_speed_mm_s, 0);
     EXPECT_EQ(segments[0].shape.exit_speed_mm_s, 0);
     EXPECT_EQ(segments[0].shape.cruise_speed_mm_s, 100);
-    EXPECT_EQ(segments[0].shape.acceleration_mm_s2, 2000);  // what the X axis allows of the 3000 asked for
+    // What the X axis allows of the 3000 asked for.
+    EXPECT_EQ(segments[0].shape.acceleration_mm_s2, 2000);
     EXPECT_EQ(segments[0].start_mm, (AxisVector{0, 0, 0, 0}));
     EXPECT_EQ(segments[0].end_mm, (AxisVector{100, 0, 0, 0}));
     EXPECT_TRUE(planner_->resting());
@@ -48,8 +49,8 @@ TEST_F(PlannerTest, nothing_is_released_while_its_speed_may_still_rise) {
     ASSERT_TRUE(planner_->append(to(1, 0)));
     EXPECT_TRUE(take().empty());
     ASSERT_TRUE(planner_->append(to(100, 0)));
-    EXPECT_EQ(take().size(),
-              1u);  // its end speed is all that acceleration gives in 1 mm: nothing can raise it
+    // Its end speed is all that acceleration gives in 1 mm: nothing can raise it.
+    EXPECT_EQ(take().size(), 1u);
     ASSERT_TRUE(planner_->append(to(100, 50)));
     EXPECT_EQ(take().size(), 1u);  // the corner is what it is
     ASSERT_TRUE(planner_->append(to(100, 51)));

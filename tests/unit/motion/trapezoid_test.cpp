@@ -48,7 +48,8 @@ TEST(Trapezoid, exact_down_to_standstill) {
     }
 }
 
-// Whatever the speeds: time_at inverts distance_at, both rise, the phases meet, and their areas add up to the length.
+// Whatever the speeds: time_at inverts distance_at, both rise, the phases meet, and their areas add
+// up to the length.
 TEST(Trapezoid, time_and_distance_are_inverse) {
     std::mt19937_64 random(11);
     const auto uniform = [&](double low, double high) {

@@ -1,4 +1,5 @@
-// The analyzer of printd: preflight's findings as verdicts, facts as JSON, layers as a file with its index.
+// The analyzer of printd: preflight's findings as verdicts, facts as JSON, layers as a file with
+// its index.
 #include "apps/printd/analyzer.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// The inspector's side of printd: told before the first byte, asked after the last, and never waited for when absent.
+// The inspector's side of printd: told before the first byte, asked after the last, and never
+// waited for when absent.
 #include "apps/printd/inspection.h"
 
 #include <gtest/gtest.h>

@@ -10,8 +10,8 @@ namespace {
 
 using nlohmann::json;
 
-// As the kernel writes it: qduino (100) starts the supervisor (200), that the sketch (300), that two loops
-// (301, 302). Loop 1 of another sketch (999) is somebody else's.
+// As the kernel writes it: qduino (100) starts the supervisor (200), that the sketch (300), that
+// two loops (301, 302). Loop 1 of another sketch (999) is somebody else's.
 constexpr const char* kText = R"(# tracer: nop
 #
 # entries-in-buffer/entries-written: 23/30   #P:2

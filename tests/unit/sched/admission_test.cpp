@@ -121,8 +121,9 @@ TEST(Admission, CompletionTimeWithAnIoVcpu) {
 }
 
 TEST(Admission, IoVcpuTakesTheWorstOfItsClients) {
-    // Serving loop 1 (T = 10): (1 + ⌈(R − 1)/10⌉)·1; serving loop 2 (T = 100): (1 + ⌈(R − 10)/100⌉)·10.
-    // For loop 2: R = 30 + ⌈R/10⌉·2 + max(…): R = 62: 30 + 14 + max(8, 20) = 64; R = 64 is the fixed point.
+    // Serving loop 1 (T = 10): (1 + ⌈(R − 1)/10⌉)·1; serving loop 2 (T = 100): (1 + ⌈(R −
+    // 10)/100⌉)·10. For loop 2: R = 30 + ⌈R/10⌉·2 + max(…): R = 62: 30 + 14 + max(8, 20) = 64; R =
+    // 64 is the fixed point.
     const CoreLoad load = load_of({loop_of(1, 2ms, 10ms), loop_of(2, 30ms, 100ms), io_of(33, 1ms, 10ms)});
     EXPECT_EQ(completion_time(load, 2).response, 64ms);
     EXPECT_EQ(completion_time(load, 1).response, 4ms);
@@ -148,8 +149,8 @@ TEST(Admission, TheFairServerRulesOutShortPeriods) {
     const Admission admission = admit(load);
     EXPECT_FALSE(admission.admitted);
     EXPECT_EQ(admission.refusal.id, 3);
-    EXPECT_EQ(admission.refusal.response.response,
-              101ms);  // both ends of two server periods meet: 2 · 50 ms + C
+    // Both ends of two server periods meet: 2 · 50 ms + C.
+    EXPECT_EQ(admission.refusal.response.response, 101ms);
     EXPECT_FALSE(admission.refusal.remedy.budget_less_by);
     EXPECT_TRUE(admission.refusal.remedy.period_more_by);
 }

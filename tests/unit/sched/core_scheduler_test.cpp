@@ -51,7 +51,8 @@ TEST(CoreScheduler, AReplenishmentOfLowerPriorityDoesNot) {
     EXPECT_EQ(core.decide(at_ns(0)), run(2, 2));
     EXPECT_EQ(core.decide(at_ns(2)), idle(at_ns(60)));
     core.wake(1, at_ns(30));
-    EXPECT_EQ(core.decide(at_ns(30)), run(1, 70));  // not at 60, when 2 has budget again: it cannot run then
+    // Not at 60, when 2 has budget again: it cannot run then.
+    EXPECT_EQ(core.decide(at_ns(30)), run(1, 70));
 }
 
 TEST(CoreScheduler, EqualPeriodsGoByTheLowerId) {
@@ -151,7 +152,7 @@ TEST(CoreSchedulerDeathTest, ContractsHold) {
     EXPECT_DEATH(core.account(at_ns(6), 2ns), "contract broken");
 }
 
-// ---- locks ------------------------------------------------------------------------------------------------------
+// ---- locks --------------------------------------------------------------------------------------
 
 TEST(CoreScheduler, AnInheritedRankGoesBeforeThoseBetween) {
     CoreScheduler core;

@@ -19,8 +19,9 @@ inline VcpuRequest io_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int 
     return {id, {budget, period}, core, true};
 }
 
-/// The fair server of Linux 6.12 and later, as its defaults have it: 50 ms in every 1 s for ordinary tasks, above
-/// SCHED_FIFO. The end of one period's share and the beginning of the next one's can meet, hence its jitter.
+/// The fair server of Linux 6.12 and later, as its defaults have it: 50 ms in every 1 s for
+/// ordinary tasks, above SCHED_FIFO. The end of one period's share and the beginning of the next
+/// one's can meet, hence its jitter.
 inline PlatformInterferer kernel_fair_server() { return {"kernel fair server", 50ms, 1s, 950ms}; }
 
 inline CoreLoad load_of(std::initializer_list<VcpuRequest> requests) {

@@ -48,7 +48,8 @@ TEST(Pibs, AShorterClientRaisesAndClamps) {
     EXPECT_EQ(server.client_period(), 40ns);
     EXPECT_EQ(server.available(at_ns(10)), 10ns);
     server.consume(at_ns(20), 10ns);
-    EXPECT_EQ(server.next_replenishment(), at_ns(80));  // 10/U for the old client, then 10/U for the new one
+    // 10/U for the old client, then 10/U for the new one.
+    EXPECT_EQ(server.next_replenishment(), at_ns(80));
 }
 
 TEST(Pibs, ARaiseNeverAddsBudget) {
@@ -62,7 +63,8 @@ TEST(Pibs, ARaiseNeverAddsBudget) {
 TEST(Pibs, AServiceHeldUpForLongIsChargedFromItsRaise) {
     Pibs server{{1ns, 4ns}};
     server.activate(at_ns(0), 400ns);
-    server.activate(at_ns(300), 40ns);  // nothing run since 0: at the new priority it is a fresh start
+    // Nothing run since 0: at the new priority it is a fresh start.
+    server.activate(at_ns(300), 40ns);
     server.consume(at_ns(310), 10ns);
     EXPECT_EQ(server.next_replenishment(), at_ns(340));
 }

@@ -1,7 +1,9 @@
-// kill -9 at random moments: a child uploads, reorders, deletes and prints; whatever it had acknowledged is there.
+// kill -9 at random moments: a child uploads, reorders, deletes and prints; whatever it had
+// acknowledged is there.
 //
-// The child tells the parent of each finished call through a pipe (the acknowledgement). The parent kills it at a
-// random moment, opens the same folder, and compares. The sketch lives in memory that outlives the child.
+// The child tells the parent of each finished call through a pipe (the acknowledgement). The parent
+// kills it at a random moment, opens the same folder, and compares. The sketch lives in memory that
+// outlives the child.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -102,7 +104,8 @@ class CrashTest : public SpoolTest {
         ::close(pipe[0]);
     }
 
-    /// Acknowledged jobs are there with their bytes; at most the one call that was under way is unknown.
+    /// Acknowledged jobs are there with their bytes; at most the one call that was under way is
+    /// unknown.
     void expect_acknowledged(std::uint64_t seed) {
         std::size_t missing = 0;
         for (const auto& [id, content] : contents_) {
@@ -133,7 +136,8 @@ class CrashTest : public SpoolTest {
 TEST_F(CrashTest, WhatWasAcknowledgedSurvivesAndPrintsOnce) {
     Printed printed;
     shared_sketch_ = std::make_unique<tests::FakeSketch>(*shared_, printed.log());
-    // On a busy machine a child may be killed before it has printed anything: then there are more of them.
+    // On a busy machine a child may be killed before it has printed anything: then there are more
+    // of them.
     std::uint64_t kills = 0;
     for (std::uint64_t seed = 1; seed <= 40 || (printed.bytes.size() <= 40 && seed <= 400); ++seed, ++kills) {
         kill_at_random_moment(seed);
@@ -161,7 +165,8 @@ TEST_F(CrashTest, WhatWasAcknowledgedSurvivesAndPrintsOnce) {
             uploaded.erase(found);
         }
     }
-    // A job may be durable and print although its uploader was killed before the acknowledgement: one a kill at most.
+    // A job may be durable and print although its uploader was killed before the acknowledgement:
+    // one a kill at most.
     EXPECT_LE(unacknowledged_prints_, kills);
     EXPECT_GT(printed.bytes.size(), 40u) << "the test printed too little to prove anything";
     for (const auto& [id, content] : contents_) {

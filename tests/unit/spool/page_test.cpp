@@ -1,4 +1,5 @@
-// The list in pages, and how long jobs are kept, against a naive list of all jobs that is sorted and cut the slow way.
+// The list in pages, and how long jobs are kept, against a naive list of all jobs that is sorted
+// and cut the slow way.
 #include <gmock/gmock.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// The queue as a state machine: every allowed change, every refused one, and random sequences against a naive oracle.
+// The queue as a state machine: every allowed change, every refused one, and random sequences
+// against a naive oracle.
 #include "spool/queue.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// Damage to the journal, of every kind and at every moment: no acknowledged upload is lost, and nothing prints twice.
+// Damage to the journal, of every kind and at every moment: no acknowledged upload is lost, and
+// nothing prints twice.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -69,7 +70,8 @@ class RecoveryTest : public SpoolTest {
     }
     /// A clean stop, which leaves a copy that knows everything.
     void stop() { spool_.reset(); }
-    /// As kill -9 leaves it: the copy is of an earlier moment, and the journal's log is still there.
+    /// As kill -9 leaves it: the copy is of an earlier moment, and the journal's log is still
+    /// there.
     void kill_with_older_copy() {
         ASSERT_TRUE(copy_journal(state_folder()).ok());
         upload("G28\n;after the copy", {"late.gcode", 1, 0, false});
@@ -141,7 +143,7 @@ class RecoveryTest : public SpoolTest {
     std::vector<std::string> said_;
 };
 
-// ---- a journal that is not there --------------------------------------------------------------------------------
+// ---- a journal that is not there ----------------------------------------------------------------
 
 TEST_F(RecoveryTest, AMissingJournalSetsTheFilesAsideAndSaysSo) {
     fill();
@@ -236,7 +238,7 @@ TEST_F(RecoveryTest, AnOlderStateOfTheSameJournalSweepsNothingThatItNeverHad) {
     expect_nothing_lost("older");
 }
 
-// ---- a journal that is damaged ----------------------------------------------------------------------------------
+// ---- a journal that is damaged ------------------------------------------------------------------
 
 class DamageTest : public RecoveryTest, public ::testing::WithParamInterface<int> {
   protected:
@@ -410,14 +412,15 @@ TEST_F(RecoveryTest, APrintThatTheCopyKnowsIsJudgedByWhatTheMachineSays) {
     EXPECT_FALSE(spool_->active_run().has_value());
 }
 
-// ---- kill -9 between any two steps ------------------------------------------------------------------------------
+// ---- kill -9 between any two steps --------------------------------------------------------------
 
 int steps_left = 0;
 void die_at_step(const char*) {
     if (--steps_left == 0) ::kill(::getpid(), SIGKILL);
 }
 
-/// Runs `work` in a child that is killed at its `step`th step. False: it had fewer, and ended by itself.
+/// Runs `work` in a child that is killed at its `step`th step. False: it had fewer, and ended by
+/// itself.
 template <typename Work>
 bool killed_at(int step, Work&& work) {
     const pid_t child = ::fork();
@@ -470,7 +473,7 @@ TEST_F(RecoveryTest, ARepairThatIsKilledAtAnyStepIsDoneAgain) {
     EXPECT_GE(step, 6) << "the hook was not called";
 }
 
-// ---- an old journal ---------------------------------------------------------------------------------------------
+// ---- an old journal -----------------------------------------------------------------------------
 
 // As the program of that time made it.
 constexpr const char* kSchemaOfVersion1 = R"sql(

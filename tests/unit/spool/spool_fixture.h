@@ -1,4 +1,5 @@
-// A spool in a folder of its own, with a link in plain memory and the stand-in sketch at its other end, stepped by hand.
+// A spool in a folder of its own, with a link in plain memory and the stand-in sketch at its other
+// end, stepped by hand.
 #pragma once
 
 #include <gtest/gtest.h>

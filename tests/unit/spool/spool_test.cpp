@@ -1,4 +1,5 @@
-// The spool as a whole, with the stand-in sketch: what is printed is what was uploaded, once, whatever stops when.
+// The spool as a whole, with the stand-in sketch: what is printed is what was uploaded, once,
+// whatever stops when.
 #include <gmock/gmock.h>
 
 #include <fstream>

@@ -285,7 +285,7 @@ TEST_F(PlayerTest, status_tells_what_there_is) {
     EXPECT_EQ(player_->publish().heartbeat, heartbeat + 1);
 }
 
-// ---- homing ----------------------------------------------------------------------------------------------
+// ---- homing -------------------------------------------------------------------------------------
 
 class PlayerHomingTest : public PlayerTest {
   protected:
@@ -381,7 +381,7 @@ TEST_F(PlayerHomingTest, skipping_is_bounded_in_each_call) {
     EXPECT_TRUE(ring_.empty());
 }
 
-// ---- emergency -------------------------------------------------------------------------------------------
+// ---- emergency ----------------------------------------------------------------------------------
 
 TEST_F(PlayerTest, stop_now_ends_the_pulse_and_drops_everything) {
     for (int i = 0; i < 1000; ++i) step(100'000 * i, kX);

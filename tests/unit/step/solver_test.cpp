@@ -149,7 +149,8 @@ TEST(Solver, rest_is_told_when_the_motion_stands_still_and_only_then) {
     pipeline.finish();
     EXPECT_EQ(kinds_of(pipeline.events), (std::vector{EventKind::step, EventKind::rest, EventKind::rest,
                                                       EventKind::step, EventKind::rest}));
-    EXPECT_EQ(pipeline.events[1601].time_ns, pipeline.segments[2].end.ns_after(0));  // the end of the dwell
+    // The end of the dwell.
+    EXPECT_EQ(pipeline.events[1601].time_ns, pipeline.segments[2].end.ns_after(0));
     EXPECT_EQ(pipeline.events.back().time_ns, pipeline.segments.back().end.ns_after(0));
 }
 
@@ -183,8 +184,8 @@ TEST(Solver, homing_switches_keep_their_place) {
     EXPECT_EQ(pipeline.solver.counts()[0], -720);
 }
 
-// Z at 0.025 mm stands exactly on the half-step 50½ (2020 steps/mm): up takes the step in the last instant, down takes it
-// back in the first.
+// Z at 0.025 mm stands exactly on the half-step 50½ (2020 steps/mm): up takes the step in the last
+// instant, down takes it back in the first.
 TEST(Solver, a_half_step_touched_and_left_again_makes_no_pair_of_pulses) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(0, 0, 0.025, 0, 5));
@@ -229,8 +230,9 @@ motion::Segment slide(const motion::Segment& before, double x_mm) {
     return segment;
 }
 
-// The half-step at 0.00625 mm is crossed, crossed back 600 ns later, and crossed again after another 600: what is left is
-// the last crossing, at its own time, though the dropped one was less than a legal distance before it.
+// The half-step at 0.00625 mm is crossed, crossed back 600 ns later, and crossed again after
+// another 600: what is left is the last crossing, at its own time, though the dropped one was less
+// than a legal distance before it.
 TEST(Solver, trembling_on_a_half_step_leaves_the_last_crossing_where_it_is) {
     Solver solver{solver_settings(MachineConfig{})};
     std::vector<StepEvent> events;
@@ -247,7 +249,8 @@ TEST(Solver, trembling_on_a_half_step_leaves_the_last_crossing_where_it_is) {
     EXPECT_EQ(events[0].direction, 1);
 }
 
-// What was pulsed before the switch is known only to the player: the step that homes must not be paired off.
+// What was pulsed before the switch is known only to the player: the step that homes must not be
+// paired off.
 TEST(Solver, no_pair_is_dropped_across_a_homing_switch) {
     Pipeline pipeline{MachineConfig{}};
     ASSERT_TRUE(pipeline.planner->append_homing(Axis::z, true));
@@ -298,7 +301,8 @@ TEST(SolverDeathTest, a_segment_that_does_not_join_is_a_broken_contract) {
     EXPECT_DEATH(elsewhere.load(segment), "span_steps");
 }
 
-// A million moves back and forth on a crooked grid: the count is the end position, rounded, however far it has come.
+// A million moves back and forth on a crooked grid: the count is the end position, rounded, however
+// far it has come.
 TEST(Solver, no_error_adds_up) {
     Pipeline pipeline{MachineConfig{}, {75, 75, 0, 0}};
     pipeline.keep_events = pipeline.keep_segments = false;

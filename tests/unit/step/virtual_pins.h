@@ -61,7 +61,8 @@ struct VirtualPins {
     [[nodiscard]] std::int64_t position(int axis) const {
         return states_[static_cast<std::size_t>(axis)].position;
     }
-    /// The first broken rule (pulse and low time of 1 µs, DIR 200 ns before and after a rise), or nothing.
+    /// The first broken rule (pulse and low time of 1 µs, DIR 200 ns before and after a rise), or
+    /// nothing.
     [[nodiscard]] std::string broken_rules() const {
         struct Last {
             std::int64_t rise = -1'000'000, fall = -1'000'000, turn = -1'000'000;

@@ -126,7 +126,8 @@ TEST(TwinHeat, AStepPinIsNoHeaterAndAHeaterPinWrittenHighIsFullPower) {
     EXPECT_DOUBLE_EQ(printer.state(kEpoch).heater_duty[kBed], 0.0);
 }
 
-// The paper's PID figures (Marlin's units: output 0…255) on the twin through its converter, at 8 ms.
+// The paper's PID figures (Marlin's units: output 0…255) on the twin through its converter, at 8
+// ms.
 struct Pid {
     double kp, ki, kd, output_integral = 0, last = 20, slope = 0;
     double duty(double target, double celsius, double dt) {
@@ -150,8 +151,8 @@ TEST(TwinHeat, ThePapersPidHoldsTheHotEnd) {
     double highest = 0;
     for (int tick = 0; tick < 600 * 125; ++tick) {
         player.wait(8ms);
-        if (tick == 400 * 125)
-            printer.pwm_written(player.now, board::PinId{19}, 1.0);  // the part fan comes on
+        // The part fan comes on.
+        if (tick == 400 * 125) printer.pwm_written(player.now, board::PinId{19}, 1.0);
         player.heat(kHotEnd, pid.duty(210, player.temperature(0)->value(), 0.008));
         const double celsius = printer.sensor_celsius(player.now, kHotEnd);
         highest = std::max(highest, celsius);
@@ -175,7 +176,7 @@ TEST(TwinHeat, MoltenPlasticTakesHeatAway) {
               idle.sensor_celsius(idle_player.now, kHotEnd) - 0.3);
 }
 
-// ---- faults --------------------------------------------------------------------------------------------------
+// ---- faults -------------------------------------------------------------------------------------
 
 TEST(TwinFault, ASensorSticksAtItsInstant) {
     Printer printer{Machine{}};

@@ -314,8 +314,9 @@ TEST(Inspector, ASecondJobBeginsWhereTheFirstEnded) {
     EXPECT_TRUE(report.matches) << explain(report);
 }
 
-// An axis that turns just past a half step crosses the same boundary twice, there and back. The cursor must wait at the
-// second crossing, behind the corner: waiting at the first, it took the corner for a deviation of up to 1.5 steps.
+// An axis that turns just past a half step crosses the same boundary twice, there and back. The
+// cursor must wait at the second crossing, behind the corner: waiting at the first, it took the
+// corner for a deviation of up to 1.5 steps.
 TEST(Inspector, TurningJustPastAHalfStepIsNoDeviation) {
     Built built;
     built.firmware.move_to({10.0175, 0, 0, 0});  // 801.4 steps: 800.5 is crossed on the way up …
@@ -327,7 +328,8 @@ TEST(Inspector, TurningJustPastAHalfStepIsNoDeviation) {
     EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.55 / 80);
 }
 
-// On a shallow line the next step of X is 40 steps of Y away: a spurious one must not drag the cursor there.
+// On a shallow line the next step of X is 40 steps of Y away: a spurious one must not drag the
+// cursor there.
 TEST(Inspector, ASpuriousStepOnAShallowLineIsBlamedOnItsAxisAlone) {
     Built built;
     built.firmware.move_to({1, 40, 0, 0});
@@ -341,7 +343,8 @@ TEST(Inspector, ASpuriousStepOnAShallowLineIsBlamedOnItsAxisAlone) {
     EXPECT_LE(report.findings.axes[1].path_deviation_mm_max * 80, 3.0) << explain(report);
 }
 
-// After another job the extruder's zero is known to a microstep only, and that is 25 microsteps of X.
+// After another job the extruder's zero is known to a microstep only, and that is 25 microsteps of
+// X.
 TEST(Inspector, TheExtrudersZeroMayBeOffWithoutBlamingTheSlides) {
     Built built;
     built.firmware.move_to({30, 11, 0, 1.0});
@@ -396,7 +399,7 @@ TEST(Inspector, AStepOfAnotherAxisIsNoPartOfHoming) {
     EXPECT_FALSE(report.findings.axes[1].final_exact);
 }
 
-// ---- wrong builds must be seen -------------------------------------------------------------------------------
+// ---- wrong builds must be seen ------------------------------------------------------------------
 
 const char* const kSquare =
     "G28\nG1 Z.2\nG1 X20 Y20\nG1 X60 Y20 E1.5\nG1 X60 Y60 E3\nG1 X21.5 Y58.25 E4.5\nG1 X20 Y20 E6\nG1 Z.4\n"

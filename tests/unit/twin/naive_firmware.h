@@ -1,6 +1,6 @@
-// A firmware as simple as can be, for the tests of the inspector: it walks along each piece in small samples and steps every
-// axis to the whole step nearest to where it should be. Brute force and no algebra, so that it shares no idea
-// with the inspector, which solves for crossings.
+// A firmware as simple as can be, for the tests of the inspector: it walks along each piece in
+// small samples and steps every axis to the whole step nearest to where it should be. Brute force
+// and no algebra, so that it shares no idea with the inspector, which solves for crossings.
 #pragma once
 
 #include <algorithm>
@@ -55,7 +55,8 @@ class NaiveFirmware {
         at_mm_ = to_mm;
     }
 
-    /// Fast approach, retreat, slow approach, rest: each with a pause, as the planner of a real one makes.
+    /// Fast approach, retreat, slow approach, rest: each with a pause, as the planner of a real one
+    /// makes.
     void home(const std::vector<int>& axes) {
         for (const int a : axes) {
             const auto axis = static_cast<std::size_t>(a);
@@ -72,9 +73,9 @@ class NaiveFirmware {
     }
     void dwell(std::int64_t ns) { time_ns_ += ns; }
 
-    /// As a paused machine: rests, leaves the path by `away` microsteps (X, Y, Z not below 0), rests, comes back with X, Y, Z to the
-    /// very step, and rests. E stays `away[E]` beside: the firmware counts it on from where it left. Returns the first event
-    /// of the way back.
+    /// As a paused machine: rests, leaves the path by `away` microsteps (X, Y, Z not below 0),
+    /// rests, comes back with X, Y, Z to the very step, and rests. E stays `away[E]` beside: the
+    /// firmware counts it on from where it left. Returns the first event of the way back.
     std::size_t excursion(const std::array<int, kAxisCount>& away) {
         dwell(100'000'000);
         for (const int axis : {3, 2, 0, 1})

@@ -1,4 +1,5 @@
-// Drives the twin's pins as a careful firmware would: every pulse keeps the driver's timing. For the tests of the printer.
+// Drives the twin's pins as a careful firmware would: every pulse keeps the driver's timing. For
+// the tests of the printer.
 #pragma once
 
 #include <array>
@@ -20,7 +21,8 @@ class PinPlayer {
 
     void wait(Nanoseconds duration) { now += duration; }
 
-    /// One pulse: DIR 1 µs ahead when it must change, STEP high for `high`; then `interval` until the next may come.
+    /// One pulse: DIR 1 µs ahead when it must change, STEP high for `high`; then `interval` until
+    /// the next may come.
     void step(int axis, int direction, Nanoseconds interval, Nanoseconds high = Nanoseconds{2000}) {
         const AxisSpec& spec = printer_.machine().axes[static_cast<std::size_t>(axis)];
         int& last = direction_[static_cast<std::size_t>(axis)];

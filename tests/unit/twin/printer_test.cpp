@@ -47,7 +47,8 @@ TEST(TwinPrinter, AnInvertedAxisMovesTheOtherWay) {
     EXPECT_EQ(printer.axis(1).position(), start - 1);
 }
 
-// The oracle counts with the rules as the data sheet words them, on all edges at once, after the fact.
+// The oracle counts with the rules as the data sheet words them, on all edges at once, after the
+// fact.
 TEST(TwinPrinter, RandomPulsesAgreeWithAnOracleOnTheirTimings) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         std::mt19937_64 random(seed);
@@ -152,7 +153,7 @@ TEST(TwinPrinter, ABouncingSwitchSettles) {
     EXPECT_GT(changes, 5);
 }
 
-// ---- what a motor can follow ---------------------------------------------------------------------------------
+// ---- what a motor can follow --------------------------------------------------------------------
 
 struct MotorBench {
     Machine machine = [] {

@@ -1,4 +1,5 @@
-// A connection as a state machine: order of answers, 100-continue, back pressure, deadlines, bodies cut short.
+// A connection as a state machine: order of answers, 100-continue, back pressure, deadlines, bodies
+// cut short.
 #include <gmock/gmock.h>
 
 #include "tests/unit/web/web_fixture.h"

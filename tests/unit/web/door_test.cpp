@@ -1,4 +1,5 @@
-// Who gives up his place. Random visits against a naive oracle: a list, looked through from end to end.
+// Who gives up his place. Random visits against a naive oracle: a list, looked through from end to
+// end.
 #include "web/door.h"
 
 #include <gtest/gtest.h>
@@ -95,7 +96,7 @@ TEST(DoorLimits, ShrinkWithTheDescriptorsAndKeepSomeOfEach) {
     }
 }
 
-// ---- the oracle ------------------------------------------------------------------------------------------------
+// ---- the oracle ---------------------------------------------------------------------------------
 
 /// The same rules, as the head of door.h says them, with nothing but a list.
 class NaiveDoor {

@@ -1,4 +1,5 @@
-// The multipart parser: every split of the bytes gives the same parts, and no malformed body is taken for a whole one.
+// The multipart parser: every split of the bytes gives the same parts, and no malformed body is
+// taken for a whole one.
 #include "web/multipart.h"
 
 #include <gmock/gmock.h>
@@ -109,7 +110,8 @@ TEST(Multipart, RandomBinaryDataComesThroughUnchanged) {
     const std::uint64_t seed = 99;
     std::mt19937_64 random{seed};
     for (int round = 0; round < 300; ++round) {
-        // Only bytes that make up delimiters: the hardest case for a search that runs across pieces.
+        // Only bytes that make up delimiters: the hardest case for a search that runs across
+        // pieces.
         std::string data(random() % 400, ' ');
         for (char& byte : data) byte = "\r\n-Xab"[random() % 6];
         if (data.find("\r\n--XX") != std::string::npos || data.starts_with("--XX")) continue;

@@ -1,4 +1,5 @@
-// Requests from bytes: in any pieces the same result; whatever is ambiguous or too large is refused.
+// Requests from bytes: in any pieces the same result; whatever is ambiguous or too large is
+// refused.
 #include "web/request_reader.h"
 
 #include <gmock/gmock.h>
@@ -83,9 +84,11 @@ TEST(RequestReader, SeesWhatAConnectionNeeds) {
 
 TEST(RequestReader, RefusesWhatIsAmbiguousOrMalformed) {
     for (const char* bad : {
-             "GET / HTTP/1.1\r\n\r\n",                                                        // no Host
-             "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",                                  // two
-             "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\n",  // which?
+             // No Host.
+             "GET / HTTP/1.1\r\n\r\n",
+             "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",  // two
+             // which?
+             "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\n",
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n",
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
              "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 99999999999999999999999\r\n\r\n",

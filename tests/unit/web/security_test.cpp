@@ -1,4 +1,5 @@
-// The classes of vulnerability that peers had, one test each. The numbers are the CVEs in which each class was found.
+// The classes of vulnerability that peers had, one test each. The numbers are the CVEs in which
+// each class was found.
 #include <gmock/gmock.h>
 
 #include "tests/unit/web/web_fixture.h"

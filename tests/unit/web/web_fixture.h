@@ -1,4 +1,5 @@
-// The whole service without sockets and threads: requests as text in, answers as text out. Tasks run at once, in order.
+// The whole service without sockets and threads: requests as text in, answers as text out. Tasks
+// run at once, in order.
 #pragma once
 
 #include <deque>

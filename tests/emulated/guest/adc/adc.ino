@@ -1,5 +1,5 @@
-// Reads all channels of an ADS7828 over the board's real I2C bus, three times, and looks for chips that are not there, while another
-// loop owns core 1.
+// Reads all channels of an ADS7828 over the board's real I2C bus, three times, and looks for chips
+// that are not there, while another loop owns core 1.
 
 #include <Wire.h>
 #include <signal.h>

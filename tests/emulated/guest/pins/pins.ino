@@ -1,4 +1,5 @@
-// What the driver of real pins must be able to do. The test outside sets the input lines of the emulated chip and watches its outputs.
+// What the driver of real pins must be able to do. The test outside sets the input lines of the
+// emulated chip and watches its outputs.
 //
 //   pin 6 ──edge──► follow(): reads it, pin 5 follows     (both edges)
 //   pin 7 ──edge──► rises is counted                      (rising edges alone)
