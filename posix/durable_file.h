@@ -11,7 +11,8 @@ namespace qduino::posix {
 /// Syncs a file or a folder to the disk. Error: the system's.
 [[nodiscard]] Result<void> sync_to_disk(const std::filesystem::path& path);
 
-/// Renames, and syncs the new name to the disk. The bytes must be there already. Error: the system's.
+/// Renames, and syncs the new name to the disk. The bytes must be there already. Error: the
+/// system's.
 [[nodiscard]] Result<void> rename_and_sync(const std::filesystem::path& from,
                                            const std::filesystem::path& to);
 

@@ -1,5 +1,5 @@
-// Memory that processes share: a part of a file, or pages that children inherit. Unmapped when it is
-// destroyed.
+// Memory that processes share: a part of a file, or pages that children inherit. Unmapped when it
+// is destroyed.
 #pragma once
 
 #include <cstddef>

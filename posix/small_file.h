@@ -20,8 +20,8 @@ namespace qduino::posix {
 /// The whole text of a small file. Error: the system's.
 [[nodiscard]] Result<std::string> read_small_file(const std::string& path);
 
-/// Writes all of `bytes`, however little a single write(2) takes. Error: the system's, with `name` as
-/// its object.
+/// Writes all of `bytes`, however little a single write(2) takes. Error: the system's, with `name`
+/// as its object.
 [[nodiscard]] Result<void> write_all(int fd, std::span<const char> bytes, std::string_view name);
 
 /// One write(2) of `text` to a file that exists: the kernel's files take a value in one piece.
