@@ -29,9 +29,7 @@ Error too_late(const char* call) {
 constinit Runtime* Runtime::current_ = nullptr;
 
 Runtime::Runtime(board::Board& board, RuntimeOptions options)
-    : board_(board),
-      options_(options),
-      plan_(overheads_of(board), options.enforce_admission) {
+    : board_(board), options_(options), plan_(overheads_of(board), options.enforce_admission) {
     current_ = this;
     board::make_current(&board);
 }

@@ -63,7 +63,8 @@ void body() {
 
 void setup() {
     runtime::Runtime& runtime = *runtime::Runtime::current();
-    runtime.set_overrun_policy(1, runtime::OverrunPolicy::call_back, [](board::VcpuId, Nanoseconds) { ++overruns; });
+    runtime.set_overrun_policy(1, runtime::OverrunPolicy::call_back,
+                               [](board::VcpuId, Nanoseconds) { ++overruns; });
     const Result<void> edges = runtime.attach_interrupt(
         board::PinId{3}, board::Edge::rising, [] {}, 1ms, 10ms, 0);
     if (edges.ok() || edges.error().code != ErrorCode::unsupported) std::abort();
