@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "sched/vcpu.h"
 
 namespace qduino::board {
 
@@ -54,11 +55,11 @@ inline constexpr int kDeviceClassCount = 6;  ///< without `all`
 
 /// 1…32 is a sketch's loop. 0 is setup(), and any thread that is no VCPU. I/O VCPUs count from
 /// kFirstIoVcpu.
-using VcpuId = std::uint8_t;
+using sched::VcpuId;
 inline constexpr VcpuId kNoVcpu = 0;
-inline constexpr VcpuId kMaxLoop = 32;
-inline constexpr VcpuId kFirstIoVcpu = 33;
-inline constexpr VcpuId kVcpuLimit = 64;
+inline constexpr VcpuId kMaxLoop = sched::kMainVcpuLimit;
+inline constexpr VcpuId kFirstIoVcpu = kMaxLoop + 1;
+inline constexpr VcpuId kVcpuLimit = kFirstIoVcpu + sched::kIoVcpuLimit;
 
 enum class VcpuKind : std::uint8_t {
     main,  ///< sporadic server

@@ -13,7 +13,7 @@
 
 namespace qduino::runtime {
 
-inline constexpr int kAnyCore = -1;
+using sched::kAnyCore;
 
 /// What happens when a release of a loop ends after the next one should have begun.
 enum class OverrunPolicy : std::uint8_t {

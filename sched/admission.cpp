@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "base/contract.h"
 #include "sched/completion_time.h"
 #include "sched/exact.h"
+#include "sched/remedy.h"
 
 namespace qduino::sched {
 namespace {
@@ -48,10 +48,6 @@ std::int64_t bound_in_ppm(std::size_t n) {
     return within;
 }
 
-Nanoseconds overhead_of(const CoreLoad& load) {
-    return load.overheads.release_cost + load.overheads.enforcement_cost;
-}
-
 // ---- the tests ------------------------------------------------------------------------------------------------
 
 Nanoseconds shortest_period(const CoreLoad& load) {
@@ -62,13 +58,13 @@ Nanoseconds shortest_period(const CoreLoad& load) {
 
 /// Left side of the bound, rounded up, with what the platform takes.
 std::int64_t utilisation_of(const CoreLoad& load) {
-    const Nanoseconds overhead = overhead_of(load);
+    const Nanoseconds overhead = load.overheads.per_activation();
     std::int64_t sum = 0;
     std::int64_t blocking = 0;
     for (const VcpuRequest& main : load.mains) {
         const Nanoseconds period = main.parameters.period;
         sum = add_saturated(sum, ratio_up(main.parameters.budget + overhead, period));
-        blocking = std::max(blocking, ratio_up(platform_interference(load.overheads, period), period));
+        blocking = std::max(blocking, ratio_up(load.overheads.interference(period), period));
     }
     // An I/O VCPU pays its overhead once per service, at worst once in every shortest client period.
     const std::int64_t io_overhead = ratio_up(overhead, shortest_period(load));
@@ -133,19 +129,6 @@ Refusal refuse_by_shape(const CoreLoad& load) {
     return refusal;
 }
 
-std::size_t index_of(const CompletionTime& analysis, VcpuId id) {
-    std::size_t i = 0;
-    while (i < analysis.size() && analysis.loop(i).id != id) ++i;
-    QDUINO_EXPECT(i < analysis.size());
-    return i;
-}
-
-LoopResponse response_of(const CompletionTime& analysis, std::size_t i) {
-    const Nanoseconds period = analysis.period(i);
-    const Nanoseconds response = analysis.response(i, kResponseLimit * period);
-    return {analysis.loop(i).id, response, period, response <= period};
-}
-
 Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
                                   const LoopResponse& response) {
     Refusal refusal;
@@ -160,16 +143,6 @@ Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
 }  // namespace
 
 bool admitted_by_bound(const CoreLoad& load) { return within_bound(utilisation_of(load), load.mains.size()); }
-
-LoopResponse completion_time(const CoreLoad& load, VcpuId id) {
-    const CompletionTime analysis{load};
-    return response_of(analysis, index_of(analysis, id));
-}
-
-Shares shares_in_window(const CoreLoad& load, VcpuId id, Nanoseconds window) {
-    const CompletionTime analysis{load};
-    return analysis.shares(index_of(analysis, id), window);
-}
 
 Admission admit_without_remedy(const CoreLoad& load) {
     Admission admission;
@@ -186,7 +159,7 @@ Admission admit_without_remedy(const CoreLoad& load) {
 
     const CompletionTime analysis{load};
     for (std::size_t i = 0; i < analysis.size(); ++i) {
-        LoopResponse response = response_of(analysis, i);
+        LoopResponse response = analysis.verdict(i);
         // Proven to meet its period, by other means than the equation: its R is then no more than an upper limit.
         if (owned || by_bound) {
             response.response = std::min(response.response, response.period);

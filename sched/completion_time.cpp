@@ -6,30 +6,22 @@
 #include "sched/exact.h"
 
 namespace qduino::sched {
+namespace {
 
+/// Rate-monotonic, ties by id: the order of core_scheduler.h.
 bool higher_priority(const VcpuRequest& a, const VcpuRequest& b) {
     const Nanoseconds period_a = a.parameters.period;
     const Nanoseconds period_b = b.parameters.period;
     return period_a != period_b ? period_a < period_b : a.id < b.id;
 }
 
-Nanoseconds PlatformInterferer::interference(Nanoseconds window) const {
-    if (cost <= Nanoseconds{0} || window <= Nanoseconds{0}) return Nanoseconds{0};
-    QDUINO_EXPECT(interval > Nanoseconds{0} && jitter >= Nanoseconds{0});
-    return div_ceil((window + jitter).count(), interval.count()) * cost;
-}
-
-Nanoseconds platform_interference(const PlatformOverheads& overheads, Nanoseconds window) {
-    Nanoseconds sum{0};
-    for (const PlatformInterferer& interferer : overheads.interferers) sum += interferer.interference(window);
-    return sum;
-}
+}  // namespace
 
 CompletionTime::CompletionTime(const CoreLoad& load)
     : loops_(load.mains),
       ios_(load.ios),
       overheads_(load.overheads),
-      overhead_(load.overheads.release_cost + load.overheads.enforcement_cost) {
+      overhead_(load.overheads.per_activation()) {
     std::sort(loops_.begin(), loops_.end(), higher_priority);
     for (std::size_t i = 0; i < loops_.size(); ++i) {
         if (client_periods_.empty() || client_periods_.back() != period(i))
@@ -66,7 +58,7 @@ CompletionTime::IoDemand CompletionTime::worst_io_demand(std::size_t k, std::siz
 }
 
 Nanoseconds CompletionTime::demand(std::size_t i, Nanoseconds window) const {
-    Nanoseconds sum = cost(i) + platform_interference(overheads_, window);
+    Nanoseconds sum = cost(i) + overheads_.interference(window);
     for (std::size_t j = 0; j < i; ++j) sum += releases(j, window) * cost(j);
     for (std::size_t k = 0; k < ios_.size(); ++k) sum += total(worst_io_demand(k, i, window));
     return sum;
@@ -97,6 +89,11 @@ Nanoseconds CompletionTime::response(std::size_t i, Nanoseconds limit) const {
         response = next;
     }
     return response;
+}
+
+LoopResponse CompletionTime::verdict(std::size_t i) const {
+    const Nanoseconds found = response(i, kResponseLimit * period(i));
+    return {loop(i).id, found, period(i), found <= period(i)};
 }
 
 bool CompletionTime::every_loop_meets() const {

@@ -13,7 +13,8 @@
 #include <array>
 #include <optional>
 
-#include "sched/admission.h"
+#include "sched/load.h"
+#include "sched/verdict.h"
 
 namespace qduino::sched {
 
@@ -30,9 +31,12 @@ class CompletionTime {
 
     /// R of loop `i` if it is at most `limit`, else some value beyond `limit`.
     [[nodiscard]] Nanoseconds response(std::size_t i, Nanoseconds limit) const;
+    /// The same as a verdict, R followed up to kResponseLimit·T.
+    [[nodiscard]] LoopResponse verdict(std::size_t i) const;
     /// Each R <= T?
     [[nodiscard]] bool every_loop_meets() const;
-    /// Who takes what of `window` from the release of loop `i` on.
+    /// Who takes what of `window` from the release of loop `i` on: its own budget, each VCPU of higher priority, each
+    /// I/O VCPU, the platform. In a window of length R the sum is R.
     [[nodiscard]] Shares shares(std::size_t i, Nanoseconds window) const;
 
   private:
@@ -58,11 +62,5 @@ class CompletionTime {
     std::array<std::size_t, kMainVcpuLimit> client_count_{};
     std::array<std::array<Nanoseconds, kMainVcpuLimit>, kIoVcpuLimit> io_budgets_{};  // U_k·T_q, by k and q
 };
-
-/// Rate-monotonic, ties by id: the order of core_scheduler.h.
-[[nodiscard]] bool higher_priority(const VcpuRequest& a, const VcpuRequest& b);
-
-/// What all platform interferers together take in a window.
-[[nodiscard]] Nanoseconds platform_interference(const PlatformOverheads& overheads, Nanoseconds window);
 
 }  // namespace qduino::sched

@@ -14,8 +14,8 @@
 #pragma once
 
 #include "base/fixed_string.h"
-#include "sched/admission.h"
 #include "sched/placement.h"
+#include "sched/verdict.h"
 
 namespace qduino::sched {
 

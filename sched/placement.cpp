@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "base/contract.h"
+#include "sched/admission.h"
 #include "sched/exact.h"
+#include "sched/remedy.h"
 
 namespace qduino::sched {
 namespace {

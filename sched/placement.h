@@ -9,7 +9,8 @@
 #include <span>
 
 #include "base/fixed_vector.h"
-#include "sched/admission.h"
+#include "sched/load.h"
+#include "sched/verdict.h"
 
 namespace qduino::sched {
 

@@ -8,6 +8,7 @@
 
 #include "sched/admission.h"
 #include "tests/oracle/sched/naive_response.h"
+#include "tests/unit/sched/analyse.h"
 
 namespace qduino::sched::oracle {
 namespace {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/unit/sched/analyse.h"
 #include "tests/unit/sched/make.h"
 
 namespace qduino::sched {

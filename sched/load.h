@@ -1,0 +1,55 @@
+// What is asked of a core: the VCPUs that are to share it, and what the platform takes of it itself.
+#pragma once
+
+#include "base/fixed_string.h"
+#include "base/fixed_vector.h"
+#include "base/time.h"
+#include "sched/vcpu.h"
+
+namespace qduino::sched {
+
+/// A VCPU that asks to be admitted.
+struct VcpuRequest {
+    VcpuId id = 0;
+    VcpuParameters parameters;
+    int core = kAnyCore;  ///< kAnyCore: wherever it fits (placement.h)
+    bool io = false;      ///< an I/O VCPU (PIBS)
+};
+
+/// What takes a core's time above every VCPU: an interrupt thread, the kernel's fair server, top halves.
+struct PlatformInterferer {
+    FixedString<23> name;
+    Nanoseconds cost{};      ///< CPU time per event
+    Nanoseconds interval{};  ///< shortest time between two events in the long run; > 0 when cost > 0
+    Nanoseconds jitter{};    ///< how much closer than that two events may come
+
+    /// Most it can take in a window of length `window`.
+    [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
+};
+
+/// Measured by a board; zero in the simulator unless configured.
+struct PlatformOverheads {
+    Nanoseconds release_cost{};      ///< wake-up and two context switches, per activation
+    Nanoseconds enforcement_cost{};  ///< budget timer and its handler, per activation
+    FixedVector<PlatformInterferer, 8> interferers;
+
+    /// Of one activation of a VCPU.
+    [[nodiscard]] Nanoseconds per_activation() const { return release_cost + enforcement_cost; }
+    /// What all interferers together take in a window.
+    [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
+};
+
+/// All that is to run on one core.
+struct CoreLoad {
+    int core = 0;
+    FixedVector<VcpuRequest, kMainVcpuLimit> mains;
+    FixedVector<VcpuRequest, kIoVcpuLimit> ios;
+    PlatformOverheads overheads;
+
+    /// False when the table is full.
+    [[nodiscard]] bool try_add(const VcpuRequest& request) {
+        return request.io ? ios.try_push_back(request) : mains.try_push_back(request);
+    }
+};
+
+}  // namespace qduino::sched

@@ -1,0 +1,77 @@
+// What admission answers: admitted, with each loop's response time, or refused, with who takes the time and what would help.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/fixed_string.h"
+#include "base/fixed_vector.h"
+#include "base/time.h"
+#include "sched/vcpu.h"
+
+namespace qduino::sched {
+
+/// A response time beyond this many periods is not followed further: it is "never".
+inline constexpr std::int64_t kResponseLimit = 16;
+
+enum class AdmittedBy : std::uint8_t { bound, completion_time, owned };
+
+enum class RefusedBecause : std::uint8_t {
+    none,             ///< admitted
+    bad_parameters,   ///< not 0 < budget <= period <= kPeriodMax
+    duplicate_id,     ///< two VCPUs of one core have the same id
+    core_owned,       ///< another loop owns the core
+    no_such_core,     ///< the core that it names does not exist (placement.h)
+    too_many,         ///< more VCPUs than a core takes
+    io_overload,      ///< no loops, and the I/O VCPUs alone ask for more than the core
+    completion_time,  ///< R > T
+    no_core_fits,     ///< asked for any core, and each one refuses it (placement.h)
+};
+
+/// One loop's result. Also computed when the bound has decided, for the report.
+struct LoopResponse {
+    VcpuId id = 0;
+    Nanoseconds response{};  ///< R; or, when there is none up to kResponseLimit·T, a value beyond that
+    Nanoseconds period{};    ///< T
+    bool meets = false;      ///< R <= T
+};
+
+/// Who takes how much of a loop's time, within one window.
+struct Share {
+    enum class Kind : std::uint8_t { own, main, io, platform, overhead };
+    Kind kind = Kind::own;
+    VcpuId id = 0;         ///< own, main, io
+    FixedString<23> name;  ///< platform
+    Nanoseconds amount{};
+};
+using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 10>;
+
+/// The smallest change that would be admitted, each alone; what is absent would not help.
+struct Remedy {
+    std::optional<Nanoseconds> budget_less_by;  ///< least reduction of the refused loop's budget, whole µs
+    std::optional<Nanoseconds> period_more_by;  ///< least increase of its period, whole µs
+    std::optional<int> other_core;              ///< lowest core that would take it as it is (placement.h)
+};
+
+struct Refusal {
+    RefusedBecause because = RefusedBecause::none;
+    VcpuId id = 0;     ///< the VCPU refused
+    bool io = false;   ///< it is an I/O VCPU
+    VcpuId other = 0;  ///< core_owned: who owns it; duplicate_id: the same id
+    VcpuParameters parameters;
+    LoopResponse response;  ///< completion_time
+    Shares shares;          ///< completion_time: in one period of that loop; their sum exceeds it
+    Remedy remedy;
+};
+
+struct Admission {
+    bool admitted = false;
+    AdmittedBy by = AdmittedBy::bound;
+    int core = 0;
+    std::int64_t utilisation_ppm = 0;                 ///< left side of the bound, to the nearest
+    std::int64_t bound_ppm = 0;                       ///< n(2^(1/n) − 1), rounded down
+    FixedVector<LoopResponse, kMainVcpuLimit> loops;  ///< by priority, highest first
+    Refusal refusal;                                  ///< because == none when admitted
+};
+
+}  // namespace qduino::sched
