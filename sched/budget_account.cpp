@@ -99,8 +99,7 @@ void BudgetAccount::settle(const BudgetReading& reading) {
 }
 
 void BudgetAccount::charge(Instant end, Nanoseconds used) {
-    if (locks_ > 0) grace_ -= std::clamp(used - server_.available(end - used), Nanoseconds{0}, grace_);
-    server_.consume(end, used);
+    grace_ -= std::min(grace_, server_.consume(end, used));
 }
 
 /// Tells the server of a wake-up that it has not been told of yet. What the way through the wait took and admission has

@@ -55,12 +55,9 @@ Rank CoreScheduler::rank_of(const Vcpu& vcpu) {
 
 bool CoreScheduler::before(const Vcpu& a, const Vcpu& b) { return rank_of(a) < rank_of(b); }
 
-Nanoseconds CoreScheduler::budget_left(const Vcpu& vcpu, Instant now) {
-    return vcpu.owns_core ? Nanoseconds::max() : vcpu.server.available(now);
-}
-
 Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) {
-    const Nanoseconds left = budget_left(vcpu, now);
+    if (vcpu.owns_core) return Nanoseconds::max();
+    const Nanoseconds left = vcpu.server.available(now);
     return left > Nanoseconds{0} || !vcpu.holding ? left : vcpu.grace;
 }
 
@@ -69,9 +66,7 @@ void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
         vcpu.owned_consumed += used;
         return;
     }
-    const Nanoseconds overrun = std::max(used - budget_left(vcpu, now - used), Nanoseconds{0});
-    vcpu.grace = std::max(vcpu.grace - overrun, Nanoseconds{0});
-    vcpu.server.consume(now, used);
+    vcpu.grace -= std::min(vcpu.grace, vcpu.server.consume(now, used));
 }
 
 // ---- events -------------------------------------------------------------------------------------

@@ -128,7 +128,6 @@ class CoreScheduler {
     void insert(const Vcpu& vcpu);
     [[nodiscard]] static Rank rank_of(const Vcpu& vcpu);
     [[nodiscard]] static bool before(const Vcpu& a, const Vcpu& b);
-    [[nodiscard]] static Nanoseconds budget_left(const Vcpu& vcpu, Instant now);
     [[nodiscard]] static Nanoseconds available(const Vcpu& vcpu, Instant now);
     static void charge(Vcpu& vcpu, Instant now, Nanoseconds used);
     [[nodiscard]] const Vcpu* highest(Instant now) const;

@@ -71,8 +71,9 @@ void Pibs::finish(Instant) {
     close_service();
 }
 
-void Pibs::consume(Instant now_end, Nanoseconds used) {
+Nanoseconds Pibs::consume(Instant now_end, Nanoseconds used) {
     QDUINO_EXPECT(used >= Nanoseconds{0});
+    const Nanoseconds overrun = std::max(used - available(now_end - used), Nanoseconds{0});
     consumed_ += used;
     used_ += used;
     if (!active_) {
@@ -84,6 +85,7 @@ void Pibs::consume(Instant now_end, Nanoseconds used) {
         open_service(now_end);
     }
     QDUINO_EXPECT(!active_ || (remaining_ > Nanoseconds{0} && remaining_ <= budget_for(client_period_)));
+    return overrun;
 }
 
 }  // namespace qduino::sched

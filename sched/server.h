@@ -48,9 +48,10 @@ class Server {
         if (auto* main = std::get_if<SporadicServer>(&server_)) return main->block(now);
         std::get_if<Pibs>(&server_)->finish(now);
     }
-    /// Charges `used` of CPU time that ended at `now_end`. What exceeds the budget is charged forward. Contract: used >= 0.
-    void consume(Instant now_end, Nanoseconds used) {
-        std::visit([&](auto& server) { static_cast<void>(server.consume(now_end, used)); }, server_);
+    /// Charges `used` of CPU time that ended at `now_end`. Returns how much of it exceeded the budget, if it was used in one
+    /// piece; that is charged forward. Contract: used >= 0.
+    Nanoseconds consume(Instant now_end, Nanoseconds used) {
+        return std::visit([&](auto& server) { return server.consume(now_end, used); }, server_);
     }
 
     /// CPU time that it may take from `now` on without a pause; 0 when throttled. Ask it while it has work.

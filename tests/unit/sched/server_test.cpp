@@ -16,10 +16,11 @@ TEST(Server, AMainVcpuRanksByItsOwnPeriodAndWakesInIt) {
     EXPECT_TRUE(server.has_work());
     EXPECT_EQ(server.rank_period(), 10ns);
     EXPECT_EQ(server.available(at_ns(5)), 3ns);
-    server.consume(at_ns(8), 3ns);
+    EXPECT_EQ(server.consume(at_ns(8), 3ns), 0ns);
     EXPECT_EQ(server.next_replenishment(), at_ns(15));
-    EXPECT_EQ(server.consumed(), 3ns);
-    ASSERT_EQ(server.refills().size(), 1u);
+    EXPECT_EQ(server.consume(at_ns(10), 2ns), 2ns) << "the whole of it is overrun";
+    EXPECT_EQ(server.consumed(), 5ns);
+    EXPECT_EQ(server.refills().size(), 2u);
     server.block(at_ns(8));
     EXPECT_FALSE(server.has_work());
 }
