@@ -13,7 +13,7 @@ BudgetAccount::BudgetAccount(const Server& server, const BudgetReading& reading)
     server_.wake(reading.now);
 }
 
-// ---- events -----------------------------------------------------------------------------------------------------
+// ---- events -------------------------------------------------------------------------------------
 
 BudgetEffect BudgetAccount::timer(const BudgetReading& reading) {
     QDUINO_EXPECT(!waits() && phase_ != Phase::throttled);
@@ -25,7 +25,8 @@ BudgetEffect BudgetAccount::blocks(const BudgetReading& reading, Instant until) 
     QDUINO_EXPECT(!waits() && phase_ != Phase::throttled);
     settle(reading);
     server_.block(settled_at_);
-    ++switches_;  // the wait to come. Should there be none, settle() finds a wait that was none, which does no harm
+    // The wait to come. When there is none after all, settle() sees a wait that was none: no harm.
+    ++switches_;
     phase_ = Phase::waiting;
     if (until == kForever || until <= settled_at_) return {.kind = Kind::disarm};
     Server then = server_;
@@ -38,7 +39,8 @@ BudgetEffect BudgetAccount::blocks(const BudgetReading& reading, Instant until) 
 
 BudgetEffect BudgetAccount::woke(Instant now, Nanoseconds cpu) {
     QDUINO_EXPECT(waits());
-    // There will have been budget at the instant that was waited for, and there is no less of it later.
+    // There will have been budget at the instant that was waited for, and there is no less of it
+    // later.
     const bool armed = phase_ == Phase::armed_ahead;
     phase_ = Phase::woken;
     woke_at_ = std::max(settled_at_, now);
@@ -48,7 +50,8 @@ BudgetEffect BudgetAccount::woke(Instant now, Nanoseconds cpu) {
 
 BudgetEffect BudgetAccount::resumed(const BudgetReading& reading) {
     QDUINO_EXPECT(phase_ == Phase::throttled);
-    // That sleep is the account's own and no wait of the thread's; the instructions around it are charged as any.
+    // That sleep is the account's own and no wait of the thread's; the instructions around it are
+    // charged as any.
     switches_ = reading.switches;
     settle(reading);
     return go_on();
@@ -64,7 +67,7 @@ bool BudgetAccount::releases() {
     return --locks_ == 0 && phase_ == Phase::overrunning;
 }
 
-// ---- the account ------------------------------------------------------------------------------------------------
+// ---- the account --------------------------------------------------------------------------------
 
 /// What the thread does next, by what the server has at the last instant that is known.
 BudgetEffect BudgetAccount::go_on() {
@@ -86,7 +89,8 @@ BudgetEffect BudgetAccount::go_on() {
 void BudgetAccount::settle(const BudgetReading& reading) {
     take_up_work();
     const Instant now = std::max(reading.now, settled_at_);
-    // The clocks are read one after the other: never more than the time that passed. The rest is charged next time.
+    // The clocks are read one after the other: never more than the time that passed. The rest is
+    // charged next time.
     const Nanoseconds used = std::clamp(reading.cpu - charged_to_, Nanoseconds{0}, now - settled_at_);
     if (reading.switches != switches_) {  // it waited for something, unannounced
         server_.block(settled_at_);
@@ -102,8 +106,9 @@ void BudgetAccount::charge(Instant end, Nanoseconds used) {
     grace_ -= std::min(grace_, server_.consume(end, used));
 }
 
-/// Tells the server of a wake-up that it has not been told of yet. What the way through the wait took and admission has
-/// not counted is charged as if it had run just before the wake-up: late, never early, and what is left is left at once.
+/// Tells the server of a wake-up that it has not been told of yet. What the way through the wait
+/// took and admission has not counted is charged as if it had run just before the wake-up: late,
+/// never early, and what is left is left at once.
 void BudgetAccount::take_up_work() {
     if (phase_ != Phase::woken) return;
     phase_ = Phase::running;
@@ -114,8 +119,8 @@ void BudgetAccount::take_up_work() {
     charged_to_ = cpu_at_wake_;
 }
 
-/// True once in each period, and twice after a period without. What makes that one way longer than admission has it is
-/// not the loop's doing: an interrupt, or the host.
+/// True once in each period, and twice after a period without. What makes that one way longer than
+/// admission has it is not the loop's doing: an interrupt, or the host.
 bool BudgetAccount::admission_has_this_wait() {
     const Nanoseconds period = server_.parameters().period;
     if (next_admitted_wait_ - period > woke_at_) return false;

@@ -1,38 +1,31 @@
 // The account of one thread's budget: events in, effects out.
 //
-// A thread keeps itself to its budget by a timer. The difficulty is that the timer knows the wall clock and the budget is
-// CPU time, that the thread waits without saying so, and that asking any clock costs as much as a short budget. So the
-// account works with what it is told, and puts off what can wait. It reads no clock and sets no timer: budget_shell.h
-// does both, and carries out the effect that each event returns.
+// A thread keeps itself to its budget with a timer. Three things make that hard: the timer knows the
+// wall clock, but the budget is CPU time; the thread may wait without saying so; and asking a clock
+// costs a noticeable part of a short budget. So the account reads no clock and sets no timer. It is told
+// of each event with the clocks' readings, and returns one effect. budget_shell.h reads the clocks and
+// carries the effect out.
 //
-//                      blocks(), with budget at the wake          woke()
-//        ┌───────────────────────────► armed_ahead ─────────────────► woken ──┐ next event
-//        │             blocks()                        woke()                 │
-//     running ────────────────────────► waiting ──────────────┐               │
-//      ▲ │ ▲ └──────────────────────────────────────────────┐ ▼               ▼
-//      │ │ └─────────────── budget left ─────────────── is there budget? ◄────┘
-//      │ │                                                │ no          │ no, and it holds a lock
-//      │ │ timer()                       sleep_until      ▼             ▼
-//      │ └──────────────► (settles)      ┌────────── throttled      overrunning ──► timer(), releases()
-//      └───── resumed(): budget ─────────┘
+// The timer. A thread cannot use more CPU time than the wall time that passes. So a timer that is set
+// to what is left never comes after the end of the budget. It comes early when the thread was
+// preempted; then it is set to the rest. When the thread waits until a known instant, the timer is set
+// before the wait, to where the budget will end: nothing stands between the wake-up and the loop's first
+// instruction. The server is told of that wake-up at the next event.
 //
-// The timer. In so much wall time the thread cannot have used more CPU time: set to what is left, the timer never comes
-// after the budget's end. It comes before when the thread was preempted; then it is set to the rest. For a wait whose
-// end is known it is set before the wait, to where the budget will end (`armed_ahead`): nothing then stands between the
-// wake-up and the loop's first instruction, and the server is told of the wake-up at the next event (`woken`).
+// Waits that nobody announces, for a bus or a socket, show in the thread's count of voluntary context
+// switches. When that count grew, the thread may have waited at any time since the last event. What it
+// used counts from `now − used`, the latest possible begin: a refill then comes back late, never early.
 //
-// Waits that nobody announces (a bus, a socket) show in the thread's count of voluntary context switches. When it grew,
-// what was used since the last look counts from the latest instant at which it can have begun, `now − used`: late, never early.
+// The way into an announced wait and out of it costs CPU time. Admission counts one such way in each
+// period beside the budget (admission.h). So the account leaves out one in each period, or two after
+// a period without, and charges the others.
 //
-// The way into an announced wait and out of it costs CPU time. Admission counts one such way in each period beside the
-// budget (admission.h), so one in each period is not charged, or two after a period without; every other one is.
+// Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
+// priority. So a thread whose budget ends while it holds one goes on until it releases the last one. It
+// may overrun by one budget each time that it holds any; the server charges the overrun forward.
 //
-// Locks. Who sleeps while it holds a lock holds up all who wait for it, whatever their priority. So a thread whose budget
-// ends then goes on until it releases the last lock, by one budget for each time that it holds any (`overrunning`); the
-// server charges the overrun forward.
-//
-// Invariants: every nanosecond of CPU time that an event tells of is charged once, but for the ways through waits above;
-// a thread is throttled only while its server has nothing available.
+// Invariants: CPU time that an event tells of is charged exactly once, except the ways through waits
+// that admission counts. A thread is throttled only while its server has nothing available.
 #pragma once
 
 #include <cstdint>
@@ -64,28 +57,40 @@ struct BudgetEffect {
     constexpr bool operator==(const BudgetEffect&) const = default;
 };
 
-/// One owner at a time: the events of one thread, in their order. No call blocks, allocates or calls the system: it may
-/// be called in a signal's handler or an interrupt. Instants that run back a little are taken as the last one.
+/// One owner at a time: the events of one thread, in their order. No call blocks, allocates or
+/// calls the system: it may be called in a signal's handler or an interrupt. Instants that run back
+/// a little are taken as the last one.
 class BudgetAccount {
   public:
+    // timer, woke, resumed ──► has it budget? ─┬─ yes ───────────────────► running
+    //                                          ├─ no, but it holds a lock ► overrunning
+    //                                          └─ no ────────────────────► throttled ── resumed ─►
+    //
+    // blocks ──► will it have budget then? ─┬─ yes ───────────► armed_ahead ── woke ─► woken
+    //                                       └─ no, or unknown ► waiting ── woke ─► has it budget?
+    //
+    // The next event after `woken` tells the server of the wake-up first, and goes on as if running.
     enum class Phase : std::uint8_t {
-        running,      ///< the timer is set to the end of its budget
+        running,      ///< the timer is set to the end of the budget
+        overrunning,  ///< no budget, but a lock; the timer is set to the end of what it may overrun
+        throttled,    ///< no budget: it sleeps until the replenishment
         waiting,      ///< an announced wait; the timer is off
-        armed_ahead,  ///< an announced wait; the timer is set to where the budget ends after it
-        woken,        ///< runs after such a wait, and its server does not know yet
-        overrunning,  ///< without budget, but with a lock; the timer is set to the end of that
-        throttled,    ///< without budget: sleeps
+        armed_ahead,  ///< an announced wait; the timer is set to the end of the budget after it
+        woken,        ///< runs after such a wait, and the server does not know yet
     };
 
     BudgetAccount() = default;  ///< for containers only: assign before use
     /// Of a thread that runs, from `reading` on.
     BudgetAccount(const Server& server, const BudgetReading& reading);
 
-    /// The timer came, or there is another reason to look at the account. Contract: the thread neither waits nor is throttled.
+    /// The timer came, or there is another reason to look at the account. Contract: the thread
+    /// neither waits nor is throttled.
     BudgetEffect timer(const BudgetReading& reading);
-    /// The thread is about to wait until `until`; kForever: nobody knows how long. Contract: as above.
+    /// The thread is about to wait until `until`; kForever: nobody knows how long. Contract: as
+    /// above.
     BudgetEffect blocks(const BudgetReading& reading, Instant until);
-    /// The wait ended, with so much CPU time used. Before `until` only by as much as two clocks differ. Contract: it waited.
+    /// The wait ended, with so much CPU time used. Before `until` only by as much as two clocks
+    /// differ. Contract: it waited.
     BudgetEffect woke(Instant now, Nanoseconds cpu);
     /// The sleep that the last effect asked for is over. Contract: throttled.
     BudgetEffect resumed(const BudgetReading& reading);

@@ -1,9 +1,10 @@
-// The shell around a budget's account: it reads the clocks, carries out effects, and keeps the timer's handler and the
-// thread's ordinary path out of each other's way.
+// The shell around a budget's account: it reads the clocks, carries out effects, and keeps the
+// timer's handler and the thread's ordinary path out of each other's way.
 //
-// The handler interrupts the thread that the account is about, so no lock can part the two: the handler would wait for
-// ever. Instead each call of the path marks the shell as busy. A timer that comes meanwhile is only noted, and the path
-// takes it up when it is done. An announced wait is part of the path: the shell is busy from before_wait() to after_wait().
+// The handler interrupts the thread that the account is about, so no lock can part the two: the
+// handler would wait for ever. Instead each call of the path marks the shell as busy. A timer that
+// comes meanwhile is only noted, and the path takes it up when it is done. An announced wait is
+// part of the path: the shell is busy from before_wait() to after_wait().
 //
 //   path      ──busy───────┐ not busy, missed? ──► busy again: timer()
 //   handler        noted ──┘
@@ -21,8 +22,8 @@
 
 namespace qduino::sched {
 
-/// Every call by the thread that is kept, on_timer() by its handler or by an interrupt on its core. Tests put the rules of
-/// the account, written down once more, in the account's place.
+/// Every call by the thread that is kept, on_timer() by its handler or by an interrupt on its core.
+/// Tests put the rules of the account, written down once more, in the account's place.
 template <typename Host, typename Account = BudgetAccount>
 class BudgetShell {
   public:
@@ -35,7 +36,8 @@ class BudgetShell {
         account_ = Account{server, reading};
         leave(account_.timer(reading));
     }
-    /// Around a wait of the thread that ends at `until`, or, kForever, nobody knows when. It ended at `now`.
+    /// Around a wait of the thread that ends at `until`, or, kForever, nobody knows when. It ended
+    /// at `now`.
     void before_wait(Instant until) {
         set_busy(true);
         carry_out(account_.blocks(host_.read(), until));

@@ -35,8 +35,8 @@ class CompletionTime {
     [[nodiscard]] LoopResponse verdict(std::size_t i) const;
     /// Each R <= T?
     [[nodiscard]] bool every_loop_meets() const;
-    /// Who takes what of `window` from the release of loop `i` on: its own budget, each VCPU of higher priority, each
-    /// I/O VCPU, the platform. In a window of length R the sum is R.
+    /// Who takes what of `window` from the release of loop `i` on: its own budget, each VCPU of
+    /// higher priority, each I/O VCPU, the platform. In a window of length R the sum is R.
     [[nodiscard]] Shares shares(std::size_t i, Nanoseconds window) const;
 
   private:

@@ -1,4 +1,5 @@
-// What is asked of a core: the VCPUs that are to share it, and what the platform takes of it itself.
+// What is asked of a core: the VCPUs that are to share it, and what the platform takes of it
+// itself.
 #pragma once
 
 #include "base/fixed_string.h"
@@ -16,11 +17,12 @@ struct VcpuRequest {
     bool io = false;      ///< an I/O VCPU (PIBS)
 };
 
-/// What takes a core's time above every VCPU: an interrupt thread, the kernel's fair server, top halves.
+/// What takes a core's time above every VCPU: an interrupt thread, the kernel's fair server, top
+/// halves.
 struct PlatformInterferer {
     FixedString<23> name;
     Nanoseconds cost{};      ///< CPU time per event
-    Nanoseconds interval{};  ///< shortest time between two events in the long run; > 0 when cost > 0
+    Nanoseconds interval{};  ///< least time between two events in the long run; > 0 when cost > 0
     Nanoseconds jitter{};    ///< how much closer than that two events may come
 
     /// Most it can take in a window of length `window`.

@@ -52,7 +52,8 @@ class Pibs {
     void activate(Instant now, Nanoseconds client_period);
     /// The bottom half has no work left. Charge it first.
     void finish(Instant now);
-    /// Charges `used` of CPU time that ended at `now_end`. Returns how much of it exceeded the budget. Contract: used >= 0.
+    /// Charges `used` of CPU time that ended at `now_end`. Returns what exceeded the budget.
+    /// Contract: used >= 0.
     Nanoseconds consume(Instant now_end, Nanoseconds used);
 
     /// CPU time it may take from `now` on; 0 when idle or throttled.

@@ -1,7 +1,8 @@
 // The server of one VCPU, of either kind: a sporadic server for a main VCPU, PIBS for an I/O VCPU.
 //
-// The simulator's scheduler (core_scheduler.h) and the account of a Linux thread (budget_account.h) ask the same
-// questions of both kinds. They hold this type and never ask which kind it is, but for a report or a contract.
+// The simulator's scheduler (core_scheduler.h) and the account of a Linux thread (budget_account.h)
+// ask the same questions of both kinds. They hold this type and never ask which kind it is, but for
+// a report or a contract.
 #pragma once
 
 #include <span>
@@ -15,10 +16,12 @@
 
 namespace qduino::sched {
 
-/// One owner at a time. No call blocks or allocates. `now` must not run backwards from call to call.
+/// One owner at a time. No call blocks or allocates. `now` must not run backwards from call to
+/// call.
 class Server {
   public:
-    Server() = default;                                        ///< for containers only: assign before use
+    /// For containers only: assign before use.
+    Server() = default;
     Server(const SporadicServer& server) : server_(server) {}  // NOLINT: implicit by design
     Server(const Pibs& server) : server_(server) {}            // NOLINT: implicit by design
 
@@ -27,18 +30,21 @@ class Server {
         const auto* main = std::get_if<SporadicServer>(&server_);
         return main ? !main->blocked() : !std::get_if<Pibs>(&server_)->idle();
     }
-    /// The period that is its priority: a main VCPU's own, an I/O VCPU's client's. Contract: an I/O VCPU has work.
+    /// The period that is its priority: a main VCPU's own, an I/O VCPU's client's. Contract: an I/O
+    /// VCPU has work.
     [[nodiscard]] Nanoseconds rank_period() const {
         const auto* main = std::get_if<SporadicServer>(&server_);
         return main ? main->parameters().period : std::get_if<Pibs>(&server_)->client_period();
     }
 
-    /// It has work from `now` on; no effect when it had some. An I/O VCPU takes its own period as its client's.
+    /// It has work from `now` on; no effect when it had some. An I/O VCPU takes its own period as
+    /// its client's.
     void wake(Instant now) {
         if (auto* main = std::get_if<SporadicServer>(&server_)) return main->unblock(now);
         wake_for(now, parameters().period);
     }
-    /// It has work for a main VCPU of period `client_period`, which may raise it. Contract: is_io().
+    /// It has work for a main VCPU of period `client_period`, which may raise it. Contract:
+    /// is_io().
     void wake_for(Instant now, Nanoseconds client_period) {
         QDUINO_EXPECT(is_io());
         std::get_if<Pibs>(&server_)->activate(now, client_period);
@@ -48,13 +54,14 @@ class Server {
         if (auto* main = std::get_if<SporadicServer>(&server_)) return main->block(now);
         std::get_if<Pibs>(&server_)->finish(now);
     }
-    /// Charges `used` of CPU time that ended at `now_end`. Returns how much of it exceeded the budget, if it was used in one
-    /// piece; that is charged forward. Contract: used >= 0.
+    /// Charges `used` of CPU time that ended at `now_end`. Returns how much of it exceeded the
+    /// budget, if it was used in one piece; that is charged forward. Contract: used >= 0.
     Nanoseconds consume(Instant now_end, Nanoseconds used) {
         return std::visit([&](auto& server) { return server.consume(now_end, used); }, server_);
     }
 
-    /// CPU time that it may take from `now` on without a pause; 0 when throttled. Ask it while it has work.
+    /// CPU time that it may take from `now` on without a pause; 0 when throttled. Ask it while it
+    /// has work.
     [[nodiscard]] Nanoseconds available(Instant now) const {
         return std::visit([now](const auto& server) { return server.available(now); }, server_);
     }

@@ -1,4 +1,5 @@
-// What admission answers: admitted, with each loop's response time, or refused, with who takes the time and what would help.
+// What admission answers: admitted, with each loop's response time, or refused, with who takes the
+// time and what would help.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +32,7 @@ enum class RefusedBecause : std::uint8_t {
 /// One loop's result. Also computed when the bound has decided, for the report.
 struct LoopResponse {
     VcpuId id = 0;
-    Nanoseconds response{};  ///< R; or, when there is none up to kResponseLimit·T, a value beyond that
+    Nanoseconds response{};  ///< R; or a value beyond kResponseLimit·T when R is not below that
     Nanoseconds period{};    ///< T
     bool meets = false;      ///< R <= T
 };
@@ -48,9 +49,12 @@ using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 10>;
 
 /// The smallest change that would be admitted, each alone; what is absent would not help.
 struct Remedy {
-    std::optional<Nanoseconds> budget_less_by;  ///< least reduction of the refused loop's budget, whole µs
-    std::optional<Nanoseconds> period_more_by;  ///< least increase of its period, whole µs
-    std::optional<int> other_core;              ///< lowest core that would take it as it is (placement.h)
+    /// Least reduction of the refused loop's budget, whole µs.
+    std::optional<Nanoseconds> budget_less_by;
+    /// Least increase of its period, whole µs.
+    std::optional<Nanoseconds> period_more_by;
+    /// Lowest core that would take it as it is (placement.h).
+    std::optional<int> other_core;
 };
 
 struct Refusal {

@@ -21,7 +21,7 @@ namespace qduino::board::linux {
 using posix::system_error;
 namespace {
 
-/// Splinters of budget shorter than this are joined to the next refill: enforcing one costs more than it.
+/// Shorter splinters of budget are joined to the next refill: to enforce one costs more.
 constexpr Nanoseconds kShortestRun = 20us;
 /// The timer is never set shorter: the signal alone takes as long.
 constexpr Nanoseconds kShortestTimer = 2us;
@@ -36,7 +36,7 @@ long voluntary_switches() {
 
 thread_local BudgetKeeper* BudgetKeeper::mine_ = nullptr;
 
-// ---- start and stop -------------------------------------------------------------------------------------
+// ---- start and stop -----------------------------------------------------------------------------
 
 Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
     QDUINO_EXPECT(!running_ && mine_ == nullptr);
@@ -74,7 +74,7 @@ void BudgetKeeper::stop() {
     mine_ = nullptr;
 }
 
-// ---- the system -----------------------------------------------------------------------------------------
+// ---- the system ---------------------------------------------------------------------------------
 
 sched::BudgetReading BudgetKeeper::Host::read() const {
     const Instant now = monotonic_now();

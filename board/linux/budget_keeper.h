@@ -4,19 +4,21 @@
 //   ███████████████████▼ budget spent: sleep in the handler ▼█████████████
 //   └── clocks read ──► sched::BudgetAccount ──► next replenishment
 //
-// The account is sched/'s (budget_account.h), and so is the shell that keeps handler and path apart (budget_shell.h).
-// Here are the clocks, the timer and the sleep of stock Linux. Only high-resolution timers and system calls of one's own
-// thread are needed: no privilege, no kernel patch. (Timers on the thread's CPU clock would spare the shots that come
-// early, but stock kernels look at them at the tick, 1–10 ms apart; so does SCHED_DEADLINE, without its HRTICK feature.)
+// The account is sched/'s (budget_account.h), and so is the shell that keeps handler and path apart
+// (budget_shell.h). Here are the clocks, the timer and the sleep of stock Linux. Only
+// high-resolution timers and system calls of one's own thread are needed: no privilege, no kernel
+// patch. (Timers on the thread's CPU clock would spare the shots that come early, but stock kernels
+// look at them at the tick, 1–10 ms apart; so does SCHED_DEADLINE, without its HRTICK feature.)
 //
-// Time that a hypervisor takes from a virtual machine and does not report looks like the thread's own: it is charged, and
-// paid back like any overrun.
+// Time that a hypervisor takes from a virtual machine and does not report looks like the thread's
+// own: it is charged, and paid back like any overrun.
 //
-// The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage: async-signal-safe on Linux.
+// The handler calls only clock_gettime, clock_nanosleep, timer_settime and getrusage:
+// async-signal-safe on Linux.
 //
-// Cost, measured on a 2-core VM (kernel 6.18): 3 µs per release; 30–40 µs per enforcement, nearly all of it the virtual
-// machine's timer interrupt (13 µs) and the way into and out of the sleep (17 µs); charged to the loop itself. Hence no
-// budget under 100 µs on a shared core.
+// Cost, measured on a 2-core VM (kernel 6.18): 3 µs per release; 30–40 µs per enforcement, nearly
+// all of it the virtual machine's timer interrupt (13 µs) and the way into and out of the sleep (17
+// µs); charged to the loop itself. Hence no budget under 100 µs on a shared core.
 #pragma once
 
 #include <time.h>
@@ -38,8 +40,8 @@ class BudgetKeeper {
     BudgetKeeper(const BudgetKeeper&) = delete;
     BudgetKeeper& operator=(const BudgetKeeper&) = delete;
 
-    /// Begins to keep the calling thread to the spec's budget: a main VCPU by the sporadic server, an I/O
-    /// VCPU by PIBS. Error: unavailable, when the kernel has no timer left.
+    /// Begins to keep the calling thread to the spec's budget: a main VCPU by the sporadic server,
+    /// an I/O VCPU by PIBS. Error: unavailable, when the kernel has no timer left.
     Result<void> start(const VcpuSpec& spec);
     /// Ends it. By the same thread.
     void stop();
@@ -62,7 +64,8 @@ class BudgetKeeper {
         if (running_) shell_.end_hold();
     }
 
-    /// The signal that a budget's end comes as. It is SIGRTMIN + 3, and what SIGRTMIN is glibc decides at run time.
+    /// The signal that a budget's end comes as. It is SIGRTMIN + 3, and what SIGRTMIN is glibc
+    /// decides at run time.
     [[nodiscard]] static int signal_number() { return SIGRTMIN + 3; }
 
     /// How often the budget was spent and the thread slept for it.

@@ -1,4 +1,5 @@
-// The account of a budget against its rules, one nanosecond at a time: the same events, the same effects, the same tokens.
+// The account of a budget against its rules, one nanosecond at a time: the same events, the same
+// effects, the same tokens.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
-// The account of a budget by its rules, one nanosecond of CPU time at a time: a list of tokens, and for each nanosecond that the
-// thread has used how often it was charged. Each rule can be broken, so that tests can show that they would notice.
+// The account of a budget by its rules, one nanosecond of CPU time at a time: a list of tokens, and
+// for each nanosecond that the thread has used how often it was charged. Each rule can be broken,
+// so that tests can show that they would notice.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +23,8 @@ struct BudgetRules {
     std::int64_t sleep_longer_by = 0;  // periods
 };
 
-/// A bucket that loses one nanosecond in each, and is full with two periods: each admitted wait puts one period in.
+/// A bucket that loses one nanosecond in each, and is full with two periods: each admitted wait
+/// puts one period in.
 class WaitBucket {
   public:
     explicit WaitBucket(std::int64_t period) : period_(period) {}

@@ -1,4 +1,5 @@
-// Where a model may go one way or another, it picks; whoever drives it has every way gone once, or ways at random.
+// Where a model may go one way or another, it picks; whoever drives it has every way gone once, or
+// ways at random.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,8 @@
 
 namespace qduino::sched {
 
-/// The ways of one run after the other, like the digits of a number that is counted up, each digit with a base of its own.
+/// The ways of one run after the other, like the digits of a number that is counted up, each digit
+/// with a base of its own.
 class EveryWay {
   public:
     /// 0 … count − 1.

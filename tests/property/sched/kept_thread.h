@@ -1,9 +1,10 @@
-// A thread that is kept to its budget, tick by tick: its clocks, its timer and the signal that the timer sends, what it does, and
-// what is true of it, told apart from what its account believes.
+// A thread that is kept to its budget, tick by tick: its clocks, its timer, what it does, and what is
+// true of it, apart from what its account believes.
 //
-//   run ──┐                       ┌─ the shell of the account, whose host this is: each time that it asks for a clock,
-//   wait ─┤ the thread ── ticks ──┤  sets the timer or sleeps, time may pass, and the timer may come
-//   lock ─┘                       └─ the truth: a list of tokens, one spent for each tick at once
+//   run ──┐                       ┌─ the shell of the account. This class is its host: whenever the
+//   wait ─┤ the thread ── ticks ──┤  shell reads a clock, sets the timer or sleeps, time may pass
+//   lock ─┘                       │  and the timer may come
+//                                 └─ the truth: a list of tokens; each tick spends one at once
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ std::int64_t consumed_by(const oracle::NaiveBudgetAccount<kRules>& account) {
     return account.consumed();
 }
 
-/// `ShellOf<Host>` keeps it; `Ways` decides (choices.h). At most `delays` times a tick passes within the shell.
+/// `ShellOf<Host>` keeps it; `Ways` decides (choices.h). At most `delays` times a tick passes
+/// within the shell.
 template <template <typename> class ShellOf, typename Ways>
 class KeptThread {
   public:
@@ -58,7 +60,8 @@ class KeptThread {
                 return locks_ > 0 ? unlock() : lock();
         }
     }
-    /// Runs long enough for a lost timer to show, and looks whether all time was charged. The first thing that is wrong, or "".
+    /// Runs long enough for a lost timer to show, and looks whether all time was charged. The first
+    /// thing that is wrong, or "".
     std::string finish() {
         run(2 * shape_.budget + 2);
         if (locks_ > 0) unlock();
@@ -170,9 +173,10 @@ class KeptThread {
         ++dawdled_;
         tick(what == 1 ? Use::shell : Use::none);
     }
-    /// A signal ends no sleep of the thread's, but it runs the handler, and the thread sleeps once more.
+    /// A signal ends no sleep of the thread's, but it runs the handler, and the thread sleeps once
+    /// more.
     void sleep_to(std::int64_t until) {
-        silent_ |= until <= now_;  // a wait that was none: the account takes it for a silent one elsewhere
+        silent_ |= until <= now_;  // a wait that was none: the account will look for it elsewhere
         while (now_ < until) {
             const bool shot = due_ && *due_ < until && !in_handler_;
             now_ = shot ? std::max(now_, *due_) : until;

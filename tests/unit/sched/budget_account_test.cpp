@@ -36,7 +36,7 @@ TEST(BudgetAccount, SleepsWhenTheBudgetIsSpentUntilItComesBack) {
     BudgetAccount account = make_account();
     EXPECT_EQ(account.timer(at(10, 10)), sleep_until(100));
     EXPECT_EQ(account.phase(), Phase::throttled);
-    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(9ns));  // what it took to sleep and to wake is charged
+    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(9ns));  // the way through the sleep is charged
     EXPECT_EQ(account.phase(), Phase::running);
 }
 
@@ -90,7 +90,7 @@ TEST(BudgetAccount, ChargesNeverMoreThanTheTimeThatPassedAndTheRestLater) {
     EXPECT_EQ(account.server().consumed(), 8ns);
 }
 
-// ---- locks ------------------------------------------------------------------------------------------------------
+// ---- locks --------------------------------------------------------------------------------------
 
 TEST(BudgetAccount, PutsTheSleepOffUntilTheLastUnlock) {
     BudgetAccount account = make_account();
@@ -132,7 +132,19 @@ TEST(BudgetAccount, EachHoldHasABudgetOfItsOwn) {
     EXPECT_EQ(account.timer(at(110, 20, 1)), arm_in(10ns));
 }
 
-// ---- I/O VCPUs --------------------------------------------------------------------------------------------------
+TEST(BudgetAccount, WhatTheWayThroughAWaitOverranIsNotTheLocks) {
+    BudgetAccount account = make_account();
+    for (const std::int64_t now : {0, 1}) {  // the two waits that admission has
+        static_cast<void>(account.blocks(at(now, 0, now), kForever));
+        static_cast<void>(account.woke(at_ns(now + 1), 0ns));
+    }
+    EXPECT_EQ(account.blocks(at(11, 9, 2), at_ns(20)), arm_at(21));
+    EXPECT_EQ(account.woke(at_ns(20), 12ns), kNothing);  // the way took 3, and 1 was left
+    account.holds();
+    EXPECT_EQ(account.timer(at(21, 13, 3)), arm_in(9ns));
+}
+
+// ---- I/O VCPUs ----------------------------------------------------------------------------------
 
 TEST(BudgetAccount, AnIoVcpuIsKeptByItsOwnServer) {
     BudgetAccount account{Pibs{{10ns, 100ns}}, at(0, 0)};

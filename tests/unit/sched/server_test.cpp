@@ -1,4 +1,5 @@
-// The sum of the two servers: each question goes to the right one, and inheritance reaches PIBS through it.
+// The sum of the two servers: each question goes to the right one, and inheritance reaches PIBS
+// through it.
 #include "sched/server.h"
 
 #include <gtest/gtest.h>
