@@ -94,7 +94,6 @@ class HeatWatch {
     [[nodiscard]] bool has_cut(pid_t sketch) const { return page_ && page_->cut == sketch; }
     /// Readable once the watch is dead; −1: there is none.
     [[nodiscard]] int descriptor() const { return pidfd_.get(); }
-    [[nodiscard]] bool runs() const { return pidfd_.valid(); }
 
     /// Ends the watch, or reaps it. At ordinary priority.
     void end();

@@ -29,7 +29,6 @@ class SharedSamples {
     [[nodiscard]] std::vector<std::int64_t> taken() const {
         return {values_, values_ + head_->count.load(std::memory_order_acquire)};
     }
-    void clear() { head_->count.store(0); }
 
   private:
     struct Head {

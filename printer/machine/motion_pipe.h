@@ -66,10 +66,9 @@ class MotionPipe {
 
     /// Leaves the path where it is held. Contract: not away, planner().stopped(), played_out().
     void depart();
-    [[nodiscard]] bool away() const { return away_; }
-    /// Where the path was left. Contract: away().
+    /// Where the path was left. Contract: departed.
     [[nodiscard]] const motion::AxisVector& left_at_mm() const { return planner_.held_position_mm(); }
-    /// Back on the path, still held. Contract: away(), drained(), and X, Y, Z stand at left_at_mm().
+    /// Back on the path, still held. Contract: departed, drained(), and X, Y, Z stand at left_at_mm().
     void come_back();
 
     /// Takes loop 2's freshest word. Once per release, before anything is decided.

@@ -88,6 +88,15 @@ class Reachability(Case):
         text = "class Pump {\n  public:\n    void run() { left(); }\n    int left() { return 0; }\n};\n"
         self.assertEqual(self.found({"engine/pump.cpp": text}), ["engine/pump.cpp:1: Pump"])
 
+    def test_a_name_means_what_its_translation_unit_sees(self):
+        tank = "struct Tank {\n    void drain() {}\n};\n"
+        sink = "struct Sink {\n    void drain() {}\n};\n"
+        uses = '#include "engine/sink.h"\n#include "engine/any.h"\nSink sink;\nint n = (empty(sink), 0);\n'
+        shared = {"engine/tank.h": tank, "engine/sink.h": sink, "engine/uses.cpp": uses,
+                  "engine/any.h": "template <class T>\nvoid empty(T& t) {\n    t.drain();\n}\n",
+                  "engine/holds.cpp": '#include "engine/tank.h"\nTank tank;\n'}
+        self.assertEqual(self.found(shared), ["engine/tank.h:2: Tank::drain"])
+
     def test_a_constant_and_an_enumerator(self):
         text = "constexpr int kSpare = 1;\nenum class Gear { low, high };\nGear gear = Gear::low;\n"
         self.assertEqual(self.found({"engine/gear.cpp": text}), ["engine/gear.cpp:1: kSpare", "engine/gear.cpp:2: Gear::high"])

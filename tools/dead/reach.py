@@ -7,8 +7,9 @@ the sketches and everything that a sketch may call (arduino/) lives from the sta
     main ──names──► Printer ──names──► plan() ──names──► Planner, append()      living
     only a test ──names──► Endstop ──names──► steady_                           dead: nothing living names it
 
-Names are compared, types are not known: a dead `clear()` is not seen while another class' `clear()` is called on a living class'
-behalf. So it misses some, and blames nobody who is called. What only a macro puts together (`a ## b`) is taken for dead.
+Names are compared, types are not known, but files are: a name can only mean what one translation unit sees together with it. So a dead
+`clear()` is missed while another `clear()` is called near it; nothing that is called is blamed. What only a macro puts together (`a ## b`)
+is taken for dead.
 """
 import collections
 import re
@@ -30,8 +31,9 @@ class Node:
     def __init__(self, owner, name):
         self.owner, self.name = owner, name
         self.places = []    # (path, line)
-        self.names = set()  # what its text names
+        self.names = set()  # what its text names: (name, path of the text)
         self.always = False
+        self.overrides = False  # called through its base, from wherever that is known
 
 
 class Reach:
@@ -42,10 +44,29 @@ class Reach:
         self.class_names = {t["name"] for t in self.tags if t["kind"] in CLASSES}
         self.nodes = {}
         self.root_names = set()
+        self.seen_with = self.read_includes()
         self.virtual = {t["name"] for t in self.tags if t["kind"] in ("prototype", "function") and "virtual" in self.line_of(t)}
         self.read()
 
     # ---- reading ------------------------------------------------------------------------------------------------
+
+    def read_includes(self):
+        """path → all files that stand with it in a translation unit."""
+        ours = set(self.paths)
+        included = {p: {i for i in re.findall(r'^\s*#\s*include\s+"([^"]+)"', self.tree.text(p), re.M) if i in ours}
+                    | {str(beside) for i in re.findall(r'^\s*#\s*include\s+["<]([^">/]+)[">]', self.tree.text(p), re.M)
+                       for beside in (p.rpartition("/")[0] + "/" + i, "arduino/" + i) if beside in ours} for p in self.paths}
+        seen_with = collections.defaultdict(set)
+        for unit in (p for p in self.paths if not p.endswith(".h")):
+            unit_files, waiting = set(), [unit]
+            while waiting:
+                path = waiting.pop()
+                if path not in unit_files:
+                    unit_files.add(path)
+                    waiting += included[path]
+            for path in unit_files:
+                seen_with[path] |= unit_files
+        return seen_with
 
     def line_of(self, tag):
         return self.tree.code(tag["path"]).split("\n")[tag["line"] - 1]
@@ -80,9 +101,9 @@ class Reach:
                 continue
             node = owner_of_line[i]
             if node is None or path.startswith(ALWAYS):
-                self.root_names |= names
+                self.root_names |= {(name, path) for name in names}
             else:
-                node.names |= names
+                node.names |= {(name, path) for name in names}
 
     @staticmethod
     def calls(line, name):
@@ -110,13 +131,16 @@ class Reach:
             return None
         if kind in ("function", "prototype") and (name == owner or name.startswith("~")):
             return self.node(None, owner)
+        if kind in CLASSES:
+            owner = None  # nested or not: its members know it by its last name
         line = lines[tag["line"] - 1]
         node = self.node(owner, name)
         node.places.append((tag["path"], tag["line"]))
         if name.startswith("operator") or name in PROTOCOL or tag["path"].startswith(ALWAYS):
             node.always = True
-        if kind in ("function", "prototype") and re.search(r"\boverride\b", self.head_of(tag, lines)) and name not in self.virtual:
-            node.always = True  # somebody else's class calls it
+        if kind in ("function", "prototype") and re.search(r"\boverride\b", self.head_of(tag, lines)):
+            node.overrides = True
+            node.always |= name not in self.virtual  # somebody else's class calls it
         if kind in ("member", "enumerator"):
             return self.node(None, owner) if owner and not owner.startswith("__anon") else None
         if kind == "variable" and "constexpr" not in line:
@@ -134,7 +158,9 @@ class Reach:
 
     def dead(self):
         """(path, line, name) of each definition that no program reaches."""
-        named = set(self.root_names)
+        named = collections.defaultdict(set)  # name → the files that name it
+        for name, path in self.root_names:
+            named[name].add(path)
         living = set()
         waiting = dict(self.nodes)
         while True:
@@ -142,7 +168,8 @@ class Reach:
             if not born:
                 break
             for key in born:
-                named |= waiting.pop(key).names
+                for name, path in waiting.pop(key).names:
+                    named[name].add(path)
                 living.add(key)
         for node in waiting.values():
             if not node.places or (None, node.owner) in waiting:
@@ -154,7 +181,9 @@ class Reach:
         owner = self.nodes.get((None, node.owner)) if node.owner else None
         if owner and owner.places and (None, node.owner) not in living:
             return False
-        return node.always or node.name in named
+        if node.always or (node.overrides and named[node.name]):
+            return True
+        return not node.places or any(named[node.name] & self.seen_with[path] for path, _ in node.places)
 
     # ---- declarations without a body ----------------------------------------------------------------------------
 
