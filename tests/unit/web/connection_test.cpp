@@ -301,8 +301,9 @@ TEST_F(ConnectionTest, GarbageIsAnsweredAndClosed) {
 
 TEST_F(ConnectionTest, ALiveStreamIsHandedToTheSocketsOwner) {
     connect();
-    receive(get("/api/v1/live", "Connection: Upgrade\r\nUpgrade: websocket\r\n"));
+    receive(get("/api/v1/live", "Connection: Upgrade\r\nUpgrade: websocket\r\n") + "a frame");
     EXPECT_TRUE(connection_->is_live());
+    EXPECT_EQ(connection_->take_rest(), "a frame") << "the stream's owner reads on from here";
     connect();
     receive(get("/api/v1/live"));
     EXPECT_EQ(parse(output()).status, 400);
