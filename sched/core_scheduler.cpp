@@ -153,8 +153,6 @@ std::optional<VcpuId> CoreScheduler::running() const {
     return vcpus_[running_].id;
 }
 
-bool CoreScheduler::runnable(VcpuId id) const { return at(id).server.has_work(); }
-
 Nanoseconds CoreScheduler::available(VcpuId id, Instant now) const { return available(at(id), now); }
 
 Instant CoreScheduler::next_replenishment(VcpuId id) const { return at(id).server.next_replenishment(); }

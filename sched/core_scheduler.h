@@ -101,7 +101,6 @@ class CoreScheduler {
     /// The VCPU that the last decide() chose and that has not blocked since.
     [[nodiscard]] std::optional<VcpuId> running() const;
     /// Contract for all of these: `id` was added.
-    [[nodiscard]] bool runnable(VcpuId id) const;  ///< has work, with or without budget
     /// Budget left at `now`; when that is spent and it holds a lock, what it may overrun;
     /// Nanoseconds::max() for a VCPU that owns the core.
     [[nodiscard]] Nanoseconds available(VcpuId id, Instant now) const;

@@ -101,6 +101,10 @@ class Reachability(Case):
         text = "constexpr int kSpare = 1;\nenum class Gear { low, high };\nGear gear = Gear::low;\n"
         self.assertEqual(self.found({"engine/gear.cpp": text}), ["engine/gear.cpp:1: kSpare", "engine/gear.cpp:2: Gear::high"])
 
+    def test_a_static_assertion_is_a_use(self):
+        text = "constexpr bool is_sorted() { return true; }\nstatic_assert(is_sorted());\n"
+        self.assertEqual(self.found({"engine/table.cpp": text}), [])
+
     def test_a_digit_separator_begins_no_character(self):
         text = "int oil() { return 1; }\nint a = 1'000 + oil() + 2'000;\n"
         self.assertEqual(self.found({"engine/oil.cpp": text}), [])

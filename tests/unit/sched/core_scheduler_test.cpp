@@ -72,7 +72,6 @@ TEST(CoreScheduler, BlockingLeavesTheCore) {
     EXPECT_EQ(core.decide(at_ns(0)), run(1, 5));
     core.block(1, at_ns(2));
     EXPECT_FALSE(core.running());
-    EXPECT_FALSE(core.runnable(1));
     EXPECT_EQ(core.decide(at_ns(2)), idle(kForever));
     EXPECT_EQ(core.consumed(1), 2ns);
     EXPECT_EQ(core.available(1, at_ns(2)), 3ns);
