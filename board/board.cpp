@@ -60,6 +60,7 @@ Error not_running() {
 Result<void> Pins::pwm_write(PinId, double) { return unsupported("has no PWM"); }
 Result<void> Pins::pwm_period(PinId, Nanoseconds) { return unsupported("has no PWM"); }
 Result<double> Pins::analog_read(PinId) { return unsupported("has no analog inputs"); }
+Result<double> Pins::chip_temperature() { return unsupported("has no thermometer"); }
 Result<void> Pins::attach_edge(PinId, Edge, EdgeHandler, void*, VcpuId) {
     return unsupported("has no interrupts on its pins");
 }

@@ -72,6 +72,9 @@ class Pins {
     /// 0…1 of the reference.
     [[nodiscard]] virtual Result<double> analog_read(PinId pin);
 
+    /// Of the processor, in °C. Not real-time.
+    [[nodiscard]] virtual Result<double> chip_temperature();
+
     /// Routes edges of `pin` to `handler`, run as I/O VCPU `io` (which start() was or will be given). Setup-time.
     virtual Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     virtual void detach_edge(PinId pin);

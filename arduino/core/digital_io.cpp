@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/make_output.h"
@@ -108,6 +109,13 @@ int analogRead(int pin) {
     const double code = std::clamp(*fraction, 0.0, 1.0) * static_cast<double>(1 << bits);
     // … and the last is cut off.
     return std::min(static_cast<int>(code), full_scale(bits));
+}
+
+float analogReadTemp() {
+    const auto celsius = board::current().chip_temperature();
+    if (celsius.ok()) return static_cast<float>(*celsius);
+    report_error("analogReadTemp", 0, celsius.error());
+    return NAN;
 }
 
 void analogWrite(int pin, int value) {

@@ -20,6 +20,9 @@ int digitalRead(int pin);
 /// The input as 0 … 2^bits − 1 (10 bits unless analogReadResolution said otherwise). `pin` is A0…
 /// or a channel 0–15.
 int analogRead(int pin);
+/// The temperature of the processor in °C; NAN, and reported, where the board has no sensor for it.
+/// Not real-time: on Linux it opens a file. (As on the RP2040; the ESP32 calls it temperatureRead().)
+float analogReadTemp();
 /// PWM with a duty of value / (2^bits − 1), clamped; 8 bits unless analogWriteResolution said
 /// otherwise.
 void analogWrite(int pin, int value);

@@ -1,15 +1,13 @@
 #include "board/linux/linux_board.h"
 
 #include <algorithm>
-#include <string>
+#include <cstdlib>
 
 #include "base/contract.h"
-#include "board/linux/bus_device.h"
-#include "board/linux/futex.h"
-#include "board/linux/gpio_pin.h"
 #include "board/linux/overheads.h"
+#include "board/linux/pi_lock.h"
 #include "board/linux/real_time_thread.h"
-#include "board/linux/sysfs_pin.h"
+#include "posix/small_file.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -48,11 +46,14 @@ void spin_until(Instant t) {
 
 // ---- opening --------------------------------------------------------------------------------------------
 
+LinuxBoard::LinuxBoard(LinuxConfig config) : config_(std::move(config)), core_count_(cpu_count()) {}
+
 Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     std::unique_ptr<LinuxBoard> board{new LinuxBoard{std::move(config)}};
-    board->core_count_ = cpu_count();
     cycle_clock.start();
-    if (auto opened = board->open_devices(); !opened) return opened.error();
+    if (auto opened = board->pins_.open(board->config_); !opened) return opened.error();
+    if (VirtualPins& shared = board->pins_.virtual_pins(); shared.attached())
+        board->life_ = SignsOfLife{shared, board->config_.heartbeat_bound};
     if (board->config_.handle_signals) {
         board->signals_ = std::make_unique<FatalSignals>(
             Will{[](void* self) { static_cast<LinuxBoard*>(self)->force_safe_states(); },
@@ -61,72 +62,12 @@ Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     return board;
 }
 
-Result<void> LinuxBoard::open_devices() {
-    if (!config_.pins_path.empty()) {
-        if (auto attached = virtual_.attach(config_.pins_path); !attached) return attached;
-        pins_.fill(&virtual_);
-        i2c_.fill(&virtual_);
-        spi_.fill(&virtual_);
-        watched_ = virtual_.heartbeat_bound() > Nanoseconds{0};
-        heartbeat_bound_ = std::max(config_.heartbeat_bound, virtual_.heartbeat_bound());
-    }
-    if (auto opened = open_real_pins(); !opened) return opened;
-    return open_real_buses();
-}
-
-template <typename Driver>
-Result<void> LinuxBoard::add_pin(PinId pin, std::unique_ptr<Driver> driver) {
-    if (pin.number >= kPinCount) return make_error(ErrorCode::invalid_argument, "a pin number is below 128");
-    if (auto opened = driver->open(); !opened) return opened;
-    pins_[pin.number] = driver.get();
-    real_pins_.push_back(std::move(driver));
-    return {};
-}
-
-Result<void> LinuxBoard::open_real_pins() {
-    for (const GpioLine& line : config_.gpio) {
-        if (auto added = add_pin(line.pin, std::make_unique<GpioPin>(line)); !added) return added;
-        if (virtual_.attached()) virtual_.publish_line(line.pin, line.chip, line.line);
-    }
-    for (const PwmChannel& channel : config_.pwm) {
-        if (auto added = add_pin(channel.pin, std::make_unique<PwmPin>(channel, config_.sysfs_root)); !added)
-            return added;
-        if (virtual_.attached()) virtual_.publish_channel(channel.pin, channel.chip, channel.channel);
-    }
-    for (const AnalogChannel& channel : config_.analog) {
-        auto added = add_pin(channel.pin, std::make_unique<AnalogPin>(channel, config_.sysfs_root));
-        if (!added) return added;
-    }
-    return {};
-}
-
-Result<void> LinuxBoard::open_real_buses() {
-    for (const I2cPort& port : config_.i2c) {
-        if (port.bus.number >= kBusLimit)
-            return make_error(ErrorCode::invalid_argument, "an I2C bus number is below 16");
-        auto device = std::make_unique<I2cDevice>();
-        if (auto opened = device->open(port); !opened) return opened;
-        i2c_[port.bus.number] = device.get();
-        real_i2c_.push_back(std::move(device));
-    }
-    for (const SpiPort& port : config_.spi) {
-        if (port.bus.number >= kBusLimit)
-            return make_error(ErrorCode::invalid_argument, "an SPI bus number is below 16");
-        auto device = std::make_unique<SpiDevice>();
-        if (auto opened = device->open(port); !opened) return opened;
-        spi_[port.bus.number] = device.get();
-        real_spi_.push_back(std::move(device));
-    }
-    return {};
-}
-
 LinuxBoard::~LinuxBoard() {
     request_stop();
-    threads_.clear();  // joins
+    crew_.join();
     force_safe_states();
     witness_.dismiss();
-    static_cast<void>(
-        settings_.undo());  // what could not be undone stays in the state file, for `qduino restore`
+    cores_.give_back();
 }
 
 // ---- time -----------------------------------------------------------------------------------------------
@@ -138,14 +79,14 @@ LinuxBoard::~LinuxBoard() {
 //   ├ rest, if it must ┼ anchor of the clock ┼ pause ··· pause ┼ rehearsal ┼ pause ··· look, look, look ┤ digitalWrite
 //                                                            t - 1.5 us                t - 0.3 us      t
 void LinuxBoard::busy_until(Instant t) {
-    if (watched_) promise_until(t);
+    life_.promise(current_vcpu(), t);
     VcpuThread* thread = VcpuThread::current();
     if (thread) thread->rest_before_spin(t);
     const Nanoseconds left = t - cycle_clock.soon();
     if (left > kLongSpin) {
         cycle_clock.keep_fresh();
         spin_until(t - kRehearsal);
-        if (thread) virtual_.rehearse_write(current_vcpu());
+        if (thread) pins_.virtual_pins().rehearse_write(current_vcpu());
     }
     if (left > Nanoseconds{0}) spin_until(t);
 }
@@ -168,161 +109,106 @@ void LinuxBoard::busy_for(Nanoseconds length) {
 }
 
 void LinuxBoard::sleep_until(Instant t) {
-    if (watched_) promise_until(t);
+    life_.promise(current_vcpu(), t);
     VcpuThread* thread = VcpuThread::current();
     if (!thread) return block_until(t);
     thread->sleep_towards(t);
     spin_until(t);
 }
 
-void LinuxBoard::promise_until(Instant t) {
-    const VcpuId vcpu = current_vcpu();
-    if (vcpu == kNoVcpu) return;
-    const Instant latest = kForever - heartbeat_bound_;
-    virtual_.promise(vcpu, std::min(std::max(t, now()), latest) + heartbeat_bound_);
-}
-
-void LinuxBoard::note_release() {
-    if (watched_) promise_until(kEpoch);
-}
-
 // ---- pins and buses -------------------------------------------------------------------------------------
 
-PinDriver* LinuxBoard::driver_of(PinId pin) const {
-    return pin.number < kPinCount ? pins_[pin.number] : nullptr;
-}
-
 Result<void> LinuxBoard::pin_mode(PinId pin, PinMode mode) {
-    PinDriver* driver = driver_of(pin);
+    PinDriver* driver = pins_.at(pin);
     if (!driver) return nothing_at(pin);
     return driver->set_mode(current_vcpu(), pin, mode);
 }
 
 void LinuxBoard::pin_write(PinId pin, Level level) {
-    if (PinDriver* driver = driver_of(pin)) driver->write(current_vcpu(), pin, level);
+    if (PinDriver* driver = pins_.at(pin)) driver->write(current_vcpu(), pin, level);
 }
 
 Level LinuxBoard::pin_read(PinId pin) {
-    PinDriver* driver = driver_of(pin);
+    PinDriver* driver = pins_.at(pin);
     return driver ? driver->read(current_vcpu(), pin) : Level::low;
 }
 
 Result<void> LinuxBoard::pwm_write(PinId pin, double duty) {
-    PinDriver* driver = driver_of(pin);
+    PinDriver* driver = pins_.at(pin);
     if (!driver) return nothing_at(pin);
     return driver->write_pwm(current_vcpu(), pin, duty);
 }
 
 Result<void> LinuxBoard::pwm_period(PinId pin, Nanoseconds period) {
-    PinDriver* driver = driver_of(pin);
+    PinDriver* driver = pins_.at(pin);
     if (!driver) return nothing_at(pin);
     if (!is_pwm_period(period)) return bad_pwm_period();
     return driver->set_pwm_period(current_vcpu(), pin, period);
 }
 
 Result<double> LinuxBoard::analog_read(PinId pin) {
-    PinDriver* driver = driver_of(pin);
+    PinDriver* driver = pins_.at(pin);
     if (!driver) return nothing_at(pin);
     return driver->read_analog(current_vcpu(), pin);
 }
 
+Result<double> LinuxBoard::chip_temperature() {
+    const auto milli = posix::read_small_file(config_.sysfs_root + "/sys/class/thermal/thermal_zone0/temp");
+    if (!milli) return milli.error();
+    return std::strtod(milli->c_str(), nullptr) / 1000;
+}
+
 Result<void> LinuxBoard::i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                                       std::span<std::uint8_t> in) {
-    I2cDriver* driver = bus.number < kBusLimit ? i2c_[bus.number] : nullptr;
+    I2cDriver* driver = pins_.at(bus);
     if (!driver) return make_error(ErrorCode::unsupported, "this I2C bus is connected to nothing");
     return driver->transfer(current_vcpu(), bus, address, out, in);
 }
 
 Result<void> LinuxBoard::spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) {
-    SpiDriver* driver = bus.number < kBusLimit ? spi_[bus.number] : nullptr;
+    SpiDriver* driver = pins_.at(bus);
     if (!driver) return make_error(ErrorCode::unsupported, "this SPI bus is connected to nothing");
     return driver->transfer(current_vcpu(), bus, settings, data);
 }
 
-Result<void> LinuxBoard::safe_state(PinId pin, Level level) {
-    PinDriver* driver = driver_of(pin);
-    if (!driver) return nothing_at(pin);
-    if (virtual_.attached() && driver != &virtual_)
-        virtual_.publish_safe_state(pin, level);  // for the supervisor
-    return driver->set_safe_state(pin, level);
+std::uint64_t LinuxBoard::lost_edges() const {
+    const VirtualPins& shared = pins_.virtual_pins();
+    return shared.attached() ? shared.lost_edges() : 0;
 }
 
-void LinuxBoard::force_safe_states() {
-    if (made_safe_.exchange(true)) return;
-    virtual_.force_safe_states();
-    for (const auto& driver : real_pins_) driver->force_safe_states();
-}
-
-std::uint64_t LinuxBoard::lost_edges() const { return virtual_.attached() ? virtual_.lost_edges() : 0; }
+void LinuxBoard::lock(LockWord& word) { take_lock(word); }
+bool LinuxBoard::try_lock(LockWord& word) { return try_to_take_lock(word); }
+void LinuxBoard::unlock(LockWord& word) { give_lock(word); }
 
 // ---- running --------------------------------------------------------------------------------------------
 
-Result<void> LinuxBoard::check(std::span<const VcpuSpec> specs) const {
-    std::array<bool, kVcpuLimit> taken{};
-    for (const VcpuSpec& spec : specs) {
-        const bool sound = spec.id != kNoVcpu && spec.id < kVcpuLimit && !taken[spec.id] && spec.core >= 0 &&
-                           spec.core < core_count_ && spec.budget > Nanoseconds{0} &&
-                           spec.budget <= spec.period && (spec.entry || spec.kind == VcpuKind::io);
-        if (!sound) {
-            Error error{ErrorCode::invalid_argument, "loop "};
-            error.message.append(std::to_string(spec.id));
-            error.message.append(
-                ": id taken or out of range, no such core, budget not within its period, or no body");
-            return error;
-        }
-        taken[spec.id] = true;
-        const bool shares = std::any_of(specs.begin(), specs.end(), [&](const VcpuSpec& other) {
-            return other.id != spec.id && other.core == spec.core;
-        });
-        if (config_.enforce_budgets && shares && !spec.owns_core && spec.budget < kShortestSharedBudget) {
-            Error error{ErrorCode::out_of_range, "loop "};
-            error.message.append(std::to_string(spec.id))
-                .append(" has a budget below 100 us on a core that others use: ");
-            error.message.append(
-                "enforcing it would cost more than the budget. Give it its own core (budget = period), ");
-            error.message.append("or make budget and period longer");
-            return error;
-        }
-    }
-    return {};
-}
-
-/// Rate-monotonic over the whole board: each shorter distinct period is one priority higher.
-int LinuxBoard::priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
-    if (!config_.real_time) return 0;
-    std::vector<Nanoseconds> shorter;
-    for (const VcpuSpec& other : all) {
-        if (other.period < spec.period) shorter.push_back(other.period);
-    }
-    std::sort(shorter.begin(), shorter.end());
-    const auto rank = std::unique(shorter.begin(), shorter.end()) - shorter.begin();
-    return std::max(config_.priority_lowest, config_.priority_highest - static_cast<int>(rank));
-}
-
 Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
-    QDUINO_EXPECT(threads_.empty());
-    if (auto checked = check(specs); !checked) return checked;
-    if (auto locked = lock_cores(specs); !locked) return locked;
-    for (const VcpuSpec& spec : specs) {
-        if (!virtual_.attached()) break;
-        if (auto opened = virtual_.open_writer(spec.id, spec.owns_core); !opened) return opened;
-        virtual_.publish_place(spec.id, {.core = spec.core, .priority = priority_of(spec, specs)});
-    }
-    if (virtual_.attached()) witness_.call(virtual_.layout().witness, config_.real_time);
-    if (config_.real_time) {
-        if (auto awake = keep_cores_awake(config_.sysfs_root); awake) awake_ = std::move(*awake);
-    }
+    QDUINO_EXPECT(crew_.threads().empty());
+    if (auto checked = check_specs(specs, config_, core_count_); !checked) return checked;
+    if (auto locked = cores_.lock(specs); !locked) return locked;
+    if (auto opened = open_writers(specs); !opened) return opened;
     if (config_.lock_memory) memory_locked_ = lock_memory().ok();
-    take_cores(specs);
-    schedule_bottom_halves(specs);
-    started_at_ = now();
+    cores_.take(specs);
     return make_threads(specs);
 }
 
+Result<void> LinuxBoard::open_writers(std::span<const VcpuSpec> specs) {
+    VirtualPins& shared = pins_.virtual_pins();
+    if (!shared.attached()) return {};
+    for (const VcpuSpec& spec : specs) {
+        if (auto opened = shared.open_writer(spec.id, spec.owns_core); !opened) return opened;
+        shared.publish_place(spec.id, {.core = spec.core, .priority = priority_of(spec, specs, config_)});
+    }
+    witness_.call(shared.layout().witness, config_.real_time);
+    return {};
+}
+
 Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
-    gate_ = std::make_unique<StartGate>();
     const StopSignalsBlocked for_new_threads;
-    Result<void> made;
+    for (const VcpuSpec& spec : specs) {
+        if (spec.entry) continue;
+        if (auto opened = edges_.open(spec.id); !opened) return opened;
+    }
     for (const VcpuSpec& spec : specs) {
         VcpuSpec mine = spec;
         if (!mine.entry) {
@@ -330,57 +216,53 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
             mine.context = this;
         }
         VcpuThreadOptions options;
-        options.priority = priority_of(spec, specs);
+        options.priority = priority_of(spec, specs, config_);
         options.stack_bytes = config_.stack_bytes;
         options.enforce_budget = config_.enforce_budgets && !spec.owns_core;
         if (spec.owns_core) options.spin_share = real_time_share(config_.sysfs_root);
-        options.isolation = isolation_.owns(spec.core) ? &isolation_ : nullptr;
-        options.gate = gate_.get();
-        options.returned = &returned_;
-        threads_.push_back(std::make_unique<VcpuThread>(mine, options));
-        made = threads_.back()->create();
-        if (!made) break;
+        options.isolation = cores_.isolation_of(spec);
+        if (auto made = crew_.add(mine, options); !made) return made;
     }
-    if (!made) {
-        threads_.pop_back();
-        open_gate(2);
-        threads_.clear();
-        return made;
-    }
-    for (std::uint32_t ready = 0; (ready = gate_->ready.load()) < threads_.size();) {
-        futex_wait_until(gate_->ready, ready, kForever);
-    }
-    open_gate(1);
+    crew_.go();
     return {};
 }
 
-void LinuxBoard::open_gate(std::uint32_t state) {
-    gate_->state.store(state, std::memory_order_release);
-    futex_wake_all(gate_->state);
-}
-
-bool LinuxBoard::all_returned() const {
-    return std::all_of(threads_.begin(), threads_.end(),
-                       [](const auto& thread) { return thread->returned(); });
+void LinuxBoard::edge_entry(void* self) {
+    auto& board = *static_cast<LinuxBoard*>(self);
+    board.edges_.serve(VcpuThread::current_id(), board.crew_.stop());
 }
 
 void LinuxBoard::run(Instant until) {
-    for (;;) {
-        const std::uint32_t seen = returned_.load();
-        if (stop_requested() && all_returned()) {
-            force_safe_states();
-            return;
-        }
-        if (now() >= until) return;
-        futex_wait_until(returned_, seen, until);
-    }
+    if (crew_.wait_until(until)) force_safe_states();
 }
 
 void LinuxBoard::request_stop() {
-    stop_.store(true, std::memory_order_release);
-    returned_.fetch_add(1);
-    futex_wake_all(returned_);
-    if (virtual_.attached()) virtual_.wake_input_waiters();
+    crew_.request_stop();
+    edges_.ring_all();
+}
+
+// ---- what holds -----------------------------------------------------------------------------------------
+
+sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
+    if (!overheads_) overheads_ = measure_overheads();
+    return *overheads_;
+}
+
+GuaranteeReport LinuxBoard::guarantee() const {
+    GuaranteeReport report;
+    const auto& threads = crew_.threads();
+    const bool real_time =
+        std::all_of(threads.begin(), threads.end(), [](const auto& t) { return t->real_time(); });
+    report.board = real_time ? "linux, SCHED_FIFO" : "linux, best effort";
+    report.memory_locked = memory_locked_;
+    for (const auto& thread : threads) {
+        LoopGuarantee loop = cores_.describe(*thread);
+        if (const std::string_view note = edges_.note_of(loop.id); !note.empty())
+            loop.shortfall.append(loop.shortfall.empty() ? "" : "; ").append(note);
+        report.loops.push_back(loop);
+    }
+    cores_.describe_cores(report);
+    return report;
 }
 
 }  // namespace qduino::board::linux

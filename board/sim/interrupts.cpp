@@ -104,6 +104,12 @@ bool Interrupts::route(DeviceClass device, int core, bool allowed) {
     return true;
 }
 
+void Interrupts::serve(DeviceClass device, VcpuId io) {
+    for (std::size_t d = 0; d < served_by_.size(); ++d) {
+        if (device == DeviceClass::all || static_cast<std::size_t>(device) == d) served_by_[d] = io;
+    }
+}
+
 void Interrupts::set_tick(int core, bool enabled, Instant now) {
     for (Source& source : sources_) {
         if (!source.tick || source.config.core != core) continue;

@@ -34,6 +34,11 @@ class Interrupts {
 
     /// False, and nothing changed, when no core would take the class any more.
     [[nodiscard]] bool route(DeviceClass device, int core, bool allowed);
+    /// Bottom halves of `device` are the work of I/O VCPU `io` from now on; kNoVcpu: of nobody.
+    void serve(DeviceClass device, VcpuId io);
+    [[nodiscard]] VcpuId server_of(DeviceClass device) const {
+        return served_by_[static_cast<std::size_t>(device)];
+    }
     void set_tick(int core, bool enabled, Instant now);
     [[nodiscard]] bool ticks(int core) const;
     /// Mean rate at which `core` is interrupted, faults aside.
@@ -57,6 +62,7 @@ class Interrupts {
 
     std::vector<Source> sources_;
     std::array<std::uint64_t, kDeviceClassCount> allowed_{};  // one bit for each core
+    std::array<VcpuId, kDeviceClassCount> served_by_{};
     Instant next_ = kForever;
 };
 

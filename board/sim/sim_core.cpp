@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "base/contract.h"
-#include "board/sim/sim_board.h"
+#include "board/sim/event_loop.h"
 
 namespace qduino::board::sim {
 
@@ -45,7 +45,7 @@ void SimCore::account(Instant now) {
     if (now <= accounted_) return;
     const Nanoseconds passed = now - accounted_;
     const Nanoseconds stolen = std::clamp(stolen_until_ - accounted_, Nanoseconds{0}, passed);
-    scheduler_.account(now, board_.config_.charge_interrupts_to_victim ? Nanoseconds{0} : stolen);
+    scheduler_.account(now, config_.charge_interrupts_to_victim ? Nanoseconds{0} : stolen);
     if (running_) running_->work_left = std::max(running_->work_left - (passed - stolen), Nanoseconds{0});
     accounted_ = now;
 }
@@ -53,8 +53,8 @@ void SimCore::account(Instant now) {
 void SimCore::give_up(Vcpu& vcpu, Instant now) {
     account(now);
     scheduler_.block(vcpu.spec.id, now);
-    board_.emit(number_, vcpu.spec.id,
-                vcpu.state == VcpuState::finished ? TraceKind::finish : TraceKind::block);
+    loop_.emit(number_, vcpu.spec.id,
+               vcpu.state == VcpuState::finished ? TraceKind::finish : TraceKind::block);
     running_ = nullptr;
     ready_ = false;
     settle_soon(now);
@@ -109,20 +109,28 @@ void SimCore::wake_sleepers(Instant now) {
         scheduler_.wake(vcpu->spec.id, now);
         const bool goes_on = std::exchange(vcpu->handed_lock, false);
         if (goes_on) continue;
-        if (vcpu->has_fault) board_.apply_loop_faults(*vcpu);
-        if (vcpu->spec.kind == VcpuKind::io) board_.emit(number_, vcpu->spec.id, TraceKind::release);
+        if (vcpu->has_fault) apply_faults(*vcpu, now);
+        if (vcpu->spec.kind == VcpuKind::io) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
+    }
+}
+
+/// What a loop's release takes too much, in the time of its fault.
+void SimCore::apply_faults(Vcpu& vcpu, Instant now) const {
+    for (const LoopFault& fault : config_.loop_faults) {
+        if (fault.loop == vcpu.spec.id && fault.from <= now && now < fault.until)
+            vcpu.work_left += fault.extra;
     }
 }
 
 void SimCore::turn_to(Vcpu* next, Instant now) {
     if (next == running_) return;
     if (running_ && scheduler_.available(running_->spec.id, now) > Nanoseconds{0}) {
-        board_.emit(number_, running_->spec.id, TraceKind::preempt);
+        loop_.emit(number_, running_->spec.id, TraceKind::preempt);
     }
     running_ = next;
     if (!running_) return;
-    board_.emit(number_, running_->spec.id, TraceKind::run);
-    steal(now, board_.config_.costs.context_switch);
+    loop_.emit(number_, running_->spec.id, TraceKind::run);
+    steal(now, config_.costs.context_switch);
 }
 
 void SimCore::trace_throttling(Instant now) {
@@ -131,7 +139,7 @@ void SimCore::trace_throttling(Instant now) {
             vcpu->state == VcpuState::ready && scheduler_.available(vcpu->spec.id, now) == Nanoseconds{0};
         if (throttled == vcpu->throttled) continue;
         vcpu->throttled = throttled;
-        board_.emit(number_, vcpu->spec.id, throttled ? TraceKind::throttle : TraceKind::replenish);
+        loop_.emit(number_, vcpu->spec.id, throttled ? TraceKind::throttle : TraceKind::replenish);
     }
 }
 

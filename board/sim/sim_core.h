@@ -11,16 +11,18 @@
 #include <vector>
 
 #include "base/time.h"
+#include "board/sim/config.h"
 #include "board/sim/vcpu.h"
 #include "sched/core_scheduler.h"
 
 namespace qduino::board::sim {
 
-class SimBoard;
+class EventLoop;
 
 class SimCore {
   public:
-    SimCore(SimBoard& board, int number) : board_(board), number_(number) {}
+    SimCore(EventLoop& loop, const SimConfig& config, int number)
+        : loop_(loop), config_(config), number_(number) {}
 
     /// Setup-time. False when the scheduler's table refuses it.
     [[nodiscard]] bool add(Vcpu& vcpu, Instant now);
@@ -65,11 +67,13 @@ class SimCore {
   private:
     [[nodiscard]] bool interrupted(Instant now);
     void wake_sleepers(Instant now);
+    void apply_faults(Vcpu& vcpu, Instant now) const;
     void turn_to(Vcpu* next, Instant now);
     void trace_throttling(Instant now);
     [[nodiscard]] Vcpu* find(VcpuId id) const;
 
-    SimBoard& board_;
+    EventLoop& loop_;
+    const SimConfig& config_;
     int number_;
     sched::CoreScheduler scheduler_;
     std::vector<Vcpu*> vcpus_;  // in order of id

@@ -14,7 +14,7 @@
 
 namespace qduino::board::sim {
 
-class SimBoard;
+class EventLoop;
 class SimCore;
 
 /// A handler to call, or CPU time to take, or both, in this order of arrival.
@@ -53,7 +53,7 @@ enum class VcpuState : std::uint8_t {
 
 struct Vcpu {
     VcpuSpec spec;
-    SimBoard* board = nullptr;
+    EventLoop* loop = nullptr;
     SimCore* core = nullptr;
     std::unique_ptr<Fiber> fiber;
     VcpuState state = VcpuState::sleeping;

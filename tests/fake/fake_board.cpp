@@ -120,6 +120,11 @@ Result<double> FakeBoard::analog_read(PinId pin) {
     return state.wires ? state.wires->analog_level(state.now, pin) : state.analog_of(pin.number);
 }
 
+Result<double> FakeBoard::chip_temperature() {
+    if (state.refuse_everything) return make_error(ErrorCode::not_found, "no thermometer");
+    return state.chip_celsius;
+}
+
 Result<void> FakeBoard::i2c_transfer(board::I2cBus bus, board::I2cAddress address,
                                      std::span<const std::uint8_t> out, std::span<std::uint8_t> in) {
     const I2cTransaction transaction{bus.number, address.value, {out.begin(), out.end()}, in.size()};

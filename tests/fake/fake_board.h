@@ -76,6 +76,7 @@ struct State {
     std::int64_t spun_ns = 0;
 
     std::function<int(int pin, Instant now)> level_of = [](int, Instant) { return 0; };
+    double chip_celsius = 40;
     std::function<double(int pin)> analog_of = [](int) { return 0.0; };
     /// Fills `in`; false: nobody answers.
     std::function<bool(const I2cTransaction&, std::span<std::uint8_t> in)> chip = [](const auto&, auto) {
@@ -103,6 +104,7 @@ class FakeBoard final : public board::Board {
     Result<void> pwm_write(board::PinId pin, double duty) override;
     Result<void> pwm_period(board::PinId pin, Nanoseconds period) override;
     Result<double> analog_read(board::PinId pin) override;
+    Result<double> chip_temperature() override;
     Result<void> attach_edge(board::PinId pin, board::Edge edge, board::EdgeHandler handler, void* context,
                              board::VcpuId io) override;
     void detach_edge(board::PinId pin) override;

@@ -193,6 +193,14 @@ TEST_F(ArduinoPins, AToneIsASquareWaveOnALoopOfItsOwn) {
     EXPECT_TRUE(runtime_.loop(32)->waited);
 }
 
+TEST_F(ArduinoPins, TheTemperatureOfTheProcessorIsTheBoards) {
+    board().chip_celsius = 48.5;
+    EXPECT_FLOAT_EQ(analogReadTemp(), 48.5F);
+    board().refuse_everything = true;
+    EXPECT_TRUE(std::isnan(analogReadTemp()));
+    EXPECT_EQ(errors(), std::vector<std::string>{"analogReadTemp(0)"});
+}
+
 TEST_F(ArduinoPins, AToneNeedsNoPinMode) {
     tone(7, 1000, 1);
     EXPECT_EQ(board().modes[7], qduino::board::PinMode::output);

@@ -452,6 +452,16 @@ TYPED_TEST_P(BoardContract, AnAnalogPinReadsItsVoltage) {
     });
 }
 
+TYPED_TEST_P(BoardContract, AChipTemperatureIsInDegreesOrRefusedWithAReason) {
+    const Result<double> celsius = this->board().chip_temperature();
+    if (celsius) {
+        EXPECT_GT(celsius.value(), -60);
+        EXPECT_LT(celsius.value(), 150);
+    } else {
+        EXPECT_FALSE(celsius.error().message.empty());
+    }
+}
+
 // ---- edges -----------------------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, EdgesRunTheirHandlerOnItsIoVcpu) {
@@ -662,8 +672,8 @@ REGISTER_TYPED_TEST_SUITE_P(
     ALevelWrittenBeforeTheModeIsTheFirstThatIsDriven, PinsThatAreNotThereAreRefused,
     PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven, I2cCarriesExactBytesBothWays,
     AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage,
-    EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu, ALockIsHeldByOneAtATime,
-    WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
-    TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
+    AChipTemperatureIsInDegreesOrRefusedWithAReason, EdgesRunTheirHandlerOnItsIoVcpu,
+    AnEdgeNeedsAHandlerAndAnIoVcpu, ALockIsHeldByOneAtATime, WritesUnderALockAreSeenInTheOrderOfItsHolders,
+    SetupMayLockToo, TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
 
 }  // namespace qduino::board::contract

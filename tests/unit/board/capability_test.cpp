@@ -22,6 +22,7 @@ TEST(BoardCapabilities, WhatABoardLacksIsUnsupported) {
     EXPECT_EQ(refusal(board.pwm_write(PinId{1}, 0.5)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.pwm_period(PinId{1}, 20ms)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.analog_read(PinId{1})), ErrorCode::unsupported);
+    EXPECT_EQ(refusal(board.chip_temperature()), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.attach_edge(
                   PinId{1}, Edge::both, [](void*) {}, nullptr, 33)),
               ErrorCode::unsupported);

@@ -481,6 +481,49 @@ TEST(LinuxBoard, AnOwningLoopEntersItsIsolatedCore) {
     EXPECT_EQ(machine.get(sets + "tasks"), std::to_string(who));
 }
 
+TEST(LinuxBoard, AnIoVcpuThatWaitsForNothingEndsWhenTheBoardStops) {
+    const auto board = open(modest(""));  // without pins, virtual or real
+    std::function<void()> body = [&board] { board->request_stop(); };
+    ASSERT_TRUE(board->start(std::array{loop(1, 1ms, 10ms, &body), loop(33, 1ms, 10ms, nullptr)}).ok());
+    board->run(kForever);  // returns
+    EXPECT_TRUE(board->stop_requested());
+}
+
+TEST(LinuxBoard, AHandlerMovesToTheIoVcpuThatItIsAttachedToLastAlsoWhileBothWait) {
+    TemporaryPins file;
+    RunningMachine running{file.path()};
+    const auto board = open(modest(file.path()));
+    struct Heard {
+        LinuxBoard* board;
+        std::atomic<int> first{0}, second{0};
+    } heard{board.get()};
+    const EdgeHandler count = [](void* context) {
+        auto& to = *static_cast<Heard*>(context);
+        ++(to.board->current_vcpu() == kFirstIoVcpu ? to.first : to.second);
+    };
+    constexpr PinId kPin{70};  // of the second half of the pins
+    ASSERT_TRUE(board->attach_edge(kPin, Edge::both, count, &heard, kFirstIoVcpu).ok());
+    ASSERT_TRUE(
+        board->start(std::array{loop(kFirstIoVcpu, 1ms, 10ms, nullptr), loop(34, 1ms, 10ms, nullptr)}).ok());
+    running.machine.outside[kPin.number] = true;
+    while (heard.first < 1) std::this_thread::sleep_for(1ms);
+    ASSERT_TRUE(board->attach_edge(kPin, Edge::both, count, &heard, 34).ok());
+    running.machine.outside[kPin.number] = false;
+    while (heard.second < 1) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(heard.first, 1);
+    EXPECT_EQ(heard.second, 1);
+}
+
+TEST(LinuxBoard, TheTemperatureIsThatOfTheFirstThermalZone) {
+    FakeMachine machine;
+    LinuxConfig config = modest("");
+    config.sysfs_root = machine.root();
+    const auto board = open(config);
+    EXPECT_EQ(board->chip_temperature().error().code, ErrorCode::not_found);
+    machine.put("/sys/class/thermal/thermal_zone0/temp", "48500");
+    EXPECT_DOUBLE_EQ(*board->chip_temperature(), 48.5);
+}
+
 TEST(LinuxBoard, StopsOnSigtermAndGivesTheHandlersBack) {
     struct sigaction before {};
     ::sigaction(SIGTERM, nullptr, &before);

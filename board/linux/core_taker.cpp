@@ -1,13 +1,15 @@
-// What the Linux board does to the machine, and what it says of it: owned cores, routed interrupts, the guarantee.
+#include "board/linux/core_taker.h"
+
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <string>
 
+#include "board/linux/clock.h"
+#include "board/linux/crew.h"
 #include "board/linux/device_interrupts.h"
-#include "board/linux/linux_board.h"
-#include "board/linux/overheads.h"
+#include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"
 
 namespace qduino::board::linux {
@@ -31,7 +33,7 @@ bool throttling_is_off(const std::string& root) {
 
 // ---- changes to the machine -----------------------------------------------------------------------------
 
-Result<void> LinuxBoard::open_settings() {
+Result<void> CoreTaker::open_settings() {
     if (settings_.active()) return {};
     auto opened = MachineSettings::open(config_.settings_state);
     if (!opened) return opened.error();
@@ -40,7 +42,7 @@ Result<void> LinuxBoard::open_settings() {
 }
 
 /// One owner for each core of the machine. A sketch without real-time priorities starves nobody, and owns nothing.
-Result<void> LinuxBoard::lock_cores(std::span<const VcpuSpec> specs) {
+Result<void> CoreTaker::lock(std::span<const VcpuSpec> specs) {
     for (const VcpuSpec& spec : specs) {
         if (!spec.owns_core || !config_.real_time) continue;
         auto lock = CoreLock::take(spec.core, config_.core_patience, config_.sysfs_root);
@@ -56,35 +58,45 @@ Result<void> LinuxBoard::lock_cores(std::span<const VcpuSpec> specs) {
     return {};
 }
 
-/// Notes the cores in use; isolates and probes those that a loop owns.
-void LinuxBoard::take_cores(std::span<const VcpuSpec> specs) {
+void CoreTaker::take(std::span<const VcpuSpec> specs) {
+    if (config_.real_time) {
+        if (auto awake = keep_cores_awake(config_.sysfs_root); awake) awake_ = std::move(*awake);
+    }
+    for (const VcpuSpec& spec : specs) {
+        const auto known = [&](const UsedCore& used) { return used.core == spec.core; };
+        if (std::any_of(cores_.begin(), cores_.end(), known)) continue;
+        cores_.push_back({spec.core, spec.owns_core, {}, interrupts_of(spec.core, config_.sysfs_root)});
+    }
+    if (config_.isolate) isolate(specs);
+    if (config_.real_time && config_.probe_duration > Nanoseconds{0}) probe_owned_cores();
+    schedule_bottom_halves(specs);
+    started_at_ = monotonic_now();
+}
+
+void CoreTaker::isolate(std::span<const VcpuSpec> specs) {
     IsolationOptions options;
     options.cpus = core_count_;
     options.lift_throttling = config_.lift_throttling;
     options.root = config_.sysfs_root;
     for (const VcpuSpec& spec : specs) {
-        const auto known = [&](const UsedCore& used) { return used.core == spec.core; };
-        if (std::none_of(cores_.begin(), cores_.end(), known)) {
-            cores_.push_back({spec.core, spec.owns_core, {}, interrupts_of(spec.core, config_.sysfs_root)});
-        }
         if (spec.owns_core) options.cores.push_back(spec.core);
     }
-    if (config_.isolate && !options.cores.empty()) {
-        Result<void> done = open_settings();
-        if (done) {
-            auto begun = Isolation::begin(settings_, options);
-            if (begun) isolation_ = std::move(*begun);
-            if (!begun) done = begun.error();
-        }
-        if (!done) {
-            const bool needs_root = done.error().code == ErrorCode::not_permitted;
-            isolation_shortfall_ =
-                needs_root ? "to have its core isolated, run as root" : done.error().message.view();
-        }
+    if (options.cores.empty()) return;
+    Result<void> done = open_settings();
+    if (done) {
+        auto begun = Isolation::begin(settings_, options);
+        if (begun) isolation_ = std::move(*begun);
+        if (!begun) done = begun.error();
     }
-    const bool probe = config_.real_time && config_.probe_duration > Nanoseconds{0};
+    if (done) return;
+    const bool needs_root = done.error().code == ErrorCode::not_permitted;
+    isolation_shortfall_ =
+        needs_root ? "to have its core isolated, run as root" : done.error().message.view();
+}
+
+void CoreTaker::probe_owned_cores() {
     for (UsedCore& used : cores_) {
-        if (!used.owned || !probe) continue;
+        if (!used.owned) continue;
         const auto enter = [&] {
             if (isolation_.owns(used.core)) {
                 static_cast<void>(isolation_.adopt(used.core, static_cast<pid_t>(::syscall(SYS_gettid))));
@@ -95,14 +107,13 @@ void LinuxBoard::take_cores(std::span<const VcpuSpec> specs) {
     }
 }
 
-Result<void> LinuxBoard::serve_interrupts(DeviceClass device, VcpuId io) {
+void CoreTaker::serve_interrupts(DeviceClass device, VcpuId io) {
     for (std::size_t i = 0; i < served_by_.size(); ++i) {
         if (device == DeviceClass::all || i == static_cast<std::size_t>(device)) served_by_[i] = io;
     }
-    return {};
 }
 
-void LinuxBoard::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
+void CoreTaker::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
     for (std::size_t i = 0; i < served_by_.size(); ++i) {
         if (served_by_[i] == kNoVcpu) continue;
         const auto spec =
@@ -120,8 +131,8 @@ void LinuxBoard::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
         Result<void> done = open_settings();
         for (const BottomHalf& thread : threads) {
             if (done)
-                done =
-                    settings_.schedule_thread(thread.tid, std::max(1, priority_of(*spec, specs)), spec->core);
+                done = settings_.schedule_thread(thread.tid, std::max(1, priority_of(*spec, specs, config_)),
+                                                 spec->core);
         }
         if (done) {
             note.append(std::to_string(threads.size()))
@@ -132,7 +143,7 @@ void LinuxBoard::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
     }
 }
 
-Result<void> LinuxBoard::route_interrupts(DeviceClass device, int core, bool allowed) {
+Result<void> CoreTaker::route_interrupts(DeviceClass device, int core, bool allowed) {
     if (core < 0 || core >= core_count_) return make_error(ErrorCode::invalid_argument, "no such core");
     const std::string name = name_of(device);
     if (interrupts_of_class(device, config_.sysfs_root).empty()) {
@@ -146,7 +157,7 @@ Result<void> LinuxBoard::route_interrupts(DeviceClass device, int core, bool all
                       name + ": the kernel does not let its interrupts be moved (not root, or managed)");
 }
 
-Result<void> LinuxBoard::core_timer(int core, bool enabled) {
+Result<void> CoreTaker::core_timer(int core, bool enabled) const {
     const bool tickless = tickless_cores(config_.sysfs_root).has(core);
     if (tickless != enabled) return {};  // as it is
     const std::string number = std::to_string(core);
@@ -156,14 +167,9 @@ Result<void> LinuxBoard::core_timer(int core, bool enabled) {
                  : "the tick of core " + number + " stops only when booted with nohz_full=" + number);
 }
 
-sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
-    if (!overheads_) overheads_ = measure_overheads();
-    return *overheads_;
-}
-
 // ---- what holds -----------------------------------------------------------------------------------------
 
-LoopGuarantee LinuxBoard::guarantee_of(const VcpuThread& thread) const {
+LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
     const VcpuSpec& spec = thread.spec();
     LoopGuarantee loop;
     loop.id = spec.id;
@@ -193,47 +199,38 @@ LoopGuarantee LinuxBoard::guarantee_of(const VcpuThread& thread) const {
     return loop;
 }
 
-CoreGuarantee LinuxBoard::guarantee_of_core(int core) const {
-    const auto used =
-        std::find_if(cores_.begin(), cores_.end(), [&](const UsedCore& u) { return u.core == core; });
+CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
     CoreGuarantee report;
-    report.core = core;
-    report.tick_stopped = used->owned && tickless_cores(config_.sysfs_root).has(core);
+    report.core = used.core;
+    report.tick_stopped = used.owned && tickless_cores(config_.sysfs_root).has(used.core);
     report.throttling_lifted = throttling_is_off(config_.sysfs_root);
-    const auto interrupts = interrupts_of(core, config_.sysfs_root);
+    const auto interrupts = interrupts_of(used.core, config_.sysfs_root);
     const Nanoseconds running = monotonic_now() - started_at_;
-    if (used->probe) {
-        report.worst_gap = used->probe->worst_gap;
-        report.interrupts_per_second = used->probe->interrupts_per_second;
+    if (used.probe) {
+        report.worst_gap = used.probe->worst_gap;
+        report.interrupts_per_second = used.probe->interrupts_per_second;
     }
-    if (interrupts && used->interrupts_at_start &&
+    if (interrupts && used.interrupts_at_start &&
         running > 100ms) {  // what really came since, once that says something
         report.interrupts_per_second =
-            static_cast<double>(*interrupts - *used->interrupts_at_start) / to_seconds(running);
+            static_cast<double>(*interrupts - *used.interrupts_at_start) / to_seconds(running);
     }
     if (config_.real_time && !awake_.valid())
         join(report.note, "idle cores may sleep deeply: late wake-ups (run as root)");
-    if (!used->owned) return report;
-    if (isolated_cores(config_.sysfs_root).has(core)) join(report.note, "set apart at boot (isolcpus)");
+    if (!used.owned) return report;
+    if (isolated_cores(config_.sysfs_root).has(used.core)) join(report.note, "set apart at boot (isolcpus)");
     if (!report.tick_stopped) {
-        join(report.note, "to stop its tick, boot with nohz_full=" + std::to_string(core));
+        join(report.note, "to stop its tick, boot with nohz_full=" + std::to_string(used.core));
     }
     join(report.note, lock_shortfall_.view());
     for (const std::string& note : isolation_.notes()) join(report.note, note);
     return report;
 }
 
-GuaranteeReport LinuxBoard::guarantee() const {
-    GuaranteeReport report;
-    const bool real_time =
-        std::all_of(threads_.begin(), threads_.end(), [](const auto& t) { return t->real_time(); });
-    report.board = real_time ? "linux, SCHED_FIFO" : "linux, best effort";
-    report.memory_locked = memory_locked_;
-    for (const auto& thread : threads_) report.loops.push_back(guarantee_of(*thread));
+void CoreTaker::describe_cores(GuaranteeReport& report) const {
     for (const UsedCore& used : cores_) {
-        if (!report.cores.full()) report.cores.push_back(guarantee_of_core(used.core));
+        if (!report.cores.full()) report.cores.push_back(describe(used));
     }
-    return report;
 }
 
 }  // namespace qduino::board::linux

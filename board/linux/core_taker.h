@@ -1,0 +1,84 @@
+// What the Linux board does to this computer for its loops, and what it says of it in the guarantee.
+//
+//   lock()   one owner for each core of the computer, whoever runs a sketch on it    (core_lock.h)
+//   take()   cores in use: kept awake; owned ones emptied and probed                 (isolation.h, core_probe.h)
+//   serve_interrupts(), route_interrupts()     bottom halves and interrupts of a device class
+//   describe()                                 what of that holds: refused is said, and why
+//   give_back()                                everything as it was, where that is to be had
+//
+// One thread: the one that opens, starts and ends the board.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "board/guarantee.h"
+#include "board/linux/core_lock.h"
+#include "board/linux/core_probe.h"
+#include "board/linux/isolation.h"
+#include "board/linux/linux_config.h"
+#include "board/linux/machine_settings.h"
+#include "board/linux/vcpu_thread.h"
+#include "posix/unique_fd.h"
+
+namespace qduino::board::linux {
+
+class CoreTaker {
+  public:
+    /// `config` outlives it.
+    CoreTaker(const LinuxConfig& config, int core_count) : config_(config), core_count_(core_count) {}
+
+    /// Takes the cores that loops own. Error: unavailable, another sketch has one of them: who that is.
+    Result<void> lock(std::span<const VcpuSpec> specs);
+    /// Notes the cores in use; isolates and probes those that a loop owns; gives bottom halves to their VCPUs.
+    void take(std::span<const VcpuSpec> specs);
+    /// Of the core that `spec` is to enter; null: it is not isolated.
+    [[nodiscard]] const Isolation* isolation_of(const VcpuSpec& spec) const {
+        return isolation_.owns(spec.core) ? &isolation_ : nullptr;
+    }
+    /// What could not be undone stays in the state file, for `qduino restore`.
+    void give_back() { static_cast<void>(settings_.undo()); }
+
+    // As LinuxBoard has them:
+    void serve_interrupts(DeviceClass device, VcpuId io);
+    Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
+    [[nodiscard]] Result<void> core_timer(int core, bool enabled) const;
+
+    /// What holds for the loop of `thread`, and what does not.
+    [[nodiscard]] LoopGuarantee describe(const VcpuThread& thread) const;
+    /// What holds on the cores in use.
+    void describe_cores(GuaranteeReport& report) const;
+
+  private:
+    /// A core that VCPUs run on.
+    struct UsedCore {
+        int core = 0;
+        bool owned = false;
+        std::optional<CoreProbe> probe;  // of an owned core, before its loop began
+        std::optional<std::uint64_t> interrupts_at_start;
+    };
+
+    Result<void> open_settings();
+    void isolate(std::span<const VcpuSpec> specs);
+    void probe_owned_cores();
+    void schedule_bottom_halves(std::span<const VcpuSpec> specs);
+    [[nodiscard]] CoreGuarantee describe(const UsedCore& used) const;
+
+    const LinuxConfig& config_;
+    int core_count_;
+    std::vector<CoreLock> core_locks_;  // before the settings: given up after they are undone
+    FixedString<200> lock_shortfall_;
+    MachineSettings settings_;  // open once something was changed; undoes it
+    Isolation isolation_;
+    posix::UniqueFd awake_;  // keep_cores_awake()
+    FixedString<200> isolation_shortfall_;
+    std::vector<UsedCore> cores_;
+    Instant started_at_{};
+    std::array<VcpuId, kDeviceClassCount> served_by_{};
+    std::array<FixedString<160>, kDeviceClassCount> served_note_;
+};
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,101 @@
+#include "board/linux/crew.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "board/linux/cycle_clock.h"
+#include "board/linux/futex.h"
+
+namespace qduino::board::linux {
+namespace {
+
+Error about_loop(ErrorCode code, VcpuId id, std::string_view what) {
+    Error error{code, "loop "};
+    error.message.append(std::to_string(id)).append(what);
+    return error;
+}
+
+}  // namespace
+
+Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& config, int core_count) {
+    std::array<bool, kVcpuLimit> taken{};
+    for (const VcpuSpec& spec : specs) {
+        const bool sound = spec.id != kNoVcpu && spec.id < kVcpuLimit && !taken[spec.id] && spec.core >= 0 &&
+                           spec.core < core_count && spec.budget > Nanoseconds{0} &&
+                           spec.budget <= spec.period && (spec.entry || spec.kind == VcpuKind::io);
+        if (!sound) {
+            return about_loop(
+                ErrorCode::invalid_argument, spec.id,
+                ": id taken or out of range, no such core, budget not within its period, or no body");
+        }
+        taken[spec.id] = true;
+        const bool shares = std::any_of(specs.begin(), specs.end(), [&](const VcpuSpec& other) {
+            return other.id != spec.id && other.core == spec.core;
+        });
+        if (config.enforce_budgets && shares && !spec.owns_core && spec.budget < kShortestSharedBudget) {
+            return about_loop(
+                ErrorCode::out_of_range, spec.id,
+                " has a budget below 100 us on a core that others use: enforcing it would cost more than the "
+                "budget. Give it its own core (budget = period), or make budget and period longer");
+        }
+    }
+    return {};
+}
+
+int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config) {
+    if (!config.real_time) return 0;
+    std::vector<Nanoseconds> shorter;
+    for (const VcpuSpec& other : all) {
+        if (other.period < spec.period) shorter.push_back(other.period);
+    }
+    std::sort(shorter.begin(), shorter.end());
+    const auto rank = std::unique(shorter.begin(), shorter.end()) - shorter.begin();
+    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(rank));
+}
+
+Result<void> Crew::add(const VcpuSpec& spec, VcpuThreadOptions options) {
+    options.gate = &gate_;
+    options.returned = &returned_;
+    threads_.push_back(std::make_unique<VcpuThread>(spec, options));
+    Result<void> made = threads_.back()->create();
+    if (made) return made;
+    threads_.pop_back();
+    open_gate(2);
+    join();
+    return made;
+}
+
+void Crew::go() {
+    for (std::uint32_t ready = 0; (ready = gate_.ready.load()) < threads_.size();) {
+        futex_wait_until(gate_.ready, ready, kForever);
+    }
+    open_gate(1);
+}
+
+void Crew::open_gate(std::uint32_t state) {
+    gate_.state.store(state, std::memory_order_release);
+    futex_wake_all(gate_.state);
+}
+
+bool Crew::all_returned() const {
+    return std::all_of(threads_.begin(), threads_.end(),
+                       [](const auto& thread) { return thread->returned(); });
+}
+
+bool Crew::wait_until(Instant until) {
+    for (;;) {
+        const std::uint32_t seen = returned_.load();
+        if (stop_.load(std::memory_order_acquire) && all_returned()) return true;
+        if (cycle_clock.now() >= until) return false;
+        futex_wait_until(returned_, seen, until);
+    }
+}
+
+void Crew::request_stop() {
+    stop_.store(true, std::memory_order_release);
+    returned_.fetch_add(1);
+    futex_wake_all(returned_);
+}
+
+}  // namespace qduino::board::linux

@@ -1,0 +1,60 @@
+// The threads of the VCPUs: made, held at a gate until all are ready, run, joined.
+//
+//   add() ► thread ▒▒▒│           ▒ prepares itself: core, priority, stack, budget
+//   add() ► thread ▒▒▒│████···██
+//   add() ► thread ▒▒ │██··███··  … request_stop() … entries return … wait_until() says so
+//                     go()
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "board/linux/linux_config.h"
+#include "board/linux/vcpu_thread.h"
+
+namespace qduino::board::linux {
+
+/// On a core that several VCPUs share, enforcing a smaller budget costs more than the budget.
+inline constexpr Nanoseconds kShortestSharedBudget = 100us;
+
+/// Error: a spec is malformed, or asks for what this board cannot enforce; which one and why.
+Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& config, int core_count);
+
+/// SCHED_FIFO priority of `spec` among `all`: rate-monotonic, each shorter distinct period one higher. 0: none is asked for.
+int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config);
+
+class Crew {
+  public:
+    using Threads = std::vector<std::unique_ptr<VcpuThread>>;
+
+    ~Crew() { join(); }
+
+    /// Makes a thread, which waits at the gate. After an error all are gone again. Setup-time. Error: unavailable.
+    Result<void> add(const VcpuSpec& spec, VcpuThreadOptions options);
+    /// Waits until all are ready, and lets them go at once.
+    void go();
+    /// Returns true when a stop was requested and all entries have returned; false at `until`.
+    bool wait_until(Instant until);
+    /// Async-signal-safe.
+    void request_stop();
+    [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
+    /// Waits for the threads to end, and forgets them.
+    void join() { threads_.clear(); }
+
+    [[nodiscard]] const Threads& threads() const { return threads_; }
+
+  private:
+    void open_gate(std::uint32_t state);
+    [[nodiscard]] bool all_returned() const;
+
+    std::atomic<bool> stop_{false};
+    std::atomic<std::uint32_t> returned_{
+        0};  // futex of wait_until(): an entry has returned, or a stop was requested
+    StartGate gate_;
+    Threads threads_;  // before what they use goes: joined first
+};
+
+}  // namespace qduino::board::linux

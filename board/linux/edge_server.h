@@ -1,0 +1,79 @@
+// Edges of input pins: which handler is for which, and the I/O VCPUs that run them.
+//
+//   attach ──► set of pins of I/O VCPU 33 ──► its thread:  ┌─► look at its pins, run their handlers ─┐
+//              set of pins of I/O VCPU 34                  └── wait: for an edge, or for its bell ◄──┘
+//
+// What it waits for, without looking again in between:
+//
+//   virtual pins alone    a futex in the pins file, which the machine counts up at every change of an input
+//   real pins             poll() on their lines, and on the bell: an eventfd that a stop and a new handler ring
+//   both on one VCPU      there is no call that waits for both: poll(), and a look at the virtual ones each kMixedLook.
+//                         note_of() has the words for the guarantee.
+//
+// attach() and detach() may be called while the VCPUs run.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "base/result.h"
+#include "board/board.h"
+#include "board/linux/pin_table.h"
+#include "board/linux/signs_of_life.h"
+#include "posix/unique_fd.h"
+
+namespace qduino::board::linux {
+
+class EdgeServer {
+  public:
+    /// `pins` and `life` outlive it.
+    EdgeServer(PinTable& pins, SignsOfLife& life) : pins_(pins), life_(life) {}
+
+    /// Setup-time. Errors: invalid_argument (no such pin, no handler, `io` is no I/O VCPU), what the pin's driver says.
+    Result<void> attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
+    void detach(PinId pin);
+
+    /// Makes the bell of `io`. Setup-time, before serve() and before a stop may come. Error: the system's.
+    Result<void> open(VcpuId io);
+    /// Runs the handlers of `io`, on its thread, until `stop`.
+    void serve(VcpuId io, const std::atomic<bool>& stop);
+    /// Wakes everybody in serve(). Async-signal-safe.
+    void ring_all();
+
+    /// What is not as it should be with the pins of `io`; empty: nothing.
+    [[nodiscard]] const char* note_of(VcpuId io) const;
+
+    /// How often a VCPU that has pins of both kinds looks at the virtual ones.
+    static constexpr Nanoseconds kMixedLook = 1ms;
+
+  private:
+    struct Watch {
+        std::atomic<EdgeHandler> handler{nullptr};
+        void* context = nullptr;
+        Edge edge = Edge::both;
+        VcpuId io = kNoVcpu;
+        EdgeCounts seen;  // the VCPU's own
+    };
+    /// The pins of one I/O VCPU, a bit each.
+    struct PinSet {
+        std::array<std::atomic<std::uint64_t>, kPinCount / 64> bits{};
+        template <typename Visit>
+        void each(Visit visit) const;
+        void add(PinId pin) { bits[pin.number / 64].fetch_or(bit(pin), std::memory_order_release); }
+        void remove(PinId pin) { bits[pin.number / 64].fetch_and(~bit(pin), std::memory_order_release); }
+        static constexpr std::uint64_t bit(PinId pin) { return std::uint64_t{1} << (pin.number % 64); }
+    };
+
+    void run_handlers(VcpuId io);
+    void wait(VcpuId io, std::uint32_t seen);
+    void ring(VcpuId io);
+
+    PinTable& pins_;
+    SignsOfLife& life_;
+    std::array<Watch, kPinCount> watches_;
+    std::array<PinSet, kVcpuLimit> of_vcpu_;
+    std::array<posix::UniqueFd, kVcpuLimit> bells_;
+};
+
+}  // namespace qduino::board::linux

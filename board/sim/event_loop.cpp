@@ -1,0 +1,199 @@
+#include "board/sim/event_loop.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "board/sim/sim_pins.h"
+
+namespace qduino::board::sim {
+
+EventLoop::EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace)
+    : wake_latency_(config.wake_latency),
+      config_(config),
+      pins_(pins),
+      trace_(trace),
+      interrupts_(config),
+      cpus_(*this, config) {
+    const ApiCosts& costs = config.costs;
+    calls_cost_ = std::any_of(costs.per_call.begin(), costs.per_call.end(),
+                              [](Nanoseconds cost) { return cost > Nanoseconds{0}; });
+}
+
+// ---- time -------------------------------------------------------------------------------------------------------
+
+void EventLoop::consume(Nanoseconds cost) {
+    if (cost <= Nanoseconds{0}) return;
+    if (started_ && !current_ && !stopped_) return;  // the host looks on
+    if (now_ + cost < horizon_) {
+        now_ += cost;  // polls_ stays: a spinning loop goes on paying
+        return;
+    }
+    QDUINO_EXPECT(current_ != nullptr);
+    current_->core->account(now_);
+    current_->work_left += cost;
+    current_->fiber->suspend();
+}
+
+void EventLoop::busy_through_events(Instant t) {
+    polls_ = 0;
+    QDUINO_EXPECT(current_ !=
+                  nullptr);  // the host has no time to spend between start() and the end of the run
+    current_->spin_until = t;
+    current_->fiber->suspend();
+}
+
+void EventLoop::sleep_through_events(Instant t) {
+    charge(ApiCall::sleep);
+    if (t <= now_) return;
+    if (sleep_is_local_) return busy_through_events(t);
+    polls_ = 0;
+    QDUINO_EXPECT(current_ != nullptr);
+    current_->state = VcpuState::sleeping;
+    current_->wake = t;
+    current_->fiber->suspend();
+}
+
+void EventLoop::wait() {
+    polls_ = 0;
+    current_->state = VcpuState::sleeping;
+    current_->wake = kForever;
+    current_->fiber->suspend();
+}
+
+// ---- VCPUs ------------------------------------------------------------------------------------------------------
+
+Result<void> EventLoop::start(std::span<const VcpuSpec> specs) {
+    if (started_) return make_error(ErrorCode::already_exists, "start: the board runs already");
+    if (Result<void> made = cpus_.start(specs, now_, &EventLoop::vcpu_main); !made) return made;
+    started_ = true;
+    horizon_ = now_;
+    return {};
+}
+
+void EventLoop::vcpu_main(void* vcpu) {
+    Vcpu& self = *static_cast<Vcpu*>(vcpu);
+    if (self.spec.entry) {
+        self.spec.entry(self.spec.context);
+    } else {
+        self.loop->serve(self);
+    }
+    self.state = VcpuState::finished;
+}
+
+void EventLoop::serve(Vcpu& io) {
+    while (!stop_requested_) {
+        if (io.queue->empty()) {
+            io.state = VcpuState::sleeping;
+            io.wake = kForever;
+            io.fiber->suspend();
+            continue;
+        }
+        const Work work = io.queue->pop();
+        consume(work.cost);
+        if (work.handler) work.handler(work.context);
+    }
+}
+
+void EventLoop::give_work(VcpuId io, Work work) {
+    Vcpu* const vcpu = cpus_.vcpu(io);
+    if (!vcpu || vcpu->state == VcpuState::finished || !vcpu->queue->try_push(work)) {
+        ++lost_work_;
+        return;
+    }
+    if (vcpu->state == VcpuState::sleeping && vcpu->wake == kForever && !vcpu->waits_for) {
+        vcpu->wake = now_;
+        vcpu->core->settle_soon(now_);
+        look_up();
+    }
+}
+
+// ---- from instant to instant ------------------------------------------------------------------------------------
+
+void EventLoop::run(Instant until) {
+    QDUINO_EXPECT(started_ && current_ == nullptr);
+    until_ = until;
+    while (!stopped_ && now_ < until) {
+        if (next_due() <= now_) {
+            process_due();
+        } else if (SimCore* core = cpus_.ready_core()) {
+            execute(*core);
+        } else {
+            const Instant next = next_due();
+            if (next >= until) break;
+            now_ = next;
+        }
+        if (cpus_.all_finished()) end();
+    }
+    if (!stopped_ && until != kForever) now_ = std::max(now_, until);
+    horizon_ = stopped_ ? kForever : now_;
+    sleep_is_local_ = true;
+}
+
+void EventLoop::end() {
+    stop_requested_ = true;
+    stopped_ = true;
+    pins_.force_safe_states();
+}
+
+Instant EventLoop::next_due() const {
+    return std::min({interrupts_.next(), pins_.next_due(now_), cpus_.next_due()});
+}
+
+void EventLoop::process_due() {
+    pins_.process_due(now_);
+    fire_interrupts();
+    cpus_.settle(now_);
+}
+
+void EventLoop::fire_interrupts() {
+    Interrupts::Fired fired;
+    while (interrupts_.take_due(now_, fired)) {
+        SimCore& core = cpus_.core(fired.core);
+        emit(fired.core, static_cast<VcpuId>(fired.device), TraceKind::interrupt);
+        core.steal(now_, fired.top_half);
+        if (fired.bottom_half <= Nanoseconds{0} || fired.device == DeviceClass::all) continue;
+        const VcpuId io = interrupts_.server_of(fired.device);
+        if (const Vcpu* server = cpus_.vcpu(io); io != kNoVcpu && server && server->queue) {
+            give_work(io, {.cost = fired.bottom_half});
+        } else {
+            core.steal(now_, fired.bottom_half);
+        }
+    }
+}
+
+void EventLoop::execute(SimCore& core) {
+    Vcpu& vcpu = *core.running();
+    horizon_ = std::min({until_, core.disturbed_at(), interrupts_.next(), pins_.next_due(now_),
+                         cpus_.others_due(core, now_)});
+    sleep_is_local_ = vcpu.spec.owns_core && !vcpu.has_fault;
+    current_ = &vcpu;
+    ++resumes_;
+    polls_ = vcpu.polls;
+    vcpu.fiber->resume();
+    vcpu.polls = polls_;
+    current_ = nullptr;
+
+    if (vcpu.state == VcpuState::finished && vcpu.spec.kind == VcpuKind::main) cpus_.note_finished();
+    if (vcpu.state != VcpuState::ready) core.give_up(vcpu, now_);
+    core.decide(now_);
+}
+
+// ---- what is seen of it -----------------------------------------------------------------------------------------
+
+void EventLoop::emit(int core, VcpuId vcpu, TraceKind kind) {
+    const TraceEvent event{.time = now_, .core = static_cast<std::uint8_t>(core), .vcpu = vcpu, .kind = kind};
+    hash_.event(event);
+    if (trace_) trace_->on_event(event);
+}
+
+void EventLoop::note(TraceKind kind) {
+    if (current_) emit(current_->spec.core, current_->spec.id, kind);
+}
+
+void EventLoop::note_body_end() {
+    if (!current_) return;
+    if (current_->body_ended == now_) consume(config_.body_cost);
+    current_->body_ended = now_;
+}
+
+}  // namespace qduino::board::sim

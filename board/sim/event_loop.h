@@ -1,0 +1,155 @@
+// Virtual time, and who runs in it. One runner at a time: the same seed gives the same run.
+//
+// Every VCPU is a fiber. Its code takes no time; time is what it asks for (busy_until, sleep_until, and what SimConfig says a
+// call or an interrupt costs). run() goes from instant to instant:
+//
+//      ┌─────────────► something due now? ── yes ──► physics, interrupts, then each core settles: charge, wake, decide
+//      │                     │ no
+//      │               a core whose VCPU has been given all the time it asked for? ── yes ──► resume its fiber
+//      │                     │ no                                                             │ asks for more
+//      │               jump to the next instant at which something is due                     │
+//      └─────────────────────┴────────────────────────────────────────────────────────────────┘
+//
+// The horizon makes it fast. Before a fiber is resumed, the earliest instant at which anything *else* happens is put in
+// horizon_ (another core, an interrupt, the end of its budget, a wake-up, the physics, the end of the run). A loop that asks
+// for an instant before it cannot be disturbed on the way, so busy_until() is a comparison and a store, without a switch:
+//
+//      now_ ──►·····························| horizon_
+//      core 1  busy_until(t1) t2) t3)…      |           no event loop up to here
+//      core 0  (spinning until here) ───────|
+//
+// Charging is done when the core settles, for the whole stretch at once.
+//
+// Invariants: now_ never runs backwards; exactly one fiber runs, or none; a VCPU is resumed only on its core, with budget
+// (or owning it), not before the instant it asked for. Enforcement is exact: a budget ends at the nanosecond.
+//
+// It has more functions than other classes: nine of them are the fast path, of one line or two each.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "board/sim/config.h"
+#include "board/sim/interrupts.h"
+#include "board/sim/sim_cpus.h"
+#include "board/sim/trace.h"
+
+namespace qduino::board::sim {
+
+class SimPins;
+
+class EventLoop {
+  public:
+    /// `config` and `pins` outlive it; `trace` (may be null) as well.
+    EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace);
+
+    // ---- time: for whoever runs, a VCPU or the host -----------------------------------------------------------
+    [[nodiscard]] Instant now() const { return now_; }
+    void busy_until(Instant t) {
+        if (t < horizon_) [[likely]] {
+            pass_time_to(t);
+        } else {
+            busy_through_events(t);
+        }
+    }
+    void sleep_until(Instant t) {
+        if (wake_latency_ > Nanoseconds{0} && t > now_ && t < kForever - wake_latency_) [[unlikely]]
+            t += wake_latency_;
+        if (t < horizon_ && sleep_is_local_) {
+            pass_time_to(t);
+        } else {
+            sleep_through_events(t);
+        }
+    }
+    /// A call of this kind takes its CPU time.
+    void charge(ApiCall call) {
+        if (calls_cost_) [[unlikely]]
+            consume(config_.costs[call]);
+    }
+    /// The same of a call that asks for something: more than so many at one instant are a spin, and cost.
+    void before_poll(ApiCall call) {
+        charge(call);
+        if (++polls_ > config_.poll_limit) [[unlikely]]
+            consume(config_.poll_cost);
+    }
+    void consume(Nanoseconds cost);
+    void compute(Nanoseconds amount) {
+        polls_ = 0;
+        consume(amount);
+    }
+    /// Who runs looks up before it takes more time: somebody else has something to do now, or at `t`.
+    void look_up() { horizon_ = now_; }
+    void look_up_at(Instant t) { horizon_ = t < horizon_ ? t : horizon_; }
+
+    // ---- VCPUs ------------------------------------------------------------------------------------------------
+    [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs);
+    void run(Instant until);
+    void request_stop() { stop_requested_ = true; }
+    [[nodiscard]] bool stop_requested() const { return stop_requested_; }
+    [[nodiscard]] bool stopped() const { return stopped_; }
+    [[nodiscard]] bool started() const { return started_; }
+    /// Null: the host runs.
+    [[nodiscard]] Vcpu* current() const { return current_; }
+    [[nodiscard]] SimCpus& cpus() { return cpus_; }
+    [[nodiscard]] const SimCpus& cpus() const { return cpus_; }
+    [[nodiscard]] Interrupts& interrupts() { return interrupts_; }
+    [[nodiscard]] const Interrupts& interrupts() const { return interrupts_; }
+    /// The calling VCPU sleeps until somebody sets its `wake`.
+    void wait();
+    /// False, and counted, when I/O VCPU `io` is not there, has ended, or has no room.
+    void give_work(VcpuId io, Work work);
+
+    // ---- what is seen of it -----------------------------------------------------------------------------------
+    void emit(int core, VcpuId vcpu, TraceKind kind);
+    /// Of the calling VCPU.
+    void note(TraceKind kind);
+    void note_body_end();
+    [[nodiscard]] TraceHash& hash() { return hash_; }
+    [[nodiscard]] const TraceHash& hash() const { return hash_; }
+    [[nodiscard]] std::uint64_t resumes() const { return resumes_; }
+    [[nodiscard]] std::uint64_t lost_work() const { return lost_work_; }
+
+  private:
+    // The fast path: nothing else happens before `t`.
+    void pass_time_to(Instant t) {
+        if (t <= now_) return;
+        now_ = t;
+        polls_ = 0;
+    }
+    void busy_through_events(Instant t);
+    void sleep_through_events(Instant t);
+    static void vcpu_main(void* vcpu);
+    void serve(Vcpu& io);
+    [[nodiscard]] Instant next_due() const;
+    void process_due();
+    void fire_interrupts();
+    void execute(SimCore& core);
+    void end();
+
+    // Read by every call of the fast path: kept together.
+    Instant now_ = kEpoch;
+    Instant horizon_ = kForever;
+    bool sleep_is_local_ =
+        true;  // no scheduling decision hangs on it: the host, or a loop that owns its core
+    bool calls_cost_ = false;
+    bool stop_requested_ = false;
+    bool stopped_ = false;
+    bool started_ = false;
+    std::uint32_t polls_ = 0;  // of the time or of a pin at one instant
+    Nanoseconds wake_latency_{};
+    TraceHash hash_;
+    Vcpu* current_ = nullptr;
+
+    const SimConfig& config_;
+    SimPins& pins_;
+    TraceSink* trace_;
+    Instant until_ = kForever;
+    Interrupts interrupts_;
+    SimCpus cpus_;
+    std::uint64_t lost_work_ = 0;
+    std::uint64_t resumes_ = 0;
+};
+
+}  // namespace qduino::board::sim

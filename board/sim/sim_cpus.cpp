@@ -1,0 +1,82 @@
+#include "board/sim/sim_cpus.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+
+namespace qduino::board::sim {
+
+SimCpus::SimCpus(EventLoop& loop, const SimConfig& config) : loop_(loop), config_(config) {
+    QDUINO_EXPECT(config.cores >= 1 && config.cores <= 64);
+    for (int core = 0; core < config.cores; ++core)
+        cores_.push_back(std::make_unique<SimCore>(loop, config, core));
+}
+
+Result<void> SimCpus::check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
+    if (spec.core < 0 || spec.core >= core_count())
+        return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
+    const bool main = spec.kind == VcpuKind::main;
+    if (main ? spec.id < 1 || spec.id > kMaxLoop : spec.id < kFirstIoVcpu || spec.id >= kVcpuLimit) {
+        return make_error(ErrorCode::invalid_argument, "a VCPU's number is 1…32 (loop) or 33…63 (I/O)");
+    }
+    if (main && !spec.entry) return make_error(ErrorCode::invalid_argument, "a loop without an entry");
+    for (const VcpuSpec& other : all) {
+        if (&other == &spec || other.core != spec.core) continue;
+        if (spec.owns_core)
+            return make_error(ErrorCode::not_permitted, "a loop owns its core: nothing else may run there");
+    }
+    return {};
+}
+
+Result<void> SimCpus::start(std::span<const VcpuSpec> specs, Instant now, void (*entry)(void* vcpu)) {
+    for (const VcpuSpec& spec : specs) {
+        if (Result<void> checked = check(spec, specs); !checked) return checked;
+    }
+    for (const VcpuSpec& spec : specs) {
+        if (vcpus_[spec.id]) return make_error(ErrorCode::already_exists, "start: two VCPUs of one number");
+        auto vcpu = std::make_unique<Vcpu>();
+        vcpu->spec = spec;
+        vcpu->loop = &loop_;
+        vcpu->wake = spec.entry ? now : kForever;
+        vcpu->has_fault = std::any_of(config_.loop_faults.begin(), config_.loop_faults.end(),
+                                      [&](const LoopFault& fault) { return fault.loop == spec.id; });
+        if (!spec.entry) vcpu->queue = std::make_unique<WorkQueue>();
+        vcpu->fiber = std::make_unique<Fiber>(entry, vcpu.get(), config_.stack_bytes);
+        if (!core(spec.core).add(*vcpu, now)) {
+            return make_error(ErrorCode::invalid_argument,
+                              "a VCPU needs 0 < budget <= period, and a number of its own");
+        }
+        vcpus_[spec.id] = std::move(vcpu);
+        if (spec.kind == VcpuKind::main) ++unfinished_;
+    }
+    return {};
+}
+
+Instant SimCpus::next_due() const {
+    Instant next = kForever;
+    for (const auto& core : cores_) next = std::min(next, core->next_due());
+    return next;
+}
+
+void SimCpus::settle(Instant now) {
+    for (const auto& core : cores_) {
+        if (core->next_due() <= now) core->settle(now);
+    }
+}
+
+SimCore* SimCpus::ready_core() const {
+    for (const auto& core : cores_) {
+        if (core->ready()) return core.get();
+    }
+    return nullptr;
+}
+
+Instant SimCpus::others_due(const SimCore& core, Instant now) const {
+    Instant next = kForever;
+    for (const auto& other : cores_) {
+        if (other.get() != &core) next = std::min(next, other->ready() ? now : other->next_due());
+    }
+    return next;
+}
+
+}  // namespace qduino::board::sim
