@@ -55,7 +55,7 @@ Error not_running() {
                       "the board is not running yet: call this from setup() or a loop");
 }
 
-// ---- capabilities that a board may lack ------------------------------------------------------------------
+// ---- capabilities that a board may lack ---------------------------------------------------------
 
 Result<void> Pins::pwm_write(PinId, double) { return unsupported("has no PWM"); }
 Result<void> Pins::pwm_period(PinId, Nanoseconds) { return unsupported("has no PWM"); }

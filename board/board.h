@@ -1,8 +1,8 @@
 // THE SEAM: what a board must provide. The runtime, the Arduino face and the sketches above it are
 // written against this concept, and none of them needs an operating system.
 //
-//   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄── board/linux   stock Linux, SCHED_FIFO threads
-//                     └────────────┘                ◄── board/sim     virtual time, deterministic
+//   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄── board/linux   SCHED_FIFO threads
+//                     └────────────┘                ◄── board/sim     virtual time
 //
 // The contract, beyond the signatures. The suite in tests/unit/board holds every board to it.
 //
@@ -48,7 +48,8 @@ class Timing {
   public:
     [[nodiscard]] virtual Instant now() = 0;
     virtual void busy_until(Instant t) = 0;
-    /// Spins for `length`, counted from the call to the return: never less. What the call itself takes is part of it.
+    /// Spins for `length`, counted from the call to the return: never less. What the call itself
+    /// takes is part of it.
     virtual void busy_for(Nanoseconds length) = 0;
     virtual void sleep_until(Instant t) = 0;
 
@@ -67,7 +68,8 @@ class Pins {
 
     /// `duty` is 0…1.
     virtual Result<void> pwm_write(PinId pin, double duty);
-    /// The period of the pin's PWM from now on, its duty unchanged: 1 µs to 1 s; 0: the board's own again. Setup-time.
+    /// The period of the pin's PWM from now on, its duty unchanged: 1 µs to 1 s; 0: the board's own
+    /// again. Setup-time.
     virtual Result<void> pwm_period(PinId pin, Nanoseconds period);
     /// 0…1 of the reference.
     [[nodiscard]] virtual Result<double> analog_read(PinId pin);
@@ -75,7 +77,8 @@ class Pins {
     /// Of the processor, in °C. Not real-time.
     [[nodiscard]] virtual Result<double> chip_temperature();
 
-    /// Routes edges of `pin` to `handler`, run as I/O VCPU `io` (which start() was or will be given). Setup-time.
+    /// Routes edges of `pin` to `handler`, run as I/O VCPU `io` (which start() was or will be
+    /// given). Setup-time.
     virtual Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     virtual void detach_edge(PinId pin);
 
@@ -85,7 +88,8 @@ class Pins {
 
 class Buses {
   public:
-    /// Writes `out`, then, after a repeated start, reads `in.size()` bytes. Error: timed_out when no chip answers.
+    /// Writes `out`, then, after a repeated start, reads `in.size()` bytes. Error: timed_out when
+    /// no chip answers.
     virtual Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
                                       std::span<std::uint8_t> in);
     /// Full duplex, in place.
@@ -111,18 +115,21 @@ class Vcpus {
     [[nodiscard]] virtual int core_count() const = 0;
     /// The VCPU that the caller is; kNoVcpu in setup() and on threads that are none.
     [[nodiscard]] virtual VcpuId current_vcpu() const = 0;
-    /// Starts the VCPUs, once. An I/O VCPU without an entry runs the handlers that are attached to it. Nothing runs after an error.
+    /// Starts the VCPUs, once. An I/O VCPU without an entry runs the handlers that are attached to
+    /// it. Nothing runs after an error.
     virtual Result<void> start(std::span<const VcpuSpec> specs) = 0;
     virtual void run(Instant until) = 0;
     virtual void request_stop() = 0;
     [[nodiscard]] virtual bool stop_requested() = 0;
     [[nodiscard]] virtual GuaranteeReport guarantee() const = 0;
 
-    /// What the platform itself takes of `core`, for admission; nothing, unless a board says otherwise. Setup-time.
+    /// What the platform itself takes of `core`, for admission; nothing, unless a board says
+    /// otherwise. Setup-time.
     [[nodiscard]] virtual sched::PlatformOverheads platform_overheads(int core);
     /// The bottom halves of a device class become the work of I/O VCPU `io`. Setup-time.
     virtual Result<void> serve_interrupts(DeviceClass device, VcpuId io);
-    /// Routes a device class's interrupts away from `core`, or lets them come there again. Setup-time.
+    /// Routes a device class's interrupts away from `core`, or lets them come there again.
+    /// Setup-time.
     virtual Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
     /// Stops the scheduling tick of `core`, or starts it again. Setup-time.
     virtual Result<void> core_timer(int core, bool enabled);
@@ -132,7 +139,8 @@ class Vcpus {
     virtual void note_release() {}
     /// The calling loop's release ended after its next was due.
     virtual void note_overrun() {}
-    /// The calling loop's body returned without having waited for its next period, and is called again: a sign of life.
+    /// The calling loop's body returned without having waited for its next period, and is called
+    /// again: a sign of life.
     virtual void note_body_end() { note_release(); }
 
   protected:
@@ -147,10 +155,12 @@ class Board : public Timing, public Pins, public Buses, public Locks, public Vcp
 namespace detail {
 extern constinit Board* current;
 }
-/// The board of this program. Until there is one every call is harmless: writes go nowhere, reads are low, the time is 0, and
-/// a Result says `unavailable`. So a sketch's static objects may call it before main().
+/// The board of this program. Until there is one every call is harmless: writes go nowhere, reads
+/// are low, the time is 0, and a Result says `unavailable`. So a sketch's static objects may call
+/// it before main().
 [[nodiscard]] inline Board& current() { return *detail::current; }
-/// From now on it is `board`, which outlives its turn; null: none again. Before loops run, and after.
+/// From now on it is `board`, which outlives its turn; null: none again. Before loops run, and
+/// after.
 void make_current(Board* board);
 
 /// What is said to a call that needs a running program.

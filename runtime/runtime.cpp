@@ -40,7 +40,7 @@ Runtime::~Runtime() {
     board::make_current(nullptr);
 }
 
-// ---- the program: host thread ----------------------------------------------------------------------------
+// ---- the program: host thread -------------------------------------------------------------------
 
 Result<void> Runtime::begin(const SketchTable& table) {
     QDUINO_EXPECT(!begun_);
@@ -66,13 +66,14 @@ Result<void> Runtime::start_loops() {
     return board_.start(specs);
 }
 
-/// Made when first named, which may be before its declaration is read (policies are set in setup()).
+/// Made when first named, which may be before its declaration is read (policies are set in
+/// setup()).
 Loop& Runtime::loop_at(board::VcpuId id) {
     if (!loops_[id]) loops_[id] = std::make_unique<Loop>();
     return *loops_[id];
 }
 
-// ---- loops -------------------------------------------------------------------------------------------------
+// ---- loops --------------------------------------------------------------------------------------
 
 Loop* Runtime::current_loop() {
     const board::VcpuId id = board_.current_vcpu();
@@ -116,7 +117,8 @@ void Runtime::wait_for_next_period() {
     begin_release(*loop, release);
 }
 
-/// An owning loop spins through the end of its wait: nobody else wants its core, and a wake-up would make it late.
+/// An owning loop spins through the end of its wait: nobody else wants its core, and a wake-up
+/// would make it late.
 void Runtime::wait_until(const Loop& loop, Instant t) {
     if (!loop.owns_core) return board_.sleep_until(t);
     if (t - board_.now() > 2 * kSpinMargin) board_.sleep_until(t - kSpinMargin);
@@ -129,7 +131,8 @@ void Runtime::begin_release(Loop& loop, const Release& release) {
     board_.note_release();
 }
 
-/// Of the release in hand, at its end: the way to its first instruction is kept short. Once for each release.
+/// Of the release in hand, at its end: the way to its first instruction is kept short. Once for
+/// each release.
 void Runtime::record_latency(Loop& loop) {
     if (loop.latency < Nanoseconds{0}) return;
     loop.statistics.release_latency_ns.record(loop.latency.count());
@@ -162,7 +165,7 @@ void Runtime::set_overrun_policy(board::VcpuId id, OverrunPolicy policy, Overrun
     loop_at(id).on_overrun = handler;
 }
 
-// ---- interrupts ----------------------------------------------------------------------------------------------
+// ---- interrupts ---------------------------------------------------------------------------------
 
 Result<void> Runtime::interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period,
                                       int core) {

@@ -3,7 +3,8 @@
 //   sketch_table() ─► begin(): Plan (admission, cores) ─► setup() ─► board.start() ─► on each VCPU:
 //                                                                     until a stop: body(), body(), body() …
 //
-// Real-time paths (everything that a loop may call, but for setup-time functions) allocate nothing and lock nothing.
+// Real-time paths (everything that a loop may call, but for setup-time functions) allocate nothing
+// and lock nothing.
 //
 // Order of a program: make the board, make the Runtime, begin(), run().
 #pragma once
@@ -30,7 +31,8 @@ struct RuntimeOptions {
 
 class Runtime {
   public:
-    /// From now on it is the program's runtime (current()), and `board`, which outlives it, the program's board.
+    /// From now on it is the program's runtime (current()), and `board`, which outlives it, the
+    /// program's board.
     explicit Runtime(board::Board& board, RuntimeOptions options = {});
     ~Runtime();
     Runtime(const Runtime&) = delete;
@@ -39,10 +41,10 @@ class Runtime {
     /// The runtime that was made last; null when there is none.
     [[nodiscard]] static Runtime* current() { return current_; }
 
-    // ---- the program: host thread ------------------------------------------------------------------------
+    // ---- the program: host thread ---------------------------------------------------------------
 
-    /// Admits the loops, runs setup(), starts the loops. Once. Error: the refusal (explanation() has it at length);
-    /// setup() has not run when the loops themselves are refused.
+    /// Admits the loops, runs setup(), starts the loops. Once. Error: the refusal (explanation()
+    /// has it at length); setup() has not run when the loops themselves are refused.
     Result<void> begin(const SketchTable& table);
     /// Runs the board until `until`, or until the sketch has stopped.
     void run(Instant until) { board_.run(until); }
@@ -55,21 +57,22 @@ class Runtime {
         return id < loops_.size() ? loops_[id].get() : nullptr;
     }
 
-    // ---- called by loops -----------------------------------------------------------------------------------
+    // ---- called by loops ------------------------------------------------------------------------
 
-    /// Ends this release of the calling loop; returns at the nominal start of the next, never early (at once under
-    /// catch_up, or when the loop is late). From setup() and handlers: no effect.
+    /// Ends this release of the calling loop; returns at the nominal start of the next, never early
+    /// (at once under catch_up, or when the loop is late). From setup() and handlers: no effect.
     void wait_for_next_period();
     /// Lets others have the core for a moment: asleep, or, for a loop that owns its core, spinning.
     void yield();
     /// Setup-time, or from the loop itself. Unknown loops are ignored. `handler` may be null.
     void set_overrun_policy(board::VcpuId id, OverrunPolicy policy, OverrunHandler handler);
 
-    // ---- interrupts ----------------------------------------------------------------------------------------
+    // ---- interrupts -----------------------------------------------------------------------------
 
     /// Setup-time. Error: the refusal; unsupported when the board cannot serve the device class so.
     Result<void> interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
-    /// Setup-time. `handler` runs on an I/O VCPU of its own, or, with a zero budget, on that of the GPIO class.
+    /// Setup-time. `handler` runs on an I/O VCPU of its own, or, with a zero budget, on that of the
+    /// GPIO class.
     Result<void> attach_interrupt(board::PinId pin, board::Edge edge, void (*handler)(), Nanoseconds budget,
                                   Nanoseconds period, int core);
     /// Error: not_permitted when no loop owns the core.

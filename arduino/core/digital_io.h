@@ -21,7 +21,7 @@ int digitalRead(int pin);
 /// or a channel 0–15.
 int analogRead(int pin);
 /// The temperature of the processor in °C; NAN, and reported, where the board has no sensor for it.
-/// Not real-time: on Linux it opens a file. (As on the RP2040; the ESP32 calls it temperatureRead().)
+/// Not real-time: on Linux it opens a file. (As on the RP2040.)
 float analogReadTemp();
 /// PWM with a duty of value / (2^bits − 1), clamped; 8 bits unless analogWriteResolution said
 /// otherwise.

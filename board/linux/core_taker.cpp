@@ -31,7 +31,7 @@ bool throttling_is_off(const std::string& root) {
 
 }  // namespace
 
-// ---- changes to the machine -----------------------------------------------------------------------------
+// ---- changes to the machine ---------------------------------------------------------------------
 
 Result<void> CoreTaker::open_settings() {
     if (settings_.active()) return {};
@@ -41,7 +41,8 @@ Result<void> CoreTaker::open_settings() {
     return {};
 }
 
-/// One owner for each core of the machine. A sketch without real-time priorities starves nobody, and owns nothing.
+/// One owner for each core of the machine. A sketch without real-time priorities starves nobody,
+/// and owns nothing.
 Result<void> CoreTaker::lock(std::span<const VcpuSpec> specs) {
     for (const VcpuSpec& spec : specs) {
         if (!spec.owns_core || !config_.real_time) continue;
@@ -167,7 +168,7 @@ Result<void> CoreTaker::core_timer(int core, bool enabled) const {
                  : "the tick of core " + number + " stops only when booted with nohz_full=" + number);
 }
 
-// ---- what holds -----------------------------------------------------------------------------------------
+// ---- what holds ---------------------------------------------------------------------------------
 
 LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
     const VcpuSpec& spec = thread.spec();

@@ -1,7 +1,8 @@
-// What the Linux board does to this computer for its loops, and what it says of it in the guarantee.
+// What the Linux board does to this computer for its loops, and what it says of it in the
+// guarantee.
 //
 //   lock()   one owner for each core of the computer, whoever runs a sketch on it    (core_lock.h)
-//   take()   cores in use: kept awake; owned ones emptied and probed                 (isolation.h, core_probe.h)
+//   take()   cores in use: kept awake; owned ones emptied and probed      (isolation.h, core_probe.h)
 //   serve_interrupts(), route_interrupts()     bottom halves and interrupts of a device class
 //   describe()                                 what of that holds: refused is said, and why
 //   give_back()                                everything as it was, where that is to be had
@@ -31,9 +32,11 @@ class CoreTaker {
     /// `config` outlives it.
     CoreTaker(const LinuxConfig& config, int core_count) : config_(config), core_count_(core_count) {}
 
-    /// Takes the cores that loops own. Error: unavailable, another sketch has one of them: who that is.
+    /// Takes the cores that loops own. Error: unavailable, another sketch has one of them: who that
+    /// is.
     Result<void> lock(std::span<const VcpuSpec> specs);
-    /// Notes the cores in use; isolates and probes those that a loop owns; gives bottom halves to their VCPUs.
+    /// Notes the cores in use; isolates and probes those that a loop owns; gives bottom halves to
+    /// their VCPUs.
     void take(std::span<const VcpuSpec> specs);
     /// Of the core that `spec` is to enter; null: it is not isolated.
     [[nodiscard]] const Isolation* isolation_of(const VcpuSpec& spec) const {

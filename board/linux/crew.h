@@ -23,7 +23,8 @@ inline constexpr Nanoseconds kShortestSharedBudget = 100us;
 /// Error: a spec is malformed, or asks for what this board cannot enforce; which one and why.
 Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& config, int core_count);
 
-/// SCHED_FIFO priority of `spec` among `all`: rate-monotonic, each shorter distinct period one higher. 0: none is asked for.
+/// SCHED_FIFO priority of `spec` among `all`: rate-monotonic, each shorter distinct period one
+/// higher. 0: none is asked for.
 int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config);
 
 class Crew {
@@ -32,7 +33,8 @@ class Crew {
 
     ~Crew() { join(); }
 
-    /// Makes a thread, which waits at the gate. After an error all are gone again. Setup-time. Error: unavailable.
+    /// Makes a thread, which waits at the gate. After an error all are gone again. Setup-time.
+    /// Error: unavailable.
     Result<void> add(const VcpuSpec& spec, VcpuThreadOptions options);
     /// Waits until all are ready, and lets them go at once.
     void go();

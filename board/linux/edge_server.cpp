@@ -54,7 +54,7 @@ void EdgeServer::detach(PinId pin) {
     of_vcpu_[watch.io].remove(pin);
 }
 
-// ---- bells ---------------------------------------------------------------------------------------------------
+// ---- bells --------------------------------------------------------------------------------------
 
 Result<void> EdgeServer::open(VcpuId io) {
     bells_[io].reset(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
@@ -74,12 +74,13 @@ void EdgeServer::ring_all() {
     }
 }
 
-// ---- the VCPUs' threads --------------------------------------------------------------------------------------
+// ---- the VCPUs' threads -------------------------------------------------------------------------
 
 void EdgeServer::serve(VcpuId io, const std::atomic<bool>& stop) {
     const VirtualPins& shared = pins_.virtual_pins();
     while (!stop.load(std::memory_order_acquire)) {
-        // Before the look, and before the next question for a stop: neither an edge nor a bell is slept over.
+        // Before the look, and before the next question for a stop: neither an edge nor a bell is
+        // slept over.
         const std::uint32_t seen = shared.attached() ? shared.input_changes() : 0;
         life_.promise(io, kEpoch);
         run_handlers(io);

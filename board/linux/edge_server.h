@@ -1,14 +1,15 @@
 // Edges of input pins: which handler is for which, and the I/O VCPUs that run them.
 //
-//   attach ──► set of pins of I/O VCPU 33 ──► its thread:  ┌─► look at its pins, run their handlers ─┐
-//              set of pins of I/O VCPU 34                  └── wait: for an edge, or for its bell ◄──┘
+//   attach ──► pins of I/O VCPU 33 ──► its thread:  ┌─► look at its pins, run their handlers ─┐
+//              pins of I/O VCPU 34                  └── wait: for an edge, or for its bell ◄──┘
 //
 // What it waits for, without looking again in between:
 //
-//   virtual pins alone    a futex in the pins file, which the machine counts up at every change of an input
-//   real pins             poll() on their lines, and on the bell: an eventfd that a stop and a new handler ring
-//   both on one VCPU      there is no call that waits for both: poll(), and a look at the virtual ones each kMixedLook.
-//                         note_of() has the words for the guarantee.
+//   virtual pins alone    a futex in the pins file, which the machine counts up at every change
+//   real pins             poll() on their lines, and on the bell: an eventfd, which a stop rings,
+//                         and a handler that is attached meanwhile
+//   both on one VCPU      no call waits for both: poll(), and a look at the virtual ones each
+//                         kMixedLook. The guarantee says so (note_of()).
 //
 // attach() and detach() may be called while the VCPUs run.
 #pragma once
@@ -30,11 +31,13 @@ class EdgeServer {
     /// `pins` and `life` outlive it.
     EdgeServer(PinTable& pins, SignsOfLife& life) : pins_(pins), life_(life) {}
 
-    /// Setup-time. Errors: invalid_argument (no such pin, no handler, `io` is no I/O VCPU), what the pin's driver says.
+    /// Setup-time. Errors: invalid_argument (no such pin, no handler, `io` is no I/O VCPU), what
+    /// the pin's driver says.
     Result<void> attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     void detach(PinId pin);
 
-    /// Makes the bell of `io`. Setup-time, before serve() and before a stop may come. Error: the system's.
+    /// Makes the bell of `io`. Setup-time, before serve() and before a stop may come. Error: the
+    /// system's.
     Result<void> open(VcpuId io);
     /// Runs the handlers of `io`, on its thread, until `stop`.
     void serve(VcpuId io, const std::atomic<bool>& stop);

@@ -33,7 +33,8 @@ constexpr Nanoseconds kLongSpin = 10us;
 constexpr Nanoseconds kWorthMeasuring = 300ns;
 /// A reading that takes longer was interrupted, or is no reading of the cycle counter.
 constexpr Nanoseconds kReadingAtMost = 100ns;
-/// Before the end of a long spin: some cache misses, and little enough that what was fetched is still there.
+/// Before the end of a long spin: some cache misses, and little enough that what was fetched is
+/// still there.
 constexpr Nanoseconds kRehearsal = 1500ns;
 
 void spin_until(Instant t) {
@@ -44,7 +45,7 @@ void spin_until(Instant t) {
 
 }  // namespace
 
-// ---- opening --------------------------------------------------------------------------------------------
+// ---- opening ------------------------------------------------------------------------------------
 
 LinuxBoard::LinuxBoard(LinuxConfig config) : config_(std::move(config)), core_count_(cpu_count()) {}
 
@@ -70,11 +71,11 @@ LinuxBoard::~LinuxBoard() {
     cores_.give_back();
 }
 
-// ---- time -----------------------------------------------------------------------------------------------
+// ---- time ---------------------------------------------------------------------------------------
 
-// What follows a spin is meant to happen at once, and most often it is a write to a pin. But while a core spins, its caches fill with
-// what others do (the other hyper-thread, the interrupts): every twentieth write then took 0.3 to 1 us, on a noisy host. So what a
-// write needs is fetched before.
+// What follows a spin is meant to happen at once, and most often it is a write to a pin. But while
+// a core spins, its caches fill with what others do (the other hyper-thread, the interrupts): every
+// twentieth write then took 0.3 to 1 us, on a noisy host. So what a write needs is fetched before.
 //
 //   ├ rest, if it must ┼ anchor of the clock ┼ pause ··· pause ┼ rehearsal ┼ pause ··· look, look, look ┤ digitalWrite
 //                                                            t - 1.5 us                t - 0.3 us      t
@@ -96,9 +97,10 @@ void LinuxBoard::busy_until(Instant t) {
 //   caller's reading ─ way in ─┬─ begin ─────────── length ────────────┬─ way out ─ caller's reading
 //                              └─ one reading of the clock, at least ──┘
 //
-// The ways in and out take one reading of the clock at least, so that much may be left out of the spin. How long a reading takes
-// changes from one moment to the next by a factor of eight here (what else the processor does); so it is measured in the call.
-// Of two in a row the shorter: what comes between (an interrupt, a line that another core has) comes between one of them only.
+// The ways in and out take one reading of the clock at least, so that much may be left out of the
+// spin. How long a reading takes changes from one moment to the next by a factor of eight here
+// (what else the processor does); so it is measured in the call. Of two in a row the shorter: what
+// comes between (an interrupt, a line that another core has) comes between one of them only.
 void LinuxBoard::busy_for(Nanoseconds length) {
     const Instant begin = now();
     if (length < kWorthMeasuring) return busy_until(begin + length);
@@ -116,7 +118,7 @@ void LinuxBoard::sleep_until(Instant t) {
     spin_until(t);
 }
 
-// ---- pins and buses -------------------------------------------------------------------------------------
+// ---- pins and buses -----------------------------------------------------------------------------
 
 Result<void> LinuxBoard::pin_mode(PinId pin, PinMode mode) {
     PinDriver* driver = pins_.at(pin);
@@ -180,7 +182,7 @@ void LinuxBoard::lock(LockWord& word) { take_lock(word); }
 bool LinuxBoard::try_lock(LockWord& word) { return try_to_take_lock(word); }
 void LinuxBoard::unlock(LockWord& word) { give_lock(word); }
 
-// ---- running --------------------------------------------------------------------------------------------
+// ---- running ------------------------------------------------------------------------------------
 
 Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
     QDUINO_EXPECT(crew_.threads().empty());
@@ -241,7 +243,7 @@ void LinuxBoard::request_stop() {
     edges_.ring_all();
 }
 
-// ---- what holds -----------------------------------------------------------------------------------------
+// ---- what holds ---------------------------------------------------------------------------------
 
 sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
     if (!overheads_) overheads_ = measure_overheads();

@@ -4,19 +4,22 @@
 //   loop 3  1/8 ms   prio 79  ███·····███·····     loop 2  100/100 µs  prio 80 (owns the core)
 //   ████████████████ loop 1  30/100   prio 78  ···█████···█████
 //
-// Each VCPU is a thread on its core at SCHED_FIFO, the shorter its period the higher. Its budget is kept by the thread itself
-// (budget_keeper.h) with sched/'s sporadic server as the accountant. Pins and buses are drivers (pin_driver.h): virtual ones in shared
-// memory, or the kernel's. Nothing here needs privileges: what the system refuses is in the guarantee report, with the fix.
+// Each VCPU is a thread on its core at SCHED_FIFO, the shorter its period the higher. Its budget is
+// kept by the thread itself (budget_keeper.h) with sched/'s sporadic server as the accountant. Pins
+// and buses are drivers (pin_driver.h): virtual ones in shared memory, or the kernel's. Nothing
+// here needs privileges: what the system refuses is in the guarantee report, with the fix.
 //
-// The clock is CLOCK_MONOTONIC, so that instants mean the same in the machine's, the supervisor's and the sketch's process.
+// The clock is CLOCK_MONOTONIC, so that instants mean the same in the machine's, the supervisor's
+// and the sketch's process.
 //
 // The board has more functions than other classes, for it is the seam's whole list, and forwards:
 //
-//   PinTable    drivers and safe states        CoreTaker  what is done to the computer, and the guarantee
+//   PinTable    drivers, safe states           CoreTaker  what is done to the computer; guarantee
 //   EdgeServer  handlers on I/O VCPUs          Crew       threads: gate, run, stop
 //   SignsOfLife for the supervisor                pi_lock.h  locks
 //
-// Who may call what: board.h. One board per process: it owns the signal handlers and the process's memory locking.
+// Who may call what: board.h. One board per process: it owns the signal handlers and the process's
+// memory locking.
 #pragma once
 
 #include <memory>
@@ -46,14 +49,14 @@ class LinuxBoard final : public Board {
     LinuxBoard(const LinuxBoard&) = delete;
     LinuxBoard& operator=(const LinuxBoard&) = delete;
 
-    // ---- time -------------------------------------------------------------------------------------------
+    // ---- time -----------------------------------------------------------------------------------
     [[nodiscard]] Instant now() override { return cycle_clock.now(); }
     /// Spins. Late by one reading of the clock (10 to 25 ns) when nothing takes the core away.
     void busy_until(Instant t) override;
     void busy_for(Nanoseconds length) override;
     void sleep_until(Instant t) override;
 
-    // ---- pins and buses ---------------------------------------------------------------------------------
+    // ---- pins and buses -------------------------------------------------------------------------
     Result<void> pin_mode(PinId pin, PinMode mode) override;
     void pin_write(PinId pin, Level level) override;
     [[nodiscard]] Level pin_read(PinId pin) override;
@@ -71,18 +74,19 @@ class LinuxBoard final : public Board {
                               std::span<std::uint8_t> in) override;
     Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) override;
 
-    // ---- locks: pi_lock.h -------------------------------------------------------------------------------
+    // ---- locks: pi_lock.h -----------------------------------------------------------------------
     void lock(LockWord& word) override;
     [[nodiscard]] bool try_lock(LockWord& word) override;
     void unlock(LockWord& word) override;
 
-    // ---- VCPUs ------------------------------------------------------------------------------------------
+    // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] int core_count() const override { return core_count_; }
     [[nodiscard]] VcpuId current_vcpu() const override { return VcpuThread::current_id(); }
-    /// Makes the threads and lets them go all at once. An I/O VCPU without an entry runs the handlers
-    /// attached to it. Errors: invalid_argument (a spec is malformed), out_of_range (a budget below
-    /// kShortestSharedBudget on a core that others use: give the loop a core of its own), unavailable (no
-    /// thread to be had; a core to be owned is another sketch's: who that is). Nothing runs after an error.
+    /// Makes the threads and lets them go all at once. An I/O VCPU without an entry runs the
+    /// handlers attached to it. Errors: invalid_argument (a spec is malformed), out_of_range (a
+    /// budget below kShortestSharedBudget on a core that others use: give the loop a core of its
+    /// own), unavailable (no thread to be had; a core to be owned is another sketch's: who that
+    /// is). Nothing runs after an error.
     Result<void> start(std::span<const VcpuSpec> specs) override;
     /// When all loops have returned, the safe states have been forced.
     void run(Instant until) override;
@@ -90,26 +94,29 @@ class LinuxBoard final : public Board {
     void request_stop() override;
     [[nodiscard]] bool stop_requested() override { return crew_.stop().load(std::memory_order_acquire); }
     [[nodiscard]] GuaranteeReport guarantee() const override;
-    /// The kernel threads that do the bottom halves of `device` (threaded interrupts, threaded NAPI) get the
-    /// priority and core of I/O VCPU `io` when the board starts. Where the kernel has none, and that their
-    /// budget is not enforced, is said in the guarantee. Setup-time.
+    /// The kernel threads that do the bottom halves of `device` (threaded interrupts, threaded
+    /// NAPI) get the priority and core of I/O VCPU `io` when the board starts. Where the kernel has
+    /// none, and that their budget is not enforced, is said in the guarantee. Setup-time.
     Result<void> serve_interrupts(DeviceClass device, VcpuId io) override {
         cores_.serve_interrupts(device, io);
         return {};
     }
-    /// Undone at the end. Setup-time. Errors: not_permitted (needs root), not_found (the class has no interrupts here), unavailable.
+    /// Undone at the end. Setup-time. Errors: not_permitted (needs root), not_found (the class has
+    /// no interrupts here), unavailable.
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override {
         return cores_.route_interrupts(device, core, allowed);
     }
-    /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted so. Error:
-    /// unsupported (not booted with nohz_full for this core); for `enabled` on such a core as well.
+    /// The tick of a core stops by itself while its owner runs alone, if the kernel was booted so.
+    /// Error: unsupported (not booted with nohz_full for this core); for `enabled` on such a core
+    /// as well.
     Result<void> core_timer(int core, bool enabled) override { return cores_.core_timer(core, enabled); }
-    /// What wake-up and enforcement cost here: measured once, at the first call (some 10 ms). Setup-time.
+    /// What wake-up and enforcement cost here: measured once, at the first call (some 10 ms).
+    /// Setup-time.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
     /// What the supervisor takes for a sign of life.
     void note_release() override { life_.promise(current_vcpu(), kEpoch); }
 
-    // ---- what this board has besides --------------------------------------------------------------------
+    // ---- what this board has besides ------------------------------------------------------------
     /// Forces all safe states now. Async-signal-safe, once per board.
     void force_safe_states() { pins_.force_safe_states(); }
     /// Edges lost on the way to a virtual machine.

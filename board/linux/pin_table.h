@@ -4,7 +4,8 @@
 //   I2C  0 … 15  ──►  VirtualPins · I2cDevice · nothing          (pin_driver.h)
 //   SPI  0 … 15  ──►  VirtualPins · SpiDevice · nothing
 //
-// Decided once, when the board opens: with a file of virtual pins everything is virtual, but what the configuration names.
+// Decided once, when the board opens: with a file of virtual pins everything is virtual, but what
+// the configuration names.
 #pragma once
 
 #include <array>
@@ -21,7 +22,8 @@ namespace qduino::board::linux {
 
 class PinTable {
   public:
-    /// Opens every device that `config` names. Setup-time. Error: the first that cannot be had, by name.
+    /// Opens every device that `config` names. Setup-time. Error: the first that cannot be had, by
+    /// name.
     Result<void> open(const LinuxConfig& config);
 
     /// Null: nothing is behind it.

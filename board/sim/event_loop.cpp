@@ -19,7 +19,7 @@ EventLoop::EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace)
                               [](Nanoseconds cost) { return cost > Nanoseconds{0}; });
 }
 
-// ---- time -------------------------------------------------------------------------------------------------------
+// ---- time ---------------------------------------------------------------------------------------
 
 void EventLoop::consume(Nanoseconds cost) {
     if (cost <= Nanoseconds{0}) return;
@@ -60,7 +60,7 @@ void EventLoop::wait() {
     current_->fiber->suspend();
 }
 
-// ---- VCPUs ------------------------------------------------------------------------------------------------------
+// ---- VCPUs --------------------------------------------------------------------------------------
 
 Result<void> EventLoop::start(std::span<const VcpuSpec> specs) {
     if (started_) return make_error(ErrorCode::already_exists, "start: the board runs already");
@@ -107,7 +107,7 @@ void EventLoop::give_work(VcpuId io, Work work) {
     }
 }
 
-// ---- from instant to instant ------------------------------------------------------------------------------------
+// ---- from instant to instant --------------------------------------------------------------------
 
 void EventLoop::run(Instant until) {
     QDUINO_EXPECT(started_ && current_ == nullptr);
@@ -178,7 +178,7 @@ void EventLoop::execute(SimCore& core) {
     core.decide(now_);
 }
 
-// ---- what is seen of it -----------------------------------------------------------------------------------------
+// ---- what is seen of it -------------------------------------------------------------------------
 
 void EventLoop::emit(int core, VcpuId vcpu, TraceKind kind) {
     const TraceEvent event{.time = now_, .core = static_cast<std::uint8_t>(core), .vcpu = vcpu, .kind = kind};

@@ -1,18 +1,19 @@
 // Virtual time, and who runs in it. One runner at a time: the same seed gives the same run.
 //
-// Every VCPU is a fiber. Its code takes no time; time is what it asks for (busy_until, sleep_until, and what SimConfig says a
-// call or an interrupt costs). run() goes from instant to instant:
+// Every VCPU is a fiber. Its code takes no time; time is what it asks for (busy_until, sleep_until,
+// and what SimConfig says a call or an interrupt costs). run() goes from instant to instant:
 //
-//      ┌─────────────► something due now? ── yes ──► physics, interrupts, then each core settles: charge, wake, decide
+//      ┌─────────────► something due now? ── yes ──► physics, interrupts, then each core settles
 //      │                     │ no
-//      │               a core whose VCPU has been given all the time it asked for? ── yes ──► resume its fiber
-//      │                     │ no                                                             │ asks for more
+//      │               a core whose VCPU has had the time it asked for? ── yes ──► its fiber
+//      │                     │ no                                                  │ asks for more
 //      │               jump to the next instant at which something is due                     │
 //      └─────────────────────┴────────────────────────────────────────────────────────────────┘
 //
-// The horizon makes it fast. Before a fiber is resumed, the earliest instant at which anything *else* happens is put in
-// horizon_ (another core, an interrupt, the end of its budget, a wake-up, the physics, the end of the run). A loop that asks
-// for an instant before it cannot be disturbed on the way, so busy_until() is a comparison and a store, without a switch:
+// The horizon makes it fast. Before a fiber is resumed, the earliest instant at which anything
+// *else* happens is put in horizon_ (another core, an interrupt, the end of its budget, a wake-up,
+// the physics, the end of the run). A loop that asks for an instant before it cannot be disturbed
+// on the way, so busy_until() is a comparison and a store, without a switch:
 //
 //      now_ ──►·····························| horizon_
 //      core 1  busy_until(t1) t2) t3)…      |           no event loop up to here
@@ -20,10 +21,12 @@
 //
 // Charging is done when the core settles, for the whole stretch at once.
 //
-// Invariants: now_ never runs backwards; exactly one fiber runs, or none; a VCPU is resumed only on its core, with budget
-// (or owning it), not before the instant it asked for. Enforcement is exact: a budget ends at the nanosecond.
+// Invariants: now_ never runs backwards; exactly one fiber runs, or none; a VCPU is resumed only on
+// its core, with budget (or owning it), not before the instant it asked for. Enforcement is exact:
+// a budget ends at the nanosecond.
 //
-// It has more functions than other classes: nine of them are the fast path, of one line or two each.
+// It has more functions than other classes: nine of them are the fast path, of one line or two
+// each.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +48,7 @@ class EventLoop {
     /// `config` and `pins` outlive it; `trace` (may be null) as well.
     EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace);
 
-    // ---- time: for whoever runs, a VCPU or the host -----------------------------------------------------------
+    // ---- time: for whoever runs, a VCPU or the host ---------------------------------------------
     [[nodiscard]] Instant now() const { return now_; }
     void busy_until(Instant t) {
         if (t < horizon_) [[likely]] {
@@ -68,7 +71,8 @@ class EventLoop {
         if (calls_cost_) [[unlikely]]
             consume(config_.costs[call]);
     }
-    /// The same of a call that asks for something: more than so many at one instant are a spin, and cost.
+    /// The same of a call that asks for something: more than so many at one instant are a spin, and
+    /// cost.
     void before_poll(ApiCall call) {
         charge(call);
         if (++polls_ > config_.poll_limit) [[unlikely]]
@@ -79,11 +83,12 @@ class EventLoop {
         polls_ = 0;
         consume(amount);
     }
-    /// Who runs looks up before it takes more time: somebody else has something to do now, or at `t`.
+    /// Who runs looks up before it takes more time: somebody else has something to do now, or at
+    /// `t`.
     void look_up() { horizon_ = now_; }
     void look_up_at(Instant t) { horizon_ = t < horizon_ ? t : horizon_; }
 
-    // ---- VCPUs ------------------------------------------------------------------------------------------------
+    // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs);
     void run(Instant until);
     void request_stop() { stop_requested_ = true; }
@@ -101,7 +106,7 @@ class EventLoop {
     /// False, and counted, when I/O VCPU `io` is not there, has ended, or has no room.
     void give_work(VcpuId io, Work work);
 
-    // ---- what is seen of it -----------------------------------------------------------------------------------
+    // ---- what is seen of it ---------------------------------------------------------------------
     void emit(int core, VcpuId vcpu, TraceKind kind);
     /// Of the calling VCPU.
     void note(TraceKind kind);

@@ -39,7 +39,7 @@
 #include <ucontext.h>
 #endif
 
-// ---- the switch itself -----------------------------------------------------------------------------------------
+// ---- the switch itself --------------------------------------------------------------------------
 // void qduino_fiber_switch(void** save, void* load): pushes the callee-saved registers, stores the stack pointer in
 // *save, takes `load` for stack pointer, pops the registers found there and returns to who saved them.
 // qduino_fiber_begin is where a new fiber "returns" to: it moves the fiber's address into the argument register.

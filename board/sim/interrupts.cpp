@@ -14,8 +14,9 @@ constexpr std::uint64_t all_cores(int cores) {
     return cores == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cores) - 1;
 }
 
-/// Inverse transform: −ln(u)/λ, with u in (0, 1] from the top 53 bits. (std::exponential_distribution would differ from one
-/// standard library to another, and with it the run.)
+/// Inverse transform: −ln(u)/λ, with u in (0, 1] from the top 53 bits.
+/// (std::exponential_distribution would differ from one standard library to another, and with it
+/// the run.)
 Nanoseconds exponential(std::mt19937_64& random, double rate_hz) {
     const double u = (static_cast<double>(random() >> 11) + 1.0) * 0x1.0p-53;
     return std::max(from_seconds(-std::log(u) / rate_hz), Nanoseconds{1});

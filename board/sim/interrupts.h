@@ -1,7 +1,7 @@
 // The interrupt sources of a simulated machine: when each fires next, and on which core.
 //
-// Every source has its own random stream, seeded by the machine's seed and its place in the list: routing or silencing one
-// does not change when another fires.
+// Every source has its own random stream, seeded by the machine's seed and its place in the list:
+// routing or silencing one does not change when another fires.
 #pragma once
 
 #include <array>

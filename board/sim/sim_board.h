@@ -1,11 +1,13 @@
-// The simulated board: virtual time, any number of cores, one runner at a time; the same seed gives the same run.
+// The simulated board: virtual time, any number of cores, one runner at a time; the same seed gives
+// the same run.
 //
 // It has more functions than other classes, for it is the seam's whole list, and forwards:
 //
-//   EventLoop   time, and who runs in it       SimCpus   cores and VCPUs         SimCore   one core's accounts
-//   SimPins     pins, buses, edges             SimLocks  priority inheritance    Interrupts  their sources
+//   EventLoop   time, and who runs in it      SimCpus   cores and VCPUs       SimCore  its accounts
+//   SimPins     pins, buses, edges            SimLocks  priority inheritance  Interrupts
 //
-// Who may call what: board.h. run(), start() and the constructor belong to the host's thread; everything else to VCPUs too.
+// Who may call what: board.h. run(), start() and the constructor belong to the host's thread;
+// everything else to VCPUs too.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +33,7 @@ class SimBoard final : public Board {
     SimBoard(const SimBoard&) = delete;
     SimBoard& operator=(const SimBoard&) = delete;
 
-    // ---- time ------------------------------------------------------------------------------------------------
+    // ---- time -----------------------------------------------------------------------------------
     [[nodiscard]] Instant now() override {
         loop_.before_poll(ApiCall::now);
         return loop_.now();
@@ -39,11 +41,11 @@ class SimBoard final : public Board {
     void busy_until(Instant t) override { loop_.busy_until(t); }
     void busy_for(Nanoseconds length) override { loop_.busy_until(loop_.now() + length); }
     void sleep_until(Instant t) override { loop_.sleep_until(t); }
-    /// Consumes `amount` of the calling VCPU's CPU time: unlike busy_until, not until an instant, so that time taken by others
-    /// does not count. For tests and models of load.
+    /// Consumes `amount` of the calling VCPU's CPU time: unlike busy_until, not until an instant,
+    /// so that time taken by others does not count. For tests and models of load.
     void compute(Nanoseconds amount) { loop_.compute(amount); }
 
-    // ---- pins and buses --------------------------------------------------------------------------------------
+    // ---- pins and buses -------------------------------------------------------------------------
     [[nodiscard]] Result<void> pin_mode(PinId pin, PinMode mode) override {
         return pins_.set_mode(pin, mode);
     }
@@ -74,19 +76,20 @@ class SimBoard final : public Board {
         return pins_.transfer(bus, settings, data);
     }
 
-    // ---- locks -----------------------------------------------------------------------------------------------
+    // ---- locks ----------------------------------------------------------------------------------
     void lock(LockWord& word) override { locks_.lock(word); }
     [[nodiscard]] bool try_lock(LockWord& word) override { return locks_.try_lock(word); }
     void unlock(LockWord& word) override { locks_.unlock(word); }
 
-    // ---- VCPUs -----------------------------------------------------------------------------------------------
+    // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] int core_count() const override { return loop_.cpus().core_count(); }
     [[nodiscard]] VcpuId current_vcpu() const override {
         return loop_.current() ? loop_.current()->spec.id : kNoVcpu;
     }
     [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs) override { return loop_.start(specs); }
-    /// Everything before `until` happens; then now() == until, unless the board stopped earlier. May be called again
-    /// to go on. run(kForever) returns when all entries have, or when nothing can happen any more.
+    /// Everything before `until` happens; then now() == until, unless the board stopped earlier.
+    /// May be called again to go on. run(kForever) returns when all entries have, or when nothing
+    /// can happen any more.
     void run(Instant until) override { loop_.run(until); }
     void request_stop() override { loop_.request_stop(); }
     [[nodiscard]] bool stop_requested() override {
@@ -100,10 +103,11 @@ class SimBoard final : public Board {
     [[nodiscard]] GuaranteeReport guarantee() const override;
     /// What SimConfig takes of `core`: context switches, interrupts at their mean rate, the tick.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
-    /// Bottom halves of `device` become the work of I/O VCPU `io`; kNoVcpu: they run at once, above every loop.
+    /// Bottom halves of `device` become the work of I/O VCPU `io`; kNoVcpu: they run at once, above
+    /// every loop.
     Result<void> serve_interrupts(DeviceClass device, VcpuId io) override;
-    /// Routes a device class's interrupts away from `core`, to the lowest core that still takes them, and back.
-    /// Error: unavailable when no core would take them.
+    /// Routes a device class's interrupts away from `core`, to the lowest core that still takes
+    /// them, and back. Error: unavailable when no core would take them.
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override;
     /// Error: not_permitted when the board runs and no loop owns the core.
     Result<void> core_timer(int core, bool enabled) override;
@@ -112,11 +116,12 @@ class SimBoard final : public Board {
     /// A body that let no time pass since it last returned is charged SimConfig::body_cost.
     void note_body_end() override { loop_.note_body_end(); }
 
-    // ---- looking at a run ------------------------------------------------------------------------------------
+    // ---- looking at a run -----------------------------------------------------------------------
     /// The core that the calling VCPU runs on; -1 outside of VCPUs.
     [[nodiscard]] int current_core() const { return loop_.current() ? loop_.current()->spec.core : -1; }
     [[nodiscard]] std::uint64_t trace_hash() const { return loop_.hash().value(); }
-    /// CPU time charged to `id` so far. An owning loop is charged for sleep too: its core is nobody else's.
+    /// CPU time charged to `id` so far. An owning loop is charged for sleep too: its core is nobody
+    /// else's.
     [[nodiscard]] Nanoseconds cpu_time(VcpuId id) const {
         const Vcpu* const vcpu = loop_.cpus().vcpu(id);
         return vcpu ? vcpu->core->cpu_time(id) : Nanoseconds{0};

@@ -1,10 +1,12 @@
-// One simulated core: sched::CoreScheduler decides who runs; this class keeps the core's accounts between two decisions.
+// One simulated core: sched::CoreScheduler decides who runs; this class keeps the core's accounts
+// between two decisions.
 //
 //   accounted_                     now
 //   ──|█████████████████|▒▒▒▒▒▒▒▒▒▒▒▒|──►      █ the running VCPU's, charged to its budget and taken off its work_left
 //                       └ steal() ───┘         ▒ taken by interrupts: delays it; charged to it only on request
 //
-// Invariants: every stretch of time is charged once; while time is stolen no VCPU code goes on and no decision is made.
+// Invariants: every stretch of time is charged once; while time is stolen no VCPU code goes on and
+// no decision is made.
 #pragma once
 
 #include <algorithm>
@@ -31,10 +33,11 @@ class SimCore {
     void steal(Instant now, Nanoseconds cost);
     /// Charges the running VCPU up to `now`.
     void account(Instant now);
-    /// What is due here is done: charges; when the running VCPU has got what it asked for its code goes on first
-    /// (ready()), for it takes no time and may give the CPU up; else decides.
+    /// What is due here is done: charges; when the running VCPU has got what it asked for its code
+    /// goes on first (ready()), for it takes no time and may give the CPU up; else decides.
     void settle(Instant now);
-    /// Wakes sleepers whose instant has come and decides who runs. Also due after the running VCPU's code went on.
+    /// Wakes sleepers whose instant has come and decides who runs. Also due after the running
+    /// VCPU's code went on.
     void decide(Instant now);
     /// The running VCPU left the CPU: it sleeps or its entry returned.
     void give_up(Vcpu& vcpu, Instant now);
@@ -52,7 +55,8 @@ class SimCore {
 
     /// The next instant at which settle() is due.
     [[nodiscard]] Instant next_due() const { return ready_ ? kForever : std::min(disturbed_at_, done_at_); }
-    /// The earliest instant at which something other than the running VCPU's own demand is due here.
+    /// The earliest instant at which something other than the running VCPU's own demand is due
+    /// here.
     [[nodiscard]] Instant disturbed_at() const { return disturbed_at_; }
     /// The running VCPU's code may go on now.
     [[nodiscard]] bool ready() const { return ready_; }

@@ -15,7 +15,8 @@ class SimCpus {
   public:
     SimCpus(EventLoop& loop, const SimConfig& config);
 
-    /// Makes a VCPU of each spec, whose fiber runs `entry` on it. Error: a spec is malformed, or its core is another loop's.
+    /// Makes a VCPU of each spec, whose fiber runs `entry` on it. Error: a spec is malformed, or
+    /// its core is another loop's.
     [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs, Instant now, void (*entry)(void* vcpu));
 
     [[nodiscard]] int core_count() const { return static_cast<int>(cores_.size()); }

@@ -77,7 +77,8 @@ bool SimLocks::closes_a_cycle(const LockWord& word) const {
     return holder == loop_.current();
 }
 
-/// Everybody's rank anew: its own, raised along each wait until nothing changes (as often as chains are long).
+/// Everybody's rank anew: its own, raised along each wait until nothing changes (as often as chains
+/// are long).
 void SimLocks::renew_ranks() {
     const SimCpus& cpus = loop_.cpus();
     cpus.each([](Vcpu& vcpu) { vcpu.rank = {vcpu.spec.period, vcpu.spec.id}; });

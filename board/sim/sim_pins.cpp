@@ -30,7 +30,7 @@ void SimPins::process_due(Instant now) {
     next_poll_ = now + config_.edge_poll_period;
 }
 
-// ---- pins and buses ---------------------------------------------------------------------------------------------
+// ---- pins and buses -----------------------------------------------------------------------------
 
 Result<void> SimPins::set_mode(PinId pin, PinMode mode) {
     loop_.charge(ApiCall::pin_mode);
@@ -139,7 +139,7 @@ bool SimPins::stuck(PinId pin, Level* level) const {
     return false;
 }
 
-// ---- edges ------------------------------------------------------------------------------------------------------
+// ---- edges --------------------------------------------------------------------------------------
 
 Result<void> SimPins::attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) {
     if (pin.number >= kPinCount)

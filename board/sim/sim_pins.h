@@ -1,6 +1,6 @@
 // The pins and buses of the simulated board: levels, edges, safe states, and what is wired to them.
 //
-//   loop ── write ──► level ──► Peripherals ──► pin_edge() ──► watched? ──► work for the handler's I/O VCPU
+//   loop ── write ──► level ──► Peripherals ──► pin_edge() ──► watched? ──► work for its I/O VCPU
 //        ◄─ read ─── an output's own level, or what the outside drives, or an injected fault
 #pragma once
 
@@ -20,7 +20,7 @@ class SimPins final : private PinEdgeSink {
     /// All outlive it.
     SimPins(const SimConfig& config, Peripherals& peripherals, EventLoop& loop);
 
-    // ---- as board.h has them --------------------------------------------------------------------------------
+    // ---- as board.h has them --------------------------------------------------------------------
     [[nodiscard]] Result<void> set_mode(PinId pin, PinMode mode);
     void write(PinId pin, Level level) {
         loop_.charge(ApiCall::pin_write);
@@ -45,7 +45,7 @@ class SimPins final : private PinEdgeSink {
     [[nodiscard]] Result<void> attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     void detach(PinId pin);
 
-    // ---- for the event loop ---------------------------------------------------------------------------------
+    // ---- for the event loop ---------------------------------------------------------------------
     /// When the physics, or a look at the inputs, is due.
     [[nodiscard]] Instant next_due(Instant now) const {
         const Instant physics = peripherals_.next_event(now);

@@ -23,7 +23,7 @@ std::vector<int> levels_written(int pin) {
     return levels;
 }
 
-// ---- time ------------------------------------------------------------------------------------------------
+// ---- time ---------------------------------------------------------------------------------------
 
 Instant FakeBoard::now() { return state.now += state.look_cost; }
 
@@ -49,7 +49,7 @@ void FakeBoard::sleep_until(Instant t) {
     state.while_sleeping();
 }
 
-// ---- pins and buses --------------------------------------------------------------------------------------
+// ---- pins and buses -----------------------------------------------------------------------------
 
 Result<void> FakeBoard::done_or_refused(std::string call) {
     state.calls.push_back(std::move(call));
@@ -143,7 +143,7 @@ Result<void> FakeBoard::spi_transfer(board::SpiBus bus, board::SpiSettings setti
     return {};
 }
 
-// ---- edges -----------------------------------------------------------------------------------------------
+// ---- edges --------------------------------------------------------------------------------------
 
 Result<void> FakeBoard::attach_edge(PinId pin, board::Edge edge, board::EdgeHandler handler, void* context,
                                     board::VcpuId io) {
@@ -172,7 +172,7 @@ void FakeBoard::look_at_edges() {
     }
 }
 
-// ---- locks -----------------------------------------------------------------------------------------------
+// ---- locks --------------------------------------------------------------------------------------
 
 void FakeBoard::lock(board::LockWord& word) {
     for (int looks = 0; !try_lock(word); ++looks) {
@@ -187,7 +187,7 @@ bool FakeBoard::try_lock(board::LockWord& word) {
 }
 void FakeBoard::unlock(board::LockWord& word) { word.value = 0; }
 
-// ---- VCPUs -----------------------------------------------------------------------------------------------
+// ---- VCPUs --------------------------------------------------------------------------------------
 
 Result<void> FakeBoard::start(std::span<const board::VcpuSpec> specs) {
     for (const board::VcpuSpec& spec : specs) {

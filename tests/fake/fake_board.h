@@ -1,10 +1,12 @@
-// A board made of memory: a clock that tests set, records that tests read, and no opinion about scheduling.
+// A board made of memory: a clock that tests set, records that tests read, and no opinion about
+// scheduling.
 //
-// Time moves only by busy_until and sleep_until, and by `look_cost` at every look at a pin or the clock, so that code that polls
-// comes to an end and every instant can be worked out by hand.
+// Time moves only by busy_until and sleep_until, and by `look_cost` at every look at a pin or the
+// clock, so that code that polls comes to an end and every instant can be worked out by hand.
 //
-// A test calls it from outside of any VCPU, and says with `vcpu` which loop it plays. Or it starts VCPUs, as a program does: then
-// each is a fiber, as if on a core of its own, and the one that is due first runs until it waits.
+// A test calls it from outside of any VCPU, and says with `vcpu` which loop it plays. Or it starts
+// VCPUs, as a program does: then each is a fiber, as if on a core of its own, and the one that is
+// due first runs until it waits.
 #pragma once
 
 #include <array>

@@ -1,11 +1,13 @@
-// A sketch from begin() to its end on a board without an operating system, compiled without exceptions and RTTI. Memory may be asked
-// for until the board starts the loops; from then on it is an error, and the program says so and fails.
+// A sketch from begin() to its end on a board without an operating system, compiled without
+// exceptions and RTTI. Memory may be asked for until the board starts the loops; from then on it is
+// an error, and the program says so and fails.
 //
 //   begin(): admission, setup() ──► board.start() ──► run(): releases, overruns, locks, budgets
 //   operator new: yes                      no ───────────────────────────────────────────────►
 //
-// Its limit: it is linked with this machine's C++ library, whose own inside it does not look into; what it proves is that nothing of
-// base/, sched/, board/ and runtime/ needs the two language features, nor operator new once loops run.
+// Its limit: it is linked with this machine's C++ library, whose own inside it does not look into;
+// what it proves is that nothing of base/, sched/, board/ and runtime/ needs the two language
+// features, nor operator new once loops run.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -71,7 +73,8 @@ void setup() {
     started = true;  // what follows is board.start()
 }
 
-/// What a board without a scheduler below it does at its timer: charge, decide, until the next change.
+/// What a board without a scheduler below it does at its timer: charge, decide, until the next
+/// change.
 Nanoseconds schedule(sched::CoreScheduler& scheduler) {
     if (!scheduler.add(1, {2ms, 10ms}) || !scheduler.add(2, {1ms, 5ms})) std::abort();
     scheduler.wake(1, kEpoch);

@@ -1,5 +1,5 @@
-// The least that is a board: one core, one loop at a time, run to its end on the caller's stack; no capability. Freestanding: it uses
-// no operating system, no heap, no exceptions.
+// The least that is a board: one core, one loop at a time, run to its end on the caller's stack; no
+// capability. Freestanding: it uses no operating system, no heap, no exceptions.
 #pragma once
 
 #include <array>

@@ -67,7 +67,8 @@ class BoardContract : public ::testing::Test {
         return bench_.finish();
     }
 
-    /// Asks until it is so; a board whose wires are in another process answers late. False after 5 s.
+    /// Asks until it is so; a board whose wires are in another process answers late. False after 5
+    /// s.
     bool eventually(const std::function<bool()>& condition) {
         for (int tries = 0; tries < 5000; ++tries) {
             if (condition()) return true;
@@ -83,7 +84,7 @@ class BoardContract : public ::testing::Test {
 
 TYPED_TEST_SUITE_P(BoardContract);
 
-// ---- time --------------------------------------------------------------------------------------------------------
+// ---- time ---------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, BusyUntilAndSleepUntilAreNeverEarly) {
     this->run_one([this] {
@@ -133,7 +134,7 @@ TYPED_TEST_P(BoardContract, TimeNeverRunsBackwardsAndIsOneForAllVcpus) {
     EXPECT_GE(to_ns(board.now()), latest.load());
 }
 
-// ---- entries ---------------------------------------------------------------------------------------------------
+// ---- entries ------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, EveryEntryRunsOnceOnItsVcpuAndCore) {
     auto& board = this->board();
@@ -250,7 +251,7 @@ TYPED_TEST_P(BoardContract, TheGuaranteeNamesEveryLoop) {
     }
 }
 
-// ---- pins ------------------------------------------------------------------------------------------------------
+// ---- pins ---------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, WritesReachTheWiresInOrderAndAtTheirTime) {
     auto& board = this->board();
@@ -398,7 +399,7 @@ TYPED_TEST_P(BoardContract, APwmHasThePeriodThatItIsGiven) {
     EXPECT_LE(wires.pwm_writes[0].time, wires.pwm_periods[1].time);
 }
 
-// ---- buses -----------------------------------------------------------------------------------------------------
+// ---- buses --------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, I2cCarriesExactBytesBothWays) {
     auto& board = this->board();
@@ -462,7 +463,7 @@ TYPED_TEST_P(BoardContract, AChipTemperatureIsInDegreesOrRefusedWithAReason) {
     }
 }
 
-// ---- edges -----------------------------------------------------------------------------------------------------
+// ---- edges --------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, EdgesRunTheirHandlerOnItsIoVcpu) {
     auto& board = this->board();
@@ -509,7 +510,7 @@ TYPED_TEST_P(BoardContract, AnEdgeNeedsAHandlerAndAnIoVcpu) {
     });
 }
 
-// ---- locks -----------------------------------------------------------------------------------------------------
+// ---- locks --------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, ALockIsHeldByOneAtATime) {
     auto& board = this->board();
@@ -638,7 +639,7 @@ TYPED_TEST_P(BoardContract, TheHighWaitsForTheLowsCriticalSectionAlone) {
     }
 }
 
-// ---- safe states -----------------------------------------------------------------------------------------------
+// ---- safe states --------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, AStoppedBoardLeavesItsPinsInTheirSafeStates) {
     auto& board = this->board();

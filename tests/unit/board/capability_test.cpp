@@ -1,4 +1,5 @@
-// A board that has nothing but what every board must have: each capability that it lacks answers `unsupported`, or does nothing.
+// A board that has nothing but what every board must have: each capability that it lacks answers
+// `unsupported`, or does nothing.
 #include <gtest/gtest.h>
 
 #include <array>

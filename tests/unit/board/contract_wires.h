@@ -1,5 +1,5 @@
-// What the contract suite connects to a board: a wire from an output to an input, a chip on each bus, a voltage; and a record of
-// all that arrived.
+// What the contract suite connects to a board: a wire from an output to an input, a chip on each
+// bus, a voltage; and a record of all that arrived.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// The fake board of the Arduino face's tests against the contract: what those tests rely on is what every board does.
+// The fake board of the Arduino face's tests against the contract: what those tests rely on is what
+// every board does.
 #include "tests/fake/fake_board.h"
 #include "tests/unit/board/board_contract.h"
 

@@ -1,4 +1,5 @@
-// The Linux board against the contract: virtual pins in shared memory, the wires on a machine's thread; without privileges.
+// The Linux board against the contract: virtual pins in shared memory, the wires on a machine's
+// thread; without privileges.
 #include <sched.h>
 #include <unistd.h>
 

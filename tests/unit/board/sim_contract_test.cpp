@@ -1,4 +1,5 @@
-// The simulated board against the contract: with wires that report their edges, and with wires that must be looked at.
+// The simulated board against the contract: with wires that report their edges, and with wires that
+// must be looked at.
 #include "board/sim/sim_board.h"
 #include "tests/unit/board/board_contract.h"
 
