@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/words.h"
+
 namespace qduino::spool {
 
 namespace {
@@ -57,19 +59,9 @@ std::size_t utf8_length(std::string_view text) {
 Error no_such_job() { return make_error(ErrorCode::not_found, "there is no job with this number"); }
 
 std::string_view to_word(JobState state) {
-    switch (state) {
-        case JobState::queued:
-            return "queued";
-        case JobState::printing:
-            return "printing";
-        case JobState::done:
-            return "done";
-        case JobState::cancelled:
-            return "cancelled";
-        case JobState::failed:
-            return "failed";
-    }
-    return "failed";
+    static constexpr Words<JobState::queued, JobState::failed> kWords{"queued", "printing", "done",
+                                                                      "cancelled", "failed"};
+    return kWords(state);
 }
 
 bool is_utf8(std::string_view text) {

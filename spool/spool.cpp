@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/words.h"
 #include "spool/recovery.h"
 
 namespace qduino::spool {
@@ -20,17 +21,7 @@ constexpr Nanoseconds kRepeatCancelAfter = std::chrono::seconds{1};
 
 std::string describe(const Job& job) { return "job " + std::to_string(job.id) + " (" + job.name + ")"; }
 
-std::string_view outcome_word(CopyOutcome outcome) {
-    switch (outcome) {
-        case CopyOutcome::completed:
-            return "completed";
-        case CopyOutcome::cancelled:
-            return "cancelled";
-        case CopyOutcome::failed:
-            return "failed";
-    }
-    return "failed";
-}
+constexpr Words<CopyOutcome::completed, CopyOutcome::failed> kOutcomes{"completed", "cancelled", "failed"};
 
 }  // namespace
 
@@ -410,7 +401,7 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     QDUINO_EXPECT(change.ok());
     Commit commit;
     commit.jobs = *change;
-    commit.run_ended = Commit::RunEnd{run_->id, std::string{outcome_word(outcome)}, now_s};
+    commit.run_ended = Commit::RunEnd{run_->id, std::string{kOutcomes(outcome)}, now_s};
     QueueGate gate = gate_;
     const Job& job = change->put.front();
     if (outcome == CopyOutcome::failed && options_.hold_after_failure) {
@@ -429,7 +420,7 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
         log(std::string{done.error().message.view()});
         return;
     }
-    log(describe(job) + " " + std::string{outcome_word(outcome)} + (reason.empty() ? "" : ": " + reason));
+    log(describe(job) + " " + std::string{kOutcomes(outcome)} + (reason.empty() ? "" : ": " + reason));
     queue_.apply(*change);
     gate_ = gate;
     ++revision_;

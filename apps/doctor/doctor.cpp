@@ -6,6 +6,7 @@
 #include "apps/doctor/finding.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/wrap.h"
+#include "base/words.h"
 
 namespace qduino::apps {
 namespace {
@@ -17,17 +18,7 @@ using doctor::Group;
 using doctor::State;
 using Json = nlohmann::ordered_json;
 
-const char* text_of(State state) {
-    switch (state) {
-        case State::ok:
-            return "ok";
-        case State::better:
-            return "could be better";
-        case State::missing:
-            return "missing";
-    }
-    return "";
-}
+constexpr Words<State::ok, State::missing> kStates{"ok", "could be better", "missing"};
 
 struct Entry {
     const char* group;
@@ -74,7 +65,8 @@ std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
         if (entry.group != group) out += std::string{"\n"} + entry.group + "\n";
         group = entry.group;
         char head[80];
-        std::snprintf(head, sizeof head, "  %-15s  %-17s ", text_of(entry.finding.state), entry.check->id);
+        std::snprintf(head, sizeof head, "  %-15s  %-17s ", kStates(entry.finding.state).data(),
+                      entry.check->id);
         out += wrapped(entry.finding.found, head);
         if (entry.finding.state == State::ok) continue;
         out += wrapped(entry.check->why, "      why  ");
@@ -87,7 +79,7 @@ std::string report_json(const Facts& facts, const std::vector<Entry>& entries) {
     Json findings = Json::array();
     for (const Entry& entry : entries) {
         findings.push_back({{"id", entry.check->id},
-                            {"state", text_of(entry.finding.state)},
+                            {"state", kStates(entry.finding.state)},
                             {"found", entry.finding.found},
                             {"why", entry.check->why},
                             {"fix", entry.finding.fix}});

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "apps/terminal/human.h"
+#include "base/words.h"
 #include "sched/explain.h"
 
 namespace qduino::apps {
@@ -18,57 +19,15 @@ using sched::RefusedBecause;
 
 std::string text_of(Nanoseconds duration) { return std::string(sched::duration_text(duration).view()); }
 
-std::string_view word_for(sched::AdmittedBy by) {
-    switch (by) {
-        case sched::AdmittedBy::bound:
-            return "bound";
-        case sched::AdmittedBy::completion_time:
-            return "completion_time";
-        case sched::AdmittedBy::owned:
-            return "owned";
-    }
-    return "";
-}
+constexpr Words<sched::AdmittedBy::bound, sched::AdmittedBy::owned> kAdmittedBy{"bound", "completion_time",
+                                                                                "owned"};
 
-std::string_view word_for(RefusedBecause because) {
-    switch (because) {
-        case RefusedBecause::none:
-            return "none";
-        case RefusedBecause::bad_parameters:
-            return "bad_parameters";
-        case RefusedBecause::duplicate_id:
-            return "duplicate_id";
-        case RefusedBecause::core_owned:
-            return "core_owned";
-        case RefusedBecause::no_such_core:
-            return "no_such_core";
-        case RefusedBecause::too_many:
-            return "too_many";
-        case RefusedBecause::io_overload:
-            return "io_overload";
-        case RefusedBecause::completion_time:
-            return "completion_time";
-        case RefusedBecause::no_core_fits:
-            return "no_core_fits";
-    }
-    return "";
-}
+constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kRefusedBecause{
+    "none",     "bad_parameters", "duplicate_id",    "core_owned",  "no_such_core",
+    "too_many", "io_overload",    "completion_time", "no_core_fits"};
 
-std::string_view word_for(sched::Share::Kind kind) {
-    switch (kind) {
-        case sched::Share::Kind::own:
-            return "own";
-        case sched::Share::Kind::main:
-            return "loop";
-        case sched::Share::Kind::io:
-            return "io";
-        case sched::Share::Kind::platform:
-            return "platform";
-        case sched::Share::Kind::overhead:
-            return "overhead";
-    }
-    return "";
-}
+constexpr Words<sched::Share::Kind::own, sched::Share::Kind::overhead> kShares{"own", "loop", "io",
+                                                                               "platform", "overhead"};
 
 const LoopDeclaration* declaration_of(const SketchTable& table, board::VcpuId id) {
     for (const LoopDeclaration& loop : table.loops) {
@@ -211,7 +170,7 @@ Json io_json(const sched::PlacedVcpu& vcpu) {
 Json core_json(const sched::Admission& core) {
     return {{"core", core.core},
             {"admitted", core.admitted},
-            {"by", core.admitted ? Json(word_for(core.by)) : Json(nullptr)},
+            {"by", core.admitted ? Json(kAdmittedBy(core.by)) : Json(nullptr)},
             {"utilisation", static_cast<double>(core.utilisation_ppm) / 1e6},
             {"bound", static_cast<double>(core.bound_ppm) / 1e6}};
 }
@@ -233,7 +192,7 @@ Json overheads_json(const sched::CoreLoad& load) {
 Json share_json(const sched::Share& share) {
     using Kind = sched::Share::Kind;
     const bool named = share.kind == Kind::own || share.kind == Kind::main || share.kind == Kind::io;
-    return {{"kind", word_for(share.kind)},
+    return {{"kind", kShares(share.kind)},
             {"id", named ? Json(share.id) : Json(nullptr)},
             {"name", share.kind == Kind::platform ? Json(share.name.view()) : Json(nullptr)},
             {"amount_ns", share.amount.count()}};
@@ -258,7 +217,7 @@ Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int c
     const bool analysed = refusal.response.id != 0;
     Json shares = Json::array();
     for (const sched::Share& share : refusal.shares) shares.push_back(share_json(share));
-    return {{"because", word_for(refusal.because)},
+    return {{"because", kRefusedBecause(refusal.because)},
             {"id", refusal.id},
             {"io", refusal.io},
             {"core", core_number(core)},

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "base/words.h"
 #include "runtime/plan.h"
 
 namespace qduino::apps {
@@ -21,51 +22,13 @@ struct Microseconds {
     char text[32];
 };
 
-const char* name_of(TraceKind kind) {
-    switch (kind) {
-        case TraceKind::release:
-            return "release";
-        case TraceKind::run:
-            return "run";
-        case TraceKind::preempt:
-            return "preempt";
-        case TraceKind::block:
-            return "block";
-        case TraceKind::throttle:
-            return "throttle";
-        case TraceKind::replenish:
-            return "replenish";
-        case TraceKind::overrun:
-            return "overrun";
-        case TraceKind::interrupt:
-            return "interrupt";
-        case TraceKind::finish:
-            return "finish";
-    }
-    return "";
-}
+constexpr Words<TraceKind::release, TraceKind::finish> kKinds{
+    "release", "run", "preempt", "block", "throttle", "replenish", "overrun", "interrupt", "finish"};
 
 constexpr int kInterruptThread = 1000;  // sorts after the VCPUs
 
-const char* name_of(board::DeviceClass device) {
-    switch (device) {
-        case board::DeviceClass::gpio:
-            return "gpio";
-        case board::DeviceClass::i2c:
-            return "i2c";
-        case board::DeviceClass::spi:
-            return "spi";
-        case board::DeviceClass::uart:
-            return "uart";
-        case board::DeviceClass::nic:
-            return "nic";
-        case board::DeviceClass::disk:
-            return "disk";
-        case board::DeviceClass::all:
-            return "tick";
-    }
-    return "";
-}
+constexpr Words<board::DeviceClass::gpio, board::DeviceClass::all> kDevices{"gpio", "i2c",  "spi", "uart",
+                                                                            "nic",  "disk", "tick"};
 
 }  // namespace
 
@@ -132,11 +95,11 @@ void ChromeTrace::on_event(const TraceEvent& event) {
         std::fprintf(
             file_,
             R"({"ph":"i","s":"t","name":"interrupt","pid":%d,"tid":%d,"ts":%s,"args":{"device":"%s"}})",
-            event.core, kInterruptThread, at.text, name_of(device));
+            event.core, kInterruptThread, at.text, kDevices(device).data());
         return;
     }
-    std::fprintf(file_, R"({"ph":"i","s":"t","name":"%s","pid":%d,"tid":%d,"ts":%s})", name_of(event.kind),
-                 event.core, event.vcpu, at.text);
+    std::fprintf(file_, R"({"ph":"i","s":"t","name":"%s","pid":%d,"tid":%d,"ts":%s})",
+                 kKinds(event.kind).data(), event.core, event.vcpu, at.text);
 }
 
 Result<void> ChromeTrace::finish(Instant now) {

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "base/contract.h"
+#include "base/words.h"
 #include "board/linux/clock.h"
 #include "posix/system_error.h"
 
@@ -20,17 +21,7 @@ using posix::UniqueFd;
 
 namespace {
 
-const char* name_of(PinsRole role) {
-    switch (role) {
-        case PinsRole::machine:
-            return "machine";
-        case PinsRole::sketch:
-            return "sketch";
-        case PinsRole::supervisor:
-            return "supervisor";
-    }
-    return "?";
-}
+constexpr Words<PinsRole::machine, PinsRole::supervisor> kRoles{"machine", "sketch", "supervisor"};
 
 /// Takes the role's byte of the file. The lock belongs to the open file description: it ends with
 /// the process.
@@ -43,7 +34,7 @@ Result<void> take_role(int fd, PinsRole role, const std::string& path) {
     if (::fcntl(fd, F_OFD_SETLK, &lock) == 0) return {};
     if (errno != EAGAIN && errno != EACCES) return system_error("lock", path);
     Error error{ErrorCode::unavailable, "another "};
-    error.message.append(name_of(role)).append(" is alive on the pins ").append(path);
+    error.message.append(kRoles(role)).append(" is alive on the pins ").append(path);
     error.message.append(": stop it first, or use another file");
     return error;
 }
