@@ -16,12 +16,13 @@ PidGains bed_gains_of(const HeaterConfig& config) {
 }
 }  // namespace
 
-HeatControl::HeatControl(const MachineConfig& config)
+HeatControl::HeatControl(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& service)
     : hot_end_{Pid{gains_of(config.hot_end)}, HeaterWatch{config.hot_end, "hot end"}, {}, {}, false},
       bed_{Pid{bed_gains_of(config.bed)}, HeaterWatch{config.bed, "bed"}, {}, {}, false},
       has_bed_(config.has_bed),
       idle_timeout_s_(config.idle_timeout.value()),
-      idle_(config.idle_timeout.value()) {}
+      idle_(config.idle_timeout.value()),
+      status_({&for_loop_1_, &service}) {}
 
 double HeatControl::drive(Heater& heater, Instant now, std::optional<Celsius> reading, Celsius target,
                           double dt_s, bool cut) {
@@ -88,7 +89,6 @@ void HeatControl::publish(const HeatTargets& targets, const HeatDuties& duties) 
     status.idle_timed_out = idle_.timed_out();
     status.requests_seen = targets.requests;
     status_.write(status);
-    if (link_) link_->write(status);
 }
 
 }  // namespace qduino::printer::heat

@@ -15,6 +15,7 @@
 
 #include "base/quantity.h"
 #include "base/time.h"
+#include "channel/broadcast.h"
 #include "channel/four_slot.h"
 #include "printer/heat/heater_watch.h"
 #include "printer/heat/idle_watch.h"
@@ -49,18 +50,16 @@ struct HeatDuties {
 
 class HeatControl {
   public:
-    explicit HeatControl(const MachineConfig& config);
+    /// `service` is the link's, and outlives the control.
+    HeatControl(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& service);
 
     /// Loop 1. Wait-free.
     void set_targets(const HeatTargets& targets) { targets_.write(targets); }
     /// Loop 1. Wait-free; the freshest sample's result.
-    [[nodiscard]] link::HeatStatus status() const { return status_.read(); }
+    [[nodiscard]] link::HeatStatus status() const { return for_loop_1_.read(); }
 
     /// Loop 3, once per sample. `cut` is the emergency stop: heat off whatever is asked.
     [[nodiscard]] HeatDuties sample(Instant now, const HeatReadings& readings, bool cut);
-
-    /// Loop 3: a second place for the status, for the service. May be null.
-    void publish_to(channel::FourSlot<link::HeatStatus>* link) { link_ = link; }
 
   private:
     struct Heater {
@@ -82,8 +81,8 @@ class HeatControl {
     double idle_timeout_s_;
     IdleWatch idle_;
     channel::FourSlot<HeatTargets> targets_;
-    channel::FourSlot<link::HeatStatus> status_;
-    channel::FourSlot<link::HeatStatus>* link_ = nullptr;
+    channel::FourSlot<link::HeatStatus> for_loop_1_;
+    channel::Broadcast<link::HeatStatus, 2> status_;
     std::uint64_t samples_ = 0;
     std::uint32_t cleared_ = 0;
     Instant last_{};

@@ -33,7 +33,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 4;
+inline constexpr std::uint32_t kVersion = 5;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -93,7 +93,6 @@ struct JobStatus {
     double progress_slicer = -1;  ///< M73 P, 0…100; −1: none
     double feed_factor = 1;       ///< M220
     double flow_factor = 1;       ///< M221
-    double fan_duty = 0;
     /// Time of the running or last job, pauses excluded.
     double print_time_s = 0;
     std::array<double, kAxisCount> position_mm{};  ///< planned G-code position
@@ -112,7 +111,7 @@ struct JobStatus {
     std::uint64_t replies_dropped = 0;
 };
 
-/// Written by loop 2.
+/// Written by loop 2 (step/stepper_loop.h), for the service, for loop 1 and for loop 3: each has a four-slot of its own.
 struct MotionStatus {
     std::uint64_t heartbeat = 0;
     /// Machine position in microsteps, counted as pulses went out.
@@ -122,10 +121,11 @@ struct MotionStatus {
     /// How far the time line has moved in this session; only lateness moves it.
     std::int64_t shift_ns = 0;
     std::uint64_t starved = 0;  ///< times the ring ran dry in mid-move
-    Histogram lateness_ns;      ///< of every step in this session
+    std::uint64_t events_taken = 0;  ///< off the step ring, ever
+    Histogram lateness_ns;           ///< of every step in this session
     std::uint32_t last_marker = 0;
     std::uint32_t ring_fill = 0;
-    /// How far the print's own time line has been played.
+    /// How far the print's own time line has been played; it runs on during a dwell.
     std::int64_t timeline_ns = 0;
     /// The last stop request that loop 2 has carried out.
     std::uint32_t stops_served = 0;

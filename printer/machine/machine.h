@@ -31,6 +31,7 @@
 #include <optional>
 
 #include "base/fixed_vector.h"
+#include "channel/broadcast.h"
 #include "printer/gcode/annotation.h"
 #include "printer/gcode/interpreter.h"
 #include "printer/gcode/parser.h"
@@ -73,9 +74,10 @@ class Machine final : private gcode::Actions {
         return link_.emergency.load(std::memory_order_acquire) !=
                emergency_taken_.load(std::memory_order_acquire);
     }
-    void feed_back(const MotionFeedback& feedback) {
-        step_pulses_.store(feedback.pulses, std::memory_order_relaxed);
-        pipe_.feed_back(feedback);
+    /// Everybody who reads loop 2's status: loop 1, loop 3, the service.
+    [[nodiscard]] channel::Broadcast<link::MotionStatus, 3> motion_readers() {
+        return channel::Broadcast<link::MotionStatus, 3>{
+            {&pipe_.feedback(), &motion_for_heat_, &link_.motion_status}};
     }
 
     // ---- loop 3 -------------------------------------------------------------------------------------------
@@ -231,7 +233,7 @@ class Machine final : private gcode::Actions {
     std::array<bool, kAxisCount> motor_on_{};
     gcode::LayerCounter layers_;
     std::atomic<std::uint32_t> emergency_taken_{0};
-    std::atomic<std::uint64_t> step_pulses_{0};  // loop 2 writes, loop 3 reads
+    channel::FourSlot<link::MotionStatus> motion_for_heat_;  // loop 2 writes, loop 3 reads
 
     Away away_ = Away::no;
     Left left_;

@@ -33,19 +33,6 @@ namespace qduino::printer::machine {
 
 using StepRing = channel::RingBuffer<step::StepEvent, step::kStepRingCapacity>;
 
-/// What loop 2 tells loop 1; the service gets the whole link::MotionStatus.
-struct MotionFeedback {
-    std::array<std::int64_t, kAxisCount> steps{};
-    std::array<std::uint32_t, 3> endstop_hits{};
-    std::uint64_t events_taken = 0;  ///< off the ring, ever
-    std::uint64_t pulses = 0;        ///< of all axes, ever
-    std::int64_t timeline_ns =
-        0;  ///< how far the print's own time line has been played; runs on during a dwell
-    std::uint32_t last_marker = 0;
-    std::uint32_t stops_served = 0;
-    bool moving = false;
-};
-
 class MotionPipe {
   public:
     static constexpr Nanoseconds kAhead = 2s;
@@ -73,7 +60,7 @@ class MotionPipe {
 
     /// Takes loop 2's freshest word. Once per release, before anything is decided.
     void observe() { seen_ = feedback_.read(); }
-    [[nodiscard]] const MotionFeedback& seen() const { return seen_; }
+    [[nodiscard]] const link::MotionStatus& seen() const { return seen_; }
 
     /// Solves steps into the ring. `more_may_come`: input is at hand, so the planner may go on hoping.
     void pump(bool more_may_come);
@@ -99,7 +86,8 @@ class MotionPipe {
     [[nodiscard]] std::uint32_t stop_asked() const {
         return stop_asked_.load(std::memory_order_acquire) + emergency_.load(std::memory_order_acquire);
     }
-    void feed_back(const MotionFeedback& feedback) { feedback_.write(feedback); }
+    /// Where loop 2's word reaches loop 1.
+    [[nodiscard]] channel::FourSlot<link::MotionStatus>& feedback() { return feedback_; }
 
   private:
     /// From where the player is, or, when it has not begun on this motion yet, from where it will begin.
@@ -113,8 +101,8 @@ class MotionPipe {
     bool away_ = false;
     step::Solver solver_;
     StepRing ring_;
-    channel::FourSlot<MotionFeedback> feedback_;
-    MotionFeedback seen_;
+    channel::FourSlot<link::MotionStatus> feedback_;
+    link::MotionStatus seen_;
     std::atomic<std::uint32_t> stop_asked_{0};
     const std::atomic<std::uint32_t>& emergency_;
     // On the print's time line, which runs on where motion is dropped:

@@ -1,5 +1,6 @@
 // Loop 1's release, in the order in which it happens.
 #include <cmath>
+#include <numeric>
 
 #include "printer/machine/machine.h"
 
@@ -14,13 +15,12 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
       motors_(motors),
       interpreter_(config_, *this),
       jog_interpreter_(config_, *this),
-      heat_(config),
+      heat_(config, link.heat_status),
       pipe_(config, link.emergency),
       homing_(config_),
       acceleration_print_(config.default_acceleration.value()),
       acceleration_travel_(config.travel_acceleration.value()),
       acceleration_filament_(config.default_acceleration.value()) {
-    heat_.publish_to(&link.heat_status);
     emergency_taken_.store(link.emergency.load(std::memory_order_acquire), std::memory_order_release);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         origin_[i] =
@@ -30,7 +30,8 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
 
 heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
     heat::HeatReadings seen = readings;
-    seen.step_pulses = step_pulses_.load(std::memory_order_relaxed);
+    const auto pulses = motion_for_heat_.read().pulses;
+    seen.step_pulses = std::accumulate(pulses.begin(), pulses.end(), std::uint64_t{0});
     return heat_.sample(now, seen, emergency_pending());
 }
 
@@ -230,7 +231,6 @@ void Machine::publish(Instant now) {
                       (status_.state == MachineState::idle && !job_running() && wait_ == Wait::nothing);
     status_.fault_persists.assign(status_.state == MachineState::faulted ? persisting_fault()
                                                                          : std::string_view{});
-    status_.fan_duty = targets_.fan_duty;
     link_.job_status.write(status_);
 }
 

@@ -91,8 +91,9 @@ class Player {
     void allow_motion();
 
     /// Brings the status up to date and counts the heartbeat. Valid until the next call of any
-    /// method. Call it seldom (every 10 ms, say): it is 5 KB to copy.
-    [[nodiscard]] const link::MotionStatus& publish();
+    /// method. Call it seldom (every 10 ms, say): it is 5 KB to copy. `stops_served` is the
+    /// caller's.
+    [[nodiscard]] const link::MotionStatus& publish(std::uint32_t stops_served = 0);
 
     /// Steps dropped because an endstop was pressed, ever.
     [[nodiscard]] std::uint64_t steps_dropped() const { return steps_dropped_; }
@@ -451,8 +452,10 @@ std::int64_t Player<Pins, Ring>::timeline_ns() {
 }
 
 template <StepPins Pins, class Ring>
-const link::MotionStatus& Player<Pins, Ring>::publish() {
+const link::MotionStatus& Player<Pins, Ring>::publish(std::uint32_t stops_served) {
     ++status_.heartbeat;
+    status_.stops_served = stops_served;
+    status_.events_taken = ring_.popped();
     status_.ring_fill = static_cast<std::uint32_t>(ring_.size());
     status_.timeline_ns = timeline_ns();
     return status_;

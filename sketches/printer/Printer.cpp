@@ -16,6 +16,7 @@ using board::PinId;
 
 Instant StepperPins::now() { return board::current().now(); }
 void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
+void StepperPins::sleep_until(Instant t) { board::current().sleep_until(t); }
 
 void StepperPins::set_step(int axis, bool high) {
     board::current().pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].step_pin},
@@ -46,15 +47,14 @@ struct Printer::Parts {
           enables(config),
           machine(config, *wiring.link, enables),
           stepper_pins(config),
-          player(stepper_pins, machine.step_ring(), printer::step::player_settings(config)),
-          link(*wiring.link) {}
+          stepper(stepper_pins, machine.step_ring(), machine, machine.motion_readers(),
+                  printer::step::player_settings(config)) {}
 
     printer::MachineConfig config;
     EnablePins enables;
     printer::machine::Machine machine;
     StepperPins stepper_pins;
-    StepPlayer player;
-    printer::link::LinkLayout& link;
+    printer::step::StepperLoop<StepperPins, printer::machine::StepRing, printer::machine::Machine> stepper;
 };
 
 namespace {
@@ -85,8 +85,6 @@ void Printer::begin() {
         if (i < 3) pinMode(axis.endstop_pin, INPUT_PULLUP);
     }
     Wire.begin();
-    stops_served_ = 0;
-    publish_due_ = kEpoch;
     parts_ = std::make_shared<Parts>(wiring);
 }
 
@@ -99,49 +97,7 @@ void Printer::plan() {
 
 // ---- loop 2 -------------------------------------------------------------------------------------
 
-void Printer::serve_stops() {
-    const std::uint32_t asked = parts_->machine.stop_asked();
-    if (asked == stops_served_ && !parts_->machine.emergency_pending()) return;
-    parts_->player.stop_now();
-    // Allow motion before loop 1 hears that the stop was served: loop 1 pushes new steps after
-    // that, and these must be played.
-    if (!parts_->machine.emergency_pending()) parts_->player.allow_motion();
-    stops_served_ = asked;
-    publish_due_ = kEpoch;  // loop 1 waits for the answer
-}
-
-void Printer::publish_motion(Instant now) {
-    publish_due_ = now + kPublishEvery;
-    // Read before the status: events taken off the ring after this line do not yet count as played.
-    const std::uint64_t events_taken = parts_->machine.step_ring().popped();
-    printer::link::MotionStatus status = parts_->player.publish();
-    status.stops_served = stops_served_;
-    printer::machine::MotionFeedback feedback;
-    feedback.steps = status.steps;
-    for (const std::uint64_t pulses : status.pulses) feedback.pulses += pulses;
-    feedback.endstop_hits = status.endstop_hits;
-    feedback.events_taken = events_taken;
-    feedback.timeline_ns = status.timeline_ns;
-    feedback.last_marker = status.last_marker;
-    feedback.stops_served = stops_served_;
-    feedback.moving = status.moving;
-    parts_->machine.feed_back(feedback);
-    parts_->link.motion_status.write(status);
-}
-
-void Printer::step() {
-    serve_stops();
-    const Instant start = board::current().now();
-    if (start >= publish_due_) publish_motion(start);
-    parts_->player.play_until(start + kSlice);
-    const Instant due = parts_->player.next_due();
-    const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
-    if (nap_end > start + kSlice) {
-        board::current().sleep_until(nap_end);
-    } else {
-        board::current().busy_until(std::min(due, start + kSlice));
-    }
-}
+void Printer::step() { parts_->stepper.step(); }
 
 // ---- loop 3 -------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@
 #include "base/time.h"
 #include "device/thermistor.h"
 #include "printer/machine/machine.h"
-#include "printer/step/player.h"
+#include "printer/step/stepper_loop.h"
 
 namespace qduino::sketches {
 
@@ -23,6 +23,7 @@ class StepperPins {
     explicit StepperPins(const printer::MachineConfig& config) : config_(config) {}
     [[nodiscard]] Instant now();
     void busy_until(Instant t);
+    void sleep_until(Instant t);
     void set_step(int axis, bool high);
     void set_direction(int axis, bool positive);
     [[nodiscard]] bool endstop_pressed(int axis);
@@ -52,24 +53,13 @@ class Printer {
     void heat();  ///< one release of loop 3
 
   private:
-    static constexpr Nanoseconds kSlice = 100us;  // one call of step() in motion
-    // How long before a step the loop wakes; it spins the rest.
-    static constexpr Nanoseconds kSleepBelowDue = 500us;
-    static constexpr Nanoseconds kIdleNap = 1ms;
-    static constexpr Nanoseconds kPublishEvery = 10ms;
-    using StepPlayer = printer::step::Player<StepperPins, printer::machine::StepRing>;
-
     /// Everything that exists from begin() on, made once.
     struct Parts;
 
-    void serve_stops();
-    void publish_motion(Instant now);
     [[nodiscard]] std::optional<Celsius> read_thermistor(std::uint8_t channel);
     void drive_heaters(double hot_end, double bed, double fan);
 
     std::shared_ptr<Parts> parts_;
-    std::uint32_t stops_served_ = 0;
-    Instant publish_due_{};
     device::Thermistor thermistor_;
 };
 

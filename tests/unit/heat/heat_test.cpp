@@ -23,7 +23,8 @@ struct Plant {
 
 struct Bench {
     MachineConfig config;
-    HeatControl control{config};
+    channel::FourSlot<link::HeatStatus> service;
+    HeatControl control{config, service};
     Plant hot_end;
     Instant now{};
     HeatDuties duties;
@@ -217,6 +218,17 @@ TEST(Heat, OneFaultyHeaterCutsBoth) {
     bench.silent = true;
     bench.run(0.1);
     EXPECT_EQ(bench.duties.bed, 0.0);
+}
+
+TEST(Heat, LoopOneAndTheServiceReadTheSameSample) {
+    Bench bench;
+    bench.target(209);
+    bench.run(10);
+    const link::HeatStatus loop_1 = bench.control.status();
+    const link::HeatStatus service = bench.service.read();
+    EXPECT_EQ(service.heartbeat, loop_1.heartbeat);
+    EXPECT_EQ(service.hot_end.celsius, loop_1.hot_end.celsius);
+    EXPECT_EQ(service.hot_end.target_celsius, 209.0);
 }
 
 }  // namespace

@@ -31,6 +31,10 @@ struct VirtualPins {
             oversleeps_.erase(late);
         }
     }
+    void sleep_until(Instant t) {
+        sleeps.push_back(to_ns(t));
+        busy_until(t);
+    }
     void set_step(int axis, bool high) {
         now_ns += write_cost_ns;
         State& state = states_[static_cast<std::size_t>(axis)];
@@ -51,6 +55,7 @@ struct VirtualPins {
     std::int64_t write_cost_ns = 0;
     std::function<bool(int)> endstop;
     std::vector<Edge> edges;
+    std::vector<std::int64_t> sleeps;  ///< the instants that were slept to
 
     /// The first wait that ends at or after `ns` returns `late_ns` too late.
     void oversleep_at(std::int64_t ns, std::int64_t late_ns) { oversleeps_[ns] = late_ns; }

@@ -1,0 +1,138 @@
+#include "printer/step/stepper_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+
+#include "channel/ring_buffer.h"
+#include "tests/unit/step/virtual_pins.h"
+
+namespace qduino::printer::step {
+namespace {
+
+using test::VirtualPins;
+using SmallRing = channel::RingBuffer<StepEvent, 4096>;
+
+constexpr int kX = 0;
+
+struct Stops {
+    std::uint32_t asked = 0;
+    bool pending = false;
+    [[nodiscard]] std::uint32_t stop_asked() const { return asked; }
+    [[nodiscard]] bool emergency_pending() const { return pending; }
+};
+
+/// Loop 1 works whenever loop 2 looks at the clock.
+struct BusyPins : VirtualPins {
+    [[nodiscard]] Instant now() const {
+        meanwhile();
+        return VirtualPins::now();
+    }
+    std::function<void()> meanwhile = [] {};
+};
+
+class StepperLoopTest : public ::testing::Test {
+  protected:
+    using Loop = StepperLoop<VirtualPins, SmallRing, Stops>;
+
+    void push_steps(int count, std::int64_t first_ns = 0, std::int64_t every_ns = 50'000) {
+        for (int i = 0; i < count; ++i)
+            ASSERT_TRUE(ring_.try_push({first_ns + every_ns * i, EventKind::step, kX, 1, 0, 0}));
+    }
+    void run_for(std::int64_t ns) {
+        for (const std::int64_t end = pins_.now_ns + ns; pins_.now_ns < end;) loop_.step();
+    }
+    [[nodiscard]] link::MotionStatus planning() const { return slots_[0].read(); }
+
+    VirtualPins pins_;
+    SmallRing ring_;
+    Stops stops_;
+    std::array<channel::FourSlot<link::MotionStatus>, Loop::kReaders> slots_{};
+    Loop loop_{pins_, ring_, stops_, Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, {}};
+};
+
+TEST_F(StepperLoopTest, WithNothingToDoItNapsAMillisecondAtATime) {
+    for (int i = 0; i < 5; ++i) loop_.step();
+    EXPECT_EQ(pins_.sleeps,
+              (std::vector<std::int64_t>{1'000'000, 2'000'000, 3'000'000, 4'000'000, 5'000'000}));
+}
+
+TEST_F(StepperLoopTest, NoNapReachesIntoTheHalfMillisecondBeforeAPulse) {
+    push_steps(3, 0, 700'000);
+    run_for(10'000'000);
+    const auto rises = pins_.rises(kX);
+    ASSERT_EQ(rises.size(), 3u);
+    for (const std::int64_t rise : rises) {
+        for (const std::int64_t nap_end : pins_.sleeps)
+            EXPECT_FALSE(nap_end > rise - 500'000 && nap_end <= rise) << nap_end << " before " << rise;
+    }
+    EXPECT_EQ(rises[1] - rises[0], 700'000);
+}
+
+TEST_F(StepperLoopTest, AllReadersAreToldTheSameEveryTenMilliseconds) {
+    push_steps(100);
+    run_for(30'000'000);
+    for (const auto& slot : slots_) {
+        const link::MotionStatus status = slot.read();
+        EXPECT_EQ(status.steps[kX], 100);
+        EXPECT_EQ(status.pulses[kX], 100u);
+        EXPECT_EQ(status.events_taken, 100u);
+        EXPECT_GE(status.heartbeat, 3u);
+        EXPECT_LE(status.heartbeat, 4u);
+    }
+}
+
+TEST_F(StepperLoopTest, AStopDropsEverythingAndIsAnsweredInTheSameSlice) {
+    push_steps(100);
+    run_for(4'000'000);
+    const std::int64_t before = pins_.position(kX);
+    ASSERT_GT(before, 0);
+    ASSERT_LT(before, 100);
+    stops_.asked = 1;
+    loop_.step();
+    EXPECT_EQ(planning().stops_served, 1u);
+    EXPECT_EQ(planning().steps[kX], before);
+    run_for(20'000'000);
+    EXPECT_EQ(pins_.position(kX), before) << "what was in the ring is not played";
+    EXPECT_EQ(planning().events_taken, 100u);
+}
+
+TEST_F(StepperLoopTest, AfterAStopNewStepsArePlayed) {
+    stops_.asked = 1;
+    loop_.step();
+    push_steps(10);
+    run_for(10'000'000);
+    EXPECT_EQ(pins_.position(kX), 10);
+}
+
+TEST_F(StepperLoopTest, WhatIsPushedInTheMiddleOfAnEmergencyStopIsNotPlayed) {
+    PlayerSettings at_once;
+    at_once.lead_ns = 0;
+    BusyPins pins;
+    StepperLoop<BusyPins, SmallRing, Stops> loop{
+        pins, ring_, stops_, Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, at_once};
+    stops_.pending = true;
+    pins.meanwhile = [this] { push_steps(1); };
+    for (int i = 0; i < 10; ++i) loop.step();
+    EXPECT_EQ(pins.position(kX), 0);
+}
+
+TEST_F(StepperLoopTest, WhileAnEmergencyIsPendingNothingMovesThoughTheStopWasServed) {
+    stops_.asked = 1;
+    stops_.pending = true;
+    loop_.step();
+    EXPECT_EQ(planning().stops_served, 1u);
+    push_steps(10);
+    run_for(10'000'000);
+    EXPECT_EQ(pins_.position(kX), 0);
+    stops_.pending = false;  // loop 1 has taken it in, and asks for the stop that belongs to it
+    stops_.asked = 2;
+    loop_.step();
+    push_steps(10);
+    run_for(10'000'000);
+    EXPECT_EQ(pins_.position(kX), 10);
+}
+
+}  // namespace
+}  // namespace qduino::printer::step
