@@ -63,7 +63,7 @@ endfunction()
 # everything.
 set(QDUINO_SHORT_SANITIZED
     test_base test_channel test_sched test_device test_twin test_sim test_runtime test-gcode-reading test-gcode-meaning
-    test-preflight test-link test-motion test-step unit-heat unit-machine unit-machine-file unit-board-file unit_linux_pins)
+    test-preflight test-link test-motion test-step unit-heat unit-machine unit-machine-file unit-board-file unit-toml unit_linux_pins)
 # Everything lock-free runs under the thread sanitizer.
 set(QDUINO_LOCK_FREE test_channel test-link unit_linux_pins)
 add_custom_target(sanitized-tests)

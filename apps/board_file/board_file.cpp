@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <iterator>
 #include <limits>
-#include <sstream>
 #include <utility>
 
-#include "apps/board_file/toml_section.h"
+#include "apps/toml/toml_section.h"
 
 namespace qduino::apps {
 namespace {
@@ -233,34 +231,20 @@ void read_board(TomlSection& root, BoardFile& board) {
     Wired wired;
     read_pins(root, board.linux, wired);
     read_buses(root, board.linux, wired);
-    root.finish();
 }
 
 }  // namespace
 
 ReadBoardFile parse_board(std::string_view text, std::string_view name) {
     ReadBoardFile read;
-    TomlReading reading{.file = std::string(name), .error = {}};
-    try {
-        const toml::table table = toml::parse(text);
-        TomlSection root{table, "", reading};
-        read_board(root, read.board);
-    } catch (const toml::parse_error& failed) {
-        reading.error = reading.file + ":" + std::to_string(failed.source().begin.line) + ": " +
-                        std::string(failed.description());
-    }
-    read.error = std::move(reading.error);
+    read.error = read_toml(text, name, [&](TomlSection& root) { read_board(root, read.board); });
     return read;
 }
 
 ReadBoardFile read_board_file(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    if (!file || std::filesystem::is_directory(path)) {
-        return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
-    }
-    text << file.rdbuf();
-    return parse_board(text.str(), path.string());
+    const Result<std::string> text = posix::read_small_file(path);
+    if (!text) return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
+    return parse_board(*text, path.string());
 }
 
 std::string why_cores_do_not_fit(const SimConfig& config) {

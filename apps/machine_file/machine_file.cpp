@@ -1,14 +1,9 @@
 #include "apps/machine_file/machine_file.h"
 
-#include <toml++/toml.h>
-
-#include <fstream>
-#include <limits>
-#include <optional>
 #include <sstream>
 #include <string>
-#include <type_traits>
-#include <vector>
+
+#include "apps/toml/toml_section.h"
 
 namespace qduino::apps {
 namespace {
@@ -21,99 +16,9 @@ using printer::MachineConfig;
 /// Shorter, and heaters would go off while a person reads what the page says.
 constexpr Seconds kIdleTimeoutMin{30};
 
-std::string where(std::string_view name, const toml::source_region& source) {
-    return std::string(name) + ":" + std::to_string(source.begin.line) + ": ";
-}
+constexpr int kLastPin = 127;
 
-/// One table of the file: takes keys out by name, and blames those that were not taken.
-class Section {
-  public:
-    Section(const toml::table& table, std::string_view name, std::string& error)
-        : table_(table), name_(name), error_(error) {}
-
-    void number(const char* key, double& value, double minimum, double maximum) {
-        const toml::node* node = take(key);
-        if (!node) return;
-        const std::optional<double> given = node->value<double>();
-        if (!given || !node->is_number()) return blame(*node, key, "is not a number");
-        if (!(*given >= minimum && *given <= maximum)) {
-            std::ostringstream text;
-            text << "is " << *given << ", outside " << minimum << " to " << maximum;
-            return blame(*node, key, text.str());
-        }
-        value = *given;
-    }
-    /// A quantity, in the unit that the key ends with.
-    template <typename Quantity>
-    void number(const char* key, Quantity& value, double minimum, double maximum) {
-        double given = value.value();
-        number(key, given, minimum, maximum);
-        value = Quantity{given};
-    }
-    void number(const char* key, Nanoseconds& value, double minimum_s, double maximum_s) {
-        double given_s = to_seconds(value);
-        number(key, given_s, minimum_s, maximum_s);
-        value = from_seconds(given_s);
-    }
-    void pin(const char* key, std::uint16_t& value) {
-        double number_value = value;
-        number(key, number_value, 0, 127);
-        value = static_cast<std::uint16_t>(number_value);
-    }
-    void byte(const char* key, std::uint8_t& value, double maximum) {
-        double number_value = value;
-        number(key, number_value, 0, maximum);
-        value = static_cast<std::uint8_t>(number_value);
-    }
-    void flag(const char* key, bool& value) {
-        const toml::node* node = take(key);
-        if (!node) return;
-        const std::optional<bool> given = node->value_exact<bool>();
-        if (!given) return blame(*node, key, "is neither true nor false");
-        value = *given;
-    }
-    template <std::size_t N>
-    void text(const char* key, FixedString<N>& value) {
-        const toml::node* node = take(key);
-        if (!node) return;
-        const std::optional<std::string> given = node->value_exact<std::string>();
-        if (!given) return blame(*node, key, "is not a text");
-        value.assign(*given);
-    }
-    template <typename Read>
-    void table(const char* key, Read read) {
-        const toml::node* node = take(key);
-        if (!node) return;
-        const toml::table* inner = node->as_table();
-        if (!inner) return blame(*node, key, "is not a table");
-        Section section{*inner, name_, error_};
-        read(section);
-        section.finish();
-    }
-    void finish() {
-        for (const auto& [key, node] : table_) {
-            bool known = false;
-            for (const std::string& taken : taken_) known = known || taken == key.str();
-            if (!known)
-                blame(node, std::string(key.str()).c_str(),
-                      "is not known here (docs/machine.md lists the keys)");
-        }
-    }
-
-  private:
-    const toml::node* take(const char* key) {
-        taken_.emplace_back(key);
-        return table_.get(key);
-    }
-    void blame(const toml::node& node, const char* key, const std::string& what) {
-        if (error_.empty()) error_ = where(name_, node.source()) + "'" + key + "' " + what;
-    }
-
-    const toml::table& table_;
-    std::string_view name_;
-    std::string& error_;
-    std::vector<std::string> taken_;
-};
+using Section = TomlSection;
 
 void read_axis(Section& s, AxisConfig& a) {
     s.number("steps_per_mm", a.steps_per_mm, 0.1, 100000);
@@ -127,10 +32,10 @@ void read_axis(Section& s, AxisConfig& a) {
     s.number("home_position_mm", a.home_position, -10000, 10000);
     s.flag("home_towards_minimum", a.home_towards_minimum);
     s.flag("direction_inverted", a.direction_inverted);
-    s.pin("step_pin", a.step_pin);
-    s.pin("direction_pin", a.direction_pin);
-    s.pin("enable_pin", a.enable_pin);
-    s.pin("endstop_pin", a.endstop_pin);
+    s.integer("step_pin", a.step_pin, 0, kLastPin);
+    s.integer("direction_pin", a.direction_pin, 0, kLastPin);
+    s.integer("enable_pin", a.enable_pin, 0, kLastPin);
+    s.integer("endstop_pin", a.endstop_pin, 0, kLastPin);
 }
 
 void read_heater(Section& s, HeaterConfig& h) {
@@ -139,8 +44,8 @@ void read_heater(Section& s, HeaterConfig& h) {
     s.number("kd", h.kd, 0, 10000);
     s.number("minimum_celsius", h.minimum, -50, 50);
     s.number("maximum_celsius", h.maximum, 30, 500);
-    s.pin("heater_pin", h.heater_pin);
-    s.byte("adc_channel", h.adc_channel, 7);
+    s.integer("heater_pin", h.heater_pin, 0, kLastPin);
+    s.integer("adc_channel", h.adc_channel, 0, 7);
     s.number("verify_gain_celsius", h.verify_gain_celsius, 0.1, 50);
     s.number("verify_gain_s", h.verify_gain_time, 1, 600);
     s.number("verify_hysteresis_celsius", h.verify_hysteresis_celsius, 0.5, 50);
@@ -178,8 +83,8 @@ void read_machine(Section& s, MachineConfig& m) {
     s.table("hot_end", [&](Section& h) { read_heater(h, m.hot_end); });
     s.table("bed", [&](Section& h) { read_heater(h, m.bed); });
     s.flag("has_bed", m.has_bed);
-    s.pin("fan_pin", m.fan_pin);
-    s.byte("adc_address", m.adc_address, 127);
+    s.integer("fan_pin", m.fan_pin, 0, kLastPin);
+    s.integer("adc_address", m.adc_address, 0, 127);
     s.number("step_pulse_s", m.step_pulse, 0, 1e-3);
     s.number("step_low_s", m.step_low, 0, 1e-3);
     s.number("direction_setup_s", m.direction_setup, 0, 1e-3);
@@ -213,31 +118,20 @@ std::string contradictions(const MachineConfig& m) {
 }  // namespace
 
 Result<MachineConfig> parse_machine(std::string_view text, std::string_view name) {
-    try {
-        const toml::table table = toml::parse(text);
-        MachineConfig machine;
-        std::string error;
-        Section root{table, name, error};
-        read_machine(root, machine);
-        root.finish();
-        if (error.empty()) error = contradictions(machine);
-        if (!error.empty()) return make_error(ErrorCode::invalid_argument, error);
-        return machine;
-    } catch (const toml::parse_error& parse_error) {
-        return make_error(ErrorCode::invalid_argument,
-                          where(name, parse_error.source()) + std::string(parse_error.description()));
-    }
+    MachineConfig machine;
+    std::string error = read_toml(text, name, [&](Section& root) { read_machine(root, machine); });
+    if (error.empty()) error = contradictions(machine);
+    if (!error.empty()) return make_error(ErrorCode::invalid_argument, error);
+    return machine;
 }
 
 Result<MachineConfig> read_machine_file(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) {
+    const Result<std::string> text = posix::read_small_file(path);
+    if (!text) {
         return make_error(ErrorCode::not_found,
                           "machine file " + path.string() + " cannot be read: check its path");
     }
-    std::ostringstream text;
-    text << file.rdbuf();
-    return parse_machine(text.str(), path.filename().string());
+    return parse_machine(*text, path.filename().string());
 }
 
 }  // namespace qduino::apps

@@ -1,4 +1,4 @@
-#include "apps/board_file/duration.h"
+#include "apps/toml/duration.h"
 
 #include <gtest/gtest.h>
 

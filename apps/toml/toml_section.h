@@ -14,13 +14,15 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/fixed_string.h"
+#include "base/result.h"
 #include "base/time.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps {
 
@@ -50,8 +52,26 @@ class TomlSection {
     }
     /// From `minimum` to `maximum`, both included.
     void number(const char* key, double& value, double minimum, double maximum);
+    /// A quantity, in the unit that the key ends with.
+    template <typename Quantity>
+    void number(const char* key, Quantity& value, double minimum, double maximum) {
+        double given = value.value();
+        number(key, given, minimum, maximum);
+        value = Quantity{given};
+    }
+    void number(const char* key, Nanoseconds& value, double minimum_s, double maximum_s) {
+        double given_s = to_seconds(value);
+        number(key, given_s, minimum_s, maximum_s);
+        value = from_seconds(given_s);
+    }
     void flag(const char* key, bool& value);
     void text(const char* key, std::string& value);
+    template <std::size_t N>
+    void text(const char* key, FixedString<N>& value) {
+        std::string given{value.view()};
+        text(key, given);
+        value.assign(given);
+    }
     /// "4 ms"; not shorter than `minimum`.
     void duration(const char* key, Nanoseconds& value, Nanoseconds minimum = Nanoseconds{0});
     /// "10 s" after the start.
@@ -118,5 +138,22 @@ class TomlSection {
     TomlReading& reading_;
     std::vector<std::string> known_;
 };
+
+/// Parses `text`, which messages call `name`, and hands the section of the whole file to `read`. Returns the first error, with
+/// file and line; empty: none.
+template <typename Read>
+[[nodiscard]] std::string read_toml(std::string_view text, std::string_view name, Read read) {
+    TomlReading reading{.file = std::string(name), .error = {}};
+    try {
+        const toml::table table = toml::parse(text);
+        TomlSection root{table, "", reading};
+        read(root);
+        root.finish();
+    } catch (const toml::parse_error& failed) {
+        reading.error = reading.file + ":" + std::to_string(failed.source().begin.line) + ": " +
+                        std::string(failed.description());
+    }
+    return std::move(reading.error);
+}
 
 }  // namespace qduino::apps

@@ -1,10 +1,10 @@
-#include "apps/board_file/toml_section.h"
+#include "apps/toml/toml_section.h"
 
 #include <algorithm>
 #include <optional>
 #include <sstream>
 
-#include "apps/board_file/duration.h"
+#include "apps/toml/duration.h"
 
 namespace qduino::apps {
 namespace {
