@@ -12,7 +12,7 @@
 #include "apps/host/sketch_output.h"
 #include "apps/host/sketch_report.h"
 #include "apps/host/write_report.h"
-#include "apps/terminal/message.h"
+#include "apps/terminal/program.h"
 #include "board/linux/linux_board.h"
 #include "runtime/runtime.h"
 
@@ -20,10 +20,7 @@ namespace {
 
 using namespace qduino;
 
-int fail(std::string_view message) {
-    apps::say(message);
-    return 1;
-}
+constexpr apps::Fail fail{""};
 
 struct Options {
     double length_s = 0;  // 0: until Ctrl-C

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -23,6 +22,7 @@
 #include "apps/host/sketch_report.h"
 #include "apps/host/write_report.h"
 #include "apps/terminal/message.h"
+#include "apps/terminal/program.h"
 #include "board/sim/sim_board.h"
 #include "runtime/runtime.h"
 
@@ -49,12 +49,7 @@ struct Options {
     board::sim::SimConfig machine;
 };
 
-std::atomic<bool> interrupted{false};
-
-int fail(std::string_view message) {
-    apps::say(message);
-    return 1;
-}
+constexpr apps::Fail fail{""};
 
 int refuse(const Runtime& runtime, const Options& options, const Error& error) {
     apps::settle_sketch_output();
@@ -69,7 +64,7 @@ void run_paced(Runtime& runtime, board::sim::SimBoard& board, const Options& opt
     const Instant begin = board.now();
     const Instant end = begin + from_seconds(options.length_s);
     const auto wall_begin = std::chrono::steady_clock::now();
-    while (board.now() < end && !board.stopped() && !interrupted) {
+    while (board.now() < end && !board.stopped() && !apps::stop_asked()) {
         runtime.run(std::min(end, board.now() + 10ms));
         if (options.speed <= 0) continue;
         const double due_s = to_seconds(board.now() - begin) / options.speed;
@@ -215,7 +210,6 @@ int main(int argc, char** argv) {
     if (options.sketch.ends_with("-sim")) options.sketch.resize(options.sketch.size() - 4);
     if (const std::string wrong = read_machine(options); !wrong.empty()) return fail(wrong);
     if (options.check) return check(options);
-    std::signal(SIGINT, [](int) { interrupted = true; });
-    std::signal(SIGTERM, [](int) { interrupted = true; });
+    apps::stop_on_signals();
     return run(options);
 }

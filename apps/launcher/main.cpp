@@ -4,11 +4,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <thread>
 
 #include "apps/command_line/command_line.h"
 #include "apps/launcher/launcher.h"
+#include "apps/terminal/program.h"
 #include "board/linux/machine_settings.h"
 
 namespace {
@@ -55,9 +55,6 @@ int main(int argc, char** argv) {
 
     const int signals = stop_signals();
     auto launcher = launcher::Launcher::open(std::move(options));
-    if (!launcher) {
-        std::fprintf(stderr, "run: %s\n", std::string{launcher.error().message.view()}.c_str());
-        return 1;
-    }
+    if (!launcher) return apps::Fail{"run: "}(launcher.error().message);
     return (*launcher)->run(signals);
 }

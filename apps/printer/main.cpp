@@ -8,6 +8,7 @@
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/link/link_file.h"
 #include "apps/machine_file/machine_file.h"
+#include "apps/terminal/program.h"
 #include "board/linux/linux_board.h"
 #include "runtime/runtime.h"
 
@@ -15,10 +16,7 @@ namespace {
 
 using namespace qduino;
 
-int fail(std::string_view message) {
-    std::fprintf(stderr, "printer: %.*s\n", static_cast<int>(message.size()), message.data());
-    return 1;
-}
+constexpr apps::Fail fail{"printer: "};
 
 struct Arguments {
     board::linux::LinuxConfig board;

@@ -1,9 +1,6 @@
 #include "apps/printer_sim/live.h"
 
-#include <signal.h>
-
 #include <chrono>
-#include <csignal>
 #include <ctime>
 #include <memory>
 #include <thread>
@@ -12,6 +9,7 @@
 #include "apps/inspect/inspect_service.h"
 #include "apps/link/link_file.h"
 #include "apps/printer_sim/sim_printer.h"
+#include "apps/terminal/program.h"
 
 namespace qduino::apps {
 namespace {
@@ -21,15 +19,6 @@ constexpr std::chrono::milliseconds kWallSlice{5};
 /// Further behind than this, the pace starts anew from now: a suspended laptop must not sprint when
 /// it wakes.
 constexpr std::chrono::milliseconds kBehindMax{250};
-
-volatile std::sig_atomic_t stop_asked = 0;
-void ask_to_stop(int) { stop_asked = 1; }
-
-void stop_on_signals() {
-    struct sigaction action {};
-    action.sa_handler = ask_to_stop;
-    for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
-}
 
 }  // namespace
 
@@ -53,7 +42,7 @@ Result<void> run_live(const LiveOptions& options) {
 
     WallClock::time_point wall_start = WallClock::now();
     Instant virtual_start = printer.now();
-    while (stop_asked == 0) {
+    while (!stop_asked()) {
         std::this_thread::sleep_for(kWallSlice);
         const double wall_s = std::chrono::duration<double>(WallClock::now() - wall_start).count();
         const Instant due = virtual_start + from_seconds(wall_s * options.speed);

@@ -10,6 +10,7 @@
 #include "apps/machine_file/machine_file.h"
 #include "apps/printer_sim/live.h"
 #include "apps/printer_sim/print_file.h"
+#include "apps/terminal/program.h"
 
 namespace {
 
@@ -19,10 +20,7 @@ constexpr int kExitMatches = 0;
 constexpr int kExitDiffers = 1;
 constexpr int kExitUsage = 2;
 
-int fail(std::string_view message) {
-    std::fprintf(stderr, "printer-sim: %.*s\n", static_cast<int>(message.size()), message.data());
-    return kExitUsage;
-}
+constexpr apps::Fail fail{"printer-sim: ", kExitUsage};
 
 int print(const apps::PrintOptions& options, const std::string& report_path) {
     const Result<apps::PrintResult> printed = apps::print_file(options);

@@ -20,6 +20,7 @@
 #include "apps/qduino/sketch_build.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
+#include "apps/terminal/program.h"
 #include "board/linux/budget_keeper.h"
 #include "board/linux/machine_settings.h"
 
@@ -29,10 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-int fail(std::string_view message) {
-    say(message, "qduino: ");
-    return 1;
-}
+constexpr Fail fail{"qduino: "};
 
 /// A number as the programs' own parsers read it back.
 std::string text_of(double number) {

@@ -1,14 +1,12 @@
 // virtual-machine: the printer that is not there, wired to the Linux board's virtual pins.
 #include <fcntl.h>
 #include <sched.h>
-#include <signal.h>
 #include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <csignal>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "apps/command_line/command_line.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/machine_file/twin_machine.h"
+#include "apps/terminal/program.h"
 #include "apps/virtual_machine/virtual_machine.h"
 #include "board/linux/clock.h"
 #include "posix/unique_fd.h"
@@ -24,16 +23,6 @@ namespace {
 
 /// Longer than a supervisor takes to stop a sketch.
 constexpr qduino::Nanoseconds kStayAtMost = std::chrono::seconds{10};
-
-volatile std::sig_atomic_t stop_asked = 0;
-
-void ask_to_stop(int) { stop_asked = 1; }
-
-void stop_on_signals() {
-    struct sigaction action {};
-    action.sa_handler = ask_to_stop;
-    for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
-}
 
 /// A real machine is always there; this one asks for a good place in the queue. It is a request.
 /// `fifo` 0: only a better nice value.
@@ -80,10 +69,7 @@ void report_heat(const qduino::twin::PrinterState& state) {
     std::fflush(stdout);
 }
 
-int complain(std::string_view what) {
-    std::fprintf(stderr, "virtual-machine: %.*s\n", static_cast<int>(what.size()), what.data());
-    return 1;
-}
+constexpr qduino::apps::Fail fail{"virtual-machine: "};
 
 }  // namespace
 
@@ -113,22 +99,22 @@ int main(int argc, char** argv) {
 
     if (!machine_file.empty()) {
         const auto config = apps::read_machine_file(machine_file);
-        if (!config) return complain(config.error().message);
+        if (!config) return fail(config.error().message);
         options.machine = apps::twin_machine(*config);
     }
     for (const std::string& text : faults) {
         const auto fault = twin::parse_fault(text);
-        if (!fault) return complain(fault.error().message);
+        if (!fault) return fail(fault.error().message);
         options.faults.push_back(*fault);
     }
     const auto machine = apps::VirtualMachine::create(options);
-    if (!machine) return complain(machine.error().message);
-    stop_on_signals();
+    if (!machine) return fail(machine.error().message);
+    apps::stop_on_signals();
     be_prompt(fifo);
     std::printf("virtual-machine: pins at %s%s%s\n", options.pins.c_str(),
                 options.inspect.empty() ? "" : ", inspector at ", options.inspect.c_str());
     std::fflush(stdout);
-    while (stop_asked == 0) machine.value()->pass();
+    while (!apps::stop_asked()) machine.value()->pass();
     outlive_sketch(**machine, sketch_lock);
     report_heat((*machine)->state());
     report_lost_edges(machine.value()->pins_faults());

@@ -1,0 +1,30 @@
+#include "apps/terminal/program.h"
+
+#include <signal.h>
+
+#include <atomic>
+
+#include "apps/terminal/message.h"
+
+namespace qduino::apps {
+namespace {
+
+std::atomic<bool> g_stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
+
+}  // namespace
+
+int Fail::operator()(std::string_view message) const {
+    say(message, prefix);
+    return status;
+}
+
+void stop_on_signals() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { g_stop_asked = true; };
+    for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
+}
+
+bool stop_asked() { return g_stop_asked; }
+
+}  // namespace qduino::apps
