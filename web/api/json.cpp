@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <ctime>
 
+#include "base/words.h"
+
 namespace qduino::web::api {
 
 using printer::link::HeaterStatus;
@@ -65,18 +67,25 @@ Json facts_json(const spool::Job& job) {
     return facts;
 }
 
-/// The time left for all copies of `job`, the running one included; nothing when it has no
-/// estimate.
+/// What is left of all copies of `job`, the running one included; nothing when nobody knows.
 std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& job) {
-    if (job.estimated_s <= 0) return std::nullopt;
     const bool printing = job.state == spool::JobState::printing;
-    const int whole_copies = job.copies - job.copies_done - (printing ? 1 : 0);
-    return job.estimated_s * whole_copies + (printing ? progress_of(spool, job).remaining_s : 0);
+    const int whole_copies = std::max(0, job.copies - job.copies_done - (printing ? 1 : 0));
+    if (whole_copies > 0 && job.estimated_s <= 0) return std::nullopt;
+    const std::optional<double> running = printing ? progress_of(spool, job).remaining_s : 0.0;
+    return running ? std::optional{*running + job.estimated_s * whole_copies} : std::nullopt;
+}
+
+Json seconds_json(const std::optional<double>& seconds) { return seconds ? Json(*seconds) : Json{}; }
+
+Json progress_json(const Progress& progress) {
+    return {{"bytes", progress.bytes},
+            {"fraction", progress.fraction},
+            {"elapsed_s", progress.elapsed_s},
+            {"remaining_s", seconds_json(progress.remaining_s)}};
 }
 
 Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std::optional<Place>& place) {
-    const Progress progress = progress_of(spool, job);
-    const bool starts = place && place->starts_in_s;
     return {
         {"id", job.id},
         {"name", job.name},
@@ -88,7 +97,7 @@ Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std:
         {"copies_done", job.copies_done},
         {"priority", job.priority},
         {"position", place ? Json(place->position) : Json{}},
-        {"starts_in_s", starts ? Json(*place->starts_in_s) : Json{}},
+        {"starts_in_s", place ? seconds_json(place->starts_in_s) : Json{}},
         {"created", time_json(job.created_s)},
         {"started", time_json(job.started_s)},
         {"ended", time_json(job.ended_s)},
@@ -96,11 +105,7 @@ Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std:
         {"stopped_line", job.stopped_line ? Json(*job.stopped_line) : Json{}},
         {"stopped_layer", job.stopped_layer ? Json(*job.stopped_layer) : Json{}},
         {"facts", facts_json(job)},
-        {"progress",
-         {{"bytes", progress.bytes},
-          {"fraction", progress.fraction},
-          {"elapsed_s", progress.elapsed_s},
-          {"remaining_s", progress.remaining_s}}},
+        {"progress", progress_json(progress_of(spool, job))},
     };
 }
 
@@ -142,23 +147,9 @@ Json time_json(spool::UnixSeconds time_s) {
 std::string_view machine_word(const spool::MachineView& machine) {
     if (!machine.connected || machine.life != spool::SketchLife::alive || !machine.responding)
         return "disconnected";
-    switch (machine.job.state) {
-        case MachineState::starting:
-            return "starting";
-        case MachineState::idle:
-            return "idle";
-        case MachineState::printing:
-            return "printing";
-        case MachineState::pausing:
-            return "pausing";
-        case MachineState::paused:
-            return "paused";
-        case MachineState::cancelling:
-            return "cancelling";
-        case MachineState::faulted:
-            return "faulted";
-    }
-    return "faulted";
+    static constexpr Words<MachineState::starting, MachineState::faulted> kWords{
+        "starting", "idle", "printing", "pausing", "paused", "cancelling", "faulted"};
+    return kWords(machine.job.state);
 }
 
 bool may_jog(const spool::Spool& spool) {
@@ -178,7 +169,7 @@ std::string_view job_word(const spool::Spool& spool, const spool::Job& job) {
 
 Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
     Progress progress;
-    if (job.state == spool::JobState::done) return {job.size, 1, 0, 0};
+    if (job.state == spool::JobState::done) return {job.size, 1, 0, 0.0};
     const spool::MachineView& machine = spool.machine();
     const auto& run = spool.active_run();
     if (!run || run->job != job.id || !machine.connected || machine.job.job_id != run->id) return progress;
@@ -191,6 +182,8 @@ Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
         progress.remaining_s = std::max(0.0, job.estimated_s * (1 - progress.fraction));
     } else if (progress.fraction > 0.01) {
         progress.remaining_s = progress.elapsed_s / progress.fraction - progress.elapsed_s;
+    } else {
+        progress.remaining_s = std::nullopt;
     }
     return progress;
 }
@@ -200,10 +193,13 @@ std::map<spool::JobId, Place> places_of(const spool::Spool& spool) {
     const spool::Job* printing = spool.queue().printing();
     std::optional<double> time_s = printing ? remaining_of(spool, *printing) : 0.0;
     for (const spool::Job* job : spool.queue().queued()) {
-        places.emplace(job->id, Place{places.size() + 1, job->hold ? std::nullopt : time_s});
+        Place& place = places[job->id];
+        place.position = places.size();
         if (job->hold) continue;
+        place.starts_in_s = time_s;
         const std::optional<double> remaining = remaining_of(spool, *job);
         time_s = time_s && remaining ? std::optional{*time_s + *remaining} : std::nullopt;
+        place.ready_in_s = time_s;
     }
     return places;
 }
@@ -261,6 +257,29 @@ Json jobs_json(const spool::Spool& spool) {
     return page.ok() ? std::move(*page) : list_json(spool, {});
 }
 
+namespace {
+
+/// Whole seconds until each waiting job of the first page is done. None while the queue does not go on by itself.
+Json ready_json(const spool::Spool& spool, std::string_view state) {
+    Json ready = Json::object();
+    const spool::QueueGate& gate = spool.gate();
+    if (!gate.hold_reason.empty() || gate.bed_occupied || state == "faulted" || state == "disconnected")
+        return ready;
+    for (const auto& [id, place] : places_of(spool)) {
+        if (place.ready_in_s && place.position <= spool::JobQuery::kFirstWaiting)
+            ready[std::to_string(id)] = std::llround(*place.ready_in_s);
+    }
+    return ready;
+}
+
+/// Of the job that prints; null when none does.
+Json running_progress_json(const spool::Spool& spool) {
+    const spool::Job* job = spool.queue().printing();
+    return job && spool.active_run() ? progress_json(progress_of(spool, *job)) : Json{};
+}
+
+}  // namespace
+
 Json status_json(const spool::Spool& spool) {
     const spool::MachineView& machine = spool.machine();
     const std::string_view state = machine_word(machine);
@@ -292,6 +311,8 @@ Json status_json(const spool::Spool& spool) {
     status["bytes_executed"] = job.bytes_executed;
     status["bytes_accepted"] = job.bytes_accepted;
     status["print_time_s"] = job.print_time_s;
+    status["progress"] = running_progress_json(spool);
+    status["ready_in_s"] = ready_json(spool, state);
     status["timing"] = timing_json(machine.motion);
     return status;
 }

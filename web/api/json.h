@@ -30,6 +30,7 @@ struct Place {
     std::size_t position = 0;  ///< 1-based
     /// Correct if every estimate holds; nothing when one is unknown, or the job is held.
     std::optional<double> starts_in_s;
+    std::optional<double> ready_in_s;  ///< all of its copies
 };
 /// Places of all queued jobs.
 [[nodiscard]] std::map<spool::JobId, Place> places_of(const spool::Spool& spool);
@@ -56,7 +57,7 @@ struct Progress {
     std::uint64_t bytes = 0;
     double fraction = 0;  ///< 0…1
     double elapsed_s = 0;
-    double remaining_s = 0;
+    std::optional<double> remaining_s = 0;  ///< nothing while a running copy gives no estimate yet
 };
 [[nodiscard]] Progress progress_of(const spool::Spool& spool, const spool::Job& job);
 

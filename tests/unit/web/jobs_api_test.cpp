@@ -267,6 +267,46 @@ TEST_F(JobsApiTest, TheQueueSaysWhenEachJobStarts) {
     EXPECT_EQ(request("GET /api/v1/jobs/3").json()["starts_in_s"], 200.0);
 }
 
+TEST_F(JobsApiTest, TheStatusSaysWhenEachWaitingJobIsReady) {
+    start_sketch();
+    run(2);
+    static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}, {"copies", "2"}}));
+    run(4, 100'000);
+    static_cast<void>(upload("b", "G28\n", {{"print", "true"}, {"copies", "3"}}));
+    static_cast<void>(upload("c", "G28\n"));
+    static_cast<void>(upload("d", "G28\n", {{"print", "true"}}));
+    auto status = request("GET /api/v1/machine").json();
+    const double left_s = status["progress"]["remaining_s"];
+    EXPECT_EQ(left_s, 100 * (1 - status["progress"]["fraction"].get<double>()));
+    EXPECT_GT(status["progress"]["bytes"], 0);
+    EXPECT_EQ(status["ready_in_s"].size(), 2u) << "not what is held";
+    EXPECT_NEAR(status["ready_in_s"]["2"].get<double>(), left_s + 100 + 300, 0.51);
+    EXPECT_NEAR(status["ready_in_s"]["4"].get<double>(), left_s + 100 + 400, 0.51);
+    EXPECT_EQ(status["progress"], request("GET /api/v1/jobs/1").json()["progress"]);
+    ASSERT_EQ(request("POST /api/v1/queue/hold").status, 202);
+    status = request("GET /api/v1/machine").json();
+    EXPECT_TRUE(status["ready_in_s"].empty()) << "the queue does not go on by itself";
+    EXPECT_FALSE(status["progress"].is_null());
+}
+
+TEST_F(JobsApiTest, WithoutAnEstimateTheTimeLeftGoesByTheTimeTaken) {
+    analyzer_.estimated_s = 0;
+    start_sketch();
+    run(2);
+    static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}}));
+    static_cast<void>(upload("b", "G28\n", {{"print", "true"}}));
+    run(1, 1000);
+    auto progress = request("GET /api/v1/jobs/1").json()["progress"];
+    ASSERT_LE(progress["fraction"], 0.01);
+    EXPECT_TRUE(progress["remaining_s"].is_null()) << "nobody knows yet";
+    run(4, 100'000);
+    progress = request("GET /api/v1/machine").json()["progress"];
+    const double fraction = progress["fraction"];
+    EXPECT_NEAR(progress["remaining_s"].get<double>(),
+                progress["elapsed_s"].get<double>() * (1 / fraction - 1), 1e-6);
+    EXPECT_TRUE(request("GET /api/v1/machine").json()["ready_in_s"].empty()) << "nobody knows how long b takes";
+}
+
 TEST_F(JobsApiTest, PatchesOfTheWrongFormChangeNothing) {
     static_cast<void>(upload("a", "G28\n"));
     for (const char* bad : {"", "[]", "{", R"({"hold":1})", R"({"copies":"2"})", R"({"copies":1.5})",

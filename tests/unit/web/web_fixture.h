@@ -36,10 +36,12 @@ class TestAnalyzer final : public spool::Analyzer {
         std::ofstream{layers} << "AAABBBBB";
         analysis.layers_json = R"([{"index":0,"bytes":3},{"index":1,"bytes":5}])";
         analysis.facts_json = R"({"layers":2,"estimated_s":100})";
-        analysis.estimated_s = 100;
+        analysis.estimated_s = estimated_s;
         analysis.thumbnail = "\x89PNG";
         return analysis;
     }
+
+    double estimated_s = 100;  ///< of every file; 0: none
 };
 
 /// An answer, taken apart.

@@ -216,11 +216,31 @@ class Printer {
       idle_off_in_s: this.idle.off_in_s, idle_timed_out: this.idle.timed_out, idle_timeout_s: this.idle.timeout_s, time_factor: this.factor,
       parked: this.parked, may_jog: this.state === 'idle' || this.parked,
       bytes_executed: Math.round(this.executed), bytes_accepted: Math.round(this.executed) + 4000, print_time_s: this.elapsed,
+      progress: this.progress(), ready_in_s: this.ready(),
       timing: {
         late_steps: count > 0 ? 37 : 0, shift_ns: count > 0 ? 61_250 : 0, starved: 0, ring_fill: 51234, pulses: [count, count, 0, 0],
         lateness_ns: { p50: count ? 71 : 0, p99: count ? 402 : 0, p9999: count ? 2310 : 0, max: count ? 14_320 : 0, count, buckets: lateness(count) },
       },
     };
+  }
+
+  progress() {
+    const { running, executed, elapsed } = this;
+    if (!running) return null;
+    const fraction = executed / running.size;
+    return { bytes: Math.round(executed), fraction, elapsed_s: elapsed, remaining_s: ESTIMATED_S * (1 - fraction) };
+  }
+
+  /** Seconds until each waiting job is done; none while the queue does not go on by itself. */
+  ready() {
+    if (this.gate.held || this.gate.bed_occupied || ['faulted', 'disconnected'].includes(this.state)) return {};
+    const ready = {};
+    let at = this.progress()?.remaining_s ?? 0;
+    for (const each of this.jobs.filter(({ state }) => state === 'queued').slice(0, FIRST_PAGE.waiting)) {
+      at += each.facts.estimated_s * (each.copies - each.copies_done);
+      ready[each.id] = Math.round(at);
+    }
+    return ready;
   }
 
   /** One page of the jobs; the first one, when nothing is asked for. */
@@ -230,7 +250,7 @@ class Printer {
     for (const each of this.jobs) each.position = each.state === 'queued' || each.state === 'held' ? ++position : null;
     if (running) {
       running.state = this.state === 'paused' ? 'paused' : 'printing';
-      running.progress = { bytes: Math.round(this.executed), fraction: this.executed / running.size, elapsed_s: this.elapsed, remaining_s: ESTIMATED_S - this.elapsed };
+      running.progress = this.progress();
     }
     return { ...pageOf(this.jobs, { limit, before, states, text }, FIRST_PAGE), counts: countsOf(this.jobs), queue: this.gate };
   }

@@ -1,7 +1,7 @@
 // The page's state, and how live messages change it. reduce() is pure; the store only remembers and
 // notifies.
 import { isEnded, isRunning, isWaiting, olderBehind, renewed, type Search } from './jobs';
-import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMessage, MachineConfig, QueueGate, Status } from './types';
+import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMessage, MachineConfig, Progress, QueueGate, Status } from './types';
 
 export { isRunning, isWaiting };
 
@@ -157,48 +157,14 @@ export function shownJob(state: State): Job | null {
   return jobs.find((job) => job.state === 'queued') ?? (faulted ? null : last ?? jobs[0] ?? null);
 }
 
-export interface Progress {
-  fraction: number;
-  remaining_s: number | null;
-}
-
-/**
- * How far the job is, by the newest status: the list of jobs comes only when it changes, the status
- * ten times a second. The time that is left is the file's own estimate for the bytes that are left,
- * or else goes by what the others took.
- */
-export function progressOf(job: Job, status: Status | null): Progress {
-  if (!status || status.job !== job.id || job.size <= 0) return job.progress;
-  const fraction = Math.min(1, status.bytes_executed / job.size);
-  if (job.facts.estimated_s) return { fraction, remaining_s: job.facts.estimated_s * (1 - fraction) };
-  return { fraction, remaining_s: fraction > 0.01 ? status.print_time_s / fraction - status.print_time_s : null };
-}
+/** How far the job is, by the newest message: the list of jobs comes only when it changes, the status ten times a second. */
+export const progressNow = (job: Job, status: Status | null): Progress => (status?.job === job.id && status.progress ? status.progress : job.progress);
 
 /** How fast the printer's time passes; a simulated one may be faster than the clock on the wall. */
 export const timeFactor = (status: Status | null): number => (status?.connected && status.time_factor > 0 ? status.time_factor : 1);
 
 /** Seconds of the printer's time as seconds of the clock on the wall. */
 export const onTheWall = (seconds: number | null, status: Status | null): number | null => (seconds === null ? null : seconds / timeFactor(status));
-
-/**
- * Seconds from now until each waiting job is done, by id; only as far down the queue as every
- * estimate is known, and none while the queue does not go on by itself.
- */
-export function queueEnds(state: Pick<State, 'jobs' | 'status' | 'gate'>): Map<number, number> {
-  const ends = new Map<number, number>();
-  const machine = state.status?.state;
-  if (state.gate.held || state.gate.bed_occupied || machine === 'faulted' || machine === 'disconnected') return ends;
-  let at = 0;
-  for (const job of state.jobs) {
-    if (job.state === 'held' || !(isRunning(job) || isWaiting(job))) continue;
-    const left = isRunning(job) ? progressOf(job, state.status).remaining_s : job.facts.estimated_s;
-    if (left === null || left === undefined) break;
-    const copies = Math.max(0, job.copies - job.copies_done - 1);
-    at += left + copies * (job.facts.estimated_s ?? 0);
-    if (isWaiting(job)) ends.set(job.id, at);
-  }
-  return ends;
-}
 
 type Listener = () => void;
 class Store {

@@ -16,6 +16,14 @@ export interface JobFacts {
   warnings: { line: number; message: string }[];
 }
 
+export interface Progress {
+  bytes: number;
+  fraction: number;
+  elapsed_s: number;
+  /** Null: nobody knows yet. */
+  remaining_s: number | null;
+}
+
 export interface Job {
   id: number;
   name: string;
@@ -31,7 +39,7 @@ export interface Job {
   ended: string | null;
   error: string | null;
   facts: JobFacts;
-  progress: { bytes: number; fraction: number; elapsed_s: number; remaining_s: number | null };
+  progress: Progress;
   /** Where a failed or cancelled one stopped; null: not known, or it did not stop. */
   stopped_line: number | null;
   stopped_layer: number | null;
@@ -76,6 +84,10 @@ export interface Status {
   bytes_executed: number;
   bytes_accepted: number;
   print_time_s: number;
+  /** Of `job`. */
+  progress: Progress | null;
+  /** Until each waiting job of the first page is done, by id; without those of which nobody knows. */
+  ready_in_s: Record<number, number>;
   /** Seconds until the heaters go off because nobody uses them; null: not counting. */
   idle_off_in_s: number | null;
   /** They went off for that reason; until a target is set again. */

@@ -5,7 +5,7 @@ import { chunks, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
 import { ApiError, keyProblem, sentenceOf } from '../src/api';
 import { shallowEqual } from '../src/hooks';
 import { joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
-import { addSample, initialState, progressOf, queueEnds, onTheWall, reduce, shownJob, withoutJob } from '../src/store';
+import { addSample, initialState, progressNow, onTheWall, reduce, shownJob, withoutJob } from '../src/store';
 import type { Job, JobPage, Status } from '../src/types';
 import { rateOf } from '../src/uploads';
 
@@ -135,19 +135,13 @@ describe('progress', () => {
   const job = (id: number, state: string, estimated_s: number | null, more = {}) =>
     ({ id, state, size: 1000, copies: 1, copies_done: 0, facts: { estimated_s }, progress: { fraction: 0.1, remaining_s: 90 }, ...more }) as unknown as Job;
   const at = (bytes_executed: number) => ({ ...status, state: 'printing', job: 1, bytes_executed, print_time_s: 60 }) as Status;
-  it('goes by the newest status, and by the file\'s estimate', () => {
-    expect(progressOf(job(1, 'printing', 200), at(250))).toEqual({ fraction: 0.25, remaining_s: 150 });
-    expect(progressOf(job(1, 'printing', null), at(250))).toEqual({ fraction: 0.25, remaining_s: 180 });
-    expect(progressOf(job(1, 'printing', null), at(5)).remaining_s).toBeNull();
-    expect(progressOf(job(2, 'done', 200), at(250)).fraction).toBe(0.1);
-    expect(progressOf(job(1, 'printing', 200), null).remaining_s).toBe(90);
-  });
-  it('adds up along the queue, with copies, without what is on hold, up to what nobody knows', () => {
-    const jobs = [job(1, 'printing', 200), job(2, 'held', 50), job(3, 'queued', 100, { copies: 3, copies_done: 1 }), job(4, 'queued', 10), job(5, 'queued', null), job(6, 'queued', 1)];
-    const state = { ...initialState, jobs, status: at(500) };
-    expect([...queueEnds(state)]).toEqual([[3, 300], [4, 310]]);
-    expect(queueEnds({ ...state, gate: { held: true, reason: 'x', bed_occupied: false, confirm_bed: true } }).size).toBe(0);
-    expect(queueEnds({ ...state, status: { ...at(0), state: 'faulted' } as Status }).size).toBe(0);
+  it('goes by the newest message that speaks of the job', () => {
+    const fresh = { bytes: 250, fraction: 0.25, elapsed_s: 60, remaining_s: 150 };
+    const now = { ...status, state: 'printing', job: 1, progress: fresh } as Status;
+    expect(progressNow(job(1, 'printing', 200), now)).toBe(fresh);
+    expect(progressNow(job(2, 'done', 200), now).fraction).toBe(0.1);
+    expect(progressNow(job(1, 'printing', 200), { ...now, progress: null }).remaining_s).toBe(90);
+    expect(progressNow(job(1, 'printing', 200), null).remaining_s).toBe(90);
   });
   it('a print that begins is shown', () => {
     const looking = { ...initialState, jobs: [job(1, 'printing', 1)], shown: job(7, 'done', 1) };

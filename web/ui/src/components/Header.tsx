@@ -2,7 +2,7 @@ import { useEffect } from 'preact/hooks';
 import { act } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { isRunning, progressOf } from '../store';
+import { isRunning, progressNow } from '../store';
 
 const STATE_WORDS: Record<string, string> = {
   disconnected: 'Disconnected', starting: 'Starting', idle: 'Ready', printing: 'Printing', pausing: 'Pausing',
@@ -16,7 +16,7 @@ export function Header() {
       state: !s.online ? 'offline' : (s.status?.state ?? 'disconnected'),
       message: s.status?.message ?? '',
       factor: s.status?.connected ? (s.status.time_factor ?? 1) : 1,
-      title: job ? `${format.wholePercent(progressOf(job, s.status).fraction)} · ${job.name}` : 'QduinoMC printer',
+      title: job ? `${format.wholePercent(progressNow(job, s.status).fraction)} · ${job.name}` : 'QduinoMC printer',
     };
   });
   useEffect(() => {

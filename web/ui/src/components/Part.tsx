@@ -3,7 +3,7 @@ import { act, inspection } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { hasStopped, stopOf } from '../jobs';
-import { ask, isRunning, onTheWall, progressOf, shownJob, store, timeFactor } from '../store';
+import { ask, isRunning, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
 import type { Inspection, Job } from '../types';
 import { Refusal } from './Refusal';
 import { Stage } from './Stage';
@@ -41,7 +41,7 @@ function Actions({ job }: { job: Job }) {
 
 function Progress({ job }: { job: Job }) {
   const { fraction, left, readyAt, layer, factor } = useStore((s) => {
-    const progress = progressOf(job, s.status);
+    const progress = progressNow(job, s.status);
     return {
       fraction: Math.round(progress.fraction * 1000) / 1000, left: format.duration(progress.remaining_s),
       readyAt: format.clock(onTheWall(progress.remaining_s, s.status), new Date()), layer: s.status?.layer ?? 0,

@@ -4,7 +4,7 @@ import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { endedCount, isEnded, isSearch, STATE_CHOICES, waitingCount } from '../jobs';
-import { ask, isRunning, isWaiting, onTheWall, progressOf, queueEnds, shownJob, store, timeFactor } from '../store';
+import { ask, isRunning, isWaiting, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
 import type { Job } from '../types';
 import { Icon } from './Icon';
 import { Refusal } from './Refusal';
@@ -136,7 +136,7 @@ function EndedRow({ job }: { job: Job }) {
 
 function RunningRow({ job }: { job: Job }) {
   const { thousandths, left } = useStore((s) => {
-    const progress = progressOf(job, s.status);
+    const progress = progressNow(job, s.status);
     return { thousandths: Math.round(progress.fraction * 1000), left: format.duration(progress.remaining_s) };
   });
   return (
@@ -260,7 +260,7 @@ export function Queue() {
   const shown = useStore((s) => shownJob(s)?.id ?? null);
   const ends = useStore((s) => {
     const perMinute: Record<number, number> = {};
-    queueEnds(s).forEach((seconds, id) => { perMinute[id] = Math.round((onTheWall(seconds, s.status) ?? 0) / 60) * 60; });
+    for (const [id, seconds] of Object.entries(s.status?.ready_in_s ?? {})) perMinute[Number(id)] = Math.round((onTheWall(seconds, s.status) ?? 0) / 60) * 60;
     return perMinute;
   });
   const [drag, setDrag] = useState<Drag | null>(null);
