@@ -176,6 +176,22 @@ Proof Authenticator::prove(const RequestHead& head, const std::string& remote, I
     return !token.empty() && sessions.contains(token, now_s) ? Proof::cookie : Proof::none;
 }
 
+std::optional<Response> refusal_of(Proof proof) {
+    if (proof == Proof::limited) {
+        Response response = error_response(
+            429, "not_permitted", "this key is wrong, and it was too many wrong ones from this address");
+        response.add("Retry-After", "60");
+        response.close = true;  // each further guess costs a connection
+        return response;
+    }
+    if (proof != Proof::none) return std::nullopt;
+    Response response = error_response(
+        401, "not_permitted",
+        "this needs the key: send it as X-Api-Key, or open the link that was printed at start");
+    response.add("WWW-Authenticate", "Bearer");
+    return response;
+}
+
 std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     while (!cookies.empty()) {
         const std::size_t end = std::min(cookies.find(';'), cookies.size());

@@ -240,15 +240,14 @@ void Connection::on_complete() {
     if (plan_.kind == Plan::Kind::respond) return answer(std::move(plan_.response));
     const bool upload = state_ == State::uploading;
     state_ = State::replying;
-    if (upload) {
-        service_.report_upload(*plan_.upload, plan_.upload->received());
-        return service_.end_upload(std::move(plan_.upload), std::string{reader_.head().value("Host")},
-                                   moment_, reply_later());
-    }
     auto request = std::make_shared<Request>();
     request->head = reader_.head();
     request->body = std::move(body_);
     request->remote = remote_;
+    if (upload) {
+        service_.report_upload(*plan_.upload, plan_.upload->received());
+        return service_.end_upload(std::move(plan_.upload), std::move(request), moment_, reply_later());
+    }
     service_.handle(std::move(request), moment_, reply_later());
 }
 

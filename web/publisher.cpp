@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "base/words.h"
 #include "web/api/json.h"
 
 namespace qduino::web {
@@ -10,17 +11,8 @@ using api::Json;
 
 namespace {
 
-std::string_view word_of(printer::link::ReplyKind kind) {
-    switch (kind) {
-        case printer::link::ReplyKind::text:
-            return "text";
-        case printer::link::ReplyKind::warning:
-            return "warning";
-        case printer::link::ReplyKind::error:
-            return "error";
-    }
-    return "text";
-}
+using printer::link::ReplyKind;
+constexpr Words<ReplyKind::text, ReplyKind::error> kReplies{"text", "warning", "error"};
 
 }  // namespace
 
@@ -58,7 +50,7 @@ void Publisher::tick(Moment moment) {
 void Publisher::publish_replies() {
     for (const spool::Reply& reply : spool_.take_replies()) {
         publish(MessageKind::reply,
-                api::text_of({{"type", "reply"}, {"kind", word_of(reply.kind)}, {"text", reply.text}}));
+                api::text_of({{"type", "reply"}, {"kind", kReplies(reply.kind)}, {"text", reply.text}}));
     }
 }
 

@@ -493,9 +493,9 @@ void Server::Parts::accepted(tcp::socket socket) {
 void Server::Parts::drop(Door::Leaver leaver) {
     if (!leaver) return;
     const auto at = sessions.find(*leaver);
-    if (at != sessions.end()) std::shared_ptr<Session> {
-            at->second
-            } -> reset();
+    if (at == sessions.end()) return;
+    const std::shared_ptr<Session> session = at->second;  // reset() takes it off the list
+    session->reset();
 }
 
 void Server::Parts::check_time() {

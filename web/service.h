@@ -1,11 +1,9 @@
 // The service behind the connections: admission, the meaning of a request, and the way of an
 // upload. No sockets.
 //
-//   plan(head)   I/O thread       host, origin, authentication, route
-//                                 → how the body is to be taken, or the answer
-//   handle       spool's thread   one route's handler; a few need no spool and answer at once
-//   upload       disk thread      pieces → file, seal;  analysis thread: facts and verdict;
-//                                 spool's thread: queue it
+//   plan(head)   I/O thread     host, origin, authentication, route → how the body is to be taken, or the answer
+//   handle       spool's or I/O thread, as its row says: one route's handler (web/api/route.h)
+//   upload       disk thread    pieces → file, seal;  analysis thread  facts and verdict;  spool's thread  queue it
 //
 // Threads are handed in as functions that run a task there. In the program each is a thread; in
 // tests and fuzzing the task runs at once. Answers always come back on the I/O thread.
@@ -69,10 +67,13 @@ struct ServiceOptions {
 class Service {
   public:
     static constexpr std::size_t kBodyMax = 64 * 1024;
+    static constexpr std::size_t kLoginBodyMax = 4096;
 
     /// All references outlive the service.
     Service(ServiceOptions options, api::Context context, Authenticator authenticator, StaticFiles files,
             spool::Analyzer& analyzer, Executors executors);
+    Service(const Service&) = delete;
+    Service& operator=(const Service&) = delete;
 
     /// I/O thread, once a request's head is known.
     [[nodiscard]] Plan plan(const RequestHead& head, const std::string& remote, Moment moment);
@@ -83,7 +84,8 @@ class Service {
     void take_piece(std::shared_ptr<Upload> upload, std::string piece,
                     std::function<void(Result<void>)> done);
     /// The body is whole: analyze, queue, answer.
-    void end_upload(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
+    void end_upload(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
+                    Reply reply);
     /// The answer to a piece that was refused.
     [[nodiscard]] static Response refused_upload(const Error& error);
     /// Tells the live stream; `size` 0: not known.
@@ -95,17 +97,18 @@ class Service {
   private:
     [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const std::string& remote,
                                                  Moment moment, Proof& proof);
-    [[nodiscard]] Plan plan_live(const RequestHead& head, const std::string& remote, Moment moment);
-    [[nodiscard]] std::optional<Plan> plan_upload(const RequestHead& head);
-    [[nodiscard]] static Plan plan_route(const RequestHead& head);
-    [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload,
-                                    UploadDialect dialect);
-    void begin_session(const Request& request, Moment moment, const Reply& reply);
-    void end_session(const Request& request, const Reply& reply);
-    [[nodiscard]] bool handle_at_once(const Request& request, Moment moment, const Reply& reply);
-    void analyze(std::shared_ptr<Upload> upload, std::string host, Moment moment, Reply reply);
+    [[nodiscard]] std::optional<Response> refuse(api::Guard guard, const RequestHead& head,
+                                                 const std::string& remote, Moment moment, Proof& proof);
+    [[nodiscard]] std::optional<Response> refuse_stream(const RequestHead& head, const std::string& remote,
+                                                        Moment moment);
+    [[nodiscard]] Plan plan_file(const RequestHead& head) const;
+    [[nodiscard]] Plan plan_route(const RequestHead& head, const api::Match& match, Moment moment);
+    [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload);
+    void analyze(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
+                 Reply reply);
     [[nodiscard]] Response queue_upload(Upload& upload, const spool::Analysis& analysis,
-                                        const std::string& host, Moment moment);
+                                        const Request& request, Moment moment);
+    void send(const Reply& reply, Response response);
 
     ServiceOptions options_;
     api::Context context_;

@@ -93,16 +93,22 @@ std::string Upload::field(const std::string& name) const {
     return at == fields_.end() ? std::string{} : at->second;
 }
 
-std::unique_ptr<Upload> make_raw_upload(const spool::BlobStore& blobs, std::string name,
-                                        std::map<std::string, std::string> fields) {
-    return std::make_unique<RawUpload>(blobs, std::move(name), std::move(fields));
-}
-
-Result<std::unique_ptr<Upload>> make_multipart_upload(const spool::BlobStore& blobs,
-                                                      std::string_view content_type) {
-    const Result<std::string> boundary = boundary_of(content_type);
+Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs, const RequestHead& head,
+                                               const std::vector<std::string>&) {
+    const Result<std::string> boundary = boundary_of(head.value("Content-Type"));
     if (!boundary.ok()) return boundary.error();
     return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, *boundary)};
+}
+
+Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
+                                         const std::vector<std::string>& arguments) {
+    if (const Result<void> checked = spool::check_name(arguments.back()); !checked.ok())
+        return checked.error();
+    const bool print = trimmed(head.value("Print-After-Upload")) == "?1";
+    std::map<std::string, std::string> fields{
+        {"print", print ? "true" : "false"},
+        {"sha256", std::string{trimmed(head.value("X-Content-SHA256"))}}};
+    return std::unique_ptr<Upload>{std::make_unique<RawUpload>(blobs, arguments.back(), std::move(fields))};
 }
 
 }  // namespace qduino::web

@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "spool/blob_store.h"
@@ -20,9 +21,6 @@
 #include "web/multipart.h"
 
 namespace qduino::web {
-
-/// The form of the answer.
-enum class UploadDialect : std::uint8_t { own, octoprint, prusalink };
 
 class Upload {
   public:
@@ -46,8 +44,6 @@ class Upload {
     [[nodiscard]] std::string field(const std::string& name) const;
     [[nodiscard]] std::uint64_t received() const { return file_ ? file_->size() : 0; }
 
-    UploadDialect dialect = UploadDialect::own;
-
   protected:
     explicit Upload(const spool::BlobStore& blobs) : blobs_(blobs) {}
     [[nodiscard]] virtual Result<void> end() = 0;
@@ -60,12 +56,13 @@ class Upload {
     std::map<std::string, std::string> fields_;
 };
 
-/// The body is the file. `name` is checked when it begins; `sha256` may be empty.
-[[nodiscard]] std::unique_ptr<Upload> make_raw_upload(const spool::BlobStore& blobs, std::string name,
-                                                      std::map<std::string, std::string> fields);
+/// POST with multipart/form-data, one part of which is `file`. Errors: as boundary_of().
+[[nodiscard]] Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs,
+                                                             const RequestHead& head,
+                                                             const std::vector<std::string>& arguments);
 
-/// multipart/form-data with one part `file`. Errors: as boundary_of().
-[[nodiscard]] Result<std::unique_ptr<Upload>> make_multipart_upload(const spool::BlobStore& blobs,
-                                                                    std::string_view content_type);
+/// PUT whose body is the file; its name is the last of `arguments`. Errors: as spool::check_name().
+[[nodiscard]] Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
+                                                       const std::vector<std::string>& arguments);
 
 }  // namespace qduino::web

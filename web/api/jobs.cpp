@@ -1,5 +1,4 @@
-// /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs"). Uploads are
-// in web/service.cpp.
+// /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs").
 #include <sys/stat.h>
 #include <fstream>
 #include <iterator>
@@ -7,6 +6,7 @@
 #include "base/whole_number.h"
 #include "web/api/json.h"
 #include "web/api/route.h"
+#include "web/upload.h"
 
 namespace qduino::web::api {
 
@@ -50,6 +50,13 @@ Response list_jobs(Context& context, const Call& call) {
     if (!query.ok()) return error_response(query.error());
     const Result<Json> page = page_json(context.spool, *query);
     return page.ok() ? json_response(*page) : error_response(page.error());
+}
+
+/// An upload has become this job.
+Response created(Context& context, const Call& call) {
+    Response response = json_response(job_json(context.spool, *job_of(context, call)), 201);
+    response.add("Location", "/api/v1/jobs/" + call.arguments.front());
+    return response;
 }
 
 Response get_job(Context& context, const Call& call) {
@@ -201,6 +208,16 @@ Response release_queue(Context& context, const Call&) {
 
 constexpr std::array kRoutes{
     Route{Method::get, "/api/v1/jobs", list_jobs},
+    Route{.method = Method::post,
+          .pattern = "/api/v1/jobs",
+          .handler = created,
+          .body = Body::upload,
+          .open = open_multipart},
+    Route{.method = Method::put,
+          .pattern = "/api/v1/jobs/**",
+          .handler = created,
+          .body = Body::upload,
+          .open = open_put},
     Route{Method::get, "/api/v1/jobs/*", get_job},
     Route{Method::remove, "/api/v1/jobs/*", delete_job},
     Route{Method::patch, "/api/v1/jobs/*", patch_job},

@@ -58,6 +58,11 @@ Response bed_cleared(Context& context, const Call&) {
     return answer(context.spool.bed_cleared(), accepted());
 }
 
+/// On the I/O thread: it must not wait for what the spool is doing.
+Response emergency_stop(Context& context, const Call&) {
+    return answer(context.spool.emergency().stop(), accepted());
+}
+
 Response home(Context& context, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body.empty() ? "{}" : call.request.body);
     const Json axes = body ? body->value("axes", Json("xyz")) : Json{};
@@ -192,6 +197,7 @@ constexpr std::array kRoutes{
     Route{Method::post, "/api/v1/machine/cancel", cancel},
     Route{Method::post, "/api/v1/machine/clear-fault", clear_fault},
     Route{Method::post, "/api/v1/machine/bed-cleared", bed_cleared},
+    Route{Method::post, "/api/v1/machine/emergency-stop", emergency_stop, Thread::io},
     Route{Method::post, "/api/v1/machine/home", home},
     Route{Method::post, "/api/v1/machine/jog", jog},
     Route{Method::post, "/api/v1/machine/temperature", temperature},

@@ -1,9 +1,10 @@
-// The part of OctoPrint's interface that slicers speak. Its facts are in docs/api.md, "What slicers
-// speak". Uploads (POST /api/files/local) are in web/service.cpp.
+// The part of OctoPrint's interface that slicers speak: its facts are in docs/api.md, "What slicers speak".
 #include <array>
 
+#include "base/whole_number.h"
 #include "web/api/json.h"
 #include "web/api/route.h"
+#include "web/upload.h"
 
 namespace qduino::web::api {
 
@@ -66,7 +67,7 @@ Response job_state(Context& context, const Call&) {
         progress_json = {{"completion", progress.fraction * 100},
                          {"filepos", progress.bytes},
                          {"printTime", static_cast<std::int64_t>(progress.elapsed_s)},
-                         {"printTimeLeft", static_cast<std::int64_t>(progress.remaining_s)}};
+                         {"printTimeLeft", static_cast<std::int64_t>(progress.remaining_s.value_or(0))}};
     }
     const Json estimated = job && job->estimated_s > 0 ? Json(job->estimated_s) : Json{};
     return json_response({{"job", {{"file", file_json(job)}, {"estimatedPrintTime", estimated}}},
@@ -184,6 +185,43 @@ Response files(Context& context, const Call&) {
     return json_response({{"files", std::move(list)}, {"free", nullptr}, {"total", nullptr}});
 }
 
+/// An upload has become this job. It prints at once when its sender wanted that.
+Response created(Context& context, const Call& call) {
+    const spool::Job& job =
+        *context.spool.queue().find(whole_number<spool::JobId>(call.arguments.front()).value());
+    const std::string resource =
+        "http://" + std::string{call.request.head.value("Host")} + "/api/v1/jobs/" + call.arguments.front();
+    const Json local{{"name", job.name},
+                     {"path", job.name},
+                     {"origin", "local"},
+                     {"refs", {{"resource", resource}, {"download", resource + "/file"}}}};
+    Response response = json_response({{"files", {{"local", local}}},
+                                       {"done", true},
+                                       {"effectiveSelect", !job.hold},
+                                       {"effectivePrint", !job.hold}},
+                                      201);
+    response.add("Location", resource);
+    return response;
+}
+
+/// There is one machine, and the service finds it by itself: nothing to choose from.
+Response connection(Context& context, const Call&) {
+    return json_response(
+        {{"current",
+          {{"state", state_text(machine_word(context.spool.machine()))},
+           {"port", "AUTO"},
+           {"baudrate", nullptr},
+           {"printerProfile", "_default"}}},
+         {"options",
+          {{"ports", Json::array({"AUTO"})},
+           {"baudrates", Json::array()},
+           {"printerProfiles", Json::array({{{"id", "_default"}, {"name", context.machine_name}}})},
+           {"portPreference", "AUTO"},
+           {"baudratePreference", nullptr},
+           {"printerProfilePreference", "_default"},
+           {"autoconnect", true}}}});
+}
+
 constexpr std::array kRoutes{
     Route{Method::get, "/api/version", version},
     Route{Method::get, "/api/printer", printer_state},
@@ -192,9 +230,15 @@ constexpr std::array kRoutes{
     Route{Method::post, "/api/printer/command", printer_command},
     Route{Method::get, "/api/settings", settings},
     Route{Method::get, "/api/printerprofiles", profiles},
+    Route{Method::get, "/api/connection", connection},
     Route{Method::post, "/api/login", login},
     Route{Method::get, "/api/files", files},
     Route{Method::get, "/api/files/local", files},
+    Route{.method = Method::post,
+          .pattern = "/api/files/local",
+          .handler = created,
+          .body = Body::upload,
+          .open = open_multipart},
 };
 
 }  // namespace

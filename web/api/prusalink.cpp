@@ -1,6 +1,5 @@
-// The part of PrusaLink's interface that PrusaSlicer and its companions speak. Uploads (PUT
-// /api/v1/files/local/NAME) are in web/service.cpp. GET /api/version is in octoprint.cpp, and
-// announces uploads by PUT.
+// The part of PrusaLink's interface that PrusaSlicer and its companions speak. GET /api/version is octoprint.cpp's, and says
+// that uploads by PUT are known.
 #include <array>
 #include <charconv>
 
@@ -27,7 +26,7 @@ Json job_object(const spool::Spool& spool, const spool::Job& job) {
             {"state", state_of(spool)},
             {"progress", progress.fraction * 100},
             {"time_printing", static_cast<std::int64_t>(progress.elapsed_s)},
-            {"time_remaining", static_cast<std::int64_t>(progress.remaining_s)},
+            {"time_remaining", static_cast<std::int64_t>(progress.remaining_s.value_or(0))},
             {"file",
              {{"name", job.name},
               {"display_name", job.name},

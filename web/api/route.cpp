@@ -1,20 +1,29 @@
 #include "web/api/route.h"
+#include "base/words.h"
 
 namespace qduino::web::api {
 
 namespace {
 
-/// True when `path` fits `pattern`; fills `arguments`.
+constexpr std::string_view kRest = "**";
+
+/// Whether `path` fits `pattern`; fills `arguments`.
 bool fits(std::string_view pattern, const std::vector<std::string>& path,
           std::vector<std::string>& arguments) {
     arguments.clear();
+    bool rest = false;
     for (const std::string& segment : path) {
+        if (rest) {  // a slash in what is left, decoded or not, is the handler's to judge
+            arguments.back() += "/" + segment;
+            continue;
+        }
         if (pattern.empty()) return false;
         pattern.remove_prefix(1);  // the slash
         const std::string_view expected = pattern.substr(0, pattern.find('/'));
         pattern.remove_prefix(expected.size());
-        if (expected == "*") {
-            if (segment.empty()) return false;
+        rest = expected == kRest;
+        if (rest || expected == "*") {
+            if (segment.empty() && !rest) return false;
             arguments.push_back(segment);
         } else if (expected != segment) {
             return false;
@@ -25,18 +34,23 @@ bool fits(std::string_view pattern, const std::vector<std::string>& path,
 
 }  // namespace
 
+std::array<std::span<const Route>, 5> all_routes() {
+    return {job_routes(), machine_routes(), octoprint_routes(), prusalink_routes(), service_routes()};
+}
+
 Match find_route(const RequestHead& head) {
     Match match;
-    const Method wanted = head.method == Method::head ? Method::get : head.method;
-    for (const auto& routes : {job_routes(), machine_routes(), octoprint_routes(), prusalink_routes()}) {
+    for (const std::span<const Route> routes : all_routes()) {
         for (const Route& route : routes) {
+            const bool head_of_get = head.method == Method::head && route.body != Body::live;
+            const bool wanted = route.method == (head_of_get ? Method::get : head.method);
             std::vector<std::string> arguments;
+            if (!wanted && route.pattern.ends_with(kRest)) continue;  // any name would be a known path
             if (!fits(route.pattern, head.path, arguments)) continue;
             match.path_known = true;
-            if (route.method != wanted) continue;
-            match.handler = route.handler;
-            match.arguments = std::move(arguments);
-            return match;
+            if (route.guard == Guard::none) match.guard = Guard::none;
+            if (!wanted) continue;
+            return {&route, std::move(arguments), true, route.guard};
         }
     }
     return match;
@@ -71,31 +85,10 @@ int status_of(ErrorCode code) {
 }
 
 std::string_view word_of(ErrorCode code) {
-    switch (code) {
-        case ErrorCode::invalid_argument:
-            return "invalid_argument";
-        case ErrorCode::out_of_range:
-            return "out_of_range";
-        case ErrorCode::not_found:
-            return "not_found";
-        case ErrorCode::already_exists:
-            return "already_exists";
-        case ErrorCode::not_permitted:
-            return "not_permitted";
-        case ErrorCode::unavailable:
-            return "unavailable";
-        case ErrorCode::timed_out:
-            return "timed_out";
-        case ErrorCode::corrupt:
-            return "corrupt";
-        case ErrorCode::unsupported:
-            return "unsupported";
-        case ErrorCode::faulted:
-            return "faulted";
-        case ErrorCode::internal:
-            return "internal";
-    }
-    return "internal";
+    static constexpr Words<ErrorCode::invalid_argument, ErrorCode::internal> kWords{
+        "invalid_argument", "out_of_range", "not_found",   "already_exists", "not_permitted", "unavailable",
+        "timed_out",        "corrupt",      "unsupported", "faulted",        "internal"};
+    return kWords(code);
 }
 
 Response error_response(const Error& error) {

@@ -1,8 +1,14 @@
-// A route: a method and a path pattern, and the small function that answers. Called on the spool's
-// thread, one at a time.
+// A route: everything that the service knows of an endpoint, in one row of a table.
+//
+//   method  pattern            handler        thread       guard           body
+//   POST    /api/v1/session    begin_session  Thread::io   Guard::login    Body::collect
+//
+// A new endpoint is a handler and a row beside it (docs/adding.md). docs/api.md lists the rows; a test compares.
 #pragma once
 
+#include <array>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +18,12 @@
 #include "printer/machine_config.h"
 #include "spool/spool.h"
 #include "web/http.h"
+
+namespace qduino::web {
+class Authenticator;
+class Metrics;
+class Upload;
+}  // namespace qduino::web
 
 namespace qduino::web::api {
 
@@ -23,20 +35,57 @@ struct Context {
     std::string version;
     /// Judges one line of G-code before it is sent; empty: the machine alone judges.
     std::function<Result<void>(std::string_view)> check_line;
+    Authenticator* authenticator = nullptr;  ///< the service's own, for routes of the I/O thread
+    Metrics* metrics = nullptr;              ///< the service's own
 };
+
+/// The second half of an answer, run on the spool's thread: its response is the one that is sent.
+using Later = std::function<Response(Context&)>;
 
 struct Call {
     const Request& request;
-    std::vector<std::string> arguments;  ///< what the `*`s of the pattern stood for
+    std::vector<std::string>
+        arguments;  ///< what the `*`s of the pattern stood for; for an upload, the new job's id
     spool::UnixSeconds now_s = 0;
+    Instant now{};
+    Later* later =
+        nullptr;  ///< set for routes of the I/O thread: a handler that needs the spool leaves it the rest
 };
 
 using Handler = Response (*)(Context&, const Call&);
 
+/// Makes the receiver of an upload's body from its head. `arguments` as in Call.
+using UploadOpener = Result<std::unique_ptr<Upload>> (*)(const spool::BlobStore&, const RequestHead&,
+                                                         const std::vector<std::string>& arguments);
+
+/// Who answers: the spool's thread, one request at a time; or the I/O thread, which must not wait for it.
+enum class Thread : std::uint8_t { spool, io };
+
+/// What a request must show before it is looked at.
+enum class Guard : std::uint8_t {
+    key,     ///< the key, or a session's cookie from our own page
+    login,   ///< nothing, from our own page: the body shows the key
+    ticket,  ///< a live ticket, or as `key`, from our own page
+    none,
+};
+
+/// What becomes of a request's body.
+enum class Body : std::uint8_t {
+    collect,  ///< it is kept whole for the handler
+    upload,   ///< it goes to the disk piece by piece; the handler answers once the job is queued
+    live,     ///< none: the connection becomes a live stream, without a handler
+    none,     ///< none: the handler answers from the head alone
+};
+
 struct Route {
     Method method;
-    std::string_view pattern;  ///< "/api/v1/jobs/*/start"; `*` is one whole segment
-    Handler handler;
+    std::string_view
+        pattern;  ///< "/api/v1/jobs/*/start"; `*` is one whole segment, a last `**` all that are left
+    Handler handler = nullptr;
+    Thread thread = Thread::spool;
+    Guard guard = Guard::key;
+    Body body = Body::collect;
+    UploadOpener open = nullptr;  ///< for Body::upload
 };
 
 /// The routes of each dialect, in files of their own.
@@ -44,13 +93,18 @@ struct Route {
 [[nodiscard]] std::span<const Route> machine_routes();
 [[nodiscard]] std::span<const Route> octoprint_routes();
 [[nodiscard]] std::span<const Route> prusalink_routes();
+[[nodiscard]] std::span<const Route> service_routes();
+
+/// All of them, in the order in which they are tried.
+[[nodiscard]] std::array<std::span<const Route>, 5> all_routes();
 
 struct Match {
-    Handler handler = nullptr;  ///< null: no such path, or no such method on it
+    const Route* route = nullptr;  ///< null: no such path, or no such method on it
     std::vector<std::string> arguments;
     bool path_known = false;
+    Guard guard = Guard::key;  ///< the route's; of a known path with another method, whether it has one
 };
-/// HEAD matches as GET does.
+/// HEAD is answered as GET is, but is no live stream.
 [[nodiscard]] Match find_route(const RequestHead& head);
 
 /// The HTTP status for an operating error.

@@ -56,6 +56,15 @@ TEST_F(SlicerApiTest, CuraPolls) {
     EXPECT_EQ(request("POST /api/printer/command", "{}").status, 400);
 }
 
+TEST_F(SlicerApiTest, TheConnectionIsTheMachinesOwn) {
+    EXPECT_EQ(request("GET /api/connection").json()["current"]["state"], "Offline");
+    start_sketch();
+    run(3);
+    const auto json = request("GET /api/connection").json();
+    EXPECT_EQ(json["current"]["state"], "Operational");
+    EXPECT_EQ(json["current"]["printerProfile"], json["options"]["printerProfiles"][0]["id"]);
+}
+
 TEST_F(SlicerApiTest, JobControlInBothDialects) {
     start_sketch();
     run(3);
