@@ -1,4 +1,5 @@
-// The words of an enumeration, for reports and wires: a table in the order of its values, checked by the compiler.
+// The words of an enumeration, for reports and wires: a table in the order of its values, checked
+// by the compiler.
 #pragma once
 
 #include <array>
@@ -7,7 +8,8 @@
 
 namespace qduino {
 
-/// `kLast` is the last enumerator; values count up from `kFirst`. One word for each: another number does not compile.
+/// `kLast` is the last enumerator; values count up from `kFirst`. One word for each: another number
+/// does not compile.
 template <auto kFirst, decltype(kFirst) kLast>
 class Words {
   public:

@@ -1,14 +1,16 @@
-// One writer, a fixed number of readers: a fact that several threads or processes need is written once.
+// One writer, a fixed number of readers: a fact that several threads or processes need is written
+// once.
 //
-// A four-slot has one reader, because that reader says in it where it reads. Readers that shared one would send the writer into
-// the pair that another of them is in. So each has a four-slot of its own, and a write goes through all of them:
+// A four-slot has one reader, because that reader says in it where it reads. Readers that shared
+// one would send the writer into the pair that another of them is in. So each has a four-slot of
+// its own, and a write goes through all of them:
 //
 //   write(v) ──┬──► four-slot ──► reader 0
 //              ├──► four-slot ──► reader 1
-//              └──► four-slot ──► reader 2      (may lie in shared memory: whoever writes there can hurt this reader alone)
+//              └──► four-slot ──► reader 2      (may lie in shared memory)
 //
-// Invariants: no side ever waits. Each reader sees whole values, in the order in which they were written. Two readers may see
-// different values at the same instant.
+// Invariants: no side ever waits. Each reader sees whole values, in the order in which they were
+// written. Two readers may see different values at the same instant.
 #pragma once
 
 #include <array>

@@ -78,7 +78,8 @@ Service::Service(ServiceOptions options, api::Context context, Authenticator aut
 
 // ---- plan ---------------------------------------------------------------------------------------
 
-/// What a request without the key gets, or one that another site's page may have made. Sets `proof` when there is no refusal.
+/// The refusal of a request that does not show the key, or that a page of another site may have
+/// made. Sets `proof` when there is none.
 std::optional<Response> Service::refuse(const RequestHead& head, const std::string& remote, Moment moment,
                                         Proof& proof) {
     proof = authenticator_.prove(head, remote, moment.now, moment.now_s);
@@ -86,13 +87,15 @@ std::optional<Response> Service::refuse(const RequestHead& head, const std::stri
         metrics_.count_refused_login();
         return refusal;
     }
-    // With a key in the request no browser page of another site can be behind it. Otherwise one may be.
+    // With a key in the request no browser page of another site can be behind it. Otherwise one may
+    // be.
     const bool foreign = proof == Proof::cookie ? !is_safe(head.method) && !is_same_origin(head, false)
                                                 : proof == Proof::off && !is_same_origin(head, true);
     return foreign ? std::optional{foreign_page()} : std::nullopt;
 }
 
-/// A browser cannot add a header to a WebSocket: it shows its cookie, and its page's origin; or a ticket.
+/// A browser cannot add a header to a WebSocket: it shows its cookie, and its page's origin; or a
+/// ticket.
 std::optional<Response> Service::refuse_stream(const RequestHead& head, const std::string& remote,
                                                Moment moment) {
     const std::string ticket = head.query_value("ticket");

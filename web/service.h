@@ -1,9 +1,11 @@
 // The service behind the connections: admission, the meaning of a request, and the way of an
 // upload. No sockets.
 //
-//   plan(head)   I/O thread     host, origin, authentication, route → how the body is to be taken, or the answer
-//   handle       spool's or I/O thread, as its row says: one route's handler (web/api/route.h)
-//   upload       disk thread    pieces → file, seal;  analysis thread  facts and verdict;  spool's thread  queue it
+//   plan(head)   I/O thread     host, origin, authentication, route
+//                               → how the body is to be taken, or the answer
+//   handle       as the row of the route says (web/api/route.h): its handler
+//   upload       disk thread    pieces → file, seal;  analysis thread: facts and verdict;
+//                               spool's thread: queue it
 //
 // Threads are handed in as functions that run a task there. In the program each is a thread; in
 // tests and fuzzing the task runs at once. Answers always come back on the I/O thread.

@@ -243,7 +243,8 @@ ReadBoardFile parse_board(std::string_view text, std::string_view name) {
 
 ReadBoardFile read_board_file(const std::filesystem::path& path) {
     const Result<std::string> text = posix::read_small_file(path);
-    if (!text) return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
+    if (!text)
+        return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
     return parse_board(*text, path.string());
 }
 

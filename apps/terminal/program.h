@@ -1,4 +1,5 @@
-// What every main() does alike: it says why it failed and with which status it ends, and it notices that it is to stop.
+// The same in every main(): it says why it failed and ends with a status, and a signal asks it to
+// stop.
 #pragma once
 
 #include <string_view>
@@ -14,7 +15,8 @@ struct Fail {
     int operator()(std::string_view message) const;
 };
 
-/// From here on SIGINT and SIGTERM only set what stop_asked() reads. They interrupt a wait in the kernel.
+/// From here on SIGINT and SIGTERM only set what stop_asked() reads. They interrupt a wait in the
+/// kernel.
 void stop_on_signals();
 /// A signal has come. Any thread.
 [[nodiscard]] bool stop_asked();

@@ -139,8 +139,8 @@ class TomlSection {
     std::vector<std::string> known_;
 };
 
-/// Parses `text`, which messages call `name`, and hands the section of the whole file to `read`. Returns the first error, with
-/// file and line; empty: none.
+/// Parses `text`, which messages call `name`, and hands the section of the whole file to `read`.
+/// Returns the first error, with file and line; empty: none.
 template <typename Read>
 [[nodiscard]] std::string read_toml(std::string_view text, std::string_view name, Read read) {
     TomlReading reading{.file = std::string(name), .error = {}};

@@ -111,7 +111,8 @@ struct JobStatus {
     std::uint64_t replies_dropped = 0;
 };
 
-/// Written by loop 2 (step/stepper_loop.h), for the service, for loop 1 and for loop 3: each has a four-slot of its own.
+/// Written by loop 2 (step/stepper_loop.h), for the service, for loop 1 and for loop 3: each has a
+/// four-slot of its own.
 struct MotionStatus {
     std::uint64_t heartbeat = 0;
     /// Machine position in microsteps, counted as pulses went out.
@@ -120,7 +121,7 @@ struct MotionStatus {
     std::uint64_t late_steps = 0;                    ///< steps whose lateness moved the time line
     /// How far the time line has moved in this session; only lateness moves it.
     std::int64_t shift_ns = 0;
-    std::uint64_t starved = 0;  ///< times the ring ran dry in mid-move
+    std::uint64_t starved = 0;       ///< times the ring ran dry in mid-move
     std::uint64_t events_taken = 0;  ///< off the step ring, ever
     Histogram lateness_ns;           ///< of every step in this session
     std::uint32_t last_marker = 0;

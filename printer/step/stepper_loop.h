@@ -1,12 +1,14 @@
-// Loop 2's work: stops first, then what loop 1 and the service want to know, then every pulse at its instant.
+// Loop 2's work: stops first, then what loop 1 and the service want to know, then every pulse at
+// its instant.
 //
-//   step() ─► stops ─► status (every 10 ms) ─► pulses due within 100 µs ─► spin, or nap while nothing is due
+//   step() ─► stops ─► status (every 10 ms) ─► pulses due within 100 µs ─► spin, or nap
 //
-// A nap ends 500 µs before the next pulse: what is left is spun, so that a late wake-up delays nothing. It lasts 1 ms at
-// most: a stop is served within that.
+// A nap ends 500 µs before the next pulse: what is left is spun, so that a late wake-up delays
+// nothing. It lasts 1 ms at most: a stop is served within that.
 //
-// A stop is served once for each number: asked for, served, published at once, because loop 1 waits for the answer. While an
-// emergency stop has not reached loop 1 yet, what it still pushes is dropped too.
+// A stop is served once for each number: asked for, served, published at once, because loop 1 waits
+// for the answer. While an emergency stop has not reached loop 1 yet, what it still pushes is
+// dropped too.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +43,8 @@ class StepperLoop {
                 const PlayerSettings& settings)
         : pins_(pins), stops_(stops), status_(status), player_(pins, ring, settings) {}
 
-    /// One slice, again and again: returns after 1 ms at most, or after the action that was due within it.
+    /// One slice, again and again: returns after 1 ms at most, or after the action that was due
+    /// within it.
     void step() {
         serve_stops();
         const Instant start = pins_.now();
@@ -57,8 +60,9 @@ class StepperLoop {
     }
 
   private:
-    static constexpr Nanoseconds kSlice = 100us;          // one call in motion
-    static constexpr Nanoseconds kSleepBelowDue = 500us;  // woken so long before a step, the rest is spun
+    static constexpr Nanoseconds kSlice = 100us;  // one call in motion
+    // How long before a step the loop wakes; it spins the rest.
+    static constexpr Nanoseconds kSleepBelowDue = 500us;
     static constexpr Nanoseconds kIdleNap = 1ms;
     static constexpr Nanoseconds kPublishEvery = 10ms;
 
@@ -66,7 +70,8 @@ class StepperLoop {
         const std::uint32_t asked = stops_.stop_asked();
         if (asked == stops_served_ && !stops_.emergency_pending()) return;
         player_.stop_now();
-        // Allowed again before loop 1 hears that it was served: what it pushes after that is meant to be played.
+        // Allowed again before loop 1 hears that it was served: what it pushes after that is meant
+        // to be played.
         if (!stops_.emergency_pending()) player_.allow_motion();
         stops_served_ = asked;
         publish_due_ = kEpoch;  // loop 1 waits for the answer

@@ -67,7 +67,7 @@ Json facts_json(const spool::Job& job) {
     return facts;
 }
 
-/// What is left of all copies of `job`, the running one included; nothing when nobody knows.
+/// The time left for all copies of `job`, the running one included; nothing when it is unknown.
 std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& job) {
     const bool printing = job.state == spool::JobState::printing;
     const int whole_copies = std::max(0, job.copies - job.copies_done - (printing ? 1 : 0));
@@ -259,7 +259,8 @@ Json jobs_json(const spool::Spool& spool) {
 
 namespace {
 
-/// Whole seconds until each waiting job of the first page is done. None while the queue does not go on by itself.
+/// Whole seconds until each waiting job of the first page is done. None while the queue does not go
+/// on by itself.
 Json ready_json(const spool::Spool& spool, std::string_view state) {
     Json ready = Json::object();
     const spool::QueueGate& gate = spool.gate();

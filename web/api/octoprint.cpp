@@ -1,4 +1,5 @@
-// The part of OctoPrint's interface that slicers speak: its facts are in docs/api.md, "What slicers speak".
+// The part of OctoPrint's interface that slicers speak: its facts are in docs/api.md, "What slicers
+// speak".
 #include <array>
 
 #include "base/whole_number.h"

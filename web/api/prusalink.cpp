@@ -1,5 +1,5 @@
-// The part of PrusaLink's interface that PrusaSlicer and its companions speak. GET /api/version is octoprint.cpp's, and says
-// that uploads by PUT are known.
+// The part of PrusaLink's interface that PrusaSlicer and its companions speak. GET /api/version is
+// octoprint.cpp's, and says that uploads by PUT are known.
 #include <array>
 #include <charconv>
 

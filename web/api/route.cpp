@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::string_view kRest = "**";
 
-/// Whether `path` fits `pattern`; fills `arguments`.
+/// True when `path` fits `pattern`; fills `arguments`.
 bool fits(std::string_view pattern, const std::vector<std::string>& path,
           std::vector<std::string>& arguments) {
     arguments.clear();
@@ -45,7 +45,8 @@ Match find_route(const RequestHead& head) {
             const bool head_of_get = head.method == Method::head && route.body != Body::live;
             const bool wanted = route.method == (head_of_get ? Method::get : head.method);
             std::vector<std::string> arguments;
-            if (!wanted && route.pattern.ends_with(kRest)) continue;  // any name would be a known path
+            // For another method any name would be a known path.
+            if (!wanted && route.pattern.ends_with(kRest)) continue;
             if (!fits(route.pattern, head.path, arguments)) continue;
             match.path_known = true;
             if (route.guard == Guard::none) match.guard = Guard::none;

@@ -3,7 +3,8 @@
 //   method  pattern            handler        thread       guard           body
 //   POST    /api/v1/session    begin_session  Thread::io   Guard::login    Body::collect
 //
-// A new endpoint is a handler and a row beside it (docs/adding.md). docs/api.md lists the rows; a test compares.
+// A new endpoint is a handler and a row beside it (docs/adding.md). docs/api.md lists the rows; a
+// test compares.
 #pragma once
 
 #include <array>
@@ -44,12 +45,12 @@ using Later = std::function<Response(Context&)>;
 
 struct Call {
     const Request& request;
-    std::vector<std::string>
-        arguments;  ///< what the `*`s of the pattern stood for; for an upload, the new job's id
+    /// The parts of the path that the pattern's `*`s stand for. After an upload: the new job's id.
+    std::vector<std::string> arguments;
     spool::UnixSeconds now_s = 0;
     Instant now{};
-    Later* later =
-        nullptr;  ///< set for routes of the I/O thread: a handler that needs the spool leaves it the rest
+    /// Set for routes of the I/O thread: a handler that needs the spool leaves the rest to it.
+    Later* later = nullptr;
 };
 
 using Handler = Response (*)(Context&, const Call&);
@@ -58,7 +59,8 @@ using Handler = Response (*)(Context&, const Call&);
 using UploadOpener = Result<std::unique_ptr<Upload>> (*)(const spool::BlobStore&, const RequestHead&,
                                                          const std::vector<std::string>& arguments);
 
-/// Who answers: the spool's thread, one request at a time; or the I/O thread, which must not wait for it.
+/// Who answers: the spool's thread, one request at a time; or the I/O thread, which must not wait
+/// for it.
 enum class Thread : std::uint8_t { spool, io };
 
 /// What a request must show before it is looked at.
@@ -79,8 +81,8 @@ enum class Body : std::uint8_t {
 
 struct Route {
     Method method;
-    std::string_view
-        pattern;  ///< "/api/v1/jobs/*/start"; `*` is one whole segment, a last `**` all that are left
+    /// "/api/v1/jobs/*/start"; `*` is one whole segment, a last `**` all that are left.
+    std::string_view pattern;
     Handler handler = nullptr;
     Thread thread = Thread::spool;
     Guard guard = Guard::key;
@@ -102,7 +104,8 @@ struct Match {
     const Route* route = nullptr;  ///< null: no such path, or no such method on it
     std::vector<std::string> arguments;
     bool path_known = false;
-    Guard guard = Guard::key;  ///< the route's; of a known path with another method, whether it has one
+    /// The route's. For a known path with another method: none, or the key.
+    Guard guard = Guard::key;
 };
 /// HEAD is answered as GET is, but is no live stream.
 [[nodiscard]] Match find_route(const RequestHead& head);

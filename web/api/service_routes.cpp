@@ -1,7 +1,8 @@
-// What concerns the service itself: sessions, tickets, the live stream, metrics (docs/api.md, "The link with the key", "Others").
+// What concerns the service itself: sessions, tickets, the live stream, metrics (docs/api.md, "The
+// link with the key", "Others").
 //
-// The authenticator lives on the I/O thread, the journal of sessions on the spool's: a login is answered from the second, when
-// the session is on the disk.
+// The authenticator lives on the I/O thread, the journal of sessions on the spool's: a login is
+// answered from the second, when the session is on the disk.
 #include <array>
 
 #include "web/api/json.h"
@@ -33,7 +34,8 @@ Response begin_session(Context& context, const Call& call) {
         context.metrics->count_refused_login();
         return std::move(*refusal);
     }
-    // The old session of this browser, if any, ends: a session fixed by someone else must not live on.
+    // The old session of this browser, if any, ends: a session fixed by someone else must not live
+    // on.
     const std::string_view old_token = token_of(call);
     const std::string old_hash = old_token.empty() ? "" : authenticator.sessions.end(old_token);
     const SessionTable::Made made = authenticator.sessions.make(call.now_s);

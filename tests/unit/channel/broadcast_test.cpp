@@ -1,5 +1,5 @@
-// One writer and several readers at once: each reads whole values, never older than one that it has read before, and never
-// older than what the writer had finished when the read began.
+// One writer and several readers at once: each reads whole values, never older than one that it has
+// read before, and never older than what the writer had finished when the read began.
 #include "channel/broadcast.h"
 
 #include <gtest/gtest.h>

@@ -31,13 +31,15 @@ TEST(MachineFile, KeysReplaceValues) {
 
 TEST(MachineFile, ErrorsNameFileLineAndKey) {
     EXPECT_TRUE(error_of("\n[axes.x]\nspeed = 3\n")
-                    .starts_with("m.toml:3: [axes.x] 'speed' is not known; accepted: steps_per_mm, max_speed_mm_s, "));
+                    .starts_with(
+                        "m.toml:3: [axes.x] 'speed' is not known; accepted: steps_per_mm, max_speed_mm_s, "));
     EXPECT_EQ(error_of("has_bed = 1\n"), "m.toml:1: 'has_bed' is 1; accepted: true or false");
     EXPECT_EQ(error_of("[hot_end]\nmaximum_celsius = 900\n"),
               "m.toml:2: [hot_end] 'maximum_celsius' is 900; accepted: a number from 30 to 500");
     EXPECT_EQ(error_of("[hot_end]\nkp = \"hot\"\n"),
               "m.toml:2: [hot_end] 'kp' is hot; accepted: a number from 0 to 10000");
-    EXPECT_EQ(error_of("fan_pin = 128\n"), "m.toml:1: 'fan_pin' is 128; accepted: a whole number from 0 to 127");
+    EXPECT_EQ(error_of("fan_pin = 128\n"),
+              "m.toml:1: 'fan_pin' is 128; accepted: a whole number from 0 to 127");
     EXPECT_EQ(error_of("axes = 3\n"), "m.toml:1: 'axes' is 3; accepted: a table, [axes]");
     EXPECT_NE(error_of("[axes.x\n").find("m.toml:1: "), std::string::npos);
     EXPECT_EQ(error_of("[axes.y]\nminimum_mm = 5\nmaximum_mm = 5\n"),
@@ -49,7 +51,8 @@ TEST(MachineFile, TheIdleTimeOutIsZeroOrLongEnoughToRead) {
     EXPECT_EQ(parse_machine("idle_timeout_s = 0\n", "m.toml")->idle_timeout, Seconds{0});
     EXPECT_EQ(parse_machine("idle_timeout_s = 1800\n", "m.toml")->idle_timeout, Seconds{1800});
     EXPECT_EQ(error_of("idle_timeout_s = 5\n"), "idle_timeout_s: give 0 (never) or at least 30 s");
-    EXPECT_EQ(error_of("idle_timeout_s = -1\n"), "m.toml:1: 'idle_timeout_s' is -1; accepted: a number from 0 to 86400");
+    EXPECT_EQ(error_of("idle_timeout_s = -1\n"),
+              "m.toml:1: 'idle_timeout_s' is -1; accepted: a number from 0 to 86400");
     EXPECT_NE(error_of("idle_timeout_s = nan\n"), "");
 }
 
@@ -71,7 +74,8 @@ TEST(MachineFile, TheParkPlaceFollowsTheBoundsAndStaysInside) {
     EXPECT_EQ(given->park.x, 5_mm);
     EXPECT_EQ(given->park.z_hop, 12_mm);
     EXPECT_EQ(error_of("[park]\nx_mm = 200\n"), "park: x_mm is 200, outside the axis' 0 to 150");
-    EXPECT_EQ(error_of("[park]\nretract_mm = 90\n"), "m.toml:2: [park] 'retract_mm' is 90; accepted: a number from 0 to 20");
+    EXPECT_EQ(error_of("[park]\nretract_mm = 90\n"),
+              "m.toml:2: [park] 'retract_mm' is 90; accepted: a number from 0 to 20");
 }
 
 TEST(MachineFile, TheLargestTargetsAre15DegreesBelowTheFault) {

@@ -110,8 +110,8 @@ TEST_F(StepperLoopTest, WhatIsPushedInTheMiddleOfAnEmergencyStopIsNotPlayed) {
     PlayerSettings at_once;
     at_once.lead_ns = 0;
     BusyPins pins;
-    StepperLoop<BusyPins, SmallRing, Stops> loop{
-        pins, ring_, stops_, Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, at_once};
+    StepperLoop<BusyPins, SmallRing, Stops> loop{pins, ring_, stops_,
+                                                 Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, at_once};
     stops_.pending = true;
     pins.meanwhile = [this] { push_steps(1); };
     for (int i = 0; i < 10; ++i) loop.step();

@@ -304,7 +304,8 @@ TEST_F(JobsApiTest, WithoutAnEstimateTheTimeLeftGoesByTheTimeTaken) {
     const double fraction = progress["fraction"];
     EXPECT_NEAR(progress["remaining_s"].get<double>(),
                 progress["elapsed_s"].get<double>() * (1 / fraction - 1), 1e-6);
-    EXPECT_TRUE(request("GET /api/v1/machine").json()["ready_in_s"].empty()) << "nobody knows how long b takes";
+    EXPECT_TRUE(request("GET /api/v1/machine").json()["ready_in_s"].empty())
+        << "nobody knows how long b takes";
 }
 
 TEST_F(JobsApiTest, PatchesOfTheWrongFormChangeNothing) {
