@@ -12,8 +12,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FUNCTION_LINES_MAX = 70
 
-# Who may include whom: the arrows of ARCHITECTURE.md. A folder may always include itself. "board"
-# is the seam alone.
+# The arrows of ARCHITECTURE.md: which folders a folder may include. It may always include itself.
+# "board" is the seam alone.
 ARROWS = {
     "base": set(),
     "channel": {"base"},

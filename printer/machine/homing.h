@@ -74,8 +74,8 @@ class Homing {
         return {Step::settle, axis_, 0, 0};
     }
 
-    /// The order has been carried out. `pressed`: the switch ended it. False: an approach came to its end
-    /// without the switch; homing is over.
+    /// The order has been carried out. `pressed`: the switch ended it. False: an approach came to
+    /// its end without the switch; homing is over.
     [[nodiscard]] bool done(bool pressed) {
         const bool approach = phase_ == Phase::fast || phase_ == Phase::slow;
         if (approach && !pressed) {

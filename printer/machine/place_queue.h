@@ -29,7 +29,8 @@ struct PlaceAction {
     };
     Kind kind = Kind::nothing;
     double value = 0;
-    std::uint64_t end_offset = 0;  ///< job bytes done when this place is passed; 0: not part of a job
+    /// Job bytes done when this place is passed; 0: not part of a job.
+    std::uint64_t end_offset = 0;
     std::uint64_t line = 0;
     std::uint32_t layer = 0;  ///< that the place belongs to; 0: none
 };
@@ -50,8 +51,8 @@ class PlaceQueue {
         actions_[last_ % kCapacity] = action;
     }
 
-    /// Hands every action up to `number` to `perform(const PlaceAction&)`, once, in order. A number that was
-    /// never given (a damaged page) does nothing.
+    /// Hands every action up to `number` to `perform(const PlaceAction&)`, once, in order. A number
+    /// that was never given (a damaged page) does nothing.
     template <typename Perform>
     void pass(std::uint32_t number, Perform&& perform) {
         if (number - passed_ > last_ - passed_) return;

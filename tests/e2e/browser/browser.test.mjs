@@ -1,11 +1,11 @@
-// The page in a real browser, in front of the real service, spooler and simulated printer: what a
-// person does in a day.
+// The page in a real browser, in front of the real service, spooler and simulated printer: a
+// person's day.
 //
 //   node tests/e2e/browser/browser.test.mjs
 //
-// Started with node itself, not with `node --test`: the status 77, "skipped", would be swallowed
-// there. The page runs here under a stricter policy than the service sends: no inline style either.
-// No violation may occur.
+// It is started with node itself: `node --test` would swallow the status 77, "skipped". The page
+// runs here under a stricter policy than the service sends: no inline style either. No violation
+// may occur.
 import assert from 'node:assert/strict';
 import { after, before, test as nodeTest } from 'node:test';
 import { BAD_FILES, makeGcode } from './part.mjs';

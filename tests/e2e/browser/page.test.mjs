@@ -1,5 +1,5 @@
 // The page in a real browser, in front of its mock (web/ui/mock): states that a real printer is not
-// brought into easily. What the page and the service agree on is tested in browser.test.mjs.
+// brought into easily. browser.test.mjs tests that the page and the service agree.
 //
 //   node tests/e2e/browser/page.test.mjs
 import assert from 'node:assert/strict';

@@ -1,6 +1,6 @@
-// What a person does with the page and sees on it, for every test that drives a browser: drops
-// files, looks at the canvas, and has the page read by axe-core, which finds what somebody who sees
-// or hears less would stumble over.
+// A person in front of the page, for every test that drives a browser: drops files, looks at the
+// canvas, and has the page read by axe-core, which finds the obstacles for people who see or hear
+// less.
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { ROOT } from './stack.mjs';

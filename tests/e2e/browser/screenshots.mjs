@@ -1,11 +1,11 @@
 // Takes docs/screenshots from a printer that runs, by doing what they show: uploads, a refusal, a
 // print, a stop.
 //
-//   ./run &                                                         in real time: the timing on the pictures is measured
+//   ./run &       in real time: the timing on the pictures is measured
 //   node tests/e2e/browser/screenshots.mjs 'http://127.0.0.1:8080/#key=…' [FOLDER] [--layers N]
 //
-// The queue must be empty and the machine ready: nobody else's print is touched. It takes about ten
-// minutes, ends with an emergency stop that is cleared, and deletes the jobs that it made.
+// The queue must be empty and the machine ready, so that no other print is touched. It takes about
+// ten minutes, ends with an emergency stop that is cleared, and deletes the jobs that it made.
 import assert from 'node:assert/strict';
 import { mkdir, stat } from 'node:fs/promises';
 import { join } from 'node:path';

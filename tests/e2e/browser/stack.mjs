@@ -1,5 +1,5 @@
-// Starts what a person starts: ./run on the simulator, on a free port, with a state folder of its
-// own. And the browser.
+// Starts the printer as a person does: ./run on the simulator, on a free port, with a state folder
+// of its own. Also starts the browser.
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { existsSync } from 'node:fs';

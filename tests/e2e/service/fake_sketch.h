@@ -1,9 +1,9 @@
 // A stand-in for the sketch on the other end of the link: follows the receiver's rules of frame.h
 // and prints nothing.
 //
-// It reports every job byte that it takes, once, to its log: the proof that what crossed is what
-// was uploaded. Pure but for the layout that it works on; the caller decides when it steps and how
-// much it may take.
+// It reports every job byte that it takes, once, to its log: the proof that the bytes that crossed
+// are the bytes that were uploaded. Pure except for the layout that it works on. The caller decides
+// when it steps and how much it may take.
 #pragma once
 
 #include <cstdint>

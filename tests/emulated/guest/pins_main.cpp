@@ -2,7 +2,8 @@
 // supervisor's child that is killed.
 //
 //   init ── test ──┬── 1. the sketch; it is stopped, and leaves the pins in their safe states
-//                  └── 2. the supervisor ── "init PINS": the sketch; it is killed, and the supervisor takes its lines over
+//                  └── 2. the supervisor ── "init PINS": the sketch; it is killed, and the
+//                         supervisor takes its lines over
 #include <cstdio>
 #include <cstdlib>
 

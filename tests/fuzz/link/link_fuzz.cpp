@@ -1,5 +1,5 @@
-// The link as the service sees it, with a sketch at its other end that has lost its mind: any bytes
-// in the status slots, any bytes in the rings, at any time.
+// The link as the service sees it, with a damaged sketch at its other end: any bytes in the status
+// slots, any bytes in the rings, at any time.
 //
 // Input: operations. First byte of each: 0 job status, 1 motion, 2 heat (then as many bytes as
 // follow, up to the slot's size, laid over it), 3 replies (a length byte, then raw bytes), 4 the

@@ -1,10 +1,10 @@
-// The whole way of an upload but its socket: bytes → connection → service → spool, with the journal
-// in memory.
+// The whole way of an upload without its socket: bytes → connection → service → spool, with the
+// journal in memory.
 //
-// Input: one byte that seeds how the rest is cut into reads, then what a peer sends. Authentication
-// is off, so that the fuzzer need not guess a key. Properties: every answer begins as HTTP does and
-// comes when the one before is sent; what is held is bounded; nothing stays in incoming/; what was
-// queued is stored whole under its own SHA-256.
+// Input: one byte that seeds the cutting into reads, then the peer's bytes. Authentication is off,
+// so that the fuzzer need not guess a key. Properties: every answer begins as HTTP does and comes
+// when the one before is sent; memory stays bounded; nothing stays in incoming/; a queued job is
+// stored whole under its own SHA-256.
 #include <unistd.h>
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// The look-ahead against a planner that knows nothing of passes, laziness or queues: it takes all
-// moves at once, writes every limit as the textbook has it, and lowers speeds until nothing breaks
-// a rule any more.
+// The look-ahead against a planner that knows nothing of passes, laziness or queues. It takes all
+// moves at once, writes every limit down as the textbook does, and lowers speeds until no rule is
+// broken any more.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
-// The step solver against bisection: the position of a motor as a function of time is written down
-// from entry speed, acceleration and phase times alone, and each crossing of a half-step is
-// searched for by halving.
+// The step solver against bisection. The oracle writes the position of a motor as a function of
+// time, from entry speed, acceleration and phase times alone, and searches for each crossing of a
+// half-step by halving.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What must hold for any list of moves: checked on 100 000 of them, of every kind (random_moves.h).
+// Properties of any list of moves, checked on 100 000 of every kind (random_moves.h).
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
-// Whatever is admitted keeps its promise: every loop of every admitted set gets its budget in every
-// period, in a simulation with the real scheduler, whatever the I/O VCPUs do. And a runaway loop
-// harms nobody.
+// Admission keeps its promise: in a simulation with the real scheduler, every loop of every
+// admitted set gets its budget in every period, whatever the I/O VCPUs do. And a runaway loop harms
+// no other.
 
 #include <gtest/gtest.h>
 

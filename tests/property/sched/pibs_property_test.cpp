@@ -1,9 +1,9 @@
-// What an I/O VCPU promises to lower priorities, on long random runs; and wrong servers, which must
-// be caught.
+// An I/O VCPU's promise to lower priorities, on long random runs; and wrong servers, which must be
+// caught.
 //
 // Window bound: at the priority of client period T and higher, in every window of length t >= U·T
 // it runs at most U·(t − U·T) + U·T. The levels are checked one by one while clients come and go at
-// random and raise it in mid-service; at the lowest level it is held up at random, as if something
+// random and raise it in mid-service. At the lowest level it is held up at random, as if something
 // of higher priority ran.
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What a sporadic server promises to lower priorities, on long random runs; and wrong servers,
-// which must be caught.
+// A sporadic server's promise to lower priorities, on long random runs; and wrong servers, which
+// must be caught.
 //
 // The server is alone at the top priority: whenever it has work and budget it runs. Its work comes
 // and goes at random, and enforcement may come late (an overrun).

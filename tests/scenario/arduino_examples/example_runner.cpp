@@ -1,11 +1,11 @@
 // Runs one sketch, a shared object made of its .ino, on the fake board of tests/unit/arduino for
 // ten seconds of virtual time.
 //
-//   example_runner SKETCH.so        Serial is standard input and output; what the pins saw is summed up on stderr
+//   example_runner SKETCH.so Serial is standard input and output; stderr has a summary of pins
 //
 // Inputs of the fake world: every pin toggles each 0.7 s; every analog input is a slow ramp. The
-// program ends when the virtual time is over, or, for a sketch that ends in an empty `while
-// (true)`, when it has used half a second of CPU.
+// program ends when the virtual time is over. A sketch that ends in an empty `while (true)` ends
+// when it has used half a second of CPU.
 #include <dlfcn.h>
 #include <sys/time.h>
 #include <unistd.h>

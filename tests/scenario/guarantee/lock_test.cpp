@@ -1,4 +1,5 @@
-// Locks between loops of one core, to the nanosecond: who waits for what, and who pays.
+// Locks between loops of one core, to the nanosecond: which loop waits for what, and which one
+// pays.
 #include <random>
 
 #include "arduino/core/channels.h"

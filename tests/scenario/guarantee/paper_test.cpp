@@ -10,10 +10,10 @@
 //   Linux            plain threads: sleep and       7.91     6.42
 //                    wake, bottom halves above all
 //
-// What is asserted is the order and the shape (kShapeTolerance), not a machine's timing: the costs
-// below are a model, and each is said where it comes from. The idle column fixes three of them, the
-// loaded one two; that one set of costs carries all six figures, and that the load does not show at
-// all in the first line, is what the simulator says by itself.
+// The test asserts the order and the shape (kShapeTolerance), and not a machine's timing: the costs
+// below are a model, each with its source. The idle column fixes three of them, the loaded one two.
+// The simulator's own contribution: this one set of costs gives all six figures, and the load does
+// not show at all in the first line.
 #include <cstdio>
 
 #include "arduino/core/digital_io.h"

@@ -1,5 +1,5 @@
-// What a sketch is promised when one of its parts misbehaves: the others keep every period.
-// Asserted from the loops' counters and from the trace, over a minute of virtual time.
+// When one part of a sketch misbehaves, the others keep every period. Asserted from the loops'
+// counters and from the trace, over a minute of virtual time.
 //
 //   loop 2   ██······██······██······██······        2 of every 8 ms, at its instants
 //   loop 1     ██████  ██████  ██▒▒▒▒  ▒▒▒▒▒▒        runs away: its budget, never more

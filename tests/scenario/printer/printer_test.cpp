@@ -1,5 +1,4 @@
-// The printer sketch, whole, in virtual time: what it does with good jobs, bad jobs, people and
-// broken hardware.
+// The printer sketch, whole, in virtual time: good jobs, bad jobs, people and broken hardware.
 #include <gtest/gtest.h>
 
 #include "tests/scenario/printer/printer_bench.h"

@@ -1,6 +1,6 @@
-// kill -9 of a sketch that has, or is about to have, a core of the real machine for itself:
-// whenever it comes, what is left is put back to the last setting. For root; it moves everything
-// off the last core for a moment.
+// kill -9 of a sketch that has, or is about to have, a core of the real computer for itself:
+// whenever it comes, every changed setting is put back. For root; it moves everything off the last
+// core for a moment.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>

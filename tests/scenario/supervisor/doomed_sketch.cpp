@@ -1,9 +1,12 @@
 // A sketch with a heater on, that comes to the end that its second argument names.
 //
-//   pin 3  digital, driven high, safe low     pin 4  PWM at 0.5, safe low     pin 5  driven low, safe high
-//   pin 6  driven high, no safe state: must stay as it is
-//   with a third argument, what precedes /sys:
-//   pin 7  channel 2 of pwmchip0 at 0.5, safe low                      pin 8  channel 3, driven low, safe high
+//   pin 3  digital, driven high, safe low
+//   pin 4  PWM at 0.5, safe low
+//   pin 5  driven low, safe high
+//   pin 6  driven high, no safe state: must stay high
+//   with a third argument, the prefix of /sys:
+//   pin 7  channel 2 of pwmchip0 at 0.5, safe low
+//   pin 8  channel 3, driven low, safe high
 #include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// Who cuts the heat when the supervisor is hindered, frozen or dead; and that nobody spins
+// The heat goes off, too, when the supervisor is hindered, frozen or dead; and no process spins
 // meanwhile.
 #include <sched.h>
 #include <sys/prctl.h>

@@ -1,4 +1,4 @@
-// Whatever end a sketch comes to, its pins end in their safe states, and whoever asks is told.
+// However a sketch ends, its pins end in their safe states, and the print service learns of it.
 #include <random>
 
 #include "tests/scenario/supervisor/supervised_sketch.h"

@@ -1,4 +1,5 @@
-// What the tests of the Arduino face share: a fresh fake board with a runtime on it, and the errors that were reported.
+// Shared by the tests of the Arduino face: a fresh fake board with a runtime on it, and the errors
+// that were reported.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What the loop declarations of loops_ms, loops_us and loops_cycles entered into the table, and the
-// calls around them.
+// The table after the loop declarations of loops_ms, loops_us and loops_cycles, and the calls
+// around them.
 #include <algorithm>
 
 #include "arduino/core/constants.h"

@@ -1,4 +1,4 @@
-// The libraries: EEPROM, the character display, the touch sensor, the network, and what stands
+// The libraries: EEPROM, the character display, the touch sensor, the network, and the channels
 // between loops.
 #include <unistd.h>
 

@@ -54,7 +54,7 @@ TEST(Ads7828Chip, PowerDownBitsChooseTheReference) {
     const std::array<double, 8> volts{1.25};
     EXPECT_EQ(convert(chip, {ads7828::command_byte(0)}, volts), static_cast<int>(1.25 / 3.3 * 4096));
     EXPECT_EQ(convert(chip, {0x8C}, volts), 2048);  // PD1 PD0 = 11: its own 2.5 V
-    EXPECT_EQ(convert(chip, {0x84}, volts), static_cast<int>(1.25 / 3.3 * 4096));  // 01: the REF pin
+    EXPECT_EQ(convert(chip, {0x84}, volts), static_cast<int>(1.25 / 3.3 * 4096));  // 01: REF pin
 }
 
 TEST(Ads7828Chip, ResultsSaturateAtFullScale) {

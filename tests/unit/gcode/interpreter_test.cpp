@@ -1,4 +1,5 @@
-// What moves, and what changes how moves are understood: a program in, the actions it asks for out.
+// Codes that move, and codes that change how moves are read: a program in, the actions that it asks
+// for out.
 #include "printer/gcode/interpreter.h"
 
 #include <gtest/gtest.h>

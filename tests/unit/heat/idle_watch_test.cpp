@@ -1,4 +1,4 @@
-// The idle watch alone: what counts as use, when it times out, what unlatches it; then at random,
+// The idle watch alone: the kinds of use, the time-out, and what unlatches it; then at random,
 // against a slow oracle.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Frames: whatever is written is read back; whatever is damaged is refused and the reader finds its
-// feet again.
+// Frames: every frame written is read back; a damaged one is refused, and the reader finds its
+// place again.
 #include "printer/link/frame.h"
 
 #include <gmock/gmock.h>

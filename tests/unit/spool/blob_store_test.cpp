@@ -1,4 +1,4 @@
-// Files of jobs: whole or absent, named by the server, swept when nobody wants them.
+// Files of jobs: whole or absent, named by the server, swept when no job wants them.
 #include "spool/blob_store.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// kill -9 at random moments: a child uploads, reorders, deletes and prints; whatever it had
-// acknowledged is there.
+// kill -9 at random moments: a child uploads, reorders, deletes and prints; everything that it had
+// acknowledged is there afterwards.
 //
 // The child tells the parent of each finished call through a pipe (the acknowledgement). The parent
 // kills it at a random moment, opens the same folder, and compares. The sketch lives in memory that

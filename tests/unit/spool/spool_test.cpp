@@ -1,5 +1,5 @@
-// The spool as a whole, with the stand-in sketch: what is printed is what was uploaded, once,
-// whatever stops when.
+// The spool as a whole, with the stand-in sketch: the bytes printed are the bytes uploaded, once,
+// whichever side stops when.
 #include <gmock/gmock.h>
 
 #include <fstream>

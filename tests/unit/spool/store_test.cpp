@@ -1,4 +1,4 @@
-// The journal: what was committed is there when it is opened again, whole.
+// The journal: everything committed is there, whole, when it is opened again.
 #include "spool/store.h"
 
 #include <gtest/gtest.h>

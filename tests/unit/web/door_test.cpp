@@ -1,5 +1,5 @@
-// Who gives up his place. Random visits against a naive oracle: a list, looked through from end to
-// end.
+// Which connection leaves a full service. Random visits against a naive oracle: a list, searched
+// from end to end.
 #include "web/door.h"
 
 #include <gtest/gtest.h>

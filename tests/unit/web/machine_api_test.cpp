@@ -1,4 +1,4 @@
-// The machine over HTTP: what reaches it as G-code, and what is refused before.
+// The machine over HTTP: the G-code that reaches it, and the requests that are refused before.
 #include <gmock/gmock.h>
 
 #include "tests/unit/web/web_fixture.h"

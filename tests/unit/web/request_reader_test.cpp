@@ -1,5 +1,4 @@
-// Requests from bytes: in any pieces the same result; whatever is ambiguous or too large is
-// refused.
+// Requests from bytes: the same result in any pieces; an ambiguous or too large request is refused.
 #include "web/request_reader.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What slicers send and expect: OctoPrint's and PrusaLink's forms (sources: docs/sources.md).
+// The requests of slicers and their answers: OctoPrint's and PrusaLink's forms (docs/sources.md).
 #include <gmock/gmock.h>
 
 #include "tests/unit/web/web_fixture.h"

@@ -1,10 +1,10 @@
-// What the driver of real pins must be able to do. The test outside sets the input lines of the
+// Uses every ability of the driver of real pins. The test outside sets the input lines of the
 // emulated chip and watches its outputs.
 //
 //   pin 6 ──edge──► follow(): reads it, pin 5 follows     (both edges)
 //   pin 7 ──edge──► rises is counted                      (rising edges alone)
 //   pin 3 ──edge──► button is counted                     (both edges; the machine's power button)
-//   pin 1 ──edge──► the sketch ends: as somebody who was asked to, or killed
+//   pin 1 ──edge──► the sketch ends: stopped, or killed
 //   pin 4           loop 1 writes it and reads it back
 //   pin 5           is high when the sketch has ended: its safe state
 
