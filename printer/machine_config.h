@@ -152,8 +152,9 @@ struct MachineConfig {
     Millimetres nozzle_diameter{0.4};
 };
 
-/// Shortest time from one rising edge of a motor's STEP pin to the next, turning back or not: the player's
-/// drawing (step/player.h). DIR stays while STEP is high, and may change as soon as it is low.
+/// Shortest time from one rising edge of a motor's STEP pin to the next, turning back or not: the
+/// player's drawing (step/player.h). DIR stays while STEP is high, and may change as soon as it is
+/// low.
 constexpr Nanoseconds step_interval(const MachineConfig& machine) {
     return std::max(machine.step_pulse, machine.direction_setup) +
            std::max(machine.step_low, machine.direction_setup);

@@ -47,7 +47,7 @@ const CoreScheduler::Vcpu& CoreScheduler::at(VcpuId id) const {
     return vcpus_[slots_[id]];
 }
 
-// ---- one VCPU ---------------------------------------------------------------------------------------------------
+// ---- one VCPU -----------------------------------------------------------------------------------
 
 Rank CoreScheduler::rank_of(const Vcpu& vcpu) {
     return std::min(Rank{vcpu.server.rank_period(), vcpu.id}, vcpu.inherited);

@@ -31,7 +31,8 @@ ARROWS = {
     "spool": {"base", "posix", "channel", "printer/link"},
     "web": {"base", "posix", "channel", "printer/link", "spool"},
 }
-# spool and web know the printer by its link alone, and by the machine's numbers, which the link brings in.
+# spool and web know the printer by its link alone, and by the machine's numbers, which the link
+# brings in.
 LINK = ("printer/link/", "printer/machine_config.h")
 CONCRETE_BOARDS = {"board/linux", "board/sim"}
 MAY_INCLUDE_ANYTHING = {"apps", "sketches", "tests", "bench"}
@@ -116,7 +117,8 @@ BANNED = [
      "time is a parameter: only a board hands it out"),
 ]
 
-# What a board without an operating system below it must be able to compile (tests/freestanding does).
+# What a board without an operating system below it must be able to compile (tests/freestanding
+# does).
 WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/core/", "device/")
 SYSTEM_HEADER = re.compile(r"\s*#\s*include\s*<((?:sys|linux|netinet|arpa)/[\w/.]+|unistd\.h|fcntl\.h|pthread\.h|sched\.h|signal\.h|poll\.h"
                            r"|errno\.h|time\.h|termios\.h|dirent\.h|dlfcn\.h|semaphore\.h|csignal|cerrno|ctime|thread|mutex"

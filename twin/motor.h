@@ -12,7 +12,7 @@
 //   follows  ⇔  now <= pull_out  and  now <= before + pull_in + acceleration · (t[i] − t[i−2M]) / 2
 //
 // `before` is 0 where the run has no second window: after power-on, and after a reversal. That
-// makes `pull_in` the speed that the motor starts at from rest. Braking is not judged: a step train
+// makes pull_in the speed that the motor starts at from rest. Braking is not judged: a step train
 // that stops shows nothing on its pins. A motor that fell out stays out until the field turns
 // slower than pull_in, or turns back.
 //

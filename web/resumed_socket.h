@@ -1,13 +1,15 @@
-// A socket from which somebody has read too much: what was read comes first, then the socket goes on.
+// A socket from which somebody has read too much: what was read comes first, then the socket goes
+// on.
 //
 //     client sends   GET /api/v1/live … ⏎⏎ | ping frame | …
 //     HTTP reads     ──────────────────────────────►|            one read takes what has arrived
 //     the stream     takes what lies behind the head, then reads from the socket itself
 //
-// RFC 6455 §4.1 has a client wait for the answer before its first frame, but a client that does not is understood all
-// the same: without its first bytes every frame behind them would be misread.
+// RFC 6455 §4.1 has a client wait for the answer before its first frame, but a client that does not
+// is understood all the same: without its first bytes every frame behind them would be misread.
 //
-// What Boost.Beast asks of the layer below a WebSocket, and no more. Boost's headers are heavy: server.cpp alone includes this.
+// What Boost.Beast asks of the layer below a WebSocket, and no more. Boost's headers are heavy:
+// server.cpp alone includes this.
 #pragma once
 
 #include <boost/asio/buffer.hpp>

@@ -109,7 +109,8 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     const posix::UniqueFd file{::open(gcode.c_str(), O_RDONLY | O_CLOEXEC)};
     LayerFile packed{layers};
     printer::preflight::LayerPacker packer{machine_.filament_diameter.value(), packed};
-    // On the heap: findings and parser state are too large for a thread's stack to be taken for granted.
+    // On the heap: findings and parser state are too large for a thread's stack to be taken for
+    // granted.
     const auto preflight = std::make_unique<printer::preflight::Preflight>(machine_);
     preflight->add_sink(packer);
     std::array<char, 16 * 1024> bytes;

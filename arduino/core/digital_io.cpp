@@ -173,8 +173,8 @@ namespace {
 
 constexpr Nanoseconds kPulsePollStep{1'000};
 
-/// Polls until the pin is (or is not) at `level`; false at `give_up`. Each look advances time, so that it ends in the
-/// simulator too.
+/// Polls until the pin is (or is not) at `level`; false at `give_up`. Each look advances time, so
+/// that it ends in the simulator too.
 bool await_level(board::PinId pin, board::Level level, bool wanted, qduino::Instant give_up) {
     while ((board::current().pin_read(pin) == level) != wanted) {
         const qduino::Instant now = board::current().now();
@@ -192,7 +192,8 @@ unsigned long pulseIn(int pin, int level, unsigned long timeout_us) {
     const auto timeout =
         std::chrono::microseconds{static_cast<std::int64_t>(std::min(timeout_us, 1UL << 40))};
     const qduino::Instant give_up = board::current().now() + timeout;
-    if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;  // a pulse that had begun before
+    // A pulse that had begun before.
+    if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;
     if (!await_level(pin_id(pin), wanted, true, give_up)) return 0;
     const qduino::Instant rise = board::current().now();
     if (!await_level(pin_id(pin), wanted, false, give_up)) return 0;

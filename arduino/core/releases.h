@@ -6,7 +6,8 @@
 
 using qduino::runtime::OverrunPolicy;
 
-/// Ends this release; returns when the next one starts: one period after this one's nominal start, so without drift.
+/// Ends this release; returns when the next one starts: one period after this one's nominal start,
+/// so without drift.
 inline void waitForNextPeriod() {
     if (auto* runtime = qduino::runtime::Runtime::current()) runtime->wait_for_next_period();
 }

@@ -42,7 +42,8 @@ Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedr
 
 Result<void> Context::check_target(Position& target) const {
     for (const Axis axis : kToolAxes) {
-        if (target[axis] == state.machine[axis]) continue;  // an axis that stands still breaks no bound
+        // An axis that stands still breaks no bound.
+        if (target[axis] == state.machine[axis]) continue;
         const Millimetres low = config.axes[axis].minimum;
         const Millimetres high = config.axes[axis].maximum;
         const bool inside = target[axis] >= low - kBoundsTolerance && target[axis] <= high + kBoundsTolerance;

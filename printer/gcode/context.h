@@ -1,5 +1,5 @@
-// What the handlers of the G-codes work on, and what they share: the modal state, the machine's numbers, the
-// way out to the machine.
+// What the handlers of the G-codes work on, and what they share: the modal state, the machine's
+// numbers, the way out to the machine.
 //
 //   G20 G21           units of length            F            modal speed
 //   G90 G91 M82 M83   absolute or relative       M220 M221    factors of speed and flow
@@ -26,11 +26,11 @@
 
 namespace qduino::printer::gcode {
 
-/// A coordinate may be this far outside of the bounds by rounding (inch files); it is then put onto the
-/// bound.
+/// A coordinate may be this far outside of the bounds by rounding (inch files); it is then put onto
+/// the bound.
 inline constexpr Millimetres kBoundsTolerance{0.001};
-/// Speeds are kept between these, so that the time of every move stays a sane number. The machine's own
-/// limits are far inside.
+/// Speeds are kept between these, so that the time of every move stays a sane number. The machine's
+/// own limits are far inside.
 inline constexpr MillimetresPerSecond kSlowest{0.001};
 inline constexpr MillimetresPerSecond kFastest{100'000};
 /// More filament than this in one move is a slip, not a wish (a forgotten G92 E0): it is refused.
@@ -78,11 +78,12 @@ struct Context {
     std::optional<ArcPath> arc{};  ///< begun; the interpreter hands its chords on
     std::uint32_t warnings = 0;
 
-    /// Hands a straight line from `state.machine` to `target` on, at `feedrate` and M220; none when it has no
-    /// length. `target` has been checked.
+    /// Hands a straight line from `state.machine` to `target` on, at `feedrate` and M220; none when
+    /// it has no length. `target` has been checked.
     Result<void> move_to(const Position& target, MillimetresPerSecond feedrate,
                          bool firmware_retract = false);
-    /// Error: out of the machine's bounds, or too much filament. Puts a rounding error onto the bound.
+    /// Error: out of the machine's bounds, or too much filament. Puts a rounding error onto the
+    /// bound.
     Result<void> check_target(Position& target) const;
     void warn(std::string_view text);
 

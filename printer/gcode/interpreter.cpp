@@ -67,8 +67,8 @@ Result<void> Interpreter::dispatch(const Command& command, std::size_t moves_max
 Result<void> Interpreter::proceed(std::size_t moves_max) {
     for (std::size_t made = 0; context_.arc && made < moves_max; ++made) {
         Position point = context_.arc->peek();
-        Result<void> moved =
-            context_.check_target(point);  // it was inside when the arc began; this puts it onto the bound
+        // It was inside when the arc began; this puts it onto the bound.
+        Result<void> moved = context_.check_target(point);
         if (moved) moved = context_.move_to(point, context_.state.feedrate);
         if (!moved) {
             ModalState& state = context_.state;

@@ -9,8 +9,8 @@
 
 namespace qduino::printer::motion {
 
-/// One number per axis, in the order of printer::Axis: X, Y, Z in mm of machine coordinates, E in mm of
-/// filament.
+/// One number per axis, in the order of printer::Axis: X, Y, Z in mm of machine coordinates, E in
+/// mm of filament.
 using AxisVector = PerAxis<double>;
 
 struct MotionSettings {
@@ -18,15 +18,15 @@ struct MotionSettings {
     PerAxis<MillimetresPerSecond2> max_acceleration{};  ///< > 0
     /// Largest speed step of Z and of E where two moves meet; of X and Y see square_corner_speed.
     PerAxis<MillimetresPerSecond> instantaneous_speed{};
-    /// Speed at which a 90° corner is taken at the acceleration that a move asked for. 0: stop at every
-    /// corner.
+    /// Speed at which a 90° corner is taken at the acceleration that a move asked for. 0: stop at
+    /// every corner.
     MillimetresPerSecond square_corner_speed;
     PerAxis<double> steps_per_mm{};  ///< > 0
     Nanoseconds step_interval_min{};
 };
 
-/// The settings at power-on. Every number is taken as it stands: the reader of the machine file has checked
-/// it.
+/// The settings at power-on. Every number is taken as it stands: the reader of the machine file has
+/// checked it.
 constexpr MotionSettings motion_settings(const MachineConfig& config) {
     MotionSettings settings;
     for (std::size_t i = 0; i < kAxisCount; ++i) {

@@ -2,7 +2,7 @@
 //
 // FORMAT, version 1. Everything is little-endian. A layer is one record (a layer of more than
 // kVerticesMax vertices is several, with the same `layer` and rising `part`). Records may be joined
-// end to end: a reader goes from header to header by `vertex_count`. A field of four bytes stands
+// end to end: a reader goes from header to header by vertex_count. A field of four bytes stands
 // at a multiple of four from the beginning of the record.
 //
 //   record  :=  header (40 bytes)  vertex (20 bytes) × vertex_count

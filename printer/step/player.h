@@ -176,7 +176,8 @@ template <StepPins Pins, class Ring>
 Player<Pins, Ring>::Player(Pins& pins, Ring& ring, const PlayerSettings& settings)
     : pins_(pins),
       ring_(ring),
-      pulse_ns_(to_ns(std::max(settings.pulse, settings.direction))),  // DIR may change when a pulse ends
+      // DIR may change when a pulse ends.
+      pulse_ns_(to_ns(std::max(settings.pulse, settings.direction))),
       low_ns_(to_ns(settings.low)),
       direction_ns_(to_ns(settings.direction)),
       late_threshold_ns_(to_ns(settings.late_threshold)),

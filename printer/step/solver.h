@@ -20,7 +20,7 @@
 //
 // Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one
 // likes. The driver chip takes no such pair of pulses, and the pair moves nothing, so it is left
-// out. To see the pair, the solver keeps the events in the last `reversal_gap` of what it knows in
+// out. To see the pair, the solver keeps the events in the last the reversal gap of what it knows in
 // a short queue (the tail) until it knows the next segment:
 //
 //        known: segment n            segment n+1
@@ -46,8 +46,8 @@ namespace qduino::printer::step {
 
 struct SolverSettings {
     PerAxis<double> steps_per_mm{};
-    /// Shortest time between two rising edges of one axis; the planner keeps the speed below it. Steps there
-    /// and back nearer than this are left out.
+    /// Shortest time between two rising edges of one axis; the planner keeps the speed below it.
+    /// Steps there and back nearer than this are left out.
     Nanoseconds step_interval_min{};
 };
 

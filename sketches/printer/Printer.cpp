@@ -92,7 +92,8 @@ void Printer::begin() {
 
 void Printer::plan() {
     parts_->machine.plan(board::current().now());
-    if (parts_->machine.heat_silent()) drive_heaters(0, 0, 0);  // loop 3 cannot: it has fallen silent
+    // Loop 3 cannot: it has fallen silent.
+    if (parts_->machine.heat_silent()) drive_heaters(0, 0, 0);
 }
 
 // ---- loop 2 -------------------------------------------------------------------------------------

@@ -87,7 +87,8 @@ struct State {
     std::function<void(board::SpiSettings, std::span<std::uint8_t>)> spi_device = [](auto, auto) {};
     std::function<void()> while_sleeping = [] {};  ///< called at each sleep, after time has moved
     bool refuse_everything = false;                ///< what can be refused, is
-    board::Peripherals* wires = nullptr;           ///< in place of level_of, analog_of, chip and spi_device
+    /// In place of level_of, analog_of, chip and spi_device.
+    board::Peripherals* wires = nullptr;
 };
 
 class FakeBoard final : public board::Board {

@@ -76,7 +76,7 @@ class Names:
                     found.add("/".join(parts[begin:end]))
         return found
 
-    # ---- what is asked of each kind -----------------------------------------------------------------------------
+    # ---- what is asked of each kind --------------------------------------------------------------
 
     def has_file(self, name):
         return any(path == name or path.endswith("/" + name) for path in self.tree.paths)
@@ -100,7 +100,7 @@ class Names:
     def knows(self, name):
         return all(word in self.words for word in IDENTIFIER.findall(name))
 
-    # ---- the pages and comments ---------------------------------------------------------------------------------
+    # ---- the pages and comments ------------------------------------------------------------------
 
     def unknown(self):
         """(path, line, kind, name) of each name that names nothing."""

@@ -48,7 +48,7 @@ class Reach:
         self.virtual = {t["name"] for t in self.tags if t["kind"] in ("prototype", "function") and "virtual" in self.line_of(t)}
         self.read()
 
-    # ---- reading ------------------------------------------------------------------------------------------------
+    # ---- reading ---------------------------------------------------------------------------------
 
     def read_includes(self):
         """path → all files that stand with it in a translation unit."""
@@ -154,7 +154,7 @@ class Reach:
     def node(self, owner, name):
         return self.nodes.setdefault((owner, name), Node(owner, name))
 
-    # ---- who lives ----------------------------------------------------------------------------------------------
+    # ---- who lives -------------------------------------------------------------------------------
 
     def dead(self):
         """(path, line, name) of each definition that no program reaches."""
@@ -185,7 +185,7 @@ class Reach:
             return True
         return not node.places or any(named[node.name] & self.seen_with[path] for path, _ in node.places)
 
-    # ---- declarations without a body ----------------------------------------------------------------------------
+    # ---- declarations without a body -------------------------------------------------------------
 
     def bodiless(self):
         everywhere = self.tree.tags(self.tree.cpp(without=()))

@@ -8,7 +8,8 @@ import subprocess
 CPP = (".h", ".cpp", ".ino")
 IDENTIFIER = re.compile(r"[A-Za-z_]\w*")
 
-# One pass over C++: a digit separator is no quote, a quote in a comment no string, a slash in a string no comment.
+# One pass over C++: a digit separator is no quote, a quote in a comment no string, a slash in a
+# string no comment.
 PIECES = re.compile(r'(?P<string>R"(?P<mark>[^\s()]*)\(.*?\)(?P=mark)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\')'
                     r"|(?P<comment>//[^\n]*|/\*.*?\*/)|(?P<number>\b\d[\w']*)|#[ \t]*include[^\n]*", re.S)
 

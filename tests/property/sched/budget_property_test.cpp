@@ -1,12 +1,13 @@
-// What the account of a budget and its shell promise together, in whatever order timer, wake-up, wait,
-// lock and the thread's own path come. Every order of a few events is tried, and long ones at random.
-// Wrong accounts must be caught.
+// What the account of a budget and its shell promise together, whatever comes between whatever:
+// timer, wake-up, block, lock and path. Every way that a few steps can go is gone, and long ones at
+// random; and wrong accounts, which must be caught.
 //
-//   - No nanosecond is lost or charged twice, except the ways through waits that admission counts.
-//   - A thread without budget runs on only with a lock, and then by one budget at most; or by what the
-//     way through a wait and the shell itself took.
-//   - It is never throttled with budget left, nor beyond its replenishment, nor with a lock before it
-//     has overrun by one budget.
+//   - no nanosecond is lost or charged twice, but the ways through waits that admission has
+//     counted;
+//   - a thread never runs on without budget, but with a lock, and then for one budget at most; or
+//     by what the way through a wait and the shell itself took;
+//   - it is never throttled with budget left, nor beyond its replenishment, nor with a lock before
+//     it has overrun by a budget.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +29,7 @@ std::string violation(const KeptShape& shape, Ways& ways, int steps, int delays)
     return thread.finish();
 }
 
-/// Every way that `steps` steps with up to `delays` ticks within the shell can go. Returns the first
+/// Every way that `steps` steps with up to `delays` ticks within the shell can go. The first
 /// violation, or "".
 template <template <typename> class ShellOf>
 std::string violation_in_every_way(int steps, int delays, std::int64_t* ways_gone = nullptr) {

@@ -1,5 +1,5 @@
-// A thread that is kept to its budget, tick by tick: its clocks, its timer, what it does, and what is
-// true of it, apart from what its account believes.
+// A thread that is kept to its budget, tick by tick: its clocks, its timer and the signal that the
+// timer sends, what it does, and what is true of it, told apart from what its account believes.
 //
 //   run ──┐                       ┌─ the shell of the account. This class is its host: whenever the
 //   wait ─┤ the thread ── ticks ──┤  shell reads a clock, sets the timer or sleeps, time may pass
@@ -176,7 +176,8 @@ class KeptThread {
     /// A signal ends no sleep of the thread's, but it runs the handler, and the thread sleeps once
     /// more.
     void sleep_to(std::int64_t until) {
-        silent_ |= until <= now_;  // a wait that was none: the account will look for it elsewhere
+        // A wait that was none: the account takes it for a silent one elsewhere.
+        silent_ |= until <= now_;
         while (now_ < until) {
             const bool shot = due_ && *due_ < until && !in_handler_;
             now_ = shot ? std::max(now_, *due_) : until;

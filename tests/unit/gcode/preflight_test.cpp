@@ -116,7 +116,8 @@ TEST(Preflight, StepRate) {
     const Facts fast = read(kStart + "G1 X100 F6060\n", slow);
     EXPECT_NE(first_error(fast).find("X would need 8080 steps/s; this board plays at most 8000"),
               std::string::npos);
-    // A limit of the job's own keeps it slow enough; so does the machine's (125 mm/s: 10 000 steps/s).
+    // A limit of the job's own keeps it slow enough; so does the machine's (125 mm/s: 10 000
+    // steps/s).
     EXPECT_TRUE(read(kStart + "M203 X100\nG1 X100 F60000\n", slow).accepted());
     EXPECT_DOUBLE_EQ(read(kStart + "G1 X100 F60000\n").step_rate_maximum_hz, 10000);
     // The slowest axis holds the whole move: 0.1 mm of Z at 5 mm/s take 20 ms, 2 mm of X then 100

@@ -36,7 +36,8 @@ TEST(BudgetAccount, SleepsWhenTheBudgetIsSpentUntilItComesBack) {
     BudgetAccount account = make_account();
     EXPECT_EQ(account.timer(at(10, 10)), sleep_until(100));
     EXPECT_EQ(account.phase(), Phase::throttled);
-    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(9ns));  // the way through the sleep is charged
+    // What it took to sleep and to wake is charged.
+    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(9ns));
     EXPECT_EQ(account.phase(), Phase::running);
 }
 
@@ -70,8 +71,8 @@ TEST(BudgetAccount, TheWaysThroughTwoWaitsAreAdmissionsAndTheThirdIsCharged) {
         static_cast<void>(account.blocks(at(now, now / 5 - 2, now / 10 - 1), kForever));
         static_cast<void>(account.woke(at_ns(now + 5), Nanoseconds{now / 5}));
     }
-    EXPECT_EQ(account.server().consumed(),
-              2ns);  // of 6: admission has one in each period, and the one before
+    // Of 6: admission has one in each period, and the one before.
+    EXPECT_EQ(account.server().consumed(), 2ns);
     EXPECT_EQ(account.server().available(at_ns(35)), 8ns) << "what is left is left at once";
 }
 

@@ -97,8 +97,8 @@ function Facts({ job }: { job: Job }) {
 }
 
 /**
- * The virtual machine's own word on a finished print. It may come after the print's end: the list of jobs is sent again when it
- * does, and is asked about then.
+ * The virtual machine's own word on a finished print. It may come after the print's end: the list
+ * of jobs is sent again when it does, and is asked about then.
  */
 function Report({ job }: { job: Job }) {
   const [found, setFound] = useState<Inspection | null>(null);
