@@ -1,8 +1,8 @@
-// THE SEAM: what a board must provide. The runtime, the Arduino face and the sketches above it are
-// written against this concept, and none of them needs an operating system.
+// THE SEAM: what a board must provide. The runtime, the Arduino face and the sketches above it call
+// this class, and none of them needs an operating system.
 //
-//   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄── board/linux   SCHED_FIFO threads
-//                     └────────────┘                ◄── board/sim     virtual time
+//   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄─ board/linux  stock Linux, SCHED_FIFO threads
+//                     └────────────┘                ◄─ board/sim    virtual time, deterministic
 //
 // The contract, beyond the signatures. The suite in tests/unit/board holds every board to it.
 //
@@ -17,8 +17,8 @@
 // Running
 // - start() runs the entry of every VCPU exactly once, on its core.
 // - run(until) returns when a stop was requested and all entries have returned, or at `until`.
-// - Only calls of the set-up may allocate: construction, pin_mode(), pwm_period(), attach_edge(),
-//   start(). Every other call is real-time safe.
+// - Only construction, start(), and the calls marked "Setup-time" may allocate. Every other call is
+//   real-time safe.
 //
 // Locks
 // - One VCPU holds a lock at a time, or setup() does.
@@ -48,8 +48,8 @@ class Timing {
   public:
     [[nodiscard]] virtual Instant now() = 0;
     virtual void busy_until(Instant t) = 0;
-    /// Spins for `length`, counted from the call to the return: never less. What the call itself
-    /// takes is part of it.
+    /// Spins for `length`, counted from the call to the return: never less. The cost of the call
+    /// itself is part of it.
     virtual void busy_for(Nanoseconds length) = 0;
     virtual void sleep_until(Instant t) = 0;
 
@@ -113,7 +113,7 @@ class Locks {
 class Vcpus {
   public:
     [[nodiscard]] virtual int core_count() const = 0;
-    /// The VCPU that the caller is; kNoVcpu in setup() and on threads that are none.
+    /// The VCPU of the caller; kNoVcpu in setup() and on threads that are none.
     [[nodiscard]] virtual VcpuId current_vcpu() const = 0;
     /// Starts the VCPUs, once. An I/O VCPU without an entry runs the handlers that are attached to
     /// it. Nothing runs after an error.
@@ -123,7 +123,7 @@ class Vcpus {
     [[nodiscard]] virtual bool stop_requested() = 0;
     [[nodiscard]] virtual GuaranteeReport guarantee() const = 0;
 
-    /// What the platform itself takes of `core`, for admission; nothing, unless a board says
+    /// The platform's own overheads on `core`, for admission; nothing, unless a board says
     /// otherwise. Setup-time.
     [[nodiscard]] virtual sched::PlatformOverheads platform_overheads(int core);
     /// The bottom halves of a device class become the work of I/O VCPU `io`. Setup-time.
@@ -159,11 +159,11 @@ extern constinit Board* current;
 /// are low, the time is 0, and a Result says `unavailable`. So a sketch's static objects may call
 /// it before main().
 [[nodiscard]] inline Board& current() { return *detail::current; }
-/// From now on it is `board`, which outlives its turn; null: none again. Before loops run, and
+/// Makes `board` the current one; it must outlive its turn. null: none again. Before loops run, and
 /// after.
 void make_current(Board* board);
 
-/// What is said to a call that needs a running program.
+/// The error of a call that needs a running program.
 [[nodiscard]] Error not_running();
 
 }  // namespace qduino::board

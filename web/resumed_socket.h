@@ -1,15 +1,15 @@
-// A socket from which somebody has read too much: what was read comes first, then the socket goes
-// on.
+// A socket from which another reader has read too much: the bytes already read come first, then the
+// socket goes on.
 //
 //     client sends   GET /api/v1/live … ⏎⏎ | ping frame | …
 //     HTTP reads     ──────────────────────────────►|            one read takes what has arrived
 //     the stream     takes what lies behind the head, then reads from the socket itself
 //
-// RFC 6455 §4.1 has a client wait for the answer before its first frame, but a client that does not
-// is understood all the same: without its first bytes every frame behind them would be misread.
+// RFC 6455 §4.1 has a client wait for the answer before its first frame. A client that does not
+// wait is understood, too: without its first bytes every later frame would be misread.
 //
-// What Boost.Beast asks of the layer below a WebSocket, and no more. Boost's headers are heavy:
-// server.cpp alone includes this.
+// It has only the functions that Boost.Beast asks of the layer below a WebSocket. Boost's headers
+// are heavy, so server.cpp alone includes this.
 #pragma once
 
 #include <boost/asio/buffer.hpp>

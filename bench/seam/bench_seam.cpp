@@ -1,11 +1,12 @@
-// What the seam costs: a write to a pin, a look at the clock and a busy wait that is over, through
+// The cost of the seam: a write to a pin, a look at the clock and a busy wait that is over, through
 // the Arduino face, on the Linux board with virtual pins. All three are calls of some 20 ns, so one
 // indirect jump more would show.
 //
 //   bench-seam                        three medians, in ns a call
-//   bench-seam --against PROGRAM      PROGRAM is another build of this one: both in turn, medians
+//   bench-seam --against PROGRAM      PROGRAM is another build of this one; both run in turn, and
+//                                     their medians are compared
 //
-// A batch of calls lies between two looks at the clock. Nobody drains the pins meanwhile: the ring
+// A batch of calls lies between two looks at the clock. Nothing drains the pins meanwhile: the ring
 // holds the whole run.
 #include <sys/resource.h>
 #include <unistd.h>

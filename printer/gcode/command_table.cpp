@@ -174,7 +174,7 @@ std::span<const CodeInfo> known_codes() { return kCodes; }
 
 const CodeInfo* find_code(const Command& command) {
     if (command.letter == '\0') return find_row(Code{command.word.view()});
-    // T0 … T99 are known; which of them exist, the handler says.
+    // T0 … T99 are known; the handler decides which of them exist.
     const std::uint32_t number = command.letter == 'T' && command.number < 100 ? 0 : command.number;
     if (!command.subcode) return find_row({command.letter, number});
     const CodeInfo* const exact = find_row({command.letter, number, *command.subcode});

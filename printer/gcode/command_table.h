@@ -1,13 +1,15 @@
-// Every code that this printer knows, one row each: everything the firmware knows of a code stands in its row.
+// Every code that this printer knows, one row each: everything that the firmware knows of a code
+// stands in its row.
 //
 //   {{'M', 104}, "hot end temperature", "STRIBF", hot_end, printing}
 //    code        for people             letters   handler  when it may be typed
 //
-// The reader asks the row how the tail of a line is to be read, the interpreter which letters are right and
-// which handler to call, the machine whether a person may type it now. docs/gcode.md is printed from the rows.
+// The reader asks the row how to read the tail of a line. The interpreter asks it which letters are
+// right and which handler to call. The machine asks it whether a person may type the code now.
+// docs/gcode.md is printed from the rows.
 //
 // The dialect is Marlin's as slicers and hosts emit it. A code that is not in the table is unknown:
-// answered, skipped.
+// it is answered and skipped.
 #pragma once
 
 #include <compare>
@@ -22,14 +24,16 @@ namespace qduino::printer::gcode {
 
 struct Context;
 
-/// Carries out one command. It checks everything first and acts last: when it fails without having moved, the
-/// interpreter restores the modal state. The interpreter puts line and code in front of its error.
+/// Carries out one command. It checks everything first and acts last: when it fails without having
+/// moved, the interpreter restores the modal state. The interpreter puts line and code in front of
+/// its error.
 using Handler = Result<void>(Context& context, const Command& command);
 
-/// What happens to a parameter that is not in `parameters`.
+/// The fate of a parameter that is not in `parameters`.
 enum class Strictness : std::uint8_t {
     lenient,  ///< ignored, as Marlin does
-    strict,   ///< an error: codes that move or move the coordinates must say only what is understood
+    /// An error: codes that move or move the coordinates must say only what is understood.
+    strict,
 };
 
 /// When a person may type the code. Each includes those above it.
@@ -40,13 +44,13 @@ enum class Typed : std::uint8_t {
     always,    ///< also while a fault is latched: questions, and the emergency stop
 };
 
-/// How what stands behind the code is read.
+/// How the text behind the code is read.
 enum class Tail : std::uint8_t {
     words,      ///< parameters: a letter, and mostly a number
     free_text,  ///< one text: a message, a file name, a version
 };
 
-/// What a row is found by.
+/// The key of a row.
 struct Code {
     static constexpr std::int32_t kNoSubcode = -1;
     static constexpr std::int32_t kAnySubcode = -2;
@@ -65,7 +69,8 @@ struct Code {
 };
 
 struct CodeInfo {
-    /// `options` are of Strictness, Typed and Tail, in any order; left out: the first of each.
+    /// `options` are of Strictness, Typed and Tail, in any order. An option left out is the first
+    /// of its kind.
     template <typename... Options>
     constexpr CodeInfo(Code its_code, std::string_view its_name, std::string_view its_parameters,
                        Handler* its_handler = nullptr, Options... options)
@@ -90,18 +95,19 @@ struct CodeInfo {
 /// All known codes, sorted by Code.
 std::span<const CodeInfo> known_codes();
 
-/// Null when unknown. A subcode that is not listed is unknown, except where every subcode is meant (M862.x).
+/// Null when unknown. A subcode that is not listed is unknown, except where every subcode is meant
+/// (M862.x).
 const CodeInfo* find_code(const Command& command);
 
 /// True for codes whose tail is one text, not words: M117, M118, M0 …
 bool takes_free_text(char letter, std::uint32_t number);
 
-/// True when the tail of `letter``number` must be words or else the line is malformed: codes with a handler,
-/// but for those of free text. What is skipped anyway may say what it likes (`M486 Apart (1)`,
-/// `M1002 action : 2`).
+/// True when the tail of `letter``number` must be words, or else the line is malformed: codes with
+/// a handler, except those of free text. A code that is skipped may have any tail (`M486 Apart
+/// (1)`, `M1002 action : 2`).
 bool must_be_words(char letter, std::uint32_t number);
 
-/// When a person may type it, whatever its subcode. An unknown code is answered at rest.
+/// When a person may type the code, whatever its subcode. An unknown code is answered at rest.
 Typed may_be_typed(char letter, std::uint32_t number);
 
 }  // namespace qduino::printer::gcode

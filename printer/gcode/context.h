@@ -1,11 +1,11 @@
-// What the handlers of the G-codes work on, and what they share: the modal state, the machine's
-// numbers, the way out to the machine.
+// The handlers of the G-codes work on this: the modal state, the machine's numbers, the way out to
+// the machine.
 //
 //   G20 G21           units of length            F            modal speed
 //   G90 G91 M82 M83   absolute or relative       M220 M221    factors of speed and flow
 //   G92               where zero is              G10 G11      retraction
 //
-//   … all of it lives in ModalState, and nowhere else.
+// All of it lives in ModalState, and nowhere else.
 //
 // For handlers and the interpreter alone. Their bodies: handlers_motion.cpp, handlers_state.cpp,
 // handlers_machine.cpp.
@@ -78,7 +78,7 @@ struct Context {
     std::optional<ArcPath> arc{};  ///< begun; the interpreter hands its chords on
     std::uint32_t warnings = 0;
 
-    /// Hands a straight line from `state.machine` to `target` on, at `feedrate` and M220; none when
+    /// Hands on a straight line from `state.machine` to `target`, at `feedrate` and M220; none when
     /// it has no length. `target` has been checked.
     Result<void> move_to(const Position& target, MillimetresPerSecond feedrate,
                          bool firmware_retract = false);

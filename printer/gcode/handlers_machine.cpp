@@ -1,4 +1,5 @@
-// Heaters, fans, limits, messages, reports, pauses: what the machine does besides moving.
+// Heaters, fans, limits, messages, reports, pauses: everything that the machine does besides
+// moving.
 #include <algorithm>
 #include <cmath>
 
@@ -20,8 +21,9 @@ Result<std::uint8_t> fan_index(const Command& command) {
     return static_cast<std::uint8_t>(index->value_or(0));
 }
 
-/// One limit of each axis from a command's X, Y, Z, E. A job may make the machine slower than its maker
-/// said, never faster: what is above the configuration is cut to it, and `cut` names the axis.
+/// One limit of each axis, from a command's X, Y, Z, E. A job may make the machine slower than its
+/// maker said, and never faster: a value above the configuration is cut to it, and `cut` names the
+/// axis.
 struct AxisLimits {
     PerAxis<std::optional<double>> values{};
     AxisSet cut;
@@ -240,8 +242,8 @@ Result<void> report_position(Context& context, const Command&) {
 }
 
 Result<void> report_firmware(Context& context, const Command& command) {
-    // PrusaSlicer writes `M115 U3.13.3`, "this version or newer": a check that must not fail, and asks for
-    // nothing.
+    // PrusaSlicer writes `M115 U3.13.3`, "this version or newer": a check that must not fail, and
+    // asks for nothing.
     const std::string_view text = command.text;
     const bool is_version_check = !text.empty() && to_upper(text.front()) == 'U';
     if (!is_version_check) context.actions.report(Report::firmware);
@@ -261,7 +263,8 @@ Result<void> cold_extrusion(Context& context, const Command& command) {
 }
 
 Result<void> stop(Context& context, const Command& command) {
-    // `M0 S10` and `M0 P500` wait that long; anything else, with or without text, waits for a person.
+    // `M0 S10` and `M0 P500` wait that long; anything else, with or without text, waits for a
+    // person.
     std::string_view rest = command.text;
     const char letter = rest.empty() ? '\0' : to_upper(rest.front());
     if (letter == 'S' || letter == 'P') {

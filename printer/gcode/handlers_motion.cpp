@@ -1,4 +1,4 @@
-// G0 G1 G2 G3 G4 G10 G11 G28 M400 T: what moves the machine, or waits for it.
+// G0 G1 G2 G3 G4 G10 G11 G28 M400 T: codes that move the machine, or wait for it.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kSecondsPerMinute = 60;
 
-/// Where X, Y, Z and E of a command lead.
+/// The place to which X, Y, Z and E of a command lead.
 struct Target {
     Position machine;
     Millimetres programmed_e;

@@ -1,4 +1,4 @@
-// G20 G21 G90 G91 G92 M82 M83 M207 M208 M220 M221: what changes how later commands are understood.
+// G20 G21 G90 G91 G92 M82 M83 M207 M208 M220 M221: codes that change how later commands are read.
 #include "printer/gcode/context.h"
 
 namespace qduino::printer::gcode::handlers {

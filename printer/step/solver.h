@@ -20,7 +20,7 @@
 //
 // Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one
 // likes. The driver chip takes no such pair of pulses, and the pair moves nothing, so it is left
-// out. To see the pair, the solver keeps the events in the last the reversal gap of what it knows in
+// out. To see the pair, the solver keeps the events of the last `reversal_gap_ns` that it knows in
 // a short queue (the tail) until it knows the next segment:
 //
 //        known: segment n            segment n+1

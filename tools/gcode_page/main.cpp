@@ -1,7 +1,7 @@
 // Prints docs/gcode.md from the printer's own table of G-codes.
 //
 //   gcode-page > docs/gcode.md        after a change of printer/gcode/command_table.cpp
-//   gcode-page --check docs/gcode.md  ends with 1, and names the first line that differs (a test of ./test)
+//   gcode-page --check docs/gcode.md  names the first line that differs, and ends with 1 (./test)
 #include <fstream>
 #include <iostream>
 #include <sstream>

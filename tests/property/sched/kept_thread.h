@@ -1,10 +1,10 @@
 // A thread that is kept to its budget, tick by tick: its clocks, its timer and the signal that the
-// timer sends, what it does, and what is true of it, told apart from what its account believes.
+// timer sends. It keeps the truth about the thread apart from the belief of its account.
 //
-//   run ──┐                       ┌─ the shell of the account. This class is its host: whenever the
-//   wait ─┤ the thread ── ticks ──┤  shell reads a clock, sets the timer or sleeps, time may pass
-//   lock ─┘                       │  and the timer may come
-//                                 └─ the truth: a list of tokens; each tick spends one at once
+//   run ──┐                      ┌─ the shell of the account, whose host this is: each time that it
+//   wait ─┤ the thread ─ ticks ──┤  asks for a clock, sets the timer or sleeps, time may pass, and
+//   lock ─┘                      │  the timer may come
+//                                └─ the truth: a list of tokens, one spent for each tick at once
 #pragma once
 
 #include <cstdint>
