@@ -20,8 +20,8 @@
 //
 // Turning back. A motor that turns just behind a half-step crosses it twice, as near in time as one
 // likes. The driver chip takes no such pair of pulses, and the pair moves nothing, so it is left
-// out. To see the pair, the solver keeps the events of the last `reversal_gap_ns` that it knows in
-// a short queue (the tail) until it knows the next segment:
+// out. To see the pair, the solver keeps the events in the last gap (`step_interval_min`) of what
+// it knows in a short queue (the tail) until it knows the next segment:
 //
 //        known: segment n            segment n+1
 //   -----------------------|gap|---------------------->    dropped: a step in the tail, and the
