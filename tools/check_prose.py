@@ -46,6 +46,7 @@ EXEMPT = {
 EDITED = ("printer/machine/homing.h", "printer/machine/place_queue.h")
 
 DRAWING = re.compile(r"[─│┌┐└┘├┤►◄▲▼═║╪┬┴┼]|\S {2,}\S|^ *[|+^]|---|___|^ {2,}")
+BLOCK_COMMENT = re.compile(r"^ *(/\*|\* )")
 ITEM = re.compile(r"^ *([-*]|\d+[.)]) +\S")
 TOOLS_WORDS = re.compile(r"\b(NOLINT|clang-format|eslint|shellcheck)")
 SENTENCE_OF_WHO = re.compile(r"(?:^|(?<=[.:;!?] ))(Who|Whoever) (?!\S*\?)[^.?]*\.")
@@ -115,7 +116,7 @@ def offences(path, text):
         return
     marker = marker_of(path)
     for number, line in enumerate(lines, 1):
-        comment = comment_of(line, marker)
+        comment = comment_of(line, marker) or (marker == "//" and BLOCK_COMMENT.match(line))
         if comment and len(line) > COLUMNS_MAX and not TOOLS_WORDS.search(line):
             yield number, f"{len(line)} columns with a comment (at most {COLUMNS_MAX}: wrap it, or put it above the code)"
     for first, texts in blocks(lines, marker):
@@ -130,6 +131,7 @@ def self_test():
     cases = [
         ("base/a.h", long_line, "columns"),
         ("base/a.h", "int x;  " + long_line, "columns"),
+        ("web/ui/src/a.ts", "/** " + "a word " * 15 + "*/", "columns"),
         ("tools/a.py", "# " + "a word " * 15, "columns"),
         ("base/a.h", "// The first line of a paragraph that goes on\n// and on.\n// And then it has another line.\n", "left over"),
         ("base/a.h", "/// Who holds it ranks as the highest.\n", "Who"),

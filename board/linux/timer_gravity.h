@@ -20,8 +20,8 @@
 //
 // A stall of the host, or a loop of higher priority, must not count as a wake-up. A fixed limit
 // fails: some hosts take 69 us for nearly every wake-up. So the limit follows the computer. The
-// floor, the quickest thirty-second of all wake-ups (found in the same way), is what it takes when
-// nothing is in the way. A wake-up longer than three times the floor, and longer than 50 us, was a
+// floor, the quickest thirty-second of all wake-ups (found in the same way), is a wake-up with
+// nothing in the way. A wake-up longer than three times the floor, and longer than 50 us, was a
 // stall and teaches nothing. So a loop never spins for more than two of the quickest wake-ups,
 // unless those are below 17 us each.
 //

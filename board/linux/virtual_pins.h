@@ -69,7 +69,8 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     // ---- being watched --------------------------------------------------------------------------
     /// Promises that `vcpu` will be heard of again by `expected_by`. One relaxed store.
     void promise(VcpuId vcpu, Instant expected_by);
-    /// Where this loop runs, for who looks why it does not (core_rivals.h). Setup-time.
+    /// Publishes where this loop runs, to find out later why it did not (core_rivals.h).
+    /// Setup-time.
     void publish_place(VcpuId vcpu, LoopPlace place);
     /// The supervisor's shortest bound; zero when there is no supervisor.
     [[nodiscard]] Nanoseconds heartbeat_bound() const;

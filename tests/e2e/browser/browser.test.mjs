@@ -40,7 +40,10 @@ after(async () => {
   await stack?.stop();
 });
 
-/** A page that is watched: what it logs as an error, throws, or does against the policy lands in `problems`. */
+/**
+ * A watched page: its logged errors, its exceptions and its violations of the policy land in
+ * `problems`.
+ */
 async function newPage(inContext) {
   const fresh = await inContext.newPage();
   fresh.setDefaultTimeout(PATIENCE_MS);
@@ -57,7 +60,9 @@ async function newPage(inContext) {
   return fresh;
 }
 
-/** The tests tell one story: when one fails, those after it are skipped instead of waiting in vain. */
+/**
+ * The tests tell one story: when one fails, those after it are skipped instead of waiting in vain.
+ */
 let broken = false;
 const test = (name, body) => nodeTest(name, async (t) => {
   if (broken) return t.skip('a test before this one has failed');
@@ -87,7 +92,10 @@ async function endedAs(name, state) {
   if (ended && ended.state !== state) assert.fail(`${name} is not ${state}: ${ended.text}\n${stack.said()}`);
   return ended !== undefined;
 }
-/** A job onto the upper edge of another. As the events that a mouse makes: a browser on a busy machine loses the mouse on its way. */
+/**
+ * Drags a job onto the upper edge of another, by the events that a mouse makes: on a busy computer
+ * a browser loses the mouse on its way.
+ */
 async function drag(name, onto) {
   const dataTransfer = await page.evaluateHandle(() => new DataTransfer());
   const target = job('job', onto);

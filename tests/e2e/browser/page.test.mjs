@@ -22,7 +22,10 @@ let browser;
 before(async () => { browser = await startBrowser(); });
 after(async () => { await browser?.close(); });
 
-/** Opens the page in front of a mock in `scene`; `body` gets {page, mock, at, requests}. No error may be logged meanwhile. */
+/**
+ * Opens the page in front of a mock in `scene`; `body` gets {page, mock, at, requests}. No error
+ * may be logged meanwhile.
+ */
 async function inScene(scene, body, { viewport = DESKTOP, key } = {}) {
   const mock = await startMock({ scene });
   const context = await browser.newContext({ viewport });

@@ -62,7 +62,10 @@ async function stop(child, state) {
   await rm(state, { recursive: true, force: true });
 }
 
-/** {address, key, said(), ended(), stop()}: a printer in the simulator, `speed` times as fast as the clock on the wall. */
+/**
+ * {address, key, said(), ended(), stop()}: a printer in the simulator, `speed` times as fast as
+ * real time.
+ */
 export async function startStack({ speed }) {
   const port = await freePort();
   const state = await mkdtemp(join(tmpdir(), 'qduinomc-browser-'));

@@ -17,7 +17,10 @@ export function makeJob(part, estimated_s, id, name, state, more = {}) {
   };
 }
 
-/** `count` ended jobs as a printer has them after years: most were printed, some were cancelled, a few failed. */
+/**
+ * `count` ended jobs as a printer has them after years: most were printed, some were cancelled, a
+ * few failed.
+ */
 export function makeHistory(count, make) {
   const names = ['bracket', 'cable-clip', 'gear', 'hinge', 'hook', 'knob', 'lid', 'spacer'];
   const out = [];
@@ -40,7 +43,10 @@ export function countsOf(jobs) {
   return counts;
 }
 
-/** One page of `jobs`, which stand in their order: running, waiting, ended. `first`: how much of each the first page has. */
+/**
+ * One page of `jobs`, which stand in their order: running, waiting, ended. `first`: how much of
+ * each the first page has.
+ */
 export function pageOf(jobs, { limit, before, states, text }, first) {
   const plain = before === null && states.length === 0 && !text;
   const from = before === null ? 0 : jobs.findIndex((job) => job.id === before) + 1;

@@ -64,7 +64,10 @@ function pack(layer, z, lines, firstByte) {
   return { buffer, bytes: byte };
 }
 
-/** {size, layers: [{index, layer, z_mm, segments, bytes, first_byte, buffer}], at(byte) → position of the head} */
+/**
+ * {size, layers: [{index, layer, z_mm, segments, bytes, first_byte, buffer}], at(byte) → position
+ * of the head}
+ */
 export function makePart(count = 120) {
   const layers = [];
   const path = [];
@@ -80,7 +83,10 @@ export function makePart(count = 120) {
   return { size, layers, at };
 }
 
-/** A cube on the middle of the bed: two walls, and infill that is closed below and above. `step`: its lines in pieces of that length. */
+/**
+ * A cube on the middle of the bed: two walls, and infill that is closed below and above. `step`:
+ * the length of the pieces of its lines.
+ */
 export function makeCube(edge, step = edge) {
   const height = Math.round(edge / 0.3);
   const low = 75 - edge / 2, high = 75 + edge / 2;

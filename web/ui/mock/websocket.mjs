@@ -12,7 +12,10 @@ function frame(opcode, payload) {
   return Buffer.concat([head, payload]);
 }
 
-/** Takes over an upgrade request; returns {send(text), close()}, and calls `gone` when the other side has left. */
+/**
+ * Takes over an upgrade request; returns {send(text), close()}, and calls `gone` when the other
+ * side has left.
+ */
 export function acceptWebSocket(request, socket, gone) {
   const accept = createHash('sha1').update(request.headers['sec-websocket-key'] + MAGIC).digest('base64');
   socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${accept}\r\n\r\n`);

@@ -48,7 +48,10 @@ export function dismissRefusal(place: string): void {
   });
 }
 
-/** Runs a request for its effect; what is refused is said at `place`, where it was asked for (components/Refusal.tsx). */
+/**
+ * Runs a request for its effect. A refusal is shown at `place`, where the request was made
+ * (components/Refusal.tsx).
+ */
 export async function act(place: string, method: string, path: string, body?: unknown): Promise<boolean> {
   if (place in store.state.refusals) dismissRefusal(place);
   try {
@@ -60,7 +63,7 @@ export async function act(place: string, method: string, path: string, body?: un
   }
 }
 
-/** Deletes a job's row at once: one that lies on an older page would not come with the live stream. */
+/** Deletes a job's row at once: the live stream does not bring rows of an older page. */
 export async function removeJob(id: number): Promise<void> {
   if (await act(`job-${id}`, 'DELETE', `jobs/${id}`)) store.update((s) => withoutJob(s, id));
 }
@@ -86,7 +89,7 @@ export async function signIn(key: string): Promise<void> {
 
 const nextPage = (before: number | null, limit = PAGE_JOBS) => request<JobPage>('GET', listPath(store.state.search, limit, before));
 
-/** Runs `load` unless another search has begun meanwhile; what is refused is said at the list. */
+/** Runs `load` unless another search has begun meanwhile. A refusal is shown at the list. */
 async function listed(load: () => Promise<JobPage>, take: (page: JobPage) => void): Promise<void> {
   const { search } = store.state;
   try {
@@ -98,7 +101,7 @@ async function listed(load: () => Promise<JobPage>, take: (page: JobPage) => voi
   }
 }
 
-/** Asks for what is searched for; null: nothing any more. */
+/** Begins a search; null: ends it. */
 export async function startSearch(search: Search): Promise<void> {
   store.set({ search, ...(isSearch(search) ? {} : { found: null }) });
   if (isSearch(search)) await listed(() => nextPage(null), ({ jobs, next_before }) => store.set({ found: { jobs, next_before } }));
@@ -111,7 +114,7 @@ export async function repeatSearch(): Promise<void> {
   await listed(() => nextPage(null, Math.max(PAGE_JOBS, shown)), ({ jobs, next_before }) => store.set({ found: { jobs, next_before } }));
 }
 
-/** The next page of what is listed: of the search, or else of the ended jobs. */
+/** The next page of the list: of the search, or else of the ended jobs. */
 export async function loadMore(): Promise<void> {
   const { found, older_before } = store.state;
   await listed(() => nextPage(found ? found.next_before : older_before), ({ jobs, next_before }) => store.update((s) => (s.found

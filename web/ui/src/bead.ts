@@ -85,7 +85,10 @@ export const beadMaterial = (): ShaderMaterial => material(VERTEX);
 /** For the lines of thinGeometry(), as bright as the beads would be. */
 export const thinMaterial = (): ShaderMaterial => material(THIN_VERTEX);
 
-/** Lines along the tops of the beads, each vertex with its direction. Draw fewer by the draw range: two vertices a segment. */
+/**
+ * Lines along the tops of the beads, each vertex with its direction. Draw fewer by the draw range:
+ * two vertices a segment.
+ */
 export function thinGeometry(record: LayerRecord, tints: Uint8Array): BufferGeometry {
   const along = new Int8Array(record.segments * 8);
   const both = new Uint8Array(record.segments * 8);

@@ -61,7 +61,10 @@ export function joined(list: Job[], page: Job[]): Job[] {
 export const waitingCount = (counts: JobCounts): number => counts.queued + counts.held;
 export const endedCount = (counts: JobCounts): number => counts.done + counts.cancelled + counts.failed;
 
-/** Where a job stopped: its line and layer, and the part of the file that was executed; null for what is not known. */
+/**
+ * The place where a job stopped: its line and layer, and the executed part of the file; null where
+ * unknown.
+ */
 export interface Stop {
   line: number | null;
   layer: number | null;

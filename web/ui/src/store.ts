@@ -35,12 +35,15 @@ export interface State {
   status: Status | null;
   /** The first page, as the live stream has it: running, the first waiting, the newest ended. */
   jobs: Job[];
-  /** Ended ones behind the first page, as far as they were asked for; the next page begins before `older_before`. */
+  /**
+   * Ended ones behind the first page, as far as they were asked for; the next page begins before
+   * `older_before`.
+   */
   older: Job[];
   older_before: number | null;
   counts: JobCounts;
   search: Search;
-  /** What the search has found so far; null: nothing is searched for, or the answer has not come. */
+  /** The results of the search so far; null: there is no search, or the answer has not come. */
   found: { jobs: Job[]; next_before: number | null } | null;
   gate: QueueGate;
   config: MachineConfig | null;
@@ -160,7 +163,7 @@ export function shownJob(state: State): Job | null {
 /** How far the job is, by the newest message: the list of jobs comes only when it changes, the status ten times a second. */
 export const progressNow = (job: Job, status: Status | null): Progress => (status?.job === job.id && status.progress ? status.progress : job.progress);
 
-/** How fast the printer's time passes; a simulated one may be faster than the clock on the wall. */
+/** The speed of the printer's time; a simulated printer may be faster than real time. */
 export const timeFactor = (status: Status | null): number => (status?.connected && status.time_factor > 0 ? status.time_factor : 1);
 
 /** Seconds of the printer's time as seconds of the clock on the wall. */

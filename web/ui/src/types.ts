@@ -151,7 +151,10 @@ export interface MachineConfig {
   bed: { present: boolean; max_c: number };
 }
 
-/** GET /api/v1/jobs/ID/inspection: what the virtual machine built, compared with what was asked. */
+/**
+ * GET /api/v1/jobs/ID/inspection: the part that the virtual machine built, compared with the one
+ * asked for.
+ */
 export interface Inspection {
   completed: boolean;
   matches: boolean;

@@ -13,7 +13,10 @@ export interface Sample {
   sent: number;
 }
 
-/** Bytes in a second over the last seconds of `samples`; null: too little is known. A stall is seen as a falling rate. */
+/**
+ * Bytes in a second over the last seconds of `samples`; null: too little is known. A stall is seen
+ * as a falling rate.
+ */
 export function rateOf(samples: Sample[], now_ms: number): number | null {
   const first = samples.find((each) => each.at_ms >= now_ms - RATE_MS);
   if (!first || now_ms - first.at_ms < 500) return null;
@@ -47,7 +50,10 @@ export function addUploads(chosen: File[], print: boolean): void {
   void sendNext();
 }
 
-/** Before the file is whole at the printer nothing was queued; after that, it is a job, and deleted as one. */
+/**
+ * Before the whole file is at the printer, nothing is queued. After that it is a job, and deleted
+ * as one.
+ */
 export function cancelUpload(key: number): void {
   if (sending?.key === key) sending.abort();
   else if (files.has(key)) end(key, 'cancelled');

@@ -44,7 +44,10 @@ function Bed() {
   );
 }
 
-/** What the machine does about heaters that nobody uses; the countdown is in whole seconds, or it would flicker. */
+/**
+ * What the machine does about heaters that nobody uses; the countdown is in whole seconds, or it
+ * would flicker.
+ */
 function IdleHeat() {
   const { left_s, off, timeout_s, paused, hotEnd, bed } = useStore(({ online, status }) => ({
     left_s: online && status?.connected && status.idle_off_in_s !== null ? Math.ceil(status.idle_off_in_s) : null,
@@ -70,7 +73,10 @@ function IdleHeat() {
   );
 }
 
-/** What must not be overlooked: a fault, a lost machine, a bed that is not clear, heat that nobody uses. */
+/**
+ * Warnings that must not be overlooked: a fault, a lost machine, a bed that is not clear, heat that
+ * nobody uses.
+ */
 export function Banner() {
   const { state, fault, online, known } = useStore((s) => ({
     state: s.status?.state, fault: s.status?.fault, online: s.online, known: s.status !== null,

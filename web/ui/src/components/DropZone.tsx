@@ -5,7 +5,9 @@ import type { Upload } from '../store';
 import { addUploads, cancelUpload, dismissUpload } from '../uploads';
 import { Icon } from './Icon';
 
-/** A file may be dropped anywhere on the page; a page that is replaced by a dropped file helps nobody. */
+/**
+ * A file may be dropped anywhere: otherwise the browser would replace the page by the dropped file.
+ */
 function usePageDrop(send: (files: File[]) => void): boolean {
   const [over, setOver] = useState(false);
   const latest = useRef(send);
@@ -35,7 +37,7 @@ function usePageDrop(send: (files: File[]) => void): boolean {
 
 const ROWS_SHOWN = 6;
 
-/** How it goes: what is sent, how fast, how long it takes yet; or what it waits for. */
+/** The progress: bytes sent, speed, time left; or what it waits for. */
 function words(one: Upload, ahead: number): string {
   switch (one.phase) {
     case 'waiting': return ahead > 0 ? `Waits behind ${ahead}` : 'Waits';

@@ -38,7 +38,7 @@ function Facts({ job, readyIn_s }: { job: Job; readyIn_s: number | undefined }) 
   );
 }
 
-/** What is dragged, and where among the waiting jobs it would go: before that one, or (null) to the end. */
+/** The dragged job, and its place among the waiting ones: before that one, or (null) at the end. */
 interface Drag {
   id: number;
   before: number | null | undefined;
@@ -151,7 +151,7 @@ function RunningRow({ job }: { job: Job }) {
   );
 }
 
-/** Why nothing starts by itself, and the button that lets it; or that everything does. */
+/** Why nothing starts by itself, and the button that changes that; or that everything does. */
 function Gate() {
   const { held, reason, bed_occupied, confirm_bed } = useStore((s) => s.gate);
   return (

@@ -3,7 +3,10 @@ import * as format from '../format';
 import { useStore } from '../hooks';
 import { Icon } from './Icon';
 
-/** What was refused of what was asked for at `at`; it stays until it is dismissed, or the same is asked for again. */
+/**
+ * The refusal of a request made at `at`. It stays until a person dismisses it or asks for the same
+ * again.
+ */
 export function Refusal({ at }: { at: string }) {
   const text = useStore((s) => s.refusals[at]);
   if (text === undefined) return null;

@@ -8,7 +8,10 @@ import type { Job } from '../types';
 import type { Direction, PartView } from '../view';
 import { Icon } from './Icon';
 
-/** Fetches and draws a job's layers, the lowest first; `done` hears the number of layers that are there. */
+/**
+ * Fetches and draws a job's layers, the lowest first. `done` gets the number of layers drawn so
+ * far.
+ */
 async function load(view: PartView, solidFor: (segments: number) => boolean, job: number, signal: AbortSignal,
   done: (layers: number) => void): Promise<void> {
   const index = await layerIndex(job);
@@ -21,13 +24,16 @@ async function load(view: PartView, solidFor: (segments: number) => boolean, job
   }
 }
 
-/** How many bytes of the shown job lie on the bed: what is executed while it prints, or was until it stopped; else all of it. */
+/**
+ * How many bytes of the shown job lie on the bed: while it prints, the executed ones; after a stop,
+ * those until then; else all.
+ */
 const laidDown = (job: Job | null): number => {
   const status = store.state.status;
   return job && (isRunning(job) || hasStopped(job.state)) && status?.job === job.id ? status.bytes_executed : Infinity;
 };
 
-/** Of a stopped job the layers that were begun, when the machine does not know its bytes any more. */
+/** The layers that a stopped job had begun, when the machine does not know its bytes any more. */
 const topOf = (job: Job | null, chosen: number | null): number | null =>
   chosen ?? (job && hasStopped(job.state) && job.stopped_layer ? job.stopped_layer : null);
 
@@ -64,7 +70,10 @@ function Legend({ features }: { features: number[] }) {
   );
 }
 
-/** Makes the view when its code is there: three.js is by far the largest part of the page, and comes after the rest. */
+/**
+ * Makes the view when its code is there: three.js is by far the largest part of the page, and comes
+ * after the rest.
+ */
 function useView(canvas: { current: HTMLCanvasElement | null }, fail: (text: string) => void) {
   const config = useStore((s) => s.config);
   const [made, setMade] = useState<{ view: PartView; solidFor: (segments: number) => boolean } | null>(null);

@@ -81,7 +81,10 @@ function Reading({ kind, name, id }: { kind: 'hot_end' | 'bed'; name: string; id
   );
 }
 
-/** The quiet half of what Banner says aloud: when the heaters will go off by themselves, or that they never will. */
+/**
+ * The quiet form of Banner's warning: when the heaters will go off by themselves, or that they
+ * never will.
+ */
 function IdleHint() {
   const { never, left_s } = useStore(({ status }) => ({
     never: status?.connected === true && status.idle_timeout_s === 0,

@@ -3,7 +3,10 @@ import * as format from '../format';
 import { useStore, useStoreSlowly } from '../hooks';
 import type { Guarantee, Timing as TimingData } from '../types';
 
-/** Steps by their lateness, one bar for each power of two; heights are logarithmic, or nobody would see the late ones. */
+/**
+ * Steps by their lateness, one bar for each power of two; heights are logarithmic, or nobody would
+ * see the late ones.
+ */
 export function bars(buckets: [number, number][]): { upTo_ns: number; count: number }[] {
   const sums = new Map<number, number>();
   for (const [upper, count] of buckets) {
