@@ -64,7 +64,7 @@ class EEPROMClass {
     /// An index outside 0…length()-1 reads as 0xff and writes nowhere.
     std::uint8_t read(int index);
     void write(int index, std::uint8_t value);
-    /// Writes only when the byte differs, as the library does; memory does not wear.
+    /// As write(). (An AVR writes only when the byte differs, because its EEPROM wears.)
     void update(int index, std::uint8_t value) { write(index, value); }
     EERef operator[](int index) { return EERef(index); }
 
