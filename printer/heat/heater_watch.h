@@ -1,7 +1,7 @@
 // Watches one heater. Hardware can fail in ways that the control loop cannot see: a loose
 // thermistor reads cold and asks for more power, and a switch can stick closed. So four rules
-// compare what the sensor reads with what was asked. To break a rule is a fault, and a fault cuts
-// the heat until a person clears it (`HeatControl`).
+// compare what the sensor reads with what was asked. A broken rule is a fault, and a fault cuts the
+// heat until a person clears it (`HeatControl`).
 //
 // 1. The sensor answers.
 //    Four samples in a row without a reading, or with a reading below `minimum_celsius` or above
@@ -12,13 +12,13 @@
 //    within `verify_gain_s`. Each gain starts the next such interval.
 //
 // 3. The heater holds its temperature.
-//    From then on, what it lacks to target − `verify_hysteresis_celsius` is summed over time. The
-//    sum must stay below `verify_error_celsius_s`. It starts again at 0 when nothing is lacking.
+//    From then on, its shortfall below target − `verify_hysteresis_celsius` is summed over time.
+//    The sum must stay below `verify_error_celsius_s`. It restarts at 0 when the shortfall ends.
 //
 // 4. The heater does not run away.
-//    It must not stay, for `kRunawaySeconds`, more than `kRunawayCelsius` above the highest target
-//    since it was last cool (or above 40 °C, if that is higher). A heater that does so with its
-//    power off has a switch that is stuck on.
+//    Its reference is the highest target since it was last cool, or 40 °C if that is more. It must
+//    not stay more than `kRunawayCelsius` above the reference for `kRunawaySeconds`. If its power
+//    is off then, its switch is stuck on.
 //
 // The rules and figures follow Klipper's verify_heater and Marlin's thermal protection
 // (docs/sources.md); the code is our own. Time is a parameter. Samples come at a regular interval:
