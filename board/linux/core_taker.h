@@ -2,7 +2,7 @@
 // guarantee.
 //
 //   lock()   one owner for each core of the computer, whoever runs a sketch on it    (core_lock.h)
-//   take()   cores in use: kept awake; owned ones emptied and probed      (isolation.h, core_probe.h)
+//   take()   cores in use: kept awake; owned ones emptied and probed    (isolation.h, core_probe.h)
 //   serve_interrupts(), route_interrupts()     bottom halves and interrupts of a device class
 //   describe()                                 what of that holds: refused is said, and why
 //   give_back()                                everything as it was, where that is to be had

@@ -24,7 +24,8 @@ bool take(LockWord& word) {
     std::uint32_t free = 0;
     const bool taken = word.value.compare_exchange_strong(free, own_value(), std::memory_order_acquire,
                                                           std::memory_order_relaxed);
-    finish_loads();  // what the holder writes to pins is later than what the last one wrote: cycle_clock.h
+    // What the holder writes to pins is later than what the last one wrote: cycle_clock.h.
+    finish_loads();
     return taken;
 }
 

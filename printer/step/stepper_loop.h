@@ -22,7 +22,7 @@
 
 namespace qduino::printer::step {
 
-/// Who may ask for a stop. Both are read by loop 2 at any time.
+/// What may ask for a stop. Loop 2 reads both at any time.
 template <typename T>
 concept StopSource = requires(const T& source) {
     /// Another number than before: drop every step, now.

@@ -69,6 +69,7 @@ class Tree:
                               capture_output=True, text=True, check=True)
         tags = [tag for tag in map(json.loads, done.stdout.splitlines()) if tag["_type"] == "tag"]
         macros = {tag["name"] for tag in tags if tag["kind"] == "macro"}
-        # A macro that is used looks like a declaration, and so do std::f(x) in a requires clause and static_assert(f()).
+        # A macro that is used looks like a declaration. So do std::f(x) in a requires clause and
+        # static_assert(f()).
         return [tag for tag in tags if (tag["kind"] == "macro" or tag["name"] not in macros)
                 and f"std::{tag['name']}" not in tag["pattern"] and "static_assert(" not in tag["pattern"]]

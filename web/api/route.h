@@ -59,8 +59,8 @@ using Handler = Response (*)(Context&, const Call&);
 using UploadOpener = Result<std::unique_ptr<Upload>> (*)(const spool::BlobStore&, const RequestHead&,
                                                          const std::vector<std::string>& arguments);
 
-/// Who answers: the spool's thread, one request at a time; or the I/O thread, which must not wait
-/// for it.
+/// The thread that answers: the spool's, one request at a time; or the I/O thread, which must not
+/// wait for it.
 enum class Thread : std::uint8_t { spool, io };
 
 /// What a request must show before it is looked at.

@@ -160,7 +160,10 @@ export function shownJob(state: State): Job | null {
   return jobs.find((job) => job.state === 'queued') ?? (faulted ? null : last ?? jobs[0] ?? null);
 }
 
-/** How far the job is, by the newest message: the list of jobs comes only when it changes, the status ten times a second. */
+/**
+ * The progress of a job, by the newest message: the list of jobs comes only when it changes, the
+ * status ten times a second.
+ */
 export const progressNow = (job: Job, status: Status | null): Progress => (status?.job === job.id && status.progress ? status.progress : job.progress);
 
 /** The speed of the printer's time; a simulated printer may be faster than real time. */

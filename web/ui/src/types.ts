@@ -86,7 +86,7 @@ export interface Status {
   print_time_s: number;
   /** Of `job`. */
   progress: Progress | null;
-  /** Until each waiting job of the first page is done, by id; without those of which nobody knows. */
+  /** Until each waiting job of the first page is done, by id; without those that nobody knows. */
   ready_in_s: Record<number, number>;
   /** Seconds until the heaters go off because nobody uses them; null: not counting. */
   idle_off_in_s: number | null;
