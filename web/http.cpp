@@ -4,8 +4,6 @@
 #include <array>
 #include <utility>
 
-#include "base/words.h"
-
 namespace qduino::web {
 
 namespace {
@@ -129,12 +127,6 @@ std::string_view reason_of(int status) {
         if (number == status) return reason;
     }
     return "Status";
-}
-
-std::string_view method_word(Method method) {
-    static constexpr Words<Method::get, Method::other> kWords{"GET",   "HEAD",   "POST", "PUT",
-                                                              "PATCH", "DELETE", "OTHER"};
-    return kWords(method);
 }
 
 Response error_response(int status, std::string_view code, std::string_view message) {

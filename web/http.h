@@ -12,8 +12,6 @@
 namespace qduino::web {
 
 enum class Method : std::uint8_t { get, head, post, put, patch, remove, other };
-/// "DELETE" for remove; for other "OTHER".
-[[nodiscard]] std::string_view method_word(Method method);
 
 struct Header {
     std::string name;

@@ -58,12 +58,7 @@ class Names:
         found = set()
         for path in self.tree.paths:
             if path.startswith("web/") and path.endswith(CPP):
-                text = self.naming_text(path)
-                found |= set(re.findall(r'"(/[^"\s]*)"', text))
-                for how, pieces in re.findall(r"\b(is_path|starts_with)\([^{}()]*\{([^{}]*)\}", text):
-                    given = re.findall(r'"([^"]*)"', pieces)
-                    if how == "is_path" or len(given) > 1:
-                        found.add("/" + "/".join(given) + ("/" if how == "starts_with" else ""))
+                found |= set(re.findall(r'"(/[^"\s]*)"', self.naming_text(path)))
         return found
 
     @functools.cached_property
@@ -87,13 +82,13 @@ class Names:
         return any(re.search(r"^#+ *" + re.escape(number) + r"\b", self.tree.text(p), re.M) for p in pages)
 
     def has_route(self, path):
-        """`ID` and `NAME.gcode` stand for anything; a route's `*` is one piece, or what follows a slash at its end."""
+        """`ID` and `NAME.gcode` stand for anything; a route's `*` is one piece, a last `**` all that are left."""
         given = [None if re.match(r"^[A-Z]", piece) else piece for piece in path.strip("/").split("/")]
 
         def fits(route):
             known = route.strip("/").split("/")
-            if route.endswith("/") and len(known) < len(given):
-                return known == given[:len(known)]
+            if known[-1] == "**" and len(known) <= len(given):
+                return known[:-1] == given[:len(known) - 1]
             return len(known) == len(given) and all(k in ("*", g) or (g is None and "*" in k) for k, g in zip(known, given))
         return any(fits(route) for route in self.routes)
 

@@ -218,6 +218,12 @@ constexpr std::array kRoutes{
           .handler = created,
           .body = Body::upload,
           .open = open_put},
+    // PrusaLink's way to the same.
+    Route{.method = Method::put,
+          .pattern = "/api/v1/files/local/**",
+          .handler = created,
+          .body = Body::upload,
+          .open = open_put},
     Route{Method::get, "/api/v1/jobs/*", get_job},
     Route{Method::remove, "/api/v1/jobs/*", delete_job},
     Route{Method::patch, "/api/v1/jobs/*", patch_job},

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/words.h"
 #include "tests/unit/web/web_fixture.h"
 
 namespace qduino::web {
@@ -13,6 +14,9 @@ using api::Body;
 using api::Guard;
 using api::Route;
 using api::Thread;
+
+constexpr Words<Method::get, Method::other> kMethods{"GET",   "HEAD",   "POST", "PUT",
+                                                     "PATCH", "DELETE", "OTHER"};
 
 class RouteTest : public WebTest {
   protected:
@@ -31,14 +35,14 @@ class RouteTest : public WebTest {
         const std::string stream =
             "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
             "AAAAAAAAAAAAAAAAAAAAAA==\r\n";
-        return std::string{method_word(route.method)} + " " + path + " HTTP/1.1\r\nHost: localhost\r\n" +
+        return std::string{kMethods(route.method)} + " " + path + " HTTP/1.1\r\nHost: localhost\r\n" +
                (route.body == Body::live ? stream : "") + "Content-Length: " + std::to_string(body.size()) +
                "\r\n\r\n" + body;
     }
     static std::string row_of(const Route& route) {
         constexpr std::array kNeeds{"key", "key in the body", "key or ticket", "nothing"};
         constexpr std::array kBodies{"", "upload", "live stream", ""};
-        return "| `" + std::string{method_word(route.method)} + " " + std::string{route.pattern} + "` | " +
+        return "| `" + std::string{kMethods(route.method)} + " " + std::string{route.pattern} + "` | " +
                kNeeds[static_cast<std::size_t>(route.guard)] + " | " +
                (route.thread == Thread::io ? "at once" : "") + " | " +
                kBodies[static_cast<std::size_t>(route.body)] + " |\n";
@@ -49,7 +53,7 @@ TEST_F(RouteTest, EveryRouteAnswers401WithoutTheKeyUnlessItsGuardSaysNone) {
     for (const Route& route : routes()) {
         const int status = send(stranger_at(route)).status;
         EXPECT_EQ(status, route.guard == Guard::none ? 200 : 401)
-            << method_word(route.method) << " " << route.pattern;
+            << kMethods(route.method) << " " << route.pattern;
     }
 }
 
