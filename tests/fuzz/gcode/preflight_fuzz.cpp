@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t step = 1 + data[0] * 16U;
     const auto bytes = gcode::as_chars({data + 1, size - 1});
     MachineConfig slow;
-    slow.step_low = 49us;  // 20 000 steps/s
+    slow.step_low = qduino::Nanoseconds{49'000};  // 20 000 steps/s
     Preflight preflight{slow};
     Checker checker;
     LayerPacker packer{1.75, checker};

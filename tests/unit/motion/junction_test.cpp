@@ -7,7 +7,9 @@
 namespace qduino::printer::motion {
 namespace {
 
-constexpr AxisVector kUnlimited{1e9, 1e9, 1e9, 1e9};
+using Speeds = PerAxis<MillimetresPerSecond>;
+
+constexpr Speeds kUnlimited{1e9_mm_s, 1e9_mm_s, 1e9_mm_s, 1e9_mm_s};
 
 MoveGeometry heading(double degrees, double length_mm = 100) {
     const double angle = degrees * M_PI / 180;
@@ -21,7 +23,7 @@ MoveGeometry heading(double degrees, double length_mm = 100) {
 }
 
 double speed(const MoveGeometry& before, const MoveGeometry& after,
-             const AxisVector& instantaneous = kUnlimited) {
+             const Speeds& instantaneous = kUnlimited) {
     return std::sqrt(junction_speed_squared(before, after, instantaneous));
 }
 
@@ -70,11 +72,11 @@ TEST(Junction, the_slower_acceleration_counts) {
 TEST(Junction, extruder_and_z_have_their_own_limit) {
     MoveGeometry printing = heading(0);
     printing.direction[3] = 0.05;
-    EXPECT_NEAR(speed(heading(0), printing, {1e9, 1e9, 0.4, 2.5}), 50, 1e-9);
+    EXPECT_NEAR(speed(heading(0), printing, {1e9_mm_s, 1e9_mm_s, 0.4_mm_s, 2.5_mm_s}), 50, 1e-9);
     MoveGeometry rising = heading(0);
     rising.direction[2] = 0.01;
-    EXPECT_NEAR(speed(heading(0), rising, {0, 0, 0.4, 2.5}), 40, 1e-9);
-    EXPECT_NEAR(speed(printing, printing, {0, 0, 0, 0}), 100, 1e-9);
+    EXPECT_NEAR(speed(heading(0), rising, {0_mm_s, 0_mm_s, 0.4_mm_s, 2.5_mm_s}), 40, 1e-9);
+    EXPECT_NEAR(speed(printing, printing, Speeds{}), 100, 1e-9);
 }
 
 TEST(Junction, extrude_only_meets_motion_at_rest_and_itself_in_motion) {
