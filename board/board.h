@@ -4,6 +4,10 @@
 //   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄─ board/linux  stock Linux, SCHED_FIFO threads
 //                     └────────────┘                ◄─ board/sim    virtual time, deterministic
 //
+// A board has five facets: Timing, Pins, Buses, Locks, Vcpus. A pure call is one that every board
+// must have. A call with a body is a capability: a board that lacks it inherits the body, which
+// answers `unsupported` or does nothing.
+//
 // The contract, beyond the signatures. The suite in tests/unit/board holds every board to it.
 //
 // Time
