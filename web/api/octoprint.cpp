@@ -216,7 +216,7 @@ Response connection(Context& context, const Call&) {
          {"options",
           {{"ports", Json::array({"AUTO"})},
            {"baudrates", Json::array()},
-           {"printerProfiles", Json::array({{{"id", "_default"}, {"name", context.machine_name}}})},
+           {"printerProfiles", Json::array({{{"id", "_default"}, {"name", context.machine.name.view()}}})},
            {"portPreference", "AUTO"},
            {"baudratePreference", nullptr},
            {"printerProfilePreference", "_default"},

@@ -108,7 +108,7 @@ TEST_F(StepperLoopTest, AfterAStopNewStepsArePlayed) {
 
 TEST_F(StepperLoopTest, WhatIsPushedInTheMiddleOfAnEmergencyStopIsNotPlayed) {
     PlayerSettings at_once;
-    at_once.lead_ns = 0;
+    at_once.lead = Nanoseconds{0};
     BusyPins pins;
     StepperLoop<BusyPins, SmallRing, Stops> loop{pins, ring_, stops_,
                                                  Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, at_once};

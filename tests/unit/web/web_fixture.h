@@ -78,7 +78,9 @@ class WebTest : public spool::SpoolTest {
         service_.reset();
         options_.limits.size_max_bytes = 1 << 20;
         open_spool();
-        api::Context context{*spool_, {.name{"Test printer"}}, R"({"name":"Test printer"})", "1", {}};
+        printer::MachineConfig machine;
+        machine.name.assign("Test printer");
+        api::Context context{*spool_, machine, R"({"name":"Test printer"})", "1", {}};
         const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
         service_ = std::make_unique<Service>(
             ServiceOptions{HostPolicy{{"printer.local"}}, 4}, std::move(context),
