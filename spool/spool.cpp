@@ -389,7 +389,7 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
     if (pauses_now && push_command(Command::pause, {}).ok()) pause_wanted_ = false;
 }
 
-/// Repeated, because the machine ignores a cancellation that overtakes its job. Harmless: the next
+/// Repeated, because the machine refuses a cancellation that overtakes its job. Harmless: the next
 /// run begins only when this one has ended and the command ring is empty.
 void Spool::repeat_cancel(Instant now) {
     if (cancel_sent_at_ && now - *cancel_sent_at_ < kRepeatCancelAfter) return;

@@ -1,10 +1,10 @@
-// The sketch's side of job feeding: frames off the link's ring, the rules of link/frame.h applied, bytes
-// handed on in order and exactly once.
+// The sketch's side of job feeding: frames off the link's ring, the rules of link/frame.h applied,
+// bytes handed on in order and exactly once.
 //
-//   ring ─► frame ─► rules ─► held bytes (one frame at most) ─► whoever parses them, as fast as it likes
+//   ring ─► frame ─► rules ─► held bytes (one frame at most) ─► a parser, at its own pace
 //
-// A frame is taken only when the last one has been used up, so an unread job waits in the ring and the sender
-// sees it full: that is all the flow control there is. Loop 1 only; no heap.
+// A frame is taken only when the last one has been used up, so an unread job waits in the ring and
+// the sender sees it full: that is all the flow control there is. Loop 1 only; no heap.
 #pragma once
 
 #include <array>

@@ -1,8 +1,7 @@
 #include "printer/machine/motion_pipe.h"
 
 #include <algorithm>
-
-#include "printer/motion/kinematics.h"
+#include <cmath>
 
 namespace qduino::printer::machine {
 
@@ -22,19 +21,21 @@ MotionPipe::MotionPipe(const MachineConfig& config, const std::atomic<std::uint3
     : planner_(motion::motion_settings(config), home_positions(config)),
       excursion_(motion::motion_settings(config), home_positions(config)),
       solver_(step::solver_settings(config), home_positions(config)),
-      emergency_(emergency) {
-    for (std::size_t i = 0; i < kAxisCount; ++i) steps_per_mm_[i] = config.axes[i].steps_per_mm;
-}
+      stops_(emergency),
+      scale_(config),
+      accelerations_{config.default_acceleration.value(), config.travel_acceleration.value(),
+                     config.default_acceleration.value()} {}
 
 void MotionPipe::pump(bool more_may_come) {
     if (stopping()) return;
     std::size_t budget = kEventsPerPump;
-    if (played_out()) idle_ = true;
+    if (played_out()) solved_.idle = true;
     const auto push = [this](const step::StepEvent& event) {
-        if (idle_) began_ns_ = event.time_ns;
-        idle_ = false;
-        solved_until_ns_ = event.time_ns;
-        static_cast<void>(ring_.try_push(event));  // room was asked for below
+        if (solved_.idle) solved_.began_ns = event.time_ns;
+        solved_.idle = false;
+        solved_.until_ns = event.time_ns;
+        const bool pushed = ring_.try_push(event);
+        QDUINO_EXPECT(pushed);  // room was asked for below
     };
     while (budget > 0) {
         if (ahead() >= kAhead) return;
@@ -47,7 +48,8 @@ void MotionPipe::pump(bool more_may_come) {
         motion::Segment segment;
         if (planner().next(segment)) {
             solver_.load(segment);
-            // What follows a long dwell is not begun before it must be: meanwhile the job may be paused, or lose its heat.
+            // What follows a long dwell is not begun before it must be: meanwhile the job may be
+            // paused, or lose its heat.
             if (segment.kind == motion::SegmentKind::dwell && is_long(segment)) solver_.drain();
         } else if (planner().resting()) {
             if (solver_.tail_size() == 0) return;
@@ -79,7 +81,10 @@ void MotionPipe::come_back() {
     solver_.reset(planner_.held_position_mm());  // E counts from here again, whatever was pushed
 }
 
-void MotionPipe::request_stop() { stop_asked_.fetch_add(1, std::memory_order_release); }
+bool MotionPipe::come_to_rest() {
+    if (!planner().held()) planner().hold();
+    return planner().stopped() && played_out();
+}
 
 void MotionPipe::reset(const motion::AxisVector& position_mm) {
     QDUINO_EXPECT(!stopping());
@@ -88,16 +93,30 @@ void MotionPipe::reset(const motion::AxisVector& position_mm) {
     planner_.reset(position, planner().released_until());
     away_ = false;
     solver_.reset(position);
-    idle_ = true;
-    solved_until_ns_ = began_ns_ = seen_.timeline_ns;
+    solved_ = Solved{seen_.timeline_ns, seen_.timeline_ns, true};
+    stops_.finished();
 }
 
-motion::AxisVector MotionPipe::position_of_pulses(const std::array<std::int64_t, kAxisCount>& origin) const {
-    motion::AxisVector motors_mm{};
+void MotionPipe::change_limits(const gcode::LimitChange& change) {
+    motion::MotionSettings settings = planner().settings();
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        motors_mm[i] = static_cast<double>(seen_.steps[i] - origin[i]) / steps_per_mm_[i];
+        if (change.axis_acceleration[i]) settings.max_acceleration[i] = *change.axis_acceleration[i];
+        if (change.axis_speed[i]) settings.max_speed[i] = *change.axis_speed[i];
+        if (change.axis_instantaneous_speed[i]) {
+            settings.instantaneous_speed[i] = *change.axis_instantaneous_speed[i];
+        }
     }
-    return motion::tool_from_motors(motors_mm);
+    settings.square_corner_speed =
+        std::min(settings.instantaneous_speed[Axis::x], settings.instantaneous_speed[Axis::y]);
+    if (change.print_acceleration) accelerations_.print = change.print_acceleration->value();
+    if (change.travel_acceleration) accelerations_.travel = change.travel_acceleration->value();
+    if (change.filament_acceleration) accelerations_.filament = change.filament_acceleration->value();
+    if (change.junction_deviation) {
+        // δ back to the speed of a square corner (junction.h), at the acceleration now in force.
+        settings.square_corner_speed = MillimetresPerSecond{
+            std::sqrt(change.junction_deviation->value() * accelerations_.print / (std::sqrt(2.0) - 1))};
+    }
+    planner().set_settings(settings);
 }
 
 }  // namespace qduino::printer::machine

@@ -5,28 +5,33 @@
 namespace qduino::printer::machine {
 namespace {
 
+using Phase = Homing::Phase;
+
 TEST(Homing, OneAxisIsApproachedFastThenSlow) {
     MachineConfig config;
     Homing homing(config);
     homing.begin(gcode::AxisSet{}.add(Axis::x));
     Homing::Order order = homing.order();
-    EXPECT_EQ(order.step, Homing::Step::approach);
+    EXPECT_EQ(order.phase, Phase::fast_approach);
+    EXPECT_TRUE(order.approaches());
     EXPECT_LT(order.distance_mm, -150);
     EXPECT_EQ(order.speed_mm_s, 40);
     ASSERT_TRUE(homing.done(true));
     order = homing.order();
-    EXPECT_EQ(order.step, Homing::Step::retreat);
+    EXPECT_EQ(order.phase, Phase::retreat);
+    EXPECT_FALSE(order.approaches());
     EXPECT_EQ(order.distance_mm, 3);
     ASSERT_TRUE(homing.done(false));
     order = homing.order();
-    EXPECT_EQ(order.step, Homing::Step::approach);
+    EXPECT_EQ(order.phase, Phase::slow_approach);
+    EXPECT_TRUE(order.approaches());
     EXPECT_EQ(order.speed_mm_s, 4);
     EXPECT_EQ(order.distance_mm, -6);
     ASSERT_TRUE(homing.done(true));
-    EXPECT_EQ(homing.order().step, Homing::Step::settle);
+    EXPECT_EQ(homing.order().phase, Phase::settle);
+    EXPECT_EQ(homing.order().distance_mm, 0);
     ASSERT_TRUE(homing.done(true));
     EXPECT_FALSE(homing.active());
-    EXPECT_EQ(homing.order().step, Homing::Step::finished);
 }
 
 TEST(Homing, AxesFollowOneAnotherXYZ) {
@@ -36,10 +41,8 @@ TEST(Homing, AxesFollowOneAnotherXYZ) {
     for (Axis axis : gcode::kToolAxes) {
         for (int phase = 0; phase < 4; ++phase) {
             EXPECT_EQ(homing.order().axis, axis);
-            EXPECT_TRUE(homing.waits_for(axis));
             ASSERT_TRUE(homing.done(true));
         }
-        EXPECT_FALSE(homing.waits_for(axis));
     }
     EXPECT_FALSE(homing.active());
 }
@@ -48,7 +51,7 @@ TEST(Homing, ASwitchThatIsNotReachedEndsIt) {
     MachineConfig config;
     Homing homing(config);
     homing.begin(gcode::AxisSet{}.add(Axis::y).add(Axis::z));
-    EXPECT_EQ(homing.axis(), Axis::y);
+    EXPECT_EQ(homing.order().axis, Axis::y);
     EXPECT_FALSE(homing.done(false));
     EXPECT_FALSE(homing.active());
 }

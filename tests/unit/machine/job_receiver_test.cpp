@@ -125,8 +125,8 @@ TEST(JobReceiver, UsesOneFrameBeforeItTakesTheNext) {
     EXPECT_EQ(bench.receiver.accepted(), 3u);
 }
 
-/// A sender that dies and comes back at random, starts again anywhere at or below what is acknowledged, and damages frames:
-/// the bytes come out once and in order.
+/// A sender that dies and comes back at random, starts again anywhere at or below what is
+/// acknowledged, and damages frames: the bytes come out once and in order.
 TEST(JobReceiver, WhateverTheSenderDoesTheBytesComeOutOnce) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         std::mt19937_64 random(seed);

@@ -1,0 +1,125 @@
+#include "printer/machine/heating.h"
+
+#include <cstdio>
+
+namespace qduino::printer::machine {
+
+Heating::Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published)
+    : config_(config), control_(config) {
+    control_.publish_to(&published);
+}
+
+// ---- what is heard ------------------------------------------------------------------------------
+
+void Heating::observe(Instant now) {
+    const link::HeatStatus fresh = control_.status();
+    if (!alive_ || fresh.heartbeat != seen_.heartbeat) alive_ = now;
+    seen_ = fresh;
+    silent_ = now - *alive_ > kSilence;
+}
+
+std::string_view Heating::fault() const {
+    if (!seen_.fault.empty()) return seen_.fault;
+    if (silent_) return "the heater loop (loop 3) has stopped sampling: heat is off; restart the sketch";
+    return {};
+}
+
+std::string_view Heating::persisting_fault() const {
+    if (silent_) return "the heater loop (loop 3) does not sample: restart the sketch";
+    return seen_.persists.view();
+}
+
+bool Heating::idle_lost() const {
+    const bool asked = targets_.hot_end.value() > 0 || targets_.bed.value() > 0;
+    return asked && seen_.idle_timed_out && seen_.requests_seen == targets_.requests;
+}
+
+Result<void> Heating::check_cold(double filament_mm) const {
+    if (filament_mm == 0 || seen_.hot_end.celsius >= config_.minimum_extrude.value()) return {};
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the hot end is at %.0f °C: filament moves only from %.0f °C on; heat it first (M109)",
+                  seen_.hot_end.celsius, config_.minimum_extrude.value());
+    return make_error(ErrorCode::out_of_range, text);
+}
+
+// ---- what is asked ------------------------------------------------------------------------------
+
+void Heating::set_target(gcode::Heater heater, Celsius target) {
+    (heater == gcode::Heater::hot_end ? targets_.hot_end : targets_.bed) = target;
+    note_request(heater, target);
+    control_.set_targets(targets_);
+}
+
+/// While targets are kept: off means off for now, and what is warm enough to go on with is taken
+/// over.
+void Heating::note_request(gcode::Heater heater, Celsius target) {
+    ++targets_.requests;
+    if (!kept_ || target.value() <= 0) return;
+    if (heater == gcode::Heater::bed) {
+        kept_->bed = target;
+        return;
+    }
+    const double needed = config_.minimum_extrude.value();
+    if (target.value() >= needed || kept_->hot_end.value() < needed) kept_->hot_end = target;
+}
+
+void Heating::set_fan(double duty) {
+    targets_.fan_duty = duty;
+    control_.set_targets(targets_);
+}
+
+void Heating::heaters_off() {
+    targets_.hot_end = targets_.bed = Celsius{};
+    control_.set_targets(targets_);
+}
+
+void Heating::all_off() {
+    targets_.fan_duty = 0;
+    heaters_off();
+}
+
+void Heating::clear_faults() {
+    ++targets_.clear_faults;
+    all_off();
+    seen_.fault.clear();
+}
+
+// ---- while a job is paused ----------------------------------------------------------------------
+
+void Heating::keep_targets() {
+    if (!kept_) kept_ = Kept{targets_.hot_end, targets_.bed};
+}
+
+bool Heating::may_extrude_now_and_later() const {
+    QDUINO_EXPECT(kept_.has_value());
+    const double needed = config_.minimum_extrude.value();
+    return seen_.hot_end.reading && seen_.hot_end.celsius >= needed && kept_->hot_end.value() >= needed;
+}
+
+void Heating::ask_for_kept() {
+    QDUINO_EXPECT(kept_.has_value());
+    targets_.hot_end = kept_->hot_end;
+    targets_.bed = kept_->bed;
+    ++targets_.requests;
+    control_.set_targets(targets_);
+}
+
+bool Heating::is_warm_again() const {
+    const auto warm = [](const link::HeaterStatus& seen, Celsius target, const HeaterConfig& config) {
+        return target.value() <= 0 || seen.celsius >= target.value() - config.at_target_celsius;
+    };
+    return warm(seen_.hot_end, targets_.hot_end, config_.hot_end) &&
+           warm(seen_.bed, targets_.bed, config_.bed);
+}
+
+// ---- while a job waits for heat -----------------------------------------------------------------
+
+void Heating::advance_wait(Instant now) {
+    if (!wait_.active()) return;
+    const bool hot_end = wait_.heater() == gcode::Heater::hot_end;
+    const double celsius = hot_end ? seen_.hot_end.celsius : seen_.bed.celsius;
+    static_cast<void>(wait_.is_over(now, Celsius{celsius}, hot_end ? config_.hot_end : config_.bed));
+}
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,97 @@
+// Heat as loop 1 sees it: what it asks of loop 3, what it hears of it, and the targets that a
+// paused job goes on with.
+//
+//   set_target() ─► targets ──four-slot──► loop 3  sample()
+//                      ▲                                │
+//   kept while the job │ is paused, or has lost         └──four-slot──► observe() ─► seen(),
+//   its heat: asked for again by resume                                 fault(), idle_lost()
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "printer/gcode/actions.h"
+#include "printer/heat/heat_control.h"
+#include "printer/machine/heat_wait.h"
+
+namespace qduino::printer::machine {
+
+class Heating {
+  public:
+    /// Loop 3 has not sampled for so long: heat can no longer be trusted to anybody but the pins.
+    static constexpr Nanoseconds kSilence = 500ms;
+
+    /// `config` and `published`, where loop 3's status also goes, must outlive this.
+    Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published);
+
+    // ---- loop 3 ---------------------------------------------------------------------------------
+
+    /// `cut`: an emergency stop; heat off whatever is asked.
+    [[nodiscard]] heat::HeatDuties sample(Instant now, const heat::HeatReadings& readings, bool cut) {
+        return control_.sample(now, readings, cut);
+    }
+
+    // ---- loop 1: what is heard ------------------------------------------------------------------
+
+    /// Takes loop 3's freshest word. Once per release, before anything is decided.
+    void observe(Instant now);
+    [[nodiscard]] const link::HeatStatus& seen() const { return seen_; }
+    [[nodiscard]] bool silent() const { return silent_; }
+    /// Why the machine must stop; empty: it need not.
+    [[nodiscard]] std::string_view fault() const;
+    /// What would fault again at once if the fault were cleared now; empty: nothing.
+    [[nodiscard]] std::string_view persisting_fault() const;
+    /// Loop 3 has cut heaters that are asked for and that nobody used.
+    [[nodiscard]] bool idle_lost() const;
+    /// An error in words while the hot end is too cold to move `filament_mm`.
+    [[nodiscard]] Result<void> check_cold(double filament_mm) const;
+
+    // ---- loop 1: what is asked ------------------------------------------------------------------
+
+    /// Somebody asks for a temperature; while targets are kept they change with it.
+    void set_target(gcode::Heater heater, Celsius target);
+    void set_fan(double duty);
+    [[nodiscard]] double fan_duty() const { return targets_.fan_duty; }
+    void heaters_off();
+    void all_off();
+    /// Loop 3 forgets its latched faults.
+    void clear_faults();
+
+    // ---- loop 1: while a job is paused ----------------------------------------------------------
+
+    /// The targets that the job goes on with, once; what is set afterwards changes them.
+    void keep_targets();
+    [[nodiscard]] bool keeps_targets() const { return kept_.has_value(); }
+    /// Filament may be moved now, and once the kept targets are reached again. Contract: targets
+    /// are kept.
+    [[nodiscard]] bool may_extrude_now_and_later() const;
+    /// Contract: targets are kept.
+    void ask_for_kept();
+    void forget_kept() { kept_.reset(); }
+    [[nodiscard]] bool is_warm_again() const;
+
+    // ---- loop 1: while a job waits for heat -----------------------------------------------------
+
+    [[nodiscard]] HeatWait& wait() { return wait_; }
+    [[nodiscard]] const HeatWait& wait() const { return wait_; }
+    void advance_wait(Instant now);
+
+  private:
+    struct Kept {
+        Celsius hot_end;
+        Celsius bed;
+    };
+
+    void note_request(gcode::Heater heater, Celsius target);
+
+    const MachineConfig& config_;
+    heat::HeatControl control_;
+    heat::HeatTargets targets_;
+    link::HeatStatus seen_;
+    std::optional<Instant> alive_;  // when loop 3 last showed a new sample
+    bool silent_ = false;
+    std::optional<Kept> kept_;  // in force when the job was paused, or lost its heat
+    HeatWait wait_;
+};
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,72 @@
+// Carries out homing on the motion pipe, and is the one place that knows which axes are homed.
+//
+// One order (homing.h) at a time. It begins when everything before it has been played. It ends with
+// the switch, when loop 2 saw it and loop 1 has had the rest dropped, or with the end of its move.
+//
+// An axis is homed from the moment at which it has settled on its switch, until its motor is
+// switched off, it is homed again, a homing fails, or the machine faults: as of what has been
+// played. An interpreter counts on what it has read, an M84 at the end of a job, say; tell() puts
+// it right where that will not come to be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "printer/gcode/interpreter.h"
+#include "printer/machine/homing.h"
+#include "printer/machine/motion_pipe.h"
+#include "printer/machine/motors.h"
+
+namespace qduino::printer::machine {
+
+class HomingRun {
+  public:
+    /// All must outlive this.
+    HomingRun(const MachineConfig& config, MotionPipe& pipe, Motors& motors)
+        : config_(config), pipe_(pipe), motors_(motors), homing_(config) {}
+
+    /// Contract: `axes` is not empty, and holds none but X, Y, Z.
+    void begin(gcode::AxisSet axes);
+    [[nodiscard]] bool active() const { return homing_.active(); }
+
+    /// One look, once per release while active. `may_start`: everything before has been played.
+    /// True: an axis has just settled at its home position, and the pipe begins anew there. Error:
+    /// homing is over, and has failed.
+    [[nodiscard]] Result<bool> advance(Instant now, bool may_start);
+    /// Loop 2 has dropped everything, and the pipe begins anew from where that left the machine.
+    [[nodiscard]] Result<void> stopped();
+    /// Ends it, wherever it is; no axis is homed then. The caller has the motion stopped.
+    void abandon();
+
+    [[nodiscard]] bool homed(Axis axis) const { return homed_[static_cast<std::size_t>(axis)]; }
+    [[nodiscard]] bool all_homed() const { return homed_[0] && homed_[1] && homed_[2]; }
+    /// Axes that may be moved by hand from now on.
+    void forget(gcode::AxisSet axes);
+    /// Which axes are homed.
+    void tell(gcode::Interpreter& interpreter) const;
+
+  private:
+    /// What the pins showed of the axis when the order began.
+    struct Running {
+        Instant began{};
+        std::uint32_t hits = 0;
+        std::int64_t steps = 0;
+    };
+
+    void start(Instant now);
+    void append(const Homing::Order& order);
+    [[nodiscard]] Result<void> ended(bool pressed);
+    void settle(Axis axis);
+    [[nodiscard]] Error failed(Axis axis, const char* why);
+
+    const MachineConfig& config_;
+    MotionPipe& pipe_;
+    Motors& motors_;
+    Homing homing_;
+    std::optional<Running> running_;
+    std::array<bool, 3> homed_{};
+};
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,84 @@
+#include "printer/machine/job_run.h"
+
+namespace qduino::printer::machine {
+
+using link::JobOutcome;
+
+void JobRun::begin() {
+    parser_.reset();
+    interpreter_.reset_modes();
+    layers_ = {};
+    places_.begin_layer(0);
+    read_to_end_ = false;
+    link_.status() = {};
+    link_.status().outcome = JobOutcome::running;
+    link_.status().job_id = receiver_.job_id();
+    link_.status().job_length = receiver_.length();
+}
+
+bool JobRun::take_arrival() {
+    if (receiver_.receive(link_.jobs()) != JobReceiver::Event::begun) return false;
+    begin();
+    return true;
+}
+
+Result<JobRun::Read> JobRun::read() {
+    if (read_to_end_) return Read::nothing;
+    const gcode::Line* line = nullptr;
+    switch (receiver_.receive(link_.jobs())) {
+        case JobReceiver::Event::none:
+            return Read::nothing;
+        case JobReceiver::Event::begun:
+            begin();
+            return Read::begun;
+        case JobReceiver::Event::ended:
+            read_to_end_ = true;
+            line = parser_.finish();
+            break;
+        case JobReceiver::Event::bytes: {
+            std::span<const char> bytes = gcode::as_chars(receiver_.held());
+            const std::size_t before = bytes.size();
+            line = parser_.next(bytes);
+            receiver_.use(before - bytes.size());
+            break;
+        }
+    }
+    if (line == nullptr) return Read::some;
+    const Result<void> done = carry_out(*line);
+    return done.ok() ? Result<Read>{Read::some} : Result<Read>{done.error()};
+}
+
+Result<void> JobRun::carry_out(const gcode::Line& line) {
+    if (!line.comment.empty()) {
+        const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
+        // It is shown when its first move has been made.
+        if (layers_.on_annotation(annotation)) places_.begin_layer(layers_.layers());
+    }
+    if (line.error) return *line.error;
+    return line.command == nullptr ? Result<void>{} : interpreter_.execute(*line.command, kArcPiecesAtOnce);
+}
+
+void JobRun::end(const JobEnding& ending) {
+    if (running()) {
+        link_.status().outcome = ending.outcome;
+        link_.status().bytes_accepted = receiver_.accepted();
+        if (ending.outcome != JobOutcome::completed) link_.status().fault = ending.why;
+        receiver_.close();
+    }
+    if (ending.outcome != JobOutcome::completed) interpreter_.reset_modes();
+    read_to_end_ = false;
+}
+
+void JobRun::publish(Instant now, bool counts) {
+    link::JobStatus& status = link_.status();
+    if (counts && running() && published_) status.print_time_s += to_seconds(now - *published_);
+    published_ = now;
+    if (running()) {
+        status.bytes_accepted = receiver_.accepted();
+        status.bytes_planned = parser_.offset();
+    }
+    status.unknown_codes = interpreter_.unknown_codes();
+    status.warnings = interpreter_.warnings();
+}
+
+}  // namespace qduino::printer::machine

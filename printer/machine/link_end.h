@@ -1,0 +1,70 @@
+// The sketch's end of the link: commands in, words and the status out.
+//
+// The status is gathered here by whoever knows a part of it, and handed over whole, once per
+// release. Loop 1 only.
+#pragma once
+
+#include <optional>
+
+#include "printer/link/frame.h"
+#include "printer/link/layout.h"
+#include "printer/machine/job_receiver.h"
+
+namespace qduino::printer::machine {
+
+class LinkEnd {
+  public:
+    static constexpr int kCommandsPerRelease = 32;
+
+    /// `layout` must outlive this.
+    explicit LinkEnd(link::LinkLayout& layout) : layout_(layout) {}
+
+    [[nodiscard]] JobReceiver::Ring& jobs() { return layout_.jobs; }
+
+    /// Hands what the service asks for to `serve(const link::CommandText&)`, in order, at most so
+    /// many frames of it. A damaged one is answered.
+    template <typename Serve>
+    void take_commands(Serve&& serve) {
+        for (int i = 0; i < kCommandsPerRelease; ++i) {
+            const Result<std::optional<link::FrameView>> frame = commands_.read(layout_.commands);
+            if (!frame.ok()) {
+                say(link::ReplyKind::error, frame.error().message);
+                continue;
+            }
+            if (!frame->has_value()) return;
+            if ((*frame)->type != link::FrameType::command) continue;
+            const Result<link::CommandText> command = link::decode_command((*frame)->payload);
+            if (command.ok()) {
+                serve(*command);
+            } else {
+                say(link::ReplyKind::error, command.error().message);
+            }
+        }
+    }
+
+    /// To the console. Dropped when the service does not read, and counted.
+    void say(link::ReplyKind kind, std::string_view text) {
+        if (!link::try_push(layout_.replies, link::encode(link::ReplyText{kind, text}))) ++replies_dropped_;
+    }
+
+    /// Of the running or last job, and of the machine.
+    [[nodiscard]] link::JobStatus& status() { return status_; }
+    [[nodiscard]] const link::JobStatus& status() const { return status_; }
+    [[nodiscard]] bool job_running() const { return status_.outcome == link::JobOutcome::running; }
+
+    /// Hands the status over; counts the heartbeat.
+    void publish() {
+        status_.heartbeat = ++releases_;
+        status_.replies_dropped = replies_dropped_;
+        layout_.job_status.write(status_);
+    }
+
+  private:
+    link::LinkLayout& layout_;
+    link::FrameReader commands_;
+    link::JobStatus status_;
+    std::uint64_t releases_ = 0;
+    std::uint64_t replies_dropped_ = 0;
+};
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,371 @@
+#include "printer/machine/machine.h"
+
+#include <cstdio>
+
+#include "base/version.h"
+#include "printer/gcode/reports.h"
+#include "printer/machine/vectors.h"
+
+namespace qduino::printer::machine {
+
+using link::JobOutcome;
+using link::ReplyKind;
+
+namespace {
+
+/// M105.
+gcode::ReportText temperatures(const link::HeatStatus& heat, bool has_bed) {
+    const auto reading = [](const link::HeaterStatus& h) {
+        return gcode::HeaterReading{Celsius{h.celsius}, Celsius{h.target_celsius}, h.duty};
+    };
+    return gcode::format_temperatures({reading(heat.hot_end), reading(heat.bed), has_bed});
+}
+
+/// M114.
+gcode::ReportText position(const gcode::Interpreter& shown, const MotionPipe& pipe) {
+    gcode::PositionReport report{shown.programmed_position(), {pipe.seen().steps}};
+    for (std::size_t i = 0; i < kAxisCount; ++i) report.steps[i] -= pipe.scale().origin()[i];
+    return gcode::format_position(report);
+}
+
+}  // namespace
+
+Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitch& motors)
+    : config_(config),
+      link_(link),
+      motors_(motors),
+      pipe_(config_, link.emergency),
+      heating_(config_, link.heat_status),
+      homing_(config_, pipe_, motors_),
+      actions_({config_, link_, pipe_, motors_, heating_, places_, homing_}),
+      parking_(config_, pipe_, heating_, motors_, actions_),
+      job_(config_, actions_, link_, places_) {}
+
+heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
+    heat::HeatReadings seen = readings;
+    seen.step_pulses = pipe_.pulses();
+    return heating_.sample(now, seen, pipe_.stops().emergency_pending());
+}
+
+bool Machine::to(Event event) {
+    const Next next = machine::next(state_, event);
+    QDUINO_EXPECT(next.kind != Next::Kind::impossible);
+    if (next.kind == Next::Kind::refused) {
+        FixedString<128> text{name_of(event)};
+        link_.say(ReplyKind::warning, text.append(" was not taken: ").append(next.why));
+    }
+    if (next.kind != Next::Kind::goes) return false;
+    state_ = next.state;
+    return true;
+}
+
+// ---- one release, in order ----------------------------------------------------------------------
+
+void Machine::plan(Instant now) {
+    pipe_.observe();
+    if (state_ == State::starting) to(Event::started);
+    if (pipe_.stops().emergency_pending()) {
+        enter_fault("emergency stop");
+        pipe_.stops().take_emergency();
+    }
+    watch_heat(now);
+    take_in_motion();
+    link_.take_commands([this](const link::CommandText& command) { serve(command); });
+    advance_homing(now);
+    if (places_.all_passed()) heating_.advance_wait(now);  // else the target is not yet in force
+    advance_hold();
+    advance_excursion();
+    // While a job runs or a fault is latched, what may be typed waits for nothing; while away it
+    // may be a jog, which needs room.
+    const bool at_once = job_.running() || state_ == State::faulted;
+    const auto ready = [this] { return parking_.away() ? pipe_.has_room() : !job_.interpreter().pending(); };
+    while (at_once && console_.waiting() && ready()) run_typed_line();
+    const bool more_may_come = read_input();
+    pipe_.pump(more_may_come);
+    const bool played = state_ == State::printing && !parking_.away() && job_.read_to_end() &&
+                        !heating_.wait().active() && !homing_.active() && !job_.interpreter().pending() &&
+                        !pipe_.stops().running() && pipe_.drained() && places_.all_passed();
+    if (played) {
+        link_.status().bytes_executed = link_.status().job_length;
+        end_job({JobOutcome::completed});
+    }
+    publish(now);
+}
+
+/// A fault of the heat stops everything. When loop 3 has cut heaters that nobody used, a job that
+/// runs is paused before it moves on without heat.
+void Machine::watch_heat(Instant now) {
+    heating_.observe(now);
+    if (state_ != State::faulted && !heating_.fault().empty()) enter_fault(heating_.fault());
+    if (!heating_.idle_lost()) return;
+    if (job_.running()) {
+        heating_.keep_targets();
+    } else {
+        heating_.wait().clear();
+    }
+    heating_.heaters_off();
+    if (state_ == State::printing) pause_job(false);
+    char text[160];
+    std::snprintf(text, sizeof text, "nobody used the heaters for %.0f s: they are off%s",
+                  heating_.seen().idle_timeout_s,
+                  job_.running() ? "; the job is paused, and heats up again first when it is resumed" : "");
+    link_.say(ReplyKind::warning, text);
+}
+
+/// What has been played, and where a stop has left the machine: loop 2 has dropped everything, and
+/// counts its steps.
+void Machine::take_in_motion() {
+    if (pipe_.stopping()) return;
+    if (!pipe_.stops().running()) {
+        places_.pass(pipe_.seen().last_marker, [this](const Place& place) { actions_.pass(place); });
+        return;
+    }
+    places_.forget();
+    pipe_.reset(pipe_.scale().position_of(pipe_.seen().steps));
+    job_.stands_at(pipe_.planner().position_mm());
+    if (const Result<void> homing = homing_.stopped(); !homing.ok()) enter_fault(homing.error().message);
+}
+
+void Machine::advance_homing(Instant now) {
+    if (!homing_.active()) return;
+    const Result<bool> settled = homing_.advance(now, pipe_.drained() && places_.all_passed());
+    if (!settled.ok()) return enter_fault(settled.error().message);
+    if (*settled) job_.stands_at(pipe_.planner().position_mm());
+}
+
+/// Pausing and cancelling: the motion comes to rest at the end of a move, then the state changes.
+void Machine::advance_hold() {
+    const bool pausing = state_ == State::pausing && !parking_.away();
+    const bool cancelling = state_ == State::cancelling;
+    if ((!pausing && !cancelling) || homing_.active() || pipe_.stops().running()) return;
+    if (pausing && parking_.waits_for_end()) return;
+    if (!pipe_.come_to_rest()) return;
+    if (pausing) {
+        if (!parking_.leave(job_.interpreter(), homing_)) {
+            link_.say(ReplyKind::warning,
+                      "paused where the head stands: it parks only when all axes have been homed");
+        }
+        return;
+    }
+    pipe_.planner().discard_held();
+    places_.forget();
+    pipe_.reset(pipe_.planner().position_mm());
+    job_.stands_at(pipe_.planner().position_mm());
+    end_job(job_.ending());
+}
+
+void Machine::advance_excursion() {
+    const bool goes_on = state_ != State::cancelling && state_ != State::faulted;
+    if (!parking_.away() || !goes_on || pipe_.stops().running()) return;
+    const Result<Parking::Step> step = parking_.advance();
+    if (!step.ok()) return enter_fault(step.error().message);
+    if (*step == Parking::Step::arrived) {
+        parking_.stay();
+        to(Event::rest);
+        if (parking_.take_deferred_resume()) resume_job();
+    } else if (*step == Parking::Step::returned) {
+        ++link_.status().excursions;
+        // Paused again on the way: the path is still held, and the head leaves it again.
+        if (state_ == State::pausing) return;
+        heating_.forget_kept();
+        pipe_.planner().resume();
+    }
+}
+
+// ---- what the service asks for ------------------------------------------------------------------
+
+void Machine::serve(const link::CommandText& command) {
+    switch (command.command) {
+        case link::Command::pause:
+            return pause_job(false);
+        case link::Command::resume:
+            return resume_job();
+        case link::Command::cancel:
+            return cancel_job();
+        case link::Command::clear_fault:
+            return clear_fault();
+        case link::Command::gcode:
+            break;
+    }
+    const Result<void> taken = console_.take(command.text);
+    if (!taken.ok()) link_.say(ReplyKind::error, taken.error().message);
+}
+
+void Machine::pause_job(bool at_end) {
+    if (!to(Event::pause)) return;
+    parking_.pause_at_end(at_end);
+    if (!parking_.heats()) return;
+    parking_.stay();
+    to(Event::rest);
+}
+
+void Machine::resume_job() {
+    if (state_ == State::pausing && parking_.defers_resume()) return;
+    if (!to(Event::resume)) return;
+    parking_.pause_at_end(false);
+    if (parking_.rests()) return parking_.begin_return();
+    if (!parking_.away()) pipe_.planner().resume();
+}
+
+void Machine::cancel_job() {
+    const bool nothing_to_stop =
+        state_ == State::idle && !heating_.wait().active() && !homing_.active() && pipe_.drained();
+    if (nothing_to_stop) return link_.say(ReplyKind::warning, "cancel was not taken: nothing is printing");
+    stop_job(JobOutcome::cancelled, "cancelled");
+}
+
+void Machine::clear_fault() {
+    const bool faulted = state_ == State::faulted;
+    if (faulted && pipe_.stops().running()) {
+        return link_.say(ReplyKind::warning, "clear fault was not taken: the motors are still being stopped");
+    }
+    if (const auto persists = heating_.persisting_fault(); faulted && !persists.empty()) {
+        FixedString<236> text{"the fault is still there: "};
+        return link_.say(ReplyKind::error, text.append(persists));
+    }
+    if (!to(Event::clear)) return;
+    heating_.clear_faults();
+    link_.status().fault.clear();
+    link_.say(ReplyKind::text, "fault cleared: home the axes before the next move");
+}
+
+// ---- lines --------------------------------------------------------------------------------------
+
+bool Machine::reads() const {
+    const bool takes_lines = state_ == State::idle || state_ == State::printing;
+    return takes_lines && !parking_.away() && !heating_.wait().active() && !homing_.active();
+}
+
+/// True: more may come at once, so the planner may go on hoping.
+bool Machine::read_input() {
+    if (state_ == State::faulted) {
+        // A job that arrives now is refused, not kept for later: nobody expects it to start after
+        // the repair.
+        const FixedString<236> fault = link_.status().fault;
+        if (job_.take_arrival()) end_job({JobOutcome::failed, fault});
+        return false;
+    }
+    bool more = true;
+    const auto has_room = [this] { return pipe_.has_room() && !places_.full() && !pipe_.stops().running(); };
+    for (int lines = 0; lines < kLinesPerPlan && more && reads() && has_room(); ++lines) more = read_line();
+    return more && reads();
+}
+
+/// One line, from whoever has one. False: nothing to read now.
+bool Machine::read_line() {
+    if (job_.interpreter().pending()) {
+        const Result<void> proceeded = job_.interpreter().proceed(kArcPiecesAtOnce);
+        if (!proceeded.ok()) stop_job(JobOutcome::failed, proceeded.error().message);
+        return true;
+    }
+    if (console_.waiting()) {
+        run_typed_line();
+        return true;
+    }
+    const Result<JobRun::Read> read = job_.read();
+    heed_request();
+    if (!read.ok()) {
+        stop_job(JobOutcome::failed, read.error().message);
+        return true;
+    }
+    if (*read == JobRun::Read::begun) to(Event::begin);
+    return *read != JobRun::Read::nothing;
+}
+
+void Machine::run_typed_line() {
+    gcode::Interpreter& of_job = job_.interpreter();
+    gcode::Interpreter& interpreter = parking_.away() ? parking_.interpreter() : of_job;
+    actions_.set_typed(true);
+    const std::optional<Result<void>> done =
+        console_.run_next({state_ == State::faulted, job_.running(), parking_.rests()}, interpreter);
+    actions_.set_typed(false);
+    if (parking_.away()) of_job.adopt_factors(interpreter.state());
+    heed_request();
+    if (!done) return;
+    if (done->ok()) {
+        link_.say(ReplyKind::text, "ok");
+    } else {
+        link_.say(ReplyKind::error, done->error().message);
+    }
+}
+
+/// What the line just carried out has asked the machine for.
+void Machine::heed_request() {
+    const std::optional<Request> request = actions_.take_request();
+    if (!request) return;
+    if (std::holds_alternative<PauseAsked>(*request)) return pause_job(true);
+    if (std::holds_alternative<EmergencyAsked>(*request)) return enter_fault("emergency stop (M112)");
+    switch (std::get<gcode::Report>(*request)) {
+        case gcode::Report::temperatures:
+            return link_.say(ReplyKind::text, temperatures(heating_.seen(), config_.has_bed));
+        case gcode::Report::position:
+            return link_.say(ReplyKind::text, position(parking_.shown(job_.interpreter()), pipe_));
+        case gcode::Report::firmware:
+            break;
+    }
+    link_.say(ReplyKind::text, gcode::format_firmware({version(), config_.name, "", false, true}));
+}
+
+// ---- ends ---------------------------------------------------------------------------------------
+
+/// Ends the job where its motion can come to rest; end_job() follows when it has (advance_hold).
+void Machine::stop_job(JobOutcome outcome, std::string_view why) {
+    if (!to(Event::stop)) return;
+    job_.will_end({outcome, FixedString<236>{why}});
+    heating_.wait().clear();
+    heating_.all_off();
+    console_.forget();
+    if (!homing_.active()) return;
+    homing_.abandon();
+    homing_.tell(job_.interpreter());
+    pipe_.stops().ask();
+}
+
+void Machine::end_job(const JobEnding& ending) {
+    if (state_ != State::faulted) to(Event::end);
+    job_.end(ending);
+    if (ending.outcome == JobOutcome::failed) link_.say(ReplyKind::error, ending.why);
+    if (ending.outcome != JobOutcome::completed) {
+        heating_.all_off();
+        // What was read and will not be done, an M84 say, has changed nothing.
+        homing_.tell(job_.interpreter());
+    }
+    parking_.forget();
+    heating_.wait().clear();
+}
+
+/// Heat off, motion dropped, job failed; nothing moves until clear_fault.
+void Machine::enter_fault(std::string_view why) {
+    to(Event::fault);
+    heating_.all_off();
+    heating_.wait().clear();
+    link_.status().fault.assign(why);
+    console_.forget();
+    parking_.forget();
+    homing_.abandon();
+    homing_.tell(job_.interpreter());
+    pipe_.stops().ask();
+    if (job_.running()) {
+        end_job({JobOutcome::failed, FixedString<236>{why}});
+    } else {
+        link_.say(ReplyKind::error, why);
+    }
+}
+
+void Machine::publish(Instant now) {
+    job_.publish(now, state_ == State::printing || state_ == State::pausing || state_ == State::cancelling);
+    link::JobStatus& status = link_.status();
+    status.state = state_;
+    for (const Axis axis : gcode::kToolAxes)
+        status.homed[static_cast<std::size_t>(axis)] = homing_.homed(axis);
+    status.origin_steps = pipe_.scale().origin();
+    status.position_mm = to_vector(parking_.shown(job_.interpreter()).programmed_position());
+    const bool paused = state_ == State::paused;
+    status.parked = paused && parking_.has_parked();
+    status.may_jog = (paused && parking_.rests()) || (state_ == State::idle && !job_.running() && reads());
+    status.fault_persists.assign(state_ == State::faulted ? heating_.persisting_fault() : std::string_view{});
+    status.fan_duty = heating_.fan_duty();
+    link_.publish();
+}
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,121 @@
+// Away from the path: where the head goes while a job is paused, and how it comes back.
+//
+//        stop ──retract──┐ hop                    lower ┌──un-retract── stop, to the step
+//   path ═══●            │      park place              │            ●═══ path
+//                        └────────► ● jogs … ● ─────────┘
+//   state   pausing ......................│paused│ printing ............ printing
+//   Phase   on_path │ leaving             │parked│ heating │ returning │ on_path
+//
+// The way out and back is planned and played like any other motion, by a planner of its own
+// (MotionPipe::depart). X, Y and Z come back to the numbers at which the path was left, so to the
+// same steps; that is checked on loop 2's counts. E counts on from where it left, whatever was
+// pushed or drawn meanwhile.
+//
+// What is typed while the head waits goes through an interpreter of its own: the job's stands
+// still, with all its modes, where the path was read to.
+//
+// A rest on both ends of the way lets whoever sees nothing but pulses tell the way from the path
+// (twin/inspector.h). Loop 1 only.
+#pragma once
+
+#include <utility>
+
+#include "base/result.h"
+#include "printer/gcode/interpreter.h"
+#include "printer/machine/heating.h"
+#include "printer/machine/homing_run.h"
+#include "printer/machine/motion_pipe.h"
+#include "printer/machine/motors.h"
+#include "printer/machine/vectors.h"
+
+namespace qduino::printer::machine {
+
+class Parking {
+  public:
+    /// All must outlive this; `actions` carries out what is typed meanwhile.
+    Parking(const MachineConfig& config, MotionPipe& pipe, Heating& heating, Motors& motors,
+            gcode::Actions& actions)
+        : config_(config), pipe_(pipe), heating_(heating), motors_(motors), jogs_(config, actions) {}
+
+    [[nodiscard]] bool away() const { return phase_ != Phase::on_path; }
+    /// At rest beside the path: jogs are taken.
+    [[nodiscard]] bool rests() const { return phase_ == Phase::parked; }
+    /// Resumed, and waiting for the heat that it left with.
+    [[nodiscard]] bool heats() const { return phase_ == Phase::heating; }
+    /// The head has moved away from the part.
+    [[nodiscard]] bool has_parked() const { return left_.parked; }
+    /// Of what is typed while the head rests here.
+    [[nodiscard]] gcode::Interpreter& interpreter() { return jogs_; }
+    /// Whose position people are shown.
+    [[nodiscard]] const gcode::Interpreter& shown(const gcode::Interpreter& of_job) const {
+        return rests() ? jogs_ : of_job;
+    }
+
+    // ---- before it leaves -----------------------------------------------------------------------
+
+    /// The next pause begins when everything planned has been played (M0), or as soon as the motion
+    /// can rest.
+    void pause_at_end(bool at_end) { at_end_ = at_end; }
+    [[nodiscard]] bool waits_for_end() const { return at_end_ && !pipe_.drained(); }
+    /// A resume comes before the head has parked, or without the heat to go on: that is finished
+    /// first. False: it need not be.
+    [[nodiscard]] bool defers_resume();
+
+    // ---- away and back --------------------------------------------------------------------------
+
+    /// The path is held and at rest: the head goes. False: it stays there, since not all axes are
+    /// homed.
+    [[nodiscard]] bool leave(const gcode::Interpreter& path, const HomingRun& homing);
+    /// Waits for a person here.
+    void stay();
+    /// Asks for the heat that it left with. Contract: rests().
+    void begin_return();
+
+    enum class Step : std::uint8_t {
+        goes_on,
+        arrived,   ///< at the park place: stay()
+        returned,  ///< on the path, still held
+    };
+    /// One look, once per release while away. Error: it came back to another place than it left.
+    [[nodiscard]] Result<Step> advance();
+    /// A resume was put off until now; asked once.
+    [[nodiscard]] bool take_deferred_resume() { return std::exchange(resume_wanted_, false); }
+
+    /// The job is over, or the machine has a fault: there is no path to come back to.
+    void forget();
+
+  private:
+    enum class Phase : std::uint8_t {
+        on_path,
+        leaving,    ///< on its way to the park place
+        parked,     ///< there, or where it stopped when it may not park
+        heating,    ///< resumed: waits for the heat that it left with
+        returning,  ///< on its way back to the path
+    };
+    /// How the path was left.
+    struct Left {
+        StepCounts steps{};  ///< at the stop
+        double retracted_mm = 0;
+        double filament_mm = 0;  ///< the planner's E after the retraction; the rest was jogged
+        bool parked = false;     ///< the head has moved away
+    };
+
+    void go(const motion::AxisVector& to, double speed_mm_s, double acceleration_mm_s2);
+    void rest();
+    void plan_way_out();
+    void plan_way_back();
+    void plan_detour(motion::AxisVector& at, const motion::AxisVector& to) const;
+    [[nodiscard]] Result<Step> arrive_on_path();
+
+    const MachineConfig& config_;
+    MotionPipe& pipe_;
+    Heating& heating_;
+    Motors& motors_;
+    gcode::Interpreter jogs_;
+    Phase phase_ = Phase::on_path;
+    Left left_;
+    bool resume_wanted_ = false;  // as soon as it is parked
+    bool at_end_ = false;
+};
+
+}  // namespace qduino::printer::machine

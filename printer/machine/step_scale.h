@@ -1,0 +1,59 @@
+// Where the machine is, by its step counts: steps per millimetre, and the count at which each axis
+// has its zero.
+//
+// Homing moves X, Y and Z's zero; a pause during which filament was pushed moves E's. Loop 1 only.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "printer/machine_config.h"
+#include "printer/motion/kinematics.h"
+#include "printer/motion/settings.h"
+
+namespace qduino::printer::machine {
+
+/// One count per axis, as pulses went out.
+using StepCounts = std::array<std::int64_t, kAxisCount>;
+
+class StepScale {
+  public:
+    /// At counts of 0 each of X, Y, Z is taken to stand at its home position.
+    explicit StepScale(const MachineConfig& config) {
+        for (std::size_t i = 0; i < kAxisCount; ++i) {
+            steps_per_mm_[i] = config.axes[i].steps_per_mm;
+            origin_[i] = i < 3 ? -steps_to(i, config.axes[i].home_position.value()) : 0;
+        }
+    }
+
+    /// The counts at machine position 0.
+    [[nodiscard]] const StepCounts& origin() const { return origin_; }
+    [[nodiscard]] motion::AxisVector position_of(const StepCounts& steps) const {
+        motion::AxisVector motors_mm{};
+        for (std::size_t i = 0; i < kAxisCount; ++i)
+            motors_mm[i] = static_cast<double>(steps[i] - origin_[i]) / steps_per_mm_[i];
+        return motion::tool_from_motors(motors_mm);
+    }
+    [[nodiscard]] double length_of(Axis axis, std::int64_t steps) const {
+        return static_cast<double>(std::abs(steps)) / steps_per_mm_[static_cast<std::size_t>(axis)];
+    }
+
+    /// By definition `axis` stands at `position_mm` when its count is `steps`.
+    void define(Axis axis, std::int64_t steps, double position_mm) {
+        const auto i = static_cast<std::size_t>(axis);
+        origin_[i] = steps - steps_to(i, position_mm);
+    }
+    /// `steps` went out that count for nothing.
+    void skip(Axis axis, std::int64_t steps) { origin_[static_cast<std::size_t>(axis)] += steps; }
+
+  private:
+    [[nodiscard]] std::int64_t steps_to(std::size_t axis, double mm) const {
+        return std::llround(mm * steps_per_mm_[axis]);
+    }
+
+    motion::AxisVector steps_per_mm_{};
+    StepCounts origin_{};
+};
+
+}  // namespace qduino::printer::machine

@@ -1,0 +1,149 @@
+#include "printer/machine/job_actions.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/machine/fake_loops.h"
+
+namespace qduino::printer::machine {
+namespace {
+
+struct Bench {
+    MachineConfig config;
+    std::unique_ptr<link::LinkLayout> layout = std::make_unique<link::LinkLayout>();
+    LinkEnd link{*layout};
+    std::unique_ptr<MotionPipe> pipe = std::make_unique<MotionPipe>(config, layout->emergency);
+    NotedMotors pins;
+    Motors motors{pins};
+    Heating heating{config, layout->heat_status};
+    std::unique_ptr<Places> places = std::make_unique<Places>();
+    HomingRun homing{config, *pipe, motors};
+    JobActions actions{{config, link, *pipe, motors, heating, *places, homing}};
+
+    explicit Bench(const MachineConfig& with = {}) : config(with) {
+        link.status().outcome = link::JobOutcome::running;
+    }
+    void pass_all() {
+        places->pass(last, [&](const Place& place) { actions.pass(place); });
+    }
+    gcode::Move move_x(double to_mm) {
+        gcode::Move move;
+        move.to[Axis::x] = Millimetres{to_mm};
+        move.feedrate = MillimetresPerSecond{50};
+        move.source = {0, 17, 3, 16};
+        return move;
+    }
+    std::uint32_t last = 1;
+};
+
+TEST(JobActions, WhatAJobAsksForHappensAtItsPlace) {
+    Bench bench;
+    ASSERT_TRUE(bench.actions.set_fan(0, 0.5).ok());
+    EXPECT_EQ(bench.heating.fan_duty(), 0);
+    EXPECT_FALSE(bench.places->all_passed());
+    bench.pass_all();
+    EXPECT_EQ(bench.heating.fan_duty(), 0.5);
+}
+
+TEST(JobActions, WhatIsTypedHappensAtOnce) {
+    Bench bench;
+    bench.actions.set_typed(true);
+    ASSERT_TRUE(bench.actions.set_fan(0, 0.5).ok());
+    EXPECT_EQ(bench.heating.fan_duty(), 0.5);
+    EXPECT_TRUE(bench.places->all_passed());
+    ASSERT_TRUE(bench.actions.set_fan(1, 1).ok());
+    EXPECT_EQ(bench.heating.fan_duty(), 0.5) << "there is one fan";
+}
+
+TEST(JobActions, AMoveSwitchesItsMotorOnAndCarriesTheJobsProgress) {
+    Bench bench;
+    bench.places->begin_layer(4);
+    ASSERT_TRUE(bench.actions.move(bench.move_x(10)).ok());
+    EXPECT_EQ(bench.pins.log, "X+");
+    EXPECT_EQ(bench.pipe->planner().position_mm()[0], 10);
+    EXPECT_EQ(bench.link.status().bytes_executed, 0u);
+    bench.pass_all();
+    EXPECT_EQ(bench.link.status().bytes_executed, 17u);
+    EXPECT_EQ(bench.link.status().line, 3u);
+    EXPECT_EQ(bench.link.status().layer, 4u);
+}
+
+TEST(JobActions, ATypedMoveIsNoProgressOfTheJob) {
+    Bench bench;
+    bench.actions.set_typed(true);
+    ASSERT_TRUE(bench.actions.move(bench.move_x(10)).ok());
+    EXPECT_FALSE(bench.places->all_passed()) << "it is waited for all the same";
+    bench.pass_all();
+    EXPECT_EQ(bench.link.status().bytes_executed, 0u);
+}
+
+TEST(JobActions, AColdMoveOfFilamentIsRefusedAndNothingIsSwitchedOn) {
+    Bench bench;
+    gcode::Move move = bench.move_x(10);
+    move.to[Axis::e] = Millimetres{1};
+    EXPECT_FALSE(bench.actions.move(move).ok());
+    EXPECT_EQ(bench.pins.log, "");
+    EXPECT_TRUE(bench.pipe->planner().empty());
+}
+
+TEST(JobActions, MotorsThatGoOffTakeTheirHomingWithThem) {
+    Bench bench;
+    ASSERT_TRUE(bench.actions.move(bench.move_x(10)).ok());
+    ASSERT_TRUE(bench.actions.motors_off(gcode::AxisSet{}.add(Axis::x).add(Axis::e)).ok());
+    EXPECT_EQ(bench.pins.log, "X+");
+    bench.last = 2;
+    bench.pass_all();
+    EXPECT_EQ(bench.pins.log, "X+X-E-");
+    ASSERT_TRUE(bench.actions.move(bench.move_x(20)).ok());
+    EXPECT_EQ(bench.pins.log, "X+X-E-X+") << "on again for the next move";
+}
+
+TEST(JobActions, AMachineWithoutABedHeatsNone) {
+    MachineConfig config;
+    config.has_bed = false;
+    Bench bench(config);
+    EXPECT_FALSE(
+        bench.actions.wait_temperature(gcode::Heater::bed, Celsius{60}, gcode::WaitFor::heating).ok());
+    EXPECT_FALSE(bench.heating.wait().active());
+    EXPECT_TRUE(bench.actions.set_temperature(gcode::Heater::bed, Celsius{}).ok()) << "off is what it is";
+}
+
+TEST(JobActions, RequestsAreTakenOnce) {
+    Bench bench;
+    EXPECT_FALSE(bench.actions.take_request().has_value());
+    bench.actions.emergency_stop();
+    const std::optional<Request> emergency = bench.actions.take_request();
+    ASSERT_TRUE(emergency.has_value());
+    EXPECT_TRUE(std::holds_alternative<EmergencyAsked>(*emergency));
+    EXPECT_FALSE(bench.actions.take_request().has_value());
+    bench.actions.report(gcode::Report::position);
+    EXPECT_EQ(std::get<gcode::Report>(*bench.actions.take_request()), gcode::Report::position);
+}
+
+TEST(JobActions, OnlyAJobPausesItself) {
+    Bench bench;
+    ASSERT_TRUE(bench.actions.pause(gcode::PauseReason::requested, "take it off").ok());
+    EXPECT_TRUE(std::holds_alternative<PauseAsked>(*bench.actions.take_request()));
+    EXPECT_EQ(bench.link.status().message.view(), "take it off");
+    bench.actions.set_typed(true);
+    ASSERT_TRUE(bench.actions.pause(gcode::PauseReason::requested, {}).ok());
+    EXPECT_FALSE(bench.actions.take_request().has_value());
+    bench.actions.set_typed(false);
+    bench.link.status().outcome = link::JobOutcome::completed;
+    ASSERT_TRUE(bench.actions.pause(gcode::PauseReason::requested, {}).ok());
+    EXPECT_FALSE(bench.actions.take_request().has_value());
+}
+
+TEST(JobActions, LimitsChangeWhatIsAppendedNext) {
+    Bench bench;
+    gcode::LimitChange change;
+    change.axis_speed[0] = MillimetresPerSecond{77};
+    change.travel_acceleration = MillimetresPerSecond2{500};
+    ASSERT_TRUE(bench.actions.set_limits(change).ok());
+    EXPECT_EQ(bench.pipe->planner().settings().max_speed_mm_s[0], 77);
+    EXPECT_EQ(bench.pipe->accelerations().of(gcode::MoveKind::travel), 500);
+    EXPECT_EQ(bench.pipe->accelerations().of(gcode::MoveKind::print),
+              bench.config.default_acceleration_mm_s2);
+}
+
+}  // namespace
+}  // namespace qduino::printer::machine

@@ -1,0 +1,247 @@
+// The machine as a whole, without a simulator: who may ask for what when, and what follows from it.
+#include "printer/machine/machine.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/machine/fake_loops.h"
+
+namespace qduino::printer::machine {
+namespace {
+
+using link::Command;
+using link::JobOutcome;
+
+/// Longer than loop 1 solves ahead, so that it is not over at once: some 14 s.
+constexpr std::string_view kLong = "G1 X100 F600\nG4 S10\nG1 X10 F600\n";
+
+TEST(Machine, AJobRunsFromIdleToIdle) {
+    MachineBench bench;
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::idle);
+    bench.job("G28\nG1 X10 F3000\nM106 S255\n");
+    ASSERT_TRUE(bench.reaches(State::printing));
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.status().bytes_executed, bench.status().job_length);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 800);
+    EXPECT_EQ(bench.status().homed, (std::array{true, true, true}));
+    EXPECT_EQ(bench.heat().fan_duty, 1);
+}
+
+TEST(Machine, WhatIsAskedForAtTheWrongTimeIsRefusedWithWords) {
+    MachineBench bench;
+    bench.run();
+    EXPECT_EQ(bench.answer(Command::pause), "pause was not taken: nothing is printing\n");
+    EXPECT_EQ(bench.answer(Command::resume), "resume was not taken: nothing is paused\n");
+    EXPECT_EQ(bench.answer(Command::cancel), "cancel was not taken: nothing is printing\n");
+    EXPECT_EQ(bench.answer(Command::clear_fault), "clear fault was not taken: there is no fault\n");
+    EXPECT_EQ(bench.status().state, State::idle);
+    bench.link->emergency.fetch_add(1);
+    bench.run(3);
+    EXPECT_EQ(bench.answer(Command::pause), "pause was not taken: the machine has a fault; clear it first\n");
+    EXPECT_EQ(bench.answer(Command::cancel),
+              "cancel was not taken: the machine has a fault; clear it first\n");
+    EXPECT_EQ(bench.answer(Command::resume),
+              "resume was not taken: the machine has a fault; clear it first\n");
+    EXPECT_EQ(bench.status().state, State::faulted);
+}
+
+TEST(Machine, AskingForWhatIsSoAlreadyChangesNothingAndSaysNothing) {
+    MachineBench bench;
+    bench.job(kLong, 1, false);
+    ASSERT_TRUE(bench.reaches(State::printing));
+    EXPECT_EQ(bench.answer(Command::resume), "");
+    EXPECT_EQ(bench.status().state, State::printing);
+    bench.command(Command::pause);
+    ASSERT_TRUE(bench.reaches(State::paused));
+    EXPECT_EQ(bench.answer(Command::pause), "");
+    EXPECT_EQ(bench.status().state, State::paused);
+}
+
+TEST(Machine, PauseAndResume) {
+    MachineBench bench;
+    bench.job("G28\n" + std::string(kLong));
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().line >= 2; }));
+    bench.command(Command::pause);
+    ASSERT_TRUE(bench.reaches(State::paused));
+    EXPECT_TRUE(bench.status().parked);
+    EXPECT_TRUE(bench.status().may_jog);
+    bench.command(Command::resume);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.status().excursions, 1u);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 800);
+}
+
+TEST(Machine, AResumeOnTheWayToTheParkPlaceIsPutOffNotLost) {
+    MachineBench bench;
+    bench.job("G28\nM0\nG1 X20 F3000\n");
+    ASSERT_TRUE(bench.reaches(State::pausing));
+    ASSERT_TRUE(bench.run_until([&] {
+        bench.command(Command::resume);
+        bench.run();
+        return bench.status().state != State::pausing;
+    }));
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+}
+
+TEST(Machine, StepsThatAreMissingOnTheWayBackStopThePrint) {
+    MachineBench bench;
+    bench.job("G28\n" + std::string(kLong));
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().line >= 2; }));
+    bench.command(Command::pause);
+    ASSERT_TRUE(bench.reaches(State::paused));
+    bench.loop2->slip(Axis::y, 3);
+    bench.command(Command::resume);
+    ASSERT_TRUE(bench.reaches(State::faulted));
+    EXPECT_EQ(bench.status().fault.view(),
+              "Y came back from the pause 3 steps beside where it left: the print is stopped");
+}
+
+TEST(Machine, CancelEndsTheJobAndForgetsWhatWasTyped) {
+    MachineBench bench;
+    bench.job("M106 S255\n" + std::string(kLong), 1, false);
+    ASSERT_TRUE(bench.run_until([&] { return bench.heat().fan_duty == 1; }));
+    bench.command(Command::cancel);
+    bench.run();
+    bench.command(Command::cancel);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::cancelled);
+    EXPECT_EQ(bench.status().fault.view(), "cancelled");
+    bench.run(2);
+    EXPECT_EQ(bench.heat().fan_duty, 0);
+}
+
+TEST(Machine, CancelEndsAHomingThatSomebodyTyped) {
+    MachineBench bench;
+    for (const Axis axis : gcode::kToolAxes) bench.loop2->put_switch(axis, -1'000'000);
+    bench.command(Command::gcode, "G28");
+    bench.run(2);
+    bench.command(Command::cancel);
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::cancelling);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::none);
+    EXPECT_FALSE(bench.status().homed[0]);
+}
+
+TEST(Machine, ABadLineFailsTheJobAndNamesItself) {
+    MachineBench bench;
+    bench.job("G1 X10 F3000\nG1 X999\n");
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().outcome == JobOutcome::failed; }));
+    EXPECT_EQ(bench.status().state, State::idle);
+    EXPECT_TRUE(bench.status().fault.view().starts_with("line 2, G1: X would go to 999 mm"));
+    EXPECT_EQ(bench.loop2->steps()[0], 800);
+}
+
+TEST(Machine, AnEmergencyStopFaultsAndIsClearedByAPerson) {
+    MachineBench bench;
+    bench.job(kLong, 1, false);
+    ASSERT_TRUE(bench.reaches(State::printing));
+    bench.link->emergency.fetch_add(1);
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::faulted);
+    EXPECT_EQ(bench.status().outcome, JobOutcome::failed);
+    EXPECT_EQ(bench.answer(Command::gcode, "G28"),
+              "G28 was not done: the machine has a fault; clear it first\n");
+    EXPECT_EQ(bench.answer(Command::clear_fault), "fault cleared: home the axes before the next move\n");
+    EXPECT_EQ(bench.status().state, State::idle);
+    EXPECT_TRUE(bench.status().fault.empty());
+}
+
+TEST(Machine, AFaultIsNotClearedWhileTheMotorsAreStillBeingStopped) {
+    MachineBench bench;
+    bench.run();
+    bench.link->emergency.fetch_add(1);
+    bench.machine->plan(bench.now += 100ms);  // and loop 2 has not answered
+    bench.command(Command::clear_fault);
+    bench.machine->plan(bench.now += 100ms);
+    EXPECT_EQ(bench.status().state, State::faulted);
+    bench.run(3);
+    EXPECT_NE(bench.replies.find("the motors are still being stopped"), std::string::npos) << bench.replies;
+    bench.command(Command::clear_fault);
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::idle);
+}
+
+TEST(Machine, AFaultThatPersistsIsNotCleared) {
+    MachineBench bench;
+    bench.run();
+    bench.thermistor_open = true;
+    ASSERT_TRUE(bench.reaches(State::faulted));
+    bench.run(3);
+    EXPECT_NE(bench.answer(Command::clear_fault).find("the fault is still there: hot end sensor"),
+              std::string::npos);
+    bench.thermistor_open = false;
+    bench.run(3);
+    EXPECT_EQ(bench.answer(Command::clear_fault), "fault cleared: home the axes before the next move\n");
+}
+
+TEST(Machine, ASilentLoop3IsAFault) {
+    MachineBench bench;
+    bench.run(2);
+    bench.heat_samples = false;
+    ASSERT_TRUE(bench.reaches(State::faulted));
+    EXPECT_TRUE(bench.machine->heat_silent());
+    EXPECT_NE(bench.status().fault.view().find("loop 3"), std::string_view::npos);
+}
+
+TEST(Machine, AJobThatArrivesWhileFaultedIsRefused) {
+    MachineBench bench;
+    bench.run();
+    bench.link->emergency.fetch_add(1);
+    bench.run(2);
+    bench.job("G1 X10 F3000\n", 9);
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::faulted);
+    EXPECT_EQ(bench.status().job_id, 9u);
+    EXPECT_EQ(bench.status().outcome, JobOutcome::failed);
+    EXPECT_EQ(bench.status().fault.view(), "emergency stop") << "the fault stays the fault";
+}
+
+TEST(Machine, AnM84ThatWasReadButNotDoneUnhomesNothing) {
+    MachineBench bench;
+    bench.job("G28\n" + std::string(kLong) + "M84\n");
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().line >= 2; }));
+    bench.command(Command::cancel);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_TRUE(bench.status().homed[0]);
+    bench.replies.clear();
+    bench.command(Command::gcode, "G1 X1 F600");
+    bench.run();
+    EXPECT_EQ(bench.replies, "ok\n") << "and no warning that X was not homed";
+}
+
+TEST(Machine, AJobWithLostHeatPausesAndHeatsUpBeforeItGoesOn) {
+    MachineConfig config;
+    config.idle_timeout_s = 2;
+    MachineBench bench(config);
+    bench.job("G28\nM109 S200\nG4 S90\nG1 X20 E1 F600\nM104 S0\n");
+    ASSERT_TRUE(bench.reaches(State::paused));
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 0);
+    bench.command(Command::resume);
+    bench.run(2);
+    EXPECT_EQ(bench.status().state, State::printing);
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 200);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.status().fault.view();
+}
+
+TEST(Machine, APauseWhileItHeatsUpAgainStaysParked) {
+    MachineBench bench;
+    bench.job("G28\nM109 S200\nM0\nG1 X20 E1 F600\n");
+    ASSERT_TRUE(bench.reaches(State::paused));
+    bench.command(Command::gcode, "M104 S0");
+    bench.run(50);
+    bench.command(Command::resume);
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::printing);
+    bench.command(Command::pause);
+    bench.run();
+    EXPECT_EQ(bench.status().state, State::paused);
+    EXPECT_TRUE(bench.status().may_jog);
+}
+
+}  // namespace
+}  // namespace qduino::printer::machine
