@@ -1,7 +1,5 @@
-// The lines that people type: kept until their turn comes, and checked for whether they may be
-// typed now.
-//
-// When a code may be typed says its row (gcode/command_table.h).
+// The lines that people type: each is kept until its turn comes, and then checked. A code's row
+// says when it may be typed (gcode/command_table.h).
 //
 // Bounded; no heap. Loop 1 only.
 #pragma once
@@ -21,7 +19,7 @@ class Console {
   public:
     static constexpr std::size_t kLinesMax = 16;
 
-    /// What decides on what may be typed.
+    /// The facts that decide.
     struct Situation {
         bool faulted = false;
         bool job_runs = false;

@@ -1,4 +1,4 @@
-// Heat as loop 1 sees it: what it asks of loop 3, what it hears of it, and the targets that a
+// Heat as loop 1 sees it: the targets it asks for, the answers of loop 3, and the targets that a
 // paused job goes on with.
 //
 //   set_target() ─► targets ──four-slot──► loop 3  sample()
@@ -18,10 +18,10 @@ namespace qduino::printer::machine {
 
 class Heating {
   public:
-    /// Loop 3 has not sampled for so long: heat can no longer be trusted to anybody but the pins.
+    /// When loop 3 has not sampled for so long, loop 1 must see to it that the heaters go off.
     static constexpr Nanoseconds kSilence = 500ms;
 
-    /// `config` and `published`, where loop 3's status also goes, must outlive this.
+    /// Both must outlive this. Loop 3's status also goes to `published`.
     Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published);
 
     // ---- loop 3 ---------------------------------------------------------------------------------
@@ -39,7 +39,7 @@ class Heating {
     [[nodiscard]] bool silent() const { return silent_; }
     /// Why the machine must stop; empty: it need not.
     [[nodiscard]] std::string_view fault() const;
-    /// What would fault again at once if the fault were cleared now; empty: nothing.
+    /// The fault that would come again at once if it were cleared now; empty: none.
     [[nodiscard]] std::string_view persisting_fault() const;
     /// Loop 3 has cut heaters that are asked for and that nobody used.
     [[nodiscard]] bool idle_lost() const;
@@ -48,7 +48,7 @@ class Heating {
 
     // ---- loop 1: what is asked ------------------------------------------------------------------
 
-    /// Somebody asks for a temperature; while targets are kept they change with it.
+    /// Somebody asks for a temperature. Kept targets change with it.
     void set_target(gcode::Heater heater, Celsius target);
     void set_fan(double duty);
     [[nodiscard]] double fan_duty() const { return targets_.fan_duty; }
@@ -59,7 +59,7 @@ class Heating {
 
     // ---- loop 1: while a job is paused ----------------------------------------------------------
 
-    /// The targets that the job goes on with, once; what is set afterwards changes them.
+    /// Keeps the targets in force, unless some are kept already; later requests change them.
     void keep_targets();
     [[nodiscard]] bool keeps_targets() const { return kept_.has_value(); }
     /// Filament may be moved now, and once the kept targets are reached again. Contract: targets

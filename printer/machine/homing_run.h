@@ -1,12 +1,13 @@
 // Carries out homing on the motion pipe, and is the one place that knows which axes are homed.
 //
-// One order (homing.h) at a time. It begins when everything before it has been played. It ends with
-// the switch, when loop 2 saw it and loop 1 has had the rest dropped, or with the end of its move.
+// One order (homing.h) at a time. It begins when everything before it has been played. An approach
+// ends when loop 2 has seen the switch and loop 1 has had the rest dropped; every order ends with
+// its move at the latest.
 //
-// An axis is homed from the moment at which it has settled on its switch, until its motor is
-// switched off, it is homed again, a homing fails, or the machine faults: as of what has been
-// played. An interpreter counts on what it has read, an M84 at the end of a job, say; tell() puts
-// it right where that will not come to be.
+// An axis is homed once it has settled on its switch. It is no longer homed when its motor is
+// switched off, when it is homed again, when a homing fails, and when the machine faults. All of
+// this is as of what has been played. An interpreter is ahead: it counts on an M84 as soon as it
+// has read it. If the job then ends before the M84 is played, tell() puts the interpreter right.
 #pragma once
 
 #include <array>
@@ -35,20 +36,20 @@ class HomingRun {
     /// True: an axis has just settled at its home position, and the pipe begins anew there. Error:
     /// homing is over, and has failed.
     [[nodiscard]] Result<bool> advance(Instant now, bool may_start);
-    /// Loop 2 has dropped everything, and the pipe begins anew from where that left the machine.
+    /// Loop 2 has dropped everything, and the pipe begins anew where the machine stands.
     [[nodiscard]] Result<void> stopped();
     /// Ends it, wherever it is; no axis is homed then. The caller has the motion stopped.
     void abandon();
 
     [[nodiscard]] bool homed(Axis axis) const { return homed_[static_cast<std::size_t>(axis)]; }
     [[nodiscard]] bool all_homed() const { return homed_[0] && homed_[1] && homed_[2]; }
-    /// Axes that may be moved by hand from now on.
+    /// `axes` may be moved by hand from now on.
     void forget(gcode::AxisSet axes);
-    /// Which axes are homed.
+    /// Tells `interpreter` which axes are homed.
     void tell(gcode::Interpreter& interpreter) const;
 
   private:
-    /// What the pins showed of the axis when the order began.
+    /// The order in hand, and loop 2's counts of the axis when it began.
     struct Running {
         Instant began{};
         std::uint32_t hits = 0;

@@ -1,11 +1,12 @@
-// What G-code asks for, carried out on the parts of the printer.
+// Carries out G-code on the parts of the printer.
 //
 //   Interpreter ──Actions──► JobActions ──► planner, places, heat, motors, homing, status
-//                                  └── request: what only the machine can do (pause, stop,
-//                                      answer); it is taken when the line is done
+//                                  └── request: pause, stop, answer
 //
-// What a job's line asks for happens at its place in the motion. What is typed happens at once,
-// unless it moves. Loop 1 only.
+// An action of a job's line happens at its place in the motion. A typed action happens at once,
+// unless it moves. Three things only the machine can do: pause, stop, answer. A line that asks for
+// one leaves a request here, and the machine takes it when the line is done; so no call goes back
+// into the machine from inside the interpreter. Loop 1 only.
 #pragma once
 
 #include <optional>
@@ -29,7 +30,7 @@ using Request = std::variant<PauseAsked, EmergencyAsked, gcode::Report>;
 
 class JobActions final : public gcode::Actions {
   public:
-    /// What is acted on; all must outlive this.
+    /// All must outlive this.
     struct Parts {
         const MachineConfig& config;
         LinkEnd& link;
@@ -41,9 +42,9 @@ class JobActions final : public gcode::Actions {
     };
     explicit JobActions(const Parts& parts) : parts_(parts) {}
 
-    /// Whether what follows was typed, or comes from the job.
+    /// Whether the lines from here on are typed, or the job's.
     void set_typed(bool typed) { typed_ = typed; }
-    /// What the line in hand asked the machine for; once.
+    /// The request of the line just carried out; once.
     [[nodiscard]] std::optional<Request> take_request() { return std::exchange(request_, std::nullopt); }
     /// The motion has passed `place`.
     void pass(const Place& place);
@@ -65,7 +66,7 @@ class JobActions final : public gcode::Actions {
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
   private:
-    /// Puts `action` behind everything planned so far; what is typed happens at once.
+    /// Puts `action` behind everything planned so far; a typed one happens at once.
     void place(const PlaceAction& action);
     void mark(const Place& place);
     void perform(const PlaceAction& action);

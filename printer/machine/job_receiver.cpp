@@ -29,6 +29,11 @@ JobReceiver::Event JobReceiver::receive(Ring& ring, int frames_max) {
     return Event::none;
 }
 
+JobReceiver::Event JobReceiver::refuse() {
+    ++refused_;
+    return Event::none;
+}
+
 JobReceiver::Event JobReceiver::take(const link::FrameView& frame) {
     switch (frame.type) {
         case link::FrameType::job_begin:
@@ -38,14 +43,13 @@ JobReceiver::Event JobReceiver::take(const link::FrameView& frame) {
         case link::FrameType::job_end:
             return take_end(frame.payload);
         default:
-            ++refused_;
-            return Event::none;
+            return refuse();
     }
 }
 
 JobReceiver::Event JobReceiver::take_begin(std::span<const std::uint8_t> payload) {
     const Result<link::JobBegin> begin = link::decode_job_begin(payload);
-    if (!begin.ok() || (running_ && begin->job_id > job_id_)) return ++refused_, Event::none;
+    if (!begin.ok() || (running_ && begin->job_id > job_id_)) return refuse();
     if (begin->job_id <= job_id_) return Event::none;  // a repetition
     running_ = true;
     ended_ = false;
@@ -58,10 +62,10 @@ JobReceiver::Event JobReceiver::take_begin(std::span<const std::uint8_t> payload
 
 JobReceiver::Event JobReceiver::take_bytes(std::span<const std::uint8_t> payload) {
     const Result<link::JobBytes> bytes = link::decode_job_bytes(payload);
-    if (!bytes.ok()) return ++refused_, Event::none;
+    if (!bytes.ok()) return refuse();
     if (!running_ || bytes->job_id != job_id_) return Event::none;
     const std::uint64_t count = bytes->bytes.size();
-    if (bytes->offset > length_ || count > length_ - bytes->offset) return ++refused_, Event::none;
+    if (bytes->offset > length_ || count > length_ - bytes->offset) return refuse();
     if (bytes->offset > accepted_ || bytes->offset + count <= accepted_) return Event::none;
     const auto fresh = bytes->bytes.subspan(static_cast<std::size_t>(accepted_ - bytes->offset));
     std::copy(fresh.begin(), fresh.end(), buffer_.begin());
@@ -73,7 +77,7 @@ JobReceiver::Event JobReceiver::take_bytes(std::span<const std::uint8_t> payload
 
 JobReceiver::Event JobReceiver::take_end(std::span<const std::uint8_t> payload) {
     const Result<link::JobEnd> end = link::decode_job_end(payload);
-    if (!end.ok()) return ++refused_, Event::none;
+    if (!end.ok()) return refuse();
     if (!running_ || ended_ || end->job_id != job_id_ || accepted_ != length_) return Event::none;
     ended_ = true;
     return Event::ended;

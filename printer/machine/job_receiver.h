@@ -50,6 +50,7 @@ class JobReceiver {
 
   private:
     Event take(const link::FrameView& frame);
+    Event refuse();
     Event take_begin(std::span<const std::uint8_t> payload);
     Event take_bytes(std::span<const std::uint8_t> payload);
     Event take_end(std::span<const std::uint8_t> payload);

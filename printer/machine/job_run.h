@@ -5,8 +5,8 @@
 //
 // A job runs from its job_begin frame until every byte has been read and every move played
 // (completed), or until it is cancelled, or until a line of it fails or the machine faults
-// (failed). What a line says is checked before anything moves; the first bad line ends the job
-// where it stands.
+// (failed). A line is checked before anything moves; the first bad line ends the job where it
+// stands.
 //
 // Loop 1 only; no heap.
 #pragma once
@@ -56,14 +56,14 @@ class JobRun {
     /// Reads one line, or a part of one, and carries it out. Error: the line fails. Contract: the
     /// interpreter has nothing pending.
     [[nodiscard]] Result<Read> read();
-    /// A job that arrives now is begun, and not read: true, once, and the caller ends it. For a
-    /// machine that has a fault.
+    /// For a machine that has a fault. True: a job has arrived and is begun, but not read; the
+    /// caller ends it.
     [[nodiscard]] bool take_arrival();
 
     /// How it will have ended when everything is at rest.
     void will_end(const JobEnding& ending) { ending_ = ending; }
     [[nodiscard]] const JobEnding& ending() const { return ending_; }
-    /// No more of it is read. Without a job nothing but what was typed ends.
+    /// No more of it is read. Does little without a job: when typed motion is cancelled.
     void end(const JobEnding& ending);
 
     /// Brings its numbers in the status up to date. `counts`: the time since the last call is time

@@ -1,6 +1,6 @@
 // The sketch's end of the link: commands in, words and the status out.
 //
-// The status is gathered here by whoever knows a part of it, and handed over whole, once per
+// Each part of the machine writes its share of the status here. It is handed over whole, once per
 // release. Loop 1 only.
 #pragma once
 
@@ -21,8 +21,8 @@ class LinkEnd {
 
     [[nodiscard]] JobReceiver::Ring& jobs() { return layout_.jobs; }
 
-    /// Hands what the service asks for to `serve(const link::CommandText&)`, in order, at most so
-    /// many frames of it. A damaged one is answered.
+    /// Hands the service's commands to `serve(const link::CommandText&)`, in order; at most
+    /// kCommandsPerRelease frames. A damaged one is answered.
     template <typename Serve>
     void take_commands(Serve&& serve) {
         for (int i = 0; i < kCommandsPerRelease; ++i) {

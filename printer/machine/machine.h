@@ -8,13 +8,13 @@
 //                    ▼
 //             status, replies
 //
-// The machine puts its parts together and is the only writer of the state (state.h): to() is the
-// one place. A part says what happened; what follows from that for the others is decided here.
+// The machine puts its parts together. A part says that something happened; the machine decides
+// what follows for the others. It is the only writer of the state (state.h), in to().
 //
 //   JobRun      the job's bytes, lines and outcome
-//   JobActions  what G-code asks for, carried out on the parts
-//   Console     what is typed
-//   Places      what happens at a place in the motion
+//   JobActions  carries out G-code on the parts
+//   Console     the typed lines
+//   Places      the actions at places in the motion
 //   MotionPipe  planner, solver and step ring
 //   Heating     loop 3, as loop 1 sees it
 //   HomingRun   homing, and which axes are homed
@@ -54,7 +54,7 @@ class Machine {
     /// Loop 1: loop 3 has fallen silent; the caller must drive the heaters off itself.
     [[nodiscard]] bool heat_silent() const { return heating_.silent(); }
 
-    /// Loop 2: the step ring, the stops to obey, and where to say what was played.
+    /// Loop 2: the step ring, the stops to obey, and the way back for what was played.
     [[nodiscard]] MotionPipe& motion() { return pipe_; }
 
     /// Loop 3: one sample. The caller drives the duties onto the pins at once. An emergency stop
@@ -64,7 +64,7 @@ class Machine {
   private:
     static constexpr int kLinesPerPlan = 2000;  // bounds loop 1's release: about 4 ms
 
-    /// True: the state has changed. Whoever asks at the wrong time is answered.
+    /// True: the state has changed. An event that is refused is answered on the console.
     bool to(Event event);
 
     void watch_heat(Instant now);

@@ -24,7 +24,7 @@ class Motors {
     explicit Motors(MotorSwitch& pins) : pins_(pins) {}
 
     void on(Axis axis) { set(axis, true); }
-    /// Those that are off and have a way to go.
+    /// Switches on the motors that are off and have a way to go.
     void on_for(const motion::AxisVector& from, const motion::AxisVector& to) {
         for (const Axis axis : gcode::kAllAxes) {
             const auto i = static_cast<std::size_t>(axis);

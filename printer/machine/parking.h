@@ -8,14 +8,14 @@
 //
 // The way out and back is planned and played like any other motion, by a planner of its own
 // (MotionPipe::depart). X, Y and Z come back to the numbers at which the path was left, so to the
-// same steps; that is checked on loop 2's counts. E counts on from where it left, whatever was
+// same steps; loop 2's counts prove it. E counts on from where it left, whatever filament was
 // pushed or drawn meanwhile.
 //
-// What is typed while the head waits goes through an interpreter of its own: the job's stands
-// still, with all its modes, where the path was read to.
+// Lines typed while the head waits go through an interpreter of their own. The job's interpreter
+// stands still, with all its modes, where the path was read to.
 //
-// A rest on both ends of the way lets whoever sees nothing but pulses tell the way from the path
-// (twin/inspector.h). Loop 1 only.
+// The head rests at both ends of the way. So an observer of the pulses alone can tell the way from
+// the path (twin/inspector.h). Loop 1 only.
 #pragma once
 
 #include <utility>
@@ -32,7 +32,7 @@ namespace qduino::printer::machine {
 
 class Parking {
   public:
-    /// All must outlive this; `actions` carries out what is typed meanwhile.
+    /// All must outlive this. `actions` carries out the lines typed meanwhile.
     Parking(const MachineConfig& config, MotionPipe& pipe, Heating& heating, Motors& motors,
             gcode::Actions& actions)
         : config_(config), pipe_(pipe), heating_(heating), motors_(motors), jogs_(config, actions) {}
@@ -44,7 +44,7 @@ class Parking {
     [[nodiscard]] bool heats() const { return phase_ == Phase::heating; }
     /// The head has moved away from the part.
     [[nodiscard]] bool has_parked() const { return left_.parked; }
-    /// Of what is typed while the head rests here.
+    /// Of the lines typed while the head rests here.
     [[nodiscard]] gcode::Interpreter& interpreter() { return jogs_; }
     /// Whose position people are shown.
     [[nodiscard]] const gcode::Interpreter& shown(const gcode::Interpreter& of_job) const {
@@ -57,14 +57,14 @@ class Parking {
     /// can rest.
     void pause_at_end(bool at_end) { at_end_ = at_end; }
     [[nodiscard]] bool waits_for_end() const { return at_end_ && !pipe_.drained(); }
-    /// A resume comes before the head has parked, or without the heat to go on: that is finished
-    /// first. False: it need not be.
+    /// A resume has come. True: it is put off, because the head is still on its way to the park
+    /// place, or must yet park to heat up again.
     [[nodiscard]] bool defers_resume();
 
     // ---- away and back --------------------------------------------------------------------------
 
-    /// The path is held and at rest: the head goes. False: it stays there, since not all axes are
-    /// homed.
+    /// The head leaves the path. Contract: the path is held and at rest. False: the head stays
+    /// there, because not all axes are homed.
     [[nodiscard]] bool leave(const gcode::Interpreter& path, const HomingRun& homing);
     /// Waits for a person here.
     void stay();
@@ -78,7 +78,7 @@ class Parking {
     };
     /// One look, once per release while away. Error: it came back to another place than it left.
     [[nodiscard]] Result<Step> advance();
-    /// A resume was put off until now; asked once.
+    /// A resume was put off until now; true once.
     [[nodiscard]] bool take_deferred_resume() { return std::exchange(resume_wanted_, false); }
 
     /// The job is over, or the machine has a fault: there is no path to come back to.

@@ -12,10 +12,10 @@
 //    idle ──stop──► cancelling: it ends motion that somebody typed
 //    any ──fault──► faulted ──clear──► idle
 //
-// Drawn are the events that change the state. Two kinds of event change nothing: one that asks for
-// what is so already (a second pause), and one that a person asks for at the wrong time. The second
-// kind is refused with words. Everything else in the table cannot happen unless the program is
-// wrong: Machine::to() ends the program then.
+// The drawing has the events that change the state. Two kinds of event change nothing: a request
+// for the present state (a second pause), and a person's request at the wrong time, which is
+// refused with words. Every other pair cannot happen unless the program is wrong: Machine::to()
+// then breaks a contract, which makes the pins safe and ends the program.
 //
 // `pausing` lasts until the head is parked. A job that is resumed is `printing` at once, also while
 // it heats up and while the head goes back. `fault` is legal everywhere: safety never waits.

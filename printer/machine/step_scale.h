@@ -1,7 +1,8 @@
 // Where the machine is, by its step counts: steps per millimetre, and the count at which each axis
 // has its zero.
 //
-// Homing moves X, Y and Z's zero; a pause during which filament was pushed moves E's. Loop 1 only.
+// Homing moves the zero of X, Y and Z. A pause moves E's when filament was pushed meanwhile.
+// Loop 1 only.
 #pragma once
 
 #include <array>
@@ -44,7 +45,7 @@ class StepScale {
         const auto i = static_cast<std::size_t>(axis);
         origin_[i] = steps - steps_to(i, position_mm);
     }
-    /// `steps` went out that count for nothing.
+    /// `steps` of `axis` went out beside the path: they do not count.
     void skip(Axis axis, std::int64_t steps) { origin_[static_cast<std::size_t>(axis)] += steps; }
 
   private:

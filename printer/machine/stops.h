@@ -15,7 +15,7 @@ namespace qduino::printer::machine {
 
 class Stops {
   public:
-    /// `emergency`: the link's counter; it must outlive this. What it holds now is old.
+    /// `emergency`: the link's counter; it must outlive this. Its value now counts as answered.
     explicit Stops(const std::atomic<std::uint32_t>& emergency)
         : emergency_(emergency), taken_(emergency.load(std::memory_order_acquire)) {}
 

@@ -125,7 +125,7 @@ TEST(Heating, FilamentIsDrawnBackOnlyIfItCanBePushedAgain) {
 
 TEST(Heating, HeatThatNobodyUsesIsLostUntilItIsAskedForAgain) {
     MachineConfig config;
-    config.idle_timeout_s = 5;
+    config.idle_timeout = Seconds{5};
     Bench bench(config);
     bench.hot_end = 200;
     bench.heating.set_target(Heater::hot_end, Celsius{200});

@@ -139,10 +139,10 @@ TEST(JobActions, LimitsChangeWhatIsAppendedNext) {
     change.axis_speed[0] = MillimetresPerSecond{77};
     change.travel_acceleration = MillimetresPerSecond2{500};
     ASSERT_TRUE(bench.actions.set_limits(change).ok());
-    EXPECT_EQ(bench.pipe->planner().settings().max_speed_mm_s[0], 77);
+    EXPECT_EQ(bench.pipe->planner().settings().max_speed[Axis::x].value(), 77);
     EXPECT_EQ(bench.pipe->accelerations().of(gcode::MoveKind::travel), 500);
     EXPECT_EQ(bench.pipe->accelerations().of(gcode::MoveKind::print),
-              bench.config.default_acceleration_mm_s2);
+              bench.config.default_acceleration.value());
 }
 
 }  // namespace

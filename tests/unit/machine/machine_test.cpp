@@ -215,7 +215,7 @@ TEST(Machine, AnM84ThatWasReadButNotDoneUnhomesNothing) {
 
 TEST(Machine, AJobWithLostHeatPausesAndHeatsUpBeforeItGoesOn) {
     MachineConfig config;
-    config.idle_timeout_s = 2;
+    config.idle_timeout = Seconds{2};
     MachineBench bench(config);
     bench.job("G28\nM109 S200\nG4 S90\nG1 X20 E1 F600\nM104 S0\n");
     ASSERT_TRUE(bench.reaches(State::paused));

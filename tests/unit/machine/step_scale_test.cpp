@@ -7,7 +7,7 @@ namespace {
 
 TEST(StepScale, AtPowerUpEachAxisIsTakenToStandAtItsHome) {
     MachineConfig config;
-    config.axes[1].home_position_mm = 150;
+    config.axes[Axis::y].home_position = Millimetres{150};
     StepScale scale(config);
     const motion::AxisVector at = scale.position_of({});
     EXPECT_EQ(at, (motion::AxisVector{0, 150, 0, 0}));
