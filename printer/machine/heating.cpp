@@ -5,9 +5,7 @@
 namespace qduino::printer::machine {
 
 Heating::Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published)
-    : config_(config), control_(config) {
-    control_.publish_to(&published);
-}
+    : config_(config), control_(config, published) {}
 
 // ---- what is heard ------------------------------------------------------------------------------
 

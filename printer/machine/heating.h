@@ -51,7 +51,6 @@ class Heating {
     /// Somebody asks for a temperature. Kept targets change with it.
     void set_target(gcode::Heater heater, Celsius target);
     void set_fan(double duty);
-    [[nodiscard]] double fan_duty() const { return targets_.fan_duty; }
     void heaters_off();
     void all_off();
     /// Loop 3 forgets its latched faults.

@@ -364,7 +364,6 @@ void Machine::publish(Instant now) {
     status.parked = paused && parking_.has_parked();
     status.may_jog = (paused && parking_.rests()) || (state_ == State::idle && !job_.running() && reads());
     status.fault_persists.assign(state_ == State::faulted ? heating_.persisting_fault() : std::string_view{});
-    status.fan_duty = heating_.fan_duty();
     link_.publish();
 }
 

@@ -21,8 +21,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <numeric>
 
 #include "base/contract.h"
+#include "channel/broadcast.h"
 #include "channel/four_slot.h"
 #include "channel/ring_buffer.h"
 #include "printer/gcode/actions.h"
@@ -36,19 +38,6 @@
 namespace qduino::printer::machine {
 
 using StepRing = channel::RingBuffer<step::StepEvent, step::kStepRingCapacity>;
-
-/// What loop 2 tells loop 1; the service gets the whole link::MotionStatus.
-struct MotionFeedback {
-    StepCounts steps{};
-    std::array<std::uint32_t, 3> endstop_hits{};
-    std::uint64_t events_taken = 0;  ///< off the ring, ever
-    std::uint64_t pulses = 0;        ///< of all axes, ever
-    /// How far the print's own time line has been played; runs on during a dwell.
-    std::int64_t timeline_ns = 0;
-    std::uint32_t last_marker = 0;
-    std::uint32_t stops_served = 0;
-    bool moving = false;
-};
 
 /// Pieces of an arc that are appended at once; kPlannerReserve has room for them and their markers.
 inline constexpr std::size_t kArcPiecesAtOnce = 4;
@@ -93,8 +82,8 @@ class MotionPipe {
     void come_back();
 
     /// Takes loop 2's freshest word. Once per release, before anything is decided.
-    void observe() { seen_ = feedback_.read(); }
-    [[nodiscard]] const MotionFeedback& seen() const { return seen_; }
+    void observe() { seen_ = for_loop_1_.read(); }
+    [[nodiscard]] const link::MotionStatus& seen() const { return seen_; }
 
     /// Solves steps into the ring. `more_may_come`: input is at hand, so the planner may go on
     /// hoping.
@@ -110,7 +99,7 @@ class MotionPipe {
     [[nodiscard]] bool come_to_rest();
 
     /// Asked to drop everything, loop 2 has not yet done so. Nothing is pumped until it has.
-    [[nodiscard]] bool stopping() const { return stops_.asked() != seen_.stops_served; }
+    [[nodiscard]] bool stopping() const { return stops_.stop_asked() != seen_.stops_served; }
     /// Nothing is planned, on the path or away from it, and the machine rests at `position_mm`; a
     /// stop that loop 1 asked for is finished. Contract: not stopping().
     void reset(const motion::AxisVector& position_mm);
@@ -128,15 +117,19 @@ class MotionPipe {
     // ---- loop 2 ---------------------------------------------------------------------------------
 
     [[nodiscard]] StepRing& ring() { return ring_; }
-    void feed_back(const MotionFeedback& feedback) {
-        pulses_.store(feedback.pulses, std::memory_order_relaxed);
-        feedback_.write(feedback);
+    /// Everybody who reads loop 2's status: loop 1, loop 3, and the service.
+    [[nodiscard]] channel::Broadcast<link::MotionStatus, 3> readers(
+        channel::FourSlot<link::MotionStatus>& service) {
+        return channel::Broadcast<link::MotionStatus, 3>{{&for_loop_1_, &for_loop_3_, &service}};
     }
 
     // ---- loop 3 ---------------------------------------------------------------------------------
 
-    /// Of all axes, ever.
-    [[nodiscard]] std::uint64_t pulses() const { return pulses_.load(std::memory_order_relaxed); }
+    /// Step pulses of all axes, ever.
+    [[nodiscard]] std::uint64_t pulses() const {
+        const auto each = for_loop_3_.read().pulses;
+        return std::accumulate(each.begin(), each.end(), std::uint64_t{0});
+    }
 
   private:
     /// What has been solved, on the print's time line, which runs on where motion is dropped.
@@ -157,9 +150,9 @@ class MotionPipe {
     bool away_ = false;
     step::Solver solver_;
     StepRing ring_;
-    channel::FourSlot<MotionFeedback> feedback_;
-    std::atomic<std::uint64_t> pulses_{0};  // loop 2 writes, loop 3 reads
-    MotionFeedback seen_;
+    channel::FourSlot<link::MotionStatus> for_loop_1_;
+    channel::FourSlot<link::MotionStatus> for_loop_3_;
+    link::MotionStatus seen_;
     Solved solved_;
     Stops stops_;
     StepScale scale_;

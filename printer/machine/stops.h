@@ -1,7 +1,7 @@
 // The stops that loop 2 obeys at once: those that loop 1 asks for, and the service's emergency
 // stops, which do not wait for loop 1.
 //
-//   loop 1   ask() ──► asked() differs from what loop 2 has served ──► loop 2 drops every step
+//   loop 1   ask() ──► stop_asked() differs from what loop 2 has served ──► loop 2 drops every step
 //            finished(), once loop 1 has taken in where that left the machine
 //
 //   service  link.emergency + 1 ──► the same; and emergency_pending() until loop 1 takes it:
@@ -34,7 +34,7 @@ class Stops {
 
     // Any loop.
     /// Differs from the last one served: drop every step, now.
-    [[nodiscard]] std::uint32_t asked() const {
+    [[nodiscard]] std::uint32_t stop_asked() const {
         return asked_.load(std::memory_order_acquire) + emergency_.load(std::memory_order_acquire);
     }
     /// An emergency stop that loop 1 has not taken in yet: nothing may move or heat, whatever was

@@ -47,14 +47,15 @@ struct Printer::Parts {
           enables(config),
           machine(config, *wiring.link, enables),
           stepper_pins(config),
-          stepper(stepper_pins, machine.step_ring(), machine, machine.motion_readers(),
+          stepper(stepper_pins, machine.motion().ring(), machine.motion().stops(),
+                  machine.motion().readers(wiring.link->motion_status),
                   printer::step::player_settings(config)) {}
 
     printer::MachineConfig config;
     EnablePins enables;
     printer::machine::Machine machine;
     StepperPins stepper_pins;
-    printer::step::StepperLoop<StepperPins, printer::machine::StepRing, printer::machine::Machine> stepper;
+    printer::step::StepperLoop<StepperPins, printer::machine::StepRing, printer::machine::Stops> stepper;
 };
 
 namespace {

@@ -33,8 +33,8 @@ class FakeLoop2 {
     /// The switch of `axis` reads pressed wherever its count is not above `steps`.
     void put_switch(Axis axis, std::int64_t steps) { switch_at_[static_cast<std::size_t>(axis)] = steps; }
     void play() {
-        if (pipe_.stops().asked() != seen_.stops_served) {
-            seen_.stops_served = pipe_.stops().asked();
+        if (pipe_.stops().stop_asked() != seen_.stops_served) {
+            seen_.stops_served = pipe_.stops().stop_asked();
             pipe_.ring().discard_all();
             homing_.reset();
         }
@@ -49,7 +49,7 @@ class FakeLoop2 {
         }
         seen_.moving = !pipe_.ring().empty();
         seen_.events_taken = pipe_.ring().popped();
-        pipe_.feed_back(seen_);
+        pipe_.readers(*service_).write(seen_);
     }
     [[nodiscard]] const StepCounts& steps() const { return seen_.steps; }
     /// A step that the motor made without a pulse of ours.
@@ -73,11 +73,13 @@ class FakeLoop2 {
         }
         if (homing_ == event.axis && pressed_) return;
         seen_.steps[event.axis] += event.direction;
-        ++seen_.pulses;
+        ++seen_.pulses[event.axis];
     }
 
     MotionPipe& pipe_;
-    MotionFeedback seen_;
+    std::unique_ptr<channel::FourSlot<link::MotionStatus>> service_ =
+        std::make_unique<channel::FourSlot<link::MotionStatus>>();
+    link::MotionStatus seen_;
     std::array<std::int64_t, kAxisCount> switch_at_{};
     std::optional<std::uint8_t> homing_;
     bool pressed_ = false;
