@@ -8,7 +8,8 @@
 namespace qduino::board::sim {
 
 EventLoop::EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace)
-    : wake_latency_(config.wake_latency),
+    : poll_limit_(config.poll_limit),
+      wake_latency_(config.wake_latency),
       config_(config),
       pins_(pins),
       trace_(trace),

@@ -75,7 +75,7 @@ class EventLoop {
     /// cost.
     void before_poll(ApiCall call) {
         charge(call);
-        if (++polls_ > config_.poll_limit) [[unlikely]]
+        if (++polls_ > poll_limit_) [[unlikely]]
             consume(config_.poll_cost);
     }
     void consume(Nanoseconds cost);
@@ -142,7 +142,8 @@ class EventLoop {
     bool stop_requested_ = false;
     bool stopped_ = false;
     bool started_ = false;
-    std::uint32_t polls_ = 0;  // of the time or of a pin at one instant
+    std::uint32_t polls_ = 0;   // of the time or of a pin at one instant
+    std::uint32_t poll_limit_;  // SimConfig::poll_limit
     Nanoseconds wake_latency_{};
     TraceHash hash_;
     Vcpu* current_ = nullptr;
