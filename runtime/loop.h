@@ -1,14 +1,15 @@
-// One loop at run time: its release clock, its policy, and what is counted about it.
+// One loop at run time: its release clock, its policy, and its counters.
 //
 // wait_for_next_period() ends a release:
 //
-//      body returns to the call ── now ──► late? ── no ───────────────────────────► wait ──► next release
-//                                            │ yes                                   ▲
-//                                            └► count, then by policy: skip, catch_up, keep_phase,
-//                                               call_back (the handler first), stop ─┘
+//   body returns to the call ── now ──► late? ── no ────────────────────────► wait ──► next release
+//                                         │ yes                                ▲
+//                                         └► count, then by policy: skip,      │
+//                                            catch_up, keep_phase, call_back   │
+//                                            (the handler first), stop ────────┘
 //
-// The counters are written by the loop alone; who else reads them while it runs gets each one whole, but not all of the same
-// instant. The histogram is to be read when the loop has ended.
+// The loop alone writes the counters. Another thread that reads them meanwhile gets each one whole,
+// but not all of the same instant. Read the histogram when the loop has ended.
 #pragma once
 
 #include <atomic>
@@ -24,7 +25,8 @@ namespace qduino::runtime {
 /// Called on the loop that overran, before its next release, with how late it ended.
 using OverrunHandler = void (*)(board::VcpuId loop, Nanoseconds lateness);
 
-/// A number that one thread counts and any thread may read. No read-modify-write: one writer needs none.
+/// A number that one thread counts and any thread may read. No read-modify-write: one writer needs
+/// none.
 class Counter {
   public:
     void add(std::int64_t amount) { value_.store(get() + amount, std::memory_order_relaxed); }
@@ -38,8 +40,9 @@ class Counter {
 };
 
 struct LoopStatistics {
-    Counter passes;                ///< times the body was called
-    Counter releases;              ///< releases begun; under keep_phase without those that ended late
+    Counter passes;  ///< times the body was called
+    /// Releases begun; under keep_phase without those that ended late.
+    Counter releases;
     Counter overruns;              ///< releases that ended after the next was due
     Counter dropped;               ///< releases that were never run
     Counter lateness_ns_max;       ///< worst end after the next was due
@@ -54,7 +57,8 @@ struct Loop {
     OverrunHandler on_overrun = nullptr;
     static constexpr Nanoseconds kRecorded{-1};
     Nanoseconds latency = kRecorded;  ///< of the release in hand, until it is in the statistics
-    bool waited = false;              ///< wait_for_next_period() was called in this pass of the body
+    /// wait_for_next_period() was called in this pass of the body.
+    bool waited = false;
     LoopStatistics statistics;
 };
 

@@ -132,7 +132,8 @@ std::vector<board::VcpuSpec> Plan::specs() const {
     std::vector<board::VcpuSpec> specs;
     for (const sched::VcpuRequest& request : requests_) {
         int core = admission_->core_of(request.id);
-        if (core == sched::kAnyCore) core = std::max(request.core, 0);  // refused, and placed all the same
+        // Refused, and placed all the same.
+        if (core == sched::kAnyCore) core = std::max(request.core, 0);
         specs.push_back({.id = request.id,
                          .kind = request.io ? board::VcpuKind::io : board::VcpuKind::main,
                          .budget = request.parameters.budget,

@@ -1,9 +1,11 @@
-// The plan of a sketch: its loops and I/O VCPUs, admitted and placed on cores, or the reason why not.
+// The plan of a sketch: its loops and I/O VCPUs, admitted and placed on cores, or the reason why
+// not.
 //
 //   SketchTable ──► add_loops() ┐
-//   interruptsVcpu(), attach… ──► add_io() ┴─► sched::admit_all ──► core_of(id), or a refusal in words
+//   interruptsVcpu(), attach… ──► add_io() ┴─► sched::admit_all ──► core_of(id), or a refusal
 //
-// Invariant: what is in the plan is admitted as a whole; a request that is refused leaves it as it was.
+// Invariant: the plan is admitted as a whole; a refused request leaves it as it was.
+// was.
 #pragma once
 
 #include <memory>
@@ -28,13 +30,15 @@ struct RefusedIo {
 /// Setup-time only; allocates.
 class Plan {
   public:
-    /// `overheads` has an entry for each core. `enforce` false: everything is placed, whatever admission says of it.
+    /// `overheads` has an entry for each core. `enforce` false: everything is placed, whatever
+    /// admission says of it.
     Plan(std::vector<sched::PlatformOverheads> overheads, bool enforce);
 
-    /// Takes the loops of a sketch. Error: the first refusal, naming the loop and where it is declared; explanation()
-    /// has it at length.
+    /// Takes the loops of a sketch. Error: the first refusal, naming the loop and where it is
+    /// declared; explanation() has it at length.
     Result<void> add_loops(const SketchTable& table);
-    /// Adds an I/O VCPU and returns its number. Error: the refusal; unavailable when all numbers are taken.
+    /// Adds an I/O VCPU and returns its number. Error: the refusal; unavailable when all numbers
+    /// are taken.
     Result<board::VcpuId> add_io(Nanoseconds budget, Nanoseconds period, int core);
 
     /// Takes an I/O VCPU back out: nothing will run on it.
@@ -42,7 +46,8 @@ class Plan {
 
     /// What the board is to be given, without entries and contexts, loops first.
     [[nodiscard]] std::vector<board::VcpuSpec> specs() const;
-    /// The loop that has `core` for itself (budget == period, core named, nothing else there); kNoVcpu: none.
+    /// The loop that has `core` for itself (budget == period, core named, nothing else there);
+    /// kNoVcpu: none.
     [[nodiscard]] board::VcpuId owner_of(int core) const;
     /// What was said to the last request: the admission table, or the refusal at length.
     [[nodiscard]] const sched::Explanation& explanation() const { return explanation_; }

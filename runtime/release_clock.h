@@ -1,4 +1,5 @@
-// When a loop's next release is: nominal instants that do not drift, and what an overrun does to them.
+// When a loop's next release is: nominal instants that do not drift, and what an overrun does to
+// them.
 //
 //   release k is due at origin + k·period                        ▮ release   █ body   ○ missed
 //
@@ -7,8 +8,9 @@
 //                         ○
 //   catch_up   ▮████████████████▮██████▮██▮·····▮       it runs at once, late, until on time again
 //
-// The next release is computed from the nominal start of this one, never from when it really started: lateness does not add
-// up. A release is an overrun when it ends after (not at) the instant at which the next is due.
+// The next release is computed from the nominal start of this one, never from when it really
+// started: lateness does not add up. A release is an overrun when it ends after (not at) the
+// instant at which the next is due.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +22,9 @@
 namespace qduino::runtime {
 
 struct Release {
-    Instant nominal;           ///< when it is due; in the past only under catch_up
-    Nanoseconds lateness{};    ///< how long after this one was due the one before it ended; 0: no overrun
+    Instant nominal;  ///< when it is due; in the past only under catch_up
+    /// How long after this one was due the one before it ended; 0: no overrun.
+    Nanoseconds lateness{};
     std::int64_t dropped = 0;  ///< releases that will not be run
     [[nodiscard]] bool overrun() const { return lateness > Nanoseconds{0}; }
 };
@@ -29,7 +32,8 @@ struct Release {
 class ReleaseClock {
   public:
     ReleaseClock() = default;  ///< for containers only: assign before use
-    /// Release 0 is due at `origin`; a loop whose thread comes up only at `now` begins with the last one due by then.
+    /// Release 0 is due at `origin`; a loop whose thread comes up only at `now` begins with the
+    /// last one due by then.
     ReleaseClock(Instant origin, Nanoseconds period, Instant now) : origin_(origin), period_(period) {
         QDUINO_EXPECT(period > Nanoseconds{0});
         if (now > origin) index_ = (now - origin) / period;

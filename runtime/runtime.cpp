@@ -54,8 +54,8 @@ Result<void> Runtime::begin(const SketchTable& table) {
 Result<void> Runtime::start_loops() {
     std::vector<board::VcpuSpec> specs = plan_.specs();
     for (board::VcpuSpec& spec : specs) {
-        if (spec.kind == board::VcpuKind::io)
-            continue;  // without an entry the board runs what is attached to it
+        // Without an entry the board runs what is attached to it.
+        if (spec.kind == board::VcpuKind::io) continue;
         Loop& loop = loop_at(spec.id);
         loop.owns_core = spec.owns_core;
         spec.classic = loop.declaration.classic;
@@ -173,7 +173,8 @@ Result<void> Runtime::interrupts_vcpu(board::DeviceClass device, Nanoseconds bud
     const Result<board::VcpuId> io = plan_.add_io(budget, period, core);
     if (!io) return io.error();
     if (device == board::DeviceClass::gpio || device == board::DeviceClass::all) gpio_io_ = io.value();
-    if (device == board::DeviceClass::gpio) return {};  // its bottom halves are the attached handlers
+    // Its bottom halves are the attached handlers.
+    if (device == board::DeviceClass::gpio) return {};
     Result<void> served = board_.serve_interrupts(device, io.value());
     if (!served) plan_.remove_io(io.value());
     return served;

@@ -1,9 +1,9 @@
 // The runtime: turns a sketch's declared loops into admitted, running VCPUs on a board.
 //
-//   sketch_table() ─► begin(): Plan (admission, cores) ─► setup() ─► board.start() ─► on each VCPU:
-//                                                                     until a stop: body(), body(), body() …
+//   sketch_table() ─► begin(): Plan (admission, cores) ─► setup() ─► board.start()
+//                  ─► on each VCPU, until a stop: body(), body(), body() …
 //
-// Real-time paths (everything that a loop may call, but for setup-time functions) allocate nothing
+// Real-time paths (everything that a loop may call, except setup-time functions) allocate nothing
 // and lock nothing.
 //
 // Order of a program: make the board, make the Runtime, begin(), run().

@@ -1,8 +1,8 @@
 // What a sketch declares, collected before main(): its loops.
 //
-// Each `loop(id, budget, period, core) { … }` registers one LoopDeclaration through a static object; the
-// runtime reads the table once, admits it, and hands VcpuSpecs to the board. The table is bounded and in
-// static storage.
+// Each `loop(id, budget, period, core) { … }` registers one LoopDeclaration through a static
+// object; the runtime reads the table once, admits it, and hands VcpuSpecs to the board. The table
+// is bounded and in static storage.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ using sched::kAnyCore;
 
 /// What happens when a release of a loop ends after the next one should have begun.
 enum class OverrunPolicy : std::uint8_t {
-    skip,        ///< drop the releases that were missed; go on at the next nominal one (default; keeps phase)
+    /// Drop the releases that were missed; go on at the next nominal one (default; keeps phase).
+    skip,
     catch_up,    ///< run the missed releases back to back until on time again
     keep_phase,  ///< as skip, but the release that is late is itself not counted as one
     call_back,   ///< call the loop's handler with the lateness, then as skip

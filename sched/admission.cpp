@@ -9,7 +9,7 @@
 namespace qduino::sched {
 namespace {
 
-// ---- fixed point: 56 bits behind the point, every rounding named ----------------------------------------------
+// ---- fixed point: 56 bits behind the point, every rounding named --------------------------------
 
 constexpr int kFractionBits = 56;
 constexpr std::int64_t kOne = std::int64_t{1} << kFractionBits;
@@ -24,8 +24,8 @@ std::int64_t ratio_up(Nanoseconds a, Nanoseconds b) {
 
 std::int64_t add_saturated(std::int64_t a, std::int64_t b) { return std::min(a + b, kSumLimit); }
 
-/// (1 + u/n)^n <= 2, that is u <= n(2^(1/n) − 1). Each rounding is upwards, so the power is never below the
-/// true one: what is within the bound here is within it in truth.
+/// (1 + u/n)^n <= 2, that is u <= n(2^(1/n) − 1). Each rounding is upwards, so the power is never
+/// below the true one: what is within the bound here is within it in truth.
 bool within_bound(std::int64_t utilisation, std::size_t n) {
     if (utilisation > kOne || n == 0) return utilisation <= kOne;
     const std::int64_t base = kOne + div_ceil(utilisation, static_cast<std::int64_t>(n));
@@ -48,7 +48,7 @@ std::int64_t bound_in_ppm(std::size_t n) {
     return within;
 }
 
-// ---- the tests ------------------------------------------------------------------------------------------------
+// ---- the tests ----------------------------------------------------------------------------------
 
 Nanoseconds shortest_period(const CoreLoad& load) {
     Nanoseconds shortest = kPeriodMax;
@@ -66,7 +66,8 @@ std::int64_t utilisation_of(const CoreLoad& load) {
         sum = add_saturated(sum, ratio_up(main.parameters.budget + overhead, period));
         blocking = std::max(blocking, ratio_up(load.overheads.interference(period), period));
     }
-    // An I/O VCPU pays its overhead once per service, at worst once in every shortest client period.
+    // An I/O VCPU pays its overhead once per service, at worst once in every shortest client
+    // period.
     const std::int64_t io_overhead = ratio_up(overhead, shortest_period(load));
     for (const VcpuRequest& io : load.ios) {
         const std::int64_t share =
@@ -160,7 +161,8 @@ Admission admit_without_remedy(const CoreLoad& load) {
     const CompletionTime analysis{load};
     for (std::size_t i = 0; i < analysis.size(); ++i) {
         LoopResponse response = analysis.verdict(i);
-        // Proven to meet its period, by other means than the equation: its R is then no more than an upper limit.
+        // Proven to meet its period, by other means than the equation: its R is then no more than
+        // an upper limit.
         if (owned || by_bound) {
             response.response = std::min(response.response, response.period);
             response.meets = true;

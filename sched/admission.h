@@ -2,23 +2,24 @@
 //
 // In this order, and exactly, in integers (ARCHITECTURE.md, "VCPUs and admission"):
 //
-//   0. owned            A loop with budget == period on a core it names owns that core: admitted when alone
-//                       there, refused beside another.
-//   1. bound            Σ C/T + Σ (2 − U)·U  <=  n(2^(1/n) − 1)            n main VCPUs; U of I/O VCPUs
-//                       Liu, Layland, JACM 1973; the I/O term: Danish, Li, West, RTAS 2011. Decided as
-//                       (1 + u/n)^n <= 2 in fixed point with every rounding upwards: it never admits wrongly;
-//                       what it misses by less than 2^-48, the next test decides.
+//   0. owned            A loop with budget == period on a core that it names owns that core:
+//                       admitted when alone there, refused beside another.
+//   1. bound            Σ C/T + Σ (2 − U)·U  <=  n(2^(1/n) − 1)     n main VCPUs; U of I/O VCPUs
+//                       Liu, Layland, JACM 1973; the I/O term: Danish, Li, West, RTAS 2011. Decided
+//                       as (1 + u/n)^n <= 2 in fixed point with every rounding upwards: it never
+//                       admits wrongly; what it misses by less than 2^-48, the next test decides.
 //   2. completion time  R = C + Σ_{j in hp(i)} ⌈R/T_j⌉·C_j
-//                         + Σ_{k in I/O} max_{q in hep(i)} (1 + ⌈(R − U_k·T_q)/T_q⌉)·U_k·T_q   <=  T_i
+//                       + Σ_{k in I/O} max_{q in hep(i)} (1 + ⌈(R − U_k·T_q)/T_q⌉)·U_k·T_q  <=  T_i
 //                       Joseph, Pandya, Computer Journal 1986; Missimer, Zhao, West, ECRTS 2016.
 //
-// What the platform takes is in both. Each activation of a VCPU costs a release and an enforcement more than
-// its budget. Interferers that no VCPU controls (interrupt threads, the kernel's fair server) come above
-// everything: in a window w each takes ⌈(w + jitter)/interval⌉·cost. They are not rate-monotonic, so the bound
-// takes them as blocking, max_i interference(T_i)/T_i (Sha, Rajkumar, Lehoczky, IEEE ToC 1990).
+// Both count the platform's overheads. Each activation of a VCPU costs a release and an enforcement
+// more than its budget. Interferers that no VCPU controls (interrupt threads, the kernel's fair
+// server) come above everything: in a window w each takes ⌈(w + jitter)/interval⌉·cost. They are
+// not rate-monotonic, so the bound takes them as blocking, max_i interference(T_i)/T_i (Sha,
+// Rajkumar, Lehoczky, IEEE ToC 1990).
 //
-// Golden case: (30,100), (20,100), (4,10) ms. U = 0.90 > 0.780: the bound says no. R = 86 <= 100: completion
-// time says yes.
+// Golden case: (30,100), (20,100), (4,10) ms. U = 0.90 > 0.780: the bound says no. R = 86 <= 100:
+// completion time says yes.
 #pragma once
 
 #include "sched/load.h"
@@ -26,8 +27,9 @@
 
 namespace qduino::sched {
 
-/// May `load` share a core? Setup-time: the analysis is pseudo-polynomial (microseconds as a rule), and a
-/// refusal's search for a remedy runs it some thousand times. Remedy::other_core is left to admit_all().
+/// May `load` share a core? Setup-time: the analysis is pseudo-polynomial (microseconds as a rule),
+/// and a refusal's search for a remedy runs it some thousand times. Remedy::other_core is left to
+/// admit_all().
 [[nodiscard]] Admission admit(const CoreLoad& load);
 
 /// As admit(), without looking for a remedy.

@@ -1,31 +1,33 @@
 // The account of one thread's budget: events in, effects out.
 //
-// A thread keeps itself to its budget with a timer. Three things make that hard: the timer knows the
-// wall clock, but the budget is CPU time; the thread may wait without saying so; and asking a clock
-// costs a noticeable part of a short budget. So the account reads no clock and sets no timer. It is told
-// of each event with the clocks' readings, and returns one effect. budget_shell.h reads the clocks and
-// carries the effect out.
+// A thread keeps itself to its budget with a timer. Three things make that hard: the timer knows
+// the wall clock, but the budget is CPU time; the thread may wait without saying so; and asking a
+// clock costs a noticeable part of a short budget. So the account reads no clock and sets no timer.
+// It is told of each event with the clocks' readings, and returns one effect. budget_shell.h reads
+// the clocks and carries the effect out.
 //
-// The timer. A thread cannot use more CPU time than the wall time that passes. So a timer that is set
-// to what is left never comes after the end of the budget. It comes early when the thread was
-// preempted; then it is set to the rest. When the thread waits until a known instant, the timer is set
-// before the wait, to where the budget will end: nothing stands between the wake-up and the loop's first
-// instruction. The server is told of that wake-up at the next event.
+// The timer. A thread cannot use more CPU time than the wall time that passes. So a timer that is
+// set to what is left never comes after the end of the budget. It comes early when the thread was
+// preempted; then it is set to the rest. When the thread waits until a known instant, the timer is
+// set before the wait, to where the budget will end: nothing stands between the wake-up and the
+// loop's first instruction. The server is told of that wake-up at the next event.
 //
-// Waits that nobody announces, for a bus or a socket, show in the thread's count of voluntary context
-// switches. When that count grew, the thread may have waited at any time since the last event. What it
-// used counts from `now − used`, the latest possible begin: a refill then comes back late, never early.
+// Waits that nobody announces, for a bus or a socket, show in the thread's count of voluntary
+// context switches. When that count grew, the thread may have waited at any time since the last
+// event. What it used counts from `now − used`, the latest possible begin: a refill then comes back
+// late, never early.
 //
-// The way into an announced wait and out of it costs CPU time. Admission counts one such way in each
-// period beside the budget (admission.h). So the account leaves out one in each period, or two after
-// a period without, and charges the others.
+// The way into an announced wait and out of it costs CPU time. Admission counts one such way in
+// each period beside the budget (admission.h). So the account leaves out one in each period, or two
+// after a period without, and charges the others.
 //
 // Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
-// priority. So a thread whose budget ends while it holds one goes on until it releases the last one. It
-// may overrun by one budget each time that it holds any; the server charges the overrun forward.
+// priority. So a thread whose budget ends while it holds one goes on until it releases the last
+// one. It may overrun by one budget each time that it holds any; the server charges the overrun
+// forward.
 //
-// Invariants: CPU time that an event tells of is charged exactly once, except the ways through waits
-// that admission counts. A thread is throttled only while its server has nothing available.
+// Invariants: CPU time that an event tells of is charged exactly once, except the ways through
+// waits that admission counts. A thread is throttled only while its server has nothing available.
 #pragma once
 
 #include <cstdint>
@@ -69,7 +71,8 @@ class BudgetAccount {
     // blocks ──► will it have budget then? ─┬─ yes ───────────► armed_ahead ── woke ─► woken
     //                                       └─ no, or unknown ► waiting ── woke ─► has it budget?
     //
-    // The next event after `woken` tells the server of the wake-up first, and goes on as if running.
+    // The next event after `woken` tells the server of the wake-up first, and goes on as if
+    // running.
     enum class Phase : std::uint8_t {
         running,      ///< the timer is set to the end of the budget
         overrunning,  ///< no budget, but a lock; the timer is set to the end of what it may overrun

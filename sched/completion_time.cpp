@@ -67,7 +67,8 @@ Nanoseconds CompletionTime::demand(std::size_t i, Nanoseconds window) const {
 /// C/(1 − U_hp) rounded down; absent when U_hp >= 1: then there is no R.
 std::optional<Nanoseconds> CompletionTime::least_response(std::size_t i) const {
     constexpr std::int64_t kOne = std::int64_t{1} << 56;
-    std::int64_t taken = 0;  // U_hp in units of 2^-56, rounded down, so that the result stays below R
+    // U_hp in units of 2^-56, rounded down, so that the result stays below R.
+    std::int64_t taken = 0;
     const auto take = [&](Nanoseconds budget, Nanoseconds each_period) {
         taken += budget >= each_period ? kOne : mul_div_floor(budget.count(), kOne, each_period.count());
     };

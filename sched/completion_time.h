@@ -3,11 +3,13 @@
 //   R = C_i + Σ_{j in hp(i)} ⌈R/T_j⌉·C_j
 //           + Σ_{k in I/O} max_{q in hep(i)} (1 + ⌈(R − U_k·T_q)/T_q⌉)·U_k·T_q  +  platform(R)
 //
-// with every C and every U·T longer by what an activation costs (admission.h). Joseph, Pandya, Computer Journal
-// 1986; the I/O term: Missimer, Zhao, West, ECRTS 2016. All in integers; U·T rounded up.
+// with every C and every U·T longer by what an activation costs (admission.h). Joseph, Pandya,
+// Computer Journal 1986; the I/O term: Missimer, Zhao, West, ECRTS 2016. All in integers; U·T
+// rounded up.
 //
-// Fixed-point iteration from below. It starts at C/(1 − U_hp), which R cannot be under because R >= C + R·U_hp
-// (Davis, Zabos, Burns, IEEE ToC 2008); that saves most of the way when the core is nearly full.
+// Fixed-point iteration from below. It starts at C/(1 − U_hp), which R cannot be under because R >=
+// C + R·U_hp (Davis, Zabos, Burns, IEEE ToC 2008); that saves most of the way when the core is
+// nearly full.
 #pragma once
 
 #include <array>
@@ -35,8 +37,8 @@ class CompletionTime {
     [[nodiscard]] LoopResponse verdict(std::size_t i) const;
     /// Each R <= T?
     [[nodiscard]] bool every_loop_meets() const;
-    /// Who takes what of `window` from the release of loop `i` on: its own budget, each VCPU of
-    /// higher priority, each I/O VCPU, the platform. In a window of length R the sum is R.
+    /// The shares of `window` from the release of loop `i` on: its own budget, each VCPU of higher
+    /// priority, each I/O VCPU, the platform. In a window of length R the sum is R.
     [[nodiscard]] Shares shares(std::size_t i, Nanoseconds window) const;
 
   private:
@@ -56,11 +58,12 @@ class CompletionTime {
     FixedVector<VcpuRequest, kIoVcpuLimit> ios_;
     PlatformOverheads overheads_;
     Nanoseconds overhead_{};  // of one activation
-    /// The distinct periods, shortest first: what an I/O VCPU's client may have. hep(i) has the first
-    /// client_count_[i] of them.
+    /// The distinct periods, shortest first: what an I/O VCPU's client may have. hep(i) has the
+    /// first client_count_[i] of them.
     FixedVector<Nanoseconds, kMainVcpuLimit> client_periods_;
     std::array<std::size_t, kMainVcpuLimit> client_count_{};
-    std::array<std::array<Nanoseconds, kMainVcpuLimit>, kIoVcpuLimit> io_budgets_{};  // U_k·T_q, by k and q
+    // U_k·T_q, by k and q.
+    std::array<std::array<Nanoseconds, kMainVcpuLimit>, kIoVcpuLimit> io_budgets_{};
 };
 
 }  // namespace qduino::sched

@@ -37,7 +37,7 @@ struct LoopResponse {
     bool meets = false;      ///< R <= T
 };
 
-/// Who takes how much of a loop's time, within one window.
+/// One taker's share of a loop's time, within one window.
 struct Share {
     enum class Kind : std::uint8_t { own, main, io, platform, overhead };
     Kind kind = Kind::own;

@@ -53,8 +53,8 @@ class Crew {
     [[nodiscard]] bool all_returned() const;
 
     std::atomic<bool> stop_{false};
-    std::atomic<std::uint32_t> returned_{
-        0};  // futex of wait_until(): an entry has returned, or a stop was requested
+    // futex of wait_until(): an entry has returned, or a stop was requested.
+    std::atomic<std::uint32_t> returned_{0};
     StartGate gate_;
     Threads threads_;  // before what they use goes: joined first
 };

@@ -73,12 +73,12 @@ LinuxBoard::~LinuxBoard() {
 
 // ---- time ---------------------------------------------------------------------------------------
 
-// What follows a spin is meant to happen at once, and most often it is a write to a pin. But while
-// a core spins, its caches fill with what others do (the other hyper-thread, the interrupts): every
-// twentieth write then took 0.3 to 1 us, on a noisy host. So what a write needs is fetched before.
+// The call after a spin must happen at once, and most often it is a write to a pin. But while a
+// core spins, others fill its caches (the other hyper-thread, the interrupts): every twentieth
+// write then took 0.3 to 1 us, on a noisy host. So the code and data of a write are fetched before.
 //
-//   ├ rest, if it must ┼ anchor of the clock ┼ pause ··· pause ┼ rehearsal ┼ pause ··· look, look, look ┤ digitalWrite
-//                                                            t - 1.5 us                t - 0.3 us      t
+//   ├ rest, if it must ┼ anchor of the clock ┼ pause … ┼ rehearsal ┼ pause … looks ┤ digitalWrite
+//                                                  t - 1.5 us         t - 0.3 us   t
 void LinuxBoard::busy_until(Instant t) {
     life_.promise(current_vcpu(), t);
     VcpuThread* thread = VcpuThread::current();
@@ -94,8 +94,8 @@ void LinuxBoard::busy_until(Instant t) {
 
 // The caller measures from its own reading of the clock before the call to the one after it:
 //
-//   caller's reading ─ way in ─┬─ begin ─────────── length ────────────┬─ way out ─ caller's reading
-//                              └─ one reading of the clock, at least ──┘
+//   caller's reading ─ way in ─┬─ begin ─────────── length ──────────┬─ way out ─ caller's reading
+//                              └─ one reading of the clock, at least ┘
 //
 // The ways in and out take one reading of the clock at least, so that much may be left out of the
 // spin. How long a reading takes changes from one moment to the next by a factor of eight here

@@ -131,7 +131,8 @@ class LinuxBoard final : public Board {
     LinuxConfig config_;
     int core_count_;
     PinTable pins_;
-    DeathWitness witness_;  // before everything that could end it: dismissed by hand, in the destructor
+    // Before everything that could end it: dismissed by hand, in the destructor.
+    DeathWitness witness_;
     SignsOfLife life_;
     EdgeServer edges_{pins_, life_};
     CoreTaker cores_{config_, core_count_};

@@ -1,7 +1,8 @@
-// What a simulated machine is made of: cores, costs, interrupt sources, faults. Plain data; an app fills it in.
+// A simulated computer: cores, costs, interrupt sources, faults. Plain data; an app fills it in.
 //
-// Everything that takes time is said here and is nothing by default: on the default machine only busy_until() consumes
-// CPU time, so a schedule can be worked out by hand and compared to the nanosecond.
+// Everything that takes time is set here, and nothing does by default. On the default computer only
+// busy_until() consumes CPU time, so a schedule can be worked out by hand and compared to the
+// nanosecond.
 #pragma once
 
 #include <array>
@@ -13,7 +14,8 @@
 
 namespace qduino::board::sim {
 
-/// Calls that can be given a cost in CPU time, charged to the calling VCPU before the call takes effect.
+/// Calls that can be given a cost in CPU time, charged to the calling VCPU before the call takes
+/// effect.
 enum class ApiCall : std::uint8_t {
     now,
     pin_mode,
@@ -39,8 +41,9 @@ struct ApiCosts {
 
 enum class Arrival : std::uint8_t { periodic, poisson };
 
-/// A device that interrupts. The top half stops whatever runs on the core and delays it; the bottom half is work for the
-/// I/O VCPU that serves the device class, and where none does it runs at once, above every loop, as on a stock kernel.
+/// A device that interrupts. The top half stops whatever runs on the core and delays it; the bottom
+/// half is work for the I/O VCPU that serves the device class, and where none does it runs at once,
+/// above every loop, as on a stock kernel.
 struct InterruptSource {
     DeviceClass device = DeviceClass::nic;
     double rate_hz = 0;  ///< > 0
@@ -49,8 +52,9 @@ struct InterruptSource {
     Nanoseconds top_half{};
     Nanoseconds bottom_half{};
     Instant from = kEpoch;
-    Instant lost_from = kForever;   ///< fault: from here on the interrupt never arrives
-    Instant stuck_from = kForever;  ///< fault: from here on it fires at `stuck_rate_hz`, periodically
+    Instant lost_from = kForever;  ///< fault: from here on the interrupt never arrives
+    /// Fault: from here on it fires at `stuck_rate_hz`, periodically.
+    Instant stuck_from = kForever;
     double stuck_rate_hz = 100'000;
 };
 
@@ -86,26 +90,29 @@ struct SimConfig {
     std::vector<InterruptSource> interrupts{};
     Nanoseconds tick_period{};  ///< scheduling tick on every core; 0: none. 4 ms at 250 Hz
     Nanoseconds tick_cost{};
-    /// How late a sleeper is woken: the slack of timers and the way out of idle. Not CPU time; a spin does not have it.
+    /// How late a sleeper wakes: the slack of timers and the way out of idle. It is no CPU time,
+    /// and a spin does not have it.
     Nanoseconds wake_latency{};
-    Nanoseconds edge_top_half{};  ///< of every edge that has a handler, on the core of the handler's I/O VCPU
-    /// Whose budget pays for top halves: nobody's (each interrupt is accounted apart), or that of the VCPU they interrupt, as
-    /// on a kernel that does not tell them apart.
+    /// The top half of every edge that has a handler, on the core of the handler's I/O VCPU.
+    Nanoseconds edge_top_half{};
+    /// True: the interrupted VCPU's budget pays for top halves, as on a kernel that does not tell
+    /// them apart. False: each interrupt is accounted for by itself.
     bool charge_interrupts_to_victim = false;
 
     std::vector<LoopFault> loop_faults{};
     std::vector<StuckPin> stuck_pins{};
     std::vector<SilentChip> silent_chips{};
 
-    /// How often inputs with an attached handler are looked at when the peripherals do not report edges; a shorter pulse
-    /// may be missed.
+    /// How often inputs with an attached handler are looked at when the peripherals do not report
+    /// edges; a shorter pulse may be missed.
     Nanoseconds edge_poll_period = 50us;
-    /// A VCPU that asks for the time or a pin more than `poll_limit` times at one instant is spinning on it: each further call
-    /// costs `poll_cost`, or `while (millis() < t);` would stand still for ever.
+    /// A VCPU that asks for the time or a pin more than `poll_limit` times at one instant is
+    /// spinning on it: each further call costs `poll_cost`, or `while (millis() < t);` would stand
+    /// still for ever.
     std::uint32_t poll_limit = 1000;
     Nanoseconds poll_cost = 100ns;
-    /// Charged when a loop's body returns without having let any time pass: it is called again at once, and virtual time
-    /// would stand still. A body that spent or waited pays nothing.
+    /// Charged when a loop's body returns without having let any time pass: it is called again at
+    /// once, and virtual time would stand still. A body that spent or waited pays nothing.
     Nanoseconds body_cost = 100ns;
     std::size_t stack_bytes = 256 * 1024;  ///< of each VCPU; only touched pages take memory
 };

@@ -37,8 +37,8 @@ void EventLoop::consume(Nanoseconds cost) {
 
 void EventLoop::busy_through_events(Instant t) {
     polls_ = 0;
-    QDUINO_EXPECT(current_ !=
-                  nullptr);  // the host has no time to spend between start() and the end of the run
+    // The host has no time to spend between start() and the end of the run.
+    QDUINO_EXPECT(current_ != nullptr);
     current_->spin_until = t;
     current_->fiber->suspend();
 }

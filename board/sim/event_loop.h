@@ -71,8 +71,8 @@ class EventLoop {
         if (calls_cost_) [[unlikely]]
             consume(config_.costs[call]);
     }
-    /// The same of a call that asks for something: more than so many at one instant are a spin, and
-    /// cost.
+    /// The same for a call that asks for something: more than `poll_limit` of them at one instant
+    /// are a spin, and cost time.
     void before_poll(ApiCall call) {
         charge(call);
         if (++polls_ > poll_limit_) [[unlikely]]
@@ -83,8 +83,8 @@ class EventLoop {
         polls_ = 0;
         consume(amount);
     }
-    /// Who runs looks up before it takes more time: somebody else has something to do now, or at
-    /// `t`.
+    /// Makes the running code look up before it takes more time: another VCPU has something to do
+    /// now, or at `t`.
     void look_up() { horizon_ = now_; }
     void look_up_at(Instant t) { horizon_ = t < horizon_ ? t : horizon_; }
 
@@ -101,12 +101,12 @@ class EventLoop {
     [[nodiscard]] const SimCpus& cpus() const { return cpus_; }
     [[nodiscard]] Interrupts& interrupts() { return interrupts_; }
     [[nodiscard]] const Interrupts& interrupts() const { return interrupts_; }
-    /// The calling VCPU sleeps until somebody sets its `wake`.
+    /// The calling VCPU sleeps until another one, or an event, sets its `wake`.
     void wait();
     /// False, and counted, when I/O VCPU `io` is not there, has ended, or has no room.
     void give_work(VcpuId io, Work work);
 
-    // ---- what is seen of it ---------------------------------------------------------------------
+    // ---- trace ----------------------------------------------------------------------------------
     void emit(int core, VcpuId vcpu, TraceKind kind);
     /// Of the calling VCPU.
     void note(TraceKind kind);
@@ -136,8 +136,8 @@ class EventLoop {
     // Read by every call of the fast path: kept together.
     Instant now_ = kEpoch;
     Instant horizon_ = kForever;
-    bool sleep_is_local_ =
-        true;  // no scheduling decision hangs on it: the host, or a loop that owns its core
+    // No scheduling decision hangs on it: the host, or a loop that owns its core.
+    bool sleep_is_local_ = true;
     bool calls_cost_ = false;
     bool stop_requested_ = false;
     bool stopped_ = false;

@@ -40,9 +40,10 @@
 #endif
 
 // ---- the switch itself --------------------------------------------------------------------------
-// void qduino_fiber_switch(void** save, void* load): pushes the callee-saved registers, stores the stack pointer in
-// *save, takes `load` for stack pointer, pops the registers found there and returns to who saved them.
-// qduino_fiber_begin is where a new fiber "returns" to: it moves the fiber's address into the argument register.
+// void qduino_fiber_switch(void** save, void* load): pushes the callee-saved registers, stores the
+// stack pointer in *save, takes `load` for stack pointer, pops the registers found there and
+// returns to who saved them. qduino_fiber_begin is where a new fiber "returns" to: it moves the
+// fiber's address into the argument register.
 
 #if QDUINO_FIBER_UCONTEXT
 #elif defined(__x86_64__)
@@ -170,8 +171,9 @@ void ucontext_entry(unsigned high, unsigned low) {
     fiber_started(reinterpret_cast<Fiber*>((static_cast<std::uintptr_t>(high) << 16 << 16) | low));
 }
 #elif defined(__x86_64__)
-// What qduino_fiber_switch will pop, lowest address first: r15 r14 r13 r12 rbx rbp, then the return address. The stack is
-// 16-byte aligned at the call in qduino_fiber_begin (psABI §3.2.2): seven words are popped, nine are taken.
+// What qduino_fiber_switch will pop, lowest address first: r15 r14 r13 r12 rbx rbp, then the return
+// address. The stack is 16-byte aligned at the call in qduino_fiber_begin (psABI §3.2.2): seven
+// words are popped, nine are taken.
 void* first_frame(std::byte* top, Fiber* self) {
     auto* frame = reinterpret_cast<void**>(top) - 9;
     frame[2] = reinterpret_cast<void*>(&fiber_started);       // r13
@@ -200,7 +202,8 @@ Fiber::Fiber(Entry entry, void* argument, std::size_t stack_bytes) : entry_(entr
                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
     if (mapping == MAP_FAILED) throw std::bad_alloc{};
     mapping_ = static_cast<std::byte*>(mapping);
-    ::mprotect(mapping_, page, PROT_NONE);  // an overflow faults here instead of spoiling a neighbour
+    // An overflow faults here instead of spoiling a neighbour.
+    ::mprotect(mapping_, page, PROT_NONE);
 
     const std::size_t machine_bytes = (sizeof(Machine) + 63) / 64 * 64;
     std::byte* top = mapping_ + mapping_bytes_ - machine_bytes;

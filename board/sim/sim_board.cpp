@@ -59,7 +59,8 @@ GuaranteeReport SimBoard::guarantee() const {
 
 sched::PlatformOverheads SimBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
-    overheads.release_cost = 2 * config_.costs.context_switch;  // to it, and back to what it preempted
+    // To it, and back to what it preempted.
+    overheads.release_cost = 2 * config_.costs.context_switch;
     for (const InterruptSource& source : loop_.interrupts().on_core(core)) {
         Nanoseconds cost = source.top_half;
         const bool tick = source.device == DeviceClass::all;

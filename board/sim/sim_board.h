@@ -1,13 +1,13 @@
 // The simulated board: virtual time, any number of cores, one runner at a time; the same seed gives
 // the same run.
 //
-// It has more functions than other classes, for it is the seam's whole list, and forwards:
+// It has more functions than other classes, because it is the seam's whole list, and forwards:
 //
 //   EventLoop   time, and who runs in it      SimCpus   cores and VCPUs       SimCore  its accounts
 //   SimPins     pins, buses, edges            SimLocks  priority inheritance  Interrupts
 //
-// Who may call what: board.h. run(), start() and the constructor belong to the host's thread;
-// everything else to VCPUs too.
+// run(), start() and the constructor belong to the host's thread; every other call may also come
+// from VCPUs (board.h).
 #pragma once
 
 #include <cstdint>

@@ -82,7 +82,8 @@ void SimCore::settle(Instant now) {
     account(now);
     if (interrupted(now)) return;  // decided when the interrupt is over
     if (!running_ || running_->done_at(now) > now) return decide(now);
-    ready_ = true;  // what else is due here stays due: the code's next wish for time comes back to decide()
+    // What else is due here stays due: the code's next wish for time comes back to decide().
+    ready_ = true;
 }
 
 void SimCore::decide(Instant now) {

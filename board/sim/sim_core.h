@@ -1,9 +1,11 @@
-// One simulated core: sched::CoreScheduler decides who runs; this class keeps the core's accounts
-// between two decisions.
+// One simulated core: sched::CoreScheduler decides which VCPU runs; this class keeps the core's
+// accounts between two decisions.
 //
 //   accounted_                     now
-//   ──|█████████████████|▒▒▒▒▒▒▒▒▒▒▒▒|──►      █ the running VCPU's, charged to its budget and taken off its work_left
-//                       └ steal() ───┘         ▒ taken by interrupts: delays it; charged to it only on request
+//   ──|█████████████████|▒▒▒▒▒▒▒▒▒▒▒▒|──►    █ the running VCPU's: charged to its budget, and taken
+//                       └ steal() ───┘         off its work_left
+//                                            ▒ taken by interrupts: delays the VCPU, and is charged
+//                                              to it only on request
 //
 // Invariants: every stretch of time is charged once; while time is stolen no VCPU code goes on and
 // no decision is made.
@@ -33,8 +35,9 @@ class SimCore {
     void steal(Instant now, Nanoseconds cost);
     /// Charges the running VCPU up to `now`.
     void account(Instant now);
-    /// What is due here is done: charges; when the running VCPU has got what it asked for its code
-    /// goes on first (ready()), for it takes no time and may give the CPU up; else decides.
+    /// Does what is due here: charges; then, if the running VCPU has got what it asked for, its
+    /// code goes on first (ready()), because it takes no time and may give the CPU up; else
+    /// decides.
     void settle(Instant now);
     /// Wakes sleepers whose instant has come and decides who runs. Also due after the running
     /// VCPU's code went on.

@@ -11,8 +11,8 @@ std::uint32_t SimLocks::own_value() const {
 
 Vcpu* SimLocks::holder_of(const LockWord& word) const {
     const std::uint32_t value = word.value.load(std::memory_order_relaxed);
-    return value == 0 ? nullptr
-                      : loop_.cpus().vcpu(static_cast<VcpuId>(value - 1));  // null as well for setup()
+    // Null as well for setup().
+    return value == 0 ? nullptr : loop_.cpus().vcpu(static_cast<VcpuId>(value - 1));
 }
 
 void SimLocks::count_lock(Vcpu& vcpu, int change) {
@@ -52,7 +52,8 @@ void SimLocks::unlock(LockWord& word) {
     word.value.store(next ? std::uint32_t{next->spec.id} + 1 : 0, std::memory_order_relaxed);
     if (Vcpu* const self = loop_.current()) {
         count_lock(*self, -1);
-        if (!self->core->has_budget(*self, loop_.now())) loop_.look_up();  // it overran, and is stopped here
+        // It overran, and is stopped here.
+        if (!self->core->has_budget(*self, loop_.now())) loop_.look_up();
     }
     if (!next) return;
     next->waits_for = nullptr;

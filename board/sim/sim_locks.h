@@ -1,11 +1,11 @@
 // Locks between simulated VCPUs: exact priority inheritance, and the budget of a VCPU that holds
 // one.
 //
-//   high              lock ░░░░██ unlock                 ░ waits: low ranks as high until it unlocks
+//   high              lock ░░░░██ unlock             ░ waits: low ranks as high until it unlocks
 //   mid        ████████               ████████
 //   low   lock██          ████ unlock           ██
 //
-// A waiter sleeps until unlock() hands the lock over: it never retries, so its wait is the rest of
+// A waiter sleeps until unlock() hands the lock over. It never retries, so its wait is the rest of
 // the critical section and nothing else. Ranks follow chains of locks (renew_ranks()) and cross
 // cores, as SCHED_FIFO priorities do.
 #pragma once

@@ -35,8 +35,8 @@ class TraceSink {
     virtual void on_event(const TraceEvent& event) = 0;
 };
 
-/// A running 64-bit hash: one exclusive-or, rotation and multiplication for each event. Equal runs have equal hashes; it is not
-/// meant to withstand an adversary.
+/// A running 64-bit hash: one exclusive-or, rotation and multiplication for each event. Equal runs
+/// have equal hashes; it is not meant to withstand an adversary.
 class TraceHash {
   public:
     constexpr void mix(std::uint64_t word) { state_ = std::rotl(state_ ^ word, 29) * 0x9E3779B97F4A7C15u; }

@@ -90,7 +90,8 @@ TYPED_TEST_P(BoardContract, BusyUntilAndSleepUntilAreNeverEarly) {
     this->run_one([this] {
         auto& board = this->board();
         for (int i = 0; i < 200; ++i) {
-            const Instant target = board.now() + Nanoseconds{i * 997 - 20'000};  // some are in the past
+            // Some are in the past.
+            const Instant target = board.now() + Nanoseconds{i * 997 - 20'000};
             i % 2 == 0 ? board.busy_until(target) : board.sleep_until(target);
             ASSERT_GE(board.now(), target) << i;
         }
@@ -175,7 +176,8 @@ TYPED_TEST_P(BoardContract, RunReturnsAtUntilAndGoesOnWhenCalledAgain) {
     ASSERT_TRUE(this->start());
     int turns_before = 0;
     for (int i = 0; i < 5; ++i) {
-        const Instant give_up = board.now() + 30s;  // a busy machine may leave a loop no time for a while
+        // A busy machine may leave a loop no time for a while.
+        const Instant give_up = board.now() + 30s;
         do {
             const Instant until = board.now() + 5ms;
             board.run(until);
@@ -246,7 +248,8 @@ TYPED_TEST_P(BoardContract, TheGuaranteeNamesEveryLoop) {
     EXPECT_EQ(report.loops[1].id, 7);
     EXPECT_EQ(report.loops[1].budget, Nanoseconds{10ms});
     EXPECT_EQ(report.loops[1].period, Nanoseconds{200ms});
-    for (const LoopGuarantee& loop : report.loops) {  // never silent: what is not enforced has its reason
+    // Never silent: what is not enforced has its reason.
+    for (const LoopGuarantee& loop : report.loops) {
         EXPECT_TRUE((loop.priority_enforced && loop.budget_enforced) || !loop.shortfall.empty());
     }
 }
@@ -324,8 +327,8 @@ TYPED_TEST_P(BoardContract, ALevelWrittenBeforeTheModeIsTheFirstThatIsDriven) {
         board.pin_write(kLamp, Level::high);
         ASSERT_TRUE(board.pin_mode(kLamp, PinMode::output));
         EXPECT_EQ(board.pin_read(kLamp), Level::high);
-        ASSERT_TRUE(
-            board.pin_mode(kDriver, PinMode::input_pullup));  // which is no write: the latch is low still
+        // Which is no write: the latch is low still.
+        ASSERT_TRUE(board.pin_mode(kDriver, PinMode::input_pullup));
         ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
         EXPECT_EQ(board.pin_read(kDriver), Level::low);
         board.pin_write(kHeater, Level::high);
@@ -488,7 +491,8 @@ TYPED_TEST_P(BoardContract, EdgesRunTheirHandlerOnItsIoVcpu) {
             ASSERT_TRUE(this->eventually([&] { return seen.rising == i; })) << i;
             board.pin_write(kDriver, Level::low);
             ASSERT_TRUE(this->eventually([&] { return board.pin_read(kSensor) == Level::low; })) << i;
-            board.sleep_until(board.now() + 1ms);  // a board that polls its inputs may miss a shorter pulse
+            // A board that polls its inputs may miss a shorter pulse.
+            board.sleep_until(board.now() + 1ms);
         }
         EXPECT_EQ(seen.rising, 5);  // and none for the falling ones
         board.detach_edge(kSensor);

@@ -18,7 +18,8 @@ inline constexpr PinId kHeater{9};    ///< a PWM output
 inline constexpr PinId kVoltage{14};  ///< an analog input
 inline constexpr double kVoltageLevel = 0.375;
 inline constexpr I2cBus kI2c{1};
-inline constexpr I2cAddress kChip{0x48};  ///< answers with what was written to it, each byte complemented
+/// Answers with what was written to it, each byte complemented.
+inline constexpr I2cAddress kChip{0x48};
 inline constexpr I2cAddress kNobody{0x49};
 inline constexpr SpiBus kSpi{0};  ///< a chip that returns each byte plus one
 

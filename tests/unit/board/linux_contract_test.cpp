@@ -30,7 +30,8 @@ class LinuxBench {
         config.lock_memory = false;
         config.handle_signals = false;
         auto board = linux::LinuxBoard::open(config);
-        ::unlink(path_.c_str());  // both sides have it open: nothing is left behind, however the test ends
+        // Both sides have it open: nothing is left behind, however the test ends.
+        ::unlink(path_.c_str());
         EXPECT_TRUE(board) << board.error().message.view();
         board_ = std::move(board.value());
     }

@@ -1,5 +1,5 @@
-// The keeper of a thread's budget and the locks that the thread holds. Counted on the thread's CPU clock: how long it all took does
-// not matter.
+// The keeper of a thread's budget and the locks that the thread holds. Counted on the thread's CPU
+// clock: how long it all took does not matter.
 #include "board/linux/budget_keeper.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,8 @@ namespace qduino::board::linux::test {
 namespace {
 
 constexpr Nanoseconds kBudget = 2ms;
-constexpr Nanoseconds kPeriod = 500ms;  // long: on a busy machine what is consumed here may take a while
+// Long: on a busy machine what is consumed here may take a while.
+constexpr Nanoseconds kPeriod = 500ms;
 
 /// Runs `body` on a thread that `keeper` keeps to that.
 void keep(const std::function<void(BudgetKeeper& keeper)>& body, Nanoseconds budget = kBudget,

@@ -1,4 +1,5 @@
-// One owner for each core: the second is refused by the first one's name, and whoever dies has given it back.
+// One owner for each core: the second is refused by the first one's name, and whoever dies has
+// given it back.
 #include "board/linux/core_lock.h"
 
 #include <gmock/gmock.h>
@@ -110,7 +111,8 @@ TEST(CoreLock, AllUsersMeetInTheFirstFolderThatIsEverybodys) {
         std::filesystem::create_directories(machine.path(folder));
         ::chmod(machine.path(folder).c_str(), 01777);
     }
-    ::chmod(machine.path("/run/lock").c_str(), 0755);  // root alone may write there, and must not go there
+    // Root alone may write there, and must not go there.
+    ::chmod(machine.path("/run/lock").c_str(), 0755);
     const auto lock = CoreLock::take(1, 0s, machine.root());
     ASSERT_TRUE(lock.ok());
     EXPECT_EQ(lock->path(), machine.path("/dev/shm/qduino-core1.lock"));

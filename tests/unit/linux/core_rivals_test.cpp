@@ -1,4 +1,5 @@
-// Who took the core: on a /proc made of files, and, for root, on the real one.
+// The search for the task that took a core: on a /proc made of files, and, for root, on the real
+// one.
 #include "board/linux/core_rivals.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +21,8 @@ struct Task {
     int core = 1, priority = 0, policy = 0, ticks = 0;
 };
 
-/// As /proc writes it: field 3 is the state, 14 and 15 the ticks, 39 the core, 40 the priority, 41 the policy.
+/// As /proc writes it: field 3 is the state, 14 and 15 the ticks, 39 the core, 40 the priority, 41
+/// the policy.
 void put(FakeMachine& machine, const Task& task) {
     std::string line = std::to_string(task.tid) + " (" + task.name + ") " + task.state;
     for (int field = 4; field <= 52; ++field) {
@@ -44,12 +46,8 @@ std::string rival_on(
 
 TEST(CoreRivals, IsWhoRunsOnTheCoreAtThePriorityOrAHigherOne) {
     FakeMachine machine;
-    put(machine, {.pid = 500,
-                  .tid = 502,
-                  .name = "loop 2",
-                  .state = 'R',
-                  .priority = 80,
-                  .policy = kFifo});  // the sketch itself
+    // The sketch itself.
+    put(machine, {.pid = 500, .tid = 502, .name = "loop 2", .state = 'R', .priority = 80, .policy = kFifo});
     put(machine, {.pid = 10,
                   .tid = 10,
                   .name = "other core",

@@ -1,4 +1,5 @@
-// The cycle clock against the kernel's. Where it cannot be used both are the same, and the tests say little.
+// The cycle clock against the kernel's. Where it cannot be used both are the same, and the tests
+// say little.
 #include "board/linux/cycle_clock.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,8 @@
 namespace qduino::board::linux {
 namespace {
 
-/// Wide: what is tested is that it is the same clock, not how well; a wrong anchor is off by much more.
+/// Wide: what is tested is that it is the same clock, not how well; a wrong anchor is off by much
+/// more.
 constexpr Nanoseconds kApart = 2us;
 
 TEST(CycleClock, BeforeItIsStartedItIsTheKernels) {
@@ -55,7 +57,8 @@ TEST(CycleClock, NeverRunsBackwardsWhileThreadsTakeTurnsAtItsAnchor) {
     for (int i = 0; i < 3; ++i) {
         threads.emplace_back([&] {
             const Instant end = monotonic_now() + 100ms;
-            // Who finds the anchor being set reads the kernel's clock, which may differ by the width of a reading.
+            // A reader that finds the anchor being set reads the kernel's clock, which may differ
+            // by the width of a reading.
             for (Instant last = clock.now(); last < end;) {
                 const Instant now = clock.now();
                 if (now < last - kApart) ++backwards;

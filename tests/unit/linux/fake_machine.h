@@ -51,7 +51,8 @@ class FakeMachine {
         return files;
     }
 
-    /// Four CPUs, some interrupts, a network card, cpusets of the first version (with a container in one).
+    /// Four CPUs, some interrupts, a network card, cpusets of the first version (with a container
+    /// in one).
     void furnish() {
         put("/proc/irq/default_smp_affinity", "f");
         put("/proc/irq/10/smp_affinity_list", "0-3");

@@ -1,5 +1,6 @@
-// A real-time task of another process that spins on one core: what takes a core from a loop. It ends by itself, whatever becomes of
-// the test: after `length`, by RLIMIT_RTTIME soon after, and with its parent. Never on core 0, which the machine lives on.
+// A real-time task of another process that spins on one core: what takes a core from a loop. It
+// ends by itself, whatever becomes of the test: after `length`, by RLIMIT_RTTIME soon after, and
+// with its parent. Never on core 0, which the machine lives on.
 #pragma once
 
 #include <sched.h>
@@ -37,7 +38,8 @@ class ForeignSpinner {
     ForeignSpinner& operator=(const ForeignSpinner&) = delete;
 
     [[nodiscard]] pid_t pid() const { return pid_; }
-    /// errno of going to the core, and of getting the priority; 0: it has it. It spins if it has both.
+    /// errno of going to the core, and of getting the priority; 0: it has it. It spins if it has
+    /// both.
     [[nodiscard]] int core_error() const { return errors_[0]; }
     [[nodiscard]] int priority_error() const { return errors_[1]; }
     [[nodiscard]] bool spins() const { return errors_[0] == 0 && errors_[1] == 0; }

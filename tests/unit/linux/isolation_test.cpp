@@ -1,4 +1,5 @@
-// Changes to the machine and their undoing: on a machine made of files, and, for root, on the real one.
+// Changes to the machine and their undoing: on a machine made of files, and, for root, on the real
+// one.
 #include "board/linux/isolation.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ MachineSettings open_settings(const std::string& state) {
     return opened ? std::move(*opened) : MachineSettings{};
 }
 
-// ---- settings -------------------------------------------------------------------------------------------
+// ---- settings -----------------------------------------------------------------------------------
 
 TEST(MachineSettings, AreRecordedBeforeTheyAreChangedAndUndoneInReverse) {
     FakeMachine machine;
@@ -94,7 +95,8 @@ TEST(MachineSettings, ThoseOfADeadProcessAreUndoneByRestoreAndByTheNextStart) {
 void write_state(const FakeMachine& machine, const std::string& lines) {
     const auto boot = read_small_file("/proc/sys/kernel/random/boot_id");
     ASSERT_TRUE(boot.ok());
-    std::ofstream{machine.state()} << "qduino-settings 1 " << *boot << lines;  // the id ends in a newline
+    // The id ends in a newline.
+    std::ofstream{machine.state()} << "qduino-settings 1 " << *boot << lines;
 }
 
 TEST(MachineSettings, ALineCutShortByAKillIsIgnored) {
@@ -108,9 +110,9 @@ TEST(MachineSettings, ALineCutShortByAKillIsIgnored) {
     EXPECT_EQ(machine.get("/b"), "1");
 }
 
-// The kernel manages some interrupts itself (a disk's queues) and refuses every write of their cores. A kill
-// between the record and the refused write leaves a record of a setting that never changed. osrelease is such a
-// file for root too: readable, never writable.
+// The kernel manages some interrupts itself (a disk's queues) and refuses every write of their
+// cores. A kill between the record and the refused write leaves a record of a setting that never
+// changed. osrelease is such a file for root too: readable, never writable.
 TEST(MachineSettings, ASettingThatNeverChangedIsNotWrittenAgain) {
     FakeMachine machine;
     { MachineSettings settings = open_settings(machine.state()); }
@@ -118,7 +120,8 @@ TEST(MachineSettings, ASettingThatNeverChangedIsNotWrittenAgain) {
     const auto value = read_small_file(unwritable);
     ASSERT_TRUE(value.ok());
     ASSERT_FALSE(write_small_file(unwritable, *value).ok());
-    write_state(machine, "write\t" + std::string{unwritable} + "\t" + *value);  // it ends in a newline
+    // It ends in a newline.
+    write_state(machine, "write\t" + std::string{unwritable} + "\t" + *value);
     const auto restored = restore_settings(machine.state());
     ASSERT_TRUE(restored.ok()) << restored.error().message.view();
     EXPECT_EQ(*restored, Restored::undone);
@@ -155,12 +158,13 @@ TEST(MachineSettings, AKillAtAnyMomentLeavesAMachineThatRestorePutsBack) {
         ::kill(child, SIGKILL);
         ASSERT_EQ(::waitpid(child, nullptr, 0), child);
         ASSERT_TRUE(restore_settings(machine.state()).ok());
-        // A write of a file that is no kernel setting may be cut between truncation and write; the real ones are not.
+        // A write of a file that is no kernel setting may be cut between truncation and write; the
+        // real ones are not.
         ASSERT_EQ(machine.everything(), before) << "round " << round;
     }
 }
 
-// ---- isolation ------------------------------------------------------------------------------------------
+// ---- isolation ----------------------------------------------------------------------------------
 
 IsolationOptions third_core_of(const FakeMachine& machine) {
     IsolationOptions options;
@@ -184,7 +188,8 @@ TEST(Isolation, MovesEverythingThatCanBeMovedAndPutsItBack) {
         EXPECT_TRUE(begun->throttling_lifted());
         EXPECT_EQ(machine.get("/proc/irq/default_smp_affinity"), "7");
         EXPECT_EQ(machine.get("/proc/irq/10/smp_affinity_list"), "0-2");
-        EXPECT_EQ(machine.get("/proc/irq/11/smp_affinity_list"), "0-2");  // it had been on core 3 alone
+        // It had been on core 3 alone.
+        EXPECT_EQ(machine.get("/proc/irq/11/smp_affinity_list"), "0-2");
         EXPECT_EQ(machine.get("/proc/irq/12/smp_affinity_list"), "0-1");
         EXPECT_EQ(machine.get("/sys/class/net/eth0/queues/rx-0/rps_cpus"), "7");
         EXPECT_EQ(machine.get("/sys/class/net/eth0/queues/tx-0/xps_cpus"), "7");
@@ -293,7 +298,7 @@ TEST(Isolation, LeavesTheRestOfTheMachineACore) {
     EXPECT_EQ(Isolation::begin(settings, options).error().code, ErrorCode::out_of_range);
 }
 
-// ---- interrupts of a class ------------------------------------------------------------------------------
+// ---- interrupts of a class ----------------------------------------------------------------------
 
 TEST(DeviceInterrupts, AreFoundByDeviceAndByHandlerAndRouted) {
     FakeMachine machine;
@@ -320,8 +325,8 @@ TEST(DeviceInterrupts, AreFoundByDeviceAndByHandlerAndRouted) {
     EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0");  // it lived on core 1 alone
     EXPECT_EQ(route_class(settings, DeviceClass::i2c, 1, 2, true, stuck, machine.root()), 1);
     EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "0-1");
-    EXPECT_EQ(route_class(settings, DeviceClass::nic, 1, 2, false, stuck, machine.root()),
-              0);  // there already
+    // There already.
+    EXPECT_EQ(route_class(settings, DeviceClass::nic, 1, 2, false, stuck, machine.root()), 0);
     ASSERT_TRUE(settings.undo().ok());
     EXPECT_EQ(machine.get("/proc/irq/37/smp_affinity_list"), "0-1");
     EXPECT_EQ(machine.get("/proc/irq/40/smp_affinity_list"), "1");
@@ -356,7 +361,7 @@ TEST(CoreProbe, CountsTheInterruptsOfOneCore) {
     EXPECT_TRUE(tickless_cores(machine.root()).has(2));
 }
 
-// ---- the real machine -----------------------------------------------------------------------------------
+// ---- the real machine ---------------------------------------------------------------------------
 
 TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
     if (::geteuid() != 0 || cpu_count() < 2) GTEST_SKIP() << "needs root and two cores";
@@ -401,7 +406,8 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
     }
 }
 
-// The spinner's priority is below those of the machine's own threads, and it never spins for longer than a moment.
+// The spinner's priority is below those of the machine's own threads, and it never spins for longer
+// than a moment.
 TEST(Isolation, ARealTimeTaskOfAnotherProcessCannotComeToTheOwnedCore) {
     if (::geteuid() != 0 || cpu_count() < 2) GTEST_SKIP() << "needs root and two cores";
     const int core = cpu_count() - 1;

@@ -1,5 +1,5 @@
-// The Linux board on virtual pins: what it refuses, what it runs, what it reports. Without real-time
-// priorities, so that no test can hold up the machine; timing is no matter here.
+// The Linux board on virtual pins: what it refuses, what it runs, what it reports. Without
+// real-time priorities, so that no test can hold up the machine; timing is no matter here.
 #include "board/linux/linux_board.h"
 
 #include <gtest/gtest.h>
@@ -141,7 +141,8 @@ TEST(LinuxBoard, ForcesTheSafeStatesWhenItStops) {
         ASSERT_TRUE(board->safe_state(PinId{3}, Level::low).ok());
         std::function<void()> body = [&board] {
             while (!board->stop_requested()) board->sleep_until(board->now() + 1ms);
-            board->pin_write(PinId{3}, Level::high);  // a last write of the loop does not have the last word
+            // A last write of the loop does not have the last word.
+            board->pin_write(PinId{3}, Level::high);
         };
         ASSERT_TRUE(board->start(std::array{loop(1, 1ms, 10ms, &body)}).ok());
         board->request_stop();
@@ -222,7 +223,8 @@ TEST(LinuxBoard, KeepsALoopThatNeverWaitsToItsBudget) {
     board->request_stop();
     board->run(kForever);
     const Nanoseconds took = board->now() - before;
-    // 2 of 20 ms, and one budget more at either end of the window. Left to itself it would have taken all there was.
+    // 2 of 20 ms, and one budget more at either end of the window. Left to itself it would have
+    // taken all there was.
     EXPECT_LE(consumed, to_ns(took) / 10 + 3 * 2'000'000);
     EXPECT_GT(consumed, 0);
     const GuaranteeReport report = board->guarantee();
@@ -349,7 +351,8 @@ TEST(LinuxBoard, ARealPwmKeepsItsDutyWhenItsPeriodChanges) {
     EXPECT_EQ(board->pwm_period(PinId{9}, 2s).error().code, ErrorCode::invalid_argument);
     EXPECT_EQ(board->pwm_period(PinId{10}, 20ms).error().code, ErrorCode::invalid_argument);
 
-    std::filesystem::remove(machine.path(channel + "period"));  // a chip that cannot: the old one holds
+    // A chip that cannot: the old one holds.
+    std::filesystem::remove(machine.path(channel + "period"));
     EXPECT_FALSE(board->pwm_period(PinId{9}, 20ms).ok());
     clear();
     ASSERT_TRUE(board->pwm_write(PinId{9}, 0.5).ok());

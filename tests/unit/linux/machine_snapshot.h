@@ -1,6 +1,7 @@
 // All that isolation touches on the real machine, as text: taken before and after, to be the same.
 //
-// What comes and goes by itself (an interrupt, a network queue, a process) is compared only where it is in both.
+// What comes and goes by itself (an interrupt, a network queue, a process) is compared only where
+// it is in both.
 #pragma once
 
 #include <filesystem>
@@ -24,8 +25,9 @@ class MachineSnapshot {
             taken.note(path);
         }
         taken.note_each("/proc/irq", {"smp_affinity_list"});
-        taken.note_each("/sys/fs/cgroup/cpuset", {"cpuset.cpus", "cpuset.cpu_exclusive"});  // v1: the sets
-        taken.note_each("/sys/fs/cgroup", {"cpuset.cpus", "cpuset.cpus.partition"});        // v2
+        // v1: the sets.
+        taken.note_each("/sys/fs/cgroup/cpuset", {"cpuset.cpus", "cpuset.cpu_exclusive"});
+        taken.note_each("/sys/fs/cgroup", {"cpuset.cpus", "cpuset.cpus.partition"});  // v2
         taken.note_each("/sys/devices/system/cpu", {"cpufreq/scaling_governor"});
         taken.note_each("/sys/kernel/debug/sched/fair_server", {"runtime"});
         std::error_code error;

@@ -1,5 +1,5 @@
-// What the tests of the virtual pins share: a file of their own, and a machine that writes down what it is
-// told.
+// What the tests of the virtual pins share: a file of their own, and a machine that writes down
+// what it is told.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -40,8 +40,8 @@ struct Seen {
     double value = 0;
 };
 
-/// Peripherals with a memory: read it when the machine has stopped; the atomics at any time. I2C chip 0x48
-/// answers with the bytes it was sent, each plus one; SPI inverts.
+/// Peripherals with a memory: read it when the machine has stopped; the atomics at any time. I2C
+/// chip 0x48 answers with the bytes it was sent, each plus one; SPI inverts.
 class RecordingMachine final : public Peripherals {
   public:
     void pin_written(Instant now, PinId pin, Level level) override {
@@ -105,13 +105,14 @@ class RunningMachine {
     RunningMachine(const RunningMachine&) = delete;
     RunningMachine& operator=(const RunningMachine&) = delete;
 
-    /// Ends the thread after a last poll that sees everything written before the call; then the record may be
-    /// read.
+    /// Ends the thread after a last poll that sees everything written before the call; then the
+    /// record may be read.
     void stop() {
         if (!thread_.joinable()) return;
         stop_ = true;
         thread_.join();
-        // Everything written before this call is older than this instant by more than a writer's hold.
+        // Everything written before this call is older than this instant by more than a writer's
+        // hold.
         std::this_thread::sleep_for(kWriterHold + 1ms);
         while (server_.poll(monotonic_now(), machine) == PinsServer::kBatch) {
         }

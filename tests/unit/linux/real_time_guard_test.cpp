@@ -1,5 +1,5 @@
-// The guard of debug builds, linked into this program whatever the build: what a real-time loop may not do ends the program and
-// names itself; what it may do, and what others do, passes.
+// The guard of debug builds, linked into this program whatever the build: what a real-time loop may
+// not do ends the program and names itself; what it may do, and what others do, passes.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -34,7 +34,8 @@ using Body = std::function<void()>;
 
 LinuxConfig modest() {
     LinuxConfig config;
-    config.real_time = false;  // the rule is the same (real_time_mark.h), and no test holds up the machine
+    // The rule is the same (real_time_mark.h), and no test holds up the machine.
+    config.real_time = false;
     config.lock_memory = false;
     config.handle_signals = false;
     return config;
@@ -183,7 +184,7 @@ TEST(RealTimeGuard, LetsTheAbortGoThroughTheSafeStates) {
     EXPECT_EQ(machine.seen.back().value, 0.0);
 }
 
-// ---- what a real-time loop does all the time --------------------------------------------------------------------
+// ---- what a real-time loop does all the time ----------------------------------------------------
 
 class CleanLoop : public ::testing::Test {
   protected:

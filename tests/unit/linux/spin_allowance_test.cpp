@@ -7,7 +7,8 @@
 namespace qduino::board::linux {
 namespace {
 
-/// A thread that only waits for instants `apart` one after the other, for `length`; what it slept, and by how much it passed one at worst.
+/// A thread that only waits for instants `apart` one after the other, for `length`; what it slept,
+/// and by how much it passed one at worst.
 struct Spun {
     Nanoseconds asleep{0};
     Nanoseconds longest_second{0};  ///< most that it ran in any second from a multiple of 100 ms on

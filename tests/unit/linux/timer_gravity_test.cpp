@@ -134,7 +134,8 @@ TEST(TimerGravity, FollowsAMachineThatBecomesMuchSlower) {
     EXPECT_NEAR(static_cast<double>(loop.gravity.lead().count()), 12'000, 500);
 }
 
-// A harmonic period: the longer loop is released together with the shorter one, always, and waits for it.
+// A harmonic period: the longer loop is released together with the shorter one, always, and waits
+// for it.
 TEST(TimerGravity, ALoopThatIsAlwaysReleasedBehindAnotherLearnsNoMoreThanItsWakeUp) {
     Loop loop;
     for (int i = 0; i < 3000; ++i) {

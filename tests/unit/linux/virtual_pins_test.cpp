@@ -1,4 +1,5 @@
-// Both ends of the virtual pins: in one process, and across fork with a sketch that dies at any moment.
+// Both ends of the virtual pins: in one process, and across fork with a sketch that dies at any
+// moment.
 #include "board/linux/virtual_pins.h"
 
 #include <fcntl.h>
@@ -291,8 +292,8 @@ TEST(VirtualPins, ForceEachSafePinAndNoOther) {
     EXPECT_EQ(pins.read(0, kPin), Level::low);
 }
 
-// A sketch process that counts up on PWM pins for ever, as two loops would. (One thread plays both: a process
-// forked from one with threads may make none under the thread sanitizer.)
+// A sketch process that counts up on PWM pins for ever, as two loops would. (One thread plays both:
+// a process forked from one with threads may make none under the thread sanitizer.)
 [[noreturn]] void count_until_killed(const std::string& path) {
     VirtualPins pins;
     if (!pins.attach(path)) ::_exit(3);
@@ -317,9 +318,10 @@ TEST(VirtualPins, ASketchKilledAtAnyMomentLeavesNothingTornAndTheNextOneTakesOve
         const pid_t child = ::fork();
         ASSERT_GE(child, 0);
         if (child == 0) count_until_killed(file.path());
-        const auto& written = running.server().layout().outputs[1].pwm;  // cleared by each that attaches
-        while (life == kLives - 1 && written.load() == 0)
-            std::this_thread::sleep_for(1ms);  // one comes so far
+        // Cleared by each that attaches.
+        const auto& written = running.server().layout().outputs[1].pwm;
+        // One comes so far.
+        while (life == kLives - 1 && written.load() == 0) std::this_thread::sleep_for(1ms);
         std::this_thread::sleep_for(std::chrono::microseconds{2000 + random() % 15'000});
         ::kill(child, SIGKILL);
         int status = 0;

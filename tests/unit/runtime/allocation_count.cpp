@@ -12,7 +12,8 @@ namespace qduino::testing {
 std::size_t allocation_count() { return allocations.load(std::memory_order_relaxed); }
 }  // namespace qduino::testing
 
-// The replacements of the whole program. In a file of their own: inlined into others they look mismatched to the compiler.
+// The replacements of the whole program. In a file of their own: inlined into others they look
+// mismatched to the compiler.
 void* operator new(std::size_t size) {
     allocations.fetch_add(1, std::memory_order_relaxed);
     if (void* memory = std::malloc(size)) return memory;

@@ -13,7 +13,8 @@ TEST(ReleaseClock, ReleaseKIsDueAtOriginPlusKPeriods) {
     ReleaseClock clock(at(7ms), 10ms, at(7ms));
     EXPECT_EQ(clock.nominal(), at(7ms));
     for (int k = 1; k <= 1000; ++k) {
-        const Instant ended = clock.nominal() + Nanoseconds{k * 7919 % 10'000'000};  // anywhere in the period
+        // Anywhere in the period.
+        const Instant ended = clock.nominal() + Nanoseconds{k * 7919 % 10'000'000};
         const Release release = clock.next(ended, OverrunPolicy::skip);
         EXPECT_EQ(release.nominal, at(7ms + 10ms * k));
         EXPECT_FALSE(release.overrun());

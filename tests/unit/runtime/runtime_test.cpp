@@ -1,4 +1,5 @@
-// The runtime on the simulated board: releases to the nanosecond, overruns by policy, interrupts, and what it must not do.
+// The runtime on the simulated board: releases to the nanosecond, overruns by policy, interrupts,
+// and what it must not do.
 #include "runtime/runtime.h"
 
 #include <gmock/gmock.h>
@@ -28,7 +29,8 @@ using ::testing::HasSubstr;
 
 constexpr Instant at(Nanoseconds since) { return kEpoch + since; }
 
-/// Up to four loops whose bodies are lambdas: a sketch's bodies are plain functions, so these are static.
+/// Up to four loops whose bodies are lambdas: a sketch's bodies are plain functions, so these are
+/// static.
 class RuntimeTest : public ::testing::Test {
   protected:
     using Body = std::function<void()>;
@@ -126,8 +128,8 @@ TEST_F(RuntimeTest, ALoopThatStartsLateStaysOnTheCommonGrid) {
     });
     ASSERT_TRUE(begin());
     run(60ms);
-    EXPECT_EQ(starts,
-              (std::vector<Instant>{at(3ms), at(23ms), at(43ms)}));  // held up by loop 2, not shifted by it
+    // Held up by loop 2, not shifted by it.
+    EXPECT_EQ(starts, (std::vector<Instant>{at(3ms), at(23ms), at(43ms)}));
     EXPECT_EQ(statistics(1).release_latency_ns.max(), 3'000'000u);
     EXPECT_EQ(statistics(1).overruns.get(), 0);
 }
@@ -160,7 +162,8 @@ TEST_F(RuntimeTest, AnOwningLoopsInstantsAreItsOwn) {
         const Instant start = now();
         board_->busy_until(start + 1us);
         steps.push_back(now());
-        board_->busy_until(start + 80us);  // the body took time: it is called again at once, and for nothing
+        // The body took time: it is called again at once, and for nothing.
+        board_->busy_until(start + 80us);
     });
     ASSERT_TRUE(begin());
     run(800us);
@@ -169,7 +172,7 @@ TEST_F(RuntimeTest, AnOwningLoopsInstantsAreItsOwn) {
         EXPECT_EQ(steps[k], at(1us + 80us * static_cast<std::int64_t>(k)));
 }
 
-// ---- overruns --------------------------------------------------------------------------------------------------
+// ---- overruns -----------------------------------------------------------------------------------
 
 class RuntimeOverrun : public RuntimeTest {
   protected:
@@ -202,7 +205,8 @@ TEST_F(RuntimeOverrun, CatchUpRunsTheMissedOnesBackToBack) {
     EXPECT_EQ(starts_with(OverrunPolicy::catch_up),
               (std::vector<Instant>{at(0ms), at(10ms), at(20ms), at(45ms), at(47ms), at(50ms), at(60ms),
                                     at(70ms)}));
-    EXPECT_EQ(statistics(1).overruns.get(), 2);  // those due at 20 and 30 ms; that of 40 ms ends before 50 ms
+    // Those due at 20 and 30 ms; that of 40 ms ends before 50 ms.
+    EXPECT_EQ(statistics(1).overruns.get(), 2);
     EXPECT_EQ(statistics(1).dropped.get(), 0);
     EXPECT_EQ(statistics(1).release_latency_ns.max(), 15'000'000u);
 }
@@ -229,7 +233,7 @@ TEST_F(RuntimeOverrun, StopStopsTheSketchThroughItsSafeStates) {
     EXPECT_LE(now(), at(50ms));
 }
 
-// ---- begin -----------------------------------------------------------------------------------------------------
+// ---- begin --------------------------------------------------------------------------------------
 
 TEST_F(RuntimeTest, ARefusedSketchRunsNothingNotEvenSetup) {
     bool set_up = false;
@@ -280,8 +284,8 @@ TEST_F(RuntimeTest, RealTimePathsAllocateNothing) {
         };
     };
     loop(1, 2ms, 10ms, 0, counted([&] {
-             board_->compute(statistics(1).passes.get() % 7 == 0 ? Nanoseconds{13ms}
-                                                                 : Nanoseconds{1ms});  // overruns
+             // Overruns.
+             board_->compute(statistics(1).passes.get() % 7 == 0 ? Nanoseconds{13ms} : Nanoseconds{1ms});
              board_->pin_write(PinId{1}, Level::high);
              static_cast<void>(board_->pin_read(PinId{1}));
              static_cast<void>(board_->route_interrupts(DeviceClass::nic, 0, false));
@@ -312,7 +316,7 @@ TEST_F(RuntimeTest, RealTimePathsAllocateNothing) {
     EXPECT_GT(edges_, 50);
 }
 
-// ---- interrupts ------------------------------------------------------------------------------------------------
+// ---- interrupts ---------------------------------------------------------------------------------
 
 TEST_F(RuntimeTest, AHandlerRunsOnItsOwnIoVcpu) {
     static board::VcpuId seen;
@@ -333,7 +337,8 @@ TEST_F(RuntimeTest, AHandlerRunsOnItsOwnIoVcpu) {
     ASSERT_TRUE(begin());
     run(100ms);
     EXPECT_EQ(seen, 33);
-    ASSERT_EQ(board_->guarantee().loops.size(), 3u);  // loop 1, its own I/O VCPU, and the default one
+    // Loop 1, its own I/O VCPU, and the default one.
+    ASSERT_EQ(board_->guarantee().loops.size(), 3u);
     EXPECT_EQ(board_->guarantee().loops[1].core, 1);
 }
 

@@ -1,4 +1,5 @@
-// Run twice: over the switch of this machine, and over the portable one under other suite names (fiber_ucontext.cpp).
+// Run twice: over the switch of this machine, and over the portable one under other suite names
+// (fiber_ucontext.cpp).
 #include "board/sim/fiber.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,8 @@ TEST(FIBER_SUITE, KeepsItsLocalsAcrossSwitches) {
     Fiber fiber(
         [](void* p) {
             auto& c = *static_cast<Context*>(p);
-            double a = 1.5, b = 2.5;  // in callee-saved registers or on the stack, as the compiler likes
+            // In callee-saved registers or on the stack, as the compiler likes.
+            double a = 1.5, b = 2.5;
             for (int i = 0; i < 1000; ++i) {
                 a = std::sqrt(a + i);
                 c.self->suspend();

@@ -1,5 +1,6 @@
-// Theory meets machine: random sets of loops that sched/ admits keep every period in the simulator, and those it refuses by
-// completion time can be made to miss one. Seeds are printed with a failure.
+// Theory meets machine: random sets of loops that sched/ admits keep every period in the simulator,
+// and those it refuses by completion time can be made to miss one. Seeds are printed with a
+// failure.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -22,7 +23,8 @@ class Generator {
     std::int64_t between(std::int64_t low, std::int64_t high) {
         return low + static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(high - low + 1));
     }
-    /// Two to six loops, periods of 1 to 40 ms, between half and all of a core; with `io`, one I/O VCPU.
+    /// Two to six loops, periods of 1 to 40 ms, between half and all of a core; with `io`, one I/O
+    /// VCPU.
     TaskSet make(bool io) {
         TaskSet set;
         const std::int64_t n = between(2, 6);
@@ -53,7 +55,8 @@ struct Outcome {
     Nanoseconds worst_lateness = Nanoseconds::min();
 };
 
-/// Every loop takes its whole budget at each release; the I/O VCPU always has work, from `io_from` on.
+/// Every loop takes its whole budget at each release; the I/O VCPU always has work, from `io_from`
+/// on.
 Outcome simulate(const TaskSet& set, Nanoseconds length, Nanoseconds io_from) {
     NoPeripherals wires;
     SimConfig config;
@@ -92,7 +95,8 @@ Outcome simulate(const TaskSet& set, Nanoseconds length, Nanoseconds io_from) {
     }
     EXPECT_TRUE(board.start(program.specs()));
     board.run(at(length));
-    for (const Instant instant : due) outcome.misses += instant < at(length);  // starved: it never ended
+    // Starved: it never ended.
+    for (const Instant instant : due) outcome.misses += instant < at(length);
     return outcome;
 }
 
@@ -134,8 +138,8 @@ TEST(SimAdmission, ASetRefusedByCompletionTimeMissesWhenAllAreReleasedAtOnce) {
         const sched::Admission admission = sched::admit_without_remedy(set.load);
         if (admission.refusal.because != sched::RefusedBecause::completion_time) continue;
         ++refused;
-        for (Nanoseconds& offset : set.offsets)
-            offset = Nanoseconds{0};  // the critical instant: the test is exact
+        // The critical instant: the test is exact.
+        for (Nanoseconds& offset : set.offsets) offset = Nanoseconds{0};
         EXPECT_GT(simulate(set, 500ms, Nanoseconds{0}).misses, 0u) << "seed " << seed;
     }
 }

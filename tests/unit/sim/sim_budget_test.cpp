@@ -1,4 +1,5 @@
-// Budgets in the simulator, exact to the nanosecond: bursts, totals, and what one loop can do to another.
+// Budgets in the simulator, exact to the nanosecond: bursts, totals, and what one loop can do to
+// another.
 #include <gtest/gtest.h>
 
 #include "sim_fixture.h"
@@ -47,7 +48,8 @@ TEST_F(SimBudget, TheHigherPriorityTakesItsBudgetOutOfTheMiddle) {
     EXPECT_EQ(trace_.bursts(2),
               (std::vector<Burst>{
                   {at(0ms), at(5ms)}, {at(50ms), at(55ms)}, {at(100ms), at(105ms)}, {at(150ms), at(155ms)}}));
-    // Loop 1 is held up for 5 ms in its first period; its budget became active at 5 ms, and comes back 100 ms later.
+    // Loop 1 is held up for 5 ms in its first period; its budget became active at 5 ms, and comes
+    // back 100 ms later.
     EXPECT_EQ(trace_.bursts(1), (std::vector<Burst>{{at(5ms), at(35ms)}, {at(105ms), at(135ms)}}));
 }
 

@@ -1,4 +1,5 @@
-// The same seed gives the same run, to the last event, however the run is cut; another seed gives another.
+// The same seed gives the same run, to the last event, however the run is cut; another seed gives
+// another.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -8,7 +9,8 @@
 namespace qduino::board::sim::testing {
 namespace {
 
-/// A machine with everything in it: three cores, shared and owned, interrupts both ways, an edge handler, faults.
+/// A machine with everything in it: three cores, shared and owned, interrupts both ways, an edge
+/// handler, faults.
 class Machine {
   public:
     explicit Machine(std::uint64_t seed, TraceSink* trace = nullptr) : board_(config(seed), wires_, trace) {
@@ -121,8 +123,8 @@ TEST(SimDeterminism, ARunCutIntoPiecesIsTheSameRun) {
 TEST(SimDeterminism, RunsThatEndOnEventsAreTheSameRun) {
     Machine whole(7), cut(7);
     whole.board().run(at(200ms));
-    for (Instant t = at(0s); t <= at(200ms); t += 500us)
-        cut.board().run(t);  // ticks, releases and pulses lie there
+    // Ticks, releases and pulses lie there.
+    for (Instant t = at(0s); t <= at(200ms); t += 500us) cut.board().run(t);
     EXPECT_EQ(cut.board().trace_hash(), whole.board().trace_hash());
 }
 

@@ -1,4 +1,5 @@
-// What the tests of the simulator share: entries written as lambdas, and a trace that is kept and can be added up.
+// What the tests of the simulator share: entries written as lambdas, and a trace that is kept and
+// can be added up.
 #pragma once
 
 #include <functional>

@@ -60,8 +60,8 @@ TEST(SimInterrupts, TheVictimPaysWhereTheKernelDoesNotTellThemApart) {
     ASSERT_TRUE(board.start(program.specs()));
     board.run(at(1s));
     for (const Burst& burst : trace.bursts(1)) EXPECT_LE(burst.end - burst.begin, Nanoseconds{30ms + 100us});
-    EXPECT_EQ(trace.bursts(1).front(),
-              (Burst{at(0ms), at(30ms + 100us)}));  // the interrupt at 30 ms is ended first
+    // The interrupt at 30 ms is ended first.
+    EXPECT_EQ(trace.bursts(1).front(), (Burst{at(0ms), at(30ms + 100us)}));
 }
 
 TEST(SimInterrupts, ALoopOnAnotherCoreIsNotTouched) {
@@ -82,7 +82,8 @@ TEST(SimInterrupts, ALoopOnAnotherCoreIsNotTouched) {
     ASSERT_TRUE(board.start(program.specs()));
     board.run(at(1s));
     EXPECT_EQ(free, at(20ms));
-    EXPECT_EQ(disturbed, at(20ms + 39 * 500us));  // 39 at 1 … 39 ms: nobody serves them, so they run at once
+    // 39 at 1 … 39 ms: nobody serves them, so they run at once.
+    EXPECT_EQ(disturbed, at(20ms + 39 * 500us));
     EXPECT_EQ(board.stolen_time(1), Nanoseconds{0});
 }
 
@@ -118,7 +119,8 @@ TEST(SimInterrupts, WithoutAnIoVcpuTheBottomHalfRunsAboveEveryLoop) {
     });
     ASSERT_TRUE(board.start(program.specs()));
     board.run(at(1s));
-    // 1 ms, then 90 us of every millisecond: 3 ms of work take 33 more of them, and 30 us of a 34th.
+    // 1 ms, then 90 us of every millisecond: 3 ms of work take 33 more of them, and 30 us of a
+    // 34th.
     EXPECT_EQ(done, at(1ms + 33 * 1ms + 910us + 30us));
 }
 
@@ -177,7 +179,8 @@ TEST(SimInterrupts, APoissonSourceHasItsRate) {
     ASSERT_TRUE(board.start(program.specs()));
     board.run(at(20s));
     const double count = static_cast<double>(interrupts_of(trace, 0));
-    EXPECT_NEAR(count, 20'000, 4 * 142);  // four standard deviations of a Poisson count; the seed is fixed
+    // Four standard deviations of a Poisson count; the seed is fixed.
+    EXPECT_NEAR(count, 20'000, 4 * 142);
     // The gaps of a Poisson process vary as much as their mean.
     double mean = 0, square = 0;
     std::vector<double> gaps;
@@ -334,7 +337,8 @@ TEST(SimFaults, AStuckPinReadsItsLevelAndLosesItsEdges) {
     });
     ASSERT_TRUE(board.start(program.specs()));
     board.run(at(1s));
-    EXPECT_EQ(edges_at, (std::vector<int>{9, 9, 9, 9 + 6}));  // 1 … 9 ms; from 20 ms on again: 20 … 25 ms
+    // 1 … 9 ms; from 20 ms on again: 20 … 25 ms.
+    EXPECT_EQ(edges_at, (std::vector<int>{9, 9, 9, 9 + 6}));
 }
 
 TEST(SimEdges, TheHandlerPreemptsByItsOwnPeriodAndPaysFromItsOwnBudget) {
@@ -368,8 +372,8 @@ TEST(SimEdges, TheHandlerPreemptsByItsOwnPeriodAndPaysFromItsOwnBudget) {
     ASSERT_EQ(context.times.size(), 3u);
     EXPECT_EQ(context.times[0], at(1ms));
     EXPECT_EQ(context.times[1], at(1ms + 600us));
-    EXPECT_EQ(context.times[2],
-              at(11ms + 200us));  // 400 us of the second, then throttled until 1 + 1/0.1 = 11 ms
+    // 400 us of the second, then throttled until 1 + 1/0.1 = 11 ms.
+    EXPECT_EQ(context.times[2], at(11ms + 200us));
     EXPECT_EQ(board.cpu_time(33), Nanoseconds{1800us});
     EXPECT_EQ(trace.count(TraceKind::throttle, 33), 1u);
 }

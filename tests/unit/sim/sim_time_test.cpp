@@ -201,7 +201,8 @@ TEST(SimTime, TimeThatNothingElseDisturbsPassesWithoutTheEventLoop) {
     ASSERT_TRUE(board.start(program.specs()));
     board.run(at(1s));
     EXPECT_GE(pulses, 99'999u);
-    EXPECT_LE(board.resumes(), 600u);  // at each event of loop 1: two in a period, and its own resumption
+    // At each event of loop 1: two in a period, and its own resumption.
+    EXPECT_LE(board.resumes(), 600u);
 }
 
 TEST(SimTime, SafeStatesMayBeForcedWhileALoopHangs) {
