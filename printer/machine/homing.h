@@ -9,7 +9,7 @@
 //
 // Loop 2 looks at the switch before each step of an approach, and sends no more steps of that axis
 // once it presses. Loop 1 then has the rest of the move dropped. When the axis has settled, loop
-// 2's step count is the count of the home position. An approach without a press ends the homing.
+// 2's step count marks the home position. An approach without a press ends the homing as failed.
 //
 // X and Y are homed before Z, so that the nozzle never comes down beside the bed.
 //
