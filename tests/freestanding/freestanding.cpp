@@ -70,7 +70,6 @@ void setup() {
     const Result<void> edges = runtime.attach_interrupt(
         board::PinId{3}, board::Edge::rising, [] {}, 1ms, 10ms, 0);
     if (edges.ok() || edges.error().code != ErrorCode::unsupported) std::abort();
-    started = true;  // what follows is board.start()
 }
 
 /// What a board without a scheduler below it does at its timer: charge, decide, until the next
@@ -91,6 +90,7 @@ Nanoseconds schedule(sched::CoreScheduler& scheduler) {
 int main(int argc, char** argv) {
     allocate = argc == 2 && std::strcmp(argv[1], "--allocate") == 0;
     static board::test::BareBoard board;
+    board.on_start = [] { started = true; };
     static runtime::Runtime runtime(board);
     static runtime::SketchTable table;
     table.setup = &setup;

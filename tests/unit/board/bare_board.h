@@ -12,6 +12,7 @@ namespace qduino::board::test {
 class BareBoard final : public Board {
   public:
     int releases = 0;
+    void (*on_start)() = nullptr;                    ///< called when the VCPUs are about to run
     void (*while_idle)(BareBoard& board) = nullptr;  ///< called at each sleep
 
     Instant now() override { return now_; }
@@ -39,6 +40,7 @@ class BareBoard final : public Board {
                 return make_error(ErrorCode::unavailable, "too many VCPUs for this board");
             specs_[count_++] = spec;
         }
+        if (on_start) on_start();
         return {};
     }
     void run(Instant) override {
