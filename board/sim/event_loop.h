@@ -25,8 +25,8 @@
 // its core, with budget (or owning it), not before the instant it asked for. Enforcement is exact:
 // a budget ends at the nanosecond.
 //
-// It has more functions than other classes: nine of them are the fast path, of one line or two
-// each.
+// It has more functions and members than other classes. Nine functions are the fast path, of one
+// line or two each; and what the fast path reads lies together, in front of the rest.
 #pragma once
 
 #include <cstdint>
