@@ -37,7 +37,7 @@ TEST(MachineFile, ErrorsNameFileLineAndKey) {
     EXPECT_EQ(error_of("[hot_end]\nmaximum_celsius = 900\n"),
               "m.toml:2: [hot_end] 'maximum_celsius' is 900; accepted: a number from 30 to 500");
     EXPECT_EQ(error_of("[hot_end]\nkp = \"hot\"\n"),
-              "m.toml:2: [hot_end] 'kp' is hot; accepted: a number from 0 to 10000");
+              "m.toml:2: [hot_end] 'kp' is 'hot'; accepted: a number from 0 to 10000");
     EXPECT_EQ(error_of("fan_pin = 128\n"),
               "m.toml:1: 'fan_pin' is 128; accepted: a whole number from 0 to 127");
     EXPECT_EQ(error_of("axes = 3\n"), "m.toml:1: 'axes' is 3; accepted: a table, [axes]");

@@ -295,7 +295,7 @@ TEST_F(JobsApiTest, WithoutAnEstimateTheTimeLeftGoesByTheTimeTaken) {
     run(2);
     static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}}));
     static_cast<void>(upload("b", "G28\n", {{"print", "true"}}));
-    run(1, 1000);
+    run(3, 1000);
     auto progress = request("GET /api/v1/jobs/1").json()["progress"];
     ASSERT_LE(progress["fraction"], 0.01);
     EXPECT_TRUE(progress["remaining_s"].is_null()) << "nobody knows yet";
