@@ -76,12 +76,9 @@ TEST(Machine, PauseAndResume) {
 TEST(Machine, AResumeOnTheWayToTheParkPlaceIsPutOffNotLost) {
     MachineBench bench;
     bench.job("G28\nM0\nG1 X20 F3000\n");
-    ASSERT_TRUE(bench.reaches(State::pausing));
-    ASSERT_TRUE(bench.run_until([&] {
-        bench.command(Command::resume);
-        bench.run();
-        return bench.status().state != State::pausing;
-    }));
+    const auto leaves = [&] { return bench.status().state == State::pausing && bench.loop2->steps()[2] > 0; };
+    ASSERT_TRUE(bench.run_until(leaves)) << "up first, before anything moves sideways";
+    EXPECT_EQ(bench.answer(Command::resume), "");
     ASSERT_TRUE(bench.reaches(State::idle));
     EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
 }
@@ -211,6 +208,14 @@ TEST(Machine, AnM84ThatWasReadButNotDoneUnhomesNothing) {
     bench.command(Command::gcode, "G1 X1 F600");
     bench.run();
     EXPECT_EQ(bench.replies, "ok\n") << "and no warning that X was not homed";
+}
+
+TEST(Machine, MotorsThatAreSwitchedOffAreNoLongerHomed) {
+    MachineBench bench;
+    bench.job("G28\nM84 X\n");
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().outcome == JobOutcome::completed; }));
+    EXPECT_EQ(bench.status().homed, (std::array{false, true, true}));
+    EXPECT_TRUE(bench.motors.log.ends_with("X-"));
 }
 
 TEST(Machine, AJobWithLostHeatPausesAndHeatsUpBeforeItGoesOn) {
