@@ -81,8 +81,11 @@ class MotionPipe {
     /// left_at_mm().
     void come_back();
 
-    /// Takes loop 2's freshest word. Once per release, before anything is decided.
-    void observe() { seen_ = for_loop_1_.read(); }
+    /// Takes loop 2's freshest word and the service's. Once per release, before anything is decided.
+    void observe() {
+        stops_.observe();
+        seen_ = for_loop_1_.read();
+    }
     [[nodiscard]] const link::MotionStatus& seen() const { return seen_; }
 
     /// Solves steps into the ring. `more_may_come`: input is at hand, so the planner may go on
@@ -99,7 +102,7 @@ class MotionPipe {
     [[nodiscard]] bool come_to_rest();
 
     /// Asked to drop everything, loop 2 has not yet done so. Nothing is pumped until it has.
-    [[nodiscard]] bool stopping() const { return stops_.stop_asked() != seen_.stops_served; }
+    [[nodiscard]] bool stopping() const { return stops_.asked_as_seen() != seen_.stops_served; }
     /// Nothing is planned, on the path or away from it, and the machine rests at `position_mm`; a
     /// stop that loop 1 asked for is finished. Contract: not stopping().
     void reset(const motion::AxisVector& position_mm);

@@ -6,6 +6,10 @@
 //
 //   service  link.emergency + 1 ──► the same; and emergency_pending() until loop 1 takes it:
 //            nothing may move before
+//
+// An emergency stop may come in the middle of loop 1's release. Loop 2 obeys it at once. Loop 1 goes
+// on with the number that it saw when the release began, so that all its decisions agree, and
+// answers the stop in its next release: until then loop 2 plays nothing of what loop 1 sends.
 #pragma once
 
 #include <atomic>
@@ -17,9 +21,17 @@ class Stops {
   public:
     /// `emergency`: the link's counter; it must outlive this. Its value now counts as answered.
     explicit Stops(const std::atomic<std::uint32_t>& emergency)
-        : emergency_(emergency), taken_(emergency.load(std::memory_order_acquire)) {}
+        : emergency_(emergency), taken_(emergency.load(std::memory_order_acquire)) {
+        observe();
+    }
 
     // Loop 1.
+    /// Once per release, before anything is decided.
+    void observe() { seen_emergency_ = emergency_.load(std::memory_order_acquire); }
+    /// What loop 2 must have served before loop 1 may go on.
+    [[nodiscard]] std::uint32_t asked_as_seen() const {
+        return asked_.load(std::memory_order_relaxed) + seen_emergency_;
+    }
     void ask() {
         running_ = true;
         asked_.fetch_add(1, std::memory_order_release);
@@ -47,6 +59,7 @@ class Stops {
     const std::atomic<std::uint32_t>& emergency_;
     std::atomic<std::uint32_t> taken_;
     std::atomic<std::uint32_t> asked_{0};
+    std::uint32_t seen_emergency_ = 0;
     bool running_ = false;
 };
 

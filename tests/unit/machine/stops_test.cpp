@@ -31,5 +31,17 @@ TEST(Stops, AnEmergencyReachesLoop2WithoutLoop1) {
     EXPECT_FALSE(stops.emergency_pending());
 }
 
+TEST(Stops, AnEmergencyInTheMiddleOfAReleaseIsSeenByLoop2AtOnceAndByLoop1InItsNext) {
+    std::atomic<std::uint32_t> emergency{0};
+    Stops stops(emergency);
+    const std::uint32_t served = stops.stop_asked();
+    stops.observe();
+    emergency = 1;
+    EXPECT_NE(stops.stop_asked(), served);
+    EXPECT_EQ(stops.asked_as_seen(), served);
+    stops.observe();
+    EXPECT_EQ(stops.asked_as_seen(), stops.stop_asked());
+}
+
 }  // namespace
 }  // namespace qduino::printer::machine
