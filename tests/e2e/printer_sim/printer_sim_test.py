@@ -88,7 +88,7 @@ class PrinterSim(unittest.TestCase):
         machine = self.path("machine.toml", "[axes.x]\nspeed = 3\n")
         for arguments, words in [
             (["/nonexistent.gcode"], "/nonexistent.gcode"),
-            ([job, "--machine", machine], "machine.toml:2: 'speed'"),
+            ([job, "--machine", machine], "machine.toml:2: [axes.x] 'speed'"),
             ([job, "--fault", "gremlins"], "gremlins"),
             ([job, "--steps", "/nonexistent/steps.csv"], "/nonexistent/steps.csv"),
             ([], "which file?"),
