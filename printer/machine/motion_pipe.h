@@ -81,7 +81,8 @@ class MotionPipe {
     /// left_at_mm().
     void come_back();
 
-    /// Takes loop 2's freshest word and the service's. Once per release, before anything is decided.
+    /// Takes loop 2's freshest word and the service's. Once per release, before anything is
+    /// decided.
     void observe() {
         stops_.observe();
         seen_ = for_loop_1_.read();

@@ -7,9 +7,9 @@
 //   service  link.emergency + 1 ──► the same; and emergency_pending() until loop 1 takes it:
 //            nothing may move before
 //
-// An emergency stop may come in the middle of loop 1's release. Loop 2 obeys it at once. Loop 1 goes
-// on with the number that it saw when the release began, so that all its decisions agree, and
-// answers the stop in its next release: until then loop 2 plays nothing of what loop 1 sends.
+// An emergency stop may come in the middle of loop 1's release. Loop 2 obeys it at once. Loop 1
+// goes on with the number that it saw when the release began, so that all its decisions agree, and
+// answers the stop in its next release. Until then loop 2 plays nothing of what loop 1 sends.
 #pragma once
 
 #include <atomic>

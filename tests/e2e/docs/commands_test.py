@@ -41,6 +41,7 @@ ADAPTED = [
     # Until Ctrl-C.
     (r"qduino run", lambda: "timeout --signal=INT 4 qduino run; [ $? -eq 124 ]"),
     # Minutes, and into the tree.
+    (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),
     (r"bench/plot.py", lambda: "test -x bench/plot.py"),
     # Ends with the number of things this machine lacks.

@@ -156,6 +156,7 @@ class TemporaryLink {
         layout_ = new (memory) LinkLayout;
         layout_->version = printer::link::kVersion;
         layout_->size = sizeof(LinkLayout);
+        layout_->session = 1;
         layout_->sketch_pid = owner;
         layout_->magic.store(printer::link::kMagic);
     }

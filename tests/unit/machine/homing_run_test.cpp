@@ -47,8 +47,8 @@ struct Bench {
     }
 };
 
-// Each release decides by one view of the stops: a motion that was at rest when it began may be reset
-// in it. The emergency stop itself is the machine's to answer, in the next release.
+// Each release decides by one view of the stops: a motion that was at rest when it began may be
+// reset in it. The emergency stop itself is the machine's to answer, in the next release.
 TEST(HomingRun, AnEmergencyStopInTheMiddleOfAnyReleaseBreaksNoContract) {
     for (int release = 0;; ++release) {
         Bench bench;
