@@ -4,12 +4,12 @@
 // heat until a person clears it (`HeatControl`).
 //
 // 1. The sensor answers.
-//    Four samples in a row without a reading, or with a reading below `minimum_celsius` or above
-//    `maximum_celsius`, are a fault. One such sample may be noise on the wire.
+//    Four samples in a row without a reading, or with a reading below `minimum` or above
+//    `maximum`, are a fault. One such sample may be noise on the wire.
 //
 // 2. The heater heats up.
 //    Until it first reads target − `verify_hysteresis_celsius`, it must gain `verify_gain_celsius`
-//    within `verify_gain_s`. Each gain starts the next such interval.
+//    within `verify_gain_time`. Each gain starts the next such interval.
 //
 // 3. The heater holds its temperature.
 //    From then on, its shortfall below target − `verify_hysteresis_celsius` is summed over time.
