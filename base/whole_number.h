@@ -1,4 +1,4 @@
-// A whole decimal number out of text: all of the text, or nothing.
+// A whole number out of text: all of the text, or nothing.
 #pragma once
 
 #include <charconv>
@@ -8,13 +8,13 @@
 
 namespace qduino {
 
-/// Nothing when `text` is empty, when it holds anything else (a space, a plus sign), or when T
-/// cannot hold the number.
+/// `base` is 2 to 36. Nothing when `text` is empty, when it holds anything else (a space, a plus
+/// sign), or when T cannot hold the number.
 template <std::integral T>
-[[nodiscard]] std::optional<T> whole_number(std::string_view text) {
+[[nodiscard]] std::optional<T> whole_number(std::string_view text, int base = 10) {
     T value{};
     const char* const end = text.data() + text.size();
-    const auto [stopped, failed] = std::from_chars(text.data(), end, value);
+    const auto [stopped, failed] = std::from_chars(text.data(), end, value, base);
     if (failed != std::errc{} || stopped != end) return std::nullopt;
     return value;
 }

@@ -6,10 +6,12 @@ Run from anywhere: `tools/check_layout.py`. Prints one line per offence, `file:l
 """
 import pathlib
 import re
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True
+
+import tree_check  # noqa: E402
+
 FUNCTION_LINES_MAX = 70
 
 # The arrows of ARCHITECTURE.md: which folders a folder may include. It may always include itself.
@@ -179,33 +181,10 @@ def self_test():
         ("base/a.cpp", long_body, "has 82 lines"),
         ("base/a.h", "int x;\n", "#pragma once"),
     ]
-    failed = [c for c in cases if not any(c[2] in what for _, what in offences(c[0], c[1]))]
     clean = [*offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "base/time.h"\n'),
              *offences("board/linux/a.cpp", "#include <unistd.h>\n"), *offences("sched/a.cpp", "#include <cstdint>\n")]
-    for path, _, expected in failed:
-        print(f"self-test: no offence '{expected}' found for {path}")
-    if clean:
-        print(f"self-test: a clean file was blamed: {clean}")
-    return 1 if failed or clean else 0
-
-
-def tracked_files():
-    listing = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return [p for p in listing.stdout.splitlines() if p.endswith(SOURCES) and (ROOT / p).is_file()]
-
-
-def main():
-    if "--self-test" in sys.argv:
-        return self_test()
-    count = 0
-    files = tracked_files()
-    for path in files:
-        for line, what in offences(path, (ROOT / path).read_text(encoding="utf-8")):
-            print(f"{path}:{line}: {what}")
-            count += 1
-    print(f"layout: {len(files)} files, {count} offences")
-    return 1 if count else 0
+    return tree_check.failed_cases(cases, clean, offences)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(tree_check.run("layout", lambda path: path.endswith(SOURCES), offences, self_test))

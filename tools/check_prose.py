@@ -9,12 +9,13 @@
 Run from anywhere: `tools/check_prose.py`. Prints one line per offence, `file:line: what (what to do)`, and exits 1 if any.
 `--self-test` shows that each rule catches an offence made for it.
 """
-import pathlib
 import re
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True
+
+import tree_check  # noqa: E402
+
 COLUMNS_MAX = 100
 LEFT_OVER_WORDS = 3
 LEFT_OVER_COLUMNS = 50
@@ -115,33 +116,10 @@ def self_test():
         ("base/a.h", "// It is kept. Whoever comes next\n// reads it.\n", "Who"),
         ("docs/a.md", "Text. Who reads this is lost.\n", "Who"),
     ]
-    failed = [c for c in cases if not any(c[2] in what for _, what in offences(c[0], c[1]))]
     clean = list(offences("base/a.h", "// A head of one line.\n//\n//   a    drawing\n//   b\n//   c    of it\n//\n// Who? is a question.\n"
                                       "const char* url = \"https://a.b\";\n"))
-    for path, _, expected in failed:
-        print(f"self-test: no offence '{expected}' found for {path}")
-    if clean:
-        print(f"self-test: clean text was blamed: {clean}")
-    return 1 if failed or clean else 0
-
-
-def tracked_files():
-    listing = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return [p for p in listing.stdout.splitlines() if (p.endswith(".md") or marker_of(p)) and (ROOT / p).is_file()]
-
-
-def main():
-    if "--self-test" in sys.argv:
-        return self_test()
-    count = 0
-    files = tracked_files()
-    for path in files:
-        for line, what in offences(path, (ROOT / path).read_text(encoding="utf-8")):
-            print(f"{path}:{line}: {what}")
-            count += 1
-    print(f"prose: {len(files)} files, {count} offences")
-    return 1 if count else 0
+    return tree_check.failed_cases(cases, clean, offences)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(tree_check.run("prose", lambda path: path.endswith(".md") or marker_of(path), offences, self_test))

@@ -1,9 +1,10 @@
 #include "board/linux/cpu_list.h"
 
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <cstdio>
+
+#include "base/whole_number.h"
 
 namespace qduino::board::linux {
 namespace {
@@ -12,14 +13,6 @@ std::string_view trimmed(std::string_view text) {
     while (!text.empty() && (text.back() == '\n' || text.back() == ' ' || text.back() == '\0'))
         text.remove_suffix(1);
     return text;
-}
-
-/// A whole number that takes all of `text`.
-std::optional<std::uint32_t> number(std::string_view text, int base) {
-    std::uint32_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    return value;
 }
 
 /// Cuts the part before the next comma off `text`.
@@ -44,8 +37,9 @@ std::optional<CpuList> CpuList::from_list(std::string_view text) {
     while (!text.empty()) {
         const std::string_view part = next_part(text);
         const std::size_t dash = part.find('-');
-        const auto low = number(part.substr(0, dash), 10);
-        const auto high = dash == std::string_view::npos ? low : number(part.substr(dash + 1), 10);
+        const auto low = whole_number<std::uint32_t>(part.substr(0, dash));
+        const auto high =
+            dash == std::string_view::npos ? low : whole_number<std::uint32_t>(part.substr(dash + 1));
         if (!low || !high || *low > *high || *high >= kLimit) return std::nullopt;
         for (std::uint32_t cpu = *low; cpu <= *high; ++cpu) cpus.add(static_cast<int>(cpu));
     }
@@ -56,7 +50,7 @@ std::optional<CpuList> CpuList::from_mask(std::string_view text) {
     CpuList cpus;
     text = trimmed(text);
     while (!text.empty()) {
-        const auto group = number(next_part(text), 16);
+        const auto group = whole_number<std::uint32_t>(next_part(text), 16);
         if (!group || (cpus.bits_ >> (kLimit - 32)).any()) return std::nullopt;
         cpus.bits_ = (cpus.bits_ << 32) | std::bitset<kLimit>{*group};
     }

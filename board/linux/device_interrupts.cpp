@@ -1,14 +1,15 @@
 #include "board/linux/device_interrupts.h"
-#include "posix/small_file.h"
 
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <filesystem>
 #include <optional>
+
+#include "base/whole_number.h"
+#include "posix/small_file.h"
 
 namespace qduino::board::linux {
 
@@ -28,10 +29,7 @@ std::vector<std::string> entries(const std::string& folder) {
 
 std::optional<int> number(std::string_view text) {
     while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    return value;
+    return whole_number<int>(text);
 }
 
 /// Words in the names of handlers, lower case.
