@@ -8,6 +8,7 @@
 
 #include "base/contract.h"
 #include "base/fixed_string.h"
+#include "base/text.h"
 
 namespace qduino {
 
@@ -68,6 +69,30 @@ class [[nodiscard]] Result<void> {
     bool ok_ = true;
 };
 
-inline Error make_error(ErrorCode code, std::string_view message) { return Error{code, message}; }
+/// `pieces` as base/text.h takes them: make_error(ErrorCode::not_found, "no job ", id).
+template <typename... Pieces>
+[[nodiscard]] Error make_error(ErrorCode code, const Pieces&... pieces) {
+    Error error{code, {}};
+    write(error.message, pieces...);
+    return error;
+}
 
 }  // namespace qduino
+
+/// Hands an error of `expression`, a Result, to the caller of this function; its value is dropped.
+#define QDUINO_TRY(expression)                                          \
+    do {                                                                \
+        if (auto tried_ = (expression); !tried_) return tried_.error(); \
+    } while (false)
+
+/// Hands an error of `expression` to the caller of this function, or gives its value to
+/// `declaration`: QDUINO_TRY_ASSIGN(const auto file, open(path)). Two statements: not for the body
+/// of an `if` without braces.
+#define QDUINO_TRY_ASSIGN(declaration, expression) \
+    QDUINO_TRY_ASSIGN_TO(declaration, expression, QDUINO_TRY_NAME(tried_, __LINE__))
+#define QDUINO_TRY_ASSIGN_TO(declaration, expression, name) \
+    auto name = (expression);                               \
+    if (!name) return name.error();                         \
+    declaration = std::move(name).value()
+#define QDUINO_TRY_NAME(stem, line) QDUINO_TRY_JOIN(stem, line)
+#define QDUINO_TRY_JOIN(stem, line) stem##line

@@ -60,5 +60,30 @@ TEST(ResultDeathTest, ReadingTheWrongSideIsABrokenContract) {
     EXPECT_DEATH(static_cast<void>(Result<void>{}.error()), "contract broken");
 }
 
+Result<int> quarter(int number) {
+    QDUINO_TRY_ASSIGN(const int halved, half(number));
+    QDUINO_TRY(half(halved));
+    return halved / 2;
+}
+
+TEST(Try, GivesTheValueOrHandsTheErrorOn) {
+    EXPECT_EQ(*quarter(8), 2);
+    EXPECT_EQ(quarter(7).error().message, "7 is odd: give an even number");
+    EXPECT_EQ(quarter(6).error().code, ErrorCode::invalid_argument);
+}
+
+TEST(Try, MovesOutWhatOnlyMoves) {
+    const auto taken = []() -> Result<int> {
+        QDUINO_TRY_ASSIGN(const auto only, Result<std::unique_ptr<int>>{std::make_unique<int>(5)});
+        return *only;
+    };
+    EXPECT_EQ(*taken(), 5);
+}
+
+TEST(MakeError, JoinsPieces) {
+    EXPECT_EQ(make_error(ErrorCode::not_found, "no job ", 7, ": look at ", std::string{"the list"}).message,
+              "no job 7: look at the list");
+}
+
 }  // namespace
 }  // namespace qduino
