@@ -56,7 +56,7 @@ Result<void> what_machine_said(const Mailbox& mail) {
     load_words(mail.in, {text.data(), size});
     constexpr auto kLast = static_cast<std::uint32_t>(ErrorCode::internal);
     return make_error(static_cast<ErrorCode>(std::min(failed - 1, kLast)),
-                      {reinterpret_cast<const char*>(text.data()), size});
+                      std::string_view{reinterpret_cast<const char*>(text.data()), size});
 }
 
 }  // namespace
