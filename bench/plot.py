@@ -31,7 +31,7 @@ def finish(figure, report, path):
 
 def pulse_train(report, path):
     """Distance of the interval from 100 us, by percentile, for each variant under each load."""
-    colours = {"listing1": PAPER, "listing2": RIVAL, "absolute": OURS, "floor": FLOOR, "floor_relative": "#9aa5b1"}
+    colours = {"listing1": PAPER, "listing1_plain": "#c9ccd1", "listing2": RIVAL, "absolute": OURS, "floor": FLOOR, "floor_relative": "#9aa5b1"}
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.6), sharey=True)
     for axis, load in zip(axes, ("idle", "submission")):
         for row in (r for r in report["results"] if r["load"] == load):

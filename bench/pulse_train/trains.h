@@ -1,15 +1,16 @@
 // The pulse trains that bench-pulse-train compares, each made in a process of its own.
 //
-//   listing1       nanosleep(100 µs), write 1, write 0: an ordinary process, as in the paper's
-//                  Listing 1
-//   listing2       sketches/pulse_train: a loop that owns its core and spins 100 µs, then writes,
-//                  after Listing 2
+//   listing1       nanosleep(100 µs), write 1, write 0, as the paper ran its Listing 1: real-time
+//                  priority, locked memory, timers without slack (its footnote 6)
+//   listing1_plain the same as an ordinary process
+//   listing2       sketches/listing_2, the paper's Listing 2: a loop that owns its core and spins
+//                  100 µs, then writes
 //   absolute       sketches/pulse_train_absolute: the same with delayBusyUntil(t += 100 µs)
 //   floor          a bare spin over the same grid, without pins or a sketch: the limit of this core
 //   floor_relative a bare spin of 100 µs, again and again: the limit for Listing 2, which never
 //                  makes up for lost time
 //
-// The first three are seen from outside, by the edges on virtual pin 6, with the time that the
+// The first four are seen from outside, by the edges on virtual pin 6, with the time that the
 // board stamped on each.
 #pragma once
 
@@ -27,7 +28,7 @@ struct Train {
     /// Instants of the rising edges, in order, without those of the start.
     std::vector<std::int64_t> rising_ns;
     std::uint64_t lost_edges = 0;
-    Json guarantee;       ///< what the board said; null for listing1
+    Json guarantee;       ///< what the board said; null for Listing 1
     std::string failure;  ///< empty: it ran to its end
 };
 
@@ -41,8 +42,9 @@ inline Train failed_train(std::string failure) {
 inline constexpr Nanoseconds kTrainPeriod = 100us;
 inline constexpr int kTrainPin = 6;
 
-Train run_listing1(Nanoseconds length);
-/// `program`: pulse-train-linux or pulse-train-absolute-linux.
+/// `real_time`: as the paper ran it. An ordinary user gets the plain one, and the guarantee says so.
+Train run_listing1(Nanoseconds length, bool real_time);
+/// `program`: listing-2-linux or pulse-train-absolute-linux.
 Train run_sketch(const std::string& program, Nanoseconds length);
 /// `phase`: the place of the instants within their period, on CLOCK_MONOTONIC. The scheduling tick
 /// comes at multiples of 4 ms, which is forty periods: either every tick falls on an instant of the

@@ -69,10 +69,10 @@ std::string SubmissionLoad::start() {
     service_ = spawn(service, folder_ + "/address", folder_ + "/printd.log");
     const std::string address = await_line(folder_ + "/address");
     if (address.empty()) return "the print service did not start; see " + folder_ + "/printd.log";
-    sender_ = spawn({"python3", QDUINO_SOURCE_DIR "/bench/rig/submission.py", "--address",
-                     address.substr(0, address.find("/#")), "--key-file", state + "/api-key", "--uploads",
-                     "0", "--pause", "0.1", "1"},
-                    folder_ + "/uploads", folder_ + "/sender.log");
+    sender_ =
+        spawn({"python3", QDUINO_SOURCE_DIR "/bench/rig/submission.py", "--address",
+               address.substr(0, address.find("/#")), "--key-file", state + "/api-key", "--uploads", "0"},
+              folder_ + "/uploads", folder_ + "/sender.log");
     if (await_line(folder_ + "/uploads").empty())
         return "no upload was answered; see " + folder_ + "/sender.log";
     return {};

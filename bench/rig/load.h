@@ -1,11 +1,11 @@
-// The paper's submission load (section V.B): print jobs of random size sent to the print service at
-// random intervals.
+// The paper's submission load (RTAS 2017, section III.C): print jobs of random size, sent to the
+// print service at random intervals.
 //
 //   submission.py ──HTTP on loopback──► printd (unprivileged) ──► disk
 //
-// The paper sends thirty files of 50 KB to 150 MB, 0.1 to 10 s apart. Here they come 0.1 to 1 s
-// apart for as long as the load lives. A real-time run is kept under 30 s, and should see as many
-// files as the paper's runs did in minutes.
+// As in the paper: the sizes are log-uniform from 50 KB to 150 MB, the pauses uniform from 0.1 to
+// 10 s, for as long as the load lives. A network lies between sender and printer there; here both
+// are on one computer, which is more work for it.
 #pragma once
 
 #include <sys/types.h>

@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
-"""The paper's submission load (RTAS 2017, section V.B): print jobs of random size, sent to the print service at random intervals.
+"""The paper's submission load (RTAS 2017, section III.C): print jobs of random size, sent to the print service at random intervals.
 
     submission.py --address http://127.0.0.1:8080 --key-file DIR/api-key
                   [--uploads 30] [--sizes 50e3 150e6] [--pause 0.1 10] [--seed 1]
 
 Each job goes as a slicer sends it (multipart to /api/files/local), streamed, and is left held: it is not printed. A line of JSON is written for each:
-{"name", "bytes", "status", "seconds", "id"}. Sizes and pauses are uniformly distributed. --uploads 0 sends until it is stopped.
+{"name", "bytes", "status", "seconds", "id"}. Sizes are log-uniform, pauses uniform, both within the paper's bounds unless others
+are given. --uploads 0 sends until it is stopped.
 Exit status 0 when each was answered with 201.
 """
 import argparse
 import http.client
 import json
+import math
 import random
 import sys
 import time
@@ -80,7 +82,7 @@ def main():
         key = file.read().strip()
     sent, refused = 0, 0
     while options.uploads == 0 or sent < options.uploads:
-        size = int(generator.uniform(*options.sizes))
+        size = int(math.exp(generator.uniform(*map(math.log, options.sizes))))
         name = "submission-%d-%d.gcode" % (options.seed, sent)
         begin = time.monotonic()
         status, answer = submit(options.address, key, name, size, generator, options.timeout)
