@@ -42,7 +42,7 @@ inline Train failed_train(std::string failure) {
 inline constexpr Nanoseconds kTrainPeriod = 100us;
 inline constexpr int kTrainPin = 6;
 
-/// `real_time`: as the paper ran it. An ordinary user gets the plain one, and the guarantee says so.
+/// `real_time`: as the paper ran it. An ordinary user gets the plain one; the guarantee says so.
 Train run_listing1(Nanoseconds length, bool real_time);
 /// `program`: listing-2-linux or pulse-train-absolute-linux.
 Train run_sketch(const std::string& program, Nanoseconds length);
