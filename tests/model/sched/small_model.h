@@ -1,0 +1,346 @@
+// Every schedule that a small core can have, one tick at a time.
+//
+// A simulation tries the phasings that somebody thought of. Here each loop may be released at any
+// tick that its period allows, each suspension may be as long as it likes, and each device may ask
+// for its bottom half at any tick and for any client. All of it is tried; states that were seen
+// before are not followed twice. That is possible for periods up to 10 and three loops.
+//
+// This model shares no code with sched/. Its servers are lists of single ticks of budget, its
+// scheduler looks at everything anew in each tick. What of it a mutant may break is in `Rules`.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+namespace qduino::sched::model {
+
+enum class Do : std::uint8_t { run, lock, unlock, suspend };
+
+/// One step of a loop's body: `run` n ticks, `suspend` for 0 to n ticks, take or give back lock n.
+struct Step {
+    Do what;
+    int n;
+};
+
+/// A loop; its place in the list is its rank among equal periods.
+struct Loop {
+    int budget;
+    int period;
+    std::vector<Step> body;
+    bool may_miss = false;  ///< its own lateness is no miss: it asks for more than its budget
+};
+
+/// A device and the server of its bottom half (PIBS, E. Missimer et al., ECRTS 2016).
+struct Io {
+    int budget;
+    int period;
+};
+
+struct Set {
+    std::vector<Loop> loops;
+    std::vector<Io> ios;
+};
+
+/// The scheduler's rules. Each is right as it stands here.
+struct Rules {
+    /// Idle budget is not saved up (Stanovich et al., RTAS 2010).
+    bool waking_moves_refills = true;
+    bool shorter_period_first = true;
+    bool inheritance = true;        ///< a lock's holder has the rank of its highest waiter
+    bool one_replenishment = true;  ///< a bottom half waits for used/U, even with budget left
+};
+
+inline constexpr int kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
+inline constexpr std::uint8_t kNobody = 0xff;
+
+/// All times are ticks from now on, so that equal situations at different times are one state.
+struct LoopState {
+    std::uint8_t since = 0;  ///< ticks since its release, at most its period
+    std::uint8_t active = 0;
+    std::uint8_t step = 0;
+    std::uint8_t left = 0;                       ///< of `run` and `suspend`
+    std::uint8_t waits_for = kNobody;            ///< a lock
+    std::array<std::int8_t, kBudget> refills{};  ///< when each tick of budget may be spent, sorted
+};
+struct IoState {
+    std::uint8_t work = 0;
+    std::uint8_t client = 0;     ///< period that it has the rank of
+    std::uint8_t remaining = 0;  ///< of the present service
+    std::uint8_t used = 0;
+    std::uint8_t wait = 0;   ///< ticks until the present service, or the next one, may run
+    std::uint8_t since = 0;  ///< ticks since the present service could run
+};
+struct State {
+    std::array<LoopState, kLoops> loops{};
+    std::array<IoState, kIos> ios{};
+    std::array<std::uint8_t, kLocks> holder{kNobody, kNobody};
+};
+
+/// Follows every schedule of one set.
+class Explorer {
+  public:
+    /// `state_limit`: how many states are followed at the most.
+    Explorer(const Set& set, Rules rules = {}, std::size_t state_limit = 2'000'000)
+        : set_(set), rules_(rules), limit_(state_limit) {}
+
+    /// The loop that misses its period in some schedule; none when no schedule has a miss.
+    std::optional<int> miss() {
+        State first;
+        for (std::size_t i = 0; i < set_.loops.size(); ++i) {
+            first.loops[i].since = static_cast<std::uint8_t>(set_.loops[i].period);
+        }
+        push(first);
+        while (!todo_.empty() && !missed_) {
+            const State state = todo_.back();
+            todo_.pop_back();
+            choose(state, 0);
+        }
+        return missed_;
+    }
+    [[nodiscard]] std::size_t states() const { return seen_.size(); }
+    /// False: there were more states than were followed.
+    [[nodiscard]] bool complete() const { return seen_.size() < limit_; }
+
+  private:
+    static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+    [[nodiscard]] int loops() const { return static_cast<int>(set_.loops.size()); }
+    [[nodiscard]] int ios() const { return static_cast<int>(set_.ios.size()); }
+
+    // ---- the choices of one instant: who is released, which device asks ------------------------
+
+    void choose(const State& state, int chooser) {
+        if (missed_) return;
+        if (chooser < loops()) {
+            choose(state, chooser + 1);
+            const LoopState& loop = state.loops[index(chooser)];
+            if (loop.active || loop.since < set_.loops[index(chooser)].period) return;
+            State released = state;
+            release(released, chooser);
+            choose(released, chooser + 1);
+        } else if (chooser < loops() + ios()) {
+            choose(state, chooser + 1);
+            const int io = chooser - loops();
+            if (state.ios[index(io)].work > 0) return;
+            for (int client = 0; client < loops(); ++client) {
+                State asked = state;
+                ask(asked, io, set_.loops[index(client)].period);
+                choose(asked, chooser + 1);
+            }
+        } else {
+            State next = state;
+            settle(next);
+        }
+    }
+
+    void release(State& state, int i) {
+        LoopState& loop = state.loops[index(i)];
+        loop.active = 1;
+        loop.since = 0;
+        begin_step(loop, i, 0);
+        wake(loop, i);
+    }
+    void wake(LoopState& loop, int i) {
+        if (!rules_.waking_moves_refills) return;
+        for (int k = 0; k < set_.loops[index(i)].budget; ++k) {
+            std::int8_t& refill = loop.refills[index(k)];
+            refill = std::max(refill, static_cast<std::int8_t>(k));
+        }
+    }
+    void begin_step(LoopState& loop, int i, int step) {
+        const auto& body = set_.loops[index(i)].body;
+        loop.step = static_cast<std::uint8_t>(step);
+        if (index(step) == body.size())
+            loop.active = 0;
+        else
+            loop.left = static_cast<std::uint8_t>(body[index(step)].n);
+    }
+    [[nodiscard]] int share(int io, int client) const {
+        const Io& server = set_.ios[index(io)];
+        return std::max(1, server.budget * client / server.period);
+    }
+    /// More work than one service takes, so that it is served again and again.
+    void ask(State& state, int i, int client) {
+        IoState& io = state.ios[index(i)];
+        io.work = static_cast<std::uint8_t>(2 * share(i, client));
+        open(io, i, client);
+    }
+    void open(IoState& io, int i, int client) {
+        io.client = static_cast<std::uint8_t>(client);
+        io.remaining = static_cast<std::uint8_t>(share(i, client));
+        io.used = io.since = 0;
+        if (!rules_.one_replenishment) io.wait = 0;
+    }
+
+    // ---- what takes no time: locks, and the begin of a suspension -------------------------------
+
+    /// Lets the one that would run do what takes no time, as often as there is something; then one
+    /// tick passes.
+    void settle(State& state) {
+        while (!missed_) {
+            const int runs = chosen(state);
+            if (runs < 0 || runs >= loops()) return tick(state, runs);
+            LoopState& loop = state.loops[index(runs)];
+            const Step& step = set_.loops[index(runs)].body[loop.step];
+            if (step.what == Do::run) return tick(state, runs);
+            if (step.what == Do::suspend) return suspend(state, runs, step.n);
+            if (step.what == Do::unlock) {
+                give_back(state, step.n);
+            } else if (std::uint8_t& holder = state.holder[index(step.n)]; holder != kNobody) {
+                loop.waits_for = static_cast<std::uint8_t>(step.n);
+                continue;
+            } else {
+                holder = static_cast<std::uint8_t>(runs);
+            }
+            begin_step(loop, runs, loop.step + 1);
+        }
+    }
+    void give_back(State& state, int lock) {
+        state.holder[index(lock)] = kNobody;
+        int next = -1;
+        for (int i = 0; i < loops(); ++i) {
+            if (state.loops[index(i)].waits_for == lock && (next < 0 || rank(state, i) < rank(state, next)))
+                next = i;
+        }
+        if (next < 0) return;
+        state.holder[index(lock)] = static_cast<std::uint8_t>(next);
+        LoopState& loop = state.loops[index(next)];
+        loop.waits_for = kNobody;
+        begin_step(loop, next, loop.step + 1);
+    }
+    /// Each length of a suspension is a schedule of its own.
+    void suspend(const State& state, int i, int longest) {
+        for (int length = 0; length <= longest; ++length) {
+            State next = state;
+            LoopState& loop = next.loops[index(i)];
+            if (length == 0) {
+                begin_step(loop, i, loop.step + 1);
+            } else {
+                loop.left = static_cast<std::uint8_t>(length);
+                loop.waits_for = kSuspended;
+            }
+            settle(next);
+        }
+    }
+
+    // ---- who runs -------------------------------------------------------------------------------
+
+    /// Smaller goes first.
+    [[nodiscard]] int own_rank(int i) const {
+        const int period = i < loops() ? set_.loops[index(i)].period : 0;
+        return (rules_.shorter_period_first ? period : 100 - period) * 16 + i;
+    }
+    [[nodiscard]] int rank(const State& state, int i) const {
+        int best = own_rank(i);
+        if (!rules_.inheritance) return best;
+        for (int lock = 0; lock < kLocks; ++lock) {
+            if (state.holder[index(lock)] != i) continue;
+            for (int j = 0; j < loops(); ++j) {
+                if (j != i && state.loops[index(j)].waits_for == lock) best = std::min(best, rank(state, j));
+            }
+        }
+        return best;
+    }
+    [[nodiscard]] int io_rank(const State& state, int io) const {
+        const int period = state.ios[index(io)].client;
+        return (rules_.shorter_period_first ? period : 100 - period) * 16 + loops() + io;
+    }
+    /// The loop, or loops() + the bottom half, that has the core; −1: it idles.
+    [[nodiscard]] int chosen(const State& state) const {
+        int best = -1, best_rank = 0;
+        const auto offer = [&](int who, int its_rank) {
+            if (best < 0 || its_rank < best_rank) best = who, best_rank = its_rank;
+        };
+        for (int i = 0; i < loops(); ++i) {
+            const LoopState& loop = state.loops[index(i)];
+            if (loop.active && loop.waits_for == kNobody && loop.refills[0] <= 0) offer(i, rank(state, i));
+        }
+        for (int k = 0; k < ios(); ++k) {
+            const IoState& io = state.ios[index(k)];
+            if (io.work > 0 && io.wait == 0) offer(loops() + k, io_rank(state, k));
+        }
+        return best;
+    }
+
+    // ---- one tick -------------------------------------------------------------------------------
+
+    void tick(State& state, int runs) {
+        if (runs >= 0 && runs < loops()) run_loop(state, runs);
+        for (int k = 0; k < ios(); ++k) pass(state.ios[index(k)], k, runs == loops() + k);
+        for (int i = 0; i < loops(); ++i) pass(state, i);
+        push(state);
+    }
+    void pass(State& state, int i) {
+        LoopState& loop = state.loops[index(i)];
+        const int period = set_.loops[index(i)].period;
+        // Of an idle loop only what is still to come counts: waking moves the rest.
+        const int oldest = loop.active || !rules_.waking_moves_refills ? -period : 0;
+        for (std::int8_t& refill : loop.refills)
+            refill = static_cast<std::int8_t>(std::max(refill - 1, oldest));
+        if (loop.since < period) ++loop.since;
+        if (loop.active && loop.waits_for == kSuspended && --loop.left == 0) {
+            loop.waits_for = kNobody;
+            begin_step(loop, i, loop.step + 1);
+            if (loop.active) wake(loop, i);
+        }
+        const bool late = loop.active && loop.since == period && !ends_now(state, i);
+        if (late && !set_.loops[index(i)].may_miss) missed_ = i;
+    }
+    /// The rest of its body takes no time, and nobody can keep it from that.
+    [[nodiscard]] bool ends_now(const State& state, int i) const {
+        const auto& body = set_.loops[index(i)].body;
+        for (std::size_t step = state.loops[index(i)].step; step < body.size(); ++step) {
+            if (body[step].what != Do::unlock) return false;
+        }
+        return true;
+    }
+    void run_loop(State& state, int i) {
+        LoopState& loop = state.loops[index(i)];
+        const auto budget = loop.refills.begin() + set_.loops[index(i)].budget;
+        std::rotate(loop.refills.begin(), loop.refills.begin() + 1, budget);
+        *(budget - 1) = static_cast<std::int8_t>(*(budget - 1) + set_.loops[index(i)].period);
+        if (--loop.left == 0) begin_step(loop, i, loop.step + 1);
+    }
+    /// What was used comes back at (begin of the service) + used/U.
+    void pass(IoState& io, int i, bool runs) {
+        if (io.wait > 0) {
+            --io.wait;
+            return;
+        }
+        if (io.work == 0) return;
+        ++io.since;
+        if (!runs) return;
+        --io.work;
+        ++io.used;
+        if (--io.remaining > 0 && io.work > 0) return;
+        const Io& server = set_.ios[index(i)];
+        const int back = (io.used * server.period + server.budget - 1) / server.budget;
+        io.wait = static_cast<std::uint8_t>(std::max(0, back - io.since));
+        if (io.work > 0)
+            open(io, i, io.client);
+        else
+            io.remaining = io.used = io.since = io.client = 0;
+    }
+
+    // ---- states seen ----------------------------------------------------------------------------
+
+    void push(const State& state) {
+        static_assert(std::has_unique_object_representations_v<State>);
+        const std::string key{reinterpret_cast<const char*>(&state), sizeof state};
+        if (seen_.size() < limit_ && seen_.insert(key).second) todo_.push_back(state);
+    }
+
+    static constexpr std::uint8_t kSuspended = 0xfe;
+    Set set_;
+    Rules rules_;
+    std::size_t limit_;
+    std::vector<State> todo_;
+    std::unordered_set<std::string> seen_;
+    std::optional<int> missed_;
+};
+
+}  // namespace qduino::sched::model
