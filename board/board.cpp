@@ -3,11 +3,7 @@
 namespace qduino::board {
 namespace {
 
-Error unsupported(std::string_view what) {
-    Error error{ErrorCode::unsupported, "this board "};
-    error.message.append(what);
-    return error;
-}
+Error unsupported(std::string_view what) { return make_error(ErrorCode::unsupported, "this board ", what); }
 
 /// The board of a program that has none yet.
 class NoBoard final : public Board {
@@ -57,29 +53,29 @@ Error not_running() {
 
 // ---- capabilities that a board may lack ---------------------------------------------------------
 
-Result<void> Pins::pwm_write(PinId, double) { return unsupported("has no PWM"); }
-Result<void> Pins::pwm_period(PinId, Nanoseconds) { return unsupported("has no PWM"); }
-Result<double> Pins::analog_read(PinId) { return unsupported("has no analog inputs"); }
-Result<double> Pins::chip_temperature() { return unsupported("has no thermometer"); }
-Result<void> Pins::attach_edge(PinId, Edge, EdgeHandler, void*, VcpuId) {
+Result<void> Board::pwm_write(PinId, double) { return unsupported("has no PWM"); }
+Result<void> Board::pwm_period(PinId, Nanoseconds) { return unsupported("has no PWM"); }
+Result<double> Board::analog_read(PinId) { return unsupported("has no analog inputs"); }
+Result<double> Board::chip_temperature() { return unsupported("has no thermometer"); }
+Result<void> Board::attach_edge(PinId, Edge, EdgeHandler, void*, VcpuId) {
     return unsupported("has no interrupts on its pins");
 }
-void Pins::detach_edge(PinId) {}
+void Board::detach_edge(PinId) {}
 
-Result<void> Buses::i2c_transfer(I2cBus, I2cAddress, std::span<const std::uint8_t>, std::span<std::uint8_t>) {
+Result<void> Board::i2c_transfer(I2cBus, I2cAddress, std::span<const std::uint8_t>, std::span<std::uint8_t>) {
     return unsupported("has no I2C bus");
 }
-Result<void> Buses::spi_transfer(SpiBus, SpiSettings, std::span<std::uint8_t>) {
+Result<void> Board::spi_transfer(SpiBus, SpiSettings, std::span<std::uint8_t>) {
     return unsupported("has no SPI bus");
 }
 
-sched::PlatformOverheads Vcpus::platform_overheads(int) { return {}; }
-Result<void> Vcpus::serve_interrupts(DeviceClass, VcpuId) {
+sched::PlatformOverheads Board::platform_overheads(int) { return {}; }
+Result<void> Board::serve_interrupts(DeviceClass, VcpuId) {
     return unsupported("cannot give a device's bottom half to an I/O VCPU");
 }
-Result<void> Vcpus::route_interrupts(DeviceClass, int, bool) {
+Result<void> Board::route_interrupts(DeviceClass, int, bool) {
     return unsupported("cannot route a device's interrupts");
 }
-Result<void> Vcpus::core_timer(int, bool) { return unsupported("cannot stop a core's scheduling tick"); }
+Result<void> Board::core_timer(int, bool) { return unsupported("cannot stop a core's scheduling tick"); }
 
 }  // namespace qduino::board

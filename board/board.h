@@ -4,9 +4,8 @@
 //   sketch → arduino ─┬─► runtime ─┬─► board::Board ◄─ board/linux  stock Linux, SCHED_FIFO threads
 //                     └────────────┘                ◄─ board/sim    virtual time, deterministic
 //
-// A board has five facets: Timing, Pins, Buses, Locks, Vcpus. A pure call is one that every board
-// must have. A call with a body is a capability: a board that lacks it inherits the body, which
-// answers `unsupported` or does nothing.
+// A pure call is one that every board must have. A call with a body is a capability: a board that
+// lacks it inherits the body, which answers `unsupported` or does nothing.
 //
 // The contract, beyond the signatures. The suite in tests/unit/board holds every board to it.
 //
@@ -48,8 +47,9 @@ namespace qduino::board {
 /// Called for an edge on a pin, on an I/O VCPU.
 using EdgeHandler = void (*)(void* context);
 
-class Timing {
+class Board {
   public:
+    // ---- time -----------------------------------------------------------------------------------
     [[nodiscard]] virtual Instant now() = 0;
     virtual void busy_until(Instant t) = 0;
     /// Spins for `length`, counted from the call to the return: never less. The cost of the call
@@ -57,12 +57,7 @@ class Timing {
     virtual void busy_for(Nanoseconds length) = 0;
     virtual void sleep_until(Instant t) = 0;
 
-  protected:
-    ~Timing() = default;
-};
-
-class Pins {
-  public:
+    // ---- pins -----------------------------------------------------------------------------------
     /// Setup-time. Error: invalid_argument when there is no such pin.
     virtual Result<void> pin_mode(PinId pin, PinMode mode) = 0;
     virtual void pin_write(PinId pin, Level level) = 0;
@@ -86,12 +81,7 @@ class Pins {
     virtual Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     virtual void detach_edge(PinId pin);
 
-  protected:
-    ~Pins() = default;
-};
-
-class Buses {
-  public:
+    // ---- buses ----------------------------------------------------------------------------------
     /// Writes `out`, then, after a repeated start, reads `in.size()` bytes. Error: timed_out when
     /// no chip answers.
     virtual Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
@@ -99,23 +89,13 @@ class Buses {
     /// Full duplex, in place.
     virtual Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
 
-  protected:
-    ~Buses() = default;
-};
-
-class Locks {
-  public:
+    // ---- locks ----------------------------------------------------------------------------------
     virtual void lock(LockWord& word) = 0;
     /// False when somebody holds it, perhaps the caller.
     [[nodiscard]] virtual bool try_lock(LockWord& word) = 0;
     virtual void unlock(LockWord& word) = 0;
 
-  protected:
-    ~Locks() = default;
-};
-
-class Vcpus {
-  public:
+    // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] virtual int core_count() const = 0;
     /// The VCPU of the caller; kNoVcpu in setup() and on threads that are none.
     [[nodiscard]] virtual VcpuId current_vcpu() const = 0;
@@ -148,11 +128,7 @@ class Vcpus {
     virtual void note_body_end() { note_release(); }
 
   protected:
-    ~Vcpus() = default;
-};
-
-class Board : public Timing, public Pins, public Buses, public Locks, public Vcpus {
-  protected:
+    // Never deleted through this class: a board without a heap needs no `operator delete`.
     ~Board() = default;
 };
 

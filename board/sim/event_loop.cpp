@@ -8,16 +8,14 @@
 namespace qduino::board::sim {
 
 EventLoop::EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace)
-    : poll_limit_(config.poll_limit),
-      wake_latency_(config.wake_latency),
+    : wake_latency_(config.wake_latency),
       config_(config),
       pins_(pins),
       trace_(trace),
       interrupts_(config),
       cpus_(*this, config) {
-    const ApiCosts& costs = config.costs;
-    calls_cost_ = std::any_of(costs.per_call.begin(), costs.per_call.end(),
-                              [](Nanoseconds cost) { return cost > Nanoseconds{0}; });
+    calls_cost_ = config.costs.per_call != ApiCosts{}.per_call;
+    free_polls_ = calls_cost_ ? 0 : config.poll_limit;
 }
 
 // ---- time ---------------------------------------------------------------------------------------
@@ -33,6 +31,11 @@ void EventLoop::consume(Nanoseconds cost) {
     current_->core->account(now_);
     current_->work_left += cost;
     current_->fiber->suspend();
+}
+
+void EventLoop::charge_poll(ApiCall call) {
+    charge(call);
+    if (polls_ > config_.poll_limit) consume(config_.poll_cost);
 }
 
 void EventLoop::busy_through_events(Instant t) {
@@ -189,12 +192,6 @@ void EventLoop::emit(int core, VcpuId vcpu, TraceKind kind) {
 
 void EventLoop::note(TraceKind kind) {
     if (current_) emit(current_->spec.core, current_->spec.id, kind);
-}
-
-void EventLoop::note_body_end() {
-    if (!current_) return;
-    if (current_->body_ended == now_) consume(config_.body_cost);
-    current_->body_ended = now_;
 }
 
 }  // namespace qduino::board::sim

@@ -74,9 +74,8 @@ class EventLoop {
     /// The same for a call that asks for something: more than `poll_limit` of them at one instant
     /// are a spin, and cost time.
     void before_poll(ApiCall call) {
-        charge(call);
-        if (++polls_ > poll_limit_) [[unlikely]]
-            consume(config_.poll_cost);
+        if (++polls_ > free_polls_) [[unlikely]]
+            charge_poll(call);
     }
     void consume(Nanoseconds cost);
     void compute(Nanoseconds amount) {
@@ -110,7 +109,11 @@ class EventLoop {
     void emit(int core, VcpuId vcpu, TraceKind kind);
     /// Of the calling VCPU.
     void note(TraceKind kind);
-    void note_body_end();
+    void note_body_end() {
+        if (!current_) return;
+        if (current_->body_ended == now_) consume(config_.body_cost);
+        current_->body_ended = now_;
+    }
     [[nodiscard]] TraceHash& hash() { return hash_; }
     [[nodiscard]] const TraceHash& hash() const { return hash_; }
     [[nodiscard]] std::uint64_t resumes() const { return resumes_; }
@@ -123,6 +126,7 @@ class EventLoop {
         now_ = t;
         polls_ = 0;
     }
+    void charge_poll(ApiCall call);
     void busy_through_events(Instant t);
     void sleep_through_events(Instant t);
     static void vcpu_main(void* vcpu);
@@ -142,8 +146,8 @@ class EventLoop {
     bool stop_requested_ = false;
     bool stopped_ = false;
     bool started_ = false;
-    std::uint32_t polls_ = 0;   // of the time or of a pin at one instant
-    std::uint32_t poll_limit_;  // SimConfig::poll_limit
+    std::uint32_t polls_ = 0;       // of the time or of a pin at one instant
+    std::uint32_t free_polls_ = 0;  // so many of them cost nothing
     Nanoseconds wake_latency_{};
     TraceHash hash_;
     Vcpu* current_ = nullptr;
