@@ -4,7 +4,6 @@
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
-set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
 set(QDUINO_SANITIZE "" CACHE STRING "Sanitizers for the whole build, as -fsanitize= takes them")
@@ -29,6 +28,10 @@ add_library(qduino_options INTERFACE)
 target_include_directories(qduino_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(qduino_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+# For programs alone: in code for a shared library (-fPIC) every function could be replaced from
+# outside, and the compiler would not inline it.
+target_compile_options(qduino_options INTERFACE -fPIE)
+target_link_options(qduino_options INTERFACE -pie)
 target_link_libraries(qduino_options INTERFACE Threads::Threads)
 if(QDUINO_SANITIZE)
   target_compile_options(qduino_options INTERFACE -fsanitize=${QDUINO_SANITIZE} -fno-omit-frame-pointer
