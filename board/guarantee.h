@@ -12,16 +12,12 @@
 namespace qduino::board {
 
 /// One line per loop.
-struct LoopGuarantee {
-    VcpuId id = kNoVcpu;
-    int core = 0;
-    Nanoseconds budget{};
-    Nanoseconds period{};
+struct LoopGuarantee : sched::Vcpu {
     /// Runs above everything but higher loops (SCHED_FIFO, or the simulator).
     bool priority_enforced = false;
     bool budget_enforced = false;  ///< cannot take more than its budget
     bool core_owned = false;       ///< no other task, movable interrupt or throttling on its core
-    FixedString<200> shortfall;    ///< why not, and the fix; empty when everything holds
+    FixedString<200> shortfall{};  ///< why not, and the fix; empty when everything holds
 };
 
 /// One line per core in use.

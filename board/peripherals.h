@@ -30,9 +30,9 @@ class Peripherals {
     /// Gives the peripherals a place to report edges to, before any other call. True: they will
     /// report every change of an input. False: the board must look at the inputs itself, at its
     /// polling interval.
-    [[nodiscard]] virtual bool report_edges_to(PinEdgeSink& sink) { return static_cast<void>(sink), false; }
+    [[nodiscard]] virtual bool report_edges_to(PinEdgeSink& /*sink*/) { return false; }
     /// Advances the physics to `now`, an instant that next_event() announced.
-    virtual void advance(Instant now) { static_cast<void>(now); }
+    virtual void advance(Instant /*now*/) {}
 
     /// The board drives `pin` to `level` (called on every write, changed or not).
     virtual void pin_written(Instant now, PinId pin, Level level) = 0;
@@ -40,9 +40,7 @@ class Peripherals {
     virtual void pwm_written(Instant now, PinId pin, double duty) = 0;
     /// The board's PWM output on `pin` has this period from now on; 0: the board's own. Most
     /// peripherals need only the duty.
-    virtual void pwm_period_set(Instant now, PinId pin, Nanoseconds period) {
-        static_cast<void>(now), static_cast<void>(pin), static_cast<void>(period);
-    }
+    virtual void pwm_period_set(Instant /*now*/, PinId /*pin*/, Nanoseconds /*period*/) {}
     /// The level that the outside drives onto `pin`.
     [[nodiscard]] virtual Level pin_level(Instant now, PinId pin) = 0;
     /// Voltage on an analog pin as a fraction (0…1) of the reference.
@@ -57,7 +55,7 @@ class Peripherals {
                                                     std::span<std::uint8_t> data) = 0;
     /// The latest instant up to which the physics must be advanced even if no pin changes; kForever
     /// when nothing is due.
-    [[nodiscard]] virtual Instant next_event(Instant now) { return static_cast<void>(now), kForever; }
+    [[nodiscard]] virtual Instant next_event(Instant /*now*/) { return kForever; }
 };
 
 /// A board with nothing wired to it: inputs read low, no chip answers.

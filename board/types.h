@@ -31,6 +31,9 @@ inline Error bad_pwm_period() {
 
 enum class Level : std::uint8_t { low = 0, high = 1 };
 enum class PinMode : std::uint8_t { input, input_pullup, input_pulldown, output, output_open_drain };
+constexpr bool is_output(PinMode mode) {
+    return mode == PinMode::output || mode == PinMode::output_open_drain;
+}
 enum class Edge : std::uint8_t { rising, falling, both };
 
 struct I2cBus {
@@ -56,15 +59,11 @@ inline constexpr int kDeviceClassCount = 6;  ///< without `all`
 /// 1…32 is a sketch's loop. 0 is setup(), and any thread that is no VCPU. I/O VCPUs count from
 /// kFirstIoVcpu.
 using sched::VcpuId;
+using sched::VcpuKind;
 inline constexpr VcpuId kNoVcpu = 0;
 inline constexpr VcpuId kMaxLoop = sched::kMainVcpuLimit;
 inline constexpr VcpuId kFirstIoVcpu = kMaxLoop + 1;
 inline constexpr VcpuId kVcpuLimit = kFirstIoVcpu + sched::kIoVcpuLimit;
-
-enum class VcpuKind : std::uint8_t {
-    main,  ///< sporadic server
-    io,    ///< priority-inheriting bandwidth-preserving server (PIBS)
-};
 
 /// A lock between VCPUs. 0 is free; the board decides what other values mean. It must not move
 /// while it is in use.
@@ -72,16 +71,10 @@ struct LockWord {
     std::atomic<std::uint32_t> value{0};
 };
 
-/// A VCPU that a board is to run: already admitted, its core decided.
-struct VcpuSpec {
-    VcpuId id = kNoVcpu;
-    VcpuKind kind = VcpuKind::main;
-    Nanoseconds budget{};  ///< CPU time per period; 0 < budget <= period
-    Nanoseconds period{};
-    int core = 0;            ///< 0 … core_count()-1
+/// A VCPU that a board is to run: already admitted, its core decided (0 … core_count()-1).
+struct VcpuSpec : sched::Vcpu {
     bool owns_core = false;  ///< budget == period: never throttled, alone on its core
     bool classic = false;    ///< Arduino's own loop(): may allocate and lock (real_time_mark.h)
-    const char* name = "";   ///< for reports; static storage
     /// Runs on the VCPU until the board stops; returns when stop_requested().
     void (*entry)(void*) = nullptr;
     void* context = nullptr;

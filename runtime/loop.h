@@ -49,8 +49,11 @@ struct LoopStatistics {
     Histogram release_latency_ns;  ///< from when a release was due to when its code went on
 };
 
+class Runtime;
+
 struct Loop {
-    LoopDeclaration declaration;
+    Runtime* runtime = nullptr;  ///< that runs it
+    LoopDeclaration declaration{};
     bool owns_core = false;
     ReleaseClock clock;
     OverrunPolicy policy = OverrunPolicy::skip;

@@ -5,11 +5,11 @@
 //   interruptsVcpu(), attach… ──► add_io() ┴─► sched::admit_all ──► core_of(id), or a refusal
 //
 // Invariant: the plan is admitted as a whole; a refused request leaves it as it was.
-// was.
 #pragma once
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -22,7 +22,7 @@ namespace qduino::runtime {
 
 /// An I/O VCPU that was asked for and not admitted.
 struct RefusedIo {
-    sched::VcpuRequest request;  ///< as asked
+    sched::Vcpu vcpu;            ///< as asked
     sched::Refusal refusal;      ///< of it, or of a loop that would be late because of it
     int core = sched::kAnyCore;  ///< the core it asked for, or that came nearest
 };
@@ -59,18 +59,18 @@ class Plan {
     [[nodiscard]] const sched::MachineAdmission& admission() const { return *admission_; }
 
   private:
-    Result<void> check_declarations(const SketchTable& table) const;
-    Result<void> admit(const LoopDeclaration* declarations, std::size_t count);
+    /// `declarations`: those that are new, to say where a refused one stands.
+    Result<void> admit(std::span<const LoopDeclaration> declarations);
 
     std::vector<sched::PlatformOverheads> overheads_;
     bool enforce_;
-    std::vector<sched::VcpuRequest> requests_;
+    std::vector<sched::Vcpu> requests_;
     std::unique_ptr<sched::MachineAdmission> admission_;
     sched::Explanation explanation_;
     std::vector<RefusedIo> refused_ios_;
 };
 
-/// "loop 1" … "loop 32", "io 33" … "io 63": static storage.
-[[nodiscard]] const char* vcpu_name(board::VcpuId id);
+/// "loop 1" … "loop 32", "io 33" … "io 63".
+[[nodiscard]] std::string vcpu_name(board::VcpuId id);
 
 }  // namespace qduino::runtime

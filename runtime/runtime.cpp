@@ -19,9 +19,8 @@ std::vector<sched::PlatformOverheads> overheads_of(board::Board& board) {
 }
 
 Error too_late(const char* call) {
-    Error error = make_error(ErrorCode::not_permitted, call);
-    error.message.append(": only in setup(), before the loops are admitted and run");
-    return error;
+    return make_error(ErrorCode::not_permitted, call,
+                      ": only in setup(), before the loops are admitted and run");
 }
 
 }  // namespace
@@ -44,7 +43,7 @@ Runtime::~Runtime() {
 
 Result<void> Runtime::begin(const SketchTable& table) {
     QDUINO_EXPECT(!begun_);
-    if (Result<void> admitted = plan_.add_loops(table); !admitted) return admitted;
+    QDUINO_TRY(plan_.add_loops(table));
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     if (table.setup) table.setup();
     begun_ = true;
@@ -55,13 +54,12 @@ Result<void> Runtime::start_loops() {
     std::vector<board::VcpuSpec> specs = plan_.specs();
     for (board::VcpuSpec& spec : specs) {
         // Without an entry the board runs what is attached to it.
-        if (spec.kind == board::VcpuKind::io) continue;
+        if (spec.is_io()) continue;
         Loop& loop = loop_at(spec.id);
         loop.owns_core = spec.owns_core;
         spec.classic = loop.declaration.classic;
-        entries_[spec.id] = {.runtime = this, .loop = &loop};
         spec.entry = &Runtime::loop_entry;
-        spec.context = &entries_[spec.id];
+        spec.context = &loop;
     }
     return board_.start(specs);
 }
@@ -70,6 +68,7 @@ Result<void> Runtime::start_loops() {
 /// setup()).
 Loop& Runtime::loop_at(board::VcpuId id) {
     if (!loops_[id]) loops_[id] = std::make_unique<Loop>();
+    loops_[id]->runtime = this;
     return *loops_[id];
 }
 
@@ -81,8 +80,8 @@ Loop* Runtime::current_loop() {
 }
 
 void Runtime::loop_entry(void* context) {
-    const Entry& entry = *static_cast<Entry*>(context);
-    entry.runtime->repeat(*entry.loop);
+    Loop& loop = *static_cast<Loop*>(context);
+    loop.runtime->repeat(loop);
 }
 
 void Runtime::repeat(Loop& loop) {
@@ -170,13 +169,12 @@ void Runtime::set_overrun_policy(board::VcpuId id, OverrunPolicy policy, Overrun
 Result<void> Runtime::interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period,
                                       int core) {
     if (begun_) return too_late("interruptsVcpu");
-    const Result<board::VcpuId> io = plan_.add_io(budget, period, core);
-    if (!io) return io.error();
-    if (device == board::DeviceClass::gpio || device == board::DeviceClass::all) gpio_io_ = io.value();
+    QDUINO_TRY_ASSIGN(const board::VcpuId io, plan_.add_io(budget, period, core));
+    if (device == board::DeviceClass::gpio || device == board::DeviceClass::all) gpio_io_ = io;
     // Its bottom halves are the attached handlers.
     if (device == board::DeviceClass::gpio) return {};
-    Result<void> served = board_.serve_interrupts(device, io.value());
-    if (!served) plan_.remove_io(io.value());
+    Result<void> served = board_.serve_interrupts(device, io);
+    if (!served) plan_.remove_io(io);
     return served;
 }
 
@@ -186,18 +184,15 @@ Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void 
     if (pin.number >= board::kPinCount || !handler) {
         return make_error(ErrorCode::invalid_argument, "attachInterrupt: no such pin, or no handler");
     }
-    const bool own = budget > Nanoseconds{0};
-    if (!own && gpio_io_ == board::kNoVcpu) {
-        const Result<board::VcpuId> io =
-            plan_.add_io(options_.default_io_budget, options_.default_io_period, core);
-        if (!io) return io.error();
-        gpio_io_ = io.value();
+    board::VcpuId io = gpio_io_;
+    if (budget > Nanoseconds{0}) {
+        QDUINO_TRY_ASSIGN(io, plan_.add_io(budget, period, core));
+    } else if (io == board::kNoVcpu) {
+        QDUINO_TRY_ASSIGN(io, plan_.add_io(options_.default_io_budget, options_.default_io_period, core));
+        gpio_io_ = io;
     }
-    const Result<board::VcpuId> io =
-        own ? plan_.add_io(budget, period, core) : Result<board::VcpuId>(gpio_io_);
-    if (!io) return io.error();
     handlers_[pin.number] = {.runtime = this, .function = handler};
-    return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io.value());
+    return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io);
 }
 
 Result<void> Runtime::core_timer(int core, bool enabled) {

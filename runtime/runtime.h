@@ -85,10 +85,6 @@ class Runtime {
         Runtime* runtime = nullptr;
         void (*function)() = nullptr;
     };
-    struct Entry {
-        Runtime* runtime = nullptr;
-        Loop* loop = nullptr;
-    };
 
     Loop& loop_at(board::VcpuId id);
     [[nodiscard]] Loop* current_loop();
@@ -110,7 +106,6 @@ class Runtime {
     Plan plan_;
     bool begun_ = false;
     std::array<std::unique_ptr<Loop>, board::kMaxLoop + 1> loops_;
-    std::array<Entry, board::kMaxLoop + 1> entries_{};
     std::array<Handler, board::kPinCount> handlers_{};
     std::atomic<std::int64_t> origin_ns_{kNoOrigin};
     std::atomic<bool> handlers_held_{false};

@@ -27,11 +27,7 @@ enum class OverrunPolicy : std::uint8_t {
 
 using board::DeviceClass;
 
-struct LoopDeclaration {
-    board::VcpuId id = board::kNoVcpu;
-    Nanoseconds budget{};
-    Nanoseconds period{};
-    int core = kAnyCore;
+struct LoopDeclaration : sched::Vcpu {
     void (*body)() = nullptr;
     const char* file = "";  ///< where it is declared, for refusals
     int line = 0;

@@ -52,7 +52,7 @@ std::int64_t bound_in_ppm(std::size_t n) {
 
 Nanoseconds shortest_period(const CoreLoad& load) {
     Nanoseconds shortest = kPeriodMax;
-    for (const VcpuRequest& main : load.mains) shortest = std::min(shortest, main.parameters.period);
+    for (const Vcpu& main : load.mains) shortest = std::min(shortest, main.period);
     return shortest;
 }
 
@@ -61,17 +61,16 @@ std::int64_t utilisation_of(const CoreLoad& load) {
     const Nanoseconds overhead = load.overheads.per_activation();
     std::int64_t sum = 0;
     std::int64_t blocking = 0;
-    for (const VcpuRequest& main : load.mains) {
-        const Nanoseconds period = main.parameters.period;
-        sum = add_saturated(sum, ratio_up(main.parameters.budget + overhead, period));
+    for (const Vcpu& main : load.mains) {
+        const Nanoseconds period = main.period;
+        sum = add_saturated(sum, ratio_up(main.budget + overhead, period));
         blocking = std::max(blocking, ratio_up(load.overheads.interference(period), period));
     }
     // An I/O VCPU pays its overhead once per service, at worst once in every shortest client
     // period.
     const std::int64_t io_overhead = ratio_up(overhead, shortest_period(load));
-    for (const VcpuRequest& io : load.ios) {
-        const std::int64_t share =
-            std::min(kOne, add_saturated(ratio_up(io.parameters.budget, io.parameters.period), io_overhead));
+    for (const Vcpu& io : load.ios) {
+        const std::int64_t share = std::min(kOne, add_saturated(ratio_up(io.budget, io.period), io_overhead));
         sum = add_saturated(sum, mul_div_ceil(kTwo - share, share, kOne));
     }
     return add_saturated(sum, blocking);
@@ -79,49 +78,47 @@ std::int64_t utilisation_of(const CoreLoad& load) {
 
 bool io_overload(const CoreLoad& load) {
     std::int64_t sum = 0;
-    for (const VcpuRequest& io : load.ios) {
-        sum += mul_div_floor(io.parameters.budget.count(), kOne / kIoVcpuLimit, io.parameters.period.count());
+    for (const Vcpu& io : load.ios) {
+        sum += mul_div_floor(io.budget.count(), kOne / kIoVcpuLimit, io.period.count());
     }
     return sum > kOne / static_cast<std::int64_t>(kIoVcpuLimit);
 }
 
-bool owns_core(const VcpuRequest& request) {
-    return !request.io && request.parameters.whole_core() && request.core != kAnyCore;
+bool owns_core(const Vcpu& request) {
+    return !request.is_io() && request.parameters().whole_core() && request.core != kAnyCore;
 }
 
-const VcpuRequest* owner_of(const CoreLoad& load) {
-    for (const VcpuRequest& main : load.mains) {
+const Vcpu* owner_of(const CoreLoad& load) {
+    for (const Vcpu& main : load.mains) {
         if (owns_core(main)) return &main;
     }
     return nullptr;
 }
 
-const VcpuRequest& nth(const CoreLoad& load, std::size_t n) {
+const Vcpu& nth(const CoreLoad& load, std::size_t n) {
     return n < load.mains.size() ? load.mains[n] : load.ios[n - load.mains.size()];
 }
 
 /// Refusals that need no analysis.
 Refusal refuse_by_shape(const CoreLoad& load) {
     Refusal refusal;
-    const auto refuse = [&](RefusedBecause because, const VcpuRequest& request, VcpuId other) {
+    const auto refuse = [&](RefusedBecause because, const Vcpu& request, VcpuId other) {
         refusal.because = because;
-        refusal.id = request.id;
-        refusal.io = request.io;
+        refusal.vcpu = request;
         refusal.other = other;
-        refusal.parameters = request.parameters;
         return refusal;
     };
     const std::size_t count = load.mains.size() + load.ios.size();
     for (std::size_t i = 0; i < count; ++i) {
-        const VcpuRequest& request = nth(load, i);
-        if (!request.parameters.valid()) return refuse(RefusedBecause::bad_parameters, request, request.id);
+        const Vcpu& request = nth(load, i);
+        if (!request.parameters().valid()) return refuse(RefusedBecause::bad_parameters, request, request.id);
         for (std::size_t j = 0; j < i; ++j) {
             if (nth(load, j).id == request.id)
                 return refuse(RefusedBecause::duplicate_id, request, request.id);
         }
     }
-    if (const VcpuRequest* owner = owner_of(load); owner && count > 1) {
-        const VcpuRequest& second = &nth(load, 0) == owner ? nth(load, 1) : nth(load, 0);
+    if (const Vcpu* owner = owner_of(load); owner && count > 1) {
+        const Vcpu& second = &nth(load, 0) == owner ? nth(load, 1) : nth(load, 0);
         return refuse(RefusedBecause::core_owned, second, owner->id);
     }
     if (load.mains.empty() && io_overload(load)) {
@@ -134,8 +131,7 @@ Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
                                   const LoopResponse& response) {
     Refusal refusal;
     refusal.because = RefusedBecause::completion_time;
-    refusal.id = response.id;
-    refusal.parameters = analysis.loop(i).parameters;
+    refusal.vcpu = analysis.loop(i);
     refusal.response = response;
     refusal.shares = analysis.shares(i, response.period);
     return refusal;
@@ -163,12 +159,9 @@ Admission admit_without_remedy(const CoreLoad& load) {
         LoopResponse response = analysis.verdict(i);
         // Proven to meet its period, by other means than the equation: its R is then no more than
         // an upper limit.
-        if (owned || by_bound) {
-            response.response = std::min(response.response, response.period);
-            response.meets = true;
-        }
+        if (owned || by_bound) response.response = std::min(response.response, response.period);
         admission.loops.push_back(response);
-        if (!response.meets && admission.refusal.because == RefusedBecause::none) {
+        if (!response.meets() && admission.refusal.because == RefusedBecause::none) {
             admission.refusal = refuse_by_completion_time(analysis, i, response);
         }
     }
@@ -179,7 +172,7 @@ Admission admit_without_remedy(const CoreLoad& load) {
 Admission admit(const CoreLoad& load) {
     Admission admission = admit_without_remedy(load);
     if (admission.refusal.because == RefusedBecause::completion_time) {
-        admission.refusal.remedy = smallest_change(load, admission.refusal.id);
+        admission.refusal.remedy = smallest_change(load, admission.refusal.vcpu.id);
     }
     return admission;
 }

@@ -1,6 +1,7 @@
 #include "sched/completion_time.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "base/contract.h"
 #include "sched/exact.h"
@@ -9,10 +10,8 @@ namespace qduino::sched {
 namespace {
 
 /// Rate-monotonic, ties by id: the order of core_scheduler.h.
-bool higher_priority(const VcpuRequest& a, const VcpuRequest& b) {
-    const Nanoseconds period_a = a.parameters.period;
-    const Nanoseconds period_b = b.parameters.period;
-    return period_a != period_b ? period_a < period_b : a.id < b.id;
+bool higher_priority(const Vcpu& a, const Vcpu& b) {
+    return std::tie(a.period, a.id) < std::tie(b.period, b.id);
 }
 
 }  // namespace
@@ -29,7 +28,7 @@ CompletionTime::CompletionTime(const CoreLoad& load)
         client_count_[i] = client_periods_.size();
     }
     for (std::size_t k = 0; k < ios_.size(); ++k) {
-        const VcpuParameters& io = ios_[k].parameters;
+        const Vcpu& io = ios_[k];
         for (std::size_t q = 0; q < client_periods_.size(); ++q) {
             io_budgets_[k][q] =
                 Nanoseconds{mul_div_ceil(io.budget.count(), client_periods_[q].count(), io.period.count())};
@@ -73,7 +72,7 @@ std::optional<Nanoseconds> CompletionTime::least_response(std::size_t i) const {
         taken += budget >= each_period ? kOne : mul_div_floor(budget.count(), kOne, each_period.count());
     };
     for (std::size_t j = 0; j < i; ++j) take(cost(j), period(j));
-    for (const VcpuRequest& io : ios_) take(io.parameters.budget, io.parameters.period);
+    for (const Vcpu& io : ios_) take(io.budget, io.period);
     if (taken >= kOne) return std::nullopt;
     const Int128 least = Int128{cost(i).count()} * kOne / (kOne - taken);
     return Nanoseconds{
@@ -93,8 +92,7 @@ Nanoseconds CompletionTime::response(std::size_t i, Nanoseconds limit) const {
 }
 
 LoopResponse CompletionTime::verdict(std::size_t i) const {
-    const Nanoseconds found = response(i, kResponseLimit * period(i));
-    return {loop(i).id, found, period(i), found <= period(i)};
+    return {loop(i).id, response(i, kResponseLimit * period(i)), period(i)};
 }
 
 bool CompletionTime::every_loop_meets() const {
@@ -110,10 +108,10 @@ Shares CompletionTime::shares(std::size_t i, Nanoseconds window) const {
         if (amount > Nanoseconds{0}) shares.push_back({kind, id, name, amount});
     };
     std::int64_t activations = 1;
-    push(Share::Kind::own, loops_[i].id, loops_[i].parameters.budget);
+    push(Share::Kind::own, loops_[i].id, loops_[i].budget);
     for (std::size_t j = 0; j < i; ++j) {
         activations += releases(j, window);
-        push(Share::Kind::main, loops_[j].id, releases(j, window) * loops_[j].parameters.budget);
+        push(Share::Kind::main, loops_[j].id, releases(j, window) * loops_[j].budget);
     }
     for (std::size_t k = 0; k < ios_.size(); ++k) {
         const IoDemand worst = worst_io_demand(k, i, window);

@@ -28,8 +28,8 @@ class CompletionTime {
 
     /// Loops by priority, highest first.
     [[nodiscard]] std::size_t size() const { return loops_.size(); }
-    [[nodiscard]] const VcpuRequest& loop(std::size_t i) const { return loops_[i]; }
-    [[nodiscard]] Nanoseconds period(std::size_t i) const { return loops_[i].parameters.period; }
+    [[nodiscard]] const Vcpu& loop(std::size_t i) const { return loops_[i]; }
+    [[nodiscard]] Nanoseconds period(std::size_t i) const { return loops_[i].period; }
 
     /// R of loop `i` if it is at most `limit`, else some value beyond `limit`.
     [[nodiscard]] Nanoseconds response(std::size_t i, Nanoseconds limit) const;
@@ -47,15 +47,15 @@ class CompletionTime {
         std::int64_t services = 0;
         Nanoseconds budget{};
     };
-    [[nodiscard]] Nanoseconds cost(std::size_t j) const { return loops_[j].parameters.budget + overhead_; }
+    [[nodiscard]] Nanoseconds cost(std::size_t j) const { return loops_[j].budget + overhead_; }
     [[nodiscard]] std::int64_t releases(std::size_t j, Nanoseconds window) const;
     [[nodiscard]] Nanoseconds total(const IoDemand& demand) const;
     [[nodiscard]] IoDemand worst_io_demand(std::size_t k, std::size_t i, Nanoseconds window) const;
     [[nodiscard]] Nanoseconds demand(std::size_t i, Nanoseconds window) const;
     [[nodiscard]] std::optional<Nanoseconds> least_response(std::size_t i) const;
 
-    FixedVector<VcpuRequest, kMainVcpuLimit> loops_;
-    FixedVector<VcpuRequest, kIoVcpuLimit> ios_;
+    FixedVector<Vcpu, kMainVcpuLimit> loops_;
+    FixedVector<Vcpu, kIoVcpuLimit> ios_;
     PlatformOverheads overheads_;
     Nanoseconds overhead_{};  // of one activation
     /// The distinct periods, shortest first: what an I/O VCPU's client may have. hep(i) has the

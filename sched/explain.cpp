@@ -1,268 +1,174 @@
 #include "sched/explain.h"
 
-#include <algorithm>
-#include <array>
+#include "base/text.h"
+#include "base/words.h"
 
 namespace qduino::sched {
 namespace {
 
-/// Builds lines in bounded memory.
-class Writer {
-  public:
-    Writer& operator<<(std::string_view text) { return text_.append(text), *this; }
-    Writer& operator<<(std::int64_t number) {
-        if (number < 0) text_.push_back('-');
-        std::uint64_t rest =
-            number < 0 ? 0 - static_cast<std::uint64_t>(number) : static_cast<std::uint64_t>(number);
-        char digits[20];
-        std::size_t count = 0;
-        do digits[count++] = static_cast<char>('0' + rest % 10);
-        while ((rest /= 10) != 0);
-        while (count > 0) text_.push_back(digits[--count]);
-        return *this;
-    }
-    Writer& operator<<(Nanoseconds duration) { return *this << duration_text(duration).view(); }
+using Phrase = FixedString<64>;
 
-    /// Blanks up to `column` of the present line; at least one.
-    Writer& to_column(std::size_t column) {
-        const std::size_t at = text_.size() - line_start_;
-        for (std::size_t i = at; i < std::max(column, at + 1); ++i) text_.push_back(' ');
-        return *this;
-    }
-    /// `text` so that it ends at `column`.
-    Writer& right(std::string_view text, std::size_t column) {
-        const std::size_t at = text_.size() - line_start_;
-        if (at + text.size() < column) to_column(column - text.size());
-        return *this << text;
-    }
-    void line_end() {
-        text_.push_back('\n');
-        line_start_ = text_.size();
-    }
-    [[nodiscard]] const Explanation& text() const { return text_; }
+/// Blanks up to `column` of the last line; at least one.
+void to_column(Explanation& out, std::size_t column) {
+    const std::size_t line_start = out.view().rfind('\n') + 1;  // 0 where there is no line yet
+    do out.push_back(' ');
+    while (out.size() < line_start + column);
+}
 
-  private:
-    Explanation text_;
-    std::size_t line_start_ = 0;
-};
+/// A line of the table of shares: `amount` ends at column 48.
+void write_amount(Explanation& out, std::string_view taker, Nanoseconds amount) {
+    constexpr std::size_t kColumn = 48;
+    const auto number = text<Phrase>(amount);
+    write(out, "    ", taker);
+    to_column(out, kColumn - number.size());
+    write(out, number, '\n');
+}
 
 /// Millionths as a ratio with four decimals, to the nearest.
-void write_ratio(Writer& out, std::int64_t ppm) {
+Phrase ratio(std::int64_t ppm) {
     const std::int64_t parts = (ppm + 50) / 100;
-    out << parts / 10'000 << ".";
-    for (std::int64_t unit = 1000; unit > 0; unit /= 10) out << parts / unit % 10;
+    return text<Phrase>(parts / 10'000, '.', text(10'000 + parts % 10'000).view().substr(1));
 }
 
-void write_name(Writer& out, VcpuId id, bool io) { out << (io ? "I/O VCPU " : "loop ") << std::int64_t{id}; }
-
-void write_parameters(Writer& out, const VcpuParameters& parameters) {
-    out << "(" << parameters.budget << " in " << parameters.period << ")";
+Phrase name_of(VcpuId id, VcpuKind kind = VcpuKind::main) {
+    return text<Phrase>(kind == VcpuKind::io ? "I/O VCPU " : "loop ", id);
 }
 
-void write_share(Writer& out, const Share& share) {
-    out << "    ";
+Phrase name_of(const Share& share) {
     switch (share.kind) {
         case Share::Kind::own:
-            write_name(out, share.id, false);
-            out << " itself";
-            break;
+            return text<Phrase>(name_of(share.id), " itself");
         case Share::Kind::main:
-            write_name(out, share.id, false);
-            break;
+            return name_of(share.id);
         case Share::Kind::io:
-            write_name(out, share.id, true);
-            break;
+            return name_of(share.id, VcpuKind::io);
         case Share::Kind::platform:
-            out << share.name.view();
-            break;
+            return share.name.view();
         case Share::Kind::overhead:
-            out << "release and enforcement";
             break;
     }
-    out.right(duration_text(share.amount), 48).line_end();
+    return "release and enforcement";
 }
 
-void write_shares(Writer& out, const Refusal& refusal) {
+void write_shares(Explanation& out, const Refusal& refusal) {
     if (refusal.shares.empty()) return;
     Nanoseconds sum{0};
-    out << "  who takes its " << refusal.response.period << ", at worst:";
-    out.line_end();
+    write(out, "  who takes its ", refusal.response.period, ", at worst:\n");
     for (const Share& share : refusal.shares) {
         sum += share.amount;
-        write_share(out, share);
+        write_amount(out, name_of(share), share.amount);
     }
-    out << "    together";
-    out.right(duration_text(sum), 48).line_end();
+    write_amount(out, "together", sum);
 }
 
-void write_remedy(Writer& out, const Refusal& refusal) {
-    const Remedy& remedy = refusal.remedy;
-    if (!remedy.budget_less_by && !remedy.period_more_by && !remedy.other_core) {
-        out << "  no change to this one alone would be admitted";
-        return out.line_end();
+void write_remedy(Explanation& out, const Refusal& refusal) {
+    const auto& [less, more, core] = refusal.remedy;
+    const Vcpu& vcpu = refusal.vcpu;
+    if (!less && !more && !core) {
+        write(out, "  no change to this one alone would be admitted\n");
+        return;
     }
-    out << "  smallest change that would be admitted, each alone:";
-    out.line_end();
-    if (remedy.budget_less_by) {
-        out << "    budget " << refusal.parameters.budget - *remedy.budget_less_by << " ("
-            << *remedy.budget_less_by << " less)";
-        out.line_end();
-    }
-    if (remedy.period_more_by) {
-        out << "    period " << refusal.parameters.period + *remedy.period_more_by << " ("
-            << *remedy.period_more_by << " more)";
-        out.line_end();
-    }
-    if (remedy.other_core) {
-        out << "    core " << std::int64_t{*remedy.other_core};
-        out.line_end();
-    }
+    write(out, "  smallest change that would be admitted, each alone:\n");
+    if (less) write(out, "    budget ", vcpu.budget - *less, " (", *less, " less)\n");
+    if (more) write(out, "    period ", vcpu.period + *more, " (", *more, " more)\n");
+    if (core) write(out, "    core ", *core, '\n');
 }
 
-void write_response(Writer& out, const LoopResponse& loop) {
+void write_response(Explanation& out, const LoopResponse& loop) {
     if (loop.response > kResponseLimit * loop.period) {
-        out << "never gets its budget in time: R > " << kResponseLimit * loop.period;
+        write(out, "never gets its budget in time: R > ", kResponseLimit * loop.period);
     } else {
-        out << "R = " << loop.response;
+        write(out, "R = ", loop.response);
     }
-    out << (loop.meets ? " <= T = " : " > T = ") << loop.period;
+    write(out, loop.meets() ? " <= T = " : " > T = ", loop.period);
 }
+
+constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kReasons{
+    "",
+    "needs 0 < budget <= period <= 24 h",
+    "another VCPU has this id",
+    " owns that core (its budget is its period)",
+    "this machine has no such core",
+    "the core takes no more of its kind",
+    "the I/O VCPUs ask for more than the core",
+    "",
+    "",
+};
 
 /// Why, in one line, after "X (C in T) is refused on core k:".
-void write_reason(Writer& out, const Refusal& refusal) {
-    switch (refusal.because) {
-        case RefusedBecause::none:
-            break;
-        case RefusedBecause::bad_parameters:
-            out << "needs 0 < budget <= period <= 24 h";
-            break;
-        case RefusedBecause::duplicate_id:
-            out << "another VCPU has this id";
-            break;
-        case RefusedBecause::core_owned:
-            write_name(out, refusal.other, false);
-            out << " owns that core (its budget is its period)";
-            break;
-        case RefusedBecause::no_such_core:
-            out << "this machine has no such core";
-            break;
-        case RefusedBecause::too_many:
-            out << "the core takes no more of its kind";
-            break;
-        case RefusedBecause::io_overload:
-            out << "the I/O VCPUs ask for more than the core";
-            break;
-        case RefusedBecause::completion_time:
-        case RefusedBecause::no_core_fits:
-            if (refusal.response.id == 0) {
-                out << "no core takes it";
-                break;
-            }
-            if (refusal.response.id != refusal.id || refusal.io) {
-                write_name(out, refusal.response.id, false);
-                out << " would miss its period, ";
-            }
-            write_response(out, refusal.response);
-            break;
+void write_reason(Explanation& out, const Refusal& refusal) {
+    if (refusal.because == RefusedBecause::core_owned) write(out, name_of(refusal.other));
+    write(out, kReasons(refusal.because));
+    const bool analysed =
+        refusal.because == RefusedBecause::completion_time || refusal.because == RefusedBecause::no_core_fits;
+    if (!analysed) return;
+    const LoopResponse& late = refusal.response;
+    if (late.id == 0) {
+        write(out, "no core takes it");
+        return;
     }
+    if (late.id != refusal.vcpu.id || refusal.vcpu.is_io())
+        write(out, name_of(late.id), " would miss its period, ");
+    write_response(out, late);
 }
 
-void write_refusal(Writer& out, const Refusal& refusal, int core) {
+void write_refusal(Explanation& out, const Refusal& refusal, int core) {
     if (refusal.because == RefusedBecause::none) return;
-    write_name(out, refusal.id, refusal.io);
-    out << " ";
-    write_parameters(out, refusal.parameters);
-    out << " is refused";
-    if (refusal.because == RefusedBecause::no_core_fits) {
-        out << " by every core";
-        if (core != kAnyCore) out << "; nearest is core " << std::int64_t{core};
-    } else if (core != kAnyCore) {
-        out << " on core " << std::int64_t{core};
-    }
-    out << ":";
-    out.line_end();
-    out << "  ";
+    const bool everywhere = refusal.because == RefusedBecause::no_core_fits;
+    const Vcpu& vcpu = refusal.vcpu;
+    write(out, name_of(vcpu.id, vcpu.kind), " (", vcpu.budget, " in ", vcpu.period, ") is refused",
+          everywhere ? " by every core" : "");
+    if (core != kAnyCore) write(out, everywhere ? "; nearest is core " : " on core ", core);
+    write(out, ":\n  ");
     write_reason(out, refusal);
-    out.line_end();
+    write(out, '\n');
     write_shares(out, refusal);
     write_remedy(out, refusal);
 }
 
-void write_core(Writer& out, const Admission& admission) {
+void write_core(Explanation& out, const Admission& admission) {
     if (admission.loops.empty() && admission.admitted) return;
-    out << "core " << std::int64_t{admission.core} << ": " << (admission.admitted ? "admitted" : "refused");
+    write(out, "core ", admission.core, ": ", admission.admitted ? "admitted" : "refused");
     if (admission.by == AdmittedBy::owned && !admission.loops.empty()) {
         // An owned core needs no test, and none was made: with overheads, the bound would not hold
         // of a whole core.
-        out << ", owned by ";
-        write_name(out, admission.loops[0].id, false);
-        out << ": it is alone there and never throttled";
+        write(out, ", owned by ", name_of(admission.loops[0].id), ": it is alone there and never throttled");
     } else if (!admission.loops.empty()) {
-        out << ", utilisation ";
-        write_ratio(out, admission.utilisation_ppm);
-        out << (admission.by == AdmittedBy::completion_time ? " > " : " <= ") << "bound ";
-        write_ratio(out, admission.bound_ppm);
-        if (admission.by == AdmittedBy::completion_time) out << ": completion time decides";
+        const bool beyond = admission.by == AdmittedBy::completion_time;
+        write(out, ", utilisation ", ratio(admission.utilisation_ppm), beyond ? " > " : " <= ", "bound ",
+              ratio(admission.bound_ppm), beyond ? ": completion time decides" : "");
     }
-    out.line_end();
+    write(out, '\n');
     for (const LoopResponse& loop : admission.loops) {
-        out << "  ";
-        write_name(out, loop.id, false);
-        out.to_column(11);
+        write(out, "  ", name_of(loop.id));
+        to_column(out, 11);
         write_response(out, loop);
-        out.line_end();
+        write(out, '\n');
     }
 }
 
 }  // namespace
 
-FixedString<32> duration_text(Nanoseconds duration) {
-    struct Unit {
-        std::int64_t ns;
-        std::string_view name;
-    };
-    static constexpr std::array<Unit, 4> kUnits{
-        {{1'000'000'000, " s"}, {1'000'000, " ms"}, {1000, " us"}, {1, " ns"}}};
-    const std::int64_t ns = duration.count();
-    FixedString<32> text;
-    for (const Unit& unit : kUnits) {
-        // Three decimals of this unit must express the duration exactly. Below one unit, the next
-        // smaller unit reads better.
-        const std::int64_t grain = unit.ns >= 1000 ? unit.ns / 1000 : 1;
-        const bool below = (ns < 0 ? -ns : ns) < unit.ns;
-        if (unit.ns > 1 && (below || ns % grain != 0)) continue;
-        Writer number;
-        number << ns / unit.ns;
-        std::int64_t rest = (ns < 0 ? -ns : ns) % unit.ns / grain;
-        if (rest != 0) {
-            number << ".";
-            for (std::int64_t digit = 100; rest != 0; rest %= digit, digit /= 10) number << rest / digit;
-        }
-        return text.append(number.text()).append(unit.name);
-    }
-    return text;
-}
-
 Explanation explain(const Admission& admission) {
-    Writer out;
+    Explanation out;
     write_core(out, admission);
     write_refusal(out, admission.refusal, admission.core);
-    return out.text();
+    return out;
 }
 
 Explanation explain(const Refusal& refusal, int core) {
-    Writer out;
+    Explanation out;
     write_refusal(out, refusal, core);
-    return out.text();
+    return out;
 }
 
 Explanation explain(const MachineAdmission& machine) {
-    Writer out;
+    Explanation out;
     for (const Admission& core : machine.cores) {
         if (!core.loops.empty()) write_core(out, core);
     }
     write_refusal(out, machine.refusal, machine.refused_core);
-    return out.text();
+    return out;
 }
 
 }  // namespace qduino::sched

@@ -30,7 +30,4 @@ using Explanation = FixedString<8192>;
 /// Every core in use, then the refusal, if any.
 [[nodiscard]] Explanation explain(const MachineAdmission& machine);
 
-/// "10.001 ms", "30 us", "1 s": exact, in the largest unit in which three decimals say it.
-[[nodiscard]] FixedString<32> duration_text(Nanoseconds duration);
-
 }  // namespace qduino::sched

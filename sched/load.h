@@ -9,14 +9,6 @@
 
 namespace qduino::sched {
 
-/// A VCPU that asks to be admitted.
-struct VcpuRequest {
-    VcpuId id = 0;
-    VcpuParameters parameters;
-    int core = kAnyCore;  ///< kAnyCore: wherever it fits (placement.h)
-    bool io = false;      ///< an I/O VCPU (PIBS)
-};
-
 /// What takes a core's time above every VCPU: an interrupt thread, the kernel's fair server, top
 /// halves.
 struct PlatformInterferer {
@@ -44,13 +36,13 @@ struct PlatformOverheads {
 /// All that is to run on one core.
 struct CoreLoad {
     int core = 0;
-    FixedVector<VcpuRequest, kMainVcpuLimit> mains;
-    FixedVector<VcpuRequest, kIoVcpuLimit> ios;
+    FixedVector<Vcpu, kMainVcpuLimit> mains;
+    FixedVector<Vcpu, kIoVcpuLimit> ios;
     PlatformOverheads overheads;
 
     /// False when the table is full.
-    [[nodiscard]] bool try_add(const VcpuRequest& request) {
-        return request.io ? ios.try_push_back(request) : mains.try_push_back(request);
+    [[nodiscard]] bool try_add(const Vcpu& vcpu) {
+        return vcpu.is_io() ? ios.try_push_back(vcpu) : mains.try_push_back(vcpu);
     }
 };
 

@@ -10,20 +10,19 @@
 namespace qduino::sched {
 namespace {
 
-bool same_id_before(std::span<const VcpuRequest> requests, std::size_t index) {
+bool same_id_before(std::span<const Vcpu> requests, std::size_t index) {
     return std::any_of(requests.begin(), requests.begin() + static_cast<std::ptrdiff_t>(index),
-                       [&](const VcpuRequest& earlier) { return earlier.id == requests[index].id; });
+                       [&](const Vcpu& earlier) { return earlier.id == requests[index].id; });
 }
 
 /// Refusals that hold whatever the core.
-Refusal refuse_by_shape(std::span<const VcpuRequest> requests, std::size_t core_count) {
+Refusal refuse_by_shape(std::span<const Vcpu> requests, std::size_t core_count) {
     Refusal refusal;
     for (std::size_t i = 0; i < requests.size(); ++i) {
-        const VcpuRequest& request = requests[i];
-        refusal.id = refusal.other = request.id;
-        refusal.io = request.io;
-        refusal.parameters = request.parameters;
-        if (!request.parameters.valid()) {
+        const Vcpu& request = requests[i];
+        refusal.vcpu = request;
+        refusal.other = request.id;
+        if (!request.parameters().valid()) {
             refusal.because = RefusedBecause::bad_parameters;
         } else if (same_id_before(requests, i)) {
             refusal.because = RefusedBecause::duplicate_id;
@@ -36,18 +35,18 @@ Refusal refuse_by_shape(std::span<const VcpuRequest> requests, std::size_t core_
     return Refusal{};
 }
 
-bool more_utilisation(const VcpuRequest& a, const VcpuRequest& b) {
-    const Int128 left = Int128{a.parameters.budget.count()} * b.parameters.period.count();
-    const Int128 right = Int128{b.parameters.budget.count()} * a.parameters.period.count();
+bool more_utilisation(const Vcpu& a, const Vcpu& b) {
+    const Int128 left = Int128{a.budget.count()} * b.period.count();
+    const Int128 right = Int128{b.budget.count()} * a.period.count();
     return left != right ? left > right : a.id < b.id;
 }
 
-bool takes(const CoreLoad& load, const VcpuRequest& request) {
+bool takes(const CoreLoad& load, const Vcpu& request) {
     CoreLoad trial = load;
     return trial.try_add(request) && is_admissible(trial);
 }
 
-int first_fit(const FixedVector<CoreLoad, kCoreLimit>& loads, const VcpuRequest& request) {
+int first_fit(const FixedVector<CoreLoad, kCoreLimit>& loads, const Vcpu& request) {
     for (const CoreLoad& load : loads) {
         if (takes(load, request)) return load.core;
     }
@@ -65,11 +64,11 @@ bool remove(CoreLoad& load, VcpuId id) {
 }
 
 /// The lowest other core that takes the refused VCPU, if its own core is admissible without it.
-std::optional<int> other_core_for(const MachineAdmission& result, const VcpuRequest& request) {
+std::optional<int> other_core_for(const MachineAdmission& result, const Vcpu& request) {
     CoreLoad without = result.loads[static_cast<std::size_t>(request.core)];
     if (!remove(without, request.id) || !is_admissible(without)) return std::nullopt;
     for (const CoreLoad& load : result.loads) {
-        VcpuRequest moved = request;
+        Vcpu moved = request;
         moved.core = load.core;
         if (load.core != request.core && takes(load, moved)) return load.core;
     }
@@ -77,16 +76,14 @@ std::optional<int> other_core_for(const MachineAdmission& result, const VcpuRequ
 }
 
 /// Puts each VCPU that names a core there. False when a core refuses.
-bool place_pinned(std::span<const VcpuRequest> requests, MachineAdmission& result) {
+bool place_pinned(std::span<const Vcpu> requests, MachineAdmission& result) {
     for (std::size_t i = 0; i < requests.size(); ++i) {
-        const VcpuRequest& request = requests[i];
+        const Vcpu& request = requests[i];
         if (request.core == kAnyCore) continue;
         CoreLoad& load = result.loads[static_cast<std::size_t>(request.core)];
         if (!load.try_add(request)) {
             result.refusal.because = RefusedBecause::too_many;
-            result.refusal.id = request.id;
-            result.refusal.io = request.io;
-            result.refusal.parameters = request.parameters;
+            result.refusal.vcpu = request;
             result.refused_core = request.core;
             return false;
         }
@@ -96,8 +93,8 @@ bool place_pinned(std::span<const VcpuRequest> requests, MachineAdmission& resul
         if (is_admissible(load)) continue;
         result.refusal = admit(load).refusal;
         result.refused_core = load.core;
-        for (const VcpuRequest& request : requests) {
-            if (request.id == result.refusal.id) {
+        for (const Vcpu& request : requests) {
+            if (request.id == result.refusal.vcpu.id) {
                 result.refusal.remedy.other_core = other_core_for(result, request);
             }
         }
@@ -107,7 +104,7 @@ bool place_pinned(std::span<const VcpuRequest> requests, MachineAdmission& resul
 }
 
 /// No core takes `request`: the refusal of the one that would need the smallest cut of its budget.
-void refuse_everywhere(const VcpuRequest& request, MachineAdmission& result) {
+void refuse_everywhere(const Vcpu& request, MachineAdmission& result) {
     std::optional<Nanoseconds> least;
     for (const CoreLoad& load : result.loads) {
         CoreLoad trial = load;
@@ -122,12 +119,10 @@ void refuse_everywhere(const VcpuRequest& request, MachineAdmission& result) {
         result.refused_core = load.core;
     }
     result.refusal.because = RefusedBecause::no_core_fits;
-    result.refusal.id = request.id;
-    result.refusal.io = request.io;
-    result.refusal.parameters = request.parameters;
+    result.refusal.vcpu = request;
 }
 
-bool place_floating(std::span<const VcpuRequest> requests, MachineAdmission& result) {
+bool place_floating(std::span<const Vcpu> requests, MachineAdmission& result) {
     FixedVector<std::size_t, kRequestLimit> order;
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (requests[i].core == kAnyCore) order.push_back(i);
@@ -149,13 +144,13 @@ bool place_floating(std::span<const VcpuRequest> requests, MachineAdmission& res
 }  // namespace
 
 int MachineAdmission::core_of(VcpuId id) const {
-    for (const PlacedVcpu& vcpu : placed) {
-        if (vcpu.request.id == id) return vcpu.core;
+    for (const Vcpu& vcpu : placed) {
+        if (vcpu.id == id) return vcpu.core;
     }
     return kAnyCore;
 }
 
-void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOverheads> overheads,
+void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads> overheads,
                MachineAdmission& result) {
     QDUINO_EXPECT(!overheads.empty() && overheads.size() <= kCoreLimit);
     QDUINO_EXPECT(requests.size() <= kRequestLimit);
@@ -164,7 +159,10 @@ void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOv
     result.cores.clear();
     result.loads.clear();
     result.refused_core = kAnyCore;
-    for (const VcpuRequest& request : requests) result.placed.push_back({request, kAnyCore});
+    for (const Vcpu& request : requests) {
+        result.placed.push_back(request);
+        result.placed.back().core = kAnyCore;
+    }
     for (const PlatformOverheads& overhead : overheads) {
         CoreLoad load;
         load.core = static_cast<int>(result.loads.size());

@@ -17,16 +17,12 @@ namespace qduino::sched {
 inline constexpr std::size_t kCoreLimit = 64;
 inline constexpr std::size_t kRequestLimit = kMainVcpuLimit + kIoVcpuLimit;
 
-struct PlacedVcpu {
-    VcpuRequest request;  ///< as asked
-    int core = kAnyCore;  ///< as decided; kAnyCore when refused before a core was found
-};
-
 struct MachineAdmission {
     bool admitted = false;
-    FixedVector<PlacedVcpu, kRequestLimit> placed;  ///< in the order of the request
-    FixedVector<CoreLoad, kCoreLimit> loads;        ///< by core number: what was put on each
-    FixedVector<Admission, kCoreLimit> cores;       ///< by core number: how that was judged
+    /// In the order of the request, each on its core; kAnyCore: refused before one was found.
+    FixedVector<Vcpu, kRequestLimit> placed;
+    FixedVector<CoreLoad, kCoreLimit> loads;   ///< by core number: what was put on each
+    FixedVector<Admission, kCoreLimit> cores;  ///< by core number: how that was judged
     /// The first one; because == none when admitted.
     Refusal refusal;
     int refused_core = kAnyCore;  ///< the core it asked for, or that came nearest
@@ -39,7 +35,7 @@ struct MachineAdmission {
 /// platform's overheads: all of them, or none. Writes the whole of `result`, which is large (half a
 /// megabyte): keep it static. Setup-time. Contract: 1…kCoreLimit cores, at most kRequestLimit
 /// requests.
-void admit_all(std::span<const VcpuRequest> requests, std::span<const PlatformOverheads> overheads,
+void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads> overheads,
                MachineAdmission& result);
 
 }  // namespace qduino::sched

@@ -10,11 +10,11 @@ namespace {
 constexpr Nanoseconds kGrain = 1us;
 constexpr std::size_t kLinearWork = 400'000;  // loops · VCPUs · steps
 
-VcpuRequest* find(CoreLoad& load, VcpuId id) {
-    for (VcpuRequest& main : load.mains) {
+Vcpu* find(CoreLoad& load, VcpuId id) {
+    for (Vcpu& main : load.mains) {
         if (main.id == id) return &main;
     }
-    for (VcpuRequest& io : load.ios) {
+    for (Vcpu& io : load.ios) {
         if (io.id == id) return &io;
     }
     return nullptr;
@@ -30,22 +30,22 @@ std::int64_t bisect(std::int64_t known_bad, std::int64_t known_good, Predicate g
     return known_good;
 }
 
-std::optional<Nanoseconds> least_budget_reduction(CoreLoad& load, VcpuRequest& request) {
-    const Nanoseconds budget = request.parameters.budget;
+std::optional<Nanoseconds> least_budget_reduction(CoreLoad& load, Vcpu& vcpu) {
+    const Nanoseconds budget = vcpu.budget;
     const std::int64_t most = (budget - Nanoseconds{1}) / kGrain;
     const auto good = [&](std::int64_t steps) {
-        request.parameters.budget = budget - steps * kGrain;
+        vcpu.budget = budget - steps * kGrain;
         return is_admissible(load);
     };
     if (most < 1 || !good(most)) return std::nullopt;
     return bisect(0, most, good) * kGrain;
 }
 
-std::optional<Nanoseconds> least_period_increase(CoreLoad& load, VcpuRequest& request) {
-    const Nanoseconds period = request.parameters.period;
+std::optional<Nanoseconds> least_period_increase(CoreLoad& load, Vcpu& vcpu) {
+    const Nanoseconds period = vcpu.period;
     const std::int64_t most = std::min((kPeriodMax - period) / kGrain, 1000 * (period / kGrain + 1));
     const auto good = [&](std::int64_t steps) {
-        request.parameters.period = period + steps * kGrain;
+        vcpu.period = period + steps * kGrain;
         return is_admissible(load);
     };
     std::int64_t bad = 0;
@@ -69,10 +69,10 @@ std::optional<Nanoseconds> least_period_increase(CoreLoad& load, VcpuRequest& re
 Remedy smallest_change(const CoreLoad& load, VcpuId id) {
     Remedy remedy;
     CoreLoad trial = load;
-    if (VcpuRequest* request = find(trial, id)) {
-        remedy.budget_less_by = least_budget_reduction(trial, *request);
+    if (Vcpu* vcpu = find(trial, id)) {
+        remedy.budget_less_by = least_budget_reduction(trial, *vcpu);
         trial = load;
-        remedy.period_more_by = least_period_increase(trial, *request);
+        remedy.period_more_by = least_period_increase(trial, *vcpu);
     }
     return remedy;
 }

@@ -39,4 +39,22 @@ struct VcpuParameters {
     constexpr bool operator==(const VcpuParameters&) const = default;
 };
 
+enum class VcpuKind : std::uint8_t {
+    main,  ///< a loop, on a sporadic server
+    io,    ///< a bottom half, on a priority-inheriting bandwidth-preserving server (PIBS)
+};
+
+/// A VCPU, from its declaration to its thread. Each floor derives from it what that floor adds: the
+/// runtime a body, a board an entry, a guarantee what holds of it.
+struct Vcpu {
+    VcpuId id = 0;
+    Nanoseconds budget{};
+    Nanoseconds period{};
+    int core = kAnyCore;  ///< kAnyCore: wherever it fits (placement.h)
+    VcpuKind kind = VcpuKind::main;
+
+    [[nodiscard]] constexpr VcpuParameters parameters() const { return {budget, period}; }
+    [[nodiscard]] constexpr bool is_io() const { return kind == VcpuKind::io; }
+};
+
 }  // namespace qduino::sched

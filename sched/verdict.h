@@ -34,7 +34,7 @@ struct LoopResponse {
     VcpuId id = 0;
     Nanoseconds response{};  ///< R; or a value beyond kResponseLimit·T when R is not below that
     Nanoseconds period{};    ///< T
-    bool meets = false;      ///< R <= T
+    [[nodiscard]] bool meets() const { return response <= period; }
 };
 
 /// One taker's share of a loop's time, within one window.
@@ -59,10 +59,8 @@ struct Remedy {
 
 struct Refusal {
     RefusedBecause because = RefusedBecause::none;
-    VcpuId id = 0;     ///< the VCPU refused
-    bool io = false;   ///< it is an I/O VCPU
-    VcpuId other = 0;  ///< core_owned: who owns it; duplicate_id: the same id
-    VcpuParameters parameters;
+    Vcpu vcpu;              ///< the VCPU refused, as asked
+    VcpuId other = 0;       ///< core_owned: who owns it; duplicate_id: the same id
     LoopResponse response;  ///< completion_time
     Shares shares;          ///< completion_time: in one period of that loop; their sum exceeds it
     Remedy remedy;

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "apps/terminal/human.h"
+#include "base/text.h"
 #include "base/words.h"
 #include "sched/explain.h"
 
@@ -17,7 +18,7 @@ using runtime::Plan;
 using runtime::SketchTable;
 using sched::RefusedBecause;
 
-std::string text_of(Nanoseconds duration) { return std::string(sched::duration_text(duration).view()); }
+std::string text_of(Nanoseconds duration) { return text<std::string>(duration); }
 
 constexpr Words<sched::AdmittedBy::bound, sched::AdmittedBy::owned> kAdmittedBy{"bound", "completion_time",
                                                                                 "owned"};
@@ -60,22 +61,20 @@ std::string row(const std::string& vcpu, const std::string& core, const std::str
     return line;
 }
 
-std::string vcpu_line(const Plan& plan, const SketchTable& table, const sched::PlacedVcpu& vcpu) {
-    const sched::VcpuRequest& request = vcpu.request;
-    const LoopDeclaration* declared = request.io ? nullptr : declaration_of(table, request.id);
-    const sched::LoopResponse* response = request.io ? nullptr : response_of(plan, request.id);
+std::string vcpu_line(const Plan& plan, const SketchTable& table, const sched::Vcpu& vcpu) {
+    const LoopDeclaration* declared = vcpu.is_io() ? nullptr : declaration_of(table, vcpu.id);
+    const sched::LoopResponse* response = vcpu.is_io() ? nullptr : response_of(plan, vcpu.id);
     const std::string core = vcpu.core == sched::kAnyCore ? "-" : std::to_string(vcpu.core);
     const std::string r = !response ? "-" : endless(*response) ? "never" : text_of(response->response);
     std::string place = declared ? std::string(file_name(declared->file)) : "setup()";
     if (declared && declared->line > 0) place += ":" + std::to_string(declared->line);
-    return row(runtime::vcpu_name(request.id), core, text_of(request.parameters.budget),
-               text_of(request.parameters.period), r, place);
+    return row(runtime::vcpu_name(vcpu.id), core, text_of(vcpu.budget), text_of(vcpu.period), r, place);
 }
 
 std::string table_text(const Plan& plan, const SketchTable& table) {
     if (plan.admission().placed.empty()) return {};
     std::string out = row("VCPU", "core", "budget", "period", "R", "declared at");
-    for (const sched::PlacedVcpu& vcpu : plan.admission().placed) out += vcpu_line(plan, table, vcpu);
+    for (const sched::Vcpu& vcpu : plan.admission().placed) out += vcpu_line(plan, table, vcpu);
     return out;
 }
 
@@ -112,9 +111,8 @@ std::string admission_text(const Plan& plan, const SketchTable& table, const Che
     out += plan.admission().placed.empty() ? std::string(plan.explanation().view()) + "\n"
                                            : std::string(plan.admission_table().view());
     for (const runtime::RefusedIo& io : plan.refused_ios()) {
-        const sched::VcpuParameters& asked = io.request.parameters;
-        out += "I/O VCPU " + std::to_string(io.request.id) + " (" + text_of(asked.budget) + " in " +
-               text_of(asked.period) + "), which setup() asks for, is refused. With it,\n";
+        out += "I/O VCPU " + std::to_string(io.vcpu.id) + " (" + text_of(io.vcpu.budget) + " in " +
+               text_of(io.vcpu.period) + "), which setup() asks for, is refused. With it,\n";
         out += sched::explain(io.refusal, io.core).view();
     }
     out += "\n" + overheads_text(plan);
@@ -131,9 +129,9 @@ std::string admission_verdict(const Plan& plan, const CheckedBoard& board) {
                counted(static_cast<long long>(plan.admission().placed.size()), "VCPU") + ".";
     const sched::Refusal& refusal = plan.admission().refusal;
     std::string why;
-    if (refusal.because != RefusedBecause::none) why = ": " + std::string{runtime::vcpu_name(refusal.id)};
+    if (refusal.because != RefusedBecause::none) why = ": " + runtime::vcpu_name(refusal.vcpu.id);
     if (why.empty() && !plan.refused_ios().empty())
-        why = ": I/O VCPU " + std::to_string(plan.refused_ios().front().request.id);
+        why = ": I/O VCPU " + std::to_string(plan.refused_ios().front().vcpu.id);
     return board.sketch + " is REFUSED" + on + why + ".";
 }
 
@@ -147,24 +145,24 @@ Json response_json(const sched::LoopResponse& loop) {
 
 Json core_number(int core) { return core == sched::kAnyCore ? Json(nullptr) : Json(core); }
 
-Json loop_json(const Plan& plan, const SketchTable& table, const sched::PlacedVcpu& vcpu) {
-    const LoopDeclaration* declared = declaration_of(table, vcpu.request.id);
-    const sched::LoopResponse* response = response_of(plan, vcpu.request.id);
-    return {{"id", vcpu.request.id},
+Json loop_json(const Plan& plan, const SketchTable& table, const sched::Vcpu& vcpu) {
+    const LoopDeclaration* declared = declaration_of(table, vcpu.id);
+    const sched::LoopResponse* response = response_of(plan, vcpu.id);
+    return {{"id", vcpu.id},
             {"core", core_number(vcpu.core)},
-            {"budget_ns", vcpu.request.parameters.budget.count()},
-            {"period_ns", vcpu.request.parameters.period.count()},
+            {"budget_ns", vcpu.budget.count()},
+            {"period_ns", vcpu.period.count()},
             {"response_ns", response ? response_json(*response) : Json(nullptr)},
-            {"meets", response ? Json(response->meets) : Json(nullptr)},
+            {"meets", response ? Json(response->meets()) : Json(nullptr)},
             {"file", declared ? Json(declared->file) : Json(nullptr)},
             {"line", declared ? Json(declared->line) : Json(nullptr)}};
 }
 
-Json io_json(const sched::PlacedVcpu& vcpu) {
-    return {{"id", vcpu.request.id},
+Json io_json(const sched::Vcpu& vcpu) {
+    return {{"id", vcpu.id},
             {"core", core_number(vcpu.core)},
-            {"budget_ns", vcpu.request.parameters.budget.count()},
-            {"period_ns", vcpu.request.parameters.period.count()}};
+            {"budget_ns", vcpu.budget.count()},
+            {"period_ns", vcpu.period.count()}};
 }
 
 Json core_json(const sched::Admission& core) {
@@ -203,33 +201,33 @@ Json remedy_json(const sched::Refusal& refusal) {
     const auto budget = remedy.budget_less_by;
     const auto period = remedy.period_more_by;
     return {
-        {"budget_ns", budget ? Json((refusal.parameters.budget - *budget).count()) : Json(nullptr)},
+        {"budget_ns", budget ? Json((refusal.vcpu.budget - *budget).count()) : Json(nullptr)},
         {"budget_less_by_ns", budget ? Json(budget->count()) : Json(nullptr)},
-        {"period_ns", period ? Json((refusal.parameters.period + *period).count()) : Json(nullptr)},
+        {"period_ns", period ? Json((refusal.vcpu.period + *period).count()) : Json(nullptr)},
         {"period_more_by_ns", period ? Json(period->count()) : Json(nullptr)},
         {"core", remedy.other_core ? Json(*remedy.other_core) : Json(nullptr)},
     };
 }
 
 Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int core,
-                  const sched::VcpuRequest* asked_io) {
-    const LoopDeclaration* declared = refusal.io ? nullptr : declaration_of(table, refusal.id);
+                  const sched::Vcpu* asked_io) {
+    const LoopDeclaration* declared = refusal.vcpu.is_io() ? nullptr : declaration_of(table, refusal.vcpu.id);
     const bool analysed = refusal.response.id != 0;
     Json shares = Json::array();
     for (const sched::Share& share : refusal.shares) shares.push_back(share_json(share));
     return {{"because", kRefusedBecause(refusal.because)},
-            {"id", refusal.id},
-            {"io", refusal.io},
+            {"id", refusal.vcpu.id},
+            {"io", refusal.vcpu.is_io()},
             {"core", core_number(core)},
-            {"budget_ns", refusal.parameters.budget.count()},
-            {"period_ns", refusal.parameters.period.count()},
+            {"budget_ns", refusal.vcpu.budget.count()},
+            {"period_ns", refusal.vcpu.period.count()},
             {"late_loop", analysed ? Json(refusal.response.id) : Json(nullptr)},
             {"response_ns", analysed ? response_json(refusal.response) : Json(nullptr)},
             {"shares", shares},
             {"smallest_change", remedy_json(refusal)},
             {"file", declared ? Json(declared->file) : Json(nullptr)},
             {"line", declared ? Json(declared->line) : Json(nullptr)},
-            {"with_io", asked_io ? io_json({*asked_io, asked_io->core}) : Json(nullptr)}};
+            {"with_io", asked_io ? io_json(*asked_io) : Json(nullptr)}};
 }
 
 }  // namespace
@@ -238,8 +236,8 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
     const sched::MachineAdmission& admission = plan.admission();
     Json loops = Json::array(), ios = Json::array(), cores = Json::array(), overheads = Json::array(),
          refusals = Json::array();
-    for (const sched::PlacedVcpu& vcpu : admission.placed) {
-        if (vcpu.request.io) {
+    for (const sched::Vcpu& vcpu : admission.placed) {
+        if (vcpu.is_io()) {
             ios.push_back(io_json(vcpu));
         } else {
             loops.push_back(loop_json(plan, table, vcpu));
@@ -254,7 +252,7 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
         refusals.push_back(refusal_json(table, admission.refusal, admission.refused_core, nullptr));
     }
     for (const runtime::RefusedIo& io : plan.refused_ios()) {
-        refusals.push_back(refusal_json(table, io.refusal, io.core, &io.request));
+        refusals.push_back(refusal_json(table, io.refusal, io.core, &io.vcpu));
     }
     const Json out{
         {"sketch", board.sketch},

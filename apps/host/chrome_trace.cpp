@@ -60,7 +60,7 @@ void ChromeTrace::name_thread(const TraceEvent& event) {
     begin_record();
     std::fprintf(file_, R"({"ph":"M","name":"thread_name","pid":%d,"tid":%d,"args":{"name":"%s"}})",
                  event.core, interrupt ? kInterruptThread : event.vcpu,
-                 interrupt ? "interrupts" : runtime::vcpu_name(event.vcpu));
+                 interrupt ? "interrupts" : runtime::vcpu_name(event.vcpu).c_str());
     begin_record();
     std::fprintf(file_, R"({"ph":"M","name":"process_name","pid":%d,"args":{"name":"core %d"}})", event.core,
                  event.core);
@@ -71,7 +71,7 @@ void ChromeTrace::end_stretch(int core, Instant now) {
     if (running.vcpu == board::kNoVcpu) return;
     begin_record();
     std::fprintf(file_, R"({"ph":"X","name":"%s","pid":%d,"tid":%d,"ts":%s,"dur":%s})",
-                 runtime::vcpu_name(running.vcpu), core, running.vcpu,
+                 runtime::vcpu_name(running.vcpu).c_str(), core, running.vcpu,
                  Microseconds(to_ns(running.since)).text, Microseconds(to_ns(now - running.since)).text);
     running.vcpu = board::kNoVcpu;
 }

@@ -9,7 +9,7 @@
 namespace qduino::apps {
 
 /// "734 ns", "12.7 us", "186 ms", "1.01 s", "30 ms". Rounded; for exact ones see
-/// sched::duration_text().
+/// text() of base/text.h.
 [[nodiscard]] std::string human_duration(Nanoseconds duration);
 /// "1 loop", "3 loops".
 [[nodiscard]] std::string counted(long long count, const std::string& what);

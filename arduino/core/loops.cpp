@@ -30,7 +30,7 @@ LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds perio
                                    const char* file, int line) {
     runtime::SketchTable& table = runtime::sketch_table();
     const runtime::LoopDeclaration declaration{
-        static_cast<board::VcpuId>(id), budget, period, core, body, file, line};
+        {static_cast<board::VcpuId>(id), budget, period, core}, body, file, line};
     if (!table.loops.try_push_back(declaration)) ++table.dropped;
 }
 

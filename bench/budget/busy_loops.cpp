@@ -96,13 +96,9 @@ int play_sporadic_server(BurstLog& log, BudgetCase budget, Nanoseconds length,
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
     Spinner spinner{.log = &log, .length = length};
-    const board::VcpuSpec spec{.id = 1,
-                               .budget = budget.budget,
-                               .period = budget.period,
-                               .core = board.core_count() - 1,
-                               .name = "busy",
-                               .entry = &spin_entry,
-                               .context = &spinner};
+    board::VcpuSpec spec{{1, budget.budget, budget.period, board.core_count() - 1}};
+    spec.entry = &spin_entry;
+    spec.context = &spinner;
     if (!board.start(std::span{&spec, 1})) return 1;
     guarantee.write(board.guarantee());
     board.request_stop();

@@ -141,14 +141,10 @@ int play_floor(SharedSamples& samples, std::optional<Nanoseconds> phase, Nanosec
     if (!opened) return 1;
     LinuxBoard& board = *opened.value();
     Floor floor{.board = &board, .samples = &samples, .phase = phase};
-    const board::VcpuSpec spec{.id = 1,
-                               .budget = kTrainPeriod,
-                               .period = kTrainPeriod,
-                               .core = board.core_count() - 1,
-                               .owns_core = true,
-                               .name = "floor",
-                               .entry = &spin_floor,
-                               .context = &floor};
+    board::VcpuSpec spec{{1, kTrainPeriod, kTrainPeriod, board.core_count() - 1}};
+    spec.owns_core = true;
+    spec.entry = &spin_floor;
+    spec.context = &floor;
     if (!board.start(std::span{&spec, 1})) return 1;
     guarantee.write(board.guarantee());
     board.run(board.now() + length);

@@ -51,13 +51,8 @@ int play_qduino(Nanoseconds length, const GuaranteeFile& guarantee) {
     runtime::Runtime runtime{board};
     measured = &runtime;
     runtime::SketchTable table;
-    table.loops.push_back({.id = kLoop,
-                           .budget = kReleaseBudget,
-                           .period = kReleasePeriod,
-                           .core = board.core_count() - 1,
-                           .body = &body,
-                           .file = __FILE__,
-                           .line = __LINE__});
+    table.loops.push_back(
+        {{kLoop, kReleaseBudget, kReleasePeriod, board.core_count() - 1}, &body, __FILE__, __LINE__});
     if (!runtime.begin(table)) return 1;
     guarantee.write(board.guarantee());
     const Instant end = board.now() + length;

@@ -77,7 +77,7 @@ bool measure_once(Medians& medians) {
     runtime::SketchTable table;
     table.setup = [] { pinMode(kPin, OUTPUT); };
     table.loops.push_back(
-        {.id = 1, .budget = 100ms, .period = 100ms, .core = (*board)->core_count() - 1, .body = &body});
+        {{.id = 1, .budget = 100ms, .period = 100ms, .core = (*board)->core_count() - 1}, &body});
     if (!runtime.begin(table)) return false;
     runtime.run(kForever);
     for (std::size_t i = 0; i < medians.size(); ++i) medians[i] = median(taken[i]);

@@ -68,7 +68,7 @@ void EventLoop::wait() {
 
 Result<void> EventLoop::start(std::span<const VcpuSpec> specs) {
     if (started_) return make_error(ErrorCode::already_exists, "start: the board runs already");
-    if (Result<void> made = cpus_.start(specs, now_, &EventLoop::vcpu_main); !made) return made;
+    QDUINO_TRY(cpus_.start(specs, now_, &EventLoop::vcpu_main));
     started_ = true;
     horizon_ = now_;
     return {};
@@ -87,9 +87,7 @@ void EventLoop::vcpu_main(void* vcpu) {
 void EventLoop::serve(Vcpu& io) {
     while (!stop_requested_) {
         if (io.queue->empty()) {
-            io.state = VcpuState::sleeping;
-            io.wake = kForever;
-            io.fiber->suspend();
+            wait();
             continue;
         }
         const Work work = io.queue->pop();
@@ -177,7 +175,7 @@ void EventLoop::execute(SimCore& core) {
     vcpu.polls = polls_;
     current_ = nullptr;
 
-    if (vcpu.state == VcpuState::finished && vcpu.spec.kind == VcpuKind::main) cpus_.note_finished();
+    if (vcpu.state == VcpuState::finished && !vcpu.spec.is_io()) cpus_.note_finished();
     if (vcpu.state != VcpuState::ready) core.give_up(vcpu, now_);
     core.decide(now_);
 }

@@ -36,15 +36,10 @@ GuaranteeReport SimBoard::guarantee() const {
     report.simulated = true;
     report.memory_locked = true;
     loop_.cpus().each([&](const Vcpu& vcpu) {
-        const VcpuSpec& spec = vcpu.spec;
-        report.loops.push_back({.id = spec.id,
-                                .core = spec.core,
-                                .budget = spec.budget,
-                                .period = spec.period,
-                                .priority_enforced = true,
-                                .budget_enforced = true,
-                                .core_owned = spec.owns_core,
-                                .shortfall = {}});
+        LoopGuarantee loop{vcpu.spec};
+        loop.priority_enforced = loop.budget_enforced = true;
+        loop.core_owned = vcpu.spec.owns_core;
+        report.loops.push_back(loop);
     });
     for (int core = 0; core < core_count(); ++core) {
         report.cores.push_back({.core = core,

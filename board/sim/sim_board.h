@@ -1,10 +1,11 @@
 // The simulated board: virtual time, any number of cores, one runner at a time; the same seed gives
 // the same run.
 //
-// It has more functions than other classes, because it is the seam's whole list, and forwards:
+// It has more functions than other classes, because it is the seam's whole list. Pins and buses it
+// has from SimPins; the rest it forwards:
 //
 //   EventLoop   time, and who runs in it      SimCpus   cores and VCPUs       SimCore  its accounts
-//   SimPins     pins, buses, edges            SimLocks  priority inheritance  Interrupts
+//   SimLocks    priority inheritance          Interrupts
 //
 // run(), start() and the constructor belong to the host's thread; every other call may also come
 // from VCPUs (board.h).
@@ -25,13 +26,11 @@
 
 namespace qduino::board::sim {
 
-class SimBoard final : public Board {
+class SimBoard final : public SimPins {
   public:
     /// `peripherals` and `trace` (may be null) outlive the board.
     SimBoard(SimConfig config, Peripherals& peripherals, TraceSink* trace = nullptr)
-        : config_(std::move(config)), loop_(config_, pins_, trace), pins_(config_, peripherals, loop_) {}
-    SimBoard(const SimBoard&) = delete;
-    SimBoard& operator=(const SimBoard&) = delete;
+        : SimPins(std::move(config), peripherals, loop_), loop_(config_, *this, trace) {}
 
     // ---- time -----------------------------------------------------------------------------------
     [[nodiscard]] Instant now() override {
@@ -44,37 +43,6 @@ class SimBoard final : public Board {
     /// Consumes `amount` of the calling VCPU's CPU time: unlike busy_until, not until an instant,
     /// so that time taken by others does not count. For tests and models of load.
     void compute(Nanoseconds amount) { loop_.compute(amount); }
-
-    // ---- pins and buses -------------------------------------------------------------------------
-    [[nodiscard]] Result<void> pin_mode(PinId pin, PinMode mode) override {
-        return pins_.set_mode(pin, mode);
-    }
-    void pin_write(PinId pin, Level level) override { pins_.write(pin, level); }
-    /// An output reads back what was written; an input what the outside drives.
-    [[nodiscard]] Level pin_read(PinId pin) override { return pins_.read(pin); }
-    [[nodiscard]] Result<void> safe_state(PinId pin, Level level) override {
-        return pins_.set_safe_state(pin, level);
-    }
-    [[nodiscard]] Result<void> pwm_write(PinId pin, double duty) override {
-        return pins_.write_pwm(pin, duty);
-    }
-    [[nodiscard]] Result<void> pwm_period(PinId pin, Nanoseconds period) override {
-        return pins_.set_pwm_period(pin, period);
-    }
-    [[nodiscard]] Result<double> analog_read(PinId pin) override { return pins_.read_analog(pin); }
-    [[nodiscard]] Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context,
-                                           VcpuId io) override {
-        return pins_.attach(pin, edge, handler, context, io);
-    }
-    void detach_edge(PinId pin) override { pins_.detach(pin); }
-    [[nodiscard]] Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                                            std::span<std::uint8_t> in) override {
-        return pins_.transfer(bus, address, out, in);
-    }
-    [[nodiscard]] Result<void> spi_transfer(SpiBus bus, SpiSettings settings,
-                                            std::span<std::uint8_t> data) override {
-        return pins_.transfer(bus, settings, data);
-    }
 
     // ---- locks ----------------------------------------------------------------------------------
     void lock(LockWord& word) override { locks_.lock(word); }
@@ -98,8 +66,6 @@ class SimBoard final : public Board {
     }
     /// All entries have returned, after a stop was requested: the pins are in their safe states.
     [[nodiscard]] bool stopped() const { return loop_.stopped(); }
-    /// Forces every pin that has a safe state to it, as the supervisor of a real machine would.
-    void force_safe_states() { pins_.force_safe_states(); }
     [[nodiscard]] GuaranteeReport guarantee() const override;
     /// What SimConfig takes of `core`: context switches, interrupts at their mean rate, the tick.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
@@ -134,9 +100,7 @@ class SimBoard final : public Board {
     [[nodiscard]] Nanoseconds stolen_time(int core) const { return loop_.cpus().core(core).stolen_total(); }
 
   private:
-    SimConfig config_;
     EventLoop loop_;
-    SimPins pins_;
     SimLocks locks_{loop_};
 };
 

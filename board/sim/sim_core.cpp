@@ -8,10 +8,10 @@
 namespace qduino::board::sim {
 
 bool SimCore::add(Vcpu& vcpu, Instant now) {
-    const sched::VcpuParameters parameters{vcpu.spec.budget, vcpu.spec.period};
-    const bool added = vcpu.spec.kind == VcpuKind::io ? scheduler_.add_io(vcpu.spec.id, parameters, now)
-                                                      : scheduler_.add(vcpu.spec.id, parameters, now,
-                                                                       {.owns_core = vcpu.spec.owns_core});
+    const VcpuSpec& spec = vcpu.spec;
+    const bool added = spec.is_io()
+                           ? scheduler_.add_io(spec.id, spec.parameters(), now)
+                           : scheduler_.add(spec.id, spec.parameters(), now, {.owns_core = spec.owns_core});
     if (!added) return false;
     vcpu.core = this;
     const auto place = std::find_if(vcpus_.begin(), vcpus_.end(),
@@ -111,7 +111,7 @@ void SimCore::wake_sleepers(Instant now) {
         const bool goes_on = std::exchange(vcpu->handed_lock, false);
         if (goes_on) continue;
         if (vcpu->has_fault) apply_faults(*vcpu, now);
-        if (vcpu->spec.kind == VcpuKind::io) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
+        if (vcpu->spec.is_io()) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
     }
 }
 

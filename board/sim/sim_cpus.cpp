@@ -15,7 +15,7 @@ SimCpus::SimCpus(EventLoop& loop, const SimConfig& config) : loop_(loop), config
 Result<void> SimCpus::check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
     if (spec.core < 0 || spec.core >= core_count())
         return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
-    const bool main = spec.kind == VcpuKind::main;
+    const bool main = !spec.is_io();
     if (main ? spec.id < 1 || spec.id > kMaxLoop : spec.id < kFirstIoVcpu || spec.id >= kVcpuLimit) {
         return make_error(ErrorCode::invalid_argument, "a VCPU's number is 1…32 (loop) or 33…63 (I/O)");
     }
@@ -29,9 +29,7 @@ Result<void> SimCpus::check(const VcpuSpec& spec, std::span<const VcpuSpec> all)
 }
 
 Result<void> SimCpus::start(std::span<const VcpuSpec> specs, Instant now, void (*entry)(void* vcpu)) {
-    for (const VcpuSpec& spec : specs) {
-        if (Result<void> checked = check(spec, specs); !checked) return checked;
-    }
+    for (const VcpuSpec& spec : specs) QDUINO_TRY(check(spec, specs));
     for (const VcpuSpec& spec : specs) {
         if (vcpus_[spec.id]) return make_error(ErrorCode::already_exists, "start: two VCPUs of one number");
         auto vcpu = std::make_unique<Vcpu>();
@@ -47,7 +45,7 @@ Result<void> SimCpus::start(std::span<const VcpuSpec> specs, Instant now, void (
                               "a VCPU needs 0 < budget <= period, and a number of its own");
         }
         vcpus_[spec.id] = std::move(vcpu);
-        if (spec.kind == VcpuKind::main) ++unfinished_;
+        if (!spec.is_io()) ++unfinished_;
     }
     return {};
 }

@@ -1,6 +1,7 @@
 #include "board/sim/sim_pins.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/contract.h"
 
@@ -10,14 +11,19 @@ namespace {
 
 bool active(Instant now, Instant from, Instant until) { return from <= now && now < until; }
 
+Result<void> check(PinId pin) {
+    if (pin.number < kPinCount) return {};
+    return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+}
+
 }  // namespace
 
-SimPins::SimPins(const SimConfig& config, Peripherals& peripherals, EventLoop& loop)
-    : loop_(loop),
+SimPins::SimPins(SimConfig config, Peripherals& peripherals, EventLoop& loop)
+    : config_(std::move(config)),
+      loop_(loop),
       peripherals_(peripherals),
-      config_(config),
       edges_are_reported_(peripherals.report_edges_to(*this)) {
-    QDUINO_EXPECT(config.edge_poll_period > Nanoseconds{0});
+    QDUINO_EXPECT(config_.edge_poll_period > Nanoseconds{0});
 }
 
 void SimPins::process_due(Instant now) {
@@ -32,21 +38,17 @@ void SimPins::process_due(Instant now) {
 
 // ---- pins and buses -----------------------------------------------------------------------------
 
-Result<void> SimPins::set_mode(PinId pin, PinMode mode) {
+Result<void> SimPins::pin_mode(PinId pin, PinMode mode) {
     loop_.charge(ApiCall::pin_mode);
-    if (pin.number >= kPinCount)
-        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+    QDUINO_TRY(check(pin));
     PinState& state = pins_[pin.number];
-    const bool output = mode == PinMode::output || mode == PinMode::output_open_drain;
-    if (output && !state.output) {
-        state.output = true;
-        write(pin, state.level);  // what was written before shows from now on
-    }
-    state.output = output;
+    const bool was_output = std::exchange(state.output, is_output(mode));
+    if (state.output && !was_output)
+        pin_write(pin, state.level);  // what was written before shows from now on
     return {};
 }
 
-Level SimPins::read(PinId pin) {
+Level SimPins::pin_read(PinId pin) {
     loop_.before_poll(ApiCall::pin_read);
     if (pin.number >= kPinCount) return Level::low;
     const PinState& state = pins_[pin.number];
@@ -55,10 +57,9 @@ Level SimPins::read(PinId pin) {
     return peripherals_.pin_level(loop_.now(), pin);
 }
 
-Result<void> SimPins::write_pwm(PinId pin, double duty) {
+Result<void> SimPins::pwm_write(PinId pin, double duty) {
     loop_.charge(ApiCall::pwm_write);
-    if (pin.number >= kPinCount)
-        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+    QDUINO_TRY(check(pin));
     if (!(duty >= 0.0 && duty <= 1.0))
         return make_error(ErrorCode::invalid_argument, "a PWM duty is within 0…1");
     pins_[pin.number].pwm = true;
@@ -68,10 +69,9 @@ Result<void> SimPins::write_pwm(PinId pin, double duty) {
     return {};
 }
 
-Result<void> SimPins::set_pwm_period(PinId pin, Nanoseconds period) {
+Result<void> SimPins::pwm_period(PinId pin, Nanoseconds period) {
     loop_.charge(ApiCall::pwm_write);
-    if (pin.number >= kPinCount)
-        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+    QDUINO_TRY(check(pin));
     if (!is_pwm_period(period)) return bad_pwm_period();
     loop_.hash().mix(static_cast<std::uint64_t>(to_ns(loop_.now())) ^ (std::uint64_t{pin.number} << 49));
     loop_.hash().mix(static_cast<std::uint64_t>(to_ns(period)));
@@ -79,17 +79,16 @@ Result<void> SimPins::set_pwm_period(PinId pin, Nanoseconds period) {
     return {};
 }
 
-Result<double> SimPins::read_analog(PinId pin) {
+Result<double> SimPins::analog_read(PinId pin) {
     loop_.before_poll(ApiCall::analog_read);
-    if (pin.number >= kPinCount)
-        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+    QDUINO_TRY(check(pin));
     Level level = Level::low;
     if (stuck(pin, &level)) return level == Level::high ? 1.0 : 0.0;
     return std::clamp(peripherals_.analog_level(loop_.now(), pin), 0.0, 1.0);
 }
 
-Result<void> SimPins::transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                               std::span<std::uint8_t> in) {
+Result<void> SimPins::i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
+                                   std::span<std::uint8_t> in) {
     loop_.charge(ApiCall::i2c);
     const auto bytes = static_cast<std::int64_t>(out.size() + in.size() + 1);  // and the address
     loop_.consume(config_.costs.i2c_per_byte * bytes);
@@ -102,15 +101,14 @@ Result<void> SimPins::transfer(I2cBus bus, I2cAddress address, std::span<const s
     return peripherals_.i2c_transfer(loop_.now(), bus, address, out, in);
 }
 
-Result<void> SimPins::transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) {
+Result<void> SimPins::spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) {
     loop_.charge(ApiCall::spi);
     loop_.consume(config_.costs.spi_per_byte * static_cast<std::int64_t>(data.size()));
     return peripherals_.spi_transfer(loop_.now(), bus, settings, data);
 }
 
-Result<void> SimPins::set_safe_state(PinId pin, Level level) {
-    if (pin.number >= kPinCount)
-        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+Result<void> SimPins::safe_state(PinId pin, Level level) {
+    QDUINO_TRY(check(pin));
     pins_[pin.number].has_safe_state = true;
     pins_[pin.number].safe_level = level;
     return {};
@@ -141,9 +139,8 @@ bool SimPins::stuck(PinId pin, Level* level) const {
 
 // ---- edges --------------------------------------------------------------------------------------
 
-Result<void> SimPins::attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) {
-    if (pin.number >= kPinCount)
-        return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+Result<void> SimPins::attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) {
+    QDUINO_TRY(check(pin));
     if (handler == nullptr) return make_error(ErrorCode::invalid_argument, "attach_edge without a handler");
     const Vcpu* const server = loop_.cpus().vcpu(io);
     const bool known = io >= kFirstIoVcpu && io < kVcpuLimit && (!loop_.started() || server);
@@ -158,7 +155,7 @@ Result<void> SimPins::attach(PinId pin, Edge edge, EdgeHandler handler, void* co
     return {};
 }
 
-void SimPins::detach(PinId pin) {
+void SimPins::detach_edge(PinId pin) {
     if (pin.number >= kPinCount) return;
     pins_[pin.number].watched = false;
     watches_[pin.number] = {};

@@ -1,4 +1,5 @@
-// The pins and buses of the simulated board: levels, edges, safe states, and what is wired to them.
+// The simulated board as far as its pins and buses: levels, edges, safe states, and what is wired
+// to them.
 //
 //   loop ── write ──► level ──► Peripherals ──► pin_edge() ──► watched? ──► work for its I/O VCPU
 //        ◄─ read ─── an output's own level, or what the outside drives, or an injected fault
@@ -15,14 +16,14 @@
 
 namespace qduino::board::sim {
 
-class SimPins final : private PinEdgeSink {
+class SimPins : public Board, private PinEdgeSink {
   public:
-    /// All outlive it.
-    SimPins(const SimConfig& config, Peripherals& peripherals, EventLoop& loop);
+    SimPins(const SimPins&) = delete;
+    SimPins& operator=(const SimPins&) = delete;
 
     // ---- as board.h has them --------------------------------------------------------------------
-    [[nodiscard]] Result<void> set_mode(PinId pin, PinMode mode);
-    void write(PinId pin, Level level) {
+    [[nodiscard]] Result<void> pin_mode(PinId pin, PinMode mode) override;
+    void pin_write(PinId pin, Level level) override {
         loop_.charge(ApiCall::pin_write);
         if (pin.number >= kPinCount) return;
         PinState& state = pins_[pin.number];
@@ -33,17 +34,22 @@ class SimPins final : private PinEdgeSink {
         if (state.watched) [[unlikely]]
             pin_edge(loop_.now(), pin, level);
     }
-    [[nodiscard]] Level read(PinId pin);
-    [[nodiscard]] Result<void> write_pwm(PinId pin, double duty);
-    [[nodiscard]] Result<void> set_pwm_period(PinId pin, Nanoseconds period);
-    [[nodiscard]] Result<double> read_analog(PinId pin);
-    [[nodiscard]] Result<void> transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                                        std::span<std::uint8_t> in);
-    [[nodiscard]] Result<void> transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
-    [[nodiscard]] Result<void> set_safe_state(PinId pin, Level level);
+    /// An output reads back what was written; an input what the outside drives.
+    [[nodiscard]] Level pin_read(PinId pin) override;
+    [[nodiscard]] Result<void> pwm_write(PinId pin, double duty) override;
+    [[nodiscard]] Result<void> pwm_period(PinId pin, Nanoseconds period) override;
+    [[nodiscard]] Result<double> analog_read(PinId pin) override;
+    [[nodiscard]] Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
+                                            std::span<std::uint8_t> in) override;
+    [[nodiscard]] Result<void> spi_transfer(SpiBus bus, SpiSettings settings,
+                                            std::span<std::uint8_t> data) override;
+    [[nodiscard]] Result<void> safe_state(PinId pin, Level level) override;
+    [[nodiscard]] Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context,
+                                           VcpuId io) override;
+    void detach_edge(PinId pin) override;
+
+    /// Forces every pin that has a safe state to it, as the supervisor of a real machine would.
     void force_safe_states();
-    [[nodiscard]] Result<void> attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
-    void detach(PinId pin);
 
     // ---- for the event loop ---------------------------------------------------------------------
     /// When the physics, or a look at the inputs, is due.
@@ -52,6 +58,13 @@ class SimPins final : private PinEdgeSink {
         return physics < next_poll_ ? physics : next_poll_;
     }
     void process_due(Instant now);
+
+  protected:
+    /// `peripherals` and `loop` outlive it.
+    SimPins(SimConfig config, Peripherals& peripherals, EventLoop& loop);
+    ~SimPins() override = default;
+
+    const SimConfig config_;
 
   private:
     struct PinState {
@@ -77,7 +90,6 @@ class SimPins final : private PinEdgeSink {
     EventLoop& loop_;
     Peripherals& peripherals_;
     std::array<PinState, kPinCount> pins_{};
-    const SimConfig& config_;
     std::array<EdgeWatch, kPinCount> watches_{};
     bool edges_are_reported_;
     Instant next_poll_ = kForever;

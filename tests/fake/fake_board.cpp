@@ -262,12 +262,7 @@ board::GuaranteeReport FakeBoard::guarantee() const {
     report.board = "fake";
     report.simulated = true;
     for (const auto& vcpu : vcpus_) {
-        const board::VcpuSpec& spec = vcpu->spec;
-        report.loops.push_back({.id = spec.id,
-                                .core = spec.core,
-                                .budget = spec.budget,
-                                .period = spec.period,
-                                .shortfall = "a fake board schedules nothing"});
+        report.loops.push_back({vcpu->spec, false, false, false, "a fake board schedules nothing"});
     }
     return report;
 }

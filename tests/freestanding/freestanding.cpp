@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
     static runtime::Runtime runtime(board);
     static runtime::SketchTable table;
     table.setup = &setup;
-    table.loops.push_back({.id = 1, .budget = 2ms, .period = 10ms, .core = 0, .body = &body});
+    table.loops.push_back({{.id = 1, .budget = 2ms, .period = 10ms, .core = 0}, &body});
     static sched::CoreScheduler scheduler;
     if (!runtime.begin(table).ok()) return std::fputs("the sketch was refused\n", stderr), 1;
     runtime.run(kForever);

@@ -19,9 +19,9 @@ CoreLoad load_of(const Set& set) {
     CoreLoad load;
     VcpuId id = 0;
     for (const Loop& loop : set.loops)
-        load.mains.push_back({++id, {Nanoseconds{loop.budget}, Nanoseconds{loop.period}}, kAnyCore, false});
+        load.mains.push_back({++id, Nanoseconds{loop.budget}, Nanoseconds{loop.period}});
     for (const Io& io : set.ios)
-        load.ios.push_back({++id, {Nanoseconds{io.budget}, Nanoseconds{io.period}}, kAnyCore, true});
+        load.ios.push_back({++id, Nanoseconds{io.budget}, Nanoseconds{io.period}, kAnyCore, VcpuKind::io});
     return load;
 }
 

@@ -39,11 +39,11 @@ CoreLoad load_of(const NaiveSet& set) {
     CoreLoad load;
     VcpuId id = 0;
     for (const NaiveLoop& loop : set.loops) {
-        load.mains.push_back({++id, {Nanoseconds{loop.budget}, Nanoseconds{loop.period}}, kAnyCore, false});
+        load.mains.push_back({++id, Nanoseconds{loop.budget}, Nanoseconds{loop.period}, kAnyCore});
     }
     id = 32;
     for (const NaiveLoop& io : set.ios) {
-        load.ios.push_back({++id, {Nanoseconds{io.budget}, Nanoseconds{io.period}}, kAnyCore, true});
+        load.ios.push_back({++id, Nanoseconds{io.budget}, Nanoseconds{io.period}, kAnyCore, VcpuKind::io});
     }
     return load;
 }
@@ -57,8 +57,8 @@ TEST(ResponseOracle, WithoutIoTheEquationSaysWhatIsSeen) {
             const std::int64_t period = set.loops[i].period;
             const std::int64_t seen = watched_response(set.loops, i, period);
             const LoopResponse response = completion_time(load, static_cast<VcpuId>(i + 1));
-            ASSERT_EQ(response.meets, seen <= period) << "round " << round << ", loop " << i;
-            if (!response.meets) continue;
+            ASSERT_EQ(response.meets(), seen <= period) << "round " << round << ", loop " << i;
+            if (!response.meets()) continue;
             ASSERT_EQ(response.response.count(), seen) << "round " << round << ", loop " << i;
         }
     }
@@ -142,7 +142,7 @@ TEST(ResponseOracle, WithoutIoTheBoundAdmitsNothingThatCompletionTimeRefuses) {
         if (!admitted_by_bound(load)) continue;
         ++admitted;
         for (std::size_t i = 0; i < set.loops.size(); ++i) {
-            ASSERT_TRUE(completion_time(load, static_cast<VcpuId>(i + 1)).meets) << "round " << round;
+            ASSERT_TRUE(completion_time(load, static_cast<VcpuId>(i + 1)).meets()) << "round " << round;
         }
     }
     EXPECT_GT(admitted, 1000);
@@ -161,11 +161,11 @@ TEST(ResponseOracle, TheRemedyIsTheLeast) {
         const CoreLoad load = load_of(set);
         const Admission admission = admit(load);
         if (admission.admitted) continue;
-        const std::size_t i = admission.refusal.id - 1u;
+        const std::size_t i = admission.refusal.vcpu.id - 1u;
         const auto admits = [&](Nanoseconds less, Nanoseconds more) {
             CoreLoad trial = load;
-            trial.mains[i].parameters.budget -= less;
-            trial.mains[i].parameters.period += more;
+            trial.mains[i].budget -= less;
+            trial.mains[i].period += more;
             return is_admissible(trial);
         };
         const std::int64_t budget_us = set.loops[i].budget / 1000;

@@ -24,13 +24,13 @@ class CoreRun {
   public:
     CoreRun(const CoreLoad& load, std::uint64_t seed, IoPattern pattern, bool synchronous)
         : load_(load), random_(seed), pattern_(pattern), synchronous_(synchronous) {
-        for (const VcpuRequest& main : load.mains) {
-            EXPECT_TRUE(core_.add(main.id, main.parameters));
-            jobs_.push_back({main.id, synchronous ? 0 : pick(0, main.parameters.period.count())});
+        for (const Vcpu& main : load.mains) {
+            EXPECT_TRUE(core_.add(main.id, main.parameters()));
+            jobs_.push_back({main.id, synchronous ? 0 : pick(0, main.period.count())});
         }
-        for (const VcpuRequest& io : load.ios) {
-            EXPECT_TRUE(core_.add_io(io.id, io.parameters));
-            jobs_.push_back({io.id, synchronous ? 0 : pick(0, io.parameters.period.count())});
+        for (const Vcpu& io : load.ios) {
+            EXPECT_TRUE(core_.add_io(io.id, io.parameters()));
+            jobs_.push_back({io.id, synchronous ? 0 : pick(0, io.period.count())});
         }
     }
 
@@ -87,7 +87,7 @@ class CoreRun {
         const VcpuParameters& own = core_.server(job.id).parameters();
         const std::size_t client =
             static_cast<std::size_t>(pick(0, static_cast<std::int64_t>(load_.mains.size()) - 1));
-        const Nanoseconds period = load_.mains[client].parameters.period;
+        const Nanoseconds period = load_.mains[client].period;
         const std::int64_t share = std::max<std::int64_t>(1, own.budget * period.count() / own.period);
         job.left += pattern_ == IoPattern::saturating ? 4 * share : pick(1, share);
         job.next_release =
@@ -122,14 +122,11 @@ CoreLoad random_load(std::uint64_t seed, int most_ios) {
         const std::int64_t period = pick(20, 400);
         const std::int64_t budget =
             std::clamp<std::int64_t>(period * pick(30, 160) / (100 * count), 1, period);
-        load.mains.push_back(
-            {static_cast<VcpuId>(i), {Nanoseconds{budget}, Nanoseconds{period}}, kAnyCore, false});
+        load.mains.push_back({static_cast<VcpuId>(i), Nanoseconds{budget}, Nanoseconds{period}, kAnyCore});
     }
     for (std::int64_t k = pick(0, most_ios); k > 0; --k) {
-        load.ios.push_back({static_cast<VcpuId>(32 + k),
-                            {Nanoseconds{pick(1, 5)}, Nanoseconds{pick(30, 120)}},
-                            kAnyCore,
-                            true});
+        load.ios.push_back({static_cast<VcpuId>(32 + k), Nanoseconds{pick(1, 5)}, Nanoseconds{pick(30, 120)},
+                            kAnyCore, VcpuKind::io});
     }
     return load;
 }
@@ -208,8 +205,8 @@ TEST(AdmissionProperty, TimeIsConserved) {
         CoreRun run{load, seed, IoPattern::random_bursts, false};
         ASSERT_EQ(run.first_miss(20'000), "");
         Nanoseconds sum{run.idled()};
-        for (const VcpuRequest& main : load.mains) sum += run.core().consumed(main.id);
-        for (const VcpuRequest& io : load.ios) sum += run.core().consumed(io.id);
+        for (const Vcpu& main : load.mains) sum += run.core().consumed(main.id);
+        for (const Vcpu& io : load.ios) sum += run.core().consumed(io.id);
         ASSERT_EQ(sum, 20'000ns) << "seed " << seed;
     }
 }
@@ -222,8 +219,8 @@ TEST(AdmissionProperty, ARunawayLoopHarmsNobody) {
     ASSERT_TRUE(core.add(2, {60ms, 100ms}));
     ASSERT_TRUE(is_admissible([] {
         CoreLoad load;
-        load.mains.push_back({1, {2ms, 8ms}, 0, false});
-        load.mains.push_back({2, {60ms, 100ms}, 0, false});
+        load.mains.push_back({1, 2ms, 8ms, 0});
+        load.mains.push_back({2, 60ms, 100ms, 0});
         return load;
     }()));
     core.wake(1, kEpoch);

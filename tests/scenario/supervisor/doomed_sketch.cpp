@@ -113,6 +113,7 @@ int main(int argc, char** argv) {
     first.id = 1;
     first.budget = 4ms;
     first.period = 10ms;
+    first.core = 0;
     first.entry = loop_body;
     board::VcpuSpec second = first;
     second.id = 2;

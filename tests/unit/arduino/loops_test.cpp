@@ -1,6 +1,7 @@
 // The table after the loop declarations of loops_ms, loops_us and loops_cycles, and the calls
 // around them.
 #include <algorithm>
+#include <map>
 
 #include "arduino/core/constants.h"
 #include "arduino/core/interrupts.h"
@@ -31,12 +32,14 @@ class ArduinoLoops : public ArduinoTest {
     /// The I/O VCPUs that were asked for: "number: budget/period core N".
     std::vector<std::string> io_vcpus() {
         std::vector<std::string> asked;
-        for (const auto& placed : runtime_.plan().admission().placed) {
-            const auto& request = placed.request;
-            asked.push_back(std::to_string(request.id) + ": " +
-                            std::to_string(qduino::to_ns(request.parameters.budget)) + "/" +
-                            std::to_string(qduino::to_ns(request.parameters.period)) + " core " +
-                            std::to_string(request.core));
+        std::map<int, qduino::sched::Vcpu> by_id;
+        for (const auto& load : runtime_.plan().admission().loads) {
+            for (const auto& io : load.ios) by_id[io.id] = io;
+        }
+        for (const auto& [id, request] : by_id) {
+            asked.push_back(
+                std::to_string(request.id) + ": " + std::to_string(qduino::to_ns(request.budget)) + "/" +
+                std::to_string(qduino::to_ns(request.period)) + " core " + std::to_string(request.core));
         }
         return asked;
     }

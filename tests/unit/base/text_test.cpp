@@ -40,6 +40,8 @@ TEST(Text, DurationsAreExactInTheLargestUnitThatReadsWell) {
               "0 ns, 999 ns, 1 us, 1.5 us");
     EXPECT_EQ(text(10001us, ", ", 1000001ns, ", ", 2s).view(), "10.001 ms, 1000.001 us, 2 s");
     EXPECT_EQ(text(-1500us, ", ", -5ns, ", ", 1050us).view(), "-1.5 ms, -5 ns, 1.05 ms");
+    EXPECT_EQ(text(100ms, ", ", 1010ms, ", ", 1s + 1us, ", ", 1s + 1ns, ", ", 24h).view(),
+              "100 ms, 1.01 s, 1000.001 ms, 1000000.001 us, 86400 s");
 }
 
 }  // namespace

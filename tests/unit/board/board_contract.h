@@ -38,7 +38,6 @@ class BoardContract : public ::testing::Test {
         spec.budget = budget;
         spec.period = period;
         spec.core = core;
-        spec.name = "contract";
         spec.entry = [](void* context) { (*static_cast<Body*>(context))(); };
         spec.context = &bodies_.back();
         specs_.push_back(spec);
@@ -50,7 +49,6 @@ class BoardContract : public ::testing::Test {
         spec.budget = 10ms;
         spec.period = 100ms;
         spec.core = core;
-        spec.name = "contract io";
         specs_.push_back(spec);
     }
     Result<void> start() { return board().start(specs_); }

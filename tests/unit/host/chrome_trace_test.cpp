@@ -73,6 +73,7 @@ TEST_F(ChromeTraceTest, ARunOfTheSimulatorIsTracedWhole) {
     spec.id = 1;
     spec.budget = 30ms;
     spec.period = 100ms;
+    spec.core = 0;
     spec.entry = [](void* b) { static_cast<SimBoard*>(b)->busy_until(kForever); };
     spec.context = &board;
     ASSERT_TRUE(board.start({&spec, 1}));

@@ -35,6 +35,7 @@ VcpuSpec loop(VcpuId id, Nanoseconds budget, Nanoseconds period, std::function<v
     spec.kind = id < kFirstIoVcpu ? VcpuKind::main : VcpuKind::io;
     spec.budget = budget;
     spec.period = period;
+    spec.core = 0;
     if (body) spec.entry = [](void* function) { (*static_cast<std::function<void()>*>(function))(); };
     spec.context = body;
     return spec;

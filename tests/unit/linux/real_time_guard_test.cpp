@@ -57,6 +57,7 @@ void run_as(LoopKind kind, Body body, LinuxConfig config = modest()) {
     spec.classic = kind.classic;
     spec.budget = 10ms;
     spec.period = 100ms;
+    spec.core = 0;
     spec.entry = [](void* function) { (*static_cast<Body*>(function))(); };
     spec.context = &body;
     ASSERT_TRUE((*board)->start(std::array{spec}).ok());
@@ -166,6 +167,7 @@ TEST(RealTimeGuard, LetsTheAbortGoThroughTheSafeStates) {
         spec.id = 1;
         spec.budget = 10ms;
         spec.period = 100ms;
+        spec.core = 0;
         spec.entry = [](void* function) { (*static_cast<Body*>(function))(); };
         spec.context = &body;
         static_cast<void>((*board)->start(std::array{spec}));

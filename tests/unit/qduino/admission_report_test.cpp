@@ -27,7 +27,7 @@ SketchTable sketch(std::initializer_list<LoopDeclaration> loops) {
 }
 
 LoopDeclaration loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, int core = runtime::kAnyCore) {
-    return {.id = id, .budget = budget, .period = period, .core = core};
+    return {{id, budget, period, core}};
 }
 
 Plan plan_for(int cores, sched::PlatformOverheads overheads = {}) {

@@ -77,7 +77,7 @@ TEST(CurrentBoard, ARuntimesBoardIsTheProgramsUntilItGoes) {
         EXPECT_EQ(Runtime::current(), &runtime);
         runtime::SketchTable table;
         table.setup = [] { EXPECT_TRUE(board::current().pin_mode(PinId{5}, PinMode::output)); };
-        table.loops.push_back({.id = 1, .budget = 5ms, .period = 10ms, .core = 0, .body = &body});
+        table.loops.push_back({{.id = 1, .budget = 5ms, .period = 10ms, .core = 0}, &body});
         ASSERT_TRUE(runtime.begin(table));
         runtime.run(kForever);
     }

@@ -17,13 +17,7 @@ SketchTable sketch(std::initializer_list<LoopDeclaration> loops) {
 }
 
 LoopDeclaration loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, int core = kAnyCore) {
-    return {.id = id,
-            .budget = budget,
-            .period = period,
-            .core = core,
-            .body = &nothing,
-            .file = "a.ino",
-            .line = 10 + id};
+    return {{id, budget, period, core}, &nothing, "a.ino", 10 + id};
 }
 
 Plan plan_for(std::size_t cores) { return Plan(std::vector<sched::PlatformOverheads>(cores), true); }
@@ -53,8 +47,8 @@ TEST(Plan, ThePrintersLoopsAreAdmittedAndPlaced) {
     EXPECT_EQ(spec_of(specs, 33).kind, board::VcpuKind::io);
     EXPECT_EQ(plan.owner_of(1), 2);
     EXPECT_EQ(plan.owner_of(0), board::kNoVcpu);
-    EXPECT_STREQ(spec_of(specs, 3).name, "loop 3");
-    EXPECT_STREQ(spec_of(specs, 33).name, "io 33");
+    EXPECT_EQ(vcpu_name(3), "loop 3");
+    EXPECT_EQ(vcpu_name(33), "io 33");
 }
 
 TEST(Plan, LoopsWithoutACoreGoWhereTheyFit) {
@@ -93,8 +87,8 @@ TEST(Plan, AnIoVcpuThatDoesNotFitLeavesThePlanAsItWas) {
     EXPECT_FALSE(plan.add_io(50ms, 100ms, 0));
     EXPECT_TRUE(plan.admitted());
     ASSERT_EQ(plan.refused_ios().size(), 1u);
-    EXPECT_EQ(plan.refused_ios()[0].request.parameters.budget, 50ms);
-    EXPECT_EQ(plan.refused_ios()[0].refusal.id, 1);  // who would be late
+    EXPECT_EQ(plan.refused_ios()[0].vcpu.budget, 50ms);
+    EXPECT_EQ(plan.refused_ios()[0].refusal.vcpu.id, 1);  // who would be late
     EXPECT_EQ(plan.refused_ios()[0].core, 0);
     ASSERT_EQ(plan.specs().size(), 1u);
     const auto fits = plan.add_io(1ms, 100ms, 0);

@@ -44,13 +44,7 @@ class RuntimeTest : public ::testing::Test {
     void loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, int core, Body body) {
         constexpr std::array<void (*)(), 5> kBodies{nullptr, &call<1>, &call<2>, &call<3>, &call<4>};
         bodies_[id] = std::move(body);
-        table_.loops.push_back({.id = id,
-                                .budget = budget,
-                                .period = period,
-                                .core = core,
-                                .body = kBodies.at(id),
-                                .file = "test.ino",
-                                .line = id});
+        table_.loops.push_back({{id, budget, period, core}, kBodies.at(id), "test.ino", id});
     }
     void setup(Body body) {
         bodies_[0] = std::move(body);

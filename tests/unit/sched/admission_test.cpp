@@ -53,16 +53,16 @@ TEST(Admission, OneMicrosecondMoreIsRefusedAndTheRemedyTakesItBack) {
     EXPECT_FALSE(admission.admitted);
     const Refusal& refusal = admission.refusal;
     EXPECT_EQ(refusal.because, RefusedBecause::completion_time);
-    EXPECT_EQ(refusal.id, 4);
+    EXPECT_EQ(refusal.vcpu.id, 4);
     EXPECT_GT(refusal.response.response, 100ms);
     EXPECT_EQ(refusal.response.period, 100ms);
     EXPECT_EQ(sum_of(refusal.shares), 100ms + 1us);
     ASSERT_TRUE(refusal.remedy.budget_less_by);
     EXPECT_EQ(*refusal.remedy.budget_less_by, 1us);
     ASSERT_TRUE(refusal.remedy.period_more_by);
-    load.mains[3].parameters.period += *refusal.remedy.period_more_by;
+    load.mains[3].period += *refusal.remedy.period_more_by;
     EXPECT_TRUE(admit(load).admitted);
-    load.mains[3].parameters.period -= 1us;
+    load.mains[3].period -= 1us;
     EXPECT_FALSE(admit(load).admitted);
 }
 
@@ -81,19 +81,19 @@ TEST(Admission, BudgetEqualToPeriodWithACoreOwnsIt) {
     const Admission shared = admit(load_of({loop_of(2, 100us, 100us, 1), loop_of(5, 1us, 100ms, 1)}));
     EXPECT_FALSE(shared.admitted);
     EXPECT_EQ(shared.refusal.because, RefusedBecause::core_owned);
-    EXPECT_EQ(shared.refusal.id, 5);
+    EXPECT_EQ(shared.refusal.vcpu.id, 5);
     EXPECT_EQ(shared.refusal.other, 2);
 
     const Admission io = admit(load_of({io_of(40, 1us, 100ms, 1), loop_of(2, 100us, 100us, 1)}));
     EXPECT_EQ(io.refusal.because, RefusedBecause::core_owned);
-    EXPECT_EQ(io.refusal.id, 40);
-    EXPECT_TRUE(io.refusal.io);
+    EXPECT_EQ(io.refusal.vcpu.id, 40);
+    EXPECT_TRUE(io.refusal.vcpu.is_io());
 }
 
 TEST(Admission, RefusesWhatIsNoVcpu) {
     for (const VcpuParameters bad : {VcpuParameters{0ns, 1ms}, VcpuParameters{2ms, 1ms},
                                      VcpuParameters{-1ns, 1ms}, VcpuParameters{1ms, kPeriodMax + 1ns}}) {
-        const Admission admission = admit(load_of({{1, bad, 0, false}}));
+        const Admission admission = admit(load_of({loop_of(1, bad.budget, bad.period)}));
         EXPECT_FALSE(admission.admitted);
         EXPECT_EQ(admission.refusal.because, RefusedBecause::bad_parameters);
     }
@@ -149,7 +149,7 @@ TEST(Admission, TheFairServerRulesOutShortPeriods) {
     load.overheads.interferers.push_back(kernel_fair_server());
     const Admission admission = admit(load);
     EXPECT_FALSE(admission.admitted);
-    EXPECT_EQ(admission.refusal.id, 3);
+    EXPECT_EQ(admission.refusal.vcpu.id, 3);
     // Both ends of two server periods meet: 2 · 50 ms + C.
     EXPECT_EQ(admission.refusal.response.response, 101ms);
     EXPECT_FALSE(admission.refusal.remedy.budget_less_by);
@@ -160,7 +160,7 @@ TEST(Admission, ALoopThatStarvesIsRefusedAndSaysSo) {
     const CoreLoad load = load_of({loop_of(1, 10ms, 10ms, kAnyCore), loop_of(2, 1ms, 100ms)});
     const Admission admission = admit(load);
     EXPECT_FALSE(admission.admitted);
-    EXPECT_EQ(admission.refusal.id, 2);
+    EXPECT_EQ(admission.refusal.vcpu.id, 2);
     EXPECT_GT(admission.refusal.response.response, 16 * 100ms);
     EXPECT_FALSE(admission.refusal.remedy.budget_less_by);
 }

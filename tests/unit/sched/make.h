@@ -11,12 +11,12 @@ namespace qduino::sched {
 
 constexpr Instant at_ns(std::int64_t ns) { return instant_from_ns(ns); }
 
-inline VcpuRequest loop_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int core = 0) {
-    return {id, {budget, period}, core, false};
+inline Vcpu loop_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int core = 0) {
+    return {id, budget, period, core};
 }
 
-inline VcpuRequest io_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int core = 0) {
-    return {id, {budget, period}, core, true};
+inline Vcpu io_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int core = 0) {
+    return {id, budget, period, core, VcpuKind::io};
 }
 
 /// The fair server of Linux 6.12 and later, as its defaults have it: 50 ms in every 1 s for
@@ -24,9 +24,9 @@ inline VcpuRequest io_of(VcpuId id, Nanoseconds budget, Nanoseconds period, int 
 /// one's can meet, hence its jitter.
 inline PlatformInterferer kernel_fair_server() { return {"kernel fair server", 50ms, 1s, 950ms}; }
 
-inline CoreLoad load_of(std::initializer_list<VcpuRequest> requests) {
+inline CoreLoad load_of(std::initializer_list<Vcpu> requests) {
     CoreLoad load;
-    for (const VcpuRequest& request : requests) EXPECT_TRUE(load.try_add(request));
+    for (const Vcpu& request : requests) EXPECT_TRUE(load.try_add(request));
     return load;
 }
 

@@ -11,7 +11,7 @@
 namespace qduino::sched {
 namespace {
 
-std::unique_ptr<MachineAdmission> admit_on(std::size_t cores, const std::vector<VcpuRequest>& requests) {
+std::unique_ptr<MachineAdmission> admit_on(std::size_t cores, const std::vector<Vcpu>& requests) {
     const std::vector<PlatformOverheads> overheads(cores);
     auto result = std::make_unique<MachineAdmission>();
     admit_all(requests, overheads, *result);
@@ -51,7 +51,7 @@ TEST(Placement, NothingGoesToAnOwnedCore) {
     const auto refused = admit_on(1, {loop_of(1, 100us, 100us, 0), loop_of(2, 1ms, 10ms, kAnyCore)});
     EXPECT_FALSE(refused->admitted);
     EXPECT_EQ(refused->refusal.because, RefusedBecause::no_core_fits);
-    EXPECT_EQ(refused->refusal.id, 2);
+    EXPECT_EQ(refused->refusal.vcpu.id, 2);
 }
 
 TEST(Placement, ARefusalNamesAnotherCoreThatWouldTakeIt) {
@@ -60,7 +60,7 @@ TEST(Placement, ARefusalNamesAnotherCoreThatWouldTakeIt) {
                      loop_of(4, 10001us, 100ms, 0), loop_of(5, 100us, 100us, 1)});
     EXPECT_FALSE(machine->admitted);
     EXPECT_EQ(machine->refused_core, 0);
-    EXPECT_EQ(machine->refusal.id, 4);
+    EXPECT_EQ(machine->refusal.vcpu.id, 4);
     ASSERT_TRUE(machine->refusal.remedy.other_core);
     EXPECT_EQ(*machine->refusal.remedy.other_core, 2);
     ASSERT_TRUE(machine->refusal.remedy.budget_less_by);
@@ -72,7 +72,7 @@ TEST(Placement, WhenNoCoreFitsTheNearestIsNamed) {
         admit_on(2, {loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1), loop_of(3, 6ms, 10ms, kAnyCore)});
     EXPECT_FALSE(machine->admitted);
     EXPECT_EQ(machine->refusal.because, RefusedBecause::no_core_fits);
-    EXPECT_EQ(machine->refusal.id, 3);
+    EXPECT_EQ(machine->refusal.vcpu.id, 3);
     EXPECT_EQ(machine->refused_core, 1);
     ASSERT_TRUE(machine->refusal.remedy.budget_less_by);
     EXPECT_EQ(*machine->refusal.remedy.budget_less_by, 1ms);
@@ -88,17 +88,17 @@ TEST(Placement, RefusesWhatNoCoreCanLift) {
 }
 
 TEST(Placement, TooManyForOneCore) {
-    std::vector<VcpuRequest> requests;
+    std::vector<Vcpu> requests;
     for (int i = 1; i <= 33; ++i) requests.push_back(loop_of(static_cast<VcpuId>(i), 1us, 1s, 0));
     const auto machine = admit_on(2, requests);
     EXPECT_EQ(machine->refusal.because, RefusedBecause::too_many);
-    EXPECT_EQ(machine->refusal.id, 33);
+    EXPECT_EQ(machine->refusal.vcpu.id, 33);
 }
 
 TEST(Placement, EachCoreHasItsOwnOverheads) {
     std::array<PlatformOverheads, 2> overheads;
     overheads[0].interferers.push_back(kernel_fair_server());
-    const std::array<VcpuRequest, 1> requests{loop_of(1, 1ms, 8ms, kAnyCore)};
+    const std::array<Vcpu, 1> requests{loop_of(1, 1ms, 8ms, kAnyCore)};
     const auto machine = std::make_unique<MachineAdmission>();
     admit_all(requests, overheads, *machine);
     EXPECT_TRUE(machine->admitted);

@@ -34,13 +34,16 @@ class Generator {
             const Nanoseconds budget =
                 std::max(period * between(1, 2 * fill_percent) / (100 * n), Nanoseconds{10us});
             set.load.mains.push_back(
-                {.id = static_cast<VcpuId>(i + 1), .parameters = {budget, period}, .core = 0});
+                {.id = static_cast<VcpuId>(i + 1), .budget = budget, .period = period, .core = 0});
             set.offsets.push_back(between(0, 1) * Nanoseconds{between(0, 20'000) * 1000});
         }
         if (io) {
             const Nanoseconds period = Nanoseconds{between(1000, 40'000) * 1000};
-            set.load.ios.push_back(
-                {.id = 33, .parameters = {period * between(1, 15) / 100, period}, .core = 0, .io = true});
+            set.load.ios.push_back({.id = 33,
+                                    .budget = period * between(1, 15) / 100,
+                                    .period = period,
+                                    .core = 0,
+                                    .kind = VcpuKind::io});
         }
         return set;
     }
@@ -75,8 +78,8 @@ Outcome simulate(const TaskSet& set, Nanoseconds length, Nanoseconds io_from) {
     Outcome outcome;
     std::vector<Instant> due(set.load.mains.size());
     for (std::size_t i = 0; i < set.load.mains.size(); ++i) {
-        const sched::VcpuRequest& request = set.load.mains[i];
-        const auto [budget, period] = request.parameters;
+        const sched::Vcpu& request = set.load.mains[i];
+        const auto [budget, period] = request.parameters();
         program.loop(request.id, budget, period, 0, [&, i, budget = budget, period = period] {
             for (Instant release = at(set.offsets[i]);; release += period) {
                 due[i] = release + period;
@@ -89,8 +92,8 @@ Outcome simulate(const TaskSet& set, Nanoseconds length, Nanoseconds io_from) {
             }
         });
     }
-    for (const sched::VcpuRequest& request : set.load.ios) {
-        program.io(request.id, request.parameters.budget, request.parameters.period, 0);
+    for (const sched::Vcpu& request : set.load.ios) {
+        program.io(request.id, request.budget, request.period, 0);
         EXPECT_TRUE(board.serve_interrupts(DeviceClass::nic, request.id));
     }
     EXPECT_TRUE(board.start(program.specs()));
@@ -146,16 +149,16 @@ TEST(SimAdmission, ASetRefusedByCompletionTimeMissesWhenAllAreReleasedAtOnce) {
 
 TEST(SimAdmission, TheGoldenCaseMeetsItsPeriodsAndOneMoreMillisecondDoesNot) {
     TaskSet set;
-    set.load.mains.push_back({.id = 1, .parameters = {30ms, 100ms}, .core = 0});
-    set.load.mains.push_back({.id = 2, .parameters = {20ms, 100ms}, .core = 0});
-    set.load.mains.push_back({.id = 3, .parameters = {4ms, 10ms}, .core = 0});
-    set.load.mains.push_back({.id = 4, .parameters = {10ms, 100ms}, .core = 0});
+    set.load.mains.push_back({.id = 1, .budget = 30ms, .period = 100ms, .core = 0});
+    set.load.mains.push_back({.id = 2, .budget = 20ms, .period = 100ms, .core = 0});
+    set.load.mains.push_back({.id = 3, .budget = 4ms, .period = 10ms, .core = 0});
+    set.load.mains.push_back({.id = 4, .budget = 10ms, .period = 100ms, .core = 0});
     set.offsets.assign(4, Nanoseconds{0});
     EXPECT_TRUE(sched::admit_without_remedy(set.load).admitted);
     const Outcome just = simulate(set, 2s, Nanoseconds{0});
     EXPECT_EQ(just.misses, 0u);
     EXPECT_EQ(just.worst_lateness, Nanoseconds{0});  // R = 100 ms: to the nanosecond
-    set.load.mains[3].parameters.budget += 1us;
+    set.load.mains[3].budget += 1us;
     EXPECT_FALSE(sched::admit_without_remedy(set.load).admitted);
     EXPECT_GT(simulate(set, 2s, Nanoseconds{0}).misses, 0u);
 }

@@ -62,15 +62,7 @@ class Program {
 
     Program& loop(VcpuId id, Nanoseconds budget, Nanoseconds period, int core, Body body) {
         bodies_.push_back(std::move(body));
-        specs_.push_back({.id = id,
-                          .kind = VcpuKind::main,
-                          .budget = budget,
-                          .period = period,
-                          .core = core,
-                          .owns_core = false,
-                          .name = "loop",
-                          .entry = &Program::call,
-                          .context = &bodies_.back()});
+        specs_.push_back({{id, budget, period, core}, false, false, &Program::call, &bodies_.back()});
         return *this;
     }
     Program& owning_loop(VcpuId id, Nanoseconds period, int core, Body body) {
@@ -79,13 +71,7 @@ class Program {
         return *this;
     }
     Program& io(VcpuId id, Nanoseconds budget, Nanoseconds period, int core) {
-        specs_.push_back({.id = id,
-                          .kind = VcpuKind::io,
-                          .budget = budget,
-                          .period = period,
-                          .core = core,
-                          .owns_core = false,
-                          .name = "io"});
+        specs_.push_back({{id, budget, period, core, VcpuKind::io}});
         return *this;
     }
     [[nodiscard]] std::span<const VcpuSpec> specs() const { return specs_; }

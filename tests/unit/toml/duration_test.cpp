@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sched/explain.h"
+#include "base/text.h"
 
 namespace qduino::apps {
 namespace {
@@ -41,7 +41,7 @@ TEST(Duration, AnythingElseIsRefused) {
 TEST(Duration, ReadsBackWhatReportsWrite) {
     for (const Nanoseconds duration :
          {0ns, 1ns, 1500ns, Nanoseconds{10'001us}, Nanoseconds{1010ms}, Nanoseconds{24h}}) {
-        EXPECT_EQ(parse_duration(sched::duration_text(duration).view()), duration);
+        EXPECT_EQ(parse_duration(text(duration).view()), duration);
     }
 }
 
