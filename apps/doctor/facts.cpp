@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "apps/doctor/unpack.h"
-#include "board/linux/kernel_release.h"
+#include "board/linux/kernel_text.h"
 #include "board/linux/machine_settings.h"
 #include "posix/small_file.h"
 

@@ -1,24 +1,16 @@
 #include "board/linux/budget_keeper.h"
 
 #include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 
 #include "base/contract.h"
 #include "board/linux/clock.h"
-#include "posix/system_error.h"
-
-// glibc names the field only from 2.38 on.
-#ifndef sigev_notify_thread_id
-#define sigev_notify_thread_id _sigev_un._tid
-#endif
+#include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux {
 
-using posix::system_error;
 namespace {
 
 /// Shorter splinters of budget are joined to the next refill: to enforce one costs more.
@@ -46,23 +38,16 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
     sigemptyset(&action.sa_mask);
     ::sigaction(signal_number(), &action, nullptr);
 
-    sigevent event{};
-    event.sigev_notify = SIGEV_THREAD_ID;
-    event.sigev_signo = signal_number();
-    event.sigev_notify_thread_id = static_cast<pid_t>(::syscall(SYS_gettid));
-    if (::timer_create(CLOCK_MONOTONIC, &event, &host_.timer) != 0)
-        return system_error("make", "a budget timer");
-
-    const sched::VcpuParameters parameters{spec.budget, spec.period};
+    QDUINO_TRY_ASSIGN(host_.timer, make_thread_timer(signal_number()));
     const Instant now = monotonic_now();
     mine_ = this;
     running_ = true;
-    if (spec.kind == VcpuKind::io) {
-        shell_.start(sched::Pibs{parameters, now});
+    if (spec.is_io()) {
+        shell_.start(sched::Pibs{spec.parameters(), now});
     } else {
         sched::SporadicServerOptions options;
         options.shortest_run = std::min(kShortestRun, spec.budget / 4);
-        shell_.start(sched::SporadicServer{parameters, now, options});
+        shell_.start(sched::SporadicServer{spec.parameters(), now, options});
     }
     return {};
 }

@@ -8,11 +8,9 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include "board/linux/smbus_request.h"
 #include "posix/system_error.h"
-#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -23,11 +21,10 @@ namespace {
 /// The kernel says "no such device" in several ways when nobody acknowledges an address.
 Error bus_error(std::string_view bus, I2cAddress address, int error) {
     if (error == ENXIO || error == EREMOTEIO || error == ENODEV || error == EIO || error == ETIMEDOUT) {
-        constexpr char kHex[] = "0123456789abcdef";
-        Error silent{ErrorCode::timed_out, "no chip answers at address 0x"};
-        silent.message.push_back(kHex[(address.value >> 4) & 7]).push_back(kHex[address.value & 15]);
-        silent.message.append(" of ").append(bus).append(": check wiring and address");
-        return silent;
+        constexpr std::string_view kHex = "0123456789abcdef";
+        return make_error(ErrorCode::timed_out, "no chip answers at address 0x",
+                          kHex[(address.value >> 4) & 7], kHex[address.value & 15], " of ", bus,
+                          ": check wiring and address");
     }
     return system_error("transfer on", bus, error);
 }
@@ -35,12 +32,11 @@ Error bus_error(std::string_view bus, I2cAddress address, int error) {
 }  // namespace
 
 Result<void> I2cDevice::open(const I2cPort& port) {
-    const std::string path = "/dev/i2c-" + std::to_string(port.adapter);
-    adapter_ = port.adapter;
-    fd_ = UniqueFd{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
-    if (!fd_.valid()) return system_error("open", path);
+    path_ = "/dev/i2c-" + std::to_string(port.adapter);
+    fd_ = UniqueFd{::open(path_.c_str(), O_RDWR | O_CLOEXEC)};
+    if (!fd_.valid()) return system_error("open", path_);
     unsigned long functions = 0;
-    if (::ioctl(fd_.get(), I2C_FUNCS, &functions) != 0) return system_error("ask the abilities of", path);
+    if (::ioctl(fd_.get(), I2C_FUNCS, &functions) != 0) return system_error("ask the abilities of", path_);
     smbus_only_ = (functions & I2C_FUNC_I2C) == 0;
     if (smbus_only_ && (functions & I2C_FUNC_SMBUS_READ_WORD_DATA) == 0) {
         return make_error(ErrorCode::unsupported,
@@ -68,7 +64,7 @@ Result<void> I2cDevice::transfer_messages(I2cAddress address, std::span<const st
     if (!in.empty()) messages[count++] = {address.value, I2C_M_RD, static_cast<__u16>(in.size()), in.data()};
     i2c_rdwr_ioctl_data transaction{messages.data(), count};
     if (::ioctl(fd_.get(), I2C_RDWR, &transaction) >= 0) return {};
-    return bus_error("/dev/i2c-" + std::to_string(adapter_), address, errno);
+    return bus_error(path_, address, errno);
 }
 
 Result<void> I2cDevice::transfer_smbus(I2cAddress address, std::span<const std::uint8_t> out,
@@ -78,16 +74,13 @@ Result<void> I2cDevice::transfer_smbus(I2cAddress address, std::span<const std::
         return make_error(ErrorCode::unsupported,
                           "this adapter speaks SMBus only: one command byte and up to two of data");
     }
-    if (::ioctl(fd_.get(), I2C_SLAVE, static_cast<unsigned long>(address.value)) != 0) {
-        return system_error("address a chip on", "/dev/i2c-" + std::to_string(adapter_));
-    }
+    if (::ioctl(fd_.get(), I2C_SLAVE, static_cast<unsigned long>(address.value)) != 0)
+        return system_error("address a chip on", path_);
     i2c_smbus_data data{};
     if (request->size == I2C_SMBUS_WORD_DATA) data.word = request->data;
     if (request->size == I2C_SMBUS_BYTE_DATA) data.byte = static_cast<__u8>(request->data);
     i2c_smbus_ioctl_data order{static_cast<__u8>(request->direction), request->command, request->size, &data};
-    if (::ioctl(fd_.get(), I2C_SMBUS, &order) < 0) {
-        return bus_error("/dev/i2c-" + std::to_string(adapter_), address, errno);
-    }
+    if (::ioctl(fd_.get(), I2C_SMBUS, &order) < 0) return bus_error(path_, address, errno);
     if (in.size() == 1) in[0] = data.byte;
     if (in.size() == 2) {
         in[0] = static_cast<std::uint8_t>(data.word & 0xff);
@@ -97,8 +90,7 @@ Result<void> I2cDevice::transfer_smbus(I2cAddress address, std::span<const std::
 }
 
 Result<void> SpiDevice::open(const SpiPort& port) {
-    const std::string path =
-        "/dev/spidev" + std::to_string(port.controller) + "." + std::to_string(port.chip_select);
+    const auto path = text<std::string>("/dev/spidev", port.controller, '.', port.chip_select);
     fd_ = UniqueFd{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
     if (!fd_.valid()) return system_error("open", path);
     return {};

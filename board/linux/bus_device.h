@@ -2,6 +2,8 @@
 // ioctl, which the kernel makes atomic on its bus: so several loops may share a bus.
 #pragma once
 
+#include <string>
+
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
 #include "posix/unique_fd.h"
@@ -26,7 +28,7 @@ class I2cDevice final : public I2cDriver {
                                 std::span<std::uint8_t> in);
 
     posix::UniqueFd fd_;
-    unsigned adapter_ = 0;
+    std::string path_;
     bool smbus_only_ = false;
 };
 

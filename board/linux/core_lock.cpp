@@ -9,19 +9,15 @@
 #include <array>
 #include <cctype>
 #include <ctime>
-#include <optional>
-#include <sstream>
 #include <utility>
 
+#include "base/whole_number.h"
 #include "board/linux/clock.h"
-#include "board/linux/machine_settings.h"
-#include "posix/small_file.h"
+#include "board/linux/kernel_text.h"
 #include "posix/system_error.h"
-#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
-using posix::read_small_file;
 using posix::system_error;
 using posix::UniqueFd;
 namespace {
@@ -68,26 +64,19 @@ bool is_current(int file, const std::string& path) {
 }
 
 /// Printable, one line, of bounded length: others may have written it.
-std::string tidy(std::string text, std::size_t longest) {
-    while (!text.empty() && (text.back() == '\0' || text.back() == '\n')) text.pop_back();
-    for (char& c : text) {
-        if (std::isprint(static_cast<unsigned char>(c)) == 0) c = ' ';
-    }
+std::string tidy(std::string_view raw, std::size_t longest) {
+    std::string text{trimmed(raw)};
+    std::ranges::replace_if(
+        text, [](unsigned char c) { return std::isprint(c) == 0; }, ' ');
     if (text.size() > longest) text = text.substr(0, longest - 3) + "...";
     return text;
 }
 
 /// Without the folder of its program, which is long and says little.
 std::string command_of(const std::string& pid) {
-    const auto text = read_small_file("/proc/" + pid + "/cmdline");
-    if (!text) return {};
-    const std::size_t slash = text->substr(0, text->find('\0')).rfind('/');
-    return tidy(slash == std::string::npos ? *text : text->substr(slash + 1), 200);
-}
-
-std::string program_of(const std::string& pid) {
-    const auto text = read_small_file("/proc/" + pid + "/comm");
-    return text ? tidy(*text, 15) : std::string{};
+    const std::string text = text_of_file("/proc/" + pid + "/cmdline");
+    const std::size_t slash = text.substr(0, text.find('\0')).rfind('/');
+    return tidy(text.substr(slash + 1), 200);  // of all, where there is no slash
 }
 
 struct Holder {
@@ -98,12 +87,12 @@ struct Holder {
 Holder read_holder(int file) {
     std::array<char, 512> bytes{};
     const ssize_t count = ::pread(file, bytes.data(), bytes.size(), 0);
-    std::istringstream lines{
-        std::string{bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))}};
+    std::string_view lines{bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
     Holder holder;
-    for (std::string key, value; lines >> key && std::getline(lines >> std::ws, value);) {
-        if (key == "pid" && value.find_first_not_of("0123456789") == std::string::npos)
-            holder.pid = tidy(value, 10);
+    while (!lines.empty()) {
+        std::string_view value = cut(lines, '\n');
+        const std::string_view key = cut(value, ' ');
+        if (key == "pid" && whole_number<unsigned>(value)) holder.pid = value;
         if (key == "since") holder.since = tidy(value, 24);
         if (key == "program") holder.program = tidy(value, 15);
         if (key == "command") holder.command = tidy(value, kCommandShown);
@@ -112,15 +101,13 @@ Holder read_holder(int file) {
 }
 
 Error taken(int core, const Holder& holder) {
-    const std::string number = std::to_string(core);
-    std::string text = "core " + number + " is taken: ";
-    if (holder.pid.empty()) {
-        text += "another sketch owns it";
-    } else {
-        text += (holder.program.empty() ? "a sketch" : holder.program) + " (pid " + holder.pid +
-                ") owns it since " + holder.since + ", started as `" + holder.command + "`";
+    auto by = text<std::string>("another sketch owns it");
+    if (!holder.pid.empty()) {
+        by = text<std::string>(holder.program.empty() ? "a sketch" : holder.program, " (pid ", holder.pid,
+                               ") owns it since ", holder.since, ", started as `", holder.command, '`');
     }
-    return make_error(ErrorCode::unavailable, text + ": stop that one, or give the loop another core");
+    return make_error(ErrorCode::unavailable, "core ", core, " is taken: ", by,
+                      ": stop that one, or give the loop another core");
 }
 
 }  // namespace
@@ -136,18 +123,17 @@ CoreLock& CoreLock::operator=(CoreLock&& other) noexcept {
 Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::string& root) {
     const std::string folder = shared_folder(root);
     if (folder.empty()) {
-        return make_error(ErrorCode::not_permitted,
-                          "no folder for a lock of core " + std::to_string(core) +
-                              ": neither /run/lock nor /dev/shm nor /tmp is writable");
+        return make_error(ErrorCode::not_permitted, "no folder for a lock of core ", core,
+                          ": neither /run/lock nor /dev/shm nor /tmp is writable");
     }
-    const std::string path = folder + "/qduino-core" + std::to_string(core) + ".lock";
+    const auto path = text<std::string>(folder, "/qduino-core", core, ".lock");
     const Instant until = monotonic_now() + patience;
     for (;;) {
         UniqueFd file = open_or_make(path);
         struct stat status {};
         if (!file.valid() || ::fstat(file.get(), &status) != 0) return system_error("open", path);
         if (!S_ISREG(status.st_mode))
-            return make_error(ErrorCode::not_permitted, path + " is no file: remove it");
+            return make_error(ErrorCode::not_permitted, path, " is no file: remove it");
         if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
             if (!is_current(file.get(), path)) continue;
             CoreLock lock;
@@ -169,11 +155,12 @@ void CoreLock::write_holder() const {
     ::gmtime_r(&now, &utc);
     std::array<char, 32> since{};
     std::strftime(since.data(), since.size(), "%Y-%m-%d %H:%M:%S UTC", &utc);
-    const std::string text = "pid " + pid + "\nsince " + since.data() + "\nprogram " + program_of(pid) +
-                             "\ncommand " + command_of(pid) + "\n";
+    const auto lines = text<std::string>("pid ", pid, "\nsince ", since.data(), "\nprogram ",
+                                         tidy(text_of_file("/proc/" + pid + "/comm"), 15), "\ncommand ",
+                                         command_of(pid), '\n');
     // For people alone: if they cannot be written (another user's file), a message lacks them.
     static_cast<void>(::ftruncate(file_.get(), 0) == 0 &&
-                      ::pwrite(file_.get(), text.data(), text.size(), 0) > 0);
+                      ::pwrite(file_.get(), lines.data(), lines.size(), 0) > 0);
 }
 
 void CoreLock::release() {

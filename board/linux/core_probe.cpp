@@ -1,44 +1,31 @@
 #include "board/linux/core_probe.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <sstream>
 #include <system_error>
 #include <thread>
 
+#include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/fatal_signals.h"
+#include "board/linux/kernel_text.h"
 #include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
-#include "posix/small_file.h"
 
 namespace qduino::board::linux {
-
-using posix::read_small_file;
 
 // The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then come
 // lines of "<name>: <count of each column> <words>"; the last few lines may have fewer counts.
 std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
-    const auto text = read_small_file(root + "/proc/interrupts");
-    if (!text) return std::nullopt;
-    std::istringstream lines{*text};
-    std::string line;
-    std::getline(lines, line);
-    std::istringstream header{line};
-    int column = -1;
-    std::string name;
-    for (int at = 0; header >> name; ++at) {
-        if (name == "CPU" + std::to_string(core)) column = at;
-    }
-    if (column < 0) return std::nullopt;
+    const std::string text = text_of_file(root + "/proc/interrupts");
+    std::string_view lines = text;
+    const auto columns = words(cut(lines, '\n'));
+    const auto ours = std::ranges::find(columns, "CPU" + std::to_string(core));
+    if (ours == columns.end()) return std::nullopt;
+    const auto column = static_cast<std::size_t>(ours - columns.begin()) + 1;  // behind the name
     std::uint64_t total = 0;
-    while (std::getline(lines, line)) {
-        std::istringstream words{line};
-        words >> name;
-        std::uint64_t count = 0;
-        for (int at = 0; words >> count; ++at) {
-            if (at == column) total += count;
-        }
+    while (!lines.empty()) {
+        const auto counts = words(cut(lines, '\n'));
+        if (column < counts.size()) total += whole_number<std::uint64_t>(counts[column]).value_or(0);
     }
     return total;
 }

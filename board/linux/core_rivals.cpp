@@ -1,17 +1,12 @@
 #include "board/linux/core_rivals.h"
 
-#include <dirent.h>
 #include <sched.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <memory>
-#include <sstream>
-#include <vector>
-
+#include "base/text.h"
+#include "base/whole_number.h"
 #include "board/linux/clock.h"
-#include "board/linux/machine_settings.h"
-#include "posix/small_file.h"
+#include "board/linux/kernel_text.h"
 
 #ifndef SCHED_DEADLINE
 #define SCHED_DEADLINE 6
@@ -19,7 +14,6 @@
 
 namespace qduino::board::linux {
 
-using posix::read_small_file;
 namespace {
 
 /// One look at one task.
@@ -33,39 +27,29 @@ struct Look {
 /// The numbered entries of a folder.
 std::vector<pid_t> numbers_in(const std::string& folder) {
     std::vector<pid_t> numbers;
-    const std::unique_ptr<DIR, int (*)(DIR*)> entries{::opendir(folder.c_str()), &::closedir};
-    if (!entries) return numbers;
-    while (const dirent* entry = ::readdir(entries.get())) {
-        char* end = nullptr;
-        const long number = std::strtol(entry->d_name, &end, 10);
-        if (end != entry->d_name && *end == '\0') numbers.push_back(static_cast<pid_t>(number));
+    for (const std::string& name : entries(folder)) {
+        if (const auto number = whole_number<pid_t>(name)) numbers.push_back(*number);
     }
     return numbers;
 }
 
-/// "TID (name) S field4 field5 …". The name may have spaces and brackets in it, and nothing behind
-/// its last bracket has any.
+/// "TID (name) S field4 field5 …". The name may have spaces and brackets in it.
 std::optional<Look> look_at(pid_t pid, pid_t tid, const std::string& root) {
-    const auto text =
-        read_small_file(root + "/proc/" + std::to_string(pid) + "/task/" + std::to_string(tid) + "/stat");
-    if (!text) return std::nullopt;  // it has ended
-    const std::size_t open = text->find('('), close = text->rfind(')');
-    if (open == std::string::npos || close == std::string::npos || close < open) return std::nullopt;
-    Look look;
-    look.task.pid = pid;
-    look.task.tid = tid;
-    look.task.name = text->substr(open + 1, close - open - 1);
-    std::istringstream words{text->substr(close + 1)};
-    std::string word;
-    for (int field = 3; field <= 41 && words >> word; ++field) {
-        const auto number = std::strtoull(word.c_str(), nullptr, 10);
-        if (field == 3) look.runnable = word == "R";
-        if (field == 14 || field == 15) look.ticks += number;
-        if (field == 39) look.core = static_cast<int>(number);
-        if (field == 40) look.task.priority = static_cast<int>(number);
-        if (field == 41) look.task.policy = static_cast<int>(number);
-    }
-    return look;
+    const std::string stat = text_of_file(text<std::string>(root, "/proc/", pid, "/task/", tid, "/stat"));
+    const std::size_t open = stat.find('('), close = stat.rfind(')');
+    const auto fields = stat_fields(stat);
+    if (open >= close || fields.size() < 39) return std::nullopt;  // it has ended
+    const auto field = [&](std::size_t number) {
+        return whole_number<unsigned long long>(fields[number - 3]).value_or(0);
+    };
+    return Look{.task = {.pid = pid,
+                         .tid = tid,
+                         .name = stat.substr(open + 1, close - open - 1),
+                         .policy = static_cast<int>(field(41)),
+                         .priority = static_cast<int>(field(40))},
+                .runnable = fields[0] == "R",
+                .core = static_cast<int>(field(39)),
+                .ticks = field(14) + field(15)};
 }
 
 bool goes_before(const CoreRival& task, int priority) {
@@ -87,13 +71,11 @@ std::vector<Look> candidates(const RivalSearch& search) {
 }
 
 std::string text_of(const CoreRival& rival, int core) {
-    const bool deadline = rival.policy == SCHED_DEADLINE;
-    return "core " + std::to_string(core) + " was taken by " + rival.name + " (pid " +
-           std::to_string(rival.pid) + ", " +
-           (deadline                   ? "SCHED_DEADLINE"
-            : rival.policy == SCHED_RR ? "SCHED_RR "
-                                       : "SCHED_FIFO ") +
-           (deadline ? "" : std::to_string(rival.priority)) + ")";
+    const std::string_view policy = rival.policy == SCHED_DEADLINE ? "SCHED_DEADLINE"
+                                    : rival.policy == SCHED_RR     ? "SCHED_RR "
+                                                                   : "SCHED_FIFO ";
+    return text<std::string>("core ", core, " was taken by ", rival.name, " (pid ", rival.pid, ", ", policy,
+                             rival.policy == SCHED_DEADLINE ? "" : std::to_string(rival.priority), ")");
 }
 
 }  // namespace

@@ -9,24 +9,21 @@
 #include "board/linux/clock.h"
 #include "board/linux/crew.h"
 #include "board/linux/device_interrupts.h"
+#include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
-#include "posix/small_file.h"
 
 namespace qduino::board::linux {
 
-using posix::read_small_file;
 namespace {
 
 void join(FixedString<200>& text, std::string_view more) {
     if (more.empty()) return;
-    if (!text.empty()) text.append("; ");
-    text.append(more);
+    write(text, text.empty() ? "" : "; ", more);
 }
 
 /// The kernel never stops real-time threads to let ordinary ones run.
 bool throttling_is_off(const std::string& root) {
-    const auto text = read_small_file(root + "/proc/sys/kernel/sched_rt_runtime_us");
-    return text && text->rfind("-1", 0) == 0;
+    return text_of_file(root + "/proc/sys/kernel/sched_rt_runtime_us").starts_with("-1");
 }
 
 }  // namespace
@@ -35,9 +32,7 @@ bool throttling_is_off(const std::string& root) {
 
 Result<void> CoreTaker::open_settings() {
     if (settings_.active()) return {};
-    auto opened = MachineSettings::open(config_.settings_state);
-    if (!opened) return opened.error();
-    settings_ = std::move(*opened);
+    QDUINO_TRY_ASSIGN(settings_, MachineSettings::open(config_.settings_state));
     return {};
 }
 
@@ -64,8 +59,7 @@ void CoreTaker::take(std::span<const VcpuSpec> specs) {
         if (auto awake = keep_cores_awake(config_.sysfs_root); awake) awake_ = std::move(*awake);
     }
     for (const VcpuSpec& spec : specs) {
-        const auto known = [&](const UsedCore& used) { return used.core == spec.core; };
-        if (std::any_of(cores_.begin(), cores_.end(), known)) continue;
+        if (std::ranges::count(cores_, spec.core, &UsedCore::core) > 0) continue;
         cores_.push_back({spec.core, spec.owns_core, {}, interrupts_of(spec.core, config_.sysfs_root)});
     }
     if (config_.isolate) isolate(specs);
@@ -83,12 +77,12 @@ void CoreTaker::isolate(std::span<const VcpuSpec> specs) {
         if (spec.owns_core) options.cores.push_back(spec.core);
     }
     if (options.cores.empty()) return;
-    Result<void> done = open_settings();
-    if (done) {
-        auto begun = Isolation::begin(settings_, options);
-        if (begun) isolation_ = std::move(*begun);
-        if (!begun) done = begun.error();
-    }
+    const auto begin = [&]() -> Result<void> {
+        QDUINO_TRY(open_settings());
+        QDUINO_TRY_ASSIGN(isolation_, Isolation::begin(settings_, options));
+        return {};
+    };
+    const Result<void> done = begin();
     if (done) return;
     const bool needs_root = done.error().code == ErrorCode::not_permitted;
     isolation_shortfall_ =
@@ -117,71 +111,64 @@ void CoreTaker::serve_interrupts(DeviceClass device, VcpuId io) {
 void CoreTaker::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
     for (std::size_t i = 0; i < served_by_.size(); ++i) {
         if (served_by_[i] == kNoVcpu) continue;
-        const auto spec =
-            std::find_if(specs.begin(), specs.end(), [&](const auto& s) { return s.id == served_by_[i]; });
+        const auto spec = std::ranges::find(specs, served_by_[i], &VcpuSpec::id);
         if (spec == specs.end()) continue;
         const auto device = static_cast<DeviceClass>(i);
-        FixedString<160>& note = served_note_[i];
-        note.append(name_of(device)).append(": ");
         const auto threads = bottom_halves_of(device, config_.sysfs_root);
+        write(served_note_[i], name_of(device), ": ");
         if (threads.empty()) {
-            note.append("its bottom halves are no threads of this kernel: boot with threadirqs");
-            if (device == DeviceClass::nic) note.append(", or set threaded in /sys/class/net/DEV");
+            write(served_note_[i], "its bottom halves are no threads of this kernel: boot with threadirqs",
+                  device == DeviceClass::nic ? ", or set threaded in /sys/class/net/DEV" : "");
             continue;
         }
         Result<void> done = open_settings();
+        const int priority = std::max(1, priority_of(*spec, specs, config_));
         for (const BottomHalf& thread : threads) {
-            if (done)
-                done = settings_.schedule_thread(thread.tid, std::max(1, priority_of(*spec, specs, config_)),
-                                                 spec->core);
+            if (done) done = settings_.schedule_thread(thread.tid, priority, spec->core);
         }
         if (done) {
-            note.append(std::to_string(threads.size()))
-                .append(" kernel threads at its priority; budget not enforced");
+            write(served_note_[i], threads.size(), " kernel threads at its priority; budget not enforced");
         } else {
-            note.append(done.error().message.view());
+            write(served_note_[i], done.error().message);
         }
     }
 }
 
 Result<void> CoreTaker::route_interrupts(DeviceClass device, int core, bool allowed) {
     if (core < 0 || core >= core_count_) return make_error(ErrorCode::invalid_argument, "no such core");
-    const std::string name = name_of(device);
     if (interrupts_of_class(device, config_.sysfs_root).empty()) {
-        return make_error(ErrorCode::not_found, name + ": no interrupt of this device class on this machine");
+        return make_error(ErrorCode::not_found, name_of(device),
+                          ": no interrupt of this device class on this machine");
     }
-    if (auto opened = open_settings(); !opened) return opened;
+    QDUINO_TRY(open_settings());
     int stuck = 0;
     const int moved = route_class(settings_, device, core, core_count_, allowed, stuck, config_.sysfs_root);
     if (stuck == 0 || moved > 0) return {};
-    return make_error(ErrorCode::not_permitted,
-                      name + ": the kernel does not let its interrupts be moved (not root, or managed)");
+    return make_error(ErrorCode::not_permitted, name_of(device),
+                      ": the kernel does not let its interrupts be moved (not root, or managed)");
 }
 
 Result<void> CoreTaker::core_timer(int core, bool enabled) const {
     const bool tickless = tickless_cores(config_.sysfs_root).has(core);
     if (tickless != enabled) return {};  // as it is
-    const std::string number = std::to_string(core);
-    return make_error(
-        ErrorCode::unsupported,
-        tickless ? "the kernel was booted to stop the tick of core " + number + " by itself"
-                 : "the tick of core " + number + " stops only when booted with nohz_full=" + number);
+    if (tickless) {
+        return make_error(ErrorCode::unsupported, "the kernel was booted to stop the tick of core ", core,
+                          " by itself");
+    }
+    return make_error(ErrorCode::unsupported, "the tick of core ", core,
+                      " stops only when booted with nohz_full=", core);
 }
 
 // ---- what holds ---------------------------------------------------------------------------------
 
 LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
     const VcpuSpec& spec = thread.spec();
-    LoopGuarantee loop;
-    loop.id = spec.id;
-    loop.core = spec.core;
-    loop.budget = spec.budget;
-    loop.period = spec.period;
+    LoopGuarantee loop{spec};
     loop.priority_enforced = thread.real_time() && thread.pinned();
     loop.budget_enforced = thread.budget_kept() || spec.owns_core;
     const bool alone = isolation_.owns(spec.core) && isolation_.exclusive() && loop.priority_enforced;
     loop.core_owned = spec.owns_core && alone && throttling_is_off(config_.sysfs_root);
-    join(loop.shortfall, thread.shortfall().view());
+    join(loop.shortfall, thread.shortfall());
     if (!config_.real_time) join(loop.shortfall, "SCHED_FIFO was not asked for");
     if (!config_.enforce_budgets && !spec.owns_core)
         join(loop.shortfall, "budgets are not enforced, as configured");
@@ -195,7 +182,7 @@ LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
              alone ? "RT throttling may take 50 ms of each second" : "others may run on its core");
     }
     for (std::size_t i = 0; i < served_by_.size(); ++i) {
-        if (served_by_[i] == spec.id) join(loop.shortfall, served_note_[i].view());
+        if (served_by_[i] == spec.id) join(loop.shortfall, served_note_[i]);
     }
     return loop;
 }
@@ -221,9 +208,9 @@ CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
     if (!used.owned) return report;
     if (isolated_cores(config_.sysfs_root).has(used.core)) join(report.note, "set apart at boot (isolcpus)");
     if (!report.tick_stopped) {
-        join(report.note, "to stop its tick, boot with nohz_full=" + std::to_string(used.core));
+        join(report.note, text<std::string>("to stop its tick, boot with nohz_full=", used.core));
     }
-    join(report.note, lock_shortfall_.view());
+    join(report.note, lock_shortfall_);
     for (const std::string& note : isolation_.notes()) join(report.note, note);
     return report;
 }

@@ -1,29 +1,12 @@
 #include "board/linux/cpu_list.h"
 
-#include <array>
 #include <cstdint>
-#include <cstdio>
 
+#include "base/text.h"
 #include "base/whole_number.h"
+#include "board/linux/kernel_text.h"
 
 namespace qduino::board::linux {
-namespace {
-
-std::string_view trimmed(std::string_view text) {
-    while (!text.empty() && (text.back() == '\n' || text.back() == ' ' || text.back() == '\0'))
-        text.remove_suffix(1);
-    return text;
-}
-
-/// Cuts the part before the next comma off `text`.
-std::string_view next_part(std::string_view& text) {
-    const std::size_t comma = text.find(',');
-    const std::string_view part = text.substr(0, comma);
-    text = comma == std::string_view::npos ? std::string_view{} : text.substr(comma + 1);
-    return part;
-}
-
-}  // namespace
 
 CpuList CpuList::first(int count) {
     CpuList all;
@@ -35,11 +18,10 @@ std::optional<CpuList> CpuList::from_list(std::string_view text) {
     CpuList cpus;
     text = trimmed(text);
     while (!text.empty()) {
-        const std::string_view part = next_part(text);
-        const std::size_t dash = part.find('-');
-        const auto low = whole_number<std::uint32_t>(part.substr(0, dash));
-        const auto high =
-            dash == std::string_view::npos ? low : whole_number<std::uint32_t>(part.substr(dash + 1));
+        std::string_view part = cut(text, ',');
+        const bool range = part.find('-') != std::string_view::npos;
+        const auto low = whole_number<std::uint32_t>(cut(part, '-'));
+        const auto high = range ? whole_number<std::uint32_t>(part) : low;
         if (!low || !high || *low > *high || *high >= kLimit) return std::nullopt;
         for (std::uint32_t cpu = *low; cpu <= *high; ++cpu) cpus.add(static_cast<int>(cpu));
     }
@@ -50,7 +32,7 @@ std::optional<CpuList> CpuList::from_mask(std::string_view text) {
     CpuList cpus;
     text = trimmed(text);
     while (!text.empty()) {
-        const auto group = whole_number<std::uint32_t>(next_part(text), 16);
+        const auto group = whole_number<std::uint32_t>(cut(text, ','), 16);
         if (!group || (cpus.bits_ >> (kLimit - 32)).any()) return std::nullopt;
         cpus.bits_ = (cpus.bits_ << 32) | std::bitset<kLimit>{*group};
     }
@@ -63,9 +45,8 @@ std::string CpuList::to_list() const {
         if (!has(cpu)) continue;
         int last = cpu;
         while (has(last + 1)) ++last;
-        if (!text.empty()) text += ',';
-        text += std::to_string(cpu);
-        if (last > cpu) text += '-' + std::to_string(last);
+        write(text, text.empty() ? "" : ",", cpu);
+        if (last > cpu) write(text, '-', last);
         cpu = last;
     }
     return text;
@@ -76,9 +57,10 @@ std::string CpuList::to_mask(int cpus) const {
     for (int group = (cpus - 1) / 32; group >= 0; --group) {
         const auto bits =
             ((bits_ >> (32 * static_cast<std::size_t>(group))) & std::bitset<kLimit>{0xffffffffu}).to_ulong();
-        std::array<char, 12> digits{};
-        std::snprintf(digits.data(), digits.size(), text.empty() ? "%lx" : ",%08lx", bits);
-        text += digits.data();
+        FixedString<8> digits;
+        write_characters(digits, bits, 16);
+        if (!text.empty()) text += ',' + std::string(8 - digits.size(), '0');
+        write(text, digits);
     }
     return text;
 }

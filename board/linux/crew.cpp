@@ -2,31 +2,22 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
+#include <set>
 
 #include "board/linux/cycle_clock.h"
 #include "board/linux/futex.h"
 
 namespace qduino::board::linux {
-namespace {
-
-Error about_loop(ErrorCode code, VcpuId id, std::string_view what) {
-    Error error{code, "loop "};
-    error.message.append(std::to_string(id)).append(what);
-    return error;
-}
-
-}  // namespace
 
 Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& config, int core_count) {
     std::array<bool, kVcpuLimit> taken{};
     for (const VcpuSpec& spec : specs) {
         const bool sound = spec.id != kNoVcpu && spec.id < kVcpuLimit && !taken[spec.id] && spec.core >= 0 &&
-                           spec.core < core_count && spec.budget > Nanoseconds{0} &&
-                           spec.budget <= spec.period && (spec.entry || spec.kind == VcpuKind::io);
+                           spec.core < core_count && spec.parameters().valid() &&
+                           (spec.entry || spec.is_io());
         if (!sound) {
-            return about_loop(
-                ErrorCode::invalid_argument, spec.id,
+            return make_error(
+                ErrorCode::invalid_argument, "loop ", spec.id,
                 ": id taken or out of range, no such core, budget not within its period, or no body");
         }
         taken[spec.id] = true;
@@ -34,8 +25,8 @@ Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& con
             return other.id != spec.id && other.core == spec.core;
         });
         if (config.enforce_budgets && shares && !spec.owns_core && spec.budget < kShortestSharedBudget) {
-            return about_loop(
-                ErrorCode::out_of_range, spec.id,
+            return make_error(
+                ErrorCode::out_of_range, "loop ", spec.id,
                 " has a budget below 100 us on a core that others use: enforcing it would cost more than the "
                 "budget. Give it its own core (budget = period), or make budget and period longer");
         }
@@ -45,13 +36,11 @@ Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& con
 
 int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config) {
     if (!config.real_time) return 0;
-    std::vector<Nanoseconds> shorter;
+    std::set<Nanoseconds> shorter;
     for (const VcpuSpec& other : all) {
-        if (other.period < spec.period) shorter.push_back(other.period);
+        if (other.period < spec.period) shorter.insert(other.period);
     }
-    std::sort(shorter.begin(), shorter.end());
-    const auto rank = std::unique(shorter.begin(), shorter.end()) - shorter.begin();
-    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(rank));
+    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(shorter.size()));
 }
 
 Result<void> Crew::add(const VcpuSpec& spec, VcpuThreadOptions options) {

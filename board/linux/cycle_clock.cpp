@@ -4,12 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "board/linux/machine_settings.h"
-#include "posix/small_file.h"
+#include "board/linux/kernel_text.h"
 
 namespace qduino::board::linux {
 
-using posix::read_small_file;
 namespace {
 
 // The rate is measured over 2 ms first, then over 4, 8 and so on, and from 100 ms on over each 100
@@ -26,8 +24,8 @@ constexpr std::int64_t kJitterNs = 1000;
 
 bool kernel_trusts_cycles() {
 #if defined(__x86_64__)
-    const auto source = read_small_file("/sys/devices/system/clocksource/clocksource0/current_clocksource");
-    return source && source->starts_with("tsc");
+    return text_of_file("/sys/devices/system/clocksource/clocksource0/current_clocksource")
+        .starts_with("tsc");
 #else
     return false;
 #endif

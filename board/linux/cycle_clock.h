@@ -16,7 +16,7 @@
 // to that message may carry a time up to some 0.2 us early. A spin can live with that, because it
 // looks again. A write to a pin lives with it, too: the edges of two cores that answer each other
 // within 0.2 us may be played in either order, unless a lock is between them
-// (pi_lock.h).
+// (pi_lock.cpp).
 //
 // The error against CLOCK_MONOTONIC is half the width of the reading that made the anchor (some 20
 // ns), plus what the kernel's clock is slewed by in 1 ms (0.5 us at ntpd's steepest; 0 nearly

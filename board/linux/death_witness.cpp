@@ -26,16 +26,13 @@ void DeathWitness::call(std::atomic<std::uint32_t>& word, bool real_time) {
     sigfillset(&all);
     // The thread takes no signal of the program.
     ::pthread_sigmask(SIG_SETMASK, &all, &before);
-    pthread_attr_t attributes;
-    ::pthread_attr_init(&attributes);
-    ::pthread_attr_setstacksize(&attributes, kStackBytes);
-    const int error = ::pthread_create(&thread_, &attributes, &DeathWitness::main, this);
-    ::pthread_attr_destroy(&attributes);
+    const auto made = make_thread("the witness", kStackBytes, &DeathWitness::main, this);
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    if (error != 0) {
+    if (!made) {
         word_ = nullptr;
         return;
     }
+    thread_ = *made;
     while (standing_.load() == 0) futex_wait_until(standing_, 0, kForever);
 }
 

@@ -57,6 +57,6 @@ struct BottomHalf {
 /// Those of `device`, as the kernel has them now.
 std::vector<BottomHalf> bottom_halves_of(DeviceClass device, const std::string& root = "");
 
-const char* name_of(DeviceClass device);
+std::string_view name_of(DeviceClass device);
 
 }  // namespace qduino::board::linux

@@ -29,18 +29,17 @@ void EdgeServer::PinSet::each(Visit visit) const {
 }
 
 Result<void> EdgeServer::attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) {
-    PinDriver* const driver = pins_.at(pin);
-    if (!driver) return nothing_at(pin);
+    PinDriver& driver = pins_.at(pin);
     if (!handler || io < kFirstIoVcpu || io >= kVcpuLimit) {
         return make_error(ErrorCode::invalid_argument, "an edge needs a handler and an I/O VCPU to run it");
     }
     detach(pin);
-    if (auto watched = driver->watch_edges(pin, edge); !watched) return watched;
+    QDUINO_TRY(driver.watch_edges(pin, edge));
     Watch& watch = watches_[pin.number];
     watch.context = context;
     watch.edge = edge;
     watch.io = io;
-    watch.seen = driver->edges(pin);
+    watch.seen = driver.edges(pin);
     watch.handler.store(handler, std::memory_order_release);
     of_vcpu_[io].add(pin);
     ring(io);  // it may be waiting without this pin
@@ -95,7 +94,7 @@ void EdgeServer::run_handlers(VcpuId io) {
         Watch& watch = watches_[pin.number];
         const EdgeHandler handler = watch.handler.load(std::memory_order_acquire);
         if (!handler) return;
-        const EdgeCounts counts = pins_.at(pin)->edges(pin);
+        const EdgeCounts counts = pins_.at(pin).edges(pin);
         std::uint32_t edges = 0;
         if (watch.edge != Edge::falling) edges += counts.rising - watch.seen.rising;
         if (watch.edge != Edge::rising) edges += counts.falling - watch.seen.falling;
@@ -111,7 +110,7 @@ void EdgeServer::wait(VcpuId io, std::uint32_t seen) {
     nfds_t count = 1;
     bool any_virtual = false;
     of_vcpu_[io].each([&](PinId pin) {
-        const int descriptor = pins_.at(pin)->edge_descriptor(pin);
+        const int descriptor = pins_.at(pin).edge_descriptor(pin);
         any_virtual |= descriptor < 0;
         if (descriptor >= 0) real[count++] = {descriptor, POLLIN, 0};
     });
@@ -125,7 +124,7 @@ void EdgeServer::wait(VcpuId io, std::uint32_t seen) {
 
 const char* EdgeServer::note_of(VcpuId io) const {
     bool real = false, shared = false;
-    of_vcpu_[io].each([&](PinId pin) { (pins_.at(pin)->edge_descriptor(pin) < 0 ? shared : real) = true; });
+    of_vcpu_[io].each([&](PinId pin) { (pins_.at(pin).edge_descriptor(pin) < 0 ? shared : real) = true; });
     return real && shared ? "real and virtual pins on one I/O VCPU: the virtual ones are looked at every 1 "
                             "ms; give them one of their own"
                           : "";

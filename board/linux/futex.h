@@ -4,7 +4,6 @@
 
 #include <linux/futex.h>
 #include <sys/syscall.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -12,7 +11,7 @@
 #include <climits>
 #include <cstdint>
 
-#include "base/time.h"
+#include "board/linux/clock.h"
 
 namespace qduino::board::linux {
 
@@ -24,10 +23,7 @@ static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t) &&
 /// differs already.
 inline void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
                              Instant deadline) {
-    const std::int64_t ns = to_ns(deadline);
-    timespec until{};
-    until.tv_sec = ns / 1'000'000'000;
-    until.tv_nsec = ns % 1'000'000'000;
+    const timespec until = to_timespec(to_ns(deadline));
     // FUTEX_WAIT_BITSET takes an absolute time of CLOCK_MONOTONIC, so a signal in between does not
     // stretch the wait.
     ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, expected, deadline == kForever ? nullptr : &until, nullptr,

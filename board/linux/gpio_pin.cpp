@@ -4,12 +4,9 @@
 #include <linux/gpio.h>
 #include <sys/ioctl.h>
 
-#include <cstdio>
-#include <cstring>
-#include <string>
+#include <algorithm>
 
 #include "posix/system_error.h"
-#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -19,39 +16,40 @@ namespace {
 
 std::string chip_path(unsigned chip) { return "/dev/gpiochip" + std::to_string(chip); }
 
-/// Requests one line; `value` is for outputs. A negative result is −errno.
-int request_line(unsigned chip, unsigned line, std::uint64_t flags, bool value) {
+/// Of one line; `level` is for outputs.
+gpio_v2_line_config config_of(std::uint64_t flags, Level level) {
+    gpio_v2_line_config config{};
+    config.flags = flags;
+    if ((flags & GPIO_V2_LINE_FLAG_OUTPUT) == 0) return config;
+    config.num_attrs = 1;
+    config.attrs[0].attr.id = GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES;
+    config.attrs[0].attr.values = level == Level::high ? 1 : 0;
+    config.attrs[0].mask = 1;
+    return config;
+}
+
+/// Requests one line. A negative result is −errno.
+int request_line(unsigned chip, unsigned line, std::uint64_t flags, Level level) {
     const UniqueFd device{::open(chip_path(chip).c_str(), O_RDWR | O_CLOEXEC)};
     if (!device.valid()) return -errno;
     gpio_v2_line_request request{};
     request.offsets[0] = line;
     request.num_lines = 1;
-    request.config.flags = flags;
-    std::snprintf(request.consumer, sizeof request.consumer, "qduino");
-    if ((flags & GPIO_V2_LINE_FLAG_OUTPUT) != 0) {
-        request.config.num_attrs = 1;
-        request.config.attrs[0].attr.id = GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES;
-        request.config.attrs[0].attr.values = value ? 1 : 0;
-        request.config.attrs[0].mask = 1;
-    }
+    request.config = config_of(flags, level);
+    std::ranges::copy(std::string_view{"qduino"}, request.consumer);
     if (::ioctl(device.get(), GPIO_V2_GET_LINE_IOCTL, &request) != 0) return -errno;
     return request.fd;
 }
 
 std::uint64_t flags_of(PinMode mode) {
-    switch (mode) {
-        case PinMode::input:
-            return GPIO_V2_LINE_FLAG_INPUT;
-        case PinMode::input_pullup:
-            return GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_BIAS_PULL_UP;
-        case PinMode::input_pulldown:
-            return GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_BIAS_PULL_DOWN;
-        case PinMode::output:
-            return GPIO_V2_LINE_FLAG_OUTPUT;
-        case PinMode::output_open_drain:
-            return GPIO_V2_LINE_FLAG_OUTPUT | GPIO_V2_LINE_FLAG_OPEN_DRAIN;
-    }
-    return GPIO_V2_LINE_FLAG_INPUT;
+    constexpr std::array<std::uint64_t, 5> kFlags{
+        GPIO_V2_LINE_FLAG_INPUT,
+        GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_BIAS_PULL_UP,
+        GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_BIAS_PULL_DOWN,
+        GPIO_V2_LINE_FLAG_OUTPUT,
+        GPIO_V2_LINE_FLAG_OUTPUT | GPIO_V2_LINE_FLAG_OPEN_DRAIN,
+    };
+    return kFlags.at(static_cast<std::size_t>(mode));
 }
 
 /// Async-signal-safe.
@@ -64,31 +62,27 @@ void set_value(int fd, Level level) {
 
 }  // namespace
 
+std::string GpioPin::name() const {
+    return text<std::string>("line ", line_.line, " of ", chip_path(line_.chip));
+}
+
 Result<void> GpioPin::open() {
-    const int fd = request_line(line_.chip, line_.line, GPIO_V2_LINE_FLAG_INPUT, false);
+    const int fd = request_line(line_.chip, line_.line, GPIO_V2_LINE_FLAG_INPUT, Level::low);
     if (fd < 0) {
-        const std::string name = "line " + std::to_string(line_.line) + " of " + chip_path(line_.chip);
-        return system_error("get", name, -fd);
+        return system_error("get", name(), -fd);
     }
     fd_ = UniqueFd{fd};
     return {};
 }
 
 Result<void> GpioPin::configure(std::uint64_t flags) {
-    gpio_v2_line_config config{};
-    config.flags = flags;
-    if ((flags & GPIO_V2_LINE_FLAG_OUTPUT) != 0) {
-        config.num_attrs = 1;
-        config.attrs[0].attr.id = GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES;
-        config.attrs[0].attr.values = latch_ == Level::high ? 1 : 0;
-        config.attrs[0].mask = 1;
-    }
+    gpio_v2_line_config config = config_of(flags, latch_);
     if (::ioctl(fd_.get(), GPIO_V2_LINE_SET_CONFIG_IOCTL, &config) == 0) return {};
-    return system_error("configure", "line " + std::to_string(line_.line) + " of " + chip_path(line_.chip));
+    return system_error("configure", name());
 }
 
 Result<void> GpioPin::set_mode(VcpuId, PinId, PinMode mode) {
-    if (auto done = configure(flags_of(mode)); !done) return done;
+    QDUINO_TRY(configure(flags_of(mode)));
     mode_ = mode;
     watching_ = false;
     return {};
@@ -96,7 +90,7 @@ Result<void> GpioPin::set_mode(VcpuId, PinId, PinMode mode) {
 
 void GpioPin::write(VcpuId, PinId, Level level) {
     latch_.store(level, std::memory_order_relaxed);
-    if (mode_ == PinMode::output || mode_ == PinMode::output_open_drain) set_value(fd_.get(), level);
+    if (is_output(mode_)) set_value(fd_.get(), level);
 }
 
 Level GpioPin::read(VcpuId, PinId) {
@@ -107,13 +101,12 @@ Level GpioPin::read(VcpuId, PinId) {
 }
 
 Result<void> GpioPin::set_safe_state(PinId, Level level) {
-    safe_.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(level)), std::memory_order_release);
+    safe_ = static_cast<int>(level);
     return {};
 }
 
 void GpioPin::force_safe_states() {
-    const std::uint8_t safe = safe_.load(std::memory_order_acquire);
-    if (safe != 0) set_value(fd_.get(), safe > 1 ? Level::high : Level::low);
+    if (const int level = safe_; level >= 0) set_value(fd_.get(), static_cast<Level>(level));
 }
 
 // Asks for the wanted edges only. For a line watched for both, the kernel tells the edges apart by
@@ -123,7 +116,7 @@ Result<void> GpioPin::watch_edges(PinId, Edge edge) {
     std::uint64_t edges = 0;
     if (edge != Edge::falling) edges |= GPIO_V2_LINE_FLAG_EDGE_RISING;
     if (edge != Edge::rising) edges |= GPIO_V2_LINE_FLAG_EDGE_FALLING;
-    if (auto done = configure(flags_of(mode_) | edges); !done) return done;
+    QDUINO_TRY(configure(flags_of(mode_) | edges));
     ::fcntl(fd_.get(), F_SETFL, O_NONBLOCK);
     watching_ = true;
     return {};
@@ -142,8 +135,7 @@ EdgeCounts GpioPin::edges(PinId) {
 }
 
 UniqueFd take_over_line(unsigned chip, unsigned line, Level level) {
-    const int fd = request_line(chip, line, GPIO_V2_LINE_FLAG_OUTPUT, level == Level::high);
-    return UniqueFd{fd < 0 ? -1 : fd};
+    return UniqueFd{std::max(request_line(chip, line, GPIO_V2_LINE_FLAG_OUTPUT, level), -1)};
 }
 
 }  // namespace qduino::board::linux

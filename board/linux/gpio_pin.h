@@ -7,6 +7,7 @@
 
 #include <array>
 #include <atomic>
+#include <string>
 
 #include "base/result.h"
 #include "board/linux/linux_config.h"
@@ -35,6 +36,7 @@ class GpioPin final : public PinDriver {
     [[nodiscard]] const GpioLine& line() const { return line_; }
 
   private:
+    [[nodiscard]] std::string name() const;
     Result<void> configure(std::uint64_t flags);
 
     GpioLine line_;
@@ -43,7 +45,7 @@ class GpioPin final : public PinDriver {
     std::atomic<Level> latch_{Level::low};
     bool watching_ = false;
     EdgeCounts counts_;
-    std::atomic<std::uint8_t> safe_{0};  // 0: none; else 1 + Level
+    std::atomic<int> safe_{-1};  // −1: none; else the level
 };
 
 /// Takes over a line that a dead sketch has let go of, and drives it to `level` as long as the

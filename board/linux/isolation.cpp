@@ -1,18 +1,14 @@
 #include "board/linux/isolation.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cstdint>
-#include <cstdlib>
-#include <filesystem>
+#include <initializer_list>
 #include <set>
 
+#include "base/text.h"
+#include "base/whole_number.h"
 #include "board/linux/device_interrupts.h"
-#include "board/linux/kernel_release.h"
-#include "posix/small_file.h"
-#include "posix/system_error.h"
+#include "board/linux/kernel_text.h"
 
 namespace qduino::board::linux {
 
@@ -20,35 +16,24 @@ using posix::read_small_file;
 using posix::write_small_file;
 namespace {
 
-namespace fs = std::filesystem;
-
 bool exists(const std::string& path) { return ::access(path.c_str(), F_OK) == 0; }
 
-/// The entries of a folder, in order of name; none when it is not there.
-std::vector<std::string> entries(const std::string& folder) {
-    std::vector<std::string> names;
-    std::error_code error;
-    for (fs::directory_iterator at{folder, error}, end; !error && at != end; at.increment(error)) {
-        names.push_back(at->path().filename().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
 bool has_word(std::string_view text, std::string_view word) {
-    const std::size_t found = text.find(word);
-    return found != std::string_view::npos;
+    return text.find(word) != std::string_view::npos;
 }
 
-/// Calls `visit` with each task of a v1 set.
-template <typename Visit>
-void for_each_task(const std::string& set, Visit visit) {
-    const auto tasks = read_small_file(set + "/tasks");
-    for (std::string_view rest = tasks ? std::string_view{*tasks} : ""; !rest.empty();) {
-        const std::size_t end = rest.find('\n');
-        if (end != 0) visit(std::string{rest.substr(0, end)});
-        rest = end == std::string_view::npos ? std::string_view{} : rest.substr(end + 1);
-    }
+/// The tasks of a v1 set.
+std::vector<std::string> tasks_of(const std::string& set) {
+    const std::string text = text_of_file(set + "/tasks");
+    const auto tasks = words(text);
+    return {tasks.begin(), tasks.end()};
+}
+
+/// Writes each value to its file in `folder`, in order. Error: the first that is refused.
+using Values = std::initializer_list<std::pair<const char*, std::string_view>>;
+Result<void> write_all_of(const std::string& folder, Values values) {
+    for (const auto& [file, value] : values) QDUINO_TRY(write_small_file(folder + file, value));
+    return {};
 }
 
 /// Moves the tasks of one v1 set to another, until a look finds none that is new. Kernel threads
@@ -57,11 +42,11 @@ void move_all_tasks(const std::string& from, const std::string& to) {
     std::set<std::string, std::less<>> tried;
     for (bool found_new = true; found_new;) {
         found_new = false;
-        for_each_task(from, [&](const std::string& task) {
-            if (!tried.insert(task).second) return;
+        for (const std::string& task : tasks_of(from)) {
+            if (!tried.insert(task).second) continue;
             found_new = true;
             static_cast<void>(write_small_file(to + "/tasks", task));
-        });
+        }
     }
 }
 
@@ -78,10 +63,10 @@ Result<Isolation> Isolation::begin(MachineSettings& settings, const IsolationOpt
     }
 
     const std::string v1 = isolation.at("/sys/fs/cgroup/cpuset");
-    const auto controllers = read_small_file(isolation.at("/sys/fs/cgroup/cgroup.controllers"));
+    const std::string controllers = text_of_file(isolation.at("/sys/fs/cgroup/cgroup.controllers"));
     if (exists(v1 + "/cpuset.cpus")) {
         isolation.take_cores_v1(settings);
-    } else if (controllers && has_word(*controllers, "cpuset")) {
+    } else if (has_word(controllers, "cpuset")) {
         isolation.take_cores_v2(settings);
     } else {
         isolation.notes_.push_back("no cpuset controller is mounted: other tasks stay on the core");
@@ -97,8 +82,16 @@ Result<Isolation> Isolation::begin(MachineSettings& settings, const IsolationOpt
 bool Isolation::try_change(MachineSettings& settings, const std::string& path, std::string_view text,
                            std::string_view what) {
     const auto changed = settings.change(path, text);
-    if (!changed) notes_.push_back(std::string{what} + ": " + std::string{changed.error().message.view()});
+    if (!changed) notes_.push_back(qduino::text<std::string>(what, ": ", changed.error().message));
     return changed.ok();
+}
+
+/// `cpus` without the owned cores, or, when nothing is left, all others; nothing when it has none
+/// of them.
+std::optional<CpuList> Isolation::left_of(const CpuList& cpus) const {
+    const CpuList left = cpus.without(owned_);
+    if (left == cpus) return std::nullopt;
+    return left.empty() ? rest_ : left;
 }
 
 // ---- 1. tasks -----------------------------------------------------------------------------------
@@ -107,40 +100,42 @@ bool Isolation::try_change(MachineSettings& settings, const std::string& path, s
 void Isolation::shrink_other_sets_v1(MachineSettings& settings, const std::string& top) {
     for (const std::string& name : entries(top)) {
         const std::string cpus = top + "/" + name + "/cpuset.cpus";
-        if (name.rfind("qduino-", 0) == 0 || !exists(cpus)) continue;
-        const CpuList list = read_cpu_list(cpus);
-        const CpuList left = list.without(owned_);
-        if (left == list) continue;
+        if (name.starts_with("qduino-") || !exists(cpus)) continue;
+        const auto left = left_of(read_cpu_list(cpus));
+        if (!left) continue;
         // Children first: a child is never larger than its parent.
         shrink_other_sets_v1(settings, top + "/" + name);
-        try_change(settings, cpus, (left.empty() ? rest_ : left).to_list(), "cpuset " + name);
+        try_change(settings, cpus, left->to_list(), "cpuset " + name);
     }
+}
+
+/// The sets of the owned cores, beside `system` for the rest; all have the memory of `nodes`.
+Result<void> Isolation::make_sets_v1(MachineSettings& settings, const std::string& system,
+                                     std::string_view nodes) const {
+    QDUINO_TRY(settings.make_group(system));
+    QDUINO_TRY(write_all_of(system, {{"/cpuset.cpus", rest_.to_list()}, {"/cpuset.mems", nodes}}));
+    for (const int core : options_.cores) {
+        const std::string number = std::to_string(core);
+        const std::string own = at("/sys/fs/cgroup/cpuset/qduino-core") + number;
+        QDUINO_TRY(settings.make_group(own));
+        QDUINO_TRY(write_all_of(own, {{"/cpuset.cpus", number},
+                                      {"/cpuset.mems", nodes},
+                                      {"/cpuset.cpu_exclusive", "1"},
+                                      {"/cpuset.sched_load_balance", "0"}}));
+    }
+    return {};
 }
 
 void Isolation::take_cores_v1(MachineSettings& settings) {
     const std::string top = at("/sys/fs/cgroup/cpuset");
-    const auto memory = read_small_file(top + "/cpuset.mems");
-    const std::string nodes = memory ? memory->substr(0, memory->find('\n')) : "0";
+    const std::string nodes = text_of_file(top + "/cpuset.mems");
     // First, so that it is undone last, when the tasks are back in the root set.
-    for_each_task(top, [&](const std::string& task) {
-        static_cast<void>(
-            settings.remember_affinity(static_cast<pid_t>(std::strtol(task.c_str(), nullptr, 10))));
-    });
+    for (const std::string& task : tasks_of(top))
+        static_cast<void>(settings.remember_affinity(whole_number<pid_t>(task).value_or(-1)));
     shrink_other_sets_v1(settings, top);
 
     const std::string system = top + "/qduino-system";
-    bool done = settings.make_group(system).ok() &&
-                write_small_file(system + "/cpuset.cpus", rest_.to_list()).ok() &&
-                write_small_file(system + "/cpuset.mems", nodes).ok();
-    for (const int core : options_.cores) {
-        const std::string own = top + "/qduino-core" + std::to_string(core);
-        done = done && settings.make_group(own).ok() &&
-               write_small_file(own + "/cpuset.cpus", std::to_string(core)).ok() &&
-               write_small_file(own + "/cpuset.mems", nodes).ok() &&
-               write_small_file(own + "/cpuset.cpu_exclusive", "1").ok() &&
-               write_small_file(own + "/cpuset.sched_load_balance", "0").ok();
-    }
-    if (!done) {
+    if (!make_sets_v1(settings, system, nodes.empty() ? "0" : nodes)) {
         notes_.push_back("cpusets: cannot make exclusive sets under " + top);
         return;
     }
@@ -152,25 +147,23 @@ void Isolation::take_cores_v1(MachineSettings& settings) {
 
 void Isolation::take_cores_v2(MachineSettings& settings) {
     const std::string top = at("/sys/fs/cgroup");
-    const auto enabled = read_small_file(top + "/cgroup.subtree_control");
-    if (!enabled || !has_word(*enabled, "cpuset")) {
-        // Stays enabled afterwards: it changes nothing by itself, and other programs may have come
-        // to rely on it.
-        if (!write_small_file(top + "/cgroup.subtree_control", "+cpuset").ok()) {
-            notes_.push_back("cpusets: cannot enable the cpuset controller in " + top);
-            return;
-        }
+    const std::string control = top + "/cgroup.subtree_control";
+    // Stays enabled afterwards: it changes nothing by itself, and other programs may have come to
+    // rely on it.
+    if (!has_word(text_of_file(control), "cpuset") && !write_small_file(control, "+cpuset")) {
+        notes_.push_back("cpusets: cannot enable the cpuset controller in " + top);
+        return;
     }
     for (const int core : options_.cores) {
-        const std::string own = top + "/qduino-core" + std::to_string(core);
-        const bool made = settings.make_group(own).ok() &&
-                          write_small_file(own + "/cgroup.type", "threaded").ok() &&
-                          write_small_file(own + "/cpuset.cpus", std::to_string(core)).ok() &&
-                          write_small_file(own + "/cpuset.cpus.partition", "isolated").ok();
+        const std::string number = std::to_string(core);
+        const std::string own = top + "/qduino-core" + number;
+        const bool made =
+            settings.make_group(own) && write_all_of(own, {{"/cgroup.type", "threaded"},
+                                                           {"/cpuset.cpus", number},
+                                                           {"/cpuset.cpus.partition", "isolated"}});
         const auto state = read_small_file(own + "/cpuset.cpus.partition");
         if (!made || !state || has_word(*state, "invalid")) {
-            notes_.push_back("cpusets: the kernel gives no isolated partition for core " +
-                             std::to_string(core));
+            notes_.push_back("cpusets: the kernel gives no isolated partition for core " + number);
             return;
         }
     }
@@ -186,8 +179,7 @@ Result<void> Isolation::adopt(int core, pid_t tid) const {
     // Threads of a process share a domain: this process enters the root's, whose threaded child the
     // core's set is.
     const std::string top = at("/sys/fs/cgroup");
-    if (auto moved = write_small_file(top + "/cgroup.procs", std::to_string(::getpid())); !moved)
-        return moved;
+    QDUINO_TRY(write_small_file(top + "/cgroup.procs", std::to_string(::getpid())));
     return write_small_file(top + name + "/cgroup.threads", thread);
 }
 
@@ -197,23 +189,23 @@ void Isolation::move_interrupts(MachineSettings& settings) {
     try_change(settings, at("/proc/irq/default_smp_affinity"), rest_.to_mask(options_.cpus),
                "default interrupt affinity");
     for (const Interrupt& irq : all_interrupts(options_.root)) {
-        const CpuList left = irq.allowed.without(owned_);
-        if (left == irq.allowed) continue;
+        const auto left = left_of(irq.allowed);
+        if (!left) continue;
         const std::string path = at("/proc/irq/") + irq.number + "/smp_affinity_list";
-        if (irq.movable && settings.change(path, (left.empty() ? rest_ : left).to_list())) continue;
-        if (irq.used && irq.target.without(owned_) != irq.target) kept_interrupts_.push_back(irq.name());
+        if (irq.movable && settings.change(path, left->to_list())) continue;
+        if (irq.used && left_of(irq.target)) kept_interrupts_.push_back(irq.name());
     }
     if (!kept_interrupts_.empty()) note_kept_interrupts();
 }
 
 void Isolation::note_kept_interrupts() {
     const bool one = kept_interrupts_.size() == 1;
-    std::string note = one ? "interrupt " : "interrupts ";
-    for (std::size_t i = 0; i < kept_interrupts_.size(); ++i)
-        note += (i == 0 ? "" : ", ") + kept_interrupts_[i];
-    notes_.push_back(note + (one ? " stays" : " stay") + " on the core: to let the kernel place " +
-                     (one ? "it" : "them") + " elsewhere, boot with isolcpus=managed_irq," +
-                     owned_.to_list());
+    auto note = text<std::string>(one ? "interrupt " : "interrupts ");
+    for (const std::string& name : kept_interrupts_)
+        write(note, &name == &kept_interrupts_[0] ? "" : ", ", name);
+    notes_.push_back(write(note, one ? " stays" : " stay", " on the core: to let the kernel place ",
+                           one ? "it" : "them", " elsewhere, boot with isolcpus=managed_irq,",
+                           owned_.to_list()));
 }
 
 void Isolation::move_network(MachineSettings& settings) {
@@ -223,12 +215,8 @@ void Isolation::move_network(MachineSettings& settings) {
         for (const std::string& queue : entries(queues)) {
             for (const char* file : {"/rps_cpus", "/xps_cpus"}) {
                 const std::string path = queues + "/" + queue + file;
-                const auto text = read_small_file(path);
-                const auto cpus = text ? CpuList::from_mask(*text) : std::nullopt;
-                if (!cpus || cpus->without(owned_) == *cpus) continue;
-                const CpuList left = cpus->without(owned_);
-                try_change(settings, path, (left.empty() ? rest_ : left).to_mask(options_.cpus),
-                           "network queue " + queue);
+                const auto left = left_of(CpuList::from_mask(text_of_file(path)).value_or(CpuList{}));
+                if (left) try_change(settings, path, left->to_mask(options_.cpus), "network queue " + queue);
             }
         }
     }
@@ -260,8 +248,7 @@ void Isolation::stay_fast(MachineSettings& settings) {
 // server (since Linux 6.12) or else from the throttling.
 void Isolation::lift_throttling(MachineSettings& settings) {
     const bool needed = !kept_interrupts_.empty();
-    const auto release = read_small_file(at("/proc/sys/kernel/osrelease"));
-    if (needed && !(release && release_at_least(*release, 6, 12))) {
+    if (needed && !release_at_least(text_of_file(at("/proc/sys/kernel/osrelease")), 6, 12)) {
         notes_.push_back("RT throttling left on, for the threads that finish what that begins");
         return;
     }

@@ -61,7 +61,10 @@ class Isolation {
   private:
     enum class Cpusets { none, v1, v2 };
 
+    [[nodiscard]] std::optional<CpuList> left_of(const CpuList& cpus) const;
     void take_cores_v1(MachineSettings& settings);
+    Result<void> make_sets_v1(MachineSettings& settings, const std::string& system,
+                              std::string_view nodes) const;
     void take_cores_v2(MachineSettings& settings);
     void shrink_other_sets_v1(MachineSettings& settings, const std::string& top);
     void move_interrupts(MachineSettings& settings);

@@ -5,7 +5,6 @@
 
 #include "base/contract.h"
 #include "board/linux/overheads.h"
-#include "board/linux/pi_lock.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"
 
@@ -52,7 +51,7 @@ LinuxBoard::LinuxBoard(LinuxConfig config) : config_(std::move(config)), core_co
 Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
     std::unique_ptr<LinuxBoard> board{new LinuxBoard{std::move(config)}};
     cycle_clock.start();
-    if (auto opened = board->pins_.open(board->config_); !opened) return opened.error();
+    QDUINO_TRY(board->pins_.open(board->config_));
     if (VirtualPins& shared = board->pins_.virtual_pins(); shared.attached())
         board->life_ = SignsOfLife{shared, board->config_.heartbeat_bound};
     if (board->config_.handle_signals) {
@@ -120,57 +119,10 @@ void LinuxBoard::sleep_until(Instant t) {
 
 // ---- pins and buses -----------------------------------------------------------------------------
 
-Result<void> LinuxBoard::pin_mode(PinId pin, PinMode mode) {
-    PinDriver* driver = pins_.at(pin);
-    if (!driver) return nothing_at(pin);
-    return driver->set_mode(current_vcpu(), pin, mode);
-}
-
-void LinuxBoard::pin_write(PinId pin, Level level) {
-    if (PinDriver* driver = pins_.at(pin)) driver->write(current_vcpu(), pin, level);
-}
-
-Level LinuxBoard::pin_read(PinId pin) {
-    PinDriver* driver = pins_.at(pin);
-    return driver ? driver->read(current_vcpu(), pin) : Level::low;
-}
-
-Result<void> LinuxBoard::pwm_write(PinId pin, double duty) {
-    PinDriver* driver = pins_.at(pin);
-    if (!driver) return nothing_at(pin);
-    return driver->write_pwm(current_vcpu(), pin, duty);
-}
-
-Result<void> LinuxBoard::pwm_period(PinId pin, Nanoseconds period) {
-    PinDriver* driver = pins_.at(pin);
-    if (!driver) return nothing_at(pin);
-    if (!is_pwm_period(period)) return bad_pwm_period();
-    return driver->set_pwm_period(current_vcpu(), pin, period);
-}
-
-Result<double> LinuxBoard::analog_read(PinId pin) {
-    PinDriver* driver = pins_.at(pin);
-    if (!driver) return nothing_at(pin);
-    return driver->read_analog(current_vcpu(), pin);
-}
-
 Result<double> LinuxBoard::chip_temperature() {
-    const auto milli = posix::read_small_file(config_.sysfs_root + "/sys/class/thermal/thermal_zone0/temp");
-    if (!milli) return milli.error();
-    return std::strtod(milli->c_str(), nullptr) / 1000;
-}
-
-Result<void> LinuxBoard::i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                                      std::span<std::uint8_t> in) {
-    I2cDriver* driver = pins_.at(bus);
-    if (!driver) return make_error(ErrorCode::unsupported, "this I2C bus is connected to nothing");
-    return driver->transfer(current_vcpu(), bus, address, out, in);
-}
-
-Result<void> LinuxBoard::spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) {
-    SpiDriver* driver = pins_.at(bus);
-    if (!driver) return make_error(ErrorCode::unsupported, "this SPI bus is connected to nothing");
-    return driver->transfer(current_vcpu(), bus, settings, data);
+    const std::string path = config_.sysfs_root + "/sys/class/thermal/thermal_zone0/temp";
+    QDUINO_TRY_ASSIGN(const std::string milli, posix::read_small_file(path));
+    return std::strtod(milli.c_str(), nullptr) / 1000;
 }
 
 std::uint64_t LinuxBoard::lost_edges() const {
@@ -178,17 +130,13 @@ std::uint64_t LinuxBoard::lost_edges() const {
     return shared.attached() ? shared.lost_edges() : 0;
 }
 
-void LinuxBoard::lock(LockWord& word) { take_lock(word); }
-bool LinuxBoard::try_lock(LockWord& word) { return try_to_take_lock(word); }
-void LinuxBoard::unlock(LockWord& word) { give_lock(word); }
-
 // ---- running ------------------------------------------------------------------------------------
 
 Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
     QDUINO_EXPECT(crew_.threads().empty());
-    if (auto checked = check_specs(specs, config_, core_count_); !checked) return checked;
-    if (auto locked = cores_.lock(specs); !locked) return locked;
-    if (auto opened = open_writers(specs); !opened) return opened;
+    QDUINO_TRY(check_specs(specs, config_, core_count_));
+    QDUINO_TRY(cores_.lock(specs));
+    QDUINO_TRY(open_writers(specs));
     if (config_.lock_memory) memory_locked_ = lock_memory().ok();
     cores_.take(specs);
     return make_threads(specs);
@@ -198,7 +146,7 @@ Result<void> LinuxBoard::open_writers(std::span<const VcpuSpec> specs) {
     VirtualPins& shared = pins_.virtual_pins();
     if (!shared.attached()) return {};
     for (const VcpuSpec& spec : specs) {
-        if (auto opened = shared.open_writer(spec.id, spec.owns_core); !opened) return opened;
+        QDUINO_TRY(shared.open_writer(spec.id, spec.owns_core));
         shared.publish_place(spec.id, {.core = spec.core, .priority = priority_of(spec, specs, config_)});
     }
     witness_.call(shared.layout().witness, config_.real_time);
@@ -208,8 +156,7 @@ Result<void> LinuxBoard::open_writers(std::span<const VcpuSpec> specs) {
 Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
     const StopSignalsBlocked for_new_threads;
     for (const VcpuSpec& spec : specs) {
-        if (spec.entry) continue;
-        if (auto opened = edges_.open(spec.id); !opened) return opened;
+        if (!spec.entry) QDUINO_TRY(edges_.open(spec.id));
     }
     for (const VcpuSpec& spec : specs) {
         VcpuSpec mine = spec;
@@ -223,7 +170,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
         options.enforce_budget = config_.enforce_budgets && !spec.owns_core;
         if (spec.owns_core) options.spin_share = real_time_share(config_.sysfs_root);
         options.isolation = cores_.isolation_of(spec);
-        if (auto made = crew_.add(mine, options); !made) return made;
+        QDUINO_TRY(crew_.add(mine, options));
     }
     crew_.go();
     return {};
@@ -253,14 +200,13 @@ sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
 GuaranteeReport LinuxBoard::guarantee() const {
     GuaranteeReport report;
     const auto& threads = crew_.threads();
-    const bool real_time =
-        std::all_of(threads.begin(), threads.end(), [](const auto& t) { return t->real_time(); });
+    const bool real_time = std::ranges::all_of(threads, [](const auto& t) { return t->real_time(); });
     report.board = real_time ? "linux, SCHED_FIFO" : "linux, best effort";
     report.memory_locked = memory_locked_;
     for (const auto& thread : threads) {
         LoopGuarantee loop = cores_.describe(*thread);
         if (const std::string_view note = edges_.note_of(loop.id); !note.empty())
-            loop.shortfall.append(loop.shortfall.empty() ? "" : "; ").append(note);
+            write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", note);
         report.loops.push_back(loop);
     }
     cores_.describe_cores(report);

@@ -16,7 +16,7 @@
 //
 //   PinTable    drivers, safe states           CoreTaker  what is done to the computer; guarantee
 //   EdgeServer  handlers on I/O VCPUs          Crew       threads: gate, run, stop
-//   SignsOfLife for the supervisor                pi_lock.h  locks
+//   SignsOfLife for the supervisor                pi_lock.cpp  locks
 //
 // Who may call what: board.h. One board per process: it owns the signal handlers and the process's
 // memory locking.
@@ -57,13 +57,22 @@ class LinuxBoard final : public Board {
     void sleep_until(Instant t) override;
 
     // ---- pins and buses -------------------------------------------------------------------------
-    Result<void> pin_mode(PinId pin, PinMode mode) override;
-    void pin_write(PinId pin, Level level) override;
-    [[nodiscard]] Level pin_read(PinId pin) override;
+    Result<void> pin_mode(PinId pin, PinMode mode) override {
+        return pins_.at(pin).set_mode(current_vcpu(), pin, mode);
+    }
+    void pin_write(PinId pin, Level level) override { pins_.at(pin).write(current_vcpu(), pin, level); }
+    [[nodiscard]] Level pin_read(PinId pin) override { return pins_.at(pin).read(current_vcpu(), pin); }
     Result<void> safe_state(PinId pin, Level level) override { return pins_.set_safe_state(pin, level); }
-    Result<void> pwm_write(PinId pin, double duty) override;
-    Result<void> pwm_period(PinId pin, Nanoseconds period) override;
-    [[nodiscard]] Result<double> analog_read(PinId pin) override;
+    Result<void> pwm_write(PinId pin, double duty) override {
+        return pins_.at(pin).write_pwm(current_vcpu(), pin, duty);
+    }
+    Result<void> pwm_period(PinId pin, Nanoseconds period) override {
+        if (!is_pwm_period(period)) return bad_pwm_period();
+        return pins_.at(pin).set_pwm_period(current_vcpu(), pin, period);
+    }
+    [[nodiscard]] Result<double> analog_read(PinId pin) override {
+        return pins_.at(pin).read_analog(current_vcpu(), pin);
+    }
     /// The kernel's first thermal zone. Error: the system's, when there is none.
     [[nodiscard]] Result<double> chip_temperature() override;
     Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) override {
@@ -71,10 +80,14 @@ class LinuxBoard final : public Board {
     }
     void detach_edge(PinId pin) override { edges_.detach(pin); }
     Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
-                              std::span<std::uint8_t> in) override;
-    Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) override;
+                              std::span<std::uint8_t> in) override {
+        return pins_.at(bus).transfer(current_vcpu(), bus, address, out, in);
+    }
+    Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) override {
+        return pins_.at(bus).transfer(current_vcpu(), bus, settings, data);
+    }
 
-    // ---- locks: pi_lock.h -----------------------------------------------------------------------
+    // ---- locks: pi_lock.cpp ---------------------------------------------------------------------
     void lock(LockWord& word) override;
     [[nodiscard]] bool try_lock(LockWord& word) override;
     void unlock(LockWord& word) override;

@@ -68,7 +68,8 @@ class MachineSettings {
     [[nodiscard]] bool active() const { return file_.valid(); }
 
   private:
-    Result<void> record(std::string_view line);
+    template <typename... Pieces>
+    Result<void> record(const Pieces&... pieces);
     Result<void> record_affinity(pid_t tid, const CpuList& cpus);
 
     std::string path_;

@@ -1,8 +1,6 @@
 #include "board/linux/overheads.h"
 
-#include <sys/syscall.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -10,17 +8,11 @@
 #include <cstdlib>
 
 #include "board/linux/clock.h"
-#include "board/linux/machine_settings.h"
-#include "posix/small_file.h"
-
-// glibc names the field only from 2.38 on.
-#ifndef sigev_notify_thread_id
-#define sigev_notify_thread_id _sigev_un._tid
-#endif
+#include "board/linux/kernel_text.h"
+#include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux {
 
-using posix::read_small_file;
 namespace {
 
 constexpr std::size_t kSamples = 33;
@@ -52,17 +44,12 @@ Nanoseconds signal_cost() {
     action.sa_handler = on_sample;
     sigemptyset(&action.sa_mask);
     ::sigaction(signal, &action, &before);
-    sigevent event{};
-    event.sigev_notify = SIGEV_THREAD_ID;
-    event.sigev_signo = signal;
-    event.sigev_notify_thread_id = static_cast<pid_t>(::syscall(SYS_gettid));
-    timer_t timer{};
     Samples samples{};
-    if (::timer_create(CLOCK_MONOTONIC, &event, &timer) == 0) {
+    if (const auto timer = make_thread_timer(signal)) {
         for (Nanoseconds& sample : samples) {
             itimerspec soon{};
             soon.it_value.tv_nsec = 30'000;
-            ::timer_settime(timer, 0, &soon, nullptr);
+            ::timer_settime(*timer, 0, &soon, nullptr);
             const Instant end = monotonic_now() + 100us;
             for (Instant last = monotonic_now(); last < end;) {
                 const Instant now = monotonic_now();
@@ -70,7 +57,7 @@ Nanoseconds signal_cost() {
                 last = now;
             }
         }
-        ::timer_delete(timer);
+        ::timer_delete(*timer);
     }
     ::sigaction(signal, &before, nullptr);
     return median(samples);
@@ -89,8 +76,7 @@ sched::PlatformOverheads measure_overheads() {
 double real_time_share(const std::string& root) {
     constexpr double kMargin = 0.03;
     const auto number = [&](const char* name) {
-        const auto text = read_small_file(root + "/proc/sys/kernel/" + name);
-        return text ? std::strtod(text->c_str(), nullptr) : 0;
+        return std::strtod(text_of_file(root + "/proc/sys/kernel/" + name).c_str(), nullptr);
     };
     const double runtime_us = number("sched_rt_runtime_us");
     const double period_us = number("sched_rt_period_us");

@@ -1,5 +1,13 @@
-#include "board/linux/pi_lock.h"
-
+// Locks between loops on stock Linux: the kernel's priority-inheriting futexes (futex(2);
+// Documentation/locking/pi-futex.rst).
+//
+//   free, nobody waits    one compare-and-swap each way, in user space
+//   held                  FUTEX_LOCK_PI: the kernel lends the holder the waiter's priority, through
+//                         chains, until unlock
+//
+// The wait is announced to the budget, so that it costs none; the hold is, so that the holder is
+// not put to sleep for its budget while others wait for it (budget_keeper.h). It works as well
+// between threads without SCHED_FIFO, where it orders nothing and excludes all the same.
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -7,7 +15,7 @@
 #include "board/linux/announced_wait.h"
 #include "board/linux/cycle_clock.h"
 #include "board/linux/futex.h"
-#include "board/linux/vcpu_thread.h"
+#include "board/linux/linux_board.h"
 
 namespace qduino::board::linux {
 namespace {
@@ -31,7 +39,7 @@ bool take(LockWord& word) {
 
 }  // namespace
 
-bool try_to_take_lock(LockWord& word) {
+bool LinuxBoard::try_lock(LockWord& word) {
     VcpuThread* self = VcpuThread::current();
     if (self) self->begin_hold();
     const bool taken = take(word);
@@ -39,7 +47,7 @@ bool try_to_take_lock(LockWord& word) {
     return taken;
 }
 
-void take_lock(LockWord& word) {
+void LinuxBoard::lock(LockWord& word) {
     if (VcpuThread* self = VcpuThread::current()) self->begin_hold();
     if (take(word)) return;
     const AnnouncedWait wait;
@@ -49,10 +57,11 @@ void take_lock(LockWord& word) {
     QDUINO_EXPECT(error == 0 || error == ENOSYS);
 }
 
-void give_lock(LockWord& word) {
+void LinuxBoard::unlock(LockWord& word) {
     std::uint32_t mine = own_value();
     if (!word.value.compare_exchange_strong(mine, 0, std::memory_order_release, std::memory_order_relaxed)) {
-        QDUINO_EXPECT(futex_unlock_inheriting(word.value) == 0);  // else: not held by the caller
+        const int error = futex_unlock_inheriting(word.value);
+        QDUINO_EXPECT(error == 0);  // else: not held by the caller
     }
     if (VcpuThread* self = VcpuThread::current()) self->end_hold();
 }

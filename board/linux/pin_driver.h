@@ -1,7 +1,7 @@
 // The drivers behind a pin or a bus on the Linux board: virtual devices in shared memory, or the
 // kernel's real ones.
 //
-//   LinuxBoard ──► PinDriver   VirtualPins · GpioPin · PwmPin · AnalogPin
+//   LinuxBoard ──► PinDriver   VirtualPins · GpioPin · PwmPin · AnalogPin · NoPin
 //              ──► I2cDriver   VirtualPins · I2cDevice
 //              ──► SpiDriver   VirtualPins · SpiDevice
 //
@@ -9,20 +9,11 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include "base/result.h"
 #include "board/types.h"
 
 namespace qduino::board::linux {
-
-/// The error for a pin that has no driver.
-inline Error nothing_at(PinId pin) {
-    Error error{ErrorCode::invalid_argument, "pin "};
-    error.message.append(std::to_string(pin.number));
-    error.message.append(" is connected to nothing: name its line, or use virtual pins");
-    return error;
-}
 
 /// Edges that a pin has seen so far; counts wrap.
 struct EdgeCounts {
@@ -32,9 +23,8 @@ struct EdgeCounts {
 
 /// The error for what the pin of a driver cannot do.
 inline Error pin_cannot(std::string_view what) {
-    Error error{ErrorCode::unsupported, "this pin has no "};
-    error.message.append(what).append(": use another pin, or name a device for it");
-    return error;
+    return make_error(ErrorCode::unsupported, "this pin has no ", what,
+                      ": use another pin, or name a device for it");
 }
 
 /// Real-time safe after set_mode(), unless a driver says otherwise. `vcpu` is the caller.
@@ -61,18 +51,42 @@ class PinDriver {
     virtual void force_safe_states() = 0;
 };
 
+/// Of a pin with nothing behind it: reads low.
+class NoPin final : public PinDriver {
+  public:
+    Result<void> set_mode(VcpuId, PinId pin, PinMode) override { return nothing_at(pin); }
+    void write(VcpuId, PinId, Level) override {}
+    Level read(VcpuId, PinId) override { return Level::low; }
+    Result<void> write_pwm(VcpuId, PinId pin, double) override { return nothing_at(pin); }
+    Result<void> set_pwm_period(VcpuId, PinId pin, Nanoseconds) override { return nothing_at(pin); }
+    Result<double> read_analog(VcpuId, PinId pin) override { return nothing_at(pin); }
+    Result<void> watch_edges(PinId pin, Edge) override { return nothing_at(pin); }
+    Result<void> set_safe_state(PinId pin, Level) override { return nothing_at(pin); }
+    void force_safe_states() override {}
+
+  private:
+    static Error nothing_at(PinId pin) {
+        return make_error(ErrorCode::invalid_argument, "pin ", pin.number,
+                          " is connected to nothing: name its line, or use virtual pins");
+    }
+};
+
+/// This class itself is the bus that is connected to nothing.
 class I2cDriver {
   public:
     virtual ~I2cDriver() = default;
-    virtual Result<void> transfer(VcpuId vcpu, I2cBus bus, I2cAddress address,
-                                  std::span<const std::uint8_t> out, std::span<std::uint8_t> in) = 0;
+    virtual Result<void> transfer(VcpuId, I2cBus, I2cAddress, std::span<const std::uint8_t>,
+                                  std::span<std::uint8_t>) {
+        return make_error(ErrorCode::unsupported, "this I2C bus is connected to nothing");
+    }
 };
-
+/// As above.
 class SpiDriver {
   public:
     virtual ~SpiDriver() = default;
-    virtual Result<void> transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
-                                  std::span<std::uint8_t> data) = 0;
+    virtual Result<void> transfer(VcpuId, SpiBus, SpiSettings, std::span<std::uint8_t>) {
+        return make_error(ErrorCode::unsupported, "this SPI bus is connected to nothing");
+    }
 };
 
 }  // namespace qduino::board::linux

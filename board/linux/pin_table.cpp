@@ -6,21 +6,39 @@
 
 namespace qduino::board::linux {
 
+PinTable::PinTable() {
+    pins_.fill(&no_pin_);
+    i2c_.fill(&no_i2c_);
+    spi_.fill(&no_spi_);
+}
+
 Result<void> PinTable::open(const LinuxConfig& config) {
     if (!config.pins_path.empty()) {
-        if (auto attached = virtual_.attach(config.pins_path); !attached) return attached;
-        pins_.fill(&virtual_);
-        i2c_.fill(&virtual_);
-        spi_.fill(&virtual_);
+        QDUINO_TRY(virtual_.attach(config.pins_path));
+        std::fill_n(pins_.begin(), kPinCount, &virtual_);
+        std::fill_n(i2c_.begin(), kBusLimit, &virtual_);
+        std::fill_n(spi_.begin(), kBusLimit, &virtual_);
     }
-    if (auto opened = open_pins(config); !opened) return opened;
-    return open_buses(config);
+    QDUINO_TRY(open_pins(config));
+    const auto add_bus = [](const auto& port, auto device, auto& buses, auto& owned) -> Result<void> {
+        if (port.bus.number >= kBusLimit)
+            return make_error(ErrorCode::invalid_argument, "the number of an I2C or SPI bus is below 16");
+        QDUINO_TRY(device->open(port));
+        buses[port.bus.number] = device.get();
+        owned.push_back(std::move(device));
+        return {};
+    };
+    for (const I2cPort& port : config.i2c)
+        QDUINO_TRY(add_bus(port, std::make_unique<I2cDevice>(), i2c_, real_i2c_));
+    for (const SpiPort& port : config.spi)
+        QDUINO_TRY(add_bus(port, std::make_unique<SpiDevice>(), spi_, real_spi_));
+    return {};
 }
 
 template <typename Driver>
 Result<void> PinTable::add_pin(PinId pin, std::unique_ptr<Driver> driver) {
     if (pin.number >= kPinCount) return make_error(ErrorCode::invalid_argument, "a pin number is below 128");
-    if (auto opened = driver->open(); !opened) return opened;
+    QDUINO_TRY(driver->open());
     pins_[pin.number] = driver.get();
     real_pins_.push_back(std::move(driver));
     return {};
@@ -28,46 +46,24 @@ Result<void> PinTable::add_pin(PinId pin, std::unique_ptr<Driver> driver) {
 
 Result<void> PinTable::open_pins(const LinuxConfig& config) {
     for (const GpioLine& line : config.gpio) {
-        if (auto added = add_pin(line.pin, std::make_unique<GpioPin>(line)); !added) return added;
-        if (virtual_.attached()) virtual_.publish_line(line.pin, line.chip, line.line);
+        QDUINO_TRY(add_pin(line.pin, std::make_unique<GpioPin>(line)));
+        if (virtual_.attached()) virtual_.publish_line(line.pin, {line.chip, line.line});
     }
     for (const PwmChannel& channel : config.pwm) {
-        if (auto added = add_pin(channel.pin, std::make_unique<PwmPin>(channel, config.sysfs_root)); !added)
-            return added;
-        if (virtual_.attached()) virtual_.publish_channel(channel.pin, channel.chip, channel.channel);
+        QDUINO_TRY(add_pin(channel.pin, std::make_unique<PwmPin>(channel, config.sysfs_root)));
+        if (virtual_.attached()) virtual_.publish_channel(channel.pin, {channel.chip, channel.channel});
     }
     for (const AnalogChannel& channel : config.analog) {
-        auto added = add_pin(channel.pin, std::make_unique<AnalogPin>(channel, config.sysfs_root));
-        if (!added) return added;
-    }
-    return {};
-}
-
-Result<void> PinTable::open_buses(const LinuxConfig& config) {
-    for (const I2cPort& port : config.i2c) {
-        if (port.bus.number >= kBusLimit)
-            return make_error(ErrorCode::invalid_argument, "an I2C bus number is below 16");
-        auto device = std::make_unique<I2cDevice>();
-        if (auto opened = device->open(port); !opened) return opened;
-        i2c_[port.bus.number] = device.get();
-        real_i2c_.push_back(std::move(device));
-    }
-    for (const SpiPort& port : config.spi) {
-        if (port.bus.number >= kBusLimit)
-            return make_error(ErrorCode::invalid_argument, "an SPI bus number is below 16");
-        auto device = std::make_unique<SpiDevice>();
-        if (auto opened = device->open(port); !opened) return opened;
-        spi_[port.bus.number] = device.get();
-        real_spi_.push_back(std::move(device));
+        QDUINO_TRY(add_pin(channel.pin, std::make_unique<AnalogPin>(channel, config.sysfs_root)));
     }
     return {};
 }
 
 Result<void> PinTable::set_safe_state(PinId pin, Level level) {
-    PinDriver* const driver = at(pin);
-    if (!driver) return nothing_at(pin);
-    if (virtual_.attached() && driver != &virtual_) virtual_.publish_safe_state(pin, level);
-    return driver->set_safe_state(pin, level);
+    PinDriver& driver = at(pin);
+    if (virtual_.attached() && &driver != &virtual_ && &driver != &no_pin_)
+        virtual_.publish_safe_state(pin, level);
+    return driver.set_safe_state(pin, level);
 }
 
 void PinTable::force_safe_states() {

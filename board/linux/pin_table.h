@@ -8,6 +8,7 @@
 // the configuration names.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <memory>
@@ -22,20 +23,15 @@ namespace qduino::board::linux {
 
 class PinTable {
   public:
+    PinTable();
+
     /// Opens every device that `config` names. Setup-time. Error: the first that cannot be had, by
     /// name.
     Result<void> open(const LinuxConfig& config);
 
-    /// Null: nothing is behind it.
-    [[nodiscard]] PinDriver* at(PinId pin) const {
-        return pin.number < kPinCount ? pins_[pin.number] : nullptr;
-    }
-    [[nodiscard]] I2cDriver* at(I2cBus bus) const {
-        return bus.number < kBusLimit ? i2c_[bus.number] : nullptr;
-    }
-    [[nodiscard]] SpiDriver* at(SpiBus bus) const {
-        return bus.number < kBusLimit ? spi_[bus.number] : nullptr;
-    }
+    [[nodiscard]] PinDriver& at(PinId pin) { return *pins_[std::min(pin.number, kPinCount)]; }
+    [[nodiscard]] I2cDriver& at(I2cBus bus) { return *i2c_[std::min(bus.number, kBusLimit)]; }
+    [[nodiscard]] SpiDriver& at(SpiBus bus) { return *spi_[std::min(bus.number, kBusLimit)]; }
 
     /// The virtual ones; attached when there is a file of them.
     [[nodiscard]] VirtualPins& virtual_pins() { return virtual_; }
@@ -47,10 +43,9 @@ class PinTable {
     void force_safe_states();
 
   private:
-    static constexpr std::size_t kBusLimit = 16;
+    static constexpr std::uint8_t kBusLimit = 16;
 
     Result<void> open_pins(const LinuxConfig& config);
-    Result<void> open_buses(const LinuxConfig& config);
     template <typename Driver>
     Result<void> add_pin(PinId pin, std::unique_ptr<Driver> driver);
 
@@ -58,9 +53,13 @@ class PinTable {
     std::vector<std::unique_ptr<PinDriver>> real_pins_;
     std::vector<std::unique_ptr<I2cDriver>> real_i2c_;
     std::vector<std::unique_ptr<SpiDriver>> real_spi_;
-    std::array<PinDriver*, kPinCount> pins_{};
-    std::array<I2cDriver*, kBusLimit> i2c_{};
-    std::array<SpiDriver*, kBusLimit> spi_{};
+    NoPin no_pin_;
+    I2cDriver no_i2c_;
+    SpiDriver no_spi_;
+    // The last of each is for numbers that are too high: nothing, always.
+    std::array<PinDriver*, kPinCount + 1> pins_;
+    std::array<I2cDriver*, kBusLimit + 1> i2c_;
+    std::array<SpiDriver*, kBusLimit + 1> spi_;
     std::atomic<bool> made_safe_{false};
 };
 

@@ -18,9 +18,7 @@ class PinWriter {
 
     /// Maps the ring of `writer` and takes it over from its last owner. Setup-time.
     Result<void> open(const PinsFile& file, int writer, VcpuId vcpu) {
-        auto mapped = file.map_ring(writer, true);
-        if (!mapped) return mapped.error();
-        ring_ = std::move(*mapped);
+        QDUINO_TRY_ASSIGN(ring_, file.map_ring(writer, true));
         wide_ = is_wide(writer);
         slot_ = &file.layout().writers[static_cast<std::size_t>(writer)];
         slot_->writing.store(0);

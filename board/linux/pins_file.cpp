@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <new>
 
 #include "base/contract.h"
@@ -33,25 +32,20 @@ Result<void> take_role(int fd, PinsRole role, const std::string& path) {
     lock.l_len = 1;
     if (::fcntl(fd, F_OFD_SETLK, &lock) == 0) return {};
     if (errno != EAGAIN && errno != EACCES) return system_error("lock", path);
-    Error error{ErrorCode::unavailable, "another "};
-    error.message.append(kRoles(role)).append(" is alive on the pins ").append(path);
-    error.message.append(": stop it first, or use another file");
-    return error;
+    return make_error(ErrorCode::unavailable, "another ", kRoles(role), " is alive on the pins ", path,
+                      ": stop it first, or use another file");
 }
 
 Error not_a_pins_file(const std::string& path, std::string_view why) {
-    Error error{ErrorCode::corrupt, std::string_view{path}};
-    error.message.append(" is not a file of virtual pins: ").append(why);
-    return error;
+    return make_error(ErrorCode::corrupt, path, " is not a file of virtual pins: ", why);
 }
 
 Result<void> check_head(const PinsLayout& layout, std::size_t file_bytes, const std::string& path) {
     if (layout.magic.load(std::memory_order_acquire) != kPinsMagic)
         return not_a_pins_file(path, "wrong magic");
     if (layout.version != kPinsVersion) {
-        Error error{ErrorCode::unsupported, std::string_view{path}};
-        error.message.append(" has another version of the pins layout: rebuild, and restart the machine");
-        return error;
+        return make_error(ErrorCode::unsupported, path,
+                          " has another version of the pins layout: rebuild, and restart the machine");
     }
     if (layout.size != kPinsFileSize || file_bytes != kPinsFileSize)
         return not_a_pins_file(path, "wrong size");
@@ -63,9 +57,7 @@ Result<void> check_head(const PinsLayout& layout, std::size_t file_bytes, const 
 Result<PinsFile> PinsFile::create(const std::string& path) {
     {  // A living machine on this path keeps it.
         const UniqueFd old{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
-        if (old.valid()) {
-            if (auto taken = take_role(old.get(), PinsRole::machine, path); !taken) return taken.error();
-        }
+        if (old.valid()) QDUINO_TRY(take_role(old.get(), PinsRole::machine, path));
     }
     const std::string fresh = path + "." + std::to_string(::getpid());
     PinsFile file;
@@ -73,10 +65,8 @@ Result<PinsFile> PinsFile::create(const std::string& path) {
     if (!file.fd_.valid()) return system_error("create", fresh);
     if (::ftruncate(file.fd_.get(), static_cast<off_t>(kPinsFileSize)) != 0)
         return system_error("size", fresh);
-    if (auto taken = take_role(file.fd_.get(), PinsRole::machine, path); !taken) return taken.error();
-    auto head = map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true);
-    if (!head) return head.error();
-    file.head_ = std::move(*head);
+    QDUINO_TRY(take_role(file.fd_.get(), PinsRole::machine, path));
+    QDUINO_TRY_ASSIGN(file.head_, map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true));
 
     auto* layout = new (file.head_.as<void>()) PinsLayout;
     layout->version = kPinsVersion;
@@ -100,11 +90,9 @@ Result<PinsFile> PinsFile::open(const std::string& path, PinsRole role) {
     if (::fstat(file.fd_.get(), &status) != 0) return system_error("look at", path);
     const auto bytes = static_cast<std::size_t>(status.st_size);
     if (bytes < sizeof(PinsLayout)) return not_a_pins_file(path, "too short");
-    auto head = map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true);
-    if (!head) return head.error();
-    file.head_ = std::move(*head);
-    if (auto checked = check_head(file.layout(), bytes, path); !checked) return checked.error();
-    if (auto taken = take_role(file.fd_.get(), role, path); !taken) return taken.error();
+    QDUINO_TRY_ASSIGN(file.head_, map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true));
+    QDUINO_TRY(check_head(file.layout(), bytes, path));
+    QDUINO_TRY(take_role(file.fd_.get(), role, path));
     return file;
 }
 

@@ -50,7 +50,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
+#include "base/contract.h"
 #include "base/time.h"
 #include "board/types.h"
 #include "channel/ring_buffer.h"
@@ -109,8 +111,38 @@ struct OutputPin {
     std::atomic<std::uint8_t> safe{0};   ///< 0: none; else 1 + Level
     // The kernel device behind this pin when it is real, so that a process that outlives the sketch
     // can make it safe. Set before the pin can be driven.
-    std::atomic<std::uint32_t> line{0};         ///< GPIO: 0, or 1 + line + (chip << 16)
-    std::atomic<std::uint32_t> pwm_channel{0};  ///< PWM: 0, or 1 + channel + (chip << 16)
+    std::atomic<std::uint32_t> line{0};         ///< GPIO: 0, or ChipPlace::word()
+    std::atomic<std::uint32_t> pwm_channel{0};  ///< PWM: 0, or ChipPlace::word()
+
+    void set_mode(PinMode asked) {
+        mode.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(asked)), std::memory_order_release);
+    }
+    [[nodiscard]] bool is_set() const { return mode.load(std::memory_order_acquire) != 0; }
+    [[nodiscard]] bool drives() const {
+        const std::uint8_t stored = mode.load(std::memory_order_acquire);
+        return stored != 0 && is_output(static_cast<PinMode>(stored - 1));
+    }
+    void set_safe(Level asked) {
+        safe.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(asked)), std::memory_order_release);
+    }
+    [[nodiscard]] std::optional<Level> safe_level() const {
+        const std::uint8_t stored = safe.load(std::memory_order_acquire);
+        if (stored == 0) return std::nullopt;
+        return stored > 1 ? Level::high : Level::low;
+    }
+};
+
+/// A line of a kernel GPIO chip, or a channel of a PWM chip.
+struct ChipPlace {
+    unsigned chip = 0;
+    unsigned number = 0;
+
+    /// Contract: both are below 0xffff.
+    [[nodiscard]] std::uint32_t word() const {
+        QDUINO_EXPECT(chip < 0xffff && number < 0xffff);
+        return 1 + number + (chip << 16);
+    }
+    static ChipPlace from(std::uint32_t word) { return {(word - 1) >> 16, (word - 1) & 0xffff}; }
 };
 
 /// Written by the machine.

@@ -23,12 +23,6 @@ bool seen_quiet(const WriterSlot& slot) {
     return false;
 }
 
-bool is_input(std::uint8_t mode) {
-    if (mode == 0) return false;
-    const auto asked = static_cast<PinMode>(mode - 1);
-    return asked == PinMode::input || asked == PinMode::input_pullup || asked == PinMode::input_pulldown;
-}
-
 /// A copy of a request. take_request() is false when it is too long, or when the client wrote
 /// a new one during the copy.
 struct Request {
@@ -54,10 +48,8 @@ const PinEvent* PinsServer::Source::front() {
 void PinsServer::Source::pop() { wide ? ring.as<WideRing>()->pop() : ring.as<NarrowRing>()->pop(); }
 
 Result<PinsServer> PinsServer::create(const std::string& path) {
-    auto file = PinsFile::create(path);
-    if (!file) return file.error();
     PinsServer server;
-    server.file_ = std::move(*file);
+    QDUINO_TRY_ASSIGN(server.file_, PinsFile::create(path));
     return server;
 }
 
@@ -162,7 +154,8 @@ void PinsServer::hand_over(const PinEvent& event, Peripherals& peripherals) {
 void PinsServer::publish_inputs(Peripherals& peripherals) {
     bool changed = false;
     for (std::uint16_t number = 0; number < kPinCount; ++number) {
-        if (!is_input(layout().outputs[number].mode.load(std::memory_order_acquire))) continue;
+        const OutputPin& output = layout().outputs[number];
+        if (!output.is_set() || output.drives()) continue;
         InputPin& input = layout().inputs[number];
         const auto level = static_cast<std::uint32_t>(peripherals.pin_level(horizon_, PinId{number}));
         if (input.level.load(std::memory_order_relaxed) == level) continue;

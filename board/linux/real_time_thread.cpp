@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <linux/capability.h>
 #include <malloc.h>
-#include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -12,11 +11,15 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdint>
-#include <string>
 
 #include "posix/system_error.h"
-#include "posix/unique_fd.h"
+
+// glibc names the field only from 2.38 on.
+#ifndef sigev_notify_thread_id
+#define sigev_notify_thread_id _sigev_un._tid
+#endif
 
 namespace qduino::board::linux {
 
@@ -41,6 +44,28 @@ Result<void> become_real_time(int priority) {
         return system_error("get SCHED_FIFO priority", std::to_string(priority), error);
     }
     return {};
+}
+
+Result<pthread_t> make_thread(std::string_view what, std::size_t stack_bytes, void* (*main)(void*),
+                              void* self) {
+    pthread_t thread{};
+    pthread_attr_t attributes;
+    ::pthread_attr_init(&attributes);
+    ::pthread_attr_setstacksize(&attributes, stack_bytes);
+    const int error = ::pthread_create(&thread, &attributes, main, self);
+    ::pthread_attr_destroy(&attributes);
+    if (error != 0) return system_error("make the thread of", what, error);
+    return thread;
+}
+
+Result<timer_t> make_thread_timer(int signal) {
+    sigevent event{};
+    event.sigev_notify = SIGEV_THREAD_ID;
+    event.sigev_signo = signal;
+    event.sigev_notify_thread_id = static_cast<pid_t>(::syscall(SYS_gettid));
+    timer_t timer{};
+    if (::timer_create(CLOCK_MONOTONIC, &event, &timer) != 0) return system_error("make", "a budget timer");
+    return timer;
 }
 
 void name_thread(std::string_view name) {

@@ -5,6 +5,9 @@
 // line of the guarantee report and is never silent.
 #pragma once
 
+#include <pthread.h>
+#include <time.h>
+
 #include <string>
 #include <string_view>
 
@@ -18,6 +21,11 @@ Result<void> pin_to_core(int core);
 /// SCHED_FIFO at `priority` (1…99). Error: not_permitted without CAP_SYS_NICE and without
 /// RLIMIT_RTPRIO.
 Result<void> become_real_time(int priority);
+/// Makes a thread of `stack_bytes` that runs `main(self)`. Error: unavailable, of `what`.
+Result<pthread_t> make_thread(std::string_view what, std::size_t stack_bytes, void* (*main)(void*),
+                              void* self);
+/// A timer whose shots come as `signal` to the calling thread alone. Error: the system's.
+Result<timer_t> make_thread_timer(int signal);
 /// The name in ps and top, cut to 15 bytes.
 void name_thread(std::string_view name);
 /// Touches the whole rest of the calling thread's stack, so that none of it faults later.

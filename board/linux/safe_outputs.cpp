@@ -3,7 +3,6 @@
 #include "board/linux/gpio_pin.h"
 #include "board/linux/sysfs_pin.h"
 #include "board/linux/virtual_pins.h"
-#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
@@ -30,27 +29,27 @@ ForcedOutputs SafeOutputs::force() {
     forced.pins = force_safe_states(*layout_, writer_);
     for (std::size_t pin = 0; pin < kPinCount; ++pin) {
         const OutputPin& output = layout_->outputs[pin];
-        if (output.safe.load(std::memory_order_acquire) == 0) continue;
-        if (!force_channel(output)) ++forced.channels_failed;
-        if (!force_line(pin, output)) ++forced.lines_missing;
+        const auto level = output.safe_level();
+        if (!level) continue;
+        if (!force_channel(output, *level)) ++forced.channels_failed;
+        if (!force_line(pin, output, *level)) ++forced.lines_missing;
     }
     return forced;
 }
 
 /// True: it is safe, or the pin is no channel.
-bool SafeOutputs::force_channel(const OutputPin& output) const {
-    const std::uint32_t where = output.pwm_channel.load(std::memory_order_acquire);
-    if (where == 0) return true;
-    const PwmChannel channel{{}, (where - 1) >> 16, (where - 1) & 0xffff};
-    return force_pwm_channel(channel, sysfs_root_, output.safe.load() > 1 ? Level::high : Level::low);
+bool SafeOutputs::force_channel(const OutputPin& output, Level level) const {
+    const std::uint32_t word = output.pwm_channel.load(std::memory_order_acquire);
+    const auto [chip, channel] = ChipPlace::from(word);
+    return word == 0 || force_pwm_channel({{}, chip, channel}, sysfs_root_, level);
 }
 
 /// True: it is held at its safe level, or the pin is no line.
-bool SafeOutputs::force_line(std::size_t pin, const OutputPin& output) {
-    const std::uint32_t where = output.line.load(std::memory_order_acquire);
-    if (where == 0 || lines_[pin].valid()) return true;
-    lines_[pin] = take_over_line((where - 1) >> 16, (where - 1) & 0xffff,
-                                 output.safe.load() > 1 ? Level::high : Level::low);
+bool SafeOutputs::force_line(std::size_t pin, const OutputPin& output, Level level) {
+    const std::uint32_t word = output.line.load(std::memory_order_acquire);
+    if (word == 0 || lines_[pin].valid()) return true;
+    const auto [chip, line] = ChipPlace::from(word);
+    lines_[pin] = take_over_line(chip, line, level);
     return lines_[pin].valid();
 }
 

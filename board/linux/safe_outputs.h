@@ -44,8 +44,8 @@ class SafeOutputs {
     ForcedOutputs force();
 
   private:
-    [[nodiscard]] bool force_channel(const OutputPin& output) const;
-    [[nodiscard]] bool force_line(std::size_t pin, const OutputPin& output);
+    [[nodiscard]] bool force_channel(const OutputPin& output, Level level) const;
+    [[nodiscard]] bool force_line(std::size_t pin, const OutputPin& output, Level level);
 
     PinsLayout* layout_ = nullptr;
     PinWriter writer_;

@@ -1,54 +1,45 @@
 #include "board/linux/sysfs_pin.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
+#include "base/text.h"
+#include "base/whole_number.h"
+#include "board/linux/kernel_text.h"
 #include "posix/system_error.h"
-#include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
 using posix::system_error;
 using posix::UniqueFd;
+using posix::write_small_file;
 namespace {
 
-Result<void> write_once(const std::string& path, const std::string& text) {
-    const UniqueFd file{::open(path.c_str(), O_WRONLY | O_CLOEXEC)};
-    if (!file.valid()) return system_error("open", path);
-    if (::write(file.get(), text.data(), text.size()) < 0) return system_error("write", path);
-    return {};
-}
-
 std::string folder_of(const PwmChannel& channel, const std::string& root) {
-    return root + "/sys/class/pwm/pwmchip" + std::to_string(channel.chip) + "/pwm" +
-           std::to_string(channel.channel);
+    return text<std::string>(root, "/sys/class/pwm/pwmchip", channel.chip, "/pwm", channel.channel);
 }
 
 }  // namespace
 
 // ---- PWM ----------------------------------------------------------------------------------------
 
-std::string PwmPin::folder() const { return folder_of(channel_, root_); }
-
 Result<void> PwmPin::open() {
-    const std::string chip = root_ + "/sys/class/pwm/pwmchip" + std::to_string(channel_.chip);
-    const std::string channel = folder();
+    const std::string channel = folder_of(channel_, root_);
     period_ = channel_.period;
-    struct stat exported {};
-    if (::stat(channel.c_str(), &exported) != 0) {
-        if (auto done = write_once(chip + "/export", std::to_string(channel_.channel)); !done) return done;
+    if (::access(channel.c_str(), F_OK) != 0) {
+        const std::string chip = channel.substr(0, channel.rfind('/'));
+        QDUINO_TRY(write_small_file(chip + "/export", std::to_string(channel_.channel)));
     }
     // Refused when the channel has no period yet: it is off then.
-    static_cast<void>(write_once(channel + "/enable", "0"));
+    static_cast<void>(write_small_file(channel + "/enable", "0"));
     // In this order: the kernel refuses a period below the duty that it still has.
     for (const auto& [file, value] :
          {std::pair{"/duty_cycle", std::int64_t{0}}, std::pair{"/period", to_ns(channel_.period)}}) {
-        if (auto done = write_once(channel + file, std::to_string(value)); !done) return done;
+        QDUINO_TRY(write_small_file(channel + file, std::to_string(value)));
     }
     for (const auto& [file, name] :
          {std::pair{&duty_file_, "/duty_cycle"}, std::pair{&enable_file_, "/enable"}}) {
@@ -59,11 +50,8 @@ Result<void> PwmPin::open() {
 }
 
 void PwmPin::set_duty(std::int64_t duty_ns) {
-    std::array<char, 24> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), duty_ns).ptr;
-    duty_ns_ = duty_ns;
-    if (::pwrite(duty_file_.get(), text.data(), static_cast<std::size_t>(end - text.data()), 0) < 0)
-        duty_ns_ = 0;
+    const auto digits = text<FixedString<24>>(duty_ns);
+    duty_ns_ = ::pwrite(duty_file_.get(), digits.view().data(), digits.size(), 0) < 0 ? 0 : duty_ns;
 }
 
 Result<void> PwmPin::enable() {
@@ -89,7 +77,7 @@ Result<void> PwmPin::set_pwm_period(VcpuId, PinId, Nanoseconds period) {
     if (period == Nanoseconds{0}) period = channel_.period;
     const double duty = static_cast<double>(duty_ns_) / static_cast<double>(to_ns(period_));
     set_duty(0);  // the kernel refuses a period below the duty that it still has
-    auto done = write_once(folder() + "/period", std::to_string(to_ns(period)));
+    auto done = write_small_file(folder_of(channel_, root_) + "/period", std::to_string(to_ns(period)));
     if (done) period_ = period;
     set_duty(std::llround(duty * static_cast<double>(to_ns(period_))));
     return done;
@@ -106,35 +94,27 @@ void PwmPin::force_safe_states() {
 
 bool force_pwm_channel(const PwmChannel& channel, const std::string& root, Level level) {
     const std::string folder = folder_of(channel, root);
-    std::string duty = "0";
-    if (level == Level::high) {
-        const UniqueFd file{::open((folder + "/period").c_str(), O_RDONLY | O_CLOEXEC)};
-        std::array<char, 32> text{};
-        const ssize_t bytes = ::read(file.get(), text.data(), text.size());
-        if (bytes > 0) duty.assign(text.data(), static_cast<std::size_t>(bytes));
-    }
-    if (write_once(folder + "/duty_cycle", duty)) return true;
-    return write_once(folder + "/enable", "0").ok();
+    const std::string duty = level == Level::high ? text_of_file(folder + "/period") : "0";
+    if (write_small_file(folder + "/duty_cycle", duty.empty() ? "0" : duty)) return true;
+    return write_small_file(folder + "/enable", "0").ok();
 }
 
 // ---- analog -------------------------------------------------------------------------------------
 
 Result<void> AnalogPin::open() {
-    const std::string path = root_ + "/sys/bus/iio/devices/iio:device" + std::to_string(channel_.device) +
-                             "/in_voltage" + std::to_string(channel_.channel) + "_raw";
+    const auto path = text<std::string>(root_, "/sys/bus/iio/devices/iio:device", channel_.device,
+                                        "/in_voltage", channel_.channel, "_raw");
     file_ = UniqueFd{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     if (!file_.valid()) return system_error("open", path);
     return {};
 }
 
 Result<double> AnalogPin::read_analog(VcpuId, PinId) {
-    std::array<char, 32> text{};
-    const ssize_t bytes = ::pread(file_.get(), text.data(), text.size(), 0);
-    long raw = 0;
-    if (bytes <= 0 || std::from_chars(text.data(), text.data() + bytes, raw).ec != std::errc{}) {
-        return make_error(ErrorCode::faulted, "the analog converter gives no value");
-    }
-    return std::min(1.0, std::max(0.0, static_cast<double>(raw) / channel_.full_scale));
+    std::array<char, 32> digits{};
+    const auto bytes = std::max<ssize_t>(::pread(file_.get(), digits.data(), digits.size(), 0), 0);
+    const auto raw = whole_number<long>(trimmed({digits.data(), static_cast<std::size_t>(bytes)}));
+    if (!raw) return make_error(ErrorCode::faulted, "the analog converter gives no value");
+    return std::clamp(static_cast<double>(*raw) / channel_.full_scale, 0.0, 1.0);
 }
 
 Level AnalogPin::read(VcpuId vcpu, PinId pin) {

@@ -31,7 +31,6 @@ class PwmPin final : public PinDriver {
     void force_safe_states() override;
 
   private:
-    [[nodiscard]] std::string folder() const;
     void set_duty(std::int64_t duty_ns);
     Result<void> enable();
 

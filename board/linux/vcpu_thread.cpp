@@ -3,28 +3,19 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <string>
-
 #include "board/linux/clock.h"
 #include "board/linux/fatal_signals.h"
 #include "board/linux/futex.h"
 #include "board/linux/real_time_thread.h"
 #include "board/real_time_mark.h"
-#include "posix/system_error.h"
 
 namespace qduino::board::linux {
-
-using posix::system_error;
 
 constinit thread_local VcpuThread* VcpuThread::current_ = nullptr;
 
 Result<void> VcpuThread::create() {
-    pthread_attr_t attributes;
-    ::pthread_attr_init(&attributes);
-    ::pthread_attr_setstacksize(&attributes, options_.stack_bytes);
-    const int error = ::pthread_create(&thread_, &attributes, &VcpuThread::main, this);
-    ::pthread_attr_destroy(&attributes);
-    if (error != 0) return system_error("make the thread of loop", std::to_string(spec_.id), error);
+    const auto name = text<FixedString<8>>("loop ", spec_.id);
+    QDUINO_TRY_ASSIGN(thread_, make_thread(name, options_.stack_bytes, &VcpuThread::main, this));
     created_ = true;
     return {};
 }
@@ -36,16 +27,14 @@ void VcpuThread::join() {
 
 void VcpuThread::prepare() {
     tid_ = static_cast<pid_t>(::syscall(SYS_gettid));
-    name_thread((spec_.kind == VcpuKind::io ? "io " : "loop ") + std::to_string(spec_.id));
+    name_thread(text<FixedString<8>>(spec_.is_io() ? "io " : "loop ", spec_.id));
     if (options_.isolation) {
-        const auto entered = options_.isolation->adopt(spec_.core, tid_);
-        if (!entered) add_shortfall(entered.error().message.view());
+        if (const auto entered = options_.isolation->adopt(spec_.core, tid_); !entered)
+            add_shortfall(entered.error().message);
     }
-    if (auto pinned = pin_to_core(spec_.core); pinned) {
-        pinned_ = true;
-    } else {
-        add_shortfall(pinned.error().message.view());
-    }
+    const auto pinned = pin_to_core(spec_.core);
+    pinned_ = pinned.ok();
+    if (!pinned) add_shortfall(pinned.error().message);
     touch_stack();
     if (options_.priority != 0) {
         if (auto real_time = become_real_time(options_.priority); real_time) {
@@ -57,11 +46,9 @@ void VcpuThread::prepare() {
         }
     }
     if (options_.enforce_budget) {
-        if (auto kept = keeper_.start(spec_); kept) {
-            budget_kept_ = true;
-        } else {
-            add_shortfall(kept.error().message.view());
-        }
+        const auto kept = keeper_.start(spec_);
+        budget_kept_ = kept.ok();
+        if (!kept) add_shortfall(kept.error().message);
     }
 }
 
@@ -88,8 +75,7 @@ Instant VcpuThread::sleep(Instant now, Instant t) {
 }
 
 void VcpuThread::add_shortfall(std::string_view text) {
-    if (!shortfall_.empty()) shortfall_.append("; ");
-    shortfall_.append(text);
+    write(shortfall_, shortfall_.empty() ? "" : "; ", text);
 }
 
 void* VcpuThread::main(void* self) {

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstring>
 
-#include "base/contract.h"
 #include "board/linux/futex.h"
 #include "board/linux/mail_words.h"
 
@@ -17,13 +16,6 @@ std::size_t index_of(PinId pin) {
     QDUINO_EXPECT(pin.number < kPinCount);
     return pin.number;
 }
-
-bool is_input(PinMode mode) {
-    return mode == PinMode::input || mode == PinMode::input_pullup || mode == PinMode::input_pulldown;
-}
-
-/// `stored` as in OutputPin::mode.
-bool is_output(std::uint8_t stored) { return stored != 0 && !is_input(static_cast<PinMode>(stored - 1)); }
 
 /// Writes a request into the mailbox and returns its sequence number.
 std::uint32_t post(Mailbox& mail, const MailHead& head, std::span<const std::uint8_t> out) {
@@ -62,9 +54,7 @@ Result<void> what_machine_said(const Mailbox& mail) {
 }  // namespace
 
 Result<void> VirtualPins::attach(const std::string& path) {
-    auto opened = PinsFile::open(path, PinsRole::sketch);
-    if (!opened) return opened.error();
-    file_ = std::move(*opened);
+    QDUINO_TRY_ASSIGN(file_, PinsFile::open(path, PinsRole::sketch));
     PinsLayout& layout = file_.layout();
     for (auto& slot : layout.writers) slot.lost.store(0, std::memory_order_relaxed);
     for (auto& beat : layout.heartbeats) {
@@ -72,12 +62,9 @@ Result<void> VirtualPins::attach(const std::string& path) {
         beat.place.store(0, std::memory_order_relaxed);
     }
     for (auto& output : layout.outputs) {  // as after a reset: all pins are inputs
-        output.mode.store(0, std::memory_order_relaxed);
-        output.level.store(0, std::memory_order_relaxed);
-        output.pwm.store(0, std::memory_order_relaxed);
-        output.safe.store(0, std::memory_order_relaxed);
-        output.line.store(0, std::memory_order_relaxed);
-        output.pwm_channel.store(0, std::memory_order_relaxed);
+        for (auto* byte : {&output.mode, &output.level, &output.pwm, &output.safe})
+            byte->store(0, std::memory_order_relaxed);
+        for (auto* word : {&output.line, &output.pwm_channel}) word->store(0, std::memory_order_relaxed);
     }
     for (int wide = kNarrowWriters; wide < kWriterCount; ++wide) {
         // Given out anew in this session. The machine still plays what the last owner left in the
@@ -89,7 +76,7 @@ Result<void> VirtualPins::attach(const std::string& path) {
     layout.sketch_pid.store(static_cast<std::uint32_t>(::getpid()), std::memory_order_relaxed);
     layout.sketch_dead.store(0, std::memory_order_relaxed);
     layout.sketch_session.fetch_add(1, std::memory_order_release);
-    if (auto opened_will = will_.open(file_, kWillWriter, kNoVcpu); !opened_will) return opened_will;
+    QDUINO_TRY(will_.open(file_, kWillWriter, kNoVcpu));
     return open_writer(kNoVcpu, false);
 }
 
@@ -109,13 +96,13 @@ Result<void> VirtualPins::open_writer(VcpuId vcpu, bool wide) {
 
 Result<void> VirtualPins::set_mode(VcpuId vcpu, PinId pin, PinMode mode) {
     OutputPin& output = layout().outputs[index_of(pin)];
-    output.mode.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(mode)), std::memory_order_release);
-    if (!is_input(mode)) {  // from now on the latch drives the pin
+    output.set_mode(mode);
+    if (is_output(mode)) {  // from now on the latch drives the pin
         write(vcpu, pin, output.level.load(std::memory_order_relaxed) ? Level::high : Level::low);
         return {};
     }
     // Kind sync: answered after the next publication of inputs.
-    return ask(vcpu, MailHead{}, {}, {}, nullptr);
+    return ask(vcpu, {}, {}, {}, nullptr);
 }
 
 void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
@@ -123,18 +110,16 @@ void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
     output.level.store(static_cast<std::uint8_t>(level), std::memory_order_relaxed);
     if (output.pwm.load(std::memory_order_relaxed)) output.pwm.store(0, std::memory_order_relaxed);
     // The latch alone: nothing is driven.
-    if (!is_output(output.mode.load(std::memory_order_relaxed))) return;
+    if (!output.drives()) return;
     with_writer(vcpu, [=](PinWriter& writer) { writer.write_level(pin, level); });
 }
 
 Level VirtualPins::read(VcpuId, PinId pin) {
     OutputPin& output = layout().outputs[index_of(pin)];
-    const std::uint8_t mode = output.mode.load(std::memory_order_relaxed);
     // A read without pinMode(): an input, as on an Arduino. The machine publishes its level from
     // now on.
-    if (mode == 0)
-        output.mode.store(1 + static_cast<std::uint8_t>(PinMode::input), std::memory_order_release);
-    const bool high = is_output(mode)
+    if (!output.is_set()) output.set_mode(PinMode::input);
+    const bool high = output.drives()
                           ? output.level.load(std::memory_order_relaxed) != 0
                           : layout().inputs[pin.number].level.load(std::memory_order_acquire) != 0;
     return high ? Level::high : Level::low;
@@ -144,9 +129,7 @@ Result<void> VirtualPins::write_pwm(VcpuId vcpu, PinId pin, double duty) {
     OutputPin& output = layout().outputs[index_of(pin)];
     if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
     // analogWrite() needs no pinMode().
-    if (!is_output(output.mode.load(std::memory_order_relaxed))) {
-        output.mode.store(1 + static_cast<std::uint8_t>(PinMode::output), std::memory_order_release);
-    }
+    if (!output.drives()) output.set_mode(PinMode::output);
     output.pwm.store(1, std::memory_order_relaxed);
     output.level.store(duty >= 0.5 ? 1 : 0, std::memory_order_relaxed);
     with_writer(vcpu, [=](PinWriter& writer) { writer.write_pwm(pin, duty); });
@@ -160,11 +143,9 @@ Result<void> VirtualPins::set_pwm_period(VcpuId vcpu, PinId pin, Nanoseconds per
 }
 
 Result<double> VirtualPins::read_analog(VcpuId vcpu, PinId pin) {
-    MailHead head;
-    head.kind = MailKind::analog;
-    head.pin = static_cast<std::uint16_t>(index_of(pin));
     double value = 0;
-    if (auto asked = ask(vcpu, head, {}, {}, &value); !asked) return asked.error();
+    const auto index = static_cast<std::uint16_t>(index_of(pin));
+    QDUINO_TRY(ask(vcpu, {.kind = MailKind::analog, .pin = index}, {}, {}, &value));
     return value;
 }
 
@@ -174,18 +155,15 @@ Result<void> VirtualPins::set_safe_state(PinId pin, Level level) {
 }
 
 void VirtualPins::publish_safe_state(PinId pin, Level level) {
-    layout().outputs[index_of(pin)].safe.store(static_cast<std::uint8_t>(1 + static_cast<unsigned>(level)),
-                                               std::memory_order_release);
+    layout().outputs[index_of(pin)].set_safe(level);
 }
 
-void VirtualPins::publish_line(PinId pin, unsigned chip, unsigned line) {
-    QDUINO_EXPECT(chip < 0xffff && line < 0xffff);
-    layout().outputs[index_of(pin)].line.store(1 + line + (chip << 16), std::memory_order_release);
+void VirtualPins::publish_line(PinId pin, ChipPlace line) {
+    layout().outputs[index_of(pin)].line.store(line.word(), std::memory_order_release);
 }
 
-void VirtualPins::publish_channel(PinId pin, unsigned chip, unsigned channel) {
-    QDUINO_EXPECT(chip < 0xffff && channel < 0xffff);
-    layout().outputs[index_of(pin)].pwm_channel.store(1 + channel + (chip << 16), std::memory_order_release);
+void VirtualPins::publish_channel(PinId pin, ChipPlace channel) {
+    layout().outputs[index_of(pin)].pwm_channel.store(channel.word(), std::memory_order_release);
 }
 
 void VirtualPins::force_safe_states() {
@@ -196,13 +174,12 @@ int force_safe_states(PinsLayout& layout, PinWriter& writer) {
     int forced = 0;
     for (std::uint16_t number = 0; number < kPinCount; ++number) {
         OutputPin& output = layout.outputs[number];
-        const std::uint8_t safe = output.safe.load(std::memory_order_acquire);
-        if (safe == 0) continue;
-        const Level level = safe > 1 ? Level::high : Level::low;
+        const auto level = output.safe_level();
+        if (!level) continue;
         if (output.pwm.load()) writer.write_pwm(PinId{number}, level == Level::high ? 1.0 : 0.0);
-        writer.write_level(PinId{number}, level);
+        writer.write_level(PinId{number}, *level);
         output.pwm.store(0);
-        output.level.store(static_cast<std::uint8_t>(level));
+        output.level.store(static_cast<std::uint8_t>(*level));
         ++forced;
     }
     return forced;
@@ -210,13 +187,15 @@ int force_safe_states(PinsLayout& layout, PinWriter& writer) {
 
 // ---- buses --------------------------------------------------------------------------------------
 
-Result<void> VirtualPins::ask(VcpuId vcpu, const MailHead& head, std::span<const std::uint8_t> out,
+Result<void> VirtualPins::ask(VcpuId vcpu, MailHead head, std::span<const std::uint8_t> out,
                               std::span<std::uint8_t> in, double* analog) {
     QDUINO_EXPECT(vcpu < kVcpuLimit);
     if (out.size() > kMailBytes || in.size() > kMailBytes) {
         return make_error(ErrorCode::out_of_range,
                           "a bus transaction carries at most 1024 bytes each way: split it");
     }
+    head.out_size = static_cast<std::uint16_t>(out.size());
+    head.in_size = static_cast<std::uint16_t>(in.size());
     std::unique_lock lock{shared_by_non_vcpus_, std::defer_lock};
     if (vcpu == kNoVcpu) lock.lock();
     Mailbox& mail = layout().mail[vcpu];
@@ -227,7 +206,7 @@ Result<void> VirtualPins::ask(VcpuId vcpu, const MailHead& head, std::span<const
     if (!wait_for_reply(mail, sequence, deadline)) {
         return make_error(ErrorCode::timed_out, "the virtual machine does not answer: is it running?");
     }
-    if (auto said = what_machine_said(mail); !said) return said;
+    QDUINO_TRY(what_machine_said(mail));
     load_words(mail.in, in);
     if (analog) *analog = std::bit_cast<double>(mail.analog_bits.load(std::memory_order_relaxed));
     return {};
@@ -235,25 +214,19 @@ Result<void> VirtualPins::ask(VcpuId vcpu, const MailHead& head, std::span<const
 
 Result<void> VirtualPins::transfer(VcpuId vcpu, I2cBus bus, I2cAddress address,
                                    std::span<const std::uint8_t> out, std::span<std::uint8_t> in) {
-    MailHead head;
-    head.kind = MailKind::i2c;
-    head.bus = bus.number;
-    head.address = address.value;
-    head.out_size = static_cast<std::uint16_t>(std::min(out.size(), kMailBytes));
-    head.in_size = static_cast<std::uint16_t>(std::min(in.size(), kMailBytes));
-    return ask(vcpu, head, out, in, nullptr);
+    return ask(vcpu, {.kind = MailKind::i2c, .bus = bus.number, .address = address.value}, out, in, nullptr);
 }
 
 Result<void> VirtualPins::transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
                                    std::span<std::uint8_t> data) {
-    MailHead head;
-    head.kind = MailKind::spi;
-    head.bus = bus.number;
-    head.spi_mode = settings.mode;
-    head.spi_clock_hz = settings.clock_hz;
-    head.spi_lsb_first = settings.least_significant_first ? 1 : 0;
-    head.out_size = head.in_size = static_cast<std::uint16_t>(std::min(data.size(), kMailBytes));
-    return ask(vcpu, head, data, data, nullptr);
+    const std::uint8_t lsb_first = settings.least_significant_first ? 1 : 0;
+    return ask(vcpu,
+               {.kind = MailKind::spi,
+                .bus = bus.number,
+                .spi_mode = settings.mode,
+                .spi_clock_hz = settings.clock_hz,
+                .spi_lsb_first = lsb_first},
+               data, data, nullptr);
 }
 
 // ---- inputs that change -------------------------------------------------------------------------
@@ -275,7 +248,7 @@ void VirtualPins::wake_input_waiters() {
 
 Result<void> VirtualPins::watch_edges(PinId pin, Edge) {
     // The machine counts the edges of every input: the pin only has to be one.
-    if (layout().outputs[index_of(pin)].mode.load(std::memory_order_relaxed) != 0) return {};
+    if (layout().outputs[index_of(pin)].is_set()) return {};
     return set_mode(kNoVcpu, pin, PinMode::input);
 }
 

@@ -76,9 +76,9 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     [[nodiscard]] Nanoseconds heartbeat_bound() const;
     /// Publishes the kernel line behind a pin, so that the supervisor can take it over
     /// (OutputPin::line).
-    void publish_line(PinId pin, unsigned chip, unsigned line);
+    void publish_line(PinId pin, ChipPlace line);
     /// The same for a kernel PWM channel.
-    void publish_channel(PinId pin, unsigned chip, unsigned channel);
+    void publish_channel(PinId pin, ChipPlace channel);
     /// Records a safe state for the supervisor without being the pin's driver (real pins).
     void publish_safe_state(PinId pin, Level level);
 
@@ -104,7 +104,7 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
         const std::lock_guard lock{shared_by_non_vcpus_};
         write(writer_of(kNoVcpu));
     }
-    Result<void> ask(VcpuId vcpu, const MailHead& head, std::span<const std::uint8_t> out,
+    Result<void> ask(VcpuId vcpu, MailHead head, std::span<const std::uint8_t> out,
                      std::span<std::uint8_t> in, double* analog);
 
     PinsFile file_;
