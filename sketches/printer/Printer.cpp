@@ -47,9 +47,8 @@ struct Printer::Parts {
           enables(config),
           machine(config, *wiring.link, enables),
           stepper_pins(config),
-          stepper(stepper_pins, machine.motion().ring(), machine.motion().stops(),
-                  machine.motion().readers(wiring.link->motion_status),
-                  printer::step::player_settings(config)) {}
+          stepper(stepper_pins, machine.motion().ring(), machine.motion().stops(), machine.motion().readers(),
+                  wiring.link->motion_status, printer::step::player_settings(config)) {}
 
     printer::MachineConfig config;
     EnablePins enables;
