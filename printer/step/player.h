@@ -91,7 +91,7 @@ class Player {
     void allow_motion();
 
     /// Brings the status up to date and counts the heartbeat. Valid until the next call of any
-    /// method. It is 5 KB to copy; its MotionCounts alone are small. `stops_served` is the caller's.
+    /// method. It is 5 KB to copy, its MotionCounts alone are small. `stops_served`: the caller's.
     [[nodiscard]] const link::MotionStatus& publish(std::uint32_t stops_served = 0);
 
     /// Steps dropped because an endstop was pressed, ever.
