@@ -89,7 +89,7 @@ void Inspector::on_step(const StepSeen& step) {
 
 void Inspector::on_endstop(Instant at, int axis, bool pressed) {
     now_ = at;
-    pressed_[static_cast<std::size_t>(axis)] = pressed;
+    pressed_[axis] = pressed;
     if (homing_.active()) homing_.on_endstop(axis, pressed);
 }
 
@@ -341,7 +341,12 @@ void Inspector::follow_extruder(int direction) {
             const double reach = slides_reach(here, cursor.share);
             Cursor crossing = cursor;
             found = creep(crossing, step) && crossing.share <= reach;
-            cursor = found ? crossing : place_on(cursor, reach);
+            if (found) {
+                cursor = crossing;
+            } else {
+                cursor.share = reach;
+                cursor.at = point_on(here, reach);
+            }
             if (found || reach < 1) break;
         }
         cursor.worst[kExtruder] = std::max(cursor.worst[kExtruder],
@@ -364,14 +369,6 @@ double Inspector::slides_reach(const Piece& here, double share) const {
         reach = std::min(reach, (edge - here.from[axis]) / length);
     }
     return std::max(reach, share);
-}
-
-Inspector::Cursor Inspector::place_on(const Cursor& cursor, double share) const {
-    Cursor placed = cursor;
-    const Piece& here = pieces_[cursor.piece];
-    placed.share = share;
-    placed.at = point_on(here, share);
-    return placed;
 }
 
 void Inspector::commit(const Cursor& cursor) {

@@ -1,5 +1,6 @@
 #include "printer/gcode/annotation.h"
 
+#include <algorithm>
 #include <array>
 
 #include "printer/gcode/text.h"
@@ -71,10 +72,8 @@ Annotation measured(AnnotationKind kind, std::string_view text) {
 }  // namespace
 
 Feature feature_from_name(std::string_view name) {
-    for (const FeatureName& known : kFeatureNames) {
-        if (known.name == name) return known.feature;
-    }
-    return Feature::unknown;
+    const auto* known = std::ranges::find(kFeatureNames, name, &FeatureName::name);
+    return known != kFeatureNames.end() ? known->feature : Feature::unknown;
 }
 
 Annotation parse_annotation(std::string_view comment) {
@@ -92,12 +91,9 @@ Annotation parse_annotation(std::string_view comment) {
 }
 
 bool LayerCounter::on_annotation(const Annotation& annotation) {
-    if (annotation.kind == AnnotationKind::layer_change) {
-        by_change_ = true;
-        ++layers_;
-        return true;
-    }
-    if (annotation.kind != AnnotationKind::layer_number || by_change_) return false;
+    const bool change = annotation.kind == AnnotationKind::layer_change;
+    if (!change && (annotation.kind != AnnotationKind::layer_number || by_change_)) return false;
+    by_change_ = change;
     ++layers_;
     return true;
 }

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 #include "printer/gcode/command_table.h"
-#include "printer/gcode/lexer.h"
 #include "printer/gcode/parser.h"
-#include "printer/gcode/text.h"
 
 namespace qduino::printer::gcode {
 namespace {
@@ -18,9 +16,8 @@ bool is_binary(char c) {
 }
 
 /// Counts the lines that speak for G-code, and the others.
-class Tally : public LineSink {
-  public:
-    void on_line(const Line& line) override {
+struct Tally {
+    void operator()(const Line& line) {
         if (line.error) ++others;
         if (line.command != nullptr) ++(find_code(*line.command) != nullptr ? known : others);
         if (line.command == nullptr && !line.error && !line.comment.empty()) ++comments;

@@ -1,7 +1,5 @@
 #include "printer/machine/heating.h"
 
-#include <cstdio>
-
 namespace qduino::printer::machine {
 
 Heating::Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published)
@@ -34,11 +32,9 @@ bool Heating::idle_lost() const {
 
 Result<void> Heating::check_cold(double filament_mm) const {
     if (filament_mm == 0 || seen_.hot_end.celsius >= config_.minimum_extrude.value()) return {};
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "the hot end is at %.0f °C: filament moves only from %.0f °C on; heat it first (M109)",
-                  seen_.hot_end.celsius, config_.minimum_extrude.value());
-    return make_error(ErrorCode::out_of_range, text);
+    return make_error(ErrorCode::out_of_range, "the hot end is at ", Fixed{seen_.hot_end.celsius, 0},
+                      " °C: filament moves only from ", Fixed{config_.minimum_extrude.value(), 0},
+                      " °C on; heat it first (M109)");
 }
 
 // ---- what is asked ------------------------------------------------------------------------------

@@ -1,6 +1,8 @@
 #include "printer/preflight/metadata.h"
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "printer/gcode/text.h"
 
@@ -16,17 +18,11 @@ using gcode::trim;
 constexpr double kSecondsMax = 1e8;  ///< three years
 constexpr double kFilamentMax_mm = 1e8;
 
+/// 0 when `unit` is none.
 double seconds_in(char unit) {
-    switch (unit) {
-        case 'd':
-            return 86400;
-        case 'h':
-            return 3600;
-        case 'm':
-            return 60;
-        default:
-            return unit == 's' ? 1 : 0;
-    }
+    constexpr std::pair<char, double> kUnits[]{{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}};
+    const auto* found = std::ranges::find(kUnits, unit, &std::pair<char, double>::first);
+    return found != std::end(kUnits) ? found->second : 0;
 }
 
 void take_time(Metadata& out, std::string_view rest) {

@@ -28,7 +28,7 @@
 
 namespace qduino::printer::preflight {
 
-class Preflight final : private gcode::LineSink, private gcode::NoActions {
+class Preflight final : private gcode::NoActions {
   public:
     static constexpr std::size_t kSinksMax = 4;
 
@@ -49,9 +49,6 @@ class Preflight final : private gcode::LineSink, private gcode::NoActions {
   private:
     static constexpr std::size_t kLookBytes = 4096;
 
-    // gcode::LineSink
-    void on_line(const gcode::Line& line) override;
-
     // gcode::Actions, as far as it matters here
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
@@ -62,6 +59,7 @@ class Preflight final : private gcode::LineSink, private gcode::NoActions {
     void emergency_stop() override;
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
+    void on_line(const gcode::Line& line);
     void look(std::span<const char> bytes);
     void judge_content();
     void on_comment(const gcode::Line& line);

@@ -97,12 +97,12 @@ class Player {
     /// Steps dropped because an endstop was pressed, ever.
     [[nodiscard]] std::uint64_t steps_dropped() const { return steps_dropped_; }
     /// Microsteps per axis, counted from the pulses sent.
-    [[nodiscard]] const std::array<std::int64_t, kAxisCount>& steps() const { return status_.steps; }
+    [[nodiscard]] const PerAxis<std::int64_t>& steps() const { return status_.steps; }
     [[nodiscard]] bool moving() const { return status_.moving; }
     /// The last marker played; 0 before the first.
     [[nodiscard]] std::uint32_t last_marker() const { return status_.last_marker; }
     /// How often each endstop has ended a homing run.
-    [[nodiscard]] const std::array<std::uint32_t, 3>& endstop_hits() const { return status_.endstop_hits; }
+    [[nodiscard]] const PerAxis<std::uint32_t>& endstop_hits() const { return status_.endstop_hits; }
     /// How far the print's own time line has been played. Between two events it runs on with the
     /// board's time; it stands still while the ring is empty.
     [[nodiscard]] std::int64_t timeline_ns();
@@ -374,7 +374,7 @@ bool Player<Pins, Ring>::endstop_ends(int axis) {
     if ((homing_ & bit) == 0) return false;
     if ((pressed_ & bit) == 0 && pins_.endstop_pressed(axis)) {
         pressed_ |= bit;
-        ++status_.endstop_hits[static_cast<std::size_t>(axis)];
+        ++status_.endstop_hits[axis];
     }
     return (pressed_ & bit) != 0;
 }

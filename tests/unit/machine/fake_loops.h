@@ -53,7 +53,7 @@ class FakeLoop2 {
     }
     [[nodiscard]] const StepCounts& steps() const { return seen_.steps; }
     /// A step that the motor made without a pulse of ours.
-    void slip(Axis axis, std::int64_t steps) { seen_.steps[static_cast<std::size_t>(axis)] += steps; }
+    void slip(Axis axis, std::int64_t steps) { seen_.steps[axis] += steps; }
 
   private:
     static constexpr std::int64_t kNoSwitch = -1'000'000'000;
