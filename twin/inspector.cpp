@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "base/contract.h"
-
 namespace qduino::twin {
 namespace {
 
@@ -432,12 +430,12 @@ Findings Inspector::finish(Instant now, bool read_rest) {
         found.final_exact = std::abs(built - final_asked_[axis] * steps_per_mm) <= 0.5 + kTieSteps;
     }
     const double filament_steps_per_mm = machine_.axes[kExtruder].steps_per_mm;
-    so_far_.findings.filament_asked_mm = asked_.filament_net_mm();
-    so_far_.findings.filament_asked_pushed_mm = asked_.filament_pushed_mm();
-    so_far_.findings.filament_built_mm = static_cast<double>(so_far_.net_steps) / filament_steps_per_mm;
-    so_far_.findings.filament_built_pushed_mm =
-        static_cast<double>(so_far_.pushed_steps) / filament_steps_per_mm;
-    return so_far_.findings;
+    Findings& all = so_far_.findings;
+    all.filament_asked_mm = asked_.filament_net_mm();
+    all.filament_asked_pushed_mm = asked_.filament_pushed_mm();
+    all.filament_built_mm = static_cast<double>(so_far_.net_steps) / filament_steps_per_mm;
+    all.filament_built_pushed_mm = static_cast<double>(so_far_.pushed_steps) / filament_steps_per_mm;
+    return all;
 }
 
 InspectionStart Inspector::next_start() const {

@@ -1,7 +1,6 @@
 #include "twin/printer.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "base/contract.h"
 
@@ -19,8 +18,7 @@ Printer::Printer(const Machine& machine)
       heaters_{
           {{machine.heaters[0], machine.ambient_celsius}, {machine.heaters[1], machine.ambient_celsius}}},
       converter_(machine.adc_reference_v),
-      volume_per_step_mm3_(std::numbers::pi / 4 * machine.filament_diameter_mm *
-                           machine.filament_diameter_mm / machine.axes[kExtruder].steps_per_mm) {
+      volume_per_step_mm3_(machine.step_volume_mm3()) {
     for (int axis = 0; axis < kAxisCount; ++axis) {
         const AxisSpec& spec = machine.axes[axis];
         wire(spec.step_pin, Role::step, axis);
@@ -114,9 +112,6 @@ Level Printer::pin_level(Instant now, PinId pin) {
     const bool closed = fault ? *fault == FaultKind::endstop_stuck_closed : contact(now, wire.index);
     return closed ? Level::high : Level::low;
 }
-
-// The thermistors are behind the converter.
-double Printer::analog_level(Instant, PinId) { return 0.0; }
 
 double Printer::sensor_celsius(Instant now, int heater) {
     if (now >= next_fault_) apply_due_faults(now);

@@ -109,6 +109,4 @@ Position ArcPath::point(std::uint32_t index) const {
     return point;
 }
 
-Position ArcPath::peek() const { return point(next_); }
-
 }  // namespace qduino::printer::gcode

@@ -11,7 +11,6 @@
 // handlers_machine.cpp.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>

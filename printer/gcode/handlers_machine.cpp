@@ -191,9 +191,7 @@ Result<void> stop(Context& context, const Command& command) {
     return context.actions.pause(PauseReason::requested, command.text);
 }
 
-Result<void> pause(Context& context, const Command&) {
-    return context.actions.pause(PauseReason::requested, {});
-}
+Result<void> pause(Context& i, const Command&) { return i.actions.pause(PauseReason::requested, {}); }
 
 Result<void> filament_change(Context& context, const Command&) {
     return context.actions.pause(PauseReason::filament_change, {});

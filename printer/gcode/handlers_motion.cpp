@@ -89,9 +89,7 @@ Result<void> linear_move(Context& context, const Command& command) {
     return context.move_to(target.machine, state.feedrate);
 }
 
-Result<void> arc_clockwise(Context& context, const Command& command) {
-    return arc(context, command, ArcDirection::clockwise);
-}
+Result<void> arc_clockwise(Context& i, const Command& c) { return arc(i, c, ArcDirection::clockwise); }
 
 Result<void> arc_counterclockwise(Context& context, const Command& command) {
     return arc(context, command, ArcDirection::counterclockwise);

@@ -5,12 +5,6 @@
 namespace qduino::printer::gcode {
 namespace {
 
-Position home_position(const MachineConfig& machine) {
-    Position home;
-    for (const Axis axis : kToolAxes) home[axis] = machine.axes[axis].home_position;
-    return home;
-}
-
 Error at_command(const Error& error, const Command& command) {
     return make_error(error.code, "line ", command.source.line, ", ", command.name(), ": ", error.message);
 }
@@ -29,7 +23,7 @@ Result<void> check_letters(const Command& command, const CodeInfo& code) {
 
 Interpreter::Interpreter(const MachineConfig& machine, Actions& actions)
     : context_{.config = machine, .actions = actions} {
-    context_.state.machine = home_position(machine);
+    context_.state.machine = home_positions(machine);
 }
 
 Result<void> Interpreter::execute(const Command& command, std::size_t moves_max) {
@@ -82,16 +76,6 @@ void Interpreter::skip(const Command& command, const CodeInfo* code) {
     context_.actions.note(NoteKind::not_done,
                           text(command.name(), " (", code->name, ") is known but not yet done: skipped"),
                           context_.source);
-}
-
-void Interpreter::set_position(const Position& machine) {
-    context_.arc.reset();
-    context_.state.machine = machine;
-}
-
-void Interpreter::set_homed(Axis axis, bool homed) {
-    QDUINO_EXPECT(axis != Axis::e);
-    context_.state.set_homed(axis, homed);
 }
 
 void Interpreter::adopt_factors(const ModalState& from) {

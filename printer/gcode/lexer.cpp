@@ -113,13 +113,9 @@ LeadingCode leading_code(std::string_view code) {
 }
 
 Result<bool> parse_words(std::string_view code, Command& command) {
-    command.letter = '\0';
-    command.number = 0;
-    command.subcode.reset();
-    command.parameters.clear();
-    command.text.clear();
-    command.text_cut = false;
-    command.word.clear();
+    const Source source = command.source;
+    command = Command{};
+    command.source = source;
     std::string_view rest = trim(code);
     if (rest.empty() || rest == "%") return false;  // RS274's mark of a tape's ends
     if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);

@@ -14,9 +14,8 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 /// Index of the first LF or CR, or the size.
 std::size_t find_line_end(std::span<const char> bytes) {
-    std::size_t i = 0;
-    while (i < bytes.size() && bytes[i] != '\n' && bytes[i] != '\r') ++i;
-    return i;
+    const auto end = std::ranges::find_if(bytes, [](char c) { return c == '\n' || c == '\r'; });
+    return static_cast<std::size_t>(end - bytes.begin());
 }
 
 /// Takes `N123` off the front.

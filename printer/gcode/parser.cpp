@@ -3,12 +3,6 @@
 #include "printer/gcode/lexer.h"
 
 namespace qduino::printer::gcode {
-const Line* Parser::next(std::span<const char>& input) {
-    return reader_.next(input, line_) ? parse() : nullptr;
-}
-
-const Line* Parser::finish() { return reader_.finish(line_) ? parse() : nullptr; }
-
 const Line* Parser::parse() {
     line_.command = nullptr;
     if (line_.error || line_.code.empty()) return &line_;

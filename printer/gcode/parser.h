@@ -33,9 +33,11 @@ struct Line : RawLine {
 class Parser {
   public:
     /// The next whole line, taken off the front of `input`; null when `input` ran out first.
-    [[nodiscard]] const Line* next(std::span<const char>& input);
+    [[nodiscard]] const Line* next(std::span<const char>& input) {
+        return reader_.next(input, line_) ? parse() : nullptr;
+    }
     /// The input has ended: its last line if it had no line end; null when there is none.
-    [[nodiscard]] const Line* finish();
+    [[nodiscard]] const Line* finish() { return reader_.finish(line_) ? parse() : nullptr; }
 
     /// Hands every line, empty ones too, to `on_line(const Line&)`, in order.
     template <typename OnLine>

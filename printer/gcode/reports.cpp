@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "printer/gcode/text.h"
 
@@ -18,29 +19,24 @@ void write_duty(ReportText& out, std::string_view label, const HeaterReading& re
     write(out, label, ':', std::lround(std::clamp(reading.duty, 0.0, 1.0) * kDutyFull));
 }
 
-struct Capability {
-    std::string_view name;
-    bool present;
-};
-
 }  // namespace
 
-ReportText format_temperatures(const TemperatureReport& report) {
+ReportText format_temperatures(const HeaterReading& hot_end, const std::optional<HeaterReading>& bed) {
     ReportText out;
-    write_reading(out, "T", report.hot_end);
-    if (report.has_bed) write_reading(out, " B", report.bed);
-    write_duty(out, " @", report.hot_end);
-    if (report.has_bed) write_duty(out, " B@", report.bed);
+    write_reading(out, "T", hot_end);
+    if (bed) write_reading(out, " B", *bed);
+    write_duty(out, " @", hot_end);
+    if (bed) write_duty(out, " B@", *bed);
     return out;
 }
 
-ReportText format_position(const PositionReport& report) {
+ReportText format_position(const Position& programmed, const PerAxis<std::int64_t>& steps) {
     ReportText out;
     for (const Axis axis : kAllAxes) {
-        write(out, kAxisLetter[axis], ':', Fixed{report.programmed[axis].value()}, ' ');
+        write(out, kAxisLetter[axis], ':', Fixed{programmed[axis].value()}, ' ');
     }
     out.append("Count");
-    for (const Axis axis : kToolAxes) write(out, ' ', kAxisLetter[axis], ':', report.steps[axis]);
+    for (const Axis axis : kToolAxes) write(out, ' ', kAxisLetter[axis], ':', steps[axis]);
     return out;
 }
 
@@ -51,7 +47,7 @@ ReportText format_firmware(const FirmwareReport& report) {
     append_printable(out, report.machine.substr(0, 64));
     out.append(" EXTRUDER_COUNT:1 UUID:");
     append_printable(out, report.uuid.substr(0, 64));
-    const Capability capabilities[] = {
+    const std::pair<std::string_view, bool> capabilities[] = {
         {"SERIAL_XON_XOFF", false},
         {"EEPROM", false},
         {"AUTOREPORT_TEMP", report.auto_report},

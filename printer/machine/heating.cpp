@@ -58,21 +58,6 @@ void Heating::note_request(gcode::Heater heater, Celsius target) {
     if (target.value() >= needed || kept_->hot_end.value() < needed) kept_->hot_end = target;
 }
 
-void Heating::set_fan(double duty) {
-    targets_.fan_duty = duty;
-    control_.set_targets(targets_);
-}
-
-void Heating::heaters_off() {
-    targets_.hot_end = targets_.bed = Celsius{};
-    control_.set_targets(targets_);
-}
-
-void Heating::all_off() {
-    targets_.fan_duty = 0;
-    heaters_off();
-}
-
 void Heating::clear_faults() {
     ++targets_.clear_faults;
     all_off();
@@ -113,7 +98,7 @@ void Heating::advance_wait(Instant now) {
     if (!wait_.active()) return;
     const bool hot_end = wait_.heater() == gcode::Heater::hot_end;
     const double celsius = hot_end ? seen_.hot_end.celsius : seen_.bed.celsius;
-    static_cast<void>(wait_.is_over(now, Celsius{celsius}, hot_end ? config_.hot_end : config_.bed));
+    wait_.is_over(now, Celsius{celsius}, hot_end ? config_.hot_end : config_.bed);
 }
 
 }  // namespace qduino::printer::machine

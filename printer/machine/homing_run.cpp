@@ -31,8 +31,6 @@ Result<bool> HomingRun::advance(Instant now, bool may_start) {
     return false;
 }
 
-Result<void> HomingRun::stopped() { return running_ ? ended(true) : Result<void>{}; }
-
 void HomingRun::abandon() {
     homing_.abandon();
     running_.reset();

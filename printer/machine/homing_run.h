@@ -36,7 +36,7 @@ class HomingRun {
     /// homing is over, and has failed.
     [[nodiscard]] Result<bool> advance(Instant now, bool may_start);
     /// Loop 2 has dropped everything, and the pipe begins anew where the machine stands.
-    [[nodiscard]] Result<void> stopped();
+    [[nodiscard]] Result<void> stopped() { return running_ ? ended(true) : Result<void>{}; }
     /// Ends it, wherever it is; no axis is homed then. The caller has the motion stopped.
     void abandon();
 

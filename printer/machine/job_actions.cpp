@@ -122,8 +122,6 @@ void JobActions::factors(double speed, double flow) {
     parts_.link.status().flow_factor = flow;
 }
 
-void JobActions::message(std::string_view text) { parts_.link.status().message.assign(text); }
-
 void JobActions::progress(const gcode::Progress& progress) {
     if (progress.percent) parts_.link.status().progress_slicer = *progress.percent;
 }
@@ -137,15 +135,11 @@ void JobActions::note(gcode::NoteKind kind, std::string_view text, const gcode::
 
 // ---- what only the machine can do ---------------------------------------------------------------
 
-void JobActions::report(gcode::Report what) { request_ = what; }
-
 Result<void> JobActions::pause(gcode::PauseReason, std::string_view text) {
     if (!parts_.link.job_running() || typed_) return {};
     if (!text.empty()) message(text);
     request_ = PauseAsked{};
     return {};
 }
-
-void JobActions::emergency_stop() { request_ = EmergencyAsked{}; }
 
 }  // namespace qduino::printer::machine

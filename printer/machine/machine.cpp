@@ -16,14 +16,15 @@ gcode::ReportText temperatures(const link::HeatStatus& heat, bool has_bed) {
     const auto reading = [](const link::HeaterStatus& h) {
         return gcode::HeaterReading{Celsius{h.celsius}, Celsius{h.target_celsius}, h.duty};
     };
-    return gcode::format_temperatures({reading(heat.hot_end), reading(heat.bed), has_bed});
+    return gcode::format_temperatures(reading(heat.hot_end),
+                                      has_bed ? std::optional{reading(heat.bed)} : std::nullopt);
 }
 
 /// M114.
 gcode::ReportText position(const gcode::Interpreter& shown, const MotionPipe& pipe) {
-    gcode::PositionReport report{shown.programmed_position(), pipe.seen().steps};
-    for (std::size_t i = 0; i < kAxisCount; ++i) report.steps[i] -= pipe.scale().origin()[i];
-    return gcode::format_position(report);
+    StepCounts steps = pipe.seen().steps;
+    for (std::size_t i = 0; i < kAxisCount; ++i) steps[i] -= pipe.scale().origin()[i];
+    return gcode::format_position(shown.programmed_position(), steps);
 }
 
 }  // namespace

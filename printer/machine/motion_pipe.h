@@ -23,7 +23,6 @@
 #include <cstdint>
 #include <numeric>
 
-#include "base/contract.h"
 #include "channel/broadcast.h"
 #include "channel/four_slot.h"
 #include "channel/ring_buffer.h"

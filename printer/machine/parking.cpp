@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "printer/machine/vectors.h"
+
 namespace qduino::printer::machine {
 
 namespace {
 
-constexpr double kRestAround_s = 0.1;
 /// Nearer than this to where it must go back to, a detour makes sure that the last move is one.
 constexpr double kDetour_mm = 0.1;
 
@@ -26,11 +27,6 @@ double up_to(double from_mm, double mm, const AxisConfig& axis) {
 void Parking::go(const motion::AxisVector& to, double speed_mm_s, double acceleration_mm_s2) {
     const bool fits = pipe_.planner().append_to(to, speed_mm_s, acceleration_mm_s2);
     QDUINO_EXPECT(fits);  // only a handful of moves is ever on this planner
-}
-
-void Parking::rest() {
-    const bool fits = pipe_.planner().append_dwell(kRestAround_s);
-    QDUINO_EXPECT(fits);
 }
 
 bool Parking::defers_resume() {

@@ -9,11 +9,7 @@
 namespace qduino::printer::preflight {
 namespace {
 
-using gcode::append_printable;
-using gcode::is_letter;
-using gcode::skip_prefix;
-using gcode::take_number;
-using gcode::trim;
+using namespace gcode;
 
 constexpr double kSecondsMax = 1e8;  ///< three years
 constexpr double kFilamentMax_mm = 1e8;
@@ -106,16 +102,16 @@ std::optional<Seconds> parse_duration(std::string_view text) {
     return Seconds{total_s};
 }
 
-void MetadataReader::on_comment(std::string_view comment) {
+void take_comment(Metadata& metadata, std::string_view comment) {
     comment = trim(comment);
     for (const Key& key : kKeys) {
-        if (skip_prefix(comment, key.prefix)) return key.take(metadata_, comment);
+        if (skip_prefix(comment, key.prefix)) return key.take(metadata, comment);
     }
     // OrcaSlicer puts two of them on one line: "model printing time: 25m 5s; total estimated time:
     // 31m 12s".
     constexpr std::string_view kSecond = "; total estimated time:";
     const std::size_t at = comment.find(kSecond);
-    if (at != std::string_view::npos) take_time(metadata_, comment.substr(at + kSecond.size()));
+    if (at != std::string_view::npos) take_time(metadata, comment.substr(at + kSecond.size()));
 }
 
 }  // namespace qduino::printer::preflight

@@ -28,8 +28,8 @@ std::string_view advice_for(ErrorCode code, std::string_view message) {
 
 void Bounds::include(const gcode::Position& position) {
     for (std::size_t i = 0; i < minimum.size(); ++i) {
-        minimum[i] = empty ? position.axes[i] : std::min(minimum[i], position.axes[i]);
-        maximum[i] = empty ? position.axes[i] : std::max(maximum[i], position.axes[i]);
+        minimum[i] = empty ? position[i] : std::min(minimum[i], position[i]);
+        maximum[i] = empty ? position[i] : std::max(maximum[i], position[i]);
     }
     empty = false;
 }
@@ -55,7 +55,6 @@ const Facts& Preflight::finish() {
         parser_.finish([this](const gcode::Line& line) { on_line(line); });
         check_whole();
     }
-    facts_.metadata = metadata_.metadata();
     facts_.thumbnail = thumbnail_.best();
     facts_.layers = layers_.layers();
     for (MoveSink* sink : sinks_) sink->on_end(facts_.bytes);
@@ -103,7 +102,7 @@ void Preflight::on_comment(const gcode::Line& line) {
     if (thumbnail_.on_comment(line.comment)) return;
     const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
     if (annotation.kind == gcode::AnnotationKind::none) {
-        metadata_.on_comment(line.comment);
+        take_comment(facts_.metadata, line.comment);
     } else {
         layers_.on_annotation(annotation, line.source);
     }
@@ -181,12 +180,6 @@ Result<void> Preflight::dwell(Seconds duration) {
                          Shortest{timeout_s}, " s: the heaters go off in it, and the job pauses"),
                     "Shorten it, or raise idle_timeout_s in the machine file.");
     }
-    for (MoveSink* sink : sinks_) sink->on_dwell(duration);
-    return {};
-}
-
-Result<void> Preflight::home(gcode::AxisSet axes) {
-    for (MoveSink* sink : sinks_) sink->on_home(axes);
     return {};
 }
 
@@ -203,15 +196,12 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
 }
 
 Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor) {
-    for (MoveSink* sink : sinks_) sink->on_wait(heater, target);
     return set_temperature(heater, target);
 }
 
 Result<void> Preflight::set_limits(const gcode::LimitChange& change) {
-    for (const Axis axis : gcode::kAllAxes) {
-        if (change.axis_speed[axis]) speed_max_[axis] = *change.axis_speed[axis];
-    }
-    for (MoveSink* sink : sinks_) sink->on_limits(change);
+    for (const Axis axis : gcode::kAllAxes)
+        speed_max_[axis] = change.axis_speed[axis].value_or(speed_max_[axis]);
     return {};
 }
 

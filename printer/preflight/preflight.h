@@ -14,7 +14,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -52,7 +51,6 @@ class Preflight final : private gcode::NoActions {
     // gcode::Actions, as far as it matters here
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
-    Result<void> home(gcode::AxisSet axes) override;
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;
@@ -75,7 +73,6 @@ class Preflight final : private gcode::NoActions {
     Facts facts_;
     gcode::Parser parser_;
     gcode::Interpreter interpreter_;
-    MetadataReader metadata_;
     ThumbnailReader thumbnail_;
     LayerTracker layers_;
     FixedVector<MoveSink*, kSinksMax> sinks_;

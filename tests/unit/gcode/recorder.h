@@ -26,7 +26,7 @@ class Recorder final : public Actions {
                 : move.kind == MoveKind::print ? "print"
                                                : "filament");
         for (std::size_t i = 0; i < 4; ++i) {
-            if (move.from.axes[i] != move.to.axes[i]) out << ' ' << kAxisLetter[i] << move.to.axes[i].value();
+            if (move.from[i] != move.to[i]) out << ' ' << kAxisLetter[i] << move.to[i].value();
         }
         out << " at " << move.feedrate.value();
         say(out.str());
