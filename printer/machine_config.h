@@ -77,33 +77,27 @@ struct ParkConfig {
     MillimetresPerSecond retract_speed{25};
 };
 
+/// X and Y of the reference machine; `pin` is the first of the four.
+constexpr AxisConfig belt_axis(std::uint16_t pin) {
+    return {.steps_per_mm = 80,
+            .max_speed = 125_mm_s,
+            .max_acceleration = 2000_mm_s2,
+            .instantaneous_speed = 20_mm_s,
+            .minimum = 0_mm,
+            .maximum = 150_mm,
+            .home_speed = 40_mm_s,
+            .home_retreat = 3_mm,
+            .step_pin = pin++,
+            .direction_pin = pin++,
+            .enable_pin = pin++,
+            .endstop_pin = pin};
+}
+
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
     PerAxis<AxisConfig> axes{{{
-        {.steps_per_mm = 80,
-         .max_speed = 125_mm_s,
-         .max_acceleration = 2000_mm_s2,
-         .instantaneous_speed = 20_mm_s,
-         .minimum = 0_mm,
-         .maximum = 150_mm,
-         .home_speed = 40_mm_s,
-         .home_retreat = 3_mm,
-         .step_pin = 2,
-         .direction_pin = 3,
-         .enable_pin = 4,
-         .endstop_pin = 5},
-        {.steps_per_mm = 80,
-         .max_speed = 125_mm_s,
-         .max_acceleration = 2000_mm_s2,
-         .instantaneous_speed = 20_mm_s,
-         .minimum = 0_mm,
-         .maximum = 150_mm,
-         .home_speed = 40_mm_s,
-         .home_retreat = 3_mm,
-         .step_pin = 6,
-         .direction_pin = 7,
-         .enable_pin = 8,
-         .endstop_pin = 9},
+        belt_axis(2),
+        belt_axis(6),
         {.steps_per_mm = 2020,
          .max_speed = 5_mm_s,
          .max_acceleration = 30_mm_s2,
@@ -151,6 +145,13 @@ struct MachineConfig {
     Millimetres filament_diameter{1.75};
     Millimetres nozzle_diameter{0.4};
 };
+
+/// X, Y and Z at their endstops; E at 0.
+constexpr PerAxis<Millimetres> home_positions(const MachineConfig& machine) {
+    PerAxis<Millimetres> home{};
+    for (const Axis axis : {Axis::x, Axis::y, Axis::z}) home[axis] = machine.axes[axis].home_position;
+    return home;
+}
 
 /// Shortest time from one rising edge of a motor's STEP pin to the next, turning back or not: the
 /// player's drawing (step/player.h). DIR stays while STEP is high, and may change as soon as it is

@@ -16,58 +16,36 @@ AskedItem AskedPath::next() {
     }
     while (const std::optional<CommandLine> command = lines_.next())
         if (run(*command, item)) return item;
-    item.kind = AskedItem::Kind::end;
-    item.line = lines_.number();
-    item.to = machine_;
-    return item;
+    return {AskedItem::Kind::end, 0, lines_.number(), machine_};
 }
 
 bool AskedPath::run(const CommandLine& command, AskedItem& item) {
-    if (command.letter == 'G') return run_g(command, item);
+    if (command.letter == 'G' && command.subcode == 0) return run_g(command, item);
+    // G92.1: the machine's own coordinates again.
+    if (command.letter == 'G' && command.number == 92 && command.subcode == 1) offset_ = {};
     if (command.letter != 'M') return false;
-    switch (command.number) {
-        case 82:
-            relative_e_ = false;
-            break;
-        case 83:
-            relative_e_ = true;
-            break;
-        case 221:
-            if (command.has('S')) flow_ = command.value('S') / 100.0;
-            break;
-        default:
-            break;
-    }
+    if (command.number == 82 || command.number == 83) relative_e_ = command.number == 83;
+    if (command.number == 221 && command.has('S')) flow_ = command.value('S') / 100.0;
     return false;
 }
 
 bool AskedPath::run_g(const CommandLine& command, AskedItem& item) {
-    if (command.subcode != 0) {
-        // The machine's own coordinates again.
-        if (command.number == 92 && command.subcode == 1) offset_ = {};
-        return false;
-    }
     switch (command.number) {
         case 0:
         case 1:
-            return move(command, item);
+            return emit(target(command), item);
         case 2:
-            return begin_arc(command, true, item);
         case 3:
-            return begin_arc(command, false, item);
+            return begin_arc(command, command.number == 2, item);
         case 20:
-            unit_mm_ = 25.4;
-            return false;
         case 21:
-            unit_mm_ = 1;
+            unit_mm_ = command.number == 20 ? 25.4 : 1;
             return false;
         case 28:
             return home(command, item);
         case 90:
-            relative_ = relative_e_ = false;
-            return false;
         case 91:
-            relative_ = relative_e_ = true;
+            relative_ = relative_e_ = command.number == 91;
             return false;
         case 92:
             rename(command);
@@ -100,13 +78,9 @@ bool AskedPath::emit(const Position& to, AskedItem& item) {
     filament_pushed_mm_ += std::max(filament, 0.0);
     if (to == machine_) return false;
     machine_ = to;
-    item.kind = AskedItem::Kind::move;
-    item.line = lines_.number();
-    item.to = to;
+    item = {AskedItem::Kind::move, 0, lines_.number(), to};
     return true;
 }
-
-bool AskedPath::move(const CommandLine& command, AskedItem& item) { return emit(target(command), item); }
 
 bool AskedPath::home(const CommandLine& command, AskedItem& item) {
     std::uint8_t mask = 0;
@@ -118,10 +92,7 @@ bool AskedPath::home(const CommandLine& command, AskedItem& item) {
         machine_[axis] = home_mm_[axis];
         offset_[axis] = 0;
     }
-    item.kind = AskedItem::Kind::home;
-    item.homed = mask;
-    item.line = lines_.number();
-    item.to = machine_;
+    item = {AskedItem::Kind::home, mask, lines_.number(), machine_};
     return true;
 }
 

@@ -60,7 +60,6 @@ class AskedPath {
 
     bool run(const CommandLine& command, AskedItem& item);
     bool run_g(const CommandLine& command, AskedItem& item);
-    bool move(const CommandLine& command, AskedItem& item);
     bool begin_arc(const CommandLine& command, bool clockwise, AskedItem& item);
     bool home(const CommandLine& command, AskedItem& item);
     void rename(const CommandLine& command);

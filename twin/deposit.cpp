@@ -2,13 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace qduino::twin {
-
-double Layer::height_mean_mm() const {
-    return stretches == 0 ? 0.0 : height_sum_mm / static_cast<double>(stretches);
-}
 
 double Layer::height_deviation_mm() const {
     if (stretches < 2) return 0.0;
@@ -18,8 +13,7 @@ double Layer::height_deviation_mm() const {
 }
 
 Deposit::Deposit(const Machine& machine, std::int64_t extruder_position)
-    : step_volume_mm3_(std::numbers::pi / 4 * machine.filament_diameter_mm * machine.filament_diameter_mm /
-                       machine.axes[kExtruder].steps_per_mm),
+    : step_volume_mm3_(machine.step_volume_mm3()),
       line_width_mm_(machine.nozzle_diameter_mm),
       furthest_(extruder_position) {}
 
@@ -57,11 +51,11 @@ void Deposit::begin_layer(const std::array<double, kSlideCount>& nozzle_mm) {
         layers_.back().z_mm = nozzle_mm[2];
         return;
     }
-    Layer layer;
-    layer.z_mm = nozzle_mm[2];
-    layer.minimum_x_mm = layer.maximum_x_mm = nozzle_mm[0];
-    layer.minimum_y_mm = layer.maximum_y_mm = nozzle_mm[1];
-    layers_.push_back(layer);
+    layers_.push_back({.z_mm = nozzle_mm[2],
+                       .minimum_x_mm = nozzle_mm[0],
+                       .maximum_x_mm = nozzle_mm[0],
+                       .minimum_y_mm = nozzle_mm[1],
+                       .maximum_y_mm = nozzle_mm[1]});
 }
 
 void Deposit::end_stretch() {

@@ -33,7 +33,9 @@ struct Layer {
     double height_sum_mm = 0, height_square_sum_mm2 = 0;
     double height_minimum_mm = 0, height_maximum_mm = 0;  ///< over stretches
 
-    [[nodiscard]] double height_mean_mm() const;
+    [[nodiscard]] double height_mean_mm() const {
+        return stretches == 0 ? 0.0 : height_sum_mm / static_cast<double>(stretches);
+    }
     [[nodiscard]] double height_deviation_mm() const;  ///< standard deviation over stretches
 };
 

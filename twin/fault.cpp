@@ -1,9 +1,10 @@
 #include "twin/fault.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <optional>
+#include <span>
 
 #include "twin/machine.h"
 
@@ -30,30 +31,29 @@ constexpr std::array<KindRow, 9> kKinds{{
 }};
 
 Error refusal(std::string_view what, std::string_view text) {
-    Error error{ErrorCode::invalid_argument, "fault '"};
-    error.message.append(text).append("': ").append(what);
-    return error;
+    return make_error(ErrorCode::invalid_argument, "fault '", text, "': ", what);
 }
 
-std::optional<std::uint8_t> axis_number(std::string_view name, int count) {
-    for (int axis = 0; axis < count; ++axis)
-        if (name.size() == 1 && (name[0] | 0x20) == (kAxisLetter[static_cast<std::size_t>(axis)] | 0x20))
-            return static_cast<std::uint8_t>(axis);
-    return std::nullopt;
+/// The place of `name` among `known`.
+std::optional<std::uint8_t> number_of(std::string_view name, std::span<const std::string_view> known) {
+    const auto found = std::ranges::find(known, name);
+    if (found == known.end()) return std::nullopt;
+    return static_cast<std::uint8_t>(found - known.begin());
 }
 
 std::optional<std::uint8_t> place_number(Where where, std::string_view name) {
+    constexpr std::string_view kHeaters[]{"hot_end", "bed"};
+    constexpr std::string_view kAxes[]{"x", "y", "z", "e"};
+    const char small[]{name.size() == 1 ? static_cast<char>(name[0] | 0x20) : '\0'};
     switch (where) {
         case Where::nowhere:
             return name.empty() ? std::optional<std::uint8_t>{0} : std::nullopt;
         case Where::heater:
-            if (name.empty() || name == "hot_end") return static_cast<std::uint8_t>(kHotEnd);
-            if (name == "bed") return static_cast<std::uint8_t>(kBed);
-            return std::nullopt;
+            return name.empty() ? std::uint8_t{kHotEnd} : number_of(name, kHeaters);
         case Where::slide:
-            return axis_number(name, kSlideCount);
+            return number_of({small, 1}, std::span{kAxes}.first(kSlideCount));
         case Where::motor:
-            return axis_number(name, kAxisCount);
+            return number_of({small, 1}, kAxes);
     }
     return std::nullopt;
 }
@@ -61,9 +61,8 @@ std::optional<std::uint8_t> place_number(Where where, std::string_view name) {
 }  // namespace
 
 std::string_view name_of(FaultKind kind) {
-    for (const KindRow& row : kKinds)
-        if (row.kind == kind) return row.name;
-    return "unknown";
+    const auto* row = std::ranges::find(kKinds, kind, &KindRow::kind);
+    return row != kKinds.end() ? row->name : "unknown";
 }
 
 Result<Fault> parse_fault(std::string_view text) {
@@ -82,19 +81,18 @@ Result<Fault> parse_fault(std::string_view text) {
     const std::string_view kind = rest.substr(0, colon);
     const std::string_view place =
         colon == std::string_view::npos ? std::string_view{} : rest.substr(colon + 1);
-    for (const KindRow& row : kKinds) {
-        if (row.name != kind) continue;
-        const std::optional<std::uint8_t> which = place_number(row.where, place);
-        if (!which) return refusal("the place is hot_end or bed for heat, x y z (e) for axes", text);
-        fault.kind = row.kind;
-        fault.which = *which;
-        return fault;
+    const auto* row = std::ranges::find(kKinds, kind, &KindRow::name);
+    if (row == kKinds.end()) {
+        Error unknown = refusal("known are", text);
+        for (const KindRow& each : kKinds)
+            write(unknown.message, &each == kKinds.begin() ? " " : ", ", each.name);
+        return unknown;
     }
-    return refusal(
-        "known are sensor_stuck, sensor_open, sensor_short, heater_disconnected, heater_stuck_on, "
-        "bus_silent, "
-        "endstop_stuck_closed, endstop_stuck_open, motor_disconnected",
-        text);
+    const std::optional<std::uint8_t> which = place_number(row->where, place);
+    if (!which) return refusal("the place is hot_end or bed for heat, x y z (e) for axes", text);
+    fault.kind = row->kind;
+    fault.which = *which;
+    return fault;
 }
 
 }  // namespace qduino::twin

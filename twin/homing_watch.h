@@ -13,6 +13,7 @@
 // Invariant: an axis never becomes home before its second press.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -28,19 +29,16 @@ class HomingWatch {
     /// A G28 of the axes in `mask` begins; `pressed` is each switch just before its first step.
     void begin(Instant now, std::uint8_t mask, const std::array<bool, kSlideCount>& pressed) {
         pending_ = mask;
-        for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
-            presses_[axis] = pressed[axis] ? 1 : 0;
-            pressed_[axis] = pressed[axis];
-            stepped_at_[axis] = now;
-        }
+        pressed_ = pressed;
+        stepped_at_.fill(now);
+        std::ranges::copy(pressed, presses_.begin());
     }
     [[nodiscard]] bool active() const { return pending_ != 0; }
     [[nodiscard]] bool pending(int axis) const { return (pending_ >> axis & 1) != 0; }
 
     void on_endstop(int axis, bool pressed) {
-        const auto a = static_cast<std::size_t>(axis);
-        pressed_[a] = pressed;
-        if (pressed) ++presses_[a];
+        pressed_[axis] = pressed;
+        if (pressed) ++presses_[axis];
     }
 
     /// Call before a step of `axis` is counted at `now` (−1: no step, only time has passed).
@@ -48,14 +46,13 @@ class HomingWatch {
     [[nodiscard]] std::uint8_t settle(Instant now, int axis) {
         std::uint8_t home = 0;
         for (int other = 0; other < kSlideCount; ++other) {
-            const auto o = static_cast<std::size_t>(other);
-            if (!pending(other) || presses_[o] < 2 || !pressed_[o]) continue;
-            const bool rested = now - stepped_at_[o] >= kRest;
+            if (!pending(other) || presses_[other] < 2 || !pressed_[other]) continue;
+            const bool rested = now - stepped_at_[other] >= kRest;
             const bool next_one_moves = axis >= 0 && axis != other && axis < kSlideCount && pending(axis);
             if (rested || next_one_moves) home = static_cast<std::uint8_t>(home | 1u << other);
         }
         pending_ = static_cast<std::uint8_t>(pending_ & ~home);
-        if (axis >= 0 && axis < kSlideCount) stepped_at_[static_cast<std::size_t>(axis)] = now;
+        if (axis >= 0 && axis < kSlideCount) stepped_at_[axis] = now;
         return home;
     }
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "base/contract.h"
-
 namespace qduino::twin {
 namespace {
 
@@ -89,7 +87,7 @@ void Inspector::on_step(const StepSeen& step) {
 
 void Inspector::on_endstop(Instant at, int axis, bool pressed) {
     now_ = at;
-    pressed_[static_cast<std::size_t>(axis)] = pressed;
+    pressed_[axis] = pressed;
     if (homing_.active()) homing_.on_endstop(axis, pressed);
 }
 
@@ -341,7 +339,12 @@ void Inspector::follow_extruder(int direction) {
             const double reach = slides_reach(here, cursor.share);
             Cursor crossing = cursor;
             found = creep(crossing, step) && crossing.share <= reach;
-            cursor = found ? crossing : place_on(cursor, reach);
+            if (found) {
+                cursor = crossing;
+            } else {
+                cursor.share = reach;
+                cursor.at = point_on(here, reach);
+            }
             if (found || reach < 1) break;
         }
         cursor.worst[kExtruder] = std::max(cursor.worst[kExtruder],
@@ -364,14 +367,6 @@ double Inspector::slides_reach(const Piece& here, double share) const {
         reach = std::min(reach, (edge - here.from[axis]) / length);
     }
     return std::max(reach, share);
-}
-
-Inspector::Cursor Inspector::place_on(const Cursor& cursor, double share) const {
-    Cursor placed = cursor;
-    const Piece& here = pieces_[cursor.piece];
-    placed.share = share;
-    placed.at = point_on(here, share);
-    return placed;
 }
 
 void Inspector::commit(const Cursor& cursor) {
@@ -435,12 +430,12 @@ Findings Inspector::finish(Instant now, bool read_rest) {
         found.final_exact = std::abs(built - final_asked_[axis] * steps_per_mm) <= 0.5 + kTieSteps;
     }
     const double filament_steps_per_mm = machine_.axes[kExtruder].steps_per_mm;
-    so_far_.findings.filament_asked_mm = asked_.filament_net_mm();
-    so_far_.findings.filament_asked_pushed_mm = asked_.filament_pushed_mm();
-    so_far_.findings.filament_built_mm = static_cast<double>(so_far_.net_steps) / filament_steps_per_mm;
-    so_far_.findings.filament_built_pushed_mm =
-        static_cast<double>(so_far_.pushed_steps) / filament_steps_per_mm;
-    return so_far_.findings;
+    Findings& all = so_far_.findings;
+    all.filament_asked_mm = asked_.filament_net_mm();
+    all.filament_asked_pushed_mm = asked_.filament_pushed_mm();
+    all.filament_built_mm = static_cast<double>(so_far_.net_steps) / filament_steps_per_mm;
+    all.filament_built_pushed_mm = static_cast<double>(so_far_.pushed_steps) / filament_steps_per_mm;
+    return all;
 }
 
 InspectionStart Inspector::next_start() const {

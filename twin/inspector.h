@@ -208,7 +208,6 @@ class Inspector {
     void follow_extruder(int direction);
     [[nodiscard]] double slides_reach(const Piece& here, double share) const;
     [[nodiscard]] static Point point_on(const Piece& piece, double share);
-    [[nodiscard]] Cursor place_on(const Cursor& cursor, double share) const;
     [[nodiscard]] bool creep(Cursor& cursor, const Step& step) const;
     [[nodiscard]] bool pass_end(Cursor& cursor, const Step& step) const;
     [[nodiscard]] bool others_near(const Cursor& cursor, const Step& step) const;

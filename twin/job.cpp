@@ -1,7 +1,6 @@
 #include "twin/job.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace qduino::twin {
@@ -63,11 +62,12 @@ void Job::on_step(const StepSeen& step) {
     position_[step.axis] = step.position;
     if (step.axis != kExtruder) return;
     // Filament pushed away from the path is no part of the print; E counts on from where it left.
-    if (!inspector_.away())
-        deposit_.extruder_at(step.position - inspector_.pushed_away(),
-                             {static_cast<double>(position_[0]) * mm_per_step_[0],
-                              static_cast<double>(position_[1]) * mm_per_step_[1],
-                              static_cast<double>(position_[2]) * mm_per_step_[2]});
+    if (!inspector_.away()) {
+        const auto at = [this](int axis) {
+            return static_cast<double>(position_[axis]) * mm_per_step_[axis];
+        };
+        deposit_.extruder_at(step.position - inspector_.pushed_away(), {at(0), at(1), at(2)});
+    }
     if (step.direction < 0) return;
     if (pushed_++ % kStepsPerSample == 0) sample_temperatures(step.at);
     if (too_cold_) ++cold_;
@@ -80,16 +80,23 @@ void Job::sample_temperatures(Instant at) {
     widen(bed_, printer_.sensor_celsius(at, kBed));
 }
 
-void Job::on_endstop(Instant at, int axis, bool pressed) { inspector_.on_endstop(at, axis, pressed); }
-
 Report Job::finish(Instant now, bool read_rest, std::uint64_t excursions_told) {
     printer_.observe(nullptr);
     watching_ = false;
     deposit_.finish();
     const PrinterState state = printer_.state(now);
-    Report report;
-    report.findings = inspector_.finish(now, read_rest);
-    report.excursions_told = excursions_told;
+    Report report{.differences = {},
+                  .findings = inspector_.finish(now, read_rest),
+                  .excursions_told = excursions_told,
+                  .timing_violations = state.timing_violations - at_begin_.timing_violations,
+                  .cold_extrusion_steps = cold_,
+                  .extruded = pushed_ > 0,
+                  .hot_end = hot_end_,
+                  .bed = bed_,
+                  .duration_s = to_seconds(now - began_),
+                  .volume_mm3 = deposit_.volume_mm3(),
+                  .layers_merged = deposit_.layers_merged(),
+                  .layers = deposit_.layers()};
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         report.counters[axis] = difference(state.counters[axis], at_begin_.counters[axis]);
         report.lost_steps[axis] = report.counters[axis].lost();
@@ -99,15 +106,6 @@ Report Job::finish(Instant now, bool read_rest, std::uint64_t excursions_told) {
             inspector_.homed_at()[axis] - printer_.axis(static_cast<int>(axis)).trigger();
         found.homing_error_mm = static_cast<double>(off) * mm_per_step_[axis];
     }
-    report.timing_violations = state.timing_violations - at_begin_.timing_violations;
-    report.cold_extrusion_steps = cold_;
-    report.extruded = pushed_ > 0;
-    report.hot_end = hot_end_;
-    report.bed = bed_;
-    report.duration_s = to_seconds(now - began_);
-    report.volume_mm3 = deposit_.volume_mm3();
-    report.layers = deposit_.layers();
-    report.layers_merged = deposit_.layers_merged();
     judge(report, tolerances_, printer_.machine().axes[kExtruder].steps_per_mm);
     return report;
 }

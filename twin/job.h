@@ -35,7 +35,7 @@ class Job final : public MotionObserver {
     Job& operator=(const Job&) = delete;
 
     void on_step(const StepSeen& step) override;
-    void on_endstop(Instant at, int axis, bool pressed) override;
+    void on_endstop(Instant at, int axis, bool pressed) override { inspector_.on_endstop(at, axis, pressed); }
 
     /// Ends the watch. Call once. `read_rest`: see Inspector::finish. `excursions_told`: how often
     /// the machine reports that it left the path and came back.

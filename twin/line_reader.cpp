@@ -1,5 +1,6 @@
 #include "twin/line_reader.h"
 
+#include <charconv>
 #include <cmath>
 
 namespace qduino::twin {

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 
 #include "base/time.h"
 #include "device/thermistor.h"
@@ -91,6 +92,12 @@ struct Machine {
     double nozzle_diameter_mm = 0.4;
     /// Plastic pushed at less than this is counted as a violation.
     double minimum_extrude_celsius = 160;
+
+    /// Plastic in one microstep of the extruder.
+    [[nodiscard]] double step_volume_mm3() const {
+        return std::numbers::pi / 4 * filament_diameter_mm * filament_diameter_mm /
+               axes[kExtruder].steps_per_mm;
+    }
 };
 
 }  // namespace qduino::twin

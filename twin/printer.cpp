@@ -1,7 +1,6 @@
 #include "twin/printer.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "base/contract.h"
 
@@ -19,17 +18,16 @@ Printer::Printer(const Machine& machine)
       heaters_{
           {{machine.heaters[0], machine.ambient_celsius}, {machine.heaters[1], machine.ambient_celsius}}},
       converter_(machine.adc_reference_v),
-      volume_per_step_mm3_(std::numbers::pi / 4 * machine.filament_diameter_mm *
-                           machine.filament_diameter_mm / machine.axes[kExtruder].steps_per_mm) {
+      volume_per_step_mm3_(machine.step_volume_mm3()) {
     for (int axis = 0; axis < kAxisCount; ++axis) {
-        const AxisSpec& spec = machine.axes[static_cast<std::size_t>(axis)];
+        const AxisSpec& spec = machine.axes[axis];
         wire(spec.step_pin, Role::step, axis);
         wire(spec.direction_pin, Role::direction, axis);
         wire(spec.enable_pin, Role::enable, axis);
         if (axis < kSlideCount) wire(spec.endstop_pin, Role::endstop, axis);
     }
     for (int heater = 0; heater < kHeaterCount; ++heater)
-        wire(machine.heaters[static_cast<std::size_t>(heater)].heater_pin, Role::heater, heater);
+        wire(machine.heaters[heater].heater_pin, Role::heater, heater);
     wire(machine.fan_pin, Role::fan, 0);
 }
 
@@ -110,23 +108,14 @@ Level Printer::pin_level(Instant now, PinId pin) {
     if (now >= next_fault_) apply_due_faults(now);
     const Wire wire = wires_[pin.number];
     if (wire.role != Role::endstop) return driven_[pin.number];
-    switch (switches_[wire.index]) {
-        case SwitchFault::closed:
-            return Level::high;
-        case SwitchFault::open:
-            return Level::low;
-        case SwitchFault::none:
-            break;
-    }
-    return contact(now, wire.index) ? Level::high : Level::low;
+    const auto& fault = switches_[wire.index];
+    const bool closed = fault ? *fault == FaultKind::endstop_stuck_closed : contact(now, wire.index);
+    return closed ? Level::high : Level::low;
 }
-
-// The thermistors are behind the converter.
-double Printer::analog_level(Instant, PinId) { return 0.0; }
 
 double Printer::sensor_celsius(Instant now, int heater) {
     if (now >= next_fault_) apply_due_faults(now);
-    Heater& block = heaters_[static_cast<std::size_t>(heater)];
+    Heater& block = heaters_[heater];
     block.advance(now);
     return block.sensor_celsius();
 }
@@ -136,9 +125,9 @@ double Printer::sensor_volts(Instant now, int channel) {
         const HeaterSpec& spec = machine_.heaters[heater];
         if (spec.adc_channel != channel) continue;
         const Sensor& sensor = sensors_[heater];
-        if (sensor.fault == SensorFault::open) return machine_.adc_reference_v;
-        if (sensor.fault == SensorFault::shorted) return 0.0;
-        const double celsius = sensor.fault == SensorFault::stuck
+        if (sensor.fault == FaultKind::sensor_open) return machine_.adc_reference_v;
+        if (sensor.fault == FaultKind::sensor_short) return 0.0;
+        const double celsius = sensor.fault == FaultKind::sensor_stuck
                                    ? sensor.stuck_celsius
                                    : sensor_celsius(now, static_cast<int>(heater));
         return machine_.adc_reference_v * spec.thermistor.fraction(Celsius{celsius});
@@ -205,13 +194,9 @@ void Printer::apply(const Fault& fault) {
     const std::size_t which = fault.which;
     switch (fault.kind) {
         case FaultKind::sensor_stuck:
-            sensors_[which] = {SensorFault::stuck, heaters_[which].sensor_celsius()};
-            return;
         case FaultKind::sensor_open:
-            sensors_[which] = {SensorFault::open, 0};
-            return;
         case FaultKind::sensor_short:
-            sensors_[which] = {SensorFault::shorted, 0};
+            sensors_[which] = {fault.kind, heaters_[which].sensor_celsius()};
             return;
         case FaultKind::heater_disconnected:
             heaters_[which].set_connected(false);
@@ -223,10 +208,8 @@ void Printer::apply(const Fault& fault) {
             bus_silent_ = true;
             return;
         case FaultKind::endstop_stuck_closed:
-            switches_[which] = SwitchFault::closed;
-            return;
         case FaultKind::endstop_stuck_open:
-            switches_[which] = SwitchFault::open;
+            switches_[which] = fault.kind;
             return;
         case FaultKind::motor_disconnected:
             axes_[which].set_connected(false);
@@ -241,7 +224,7 @@ void Printer::clear_faults(Instant now) {
         heater.set_stuck_on(false);
     }
     sensors_.fill({});
-    switches_.fill(SwitchFault::none);
+    switches_.fill({});
     bus_silent_ = false;
     for (AxisDrive& axis : axes_) axis.set_connected(true);
     pending_faults_.clear();

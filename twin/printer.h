@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
@@ -55,7 +56,8 @@ class Printer final : public board::Peripherals {
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
     void pwm_written(Instant now, board::PinId pin, double duty) override;
     [[nodiscard]] board::Level pin_level(Instant now, board::PinId pin) override;
-    [[nodiscard]] double analog_level(Instant now, board::PinId pin) override;
+    /// 0: the thermistors are behind the converter.
+    [[nodiscard]] double analog_level(Instant, board::PinId) override { return 0.0; }
     [[nodiscard]] Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
                                             std::span<const std::uint8_t> out,
                                             std::span<std::uint8_t> in) override;
@@ -83,12 +85,10 @@ class Printer final : public board::Peripherals {
         Role role = Role::none;
         std::uint8_t index = 0;
     };
-    enum class SensorFault : std::uint8_t { none, stuck, open, shorted };
     struct Sensor {
-        SensorFault fault = SensorFault::none;
+        std::optional<FaultKind> fault{};
         double stuck_celsius = 0;
     };
-    enum class SwitchFault : std::uint8_t { none, closed, open };
 
     void wire(std::uint16_t pin, Role role, int index);
     void step_pin(Instant now, std::size_t axis, bool level);
@@ -104,7 +104,7 @@ class Printer final : public board::Peripherals {
     std::array<AxisDrive, kAxisCount> axes_;
     std::array<Heater, kHeaterCount> heaters_;
     std::array<Sensor, kHeaterCount> sensors_{};
-    std::array<SwitchFault, kSlideCount> switches_{};
+    std::array<std::optional<FaultKind>, kSlideCount> switches_{};
     device::Ads7828Chip converter_;
     bool bus_silent_ = false;
     double fan_duty_ = 0;

@@ -2,79 +2,56 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "base/text.h"
 
 namespace qduino::twin {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-__attribute__((format(printf, 2, 3))) void differ(Report& report, const char* format, ...) {
-    char text[256];
-    std::va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    report.differences.emplace_back(text);
+/// Of `pieces`, as base/text.h takes them.
+template <typename... Pieces>
+void differ(Report& report, const Pieces&... pieces) {
+    report.differences.push_back(text<std::string>(pieces...));
 }
 
 void judge_axis(Report& report, std::size_t axis, double tolerance_mm) {
     const AxisFindings& found = report.findings.axes[axis];
     const char letter = kAxisLetter[axis];
     if (found.path_deviation_mm_max > tolerance_mm)
-        differ(report, "%c left the asked path by %.6f mm (at most %.6f) near line %llu", letter,
-               found.path_deviation_mm_max, tolerance_mm, static_cast<unsigned long long>(found.worst_line));
+        differ(report, letter, " left the asked path by ", Fixed{found.path_deviation_mm_max, 6},
+               " mm (at most ", Fixed{tolerance_mm, 6}, ") near line ", found.worst_line);
     if (!found.final_exact)
-        differ(report, "%c ended at %.6f mm where %.6f was asked", letter, found.final_built_mm,
-               found.final_asked_mm);
-    if (report.lost_steps[axis] != 0)
-        differ(report, "%c lost %llu steps", letter,
-               static_cast<unsigned long long>(report.lost_steps[axis]));
+        differ(report, letter, " ended at ", Fixed{found.final_built_mm, 6}, " mm where ",
+               Fixed{found.final_asked_mm, 6}, " was asked");
+    if (report.lost_steps[axis] != 0) differ(report, letter, " lost ", report.lost_steps[axis], " steps");
 }
 
 void judge_excursions(Report& report) {
     const Findings& found = report.findings;
     if (found.excursions > report.excursions_told)
-        differ(report,
-               "the head left the asked path at a rest and came back %llu times; the machine tells of %llu",
-               static_cast<unsigned long long>(found.excursions),
-               static_cast<unsigned long long>(report.excursions_told));
+        differ(report, "the head left the asked path at a rest and came back ", found.excursions,
+               " times; the machine tells of ", report.excursions_told);
     if (!found.away) return;
-    const auto& beside = found.beside_steps;
-    const bool near = beside != decltype(found.beside_steps){};
-    if (near)
-        differ(report,
-               "the head left the asked path near line %llu and did not come back to the step: X %+lld, Y "
-               "%+lld, Z %+lld",
-               static_cast<unsigned long long>(found.left_line), static_cast<long long>(beside[0]),
-               static_cast<long long>(beside[1]), static_cast<long long>(beside[2]));
-    else
-        differ(report, "the head left the asked path near line %llu and did not come back",
-               static_cast<unsigned long long>(found.left_line));
+    std::string where;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        const std::int64_t beside = found.beside_steps[axis];
+        write(where, axis == 0 ? " to the step: " : ", ", kAxisLetter[axis], beside < 0 ? " " : " +", beside);
+    }
+    const bool near = found.beside_steps != decltype(found.beside_steps){};
+    differ(report, "the head left the asked path near line ", found.left_line, " and did not come back",
+           near ? where : "");
 }
 
-template <typename Value>
-Json by_axis(const std::array<Value, kAxisCount>& values) {
+/// `value_of(axis)` of each axis.
+template <typename ValueOf>
+Json by_axis(ValueOf&& value_of) {
     Json json;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        json[std::string(1, static_cast<char>(kAxisLetter[axis] | 0x20))] = values[axis];
+        json[std::string(1, static_cast<char>(kAxisLetter[axis] | 0x20))] = value_of(axis);
     return json;
-}
-
-template <typename Field>
-auto gather(const Report& report, Field AxisFindings::*field) {
-    std::array<Field, kAxisCount> values{};
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) values[axis] = report.findings.axes[axis].*field;
-    return values;
-}
-
-template <typename Field>
-auto gather(const Report& report, Field AxisCounters::*field) {
-    std::array<Field, kAxisCount> values{};
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) values[axis] = report.counters[axis].*field;
-    return values;
 }
 
 Json layers_json(const Report& report, std::size_t limit) {
@@ -106,8 +83,8 @@ void judge(Report& report, const Tolerances& tolerances, double filament_steps_p
     report.differences.clear();
     report.completed = report.findings.path_consumed;
     if (!report.completed)
-        differ(report, "the asked path was not built to its end: line %llu was reached",
-               static_cast<unsigned long long>(report.findings.line));
+        differ(report, "the asked path was not built to its end: line ", report.findings.line,
+               " was reached");
     judge_excursions(report);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) judge_axis(report, axis, tolerances.path_mm[axis]);
     const double asked = report.findings.filament_asked_mm;
@@ -116,13 +93,19 @@ void judge(Report& report, const Tolerances& tolerances, double filament_steps_p
     const double allowed =
         std::max(tolerances.filament_share * std::abs(asked), (1.0 + 1e-9) / filament_steps_per_mm);
     if (std::abs(built - asked) > allowed)
-        differ(report, "%.4f mm of filament were pushed where %.4f were asked (within %.4f)", built, asked,
-               allowed);
+        differ(report, Fixed{built, 4}, " mm of filament were pushed where ", Fixed{asked, 4},
+               " were asked (within ", Fixed{allowed, 4}, ")");
     report.matches = report.differences.empty();
 }
 
 std::string to_json(const Report& report, std::size_t layer_limit) {
     const Findings& found = report.findings;
+    const auto of_axes = [&](auto AxisFindings::*field) {
+        return by_axis([&](std::size_t axis) { return found.axes[axis].*field; });
+    };
+    const auto counted = [&](std::uint64_t AxisCounters::*field) {
+        return by_axis([&](std::size_t axis) { return report.counters[axis].*field; });
+    };
     Json json;
     json["completed"] = report.completed;
     json["matches"] = report.matches;
@@ -130,20 +113,20 @@ std::string to_json(const Report& report, std::size_t layer_limit) {
     json["line"] = found.line;
     json["excursions"] = {{"seen", found.excursions}, {"told", report.excursions_told}};
     json["duration_s"] = report.duration_s;
-    json["steps"] = by_axis(gather(report, &AxisFindings::steps));
-    json["lost_steps"] = by_axis(report.lost_steps);
-    json["lost_by"] = {{"pull_out", by_axis(gather(report, &AxisCounters::lost_pull_out))},
-                       {"hard_stop", by_axis(gather(report, &AxisCounters::lost_hard_stop))},
-                       {"timing", by_axis(gather(report, &AxisCounters::lost_timing))},
-                       {"disabled", by_axis(gather(report, &AxisCounters::ignored_disabled))}};
+    json["steps"] = of_axes(&AxisFindings::steps);
+    json["lost_steps"] = by_axis([&](std::size_t axis) { return report.lost_steps[axis]; });
+    json["lost_by"] = {{"pull_out", counted(&AxisCounters::lost_pull_out)},
+                       {"hard_stop", counted(&AxisCounters::lost_hard_stop)},
+                       {"timing", counted(&AxisCounters::lost_timing)},
+                       {"disabled", counted(&AxisCounters::ignored_disabled)}};
     json["timing_violations"] = report.timing_violations;
-    json["unexplained_steps"] = by_axis(gather(report, &AxisFindings::unexplained));
-    json["path_deviation_mm_max"] = by_axis(gather(report, &AxisFindings::path_deviation_mm_max));
-    json["path_deviation_line"] = by_axis(gather(report, &AxisFindings::worst_line));
-    json["final_position_mm"] = {{"asked", by_axis(gather(report, &AxisFindings::final_asked_mm))},
-                                 {"built", by_axis(gather(report, &AxisFindings::final_built_mm))}};
-    json["homed"] = by_axis(gather(report, &AxisFindings::homed));
-    json["homing_error_mm"] = by_axis(gather(report, &AxisFindings::homing_error_mm));
+    json["unexplained_steps"] = of_axes(&AxisFindings::unexplained);
+    json["path_deviation_mm_max"] = of_axes(&AxisFindings::path_deviation_mm_max);
+    json["path_deviation_line"] = of_axes(&AxisFindings::worst_line);
+    json["final_position_mm"] = {{"asked", of_axes(&AxisFindings::final_asked_mm)},
+                                 {"built", of_axes(&AxisFindings::final_built_mm)}};
+    json["homed"] = of_axes(&AxisFindings::homed);
+    json["homing_error_mm"] = of_axes(&AxisFindings::homing_error_mm);
     json["filament_mm"] = {{"asked", found.filament_asked_mm},
                            {"built", found.filament_built_mm},
                            {"asked_pushed", found.filament_asked_pushed_mm},

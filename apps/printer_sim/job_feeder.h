@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <istream>
+#include <optional>
 
 #include "printer/link/frame.h"
 
@@ -20,27 +21,32 @@ class JobFeeder {
         namespace link = printer::link;
         if (!begun_) begun_ = link::try_push(to.jobs, link::encode(link::JobBegin{job_id_, length_}));
         while (begun_ && sent_ < length_) {
-            if (held_ == 0) {
-                input_.read(reinterpret_cast<char*>(buffer_.data()),
-                            static_cast<std::streamsize>(buffer_.size()));
-                held_ = static_cast<std::size_t>(input_.gcount());
-                if (held_ == 0) return;
-            }
-            const link::JobBytes bytes{job_id_, sent_, std::span{buffer_}.first(held_)};
-            if (!link::try_push(to.jobs, link::encode(bytes))) return;
+            if (!frame_ && !make_frame()) return;
+            if (!link::try_push(to.jobs, *frame_)) return;
             sent_ += held_;
-            held_ = 0;
+            frame_.reset();
         }
         if (begun_ && !ended_) ended_ = link::try_push(to.jobs, link::encode(link::JobEnd{job_id_}));
     }
 
   private:
+    /// Once for each piece: its check sum is dear, and the ring is full most of the time.
+    bool make_frame() {
+        std::array<std::uint8_t, printer::link::kMaxJobBytes> bytes;
+        input_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        held_ = static_cast<std::size_t>(input_.gcount());
+        if (held_ == 0) return false;
+        frame_ =
+            printer::link::encode(printer::link::JobBytes{job_id_, sent_, std::span{bytes}.first(held_)});
+        return true;
+    }
+
     std::istream& input_;
     std::uint64_t job_id_;
     std::uint64_t length_;
     std::uint64_t sent_ = 0;
-    std::array<std::uint8_t, printer::link::kMaxJobBytes> buffer_{};
-    std::size_t held_ = 0;
+    std::optional<printer::link::Frame> frame_;  // not pushed yet
+    std::size_t held_ = 0;                       // bytes of the job in it
     bool begun_ = false;
     bool ended_ = false;
 };

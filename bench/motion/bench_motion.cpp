@@ -65,7 +65,7 @@ Outcome run(const Load& load, std::size_t moves) {
     const MachineConfig config;
     const auto planner = std::make_unique<motion::Planner>(motion::motion_settings(config),
                                                            motion::AxisVector{75, 75, 0.2, 0});
-    step::Solver solver{step::solver_settings(config), {75, 75, 0.2, 0}};
+    step::Solver solver{motion::motion_settings(config), {75, 75, 0.2, 0}};
     Outcome outcome;
     const auto sink = [&](const step::StepEvent& event) {
         outcome.checksum ^= event.time_ns;

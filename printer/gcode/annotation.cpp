@@ -1,59 +1,55 @@
 #include "printer/gcode/annotation.h"
 
-#include <array>
+#include <algorithm>
+#include <utility>
 
 #include "printer/gcode/text.h"
 
 namespace qduino::printer::gcode {
 namespace {
 
-struct FeatureName {
-    std::string_view name;
-    Feature feature;
-};
-
 /// As PrusaSlicer, its kin (SuperSlicer, OrcaSlicer, Bambu Studio) and Cura spell them.
-constexpr std::array kFeatureNames{
-    FeatureName{"External perimeter", Feature::outer_wall},
-    FeatureName{"Perimeter", Feature::inner_wall},
-    FeatureName{"Overhang perimeter", Feature::overhang},
-    FeatureName{"Internal infill", Feature::sparse_infill},
-    FeatureName{"Solid infill", Feature::solid_infill},
-    FeatureName{"Top solid infill", Feature::top_surface},
-    FeatureName{"Bridge infill", Feature::bridge},
-    FeatureName{"Internal bridge infill", Feature::bridge},
-    FeatureName{"Gap fill", Feature::gap_fill},
-    FeatureName{"Thin wall", Feature::outer_wall},
-    FeatureName{"Skirt", Feature::skirt},
-    FeatureName{"Skirt/Brim", Feature::skirt},
-    FeatureName{"Support material", Feature::support},
-    FeatureName{"Support material interface", Feature::support_interface},
-    FeatureName{"Wipe tower", Feature::prime_tower},
-    FeatureName{"Ironing", Feature::ironing},
-    FeatureName{"Custom", Feature::custom},
-    FeatureName{"Outer wall", Feature::outer_wall},
-    FeatureName{"Inner wall", Feature::inner_wall},
-    FeatureName{"Overhang wall", Feature::overhang},
-    FeatureName{"Sparse infill", Feature::sparse_infill},
-    FeatureName{"Internal solid infill", Feature::solid_infill},
-    FeatureName{"Bottom surface", Feature::solid_infill},
-    FeatureName{"Top surface", Feature::top_surface},
-    FeatureName{"Bridge", Feature::bridge},
-    FeatureName{"Internal Bridge", Feature::bridge},
-    FeatureName{"Gap infill", Feature::gap_fill},
-    FeatureName{"Brim", Feature::skirt},
-    FeatureName{"Support", Feature::support},
-    FeatureName{"Support interface", Feature::support_interface},
-    FeatureName{"Support transition", Feature::support_interface},
-    FeatureName{"Prime tower", Feature::prime_tower},
-    FeatureName{"WALL-OUTER", Feature::outer_wall},
-    FeatureName{"WALL-INNER", Feature::inner_wall},
-    FeatureName{"FILL", Feature::sparse_infill},
-    FeatureName{"SKIN", Feature::top_surface},
-    FeatureName{"SKIRT", Feature::skirt},
-    FeatureName{"SUPPORT", Feature::support},
-    FeatureName{"SUPPORT-INTERFACE", Feature::support_interface},
-    FeatureName{"PRIME-TOWER", Feature::prime_tower},
+constexpr std::pair<std::string_view, Feature> kFeatureNames[]{
+    {"External perimeter", Feature::outer_wall},
+    {"Perimeter", Feature::inner_wall},
+    {"Overhang perimeter", Feature::overhang},
+    {"Internal infill", Feature::sparse_infill},
+    {"Solid infill", Feature::solid_infill},
+    {"Top solid infill", Feature::top_surface},
+    {"Bridge infill", Feature::bridge},
+    {"Internal bridge infill", Feature::bridge},
+    {"Gap fill", Feature::gap_fill},
+    {"Thin wall", Feature::outer_wall},
+    {"Skirt", Feature::skirt},
+    {"Skirt/Brim", Feature::skirt},
+    {"Support material", Feature::support},
+    {"Support material interface", Feature::support_interface},
+    {"Wipe tower", Feature::prime_tower},
+    {"Ironing", Feature::ironing},
+    {"Custom", Feature::custom},
+    {"Outer wall", Feature::outer_wall},
+    {"Inner wall", Feature::inner_wall},
+    {"Overhang wall", Feature::overhang},
+    {"Sparse infill", Feature::sparse_infill},
+    {"Internal solid infill", Feature::solid_infill},
+    {"Bottom surface", Feature::solid_infill},
+    {"Top surface", Feature::top_surface},
+    {"Bridge", Feature::bridge},
+    {"Internal Bridge", Feature::bridge},
+    {"Gap infill", Feature::gap_fill},
+    {"Brim", Feature::skirt},
+    {"Support", Feature::support},
+    {"Support interface", Feature::support_interface},
+    {"Support transition", Feature::support_interface},
+    {"Prime tower", Feature::prime_tower},
+    {"WALL-OUTER", Feature::outer_wall},
+    {"WALL-INNER", Feature::inner_wall},
+    {"FILL", Feature::sparse_infill},
+    {"SKIN", Feature::top_surface},
+    {"SKIRT", Feature::skirt},
+    {"SUPPORT", Feature::support},
+    {"SUPPORT-INTERFACE", Feature::support_interface},
+    {"PRIME-TOWER", Feature::prime_tower},
 };
 
 /// A comment that is a number from 0 to 1e6 and nothing else.
@@ -71,10 +67,8 @@ Annotation measured(AnnotationKind kind, std::string_view text) {
 }  // namespace
 
 Feature feature_from_name(std::string_view name) {
-    for (const FeatureName& known : kFeatureNames) {
-        if (known.name == name) return known.feature;
-    }
-    return Feature::unknown;
+    const auto* known = std::ranges::find(kFeatureNames, name, [](const auto& row) { return row.first; });
+    return known != std::end(kFeatureNames) ? known->second : Feature::unknown;
 }
 
 Annotation parse_annotation(std::string_view comment) {
@@ -92,12 +86,9 @@ Annotation parse_annotation(std::string_view comment) {
 }
 
 bool LayerCounter::on_annotation(const Annotation& annotation) {
-    if (annotation.kind == AnnotationKind::layer_change) {
-        by_change_ = true;
-        ++layers_;
-        return true;
-    }
-    if (annotation.kind != AnnotationKind::layer_number || by_change_) return false;
+    const bool change = annotation.kind == AnnotationKind::layer_change;
+    if (!change && (annotation.kind != AnnotationKind::layer_number || by_change_)) return false;
+    by_change_ = change;
     ++layers_;
     return true;
 }

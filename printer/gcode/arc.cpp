@@ -66,17 +66,16 @@ std::uint32_t chords_for(double sweep, double radius_mm) {
 }  // namespace
 
 Result<ArcPath> ArcPath::make(const Position& from, const Position& to, const ArcGeometry& geometry) {
-    const Result<Centre> centre = centre_of(from, to, geometry);
-    if (!centre) return centre.error();
-    const double from_x = from[Axis::x].value() - centre->x_mm;
-    const double from_y = from[Axis::y].value() - centre->y_mm;
-    const double to_x = to[Axis::x].value() - centre->x_mm;
-    const double to_y = to[Axis::y].value() - centre->y_mm;
+    QDUINO_TRY_ASSIGN(const Centre centre, centre_of(from, to, geometry));
+    const double from_x = from[Axis::x].value() - centre.x_mm;
+    const double from_y = from[Axis::y].value() - centre.y_mm;
+    const double to_x = to[Axis::x].value() - centre.x_mm;
+    const double to_y = to[Axis::y].value() - centre.y_mm;
     ArcPath arc;
     arc.from_ = from;
     arc.to_ = to;
-    arc.centre_x_mm_ = centre->x_mm;
-    arc.centre_y_mm_ = centre->y_mm;
+    arc.centre_x_mm_ = centre.x_mm;
+    arc.centre_y_mm_ = centre.y_mm;
     arc.radius_from_mm_ = std::hypot(from_x, from_y);
     arc.radius_to_mm_ = std::hypot(to_x, to_y);
     const double radius_max = std::max(arc.radius_from_mm_, arc.radius_to_mm_);
@@ -109,7 +108,5 @@ Position ArcPath::point(std::uint32_t index) const {
     point[Axis::e] = from_[Axis::e] + (to_[Axis::e] - from_[Axis::e]) * along;
     return point;
 }
-
-Position ArcPath::peek() const { return point(next_); }
 
 }  // namespace qduino::printer::gcode

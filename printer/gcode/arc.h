@@ -55,7 +55,7 @@ class ArcPath {
     [[nodiscard]] const Position& end() const { return to_; }
     [[nodiscard]] bool done() const { return next_ == chords_; }
     /// The end of the next chord. Contract: !done().
-    [[nodiscard]] Position peek() const;
+    [[nodiscard]] Position peek() const { return point(next_); }
     void advance() { ++next_; }
 
   private:

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "base/contract.h"
-#include "base/fixed_string.h"
+#include "base/text.h"
 #include "printer/gcode/source.h"
 
 namespace qduino::printer::gcode {
@@ -67,7 +67,11 @@ struct Command {
     Source source;
 
     /// As it is written: `G1`, `G92.1`, `EXCLUDE_OBJECT`.
-    [[nodiscard]] FixedString<32> name() const;
+    [[nodiscard]] FixedString<32> name() const {
+        if (letter == '\0') return word;
+        auto name = qduino::text<FixedString<32>>(letter, number);
+        return subcode ? write(name, '.', *subcode) : name;
+    }
 };
 
 }  // namespace qduino::printer::gcode

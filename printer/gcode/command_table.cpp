@@ -7,15 +7,19 @@ namespace qduino::printer::gcode {
 
 // The bodies. A new code is its name here, its row below, and its body in one of these files.
 namespace handlers {
+/// It cannot fail.
+using SureHandler = void(Context& context, const Command& command);
 // handlers_motion.cpp
 Handler linear_move, arc_clockwise, arc_counterclockwise, dwell, wait_for_moves, retract, recover, home, tool;
 // handlers_state.cpp
-Handler inches, millimetres, absolute, relative, absolute_extrusion, relative_extrusion, set_position,
-    machine_coordinates, retraction_settings, recover_settings, speed_factor, flow_factor, nothing;
+Handler set_position, retraction_settings, recover_settings, speed_factor, flow_factor;
+SureHandler inches, millimetres, absolute, relative, absolute_extrusion, relative_extrusion,
+    machine_coordinates, nothing;
 // handlers_machine.cpp
 Handler hot_end, hot_end_wait, bed, bed_wait, fan_on, fan_off, motors_off, axis_accelerations, axis_speeds,
-    accelerations, instantaneous_speeds, message, echo, progress, report_temperatures, report_position,
-    report_firmware, cold_extrusion, stop, pause, filament_change, emergency_stop;
+    accelerations, instantaneous_speeds, progress, stop, pause, filament_change;
+SureHandler message, echo, report_temperatures, report_position, report_firmware, cold_extrusion,
+    emergency_stop;
 }  // namespace handlers
 
 namespace {
@@ -24,6 +28,12 @@ using namespace handlers;
 using enum Strictness;
 using enum Typed;
 using enum Tail;
+
+template <handlers::SureHandler* act>
+Result<void> sure(Context& context, const Command& command) {
+    act(context, command);
+    return {};
+}
 
 constexpr CodeInfo kCodes[]{
     {{"EXCLUDE_OBJECT"}, "leave an object out", ""},
@@ -38,9 +48,9 @@ constexpr CodeInfo kCodes[]{
     {{'G', 10}, "retract", "S", retract, strict},
     {{'G', 11}, "recover from retraction", "", recover, strict},
     {{'G', 12}, "clean the nozzle", "PRSTXYZ"},
-    {{'G', 17}, "XY plane", "", nothing},
-    {{'G', 20}, "inches", "", inches},
-    {{'G', 21}, "millimetres", "", millimetres},
+    {{'G', 17}, "XY plane", "", sure<nothing>},
+    {{'G', 20}, "inches", "", sure<inches>},
+    {{'G', 21}, "millimetres", "", sure<millimetres>},
     {{'G', 26}, "mesh validation pattern", "BCDFHIKLOPQRSUXY"},
     {{'G', 27}, "park", "P"},
     {{'G', 28}, "home", "XYZORLW", home, strict},
@@ -48,10 +58,10 @@ constexpr CodeInfo kCodes[]{
     {{'G', 30}, "probe one point", "CXY"},
     {{'G', 34}, "align Z", ""},
     {{'G', 80}, "bed mesh on", ""},
-    {{'G', 90}, "absolute coordinates", "", absolute, parked},
-    {{'G', 91}, "relative coordinates", "", relative, parked},
+    {{'G', 90}, "absolute coordinates", "", sure<absolute>, parked},
+    {{'G', 91}, "relative coordinates", "", sure<relative>, parked},
     {{'G', 92}, "set position", "XYZE", set_position, strict},
-    {{'G', 92, 1}, "machine coordinates", "", machine_coordinates, strict},
+    {{'G', 92, 1}, "machine coordinates", "", sure<machine_coordinates>, strict},
     {{'M', 0}, "stop and wait", "", stop, free_text},
     {{'M', 1}, "stop and wait", "", stop, free_text},
     {{'M', 17}, "motors on", "XYZE"},
@@ -73,25 +83,25 @@ constexpr CodeInfo kCodes[]{
     {{'M', 75}, "print timer on", ""},
     {{'M', 76}, "print timer pause", ""},
     {{'M', 77}, "print timer off", ""},
-    {{'M', 82}, "absolute extrusion", "", absolute_extrusion, parked},
-    {{'M', 83}, "relative extrusion", "", relative_extrusion, parked},
+    {{'M', 82}, "absolute extrusion", "", sure<absolute_extrusion>, parked},
+    {{'M', 83}, "relative extrusion", "", sure<relative_extrusion>, parked},
     {{'M', 84}, "motors off", "SXYZE", motors_off},
     {{'M', 85}, "inactivity shutdown", "S"},
     {{'M', 92}, "steps per millimetre", "XYZE"},
     {{'M', 104}, "hot end temperature", "STRIBF", hot_end, printing},
-    {{'M', 105}, "report temperatures", "T", report_temperatures, always},
+    {{'M', 105}, "report temperatures", "T", sure<report_temperatures>, always},
     {{'M', 106}, "fan on", "SP", fan_on, printing},
     {{'M', 107}, "fan off", "P", fan_off, printing},
     {{'M', 108}, "end a wait", ""},
     {{'M', 109}, "hot end temperature, and wait", "SRTIBF", hot_end_wait},
-    {{'M', 110}, "line number", "N", nothing},  // host_session.h takes it
+    {{'M', 110}, "line number", "N", sure<nothing>},  // host_session.h takes it
     {{'M', 111}, "debug level", "S"},
-    {{'M', 112}, "emergency stop", "", emergency_stop, always},
+    {{'M', 112}, "emergency stop", "", sure<emergency_stop>, always},
     {{'M', 113}, "host keepalive", "S"},
-    {{'M', 114}, "report position", "DER", report_position, always},
-    {{'M', 115}, "report firmware", "", report_firmware, always, free_text},
-    {{'M', 117}, "message", "", message, always, free_text},
-    {{'M', 118}, "echo", "", echo, free_text},
+    {{'M', 114}, "report position", "DER", sure<report_position>, always},
+    {{'M', 115}, "report firmware", "", sure<report_firmware>, always, free_text},
+    {{'M', 117}, "message", "", sure<message>, always, free_text},
+    {{'M', 118}, "echo", "", sure<echo>, free_text},
     {{'M', 119}, "report endstops", ""},
     {{'M', 140}, "bed temperature", "SI", bed, printing},
     {{'M', 141}, "chamber temperature", "S"},
@@ -115,7 +125,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 221}, "flow factor", "ST", flow_factor, printing},
     {{'M', 300}, "beep", "PS"},
     {{'M', 301}, "hot end PID", "CDEFILP"},
-    {{'M', 302}, "report cold extrusion", "PS", cold_extrusion, always},
+    {{'M', 302}, "report cold extrusion", "PS", sure<cold_extrusion>, always},
     {{'M', 303}, "tune PID", "CDESU"},
     {{'M', 304}, "bed PID", "DIP"},
     {{'M', 355}, "case light", "PS"},

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 #include "printer/gcode/command_table.h"
-#include "printer/gcode/lexer.h"
 #include "printer/gcode/parser.h"
-#include "printer/gcode/text.h"
 
 namespace qduino::printer::gcode {
 namespace {
@@ -17,19 +15,6 @@ bool is_binary(char c) {
     return (byte < 0x20 && !(byte >= 0x09 && byte <= 0x0D)) || byte == 0x7F;
 }
 
-/// Counts the lines that speak for G-code, and the others.
-class Tally : public LineSink {
-  public:
-    void on_line(const Line& line) override {
-        if (line.error) ++others;
-        if (line.command != nullptr) ++(find_code(*line.command) != nullptr ? known : others);
-        if (line.command == nullptr && !line.error && !line.comment.empty()) ++comments;
-    }
-    int known = 0;     ///< commands in the table
-    int comments = 0;  ///< lines that are a `;` comment
-    int others = 0;    ///< lines that are neither
-};
-
 }  // namespace
 
 Content look_at_content(std::span<const char> bytes) {
@@ -37,31 +22,35 @@ Content look_at_content(std::span<const char> bytes) {
     if (text.starts_with("GCDE")) return Content::binary_gcode;
     if (std::any_of(bytes.begin(), bytes.end(), is_binary)) return Content::binary;
     if (text.find_first_not_of(" \t\r\n\v\f") == std::string_view::npos) return Content::empty;
+    int speak_for_it = 0;  // commands in the table, and lines that are a `;` comment
+    int speak_against = 0;
+    const auto count = [&](const Line& line) {
+        const bool comment = line.command == nullptr && !line.comment.empty();
+        const bool known = line.command != nullptr && find_code(*line.command) != nullptr;
+        if (line.error || (line.command != nullptr && !known)) {
+            ++speak_against;
+        } else if (known || comment) {
+            ++speak_for_it;
+        }
+    };
     Parser parser;
-    Tally tally;
-    parser.feed(bytes, tally);
+    parser.feed(bytes, count);
     // The last line is cut wherever the caller's buffer ended: it counts only when no other line
     // does.
-    if (tally.known + tally.comments + tally.others == 0) parser.finish(tally);
-    return tally.known + tally.comments > tally.others ? Content::gcode : Content::other_text;
+    if (speak_for_it + speak_against == 0) parser.finish(count);
+    return speak_for_it > speak_against ? Content::gcode : Content::other_text;
 }
 
 std::string_view explain(Content content) {
-    switch (content) {
-        case Content::gcode:
-            return {};
-        case Content::empty:
-            return "The file is empty.";
-        case Content::binary_gcode:
-            return "This is binary G-code (.bgcode). Switch off \"Supports binary G-code\" in the slicer's "
-                   "printer "
-                   "settings, or convert the file, and send it again.";
-        case Content::binary:
-            return "This is a binary file, not G-code. Slice the model first.";
-        case Content::other_text:
-            return "This is a text, but not G-code: its first lines hold no command.";
-    }
-    return {};
+    constexpr std::string_view kWords[]{
+        "",
+        "The file is empty.",
+        "This is binary G-code (.bgcode). Switch off \"Supports binary G-code\" in the slicer's printer "
+        "settings, or convert the file, and send it again.",
+        "This is a binary file, not G-code. Slice the model first.",
+        "This is a text, but not G-code: its first lines hold no command.",
+    };
+    return kWords[static_cast<std::size_t>(content)];
 }
 
 }  // namespace qduino::printer::gcode

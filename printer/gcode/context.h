@@ -11,7 +11,6 @@
 // handlers_machine.cpp.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -97,5 +96,19 @@ Result<std::optional<double>> number(const Command& command, char letter);
 Result<std::optional<double>> number_within(const Command& command, char letter, double low, double high,
                                             std::string_view unit);
 Error outside(char letter, double value, double low, double high, std::string_view unit);
+/// Puts the number behind `letter` times `scale` into `value`, a quantity, if it is given. Error:
+/// it is then not from `low` to `high`.
+template <typename Value>
+Result<void> take_scaled(const Command& command, char letter, double scale, double low, double high,
+                         Value& value, std::string_view unit) {
+    QDUINO_TRY_ASSIGN(const auto given, number(command, letter));
+    if (!given) return {};
+    const double scaled = *given * scale;
+    if (!(scaled >= low && scaled <= high)) return outside(letter, scaled, low, high, unit);
+    value = Value{scaled};
+    return {};
+}
+/// The axes whose letters stand in the command; `otherwise` when none does.
+AxisSet axes_of(const Command& command, AxisSet otherwise);
 
 }  // namespace qduino::printer::gcode

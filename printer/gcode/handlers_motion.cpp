@@ -1,6 +1,5 @@
 // G0 G1 G2 G3 G4 G10 G11 G28 M400 T: codes that move the machine, or wait for it.
 #include <algorithm>
-#include <cmath>
 
 #include "printer/gcode/context.h"
 
@@ -18,10 +17,9 @@ struct Target {
 Result<Target> target_of(const ModalState& state, const Command& command) {
     Target target{state.machine, state.programmed_e};
     for (const Axis axis : kAllAxes) {
-        const auto value = number(command, kAxisLetter[axis]);
-        if (!value) return value.error();
-        if (!*value) continue;
-        const Millimetres length{**value * state.unit_mm};
+        QDUINO_TRY_ASSIGN(const auto value, number(command, kAxisLetter[axis]));
+        if (!value) continue;
+        const Millimetres length{*value * state.unit_mm};
         if (axis == Axis::e) {
             target.programmed_e = state.relative_e ? state.programmed_e + length : length;
             target.machine[axis] += (target.programmed_e - state.programmed_e) * state.flow_factor;
@@ -34,58 +32,49 @@ Result<Target> target_of(const ModalState& state, const Command& command) {
 
 /// F is modal and per minute; F0 says nothing, as in Marlin.
 Result<void> take_feedrate(ModalState& state, const Command& command) {
-    const auto value = number(command, 'F');
-    if (!value) return value.error();
-    if (!*value || **value == 0) return {};
-    if (**value < 0) return make_error(ErrorCode::invalid_argument, "F, a speed, is below 0");
-    const MillimetresPerSecond asked{**value * state.unit_mm / kSecondsPerMinute};
+    QDUINO_TRY_ASSIGN(const auto value, number(command, 'F'));
+    if (!value || *value == 0) return {};
+    if (*value < 0) return make_error(ErrorCode::invalid_argument, "F, a speed, is below 0");
+    const MillimetresPerSecond asked{*value * state.unit_mm / kSecondsPerMinute};
     state.feedrate = std::clamp(asked, kSlowest, kFastest);
     return {};
 }
 
 Result<ArcGeometry> geometry_of(const ModalState& state, const Command& command, ArcDirection direction) {
-    ArcGeometry geometry;
-    geometry.direction = direction;
-    const auto i = number(command, 'I');
-    const auto j = number(command, 'J');
-    const auto r = number(command, 'R');
-    const auto p = number_within(command, 'P', 0, kArcTurnsMax, "turns");
-    for (const auto* value : {&i, &j, &r, &p}) {
-        if (!*value) return value->error();
-    }
-    if (!*r && !*i && !*j) return make_error(ErrorCode::invalid_argument, "an arc needs a centre: I, J or R");
-    if (*r && (*i || *j))
-        return make_error(ErrorCode::invalid_argument, "an arc takes I and J, or R, not both");
-    geometry.by_radius = r->has_value();
-    geometry.radius_mm = r->value_or(0) * state.unit_mm;
-    geometry.centre_dx_mm = i->value_or(0) * state.unit_mm;
-    geometry.centre_dy_mm = j->value_or(0) * state.unit_mm;
-    geometry.turns = static_cast<std::uint32_t>(p->value_or(0));
-    return geometry;
+    QDUINO_TRY_ASSIGN(const auto i, number(command, 'I'));
+    QDUINO_TRY_ASSIGN(const auto j, number(command, 'J'));
+    QDUINO_TRY_ASSIGN(const auto r, number(command, 'R'));
+    QDUINO_TRY_ASSIGN(const auto p, number_within(command, 'P', 0, kArcTurnsMax, "turns"));
+    if (!r && !i && !j) return make_error(ErrorCode::invalid_argument, "an arc needs a centre: I, J or R");
+    if (r && (i || j)) return make_error(ErrorCode::invalid_argument, "an arc takes I and J, or R, not both");
+    const double unit = state.unit_mm;
+    return ArcGeometry{.direction = direction,
+                       .by_radius = r.has_value(),
+                       .centre_dx_mm = i.value_or(0) * unit,
+                       .centre_dy_mm = j.value_or(0) * unit,
+                       .radius_mm = r.value_or(0) * unit,
+                       .turns = static_cast<std::uint32_t>(p.value_or(0))};
 }
 
 /// All of the arc must lie inside the bounds before its first chord is handed on.
 Result<void> check_chords(const Context& context, const ArcPath& arc) {
     for (std::uint32_t i = 0; i < arc.chords(); ++i) {
         Position point = arc.point(i);
-        if (auto inside = context.check_target(point); !inside) return inside;
+        QDUINO_TRY(context.check_target(point));
     }
     return {};
 }
 
 Result<void> arc(Context& context, const Command& command, ArcDirection direction) {
     ModalState& state = context.state;
-    auto target = target_of(state, command);
-    if (!target) return target.error();
-    if (auto feedrate = take_feedrate(state, command); !feedrate) return feedrate;
-    const auto geometry = geometry_of(state, command, direction);
-    if (!geometry) return geometry.error();
-    if (auto checked = context.check_target(target->machine); !checked) return checked;
-    const auto arc = ArcPath::make(state.machine, target->machine, *geometry);
-    if (!arc) return arc.error();
-    if (auto inside = check_chords(context, *arc); !inside) return inside;
-    state.programmed_e = target->programmed_e;
-    context.arc = *arc;
+    QDUINO_TRY_ASSIGN(auto target, target_of(state, command));
+    QDUINO_TRY(take_feedrate(state, command));
+    QDUINO_TRY_ASSIGN(const auto geometry, geometry_of(state, command, direction));
+    QDUINO_TRY(context.check_target(target.machine));
+    QDUINO_TRY_ASSIGN(const auto arc, ArcPath::make(state.machine, target.machine, geometry));
+    QDUINO_TRY(check_chords(context, arc));
+    state.programmed_e = target.programmed_e;
+    context.arc = arc;
     return {};
 }
 
@@ -93,29 +82,24 @@ Result<void> arc(Context& context, const Command& command, ArcDirection directio
 
 Result<void> linear_move(Context& context, const Command& command) {
     ModalState& state = context.state;
-    auto target = target_of(state, command);
-    if (!target) return target.error();
-    if (auto feedrate = take_feedrate(state, command); !feedrate) return feedrate;
-    if (auto checked = context.check_target(target->machine); !checked) return checked;
-    state.programmed_e = target->programmed_e;
-    return context.move_to(target->machine, state.feedrate);
+    QDUINO_TRY_ASSIGN(auto target, target_of(state, command));
+    QDUINO_TRY(take_feedrate(state, command));
+    QDUINO_TRY(context.check_target(target.machine));
+    state.programmed_e = target.programmed_e;
+    return context.move_to(target.machine, state.feedrate);
 }
 
-Result<void> arc_clockwise(Context& context, const Command& command) {
-    return arc(context, command, ArcDirection::clockwise);
-}
+Result<void> arc_clockwise(Context& i, const Command& c) { return arc(i, c, ArcDirection::clockwise); }
 
 Result<void> arc_counterclockwise(Context& context, const Command& command) {
     return arc(context, command, ArcDirection::counterclockwise);
 }
 
 Result<void> dwell(Context& context, const Command& command) {
-    const auto seconds = number_within(command, 'S', 0, kLongestDwell.value(), "s");
-    const auto milliseconds = number_within(command, 'P', 0, kLongestDwell.value() * 1000, "ms");
-    if (!seconds) return seconds.error();
-    if (!milliseconds) return milliseconds.error();
-    const double duration_s = *seconds ? **seconds : milliseconds->value_or(0) / 1000;
-    return context.actions.dwell(Seconds{duration_s});
+    QDUINO_TRY_ASSIGN(const auto seconds, number_within(command, 'S', 0, kLongestDwell.value(), "s"));
+    QDUINO_TRY_ASSIGN(const auto milliseconds,
+                      number_within(command, 'P', 0, kLongestDwell.value() * 1000, "ms"));
+    return context.actions.dwell(Seconds{seconds.value_or(milliseconds.value_or(0) / 1000)});
 }
 
 Result<void> wait_for_moves(Context& context, const Command&) { return context.actions.dwell(Seconds{0}); }
@@ -128,13 +112,13 @@ Result<void> retract(Context& context, const Command&) {
     drawn[Axis::e] -= settings.length;
     Position lifted = drawn;
     lifted[Axis::z] += settings.lift;
-    if (auto checked = context.check_target(lifted); !checked) return checked;
-    if (auto moved = context.move_to(drawn, settings.speed, true); !moved) return moved;
+    QDUINO_TRY(context.check_target(lifted));
+    QDUINO_TRY(context.move_to(drawn, settings.speed, true));
     state.retracted = true;
     state.retracted_length = settings.length;
     const Millimetres lift = lifted[Axis::z] - state.machine[Axis::z];
     const MillimetresPerSecond lift_speed = context.config.axes[Axis::z].max_speed;
-    if (auto moved = context.move_to(lifted, lift_speed, true); !moved) return moved;
+    QDUINO_TRY(context.move_to(lifted, lift_speed, true));
     state.lifted = lift;
     state.offset[Axis::z] += lift;
     return {};
@@ -147,24 +131,20 @@ Result<void> recover(Context& context, const Command&) {
     lowered[Axis::z] -= state.lifted;
     Position pushed = lowered;
     pushed[Axis::e] += state.retracted_length + state.retraction.extra_on_recover;
-    if (auto checked = context.check_target(pushed); !checked) return checked;
+    QDUINO_TRY(context.check_target(pushed));
     lowered[Axis::z] = pushed[Axis::z];
     const MillimetresPerSecond lift_speed = context.config.axes[Axis::z].max_speed;
-    if (auto moved = context.move_to(lowered, lift_speed, true); !moved) return moved;
+    QDUINO_TRY(context.move_to(lowered, lift_speed, true));
     state.offset[Axis::z] -= state.lifted;
     state.lifted = Millimetres{0};
-    if (auto moved = context.move_to(pushed, state.retraction.recover_speed, true); !moved) return moved;
+    QDUINO_TRY(context.move_to(pushed, state.retraction.recover_speed, true));
     state.retracted = false;
     return {};
 }
 
 Result<void> home(Context& context, const Command& command) {
-    AxisSet axes;
-    for (const Axis axis : kToolAxes) {
-        if (command.parameters.has(kAxisLetter[axis])) axes.add(axis);
-    }
-    if (axes.empty()) axes = AxisSet::tool();
-    if (auto homed = context.actions.home(axes); !homed) return homed;
+    const AxisSet axes = axes_of(command, AxisSet::tool());
+    QDUINO_TRY(context.actions.home(axes));
     ModalState& state = context.state;
     for (const Axis axis : kToolAxes) {
         if (!axes.contains(axis)) continue;

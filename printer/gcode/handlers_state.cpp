@@ -10,60 +10,23 @@ constexpr double kFactorPercentMax = 1000;
 constexpr double kRetractionMax_mm = 100;
 constexpr double kLiftMax_mm = 20;
 
-/// Puts the number behind `letter`, in the unit in force, into `value` if it is given.
-template <typename Quantity>
-Result<void> take_length(const Command& command, char letter, double scale, double low, double high,
-                         Quantity& value, std::string_view unit) {
-    const auto given = number(command, letter);
-    if (!given) return given.error();
-    if (!*given) return {};
-    const double scaled = **given * scale;
-    if (!(scaled >= low && scaled <= high)) return outside(letter, scaled, low, high, unit);
-    value = Quantity{scaled};
-    return {};
-}
-
 }  // namespace
 
-Result<void> inches(Context& context, const Command&) {
-    context.state.unit_mm = kMillimetresPerInch;
-    return {};
-}
-
-Result<void> millimetres(Context& context, const Command&) {
-    context.state.unit_mm = 1;
-    return {};
-}
-
-Result<void> absolute(Context& context, const Command&) {
-    context.state.relative = context.state.relative_e = false;
-    return {};
-}
-
-Result<void> relative(Context& context, const Command&) {
-    context.state.relative = context.state.relative_e = true;
-    return {};
-}
-
-Result<void> absolute_extrusion(Context& context, const Command&) {
-    context.state.relative_e = false;
-    return {};
-}
-
-Result<void> relative_extrusion(Context& context, const Command&) {
-    context.state.relative_e = true;
-    return {};
-}
+void inches(Context& context, const Command&) { context.state.unit_mm = kMillimetresPerInch; }
+void millimetres(Context& context, const Command&) { context.state.unit_mm = 1; }
+void absolute(Context& context, const Command&) { context.state.relative = context.state.relative_e = false; }
+void relative(Context& context, const Command&) { context.state.relative = context.state.relative_e = true; }
+void absolute_extrusion(Context& context, const Command&) { context.state.relative_e = false; }
+void relative_extrusion(Context& context, const Command&) { context.state.relative_e = true; }
 
 Result<void> set_position(Context& context, const Command& command) {
     ModalState& state = context.state;
     const bool all = command.parameters.empty();
     for (const Axis axis : kAllAxes) {
         const char letter = kAxisLetter[axis];
-        const auto value = number_within(command, letter, -1e6, 1e6, "");
-        if (!value) return value.error();
-        if (!*value && !all) continue;
-        const Millimetres programmed{value->value_or(0) * state.unit_mm};
+        QDUINO_TRY_ASSIGN(const auto value, number_within(command, letter, -1e6, 1e6, ""));
+        if (!value && !all) continue;
+        const Millimetres programmed{value.value_or(0) * state.unit_mm};
         if (axis == Axis::e) {
             state.programmed_e = programmed;
         } else {
@@ -73,55 +36,51 @@ Result<void> set_position(Context& context, const Command& command) {
     return {};
 }
 
-Result<void> machine_coordinates(Context& context, const Command&) {
+void machine_coordinates(Context& context, const Command&) {
     ModalState& state = context.state;
     for (const Axis axis : kToolAxes) state.offset[axis] = Millimetres{0};
     state.offset[Axis::z] = state.lifted;
-    return {};
 }
 
 Result<void> retraction_settings(Context& context, const Command& command) {
     ModalState& state = context.state;
     RetractionSettings& settings = state.retraction;
     const double unit = state.unit_mm;
-    if (auto r = take_length(command, 'S', unit, 0, kRetractionMax_mm, settings.length, "mm"); !r) return r;
-    if (auto r = take_length(command, 'Z', unit, 0, kLiftMax_mm, settings.lift, "mm"); !r) return r;
-    return take_length(command, 'F', unit / 60, kSlowest.value(), kFastest.value(), settings.speed, "mm/s");
+    QDUINO_TRY(take_scaled(command, 'S', unit, 0, kRetractionMax_mm, settings.length, "mm"));
+    QDUINO_TRY(take_scaled(command, 'Z', unit, 0, kLiftMax_mm, settings.lift, "mm"));
+    return take_scaled(command, 'F', unit / 60, kSlowest.value(), kFastest.value(), settings.speed, "mm/s");
 }
 
 Result<void> recover_settings(Context& context, const Command& command) {
     ModalState& state = context.state;
     RetractionSettings& settings = state.retraction;
     const double unit = state.unit_mm;
-    if (auto r = take_length(command, 'S', unit, -kRetractionMax_mm, kRetractionMax_mm,
-                             settings.extra_on_recover, "mm");
-        !r) {
-        return r;
-    }
-    return take_length(command, 'F', unit / 60, kSlowest.value(), kFastest.value(), settings.recover_speed,
+    QDUINO_TRY(take_scaled(command, 'S', unit, -kRetractionMax_mm, kRetractionMax_mm,
+                           settings.extra_on_recover, "mm"));
+    return take_scaled(command, 'F', unit / 60, kSlowest.value(), kFastest.value(), settings.recover_speed,
                        "mm/s");
 }
 
 Result<void> speed_factor(Context& context, const Command& command) {
-    const auto percent = number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent");
-    if (!percent) return percent.error();
+    QDUINO_TRY_ASSIGN(const auto percent,
+                      number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent"));
     ModalState& state = context.state;
     if (command.parameters.has('B')) state.speed_factor_kept = state.speed_factor;
     if (command.parameters.has('R')) state.speed_factor = state.speed_factor_kept;
-    if (*percent) state.speed_factor = **percent / 100;
+    if (percent) state.speed_factor = *percent / 100;
     context.actions.factors(state.speed_factor, state.flow_factor);
     return {};
 }
 
 Result<void> flow_factor(Context& context, const Command& command) {
-    const auto percent = number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent");
-    if (!percent) return percent.error();
+    QDUINO_TRY_ASSIGN(const auto percent,
+                      number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent"));
     ModalState& state = context.state;
-    if (*percent) state.flow_factor = **percent / 100;
+    if (percent) state.flow_factor = *percent / 100;
     context.actions.factors(state.speed_factor, state.flow_factor);
     return {};
 }
 
-Result<void> nothing(Context&, const Command&) { return {}; }
+void nothing(Context&, const Command&) {}
 
 }  // namespace qduino::printer::gcode::handlers

@@ -1,6 +1,6 @@
 #include "printer/gcode/host_session.h"
 
-#include "printer/gcode/text.h"
+#include "base/text.h"
 
 namespace qduino::printer::gcode {
 
@@ -23,12 +23,8 @@ HostVerdict HostSession::accept(const Line& line) {
 }
 
 HostVerdict HostSession::refuse(const char* what) const {
-    HostVerdict verdict;
-    verdict.accepted = false;
-    verdict.reply.append("Error:").append(what).append(", Last Line: ");
-    append_integer(verdict.reply, static_cast<std::int64_t>(last_line_)).append("\nResend: ");
-    append_integer(verdict.reply, static_cast<std::int64_t>(last_line_ + 1)).append("\nok");
-    return verdict;
+    return {false, text<FixedString<160>>("Error:", what, ", Last Line: ", last_line_,
+                                          "\nResend: ", last_line_ + 1, "\nok")};
 }
 
 }  // namespace qduino::printer::gcode

@@ -11,7 +11,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "base/fixed_string.h"
 #include "printer/gcode/parser.h"

@@ -2,22 +2,11 @@
 
 #include <bit>
 
-#include "printer/gcode/text.h"
-
 namespace qduino::printer::gcode {
 namespace {
 
-Position home_position(const MachineConfig& machine) {
-    Position home;
-    for (const Axis axis : kToolAxes) home[axis] = machine.axes[axis].home_position;
-    return home;
-}
-
 Error at_command(const Error& error, const Command& command) {
-    Error placed{error.code, "line "};
-    append_integer(placed.message, static_cast<std::int64_t>(command.source.line)).append(", ");
-    placed.message.append(command.name()).append(": ").append(error.message);
-    return placed;
+    return make_error(error.code, "line ", command.source.line, ", ", command.name(), ": ", error.message);
 }
 
 /// An error naming the first letter of `command` that `code` does not take, if there is one.
@@ -25,17 +14,16 @@ Result<void> check_letters(const Command& command, const CodeInfo& code) {
     std::uint32_t left = command.parameters.letters();
     for (const char letter : code.parameters) left &= ~Parameters::bit(letter);
     if (left == 0) return {};
-    FixedString<236> text{"this code takes no "};
-    text.push_back(static_cast<char>('A' + std::countr_zero(left))).append(" here, only ");
-    text.append(code.parameters.empty() ? "itself" : code.parameters);
-    return make_error(ErrorCode::invalid_argument, text);
+    return make_error(ErrorCode::invalid_argument, "this code takes no ",
+                      static_cast<char>('A' + std::countr_zero(left)), " here, only ",
+                      code.parameters.empty() ? "itself" : code.parameters);
 }
 
 }  // namespace
 
 Interpreter::Interpreter(const MachineConfig& machine, Actions& actions)
     : context_{.config = machine, .actions = actions} {
-    context_.state.machine = home_position(machine);
+    context_.state.machine = home_positions(machine);
 }
 
 Result<void> Interpreter::execute(const Command& command, std::size_t moves_max) {
@@ -51,16 +39,12 @@ Result<void> Interpreter::dispatch(const Command& command, std::size_t moves_max
         skip(command, code);
         return {};
     }
-    if (code->strictness == Strictness::strict) {
-        if (auto letters = check_letters(command, *code); !letters) return letters;
-    }
+    if (code->strictness == Strictness::strict) QDUINO_TRY(check_letters(command, *code));
     const ModalState before = context_.state;
     Result<void> done = code->handler(context_, command);
     if (done && pending()) done = proceed(moves_max);
-    if (!done) {
-        const bool moved = !(context_.state.machine == before.machine);
-        if (!moved) context_.state = before;
-    }
+    const bool moved = context_.state.machine != before.machine;
+    if (!done && !moved) context_.state = before;
     return done;
 }
 
@@ -83,29 +67,15 @@ Result<void> Interpreter::proceed(std::size_t moves_max) {
 }
 
 void Interpreter::skip(const Command& command, const CodeInfo* code) {
-    FixedString<160> text;
     if (code == nullptr) {
         ++unknown_codes_;
-        text.append("Unknown command: \"").append(command.name()).append("\"");
-        context_.actions.note(NoteKind::unknown_code, text, context_.source);
-        return;
+        return context_.actions.note(NoteKind::unknown_code, text("Unknown command: \"", command.name(), '"'),
+                                     context_.source);
     }
     ++codes_not_done_;
-    text.append(command.name())
-        .append(" (")
-        .append(code->name)
-        .append(") is known but not yet done: skipped");
-    context_.actions.note(NoteKind::not_done, text, context_.source);
-}
-
-void Interpreter::set_position(const Position& machine) {
-    context_.arc.reset();
-    context_.state.machine = machine;
-}
-
-void Interpreter::set_homed(Axis axis, bool homed) {
-    QDUINO_EXPECT(axis != Axis::e);
-    context_.state.set_homed(axis, homed);
+    context_.actions.note(NoteKind::not_done,
+                          text(command.name(), " (", code->name, ") is known but not yet done: skipped"),
+                          context_.source);
 }
 
 void Interpreter::adopt_factors(const ModalState& from) {

@@ -50,9 +50,15 @@ class Interpreter {
 
     /// The machine stands somewhere else than the moves said: after a cancelled job, a failed
     /// homing. Drops a pending arc. X, Y, Z keep G92's offset; E keeps its programmed value.
-    void set_position(const Position& machine);
+    void set_position(const Position& machine) {
+        context_.arc.reset();
+        context_.state.machine = machine;
+    }
     /// Homed or not, by an event outside of G-code (a motor switched off, a fault).
-    void set_homed(Axis axis, bool homed);
+    void set_homed(Axis axis, bool homed) {
+        QDUINO_EXPECT(axis != Axis::e);
+        context_.state.set_homed(axis, homed);
+    }
     /// Takes M220's and M221's factors over from another interpreter.
     void adopt_factors(const ModalState& from);
     /// To the state at start (modes, offsets, factors, retraction); position and homing stay. For

@@ -13,10 +13,9 @@ void skip_spaces(std::string_view& text) {
 }
 
 Error malformed(std::string_view what, std::string_view around) {
-    FixedString<236> text{what};
-    text.append(" at '");
-    append_printable(text, around.substr(0, 24));
-    return make_error(ErrorCode::invalid_argument, text.append("'"));
+    FixedString<96> shown;
+    append_printable(shown, around.substr(0, 24));
+    return make_error(ErrorCode::invalid_argument, what, " at '", shown, "'");
 }
 
 /// Digits of a code's number or subcode.
@@ -80,7 +79,7 @@ Result<void> take_parameter(std::string_view& rest, Command& command) {
 
 Result<void> take_parameters(std::string_view rest, Command& command) {
     for (skip_spaces(rest); !rest.empty(); skip_spaces(rest)) {
-        if (auto taken = take_parameter(rest, command); !taken) return taken;
+        QDUINO_TRY(take_parameter(rest, command));
     }
     return {};
 }
@@ -114,13 +113,9 @@ LeadingCode leading_code(std::string_view code) {
 }
 
 Result<bool> parse_words(std::string_view code, Command& command) {
-    command.letter = '\0';
-    command.number = 0;
-    command.subcode.reset();
-    command.parameters.clear();
-    command.text.clear();
-    command.text_cut = false;
-    command.word.clear();
+    const Source source = command.source;
+    command = Command{};
+    command.source = source;
     std::string_view rest = trim(code);
     if (rest.empty() || rest == "%") return false;  // RS274's mark of a tape's ends
     if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);
@@ -128,7 +123,7 @@ Result<bool> parse_words(std::string_view code, Command& command) {
         take_word(rest, command);
         return true;
     }
-    if (auto code_taken = take_code(rest, command); !code_taken) return code_taken.error();
+    QDUINO_TRY(take_code(rest, command));
     if (takes_free_text(command.letter, command.number)) return take_text(rest, command);
     const std::string_view tail = rest;
     const Result<void> taken = take_parameters(rest, command);

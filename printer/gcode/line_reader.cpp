@@ -14,9 +14,8 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 /// Index of the first LF or CR, or the size.
 std::size_t find_line_end(std::span<const char> bytes) {
-    std::size_t i = 0;
-    while (i < bytes.size() && bytes[i] != '\n' && bytes[i] != '\r') ++i;
-    return i;
+    const auto end = std::ranges::find_if(bytes, [](char c) { return c == '\n' || c == '\r'; });
+    return static_cast<std::size_t>(end - bytes.begin());
 }
 
 /// Takes `N123` off the front.
@@ -75,6 +74,10 @@ std::size_t find_comment(std::string_view line) {
 
 }  // namespace
 
+Error at_place(const Error& error, const Source& source) {
+    return make_error(error.code, "line ", source.line, ", byte ", source.offset, ": ", error.message);
+}
+
 void LineReader::reset(std::uint64_t offset, std::uint64_t lines) {
     *this = LineReader{};
     offset_ = line_offset_ = offset;
@@ -132,10 +135,7 @@ void LineReader::deliver(RawLine& line) {
     line.error = split(line);
     if (line.error) {
         line.code = {};
-        FixedString<236> text{"line "};
-        append_integer(text, static_cast<std::int64_t>(line.source.line)).append(", byte ");
-        append_integer(text, static_cast<std::int64_t>(line.source.offset)).append(": ");
-        line.error->message = text.append(line.error->message);
+        line.error = at_place(*line.error, line.source);
     }
     held_count_ = 0;
     line_length_ = 0;
@@ -145,10 +145,8 @@ void LineReader::deliver(RawLine& line) {
 
 std::optional<Error> LineReader::split(RawLine& line) {
     if (first_nul_ != kNone) {
-        FixedString<236> text{"a NUL byte at "};
-        append_integer(text, static_cast<std::int64_t>(first_nul_))
-            .append(": this is a binary file, not G-code");
-        return make_error(ErrorCode::invalid_argument, text);
+        return make_error(ErrorCode::invalid_argument, "a NUL byte at ", first_nul_,
+                          ": this is a binary file, not G-code");
     }
     std::string_view held{held_.data(), held_count_};
     if (line.source.offset == 0 && line.source.line == 1) skip_prefix(held, kByteOrderMark);
@@ -172,11 +170,9 @@ std::optional<Error> LineReader::split(RawLine& line) {
     line.code = trim(line.code);
     const std::size_t code_max = is_word_command(line.code) ? kLineBytesMax : kCommandBytesMax;
     if (code_overflowed || line.code.size() > code_max) {
-        FixedString<236> text{"the command is "};
-        append_integer(text, static_cast<std::int64_t>(code_overflowed ? line_length_ : line.code.size()));
-        text.append(" bytes long, more than the ");
-        append_integer(text, static_cast<std::int64_t>(code_max)).append(" that a command may have");
-        return make_error(ErrorCode::invalid_argument, text);
+        return make_error(ErrorCode::invalid_argument, "the command is ",
+                          code_overflowed ? line_length_ : line.code.size(), " bytes long, more than the ",
+                          code_max, " that a command may have");
     }
     if (line.frame.checksum == Checksum::wrong) {
         return make_error(ErrorCode::corrupt, "the check sum behind * is not that of the line");

@@ -47,9 +47,12 @@ struct RawLine {
     HostFrame frame{};
     std::string_view comment;      ///< behind the first `;`, not trimmed
     bool comment_cut = false;      ///< the comment was longer than what is held
-    std::optional<Error> error{};  ///< then `code` is empty. Names the line
+    std::optional<Error> error{};  ///< then `code` is empty. Names the line and its first byte
     Source source;
 };
+
+/// `error`, with the place of its line in front.
+[[nodiscard]] Error at_place(const Error& error, const Source& source);
 
 class LineReader {
   public:

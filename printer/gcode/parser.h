@@ -7,7 +7,7 @@
 //
 //     while (machine.has_room() && (line = parser.next(chunk))) { … line->command … }
 //
-// Push, when it need not: feed(chunk, sink), finish(sink).
+// Push, when it need not: feed(chunk, on_line), finish(on_line).
 //
 // A line that is malformed gives an error that says what and where, and no command: a malformed
 // line never moves anything. Nothing here knows what a code means; see command_table.h and
@@ -26,32 +26,28 @@ namespace qduino::printer::gcode {
 
 /// The content of one line. Views are valid until the parser is used again; the command may be
 /// copied and kept.
-struct Line {
+struct Line : RawLine {
     const Command* command = nullptr;  ///< null when the line holds none, or an error
-    std::string_view text;             ///< as it came, up to kLineBytesMax: to show
-    std::string_view comment;          ///< behind the first `;`
-    bool comment_cut = false;
-    HostFrame frame{};
-    std::optional<Error> error{};  ///< with line number and byte offset in its text
-    Source source;
-};
-
-class LineSink {
-  public:
-    virtual ~LineSink() = default;
-    /// Once for every line, empty ones too, in order.
-    virtual void on_line(const Line& line) = 0;
 };
 
 class Parser {
   public:
     /// The next whole line, taken off the front of `input`; null when `input` ran out first.
-    [[nodiscard]] const Line* next(std::span<const char>& input);
+    [[nodiscard]] const Line* next(std::span<const char>& input) {
+        return reader_.next(input, line_) ? parse() : nullptr;
+    }
     /// The input has ended: its last line if it had no line end; null when there is none.
-    [[nodiscard]] const Line* finish();
+    [[nodiscard]] const Line* finish() { return reader_.finish(line_) ? parse() : nullptr; }
 
-    void feed(std::span<const char> input, LineSink& sink);
-    void finish(LineSink& sink);
+    /// Hands every line, empty ones too, to `on_line(const Line&)`, in order.
+    template <typename OnLine>
+    void feed(std::span<const char> input, OnLine&& on_line) {
+        while (const Line* line = next(input)) on_line(*line);
+    }
+    template <typename OnLine>
+    void finish(OnLine&& on_line) {
+        if (const Line* line = finish()) on_line(*line);
+    }
 
     /// Begins anew, as if `offset` bytes and `lines` whole lines had been read.
     void reset(std::uint64_t offset = 0, std::uint64_t lines = 0) { reader_.reset(offset, lines); }
@@ -61,7 +57,6 @@ class Parser {
     const Line* parse();
 
     LineReader reader_;
-    RawLine raw_;
     Command command_;
     Line line_;
 };

@@ -11,13 +11,7 @@
 namespace qduino::printer::gcode {
 
 /// X, Y and Z in machine coordinates; E is the filament pushed since start, never reset by G92.
-struct Position {
-    PerAxis<Millimetres> axes{};
-
-    constexpr Millimetres& operator[](Axis axis) { return axes[axis]; }
-    constexpr Millimetres operator[](Axis axis) const { return axes[axis]; }
-    friend constexpr bool operator==(const Position&, const Position&) = default;
-};
+using Position = PerAxis<Millimetres>;
 
 inline constexpr std::array<Axis, kAxisCount> kAllAxes{Axis::x, Axis::y, Axis::z, Axis::e};
 /// The axes that carry the tool: what can be homed and what has bounds.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "printer/gcode/text.h"
 
@@ -10,44 +11,32 @@ namespace {
 
 constexpr double kDutyFull = 127;  // Marlin's soft PWM counts to 127
 
-void append_reading(ReportText& out, std::string_view label, const HeaterReading& reading) {
-    out.append(label).push_back(':');
-    append_number(out, reading.temperature.value()).append(" /");
-    append_number(out, reading.target.value());
+void write_reading(ReportText& out, std::string_view label, const HeaterReading& reading) {
+    write(out, label, ':', Fixed{reading.temperature.value()}, " /", Fixed{reading.target.value()});
 }
 
-void append_duty(ReportText& out, std::string_view label, const HeaterReading& reading) {
-    out.append(label).push_back(':');
-    append_integer(out, std::lround(std::clamp(reading.duty, 0.0, 1.0) * kDutyFull));
+void write_duty(ReportText& out, std::string_view label, const HeaterReading& reading) {
+    write(out, label, ':', std::lround(std::clamp(reading.duty, 0.0, 1.0) * kDutyFull));
 }
-
-struct Capability {
-    std::string_view name;
-    bool present;
-};
 
 }  // namespace
 
-ReportText format_temperatures(const TemperatureReport& report) {
+ReportText format_temperatures(const HeaterReading& hot_end, const std::optional<HeaterReading>& bed) {
     ReportText out;
-    append_reading(out, "T", report.hot_end);
-    if (report.has_bed) append_reading(out, " B", report.bed);
-    append_duty(out, " @", report.hot_end);
-    if (report.has_bed) append_duty(out, " B@", report.bed);
+    write_reading(out, "T", hot_end);
+    if (bed) write_reading(out, " B", *bed);
+    write_duty(out, " @", hot_end);
+    if (bed) write_duty(out, " B@", *bed);
     return out;
 }
 
-ReportText format_position(const PositionReport& report) {
+ReportText format_position(const Position& programmed, const PerAxis<std::int64_t>& steps) {
     ReportText out;
     for (const Axis axis : kAllAxes) {
-        out.push_back(kAxisLetter[axis]).push_back(':');
-        append_number(out, report.programmed[axis].value()).push_back(' ');
+        write(out, kAxisLetter[axis], ':', Fixed{programmed[axis].value()}, ' ');
     }
     out.append("Count");
-    for (const Axis axis : kToolAxes) {
-        out.push_back(' ').push_back(kAxisLetter[axis]).push_back(':');
-        append_integer(out, report.steps[axis]);
-    }
+    for (const Axis axis : kToolAxes) write(out, ' ', kAxisLetter[axis], ':', steps[axis]);
     return out;
 }
 
@@ -58,7 +47,7 @@ ReportText format_firmware(const FirmwareReport& report) {
     append_printable(out, report.machine.substr(0, 64));
     out.append(" EXTRUDER_COUNT:1 UUID:");
     append_printable(out, report.uuid.substr(0, 64));
-    const Capability capabilities[] = {
+    const std::pair<std::string_view, bool> capabilities[] = {
         {"SERIAL_XON_XOFF", false},
         {"EEPROM", false},
         {"AUTOREPORT_TEMP", report.auto_report},
@@ -66,9 +55,7 @@ ReportText format_firmware(const FirmwareReport& report) {
         {"EMERGENCY_PARSER", report.emergency_parser},
         {"HOST_ACTION_COMMANDS", false},
     };
-    for (const Capability& capability : capabilities) {
-        out.append("\nCap:").append(capability.name).append(capability.present ? ":1" : ":0");
-    }
+    for (const auto& [name, present] : capabilities) write(out, "\nCap:", name, present ? ":1" : ":0");
     return out;
 }
 

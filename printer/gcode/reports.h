@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "base/fixed_string.h"
@@ -19,17 +20,6 @@ struct HeaterReading {
     double duty = 0;  ///< 0…1
 };
 
-struct TemperatureReport {
-    HeaterReading hot_end;
-    HeaterReading bed;
-    bool has_bed = false;
-};
-
-struct PositionReport {
-    Position programmed;            ///< Interpreter::programmed_position()
-    PerAxis<std::int64_t> steps{};  ///< as pulses went out
-};
-
 struct FirmwareReport {
     std::string_view version;
     std::string_view machine;
@@ -40,9 +30,10 @@ struct FirmwareReport {
 
 /// M105: `T:201.50 /210.00 B:59.80 /60.00 @:64 B@:32`; the duty counts to 127, as Marlin's. Without
 /// `ok `.
-ReportText format_temperatures(const TemperatureReport& report);
-/// M114: `X:0.00 Y:127.00 Z:145.00 E:0.00 Count X:0 Y:10160 Z:116000`.
-ReportText format_position(const PositionReport& report);
+ReportText format_temperatures(const HeaterReading& hot_end, const std::optional<HeaterReading>& bed);
+/// M114: `X:0.00 Y:127.00 Z:145.00 E:0.00 Count X:0 Y:10160 Z:116000`. `programmed`:
+/// Interpreter::programmed_position(). `steps`: as pulses went out.
+ReportText format_position(const Position& programmed, const PerAxis<std::int64_t>& steps);
 /// M115: one line `FIRMWARE_NAME:…`, then `Cap:NAME:0|1` lines, each ended by LF but for the last.
 ReportText format_firmware(const FirmwareReport& report);
 

@@ -1,5 +1,6 @@
 #include "printer/gcode/text.h"
 
+#include <charconv>
 #include <cmath>
 
 namespace qduino::printer::gcode {

@@ -1,12 +1,11 @@
 // Characters and bounded text, free of the locale, for all parts of the G-code reader.
 #pragma once
 
-#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
-#include "base/fixed_string.h"
+#include "base/text.h"
 
 namespace qduino::printer::gcode {
 
@@ -36,36 +35,6 @@ std::optional<double> take_number(std::string_view& text);
 /// Takes decimal digits off the front. None, and nothing taken, when there are none or they exceed
 /// 64 bits.
 std::optional<std::uint64_t> take_integer(std::string_view& text);
-
-/// Appends `value` with `decimals` digits behind the point; never an exponent. For |value| < 1e15.
-template <std::size_t N>
-FixedString<N>& append_number(FixedString<N>& out, double value, int decimals = 2) {
-    char digits[64];
-    const auto [end, error] =
-        std::to_chars(digits, digits + sizeof digits, value, std::chars_format::fixed, decimals);
-    return error == std::errc{} ? out.append({digits, static_cast<std::size_t>(end - digits)})
-                                : out.append("?");
-}
-
-/// Appends `value` in the fewest digits that tell it apart: 150, 0.2, 1000000; beyond 1e15 with an
-/// exponent.
-template <std::size_t N>
-FixedString<N>& append_shortest(FixedString<N>& out, double value) {
-    char digits[64];
-    const bool plain = (value >= 1e-6 && value < 1e15) || (value <= -1e-6 && value > -1e15) || value == 0;
-    const auto format = plain ? std::chars_format::fixed : std::chars_format::scientific;
-    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value, format);
-    return error == std::errc{} ? out.append({digits, static_cast<std::size_t>(end - digits)})
-                                : out.append("?");
-}
-
-template <std::size_t N>
-FixedString<N>& append_integer(FixedString<N>& out, std::int64_t value) {
-    char digits[24];
-    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value);
-    return error == std::errc{} ? out.append({digits, static_cast<std::size_t>(end - digits)})
-                                : out.append("?");
-}
 
 /// Length of the valid UTF-8 sequence at the front of `text` that stands for a printable character;
 /// 0 when the first byte begins none (a control character, an overlong form, a surrogate, a stray

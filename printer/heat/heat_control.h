@@ -10,7 +10,6 @@
 // (apps/supervisor).
 #pragma once
 
-#include <atomic>
 #include <optional>
 
 #include "base/quantity.h"

@@ -1,33 +1,12 @@
 #include "printer/heat/heater_watch.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
 namespace qduino::printer::heat {
 
-HeaterWatch::Fault HeaterWatch::words(const char* what, double value, const char* unit,
-                                      const char* advice) const {
-    char text[160];
-    std::snprintf(text, sizeof text, "%s %s %.1f %s: heat is off; %s", name_, what, value, unit, advice);
-    return Fault{text};
-}
-
-bool HeaterWatch::raise(const char* what, double value, const char* unit, const char* advice) {
-    fault_ = words(what, value, unit, advice);
+bool HeaterWatch::raise(std::string_view what, Celsius value, std::string_view advice) {
+    fault_ = text<Fault>(name_, ' ', what, ' ', Fixed{value.value(), 1}, " °C: heat is off; ", advice);
     return true;
-}
-
-void HeaterWatch::clear() {
-    fault_.clear();
-    persists_.clear();
-    bad_readings_ = 0;
-    target_ = Celsius{};
-    reached_ = false;
-    error_celsius_s_ = 0;
-    have_last_ = false;
-    highest_allowed_ = 0;
-    running_away_ = false;
 }
 
 bool HeaterWatch::reads_badly(std::optional<Celsius> reading) {
@@ -35,14 +14,12 @@ bool HeaterWatch::reads_badly(std::optional<Celsius> reading) {
     bad_readings_ = good ? 0 : std::min(bad_readings_ + 1, kBadReadings);
     persists_.clear();
     if (bad_readings_ < kBadReadings) return false;
-    if (reading) {
-        persists_ = words("sensor reads", reading->value(), "°C, outside its range",
-                          "check the thermistor: open reads cold, shorted reads hot");
-        return true;
-    }
-    persists_.assign(name_);
-    persists_.append(
-        " sensor does not answer: heat is off; check the thermistor's wires and the I2C converter");
+    persists_ = reading ? text<Fault>(name_, " sensor reads ", Fixed{reading->value(), 1},
+                                      " °C, outside its range: heat is off; check the thermistor: open reads "
+                                      "cold, shorted reads hot")
+                        : text<Fault>(name_,
+                                      " sensor does not answer: heat is off; check the thermistor's wires "
+                                      "and the I2C converter");
     return true;
 }
 
@@ -64,10 +41,10 @@ bool HeaterWatch::check_heating(Instant now, Celsius now_celsius, Celsius target
         return false;
     }
     if (reached_) {
-        const double dt = have_last_ ? to_seconds(now - last_) : 0.0;
+        const double dt = last_ ? to_seconds(now - *last_) : 0.0;
         error_celsius_s_ += (floor - now_celsius.value()) * dt;
         if (error_celsius_s_ < config_.verify_error_celsius_s) return false;
-        return raise("lost its temperature, now", now_celsius.value(), "°C",
+        return raise("lost its temperature, now", now_celsius,
                      "check heater cartridge, its wires and the fan's air stream");
     }
     if (now_celsius.value() >= goal_celsius_) {
@@ -75,7 +52,7 @@ bool HeaterWatch::check_heating(Instant now, Celsius now_celsius, Celsius target
         return false;
     }
     if (now < goal_time_) return false;
-    return raise("does not heat up, still", now_celsius.value(), "°C",
+    return raise("does not heat up, still", now_celsius,
                  "check heater cartridge, thermistor seat and their wires");
 }
 
@@ -88,16 +65,12 @@ bool HeaterWatch::check_runaway(Instant now, Celsius now_celsius, Celsius target
     if (highest_allowed_ <= 0) highest_allowed_ = now_celsius.value();
     const double limit = std::max(highest_allowed_, 40.0) + kRunawayCelsius;
     if (now_celsius.value() <= limit) {
-        running_away_ = false;
+        runaway_since_.reset();
         return false;
     }
-    if (!running_away_) {
-        running_away_ = true;
-        runaway_since_ = now;
-    }
-    if (to_seconds(now - runaway_since_) < kRunawaySeconds) return false;
-    return raise("is far above what was asked,", now_celsius.value(), "°C",
-                 "its switch may be stuck on: cut the power");
+    if (!runaway_since_) runaway_since_ = now;
+    if (to_seconds(now - *runaway_since_) < kRunawaySeconds) return false;
+    return raise("is far above what was asked,", now_celsius, "its switch may be stuck on: cut the power");
 }
 
 bool HeaterWatch::sample(Instant now, std::optional<Celsius> reading, Celsius target) {
@@ -115,7 +88,6 @@ bool HeaterWatch::sample(Instant now, std::optional<Celsius> reading, Celsius ta
     }
     const bool raised = check_heating(now, *reading, target) || check_runaway(now, *reading, target);
     last_ = now;
-    have_last_ = true;
     return raised;
 }
 

@@ -27,8 +27,8 @@
 
 #include <optional>
 
-#include "base/fixed_string.h"
 #include "base/quantity.h"
+#include "base/text.h"
 #include "base/time.h"
 #include "printer/machine_config.h"
 
@@ -55,11 +55,11 @@ class HeaterWatch {
     [[nodiscard]] const Fault& persists() const { return persists_; }
     /// On the way up to its target: it has not reached the target since that was set.
     [[nodiscard]] bool heating_up() const { return !faulted() && target_.value() > 0 && !reached_; }
-    void clear();
+    /// Forgets everything, as if it had just been made.
+    void clear() { *this = HeaterWatch{config_, name_}; }
 
   private:
-    [[nodiscard]] Fault words(const char* what, double value, const char* unit, const char* advice) const;
-    bool raise(const char* what, double value, const char* unit, const char* advice);
+    bool raise(std::string_view what, Celsius value, std::string_view advice);
     /// True after four bad readings in a row; `persists_` then says which.
     bool reads_badly(std::optional<Celsius> reading);
     bool check_heating(Instant now, Celsius now_celsius, Celsius target);
@@ -76,13 +76,11 @@ class HeaterWatch {
     Instant goal_time_{};         // by then …
     double goal_celsius_ = 0;     // … it must be this warm
     double error_celsius_s_ = 0;  // the accumulated error since it was reached
-    Instant last_{};
-    bool have_last_ = false;
+    std::optional<Instant> last_;
     // The highest target since the heater was last cool: at first, and when it has cooled down by
     // kRunawayCelsius with its power off, the reading itself. Never decays.
     double highest_allowed_ = 0;
-    Instant runaway_since_{};
-    bool running_away_ = false;
+    std::optional<Instant> runaway_since_;
 };
 
 }  // namespace qduino::printer::heat

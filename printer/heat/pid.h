@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace qduino::printer::heat {
 
@@ -37,33 +38,21 @@ class Pid {
     explicit Pid(PidGains gains) : gains_(gains) {}
 
     /// Forgets the past: call when the target goes from off to on.
-    void reset() {
-        integral_ = 0;
-        derivative_ = 0;
-        primed_ = false;
-    }
+    void reset() { *this = Pid{gains_}; }
 
     /// One sample, `dt_s` > 0 seconds after the last one. Returns the duty, 0 … 1.
     [[nodiscard]] double update(double target_celsius, double celsius, double dt_s) {
         const double error = target_celsius - celsius;
-        if (!primed_) {
-            smoothed_ = celsius;
-            primed_ = true;
-        }
         const double weight = 1.0 - std::exp(-dt_s / gains_.derivative_filter_s);
-        const double before = smoothed_;
-        smoothed_ += weight * (celsius - smoothed_);
-        derivative_ = (smoothed_ - before) / dt_s;
+        const double before = smoothed_.value_or(celsius);
+        smoothed_ = before + weight * (celsius - before);
+        const double derivative = (*smoothed_ - before) / dt_s;  // °C/s
 
-        if (error > gains_.functional_range) {
+        if (std::abs(error) > gains_.functional_range) {
             integral_ = 0;
-            return 1.0;
+            return error > 0 ? 1.0 : 0.0;
         }
-        if (error < -gains_.functional_range) {
-            integral_ = 0;
-            return 0.0;
-        }
-        const double proportional = gains_.kp * error - gains_.kd * derivative_;
+        const double proportional = gains_.kp * error - gains_.kd * derivative;
         const double wanted = proportional + gains_.ki * integral_;
         const bool pushing_out = (wanted > kFull && error > 0) || (wanted < 0 && error < 0);
         if ((gains_.integrate_saturated || !pushing_out) && gains_.ki > 0) {
@@ -75,10 +64,8 @@ class Pid {
   private:
     static constexpr double kFull = 255.0;
     PidGains gains_;
-    double integral_ = 0;    // °C·s
-    double smoothed_ = 0;    // °C
-    double derivative_ = 0;  // °C/s
-    bool primed_ = false;
+    double integral_ = 0;             // °C·s
+    std::optional<double> smoothed_;  // °C
 };
 
 }  // namespace qduino::printer::heat

@@ -1,6 +1,7 @@
 #include "printer/link/frame.h"
 
 #include <algorithm>
+#include <concepts>
 
 #include "printer/link/crc32.h"
 
@@ -26,9 +27,9 @@ Integer load(const std::uint8_t* at) {
     return value;
 }
 
-bool is_known(std::uint8_t type) {
-    return type >= static_cast<std::uint8_t>(FrameType::job_begin) &&
-           type <= static_cast<std::uint8_t>(FrameType::reply);
+template <typename Enum>
+bool is_within(std::uint8_t number, Enum first, Enum last) {
+    return number >= static_cast<std::uint8_t>(first) && number <= static_cast<std::uint8_t>(last);
 }
 
 std::uint32_t checksum(std::span<const std::uint8_t> frame) {
@@ -36,7 +37,7 @@ std::uint32_t checksum(std::span<const std::uint8_t> frame) {
 }
 
 Error wrong_form(std::string_view what) {
-    return Error{ErrorCode::corrupt, FixedString<236>{"link: payload is no "}.append(what)};
+    return make_error(ErrorCode::corrupt, "link: payload is no ", what);
 }
 
 std::string_view as_text(std::span<const std::uint8_t> bytes) {
@@ -49,69 +50,60 @@ std::span<const std::uint8_t> as_bytes(std::string_view text) {
 
 }  // namespace
 
-/// Appends payload fields behind a header that finish() fills in.
+/// Makes a frame whose payload is `fields`, one behind the other.
 class FrameBuilder {
   public:
-    explicit FrameBuilder(std::uint8_t type) {
-        store(frame_.bytes_.data(), kFrameMagic);
-        frame_.bytes_[2] = type;
-        frame_.bytes_[3] = 0;
-        frame_.size_ = kFrameHeaderBytes;
-    }
-    explicit FrameBuilder(FrameType type) : FrameBuilder(static_cast<std::uint8_t>(type)) {}
-
-    template <typename Integer>
-    FrameBuilder& add(Integer value) {
-        QDUINO_EXPECT(frame_.size_ + sizeof(Integer) <= kFrameMaxBytes);
-        store(frame_.bytes_.data() + frame_.size_, value);
-        frame_.size_ += sizeof(Integer);
-        return *this;
-    }
-    FrameBuilder& add(std::span<const std::uint8_t> bytes) {
-        QDUINO_EXPECT(frame_.size_ + bytes.size() <= kFrameMaxBytes);
-        std::copy(bytes.begin(), bytes.end(),
-                  frame_.bytes_.begin() + static_cast<std::ptrdiff_t>(frame_.size_));
-        frame_.size_ += bytes.size();
-        return *this;
-    }
-    Frame finish() {
-        store(frame_.bytes_.data() + kLengthAt, static_cast<std::uint32_t>(frame_.size_ - kFrameHeaderBytes));
-        store(frame_.bytes_.data() + kCrcAt, checksum(frame_.bytes()));
-        return frame_;
+    template <typename Type, typename... Fields>
+    static Frame build(Type type, const Fields&... fields) {
+        Frame frame;
+        store(frame.bytes_.data(), kFrameMagic);
+        frame.bytes_[2] = static_cast<std::uint8_t>(type);
+        frame.bytes_[3] = 0;
+        frame.size_ = kFrameHeaderBytes;
+        (add(frame, fields), ...);
+        store(frame.bytes_.data() + kLengthAt, static_cast<std::uint32_t>(frame.size_ - kFrameHeaderBytes));
+        store(frame.bytes_.data() + kCrcAt, checksum(frame.bytes()));
+        return frame;
     }
 
   private:
-    Frame frame_;
+    template <std::integral Integer>
+    static void add(Frame& frame, Integer value) {
+        QDUINO_EXPECT(frame.size_ + sizeof(Integer) <= kFrameMaxBytes);
+        store(frame.bytes_.data() + frame.size_, value);
+        frame.size_ += sizeof(Integer);
+    }
+    static void add(Frame& frame, std::span<const std::uint8_t> bytes) {
+        QDUINO_EXPECT(frame.size_ + bytes.size() <= kFrameMaxBytes);
+        std::ranges::copy(bytes, frame.bytes_.begin() + static_cast<std::ptrdiff_t>(frame.size_));
+        frame.size_ += bytes.size();
+    }
 };
 
 Frame encode(const JobBegin& begin) {
     QDUINO_EXPECT(begin.job_id != 0);
-    return FrameBuilder{FrameType::job_begin}.add(begin.job_id).add(begin.length).finish();
+    return FrameBuilder::build(FrameType::job_begin, begin.job_id, begin.length);
 }
 
 Frame encode(const JobBytes& bytes) {
     QDUINO_EXPECT(bytes.bytes.size() <= kMaxJobBytes);
-    return FrameBuilder{FrameType::job_bytes}.add(bytes.job_id).add(bytes.offset).add(bytes.bytes).finish();
+    return FrameBuilder::build(FrameType::job_bytes, bytes.job_id, bytes.offset, bytes.bytes);
 }
 
-Frame encode(const JobEnd& end) { return FrameBuilder{FrameType::job_end}.add(end.job_id).finish(); }
+Frame encode(const JobEnd& end) { return FrameBuilder::build(FrameType::job_end, end.job_id); }
 
 Frame encode(const CommandText& command) {
-    return FrameBuilder{FrameType::command}
-        .add(static_cast<std::uint8_t>(command.command))
-        .add(as_bytes(command.text))
-        .finish();
+    const auto number = static_cast<std::uint8_t>(command.command);
+    return FrameBuilder::build(FrameType::command, number, as_bytes(command.text));
 }
 
 Frame encode(const ReplyText& reply) {
-    return FrameBuilder{FrameType::reply}
-        .add(static_cast<std::uint8_t>(reply.kind))
-        .add(as_bytes(reply.text))
-        .finish();
+    const auto number = static_cast<std::uint8_t>(reply.kind);
+    return FrameBuilder::build(FrameType::reply, number, as_bytes(reply.text));
 }
 
 Frame encode_raw(std::uint8_t type, std::span<const std::uint8_t> payload) {
-    return FrameBuilder{type}.add(payload).finish();
+    return FrameBuilder::build(type, payload);
 }
 
 Result<JobBegin> decode_job_begin(std::span<const std::uint8_t> payload) {
@@ -138,33 +130,26 @@ Result<JobEnd> decode_job_end(std::span<const std::uint8_t> payload) {
 
 Result<CommandText> decode_command(std::span<const std::uint8_t> payload) {
     if (payload.empty()) return wrong_form("command");
-    if (payload[0] < static_cast<std::uint8_t>(Command::pause) ||
-        payload[0] > static_cast<std::uint8_t>(Command::clear_fault)) {
+    if (!is_within(payload[0], Command::pause, Command::clear_fault))
         return wrong_form("command that is known");
-    }
     return CommandText{static_cast<Command>(payload[0]), as_text(payload.subspan(1))};
 }
 
 Result<ReplyText> decode_reply(std::span<const std::uint8_t> payload) {
     if (payload.empty()) return wrong_form("reply");
-    if (payload[0] < static_cast<std::uint8_t>(ReplyKind::text) ||
-        payload[0] > static_cast<std::uint8_t>(ReplyKind::error)) {
-        return wrong_form("reply of a known kind");
-    }
+    if (!is_within(payload[0], ReplyKind::text, ReplyKind::error)) return wrong_form("reply of a known kind");
     return ReplyText{static_cast<ReplyKind>(payload[0]), as_text(payload.subspan(1))};
 }
 
 Result<std::size_t> FrameReader::check_header(std::size_t available) const {
-    if (load<std::uint16_t>(buffer_.data()) != kFrameMagic) {
+    if (load<std::uint16_t>(buffer_.data()) != kFrameMagic)
         return make_error(ErrorCode::corrupt, "link: no frame starts here");
-    }
-    if (!is_known(buffer_[2]) || buffer_[3] != 0) {
+    if (!is_within(buffer_[2], FrameType::job_begin, FrameType::reply) || buffer_[3] != 0)
         return make_error(ErrorCode::corrupt, "link: unknown frame type");
-    }
     const std::uint32_t length = load<std::uint32_t>(buffer_.data() + kLengthAt);
     if (length > kMaxPayload) return make_error(ErrorCode::corrupt, "link: frame too long");
     if (length > available) return make_error(ErrorCode::corrupt, "link: frame cut short");
-    return static_cast<std::size_t>(length);
+    return std::size_t{length};
 }
 
 bool FrameReader::checksum_fits(std::size_t length) const {

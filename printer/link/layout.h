@@ -33,7 +33,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 5;
+inline constexpr std::uint32_t kVersion = 6;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -95,11 +95,11 @@ struct JobStatus {
     double flow_factor = 1;       ///< M221
     /// Time of the running or last job, pauses excluded.
     double print_time_s = 0;
-    std::array<double, kAxisCount> position_mm{};  ///< planned G-code position
+    PerAxis<double> position_mm{};  ///< planned G-code position
     std::array<bool, 3> homed{};
     /// Pulse counts at machine position 0: position in mm = (MotionStatus::steps − this) / steps
     /// per mm.
-    std::array<std::int64_t, kAxisCount> origin_steps{};
+    PerAxis<std::int64_t> origin_steps{};
     FixedString<128> message;  ///< M117
     FixedString<236> fault;    ///< why faulted, or why the last job failed
     /// While faulted: the fault that would come back at once; empty: the fault may be cleared.
@@ -111,28 +111,31 @@ struct JobStatus {
     std::uint64_t replies_dropped = 0;
 };
 
-/// Written by loop 2 (step/stepper_loop.h), for the service, for loop 1 and for loop 3: each has a
-/// four-slot of its own.
-struct MotionStatus {
+/// Written by loop 2 (step/stepper_loop.h), often: what loops 1 and 3 need of it.
+struct MotionCounts {
     std::uint64_t heartbeat = 0;
     /// Machine position in microsteps, counted as pulses went out.
-    std::array<std::int64_t, kAxisCount> steps{};
-    std::array<std::uint64_t, kAxisCount> pulses{};  ///< pulses ever sent
-    std::uint64_t late_steps = 0;                    ///< steps whose lateness moved the time line
-    /// How far the time line has moved in this session; only lateness moves it.
-    std::int64_t shift_ns = 0;
-    std::uint64_t starved = 0;       ///< times the ring ran dry in mid-move
-    std::uint64_t events_taken = 0;  ///< off the step ring, ever
-    Histogram lateness_ns;           ///< of every step in this session
-    std::uint32_t last_marker = 0;
-    std::uint32_t ring_fill = 0;
+    PerAxis<std::int64_t> steps{};
+    PerAxis<std::uint64_t> pulses{};  ///< pulses ever sent
+    std::uint64_t events_taken = 0;   ///< off the step ring, ever
     /// How far the print's own time line has been played; it runs on during a dwell.
     std::int64_t timeline_ns = 0;
+    std::uint32_t last_marker = 0;
     /// The last stop request that loop 2 has carried out.
     std::uint32_t stops_served = 0;
     /// Homing runs of X, Y, Z that ended at the switch.
-    std::array<std::uint32_t, 3> endstop_hits{};
+    PerAxis<std::uint32_t> endstop_hits{};
     bool moving = false;
+};
+
+/// … and what the service shows, which is large. Written more rarely.
+struct MotionStatus : MotionCounts {
+    std::uint64_t late_steps = 0;  ///< steps whose lateness moved the time line
+    /// How far the time line has moved in this session; only lateness moves it.
+    std::int64_t shift_ns = 0;
+    std::uint64_t starved = 0;  ///< times the ring ran dry in mid-move
+    std::uint32_t ring_fill = 0;
+    Histogram lateness_ns;  ///< of every step in this session
 };
 
 struct HeaterStatus {

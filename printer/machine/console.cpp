@@ -13,23 +13,18 @@ Result<void> Console::may_type(const gcode::Command& command, const Situation& n
                          : now.head_rests ? Typed::parked
                                           : Typed::printing;
     if (gcode::may_be_typed(command.letter, command.number) >= needed) return {};
-    FixedString<236> text{command.name().view()};
-    text.append(now.faulted
-                    ? " was not done: the machine has a fault; clear it first"
-                    : " was not done: a job runs; only temperatures, fan, M220, M221 and questions are "
-                      "taken, and while it is paused jogs");
-    return Error{ErrorCode::unavailable, text};
+    return make_error(ErrorCode::unavailable, command.name(), " was not done: ",
+                      now.faulted ? "the machine has a fault; clear it first"
+                                  : "a job runs; only temperatures, fan, M220, M221 and questions are taken, "
+                                    "and while it is paused jogs");
 }
 
 Result<void> Console::take(std::string_view line) {
-    if (line.size() > gcode::kCommandBytesMax) {
+    if (line.size() > gcode::kCommandBytesMax)
         return make_error(ErrorCode::invalid_argument, "the line is longer than 256 bytes: it was not taken");
-    }
-    if (!lines_.try_push_back(FixedString<gcode::kCommandBytesMax>{line})) {
-        return make_error(ErrorCode::unavailable,
-                          "busy: sixteen lines are waiting already; try again when they are done");
-    }
-    return {};
+    if (lines_.try_push_back(line)) return {};
+    return make_error(ErrorCode::unavailable,
+                      "busy: sixteen lines are waiting already; try again when they are done");
 }
 
 std::optional<Result<void>> Console::run_next(const Situation& now, gcode::Interpreter& interpreter) {

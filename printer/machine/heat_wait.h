@@ -31,10 +31,19 @@ class HeatWait {
 
     /// One look at the heater waited for, whose numbers are `config`. Contract: active. True, once:
     /// the wait is over.
-    [[nodiscard]] bool is_over(Instant now, Celsius reading, const HeaterConfig& config) {
-        if (!has_arrived(now, reading, config)) return false;
-        clear();
-        return true;
+    bool is_over(Instant now, Celsius reading, const HeaterConfig& config) {
+        QDUINO_EXPECT(active());
+        const double celsius = reading.value(), target = asked_->target.value();
+        const bool up_only = asked_->direction == gcode::WaitFor::heating;
+        const bool warm_enough = celsius >= target - config.at_target_celsius;
+        const bool cool_enough = up_only || celsius <= target + config.at_target_celsius;
+        if (!warm_enough || !cool_enough) at_target_since_.reset();
+        if (warm_enough && cool_enough && !at_target_since_) at_target_since_ = now;
+        const bool off = target <= 0 && up_only;
+        const bool over =
+            off || (at_target_since_ && to_seconds(now - *at_target_since_) >= config.at_target_time.value());
+        if (over) clear();
+        return over;
     }
 
   private:
@@ -43,21 +52,6 @@ class HeatWait {
         Celsius target;
         gcode::WaitFor direction;
     };
-
-    [[nodiscard]] bool has_arrived(Instant now, Celsius reading, const HeaterConfig& config) {
-        QDUINO_EXPECT(active());
-        const double celsius = reading.value(), target = asked_->target.value();
-        const bool up_only = asked_->direction == gcode::WaitFor::heating;
-        if (target <= 0 && up_only) return true;
-        const bool warm_enough = celsius >= target - config.at_target_celsius;
-        const bool cool_enough = up_only || celsius <= target + config.at_target_celsius;
-        if (!warm_enough || !cool_enough) {
-            at_target_since_.reset();
-            return false;
-        }
-        if (!at_target_since_) at_target_since_ = now;
-        return to_seconds(now - *at_target_since_) >= config.at_target_time.value();
-    }
 
     std::optional<Asked> asked_;
     std::optional<Instant> at_target_since_;

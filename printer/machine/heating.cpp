@@ -1,7 +1,5 @@
 #include "printer/machine/heating.h"
 
-#include <cstdio>
-
 namespace qduino::printer::machine {
 
 Heating::Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published)
@@ -34,11 +32,9 @@ bool Heating::idle_lost() const {
 
 Result<void> Heating::check_cold(double filament_mm) const {
     if (filament_mm == 0 || seen_.hot_end.celsius >= config_.minimum_extrude.value()) return {};
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "the hot end is at %.0f °C: filament moves only from %.0f °C on; heat it first (M109)",
-                  seen_.hot_end.celsius, config_.minimum_extrude.value());
-    return make_error(ErrorCode::out_of_range, text);
+    return make_error(ErrorCode::out_of_range, "the hot end is at ", Fixed{seen_.hot_end.celsius, 0},
+                      " °C: filament moves only from ", Fixed{config_.minimum_extrude.value(), 0},
+                      " °C on; heat it first (M109)");
 }
 
 // ---- what is asked ------------------------------------------------------------------------------
@@ -60,21 +56,6 @@ void Heating::note_request(gcode::Heater heater, Celsius target) {
     }
     const double needed = config_.minimum_extrude.value();
     if (target.value() >= needed || kept_->hot_end.value() < needed) kept_->hot_end = target;
-}
-
-void Heating::set_fan(double duty) {
-    targets_.fan_duty = duty;
-    control_.set_targets(targets_);
-}
-
-void Heating::heaters_off() {
-    targets_.hot_end = targets_.bed = Celsius{};
-    control_.set_targets(targets_);
-}
-
-void Heating::all_off() {
-    targets_.fan_duty = 0;
-    heaters_off();
 }
 
 void Heating::clear_faults() {
@@ -117,7 +98,7 @@ void Heating::advance_wait(Instant now) {
     if (!wait_.active()) return;
     const bool hot_end = wait_.heater() == gcode::Heater::hot_end;
     const double celsius = hot_end ? seen_.hot_end.celsius : seen_.bed.celsius;
-    static_cast<void>(wait_.is_over(now, Celsius{celsius}, hot_end ? config_.hot_end : config_.bed));
+    wait_.is_over(now, Celsius{celsius}, hot_end ? config_.hot_end : config_.bed);
 }
 
 }  // namespace qduino::printer::machine

@@ -50,9 +50,18 @@ class Heating {
 
     /// Somebody asks for a temperature. Kept targets change with it.
     void set_target(gcode::Heater heater, Celsius target);
-    void set_fan(double duty);
-    void heaters_off();
-    void all_off();
+    void set_fan(double duty) {
+        targets_.fan_duty = duty;
+        control_.set_targets(targets_);
+    }
+    void heaters_off() {
+        targets_.hot_end = targets_.bed = Celsius{};
+        control_.set_targets(targets_);
+    }
+    void all_off() {
+        targets_.fan_duty = 0;
+        heaters_off();
+    }
     /// Loop 3 forgets its latched faults.
     void clear_faults();
 

@@ -1,7 +1,5 @@
 #include "printer/machine/homing_run.h"
 
-#include <cstdio>
-
 namespace qduino::printer::machine {
 
 void HomingRun::begin(gcode::AxisSet axes) {
@@ -21,20 +19,17 @@ Result<bool> HomingRun::advance(Instant now, bool may_start) {
     if (order.phase == Homing::Phase::settle) {
         if (now < running_->began + from_seconds(kHomingRest_s)) return false;
         settle(order.axis);
-        const Result<void> done = ended(true);
-        return done.ok() ? Result<bool>{true} : Result<bool>{done.error()};
+        QDUINO_TRY(ended(true));
+        return true;
     }
-    const std::uint32_t hits = pipe_.seen().endstop_hits[static_cast<std::size_t>(order.axis)];
+    const std::uint32_t hits = pipe_.seen().endstop_hits[order.axis];
     if (order.approaches() && hits != running_->hits) {
         pipe_.stops().ask();  // the rest of the approach; stopped() goes on from there
     } else if (pipe_.drained()) {
-        const Result<void> done = ended(!order.approaches());
-        if (!done.ok()) return done.error();
+        QDUINO_TRY(ended(!order.approaches()));
     }
     return false;
 }
-
-Result<void> HomingRun::stopped() { return running_ ? ended(true) : Result<void>{}; }
 
 void HomingRun::abandon() {
     homing_.abandon();
@@ -44,7 +39,7 @@ void HomingRun::abandon() {
 
 void HomingRun::forget(gcode::AxisSet axes) {
     for (const Axis axis : gcode::kToolAxes)
-        if (axes.contains(axis)) homed_[static_cast<std::size_t>(axis)] = false;
+        if (axes.contains(axis)) homed_[axis] = false;
 }
 
 void HomingRun::tell(gcode::Interpreter& interpreter) const {
@@ -53,22 +48,18 @@ void HomingRun::tell(gcode::Interpreter& interpreter) const {
 
 void HomingRun::start(Instant now) {
     const Homing::Order order = homing_.order();
-    const auto axis = static_cast<std::size_t>(order.axis);
-    running_ = Running{now, pipe_.seen().endstop_hits[axis], pipe_.seen().steps[axis]};
+    running_ = Running{now, pipe_.seen().endstop_hits[order.axis], pipe_.seen().steps[order.axis]};
     if (order.phase != Homing::Phase::settle) append(order);
 }
 
 /// Everything before has been played, so the planner is empty and has room.
 void HomingRun::append(const Homing::Order& order) {
     motion::Planner& planner = pipe_.planner();
-    motion::Move move;
-    for (std::size_t i = 0; i < 3; ++i) move.end_mm[i] = planner.position_mm()[i];
-    move.end_mm[static_cast<std::size_t>(order.axis)] += order.distance_mm;
-    move.speed_mm_s = order.speed_mm_s;
-    move.acceleration_mm_s2 = pipe_.accelerations().travel;
+    motion::AxisVector end_mm = planner.position_mm();
+    end_mm[order.axis] += order.distance_mm;
     motors_.on(order.axis);
     bool fits = !order.approaches() || planner.append_homing(order.axis, true);
-    fits = planner.append(move) && fits;
+    fits = planner.append_to(end_mm, order.speed_mm_s, pipe_.accelerations().travel) && fits;
     if (order.approaches()) fits = planner.append_homing(order.axis, false) && fits;
     QDUINO_EXPECT(fits);
     planner.flush();
@@ -76,7 +67,7 @@ void HomingRun::append(const Homing::Order& order) {
 
 Result<void> HomingRun::ended(bool pressed) {
     const Homing::Order order = homing_.order();
-    const std::int64_t steps = pipe_.seen().steps[static_cast<std::size_t>(order.axis)] - running_->steps;
+    const std::int64_t steps = pipe_.seen().steps[order.axis] - running_->steps;
     running_.reset();
     if (order.phase == Homing::Phase::slow_approach && pressed) {
         const double retreat_mm = config_.axes[order.axis].home_retreat.value();
@@ -92,22 +83,18 @@ Result<void> HomingRun::ended(bool pressed) {
 
 /// The axis rests on its switch: that is its home position, by definition.
 void HomingRun::settle(Axis axis) {
-    const auto index = static_cast<std::size_t>(axis);
-    const double home_mm = config_.axes[index].home_position.value();
-    pipe_.scale().define(axis, pipe_.seen().steps[index], home_mm);
+    const double home_mm = config_.axes[axis].home_position.value();
+    pipe_.scale().define(axis, pipe_.seen().steps[axis], home_mm);
     motion::AxisVector position = pipe_.planner().position_mm();
-    position[index] = home_mm;
+    position[axis] = home_mm;
     pipe_.reset(position);
-    homed_[index] = true;
+    homed_[axis] = true;
 }
 
-Error HomingRun::failed(Axis axis, const char* why) {
+Error HomingRun::failed(Axis axis, std::string_view why) {
     abandon();
-    const auto index = static_cast<std::size_t>(axis);
-    char text[160];
-    std::snprintf(text, sizeof text, "%c endstop (pin %u) %s", kAxisLetter[index],
-                  static_cast<unsigned>(config_.axes[index].endstop_pin), why);
-    return make_error(ErrorCode::faulted, text);
+    return make_error(ErrorCode::faulted, kAxisLetter[axis], " endstop (pin ", config_.axes[axis].endstop_pin,
+                      ") ", why);
 }
 
 }  // namespace qduino::printer::machine

@@ -10,7 +10,6 @@
 // has read it. If the job then ends before the M84 is played, tell() puts the interpreter right.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "base/result.h"
@@ -37,11 +36,11 @@ class HomingRun {
     /// homing is over, and has failed.
     [[nodiscard]] Result<bool> advance(Instant now, bool may_start);
     /// Loop 2 has dropped everything, and the pipe begins anew where the machine stands.
-    [[nodiscard]] Result<void> stopped();
+    [[nodiscard]] Result<void> stopped() { return running_ ? ended(true) : Result<void>{}; }
     /// Ends it, wherever it is; no axis is homed then. The caller has the motion stopped.
     void abandon();
 
-    [[nodiscard]] bool homed(Axis axis) const { return homed_[static_cast<std::size_t>(axis)]; }
+    [[nodiscard]] bool homed(Axis axis) const { return homed_[axis]; }
     [[nodiscard]] bool all_homed() const { return homed_[0] && homed_[1] && homed_[2]; }
     /// `axes` may be moved by hand from now on.
     void forget(gcode::AxisSet axes);
@@ -60,14 +59,14 @@ class HomingRun {
     void append(const Homing::Order& order);
     [[nodiscard]] Result<void> ended(bool pressed);
     void settle(Axis axis);
-    [[nodiscard]] Error failed(Axis axis, const char* why);
+    [[nodiscard]] Error failed(Axis axis, std::string_view why);
 
     const MachineConfig& config_;
     MotionPipe& pipe_;
     Motors& motors_;
     Homing homing_;
     std::optional<Running> running_;
-    std::array<bool, 3> homed_{};
+    PerAxis<bool> homed_{};
 };
 
 }  // namespace qduino::printer::machine

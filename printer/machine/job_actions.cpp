@@ -1,7 +1,5 @@
 #include "printer/machine/job_actions.h"
 
-#include <cstdio>
-
 #include "printer/machine/vectors.h"
 
 namespace qduino::printer::machine {
@@ -18,30 +16,26 @@ Result<void> JobActions::check_homed_for_jog(const gcode::Move& move) const {
     if (!parts_.pipe.away()) return {};
     for (const Axis axis : gcode::kToolAxes) {
         if (move.from[axis] == move.to[axis] || parts_.homing.homed(axis)) continue;
-        FixedString<128> text;
-        text.push_back(kAxisLetter[static_cast<std::size_t>(axis)])
-            .append(" has not been homed: home first (it cannot be, while a job is paused)");
-        return make_error(ErrorCode::unavailable, text);
+        return make_error(ErrorCode::unavailable, kAxisLetter[axis],
+                          " has not been homed: home first (it cannot be, while a job is paused)");
     }
     return {};
 }
 
 Result<void> JobActions::move(const gcode::Move& move) {
-    if (Result<void> homed = check_homed_for_jog(move); !homed.ok()) return homed;
+    QDUINO_TRY(check_homed_for_jog(move));
     const motion::AxisVector from = to_vector(move.from);
     const motion::AxisVector to = to_vector(move.to);
     const double filament_mm = to[3] - from[3];
-    if (Result<void> warm = parts_.heating.check_cold(filament_mm); !warm.ok()) return warm;
+    QDUINO_TRY(parts_.heating.check_cold(filament_mm));
     parts_.motors.on_for(from, to);
     const bool from_job = !typed_ && parts_.link.job_running();
     Place done;
     if (from_job) done.progress = {move.source.end_offset, move.source.line, parts_.places.layer()};
-    motion::Move planned;
-    for (std::size_t i = 0; i < 3; ++i) planned.end_mm[i] = to[i];
-    planned.filament_mm = filament_mm;
-    planned.speed_mm_s = move.feedrate.value();
-    planned.acceleration_mm_s2 = parts_.pipe.accelerations().of(move.kind);
-    const bool fits = parts_.pipe.planner().append(planned);
+    const bool fits = parts_.pipe.planner().append({{to[0], to[1], to[2]},
+                                                    filament_mm,
+                                                    move.feedrate.value(),
+                                                    parts_.pipe.accelerations().of(move.kind)});
     QDUINO_EXPECT(fits);  // nothing is read without room for a line's pieces
     mark(done);
     return {};
@@ -66,11 +60,8 @@ Result<void> JobActions::set_limits(const gcode::LimitChange& change) {
 // ---- at a place in the motion -------------------------------------------------------------------
 
 void JobActions::place(const PlaceAction& action) {
-    if (typed_) {
-        perform(action);
-    } else {
-        mark({action});
-    }
+    if (typed_) return perform(action);
+    mark({action});
 }
 
 void JobActions::mark(const Place& place) {
@@ -109,9 +100,9 @@ Result<void> JobActions::set_temperature(Heater heater, Celsius target) {
 }
 
 Result<void> JobActions::wait_temperature(Heater heater, Celsius target, gcode::WaitFor direction) {
-    Result<void> set = set_temperature(heater, target);
-    if (set.ok()) parts_.heating.wait().begin(heater, target, direction);
-    return set;
+    QDUINO_TRY(set_temperature(heater, target));
+    parts_.heating.wait().begin(heater, target, direction);
+    return {};
 }
 
 Result<void> JobActions::set_fan(std::uint8_t index, double duty) {
@@ -131,8 +122,6 @@ void JobActions::factors(double speed, double flow) {
     parts_.link.status().flow_factor = flow;
 }
 
-void JobActions::message(std::string_view text) { parts_.link.status().message.assign(text); }
-
 void JobActions::progress(const gcode::Progress& progress) {
     if (progress.percent) parts_.link.status().progress_slicer = *progress.percent;
 }
@@ -140,18 +129,11 @@ void JobActions::progress(const gcode::Progress& progress) {
 void JobActions::note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) {
     if (kind == gcode::NoteKind::echo) return parts_.link.say(ReplyKind::text, text);
     FixedString<400> line;
-    if (source.line > 0 && !typed_) {
-        char place[32];
-        std::snprintf(place, sizeof place, "line %llu: ", static_cast<unsigned long long>(source.line));
-        line.append(place);
-    }
-    line.append(text);
-    parts_.link.say(ReplyKind::warning, line);
+    if (source.line > 0 && !typed_) write(line, "line ", source.line, ": ");
+    parts_.link.say(ReplyKind::warning, line.append(text));
 }
 
 // ---- what only the machine can do ---------------------------------------------------------------
-
-void JobActions::report(gcode::Report what) { request_ = what; }
 
 Result<void> JobActions::pause(gcode::PauseReason, std::string_view text) {
     if (!parts_.link.job_running() || typed_) return {};
@@ -159,7 +141,5 @@ Result<void> JobActions::pause(gcode::PauseReason, std::string_view text) {
     request_ = PauseAsked{};
     return {};
 }
-
-void JobActions::emergency_stop() { request_ = EmergencyAsked{}; }
 
 }  // namespace qduino::printer::machine

@@ -58,11 +58,11 @@ class JobActions final : public gcode::Actions {
     Result<void> motors_off(gcode::AxisSet axes) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;
     void factors(double speed, double flow) override;
-    void message(std::string_view text) override;
+    void message(std::string_view text) override { parts_.link.status().message.assign(text); }
     void progress(const gcode::Progress& progress) override;
-    void report(gcode::Report what) override;
+    void report(gcode::Report what) override { request_ = what; }
     Result<void> pause(gcode::PauseReason reason, std::string_view text) override;
-    void emergency_stop() override;
+    void emergency_stop() override { request_ = EmergencyAsked{}; }
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
   private:

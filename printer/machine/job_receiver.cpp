@@ -4,16 +4,6 @@
 
 namespace qduino::printer::machine {
 
-void JobReceiver::use(std::size_t count) {
-    QDUINO_EXPECT(count <= held_end_ - held_begin_);
-    held_begin_ += count;
-}
-
-void JobReceiver::close() {
-    running_ = false;
-    held_begin_ = held_end_ = 0;
-}
-
 JobReceiver::Event JobReceiver::receive(Ring& ring, int frames_max) {
     if (held_begin_ < held_end_) return Event::bytes;
     for (int i = 0; i < frames_max; ++i) {
@@ -26,11 +16,6 @@ JobReceiver::Event JobReceiver::receive(Ring& ring, int frames_max) {
         const Event event = take(**frame);
         if (event != Event::none) return event;
     }
-    return Event::none;
-}
-
-JobReceiver::Event JobReceiver::refuse() {
-    ++refused_;
     return Event::none;
 }
 

@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <span>
 
-#include "base/fixed_string.h"
 #include "printer/link/frame.h"
 
 namespace qduino::printer::machine {
@@ -35,10 +34,16 @@ class JobReceiver {
         return std::span{buffer_}.first(held_end_).subspan(held_begin_);
     }
     /// Contract: count <= held().size().
-    void use(std::size_t count);
+    void use(std::size_t count) {
+        QDUINO_EXPECT(count <= held_end_ - held_begin_);
+        held_begin_ += count;
+    }
 
     /// No more of the running job is wanted: it has ended, one way or another.
-    void close();
+    void close() {
+        running_ = false;
+        held_begin_ = held_end_ = 0;
+    }
 
     [[nodiscard]] bool running() const { return running_; }
     [[nodiscard]] std::uint64_t job_id() const { return job_id_; }
@@ -50,7 +55,7 @@ class JobReceiver {
 
   private:
     Event take(const link::FrameView& frame);
-    Event refuse();
+    Event refuse() { return ++refused_, Event::none; }
     Event take_begin(std::span<const std::uint8_t> payload);
     Event take_bytes(std::span<const std::uint8_t> payload);
     Event take_end(std::span<const std::uint8_t> payload);

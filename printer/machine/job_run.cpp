@@ -44,8 +44,8 @@ Result<JobRun::Read> JobRun::read() {
         }
     }
     if (line == nullptr) return Read::some;
-    const Result<void> done = carry_out(*line);
-    return done.ok() ? Result<Read>{Read::some} : Result<Read>{done.error()};
+    QDUINO_TRY(carry_out(*line));
+    return Read::some;
 }
 
 Result<void> JobRun::carry_out(const gcode::Line& line) {

@@ -34,11 +34,8 @@ class LinkEnd {
             if (!frame->has_value()) return;
             if ((*frame)->type != link::FrameType::command) continue;
             const Result<link::CommandText> command = link::decode_command((*frame)->payload);
-            if (command.ok()) {
-                serve(*command);
-            } else {
-                say(link::ReplyKind::error, command.error().message);
-            }
+            if (!command.ok()) say(link::ReplyKind::error, command.error().message);
+            if (command.ok()) serve(*command);
         }
     }
 

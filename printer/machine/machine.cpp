@@ -1,7 +1,5 @@
 #include "printer/machine/machine.h"
 
-#include <cstdio>
-
 #include "base/version.h"
 #include "printer/gcode/reports.h"
 #include "printer/machine/vectors.h"
@@ -18,14 +16,15 @@ gcode::ReportText temperatures(const link::HeatStatus& heat, bool has_bed) {
     const auto reading = [](const link::HeaterStatus& h) {
         return gcode::HeaterReading{Celsius{h.celsius}, Celsius{h.target_celsius}, h.duty};
     };
-    return gcode::format_temperatures({reading(heat.hot_end), reading(heat.bed), has_bed});
+    return gcode::format_temperatures(reading(heat.hot_end),
+                                      has_bed ? std::optional{reading(heat.bed)} : std::nullopt);
 }
 
 /// M114.
 gcode::ReportText position(const gcode::Interpreter& shown, const MotionPipe& pipe) {
-    gcode::PositionReport report{shown.programmed_position(), {pipe.seen().steps}};
-    for (std::size_t i = 0; i < kAxisCount; ++i) report.steps[i] -= pipe.scale().origin()[i];
-    return gcode::format_position(report);
+    StepCounts steps = pipe.seen().steps;
+    for (std::size_t i = 0; i < kAxisCount; ++i) steps[i] -= pipe.scale().origin()[i];
+    return gcode::format_position(shown.programmed_position(), steps);
 }
 
 }  // namespace
@@ -50,10 +49,8 @@ heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& rea
 bool Machine::to(Event event) {
     const Next next = machine::next(state_, event);
     QDUINO_EXPECT(next.kind != Next::Kind::impossible);
-    if (next.kind == Next::Kind::refused) {
-        FixedString<128> text{name_of(event)};
-        link_.say(ReplyKind::warning, text.append(" was not taken: ").append(next.why));
-    }
+    if (next.kind == Next::Kind::refused)
+        link_.say(ReplyKind::warning, text(name_of(event), " was not taken: ", next.why));
     if (next.kind != Next::Kind::goes) return false;
     state_ = next.state;
     return true;
@@ -105,11 +102,10 @@ void Machine::watch_heat(Instant now) {
     }
     heating_.heaters_off();
     if (state_ == State::printing) pause_job(false);
-    char text[160];
-    std::snprintf(text, sizeof text, "nobody used the heaters for %.0f s: they are off%s",
-                  heating_.seen().idle_timeout_s,
-                  job_.running() ? "; the job is paused, and heats up again first when it is resumed" : "");
-    link_.say(ReplyKind::warning, text);
+    link_.say(
+        ReplyKind::warning,
+        text("nobody used the heaters for ", Fixed{heating_.seen().idle_timeout_s, 0}, " s: they are off",
+             job_.running() ? "; the job is paused, and heats up again first when it is resumed" : ""));
 }
 
 /// What has been played, and where a stop has left the machine: loop 2 has dropped everything, and
@@ -219,10 +215,8 @@ void Machine::clear_fault() {
     if (faulted && pipe_.stops().running()) {
         return link_.say(ReplyKind::warning, "clear fault was not taken: the motors are still being stopped");
     }
-    if (const auto persists = heating_.persisting_fault(); faulted && !persists.empty()) {
-        FixedString<236> text{"the fault is still there: "};
-        return link_.say(ReplyKind::error, text.append(persists));
-    }
+    if (const auto persists = heating_.persisting_fault(); faulted && !persists.empty())
+        return link_.say(ReplyKind::error, text("the fault is still there: ", persists));
     if (!to(Event::clear)) return;
     heating_.clear_faults();
     link_.status().fault.clear();
@@ -282,11 +276,8 @@ void Machine::run_typed_line() {
     if (parking_.away()) of_job.adopt_factors(interpreter.state());
     heed_request();
     if (!done) return;
-    if (done->ok()) {
-        link_.say(ReplyKind::text, "ok");
-    } else {
-        link_.say(ReplyKind::error, done->error().message);
-    }
+    if (!done->ok()) return link_.say(ReplyKind::error, done->error().message);
+    link_.say(ReplyKind::text, "ok");
 }
 
 /// What the line just carried out has asked the machine for.
@@ -356,8 +347,7 @@ void Machine::publish(Instant now) {
     job_.publish(now, state_ == State::printing || state_ == State::pausing || state_ == State::cancelling);
     link::JobStatus& status = link_.status();
     status.state = state_;
-    for (const Axis axis : gcode::kToolAxes)
-        status.homed[static_cast<std::size_t>(axis)] = homing_.homed(axis);
+    status.homed = {homing_.homed(Axis::x), homing_.homed(Axis::y), homing_.homed(Axis::z)};
     status.origin_steps = pipe_.scale().origin();
     status.position_mm = to_vector(parking_.shown(job_.interpreter()).programmed_position());
     const bool paused = state_ == State::paused;

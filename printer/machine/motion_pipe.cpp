@@ -1,26 +1,21 @@
 #include "printer/machine/motion_pipe.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "printer/machine/vectors.h"
 
 namespace qduino::printer::machine {
 
 namespace {
-motion::AxisVector home_positions(const MachineConfig& config) {
-    motion::AxisVector home{};
-    for (std::size_t i = 0; i < 3; ++i) home[i] = config.axes[i].home_position.value();
-    return home;
-}
-
 bool is_long(const motion::Segment& segment) {
     return segment.end.ns_after(0) - segment.start.ns_after(0) >= to_ns(MotionPipe::kAhead);
 }
 }  // namespace
 
 MotionPipe::MotionPipe(const MachineConfig& config, const std::atomic<std::uint32_t>& emergency)
-    : planner_(motion::motion_settings(config), home_positions(config)),
-      excursion_(motion::motion_settings(config), home_positions(config)),
-      solver_(step::solver_settings(config), home_positions(config)),
+    : planner_(motion::motion_settings(config), to_vector(home_positions(config))),
+      excursion_(motion::motion_settings(config), to_vector(home_positions(config))),
+      solver_(motion::motion_settings(config), to_vector(home_positions(config))),
       stops_(emergency),
       scale_(config),
       accelerations_{config.default_acceleration.value(), config.travel_acceleration.value(),

@@ -23,7 +23,6 @@
 #include <cstdint>
 #include <numeric>
 
-#include "base/contract.h"
 #include "channel/broadcast.h"
 #include "channel/four_slot.h"
 #include "channel/ring_buffer.h"
@@ -87,7 +86,7 @@ class MotionPipe {
         stops_.observe();
         seen_ = for_loop_1_.read();
     }
-    [[nodiscard]] const link::MotionStatus& seen() const { return seen_; }
+    [[nodiscard]] const link::MotionCounts& seen() const { return seen_; }
 
     /// Solves steps into the ring. `more_may_come`: input is at hand, so the planner may go on
     /// hoping.
@@ -121,10 +120,9 @@ class MotionPipe {
     // ---- loop 2 ---------------------------------------------------------------------------------
 
     [[nodiscard]] StepRing& ring() { return ring_; }
-    /// Everybody who reads loop 2's status: loop 1, loop 3, and the service.
-    [[nodiscard]] channel::Broadcast<link::MotionStatus, 3> readers(
-        channel::FourSlot<link::MotionStatus>& service) {
-        return channel::Broadcast<link::MotionStatus, 3>{{&for_loop_1_, &for_loop_3_, &service}};
+    /// The loops that read loop 2's counts: 1 and 3.
+    [[nodiscard]] channel::Broadcast<link::MotionCounts, 2> readers() {
+        return channel::Broadcast<link::MotionCounts, 2>{{&for_loop_1_, &for_loop_3_}};
     }
 
     // ---- loop 3 ---------------------------------------------------------------------------------
@@ -154,9 +152,9 @@ class MotionPipe {
     bool away_ = false;
     step::Solver solver_;
     StepRing ring_;
-    channel::FourSlot<link::MotionStatus> for_loop_1_;
-    channel::FourSlot<link::MotionStatus> for_loop_3_;
-    link::MotionStatus seen_;
+    channel::FourSlot<link::MotionCounts> for_loop_1_;
+    channel::FourSlot<link::MotionCounts> for_loop_3_;
+    link::MotionCounts seen_;
     Solved solved_;
     Stops stops_;
     StepScale scale_;

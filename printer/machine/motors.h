@@ -4,8 +4,6 @@
 // Loop 1 only.
 #pragma once
 
-#include <array>
-
 #include "printer/gcode/position.h"
 #include "printer/motion/settings.h"
 
@@ -26,25 +24,22 @@ class Motors {
     void on(Axis axis) { set(axis, true); }
     /// Switches on the motors that are off and have a way to go.
     void on_for(const motion::AxisVector& from, const motion::AxisVector& to) {
-        for (const Axis axis : gcode::kAllAxes) {
-            const auto i = static_cast<std::size_t>(axis);
-            if (from[i] != to[i] && !on_[i]) on(axis);
-        }
+        for (const Axis axis : gcode::kAllAxes)
+            if (from[axis] != to[axis] && !on_[axis]) on(axis);
     }
     void off(gcode::AxisSet axes) {
-        for (const Axis axis : gcode::kAllAxes) {
+        for (const Axis axis : gcode::kAllAxes)
             if (axes.contains(axis)) set(axis, false);
-        }
     }
 
   private:
     void set(Axis axis, bool on) {
-        on_[static_cast<std::size_t>(axis)] = on;
+        on_[axis] = on;
         pins_.switch_motor(axis, on);
     }
 
     MotorSwitch& pins_;
-    std::array<bool, kAxisCount> on_{};
+    PerAxis<bool> on_{};
 };
 
 }  // namespace qduino::printer::machine

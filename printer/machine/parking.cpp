@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "printer/machine/vectors.h"
 
 namespace qduino::printer::machine {
 
 namespace {
 
-constexpr double kRestAround_s = 0.1;
 /// Nearer than this to where it must go back to, a detour makes sure that the last move is one.
 constexpr double kDetour_mm = 0.1;
 
@@ -29,14 +29,9 @@ void Parking::go(const motion::AxisVector& to, double speed_mm_s, double acceler
     QDUINO_EXPECT(fits);  // only a handful of moves is ever on this planner
 }
 
-void Parking::rest() {
-    const bool fits = pipe_.planner().append_dwell(kRestAround_s);
-    QDUINO_EXPECT(fits);
-}
-
 bool Parking::defers_resume() {
     const bool later = phase_ == Phase::leaving || (phase_ == Phase::on_path && heating_.keeps_targets());
-    if (later) resume_wanted_ = true;
+    resume_wanted_ = resume_wanted_ || later;
     return later;
 }
 
@@ -45,8 +40,7 @@ bool Parking::defers_resume() {
 bool Parking::leave(const gcode::Interpreter& path, const HomingRun& homing) {
     heating_.keep_targets();
     pipe_.depart();
-    left_ = Left{};
-    left_.steps = pipe_.seen().steps;
+    left_ = {.steps = pipe_.seen().steps};
     jogs_.reset_modes();
     jogs_.adopt_factors(path.state());
     homing.tell(jogs_);
@@ -138,11 +132,8 @@ Result<Parking::Step> Parking::arrive_on_path() {
     const StepCounts& steps = pipe_.seen().steps;
     for (std::size_t i = 0; i < 3; ++i) {
         if (steps[i] == left_.steps[i]) continue;
-        char text[160];
-        std::snprintf(text, sizeof text,
-                      "%c came back from the pause %lld steps beside where it left: the print is stopped",
-                      kAxisLetter[i], static_cast<long long>(steps[i] - left_.steps[i]));
-        return make_error(ErrorCode::faulted, text);
+        return make_error(ErrorCode::faulted, kAxisLetter[i], " came back from the pause ",
+                          steps[i] - left_.steps[i], " steps beside where it left: the print is stopped");
     }
     pipe_.scale().skip(Axis::e, steps[3] - left_.steps[3]);
     pipe_.come_back();

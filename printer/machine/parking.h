@@ -26,7 +26,6 @@
 #include "printer/machine/homing_run.h"
 #include "printer/machine/motion_pipe.h"
 #include "printer/machine/motors.h"
-#include "printer/machine/vectors.h"
 
 namespace qduino::printer::machine {
 
@@ -100,8 +99,13 @@ class Parking {
         bool parked = false;     ///< the head has moved away
     };
 
+    static constexpr double kRestAround_s = 0.1;
+
     void go(const motion::AxisVector& to, double speed_mm_s, double acceleration_mm_s2);
-    void rest();
+    void rest() {
+        const bool fits = pipe_.planner().append_dwell(kRestAround_s);
+        QDUINO_EXPECT(fits);
+    }
     void plan_way_out();
     void plan_way_back();
     void plan_detour(motion::AxisVector& at, const motion::AxisVector& to) const;

@@ -5,7 +5,6 @@
 // Loop 1 only.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -16,16 +15,15 @@
 namespace qduino::printer::machine {
 
 /// One count per axis, as pulses went out.
-using StepCounts = std::array<std::int64_t, kAxisCount>;
+using StepCounts = PerAxis<std::int64_t>;
 
 class StepScale {
   public:
     /// At counts of 0 each of X, Y, Z is taken to stand at its home position.
     explicit StepScale(const MachineConfig& config) {
-        for (std::size_t i = 0; i < kAxisCount; ++i) {
-            steps_per_mm_[i] = config.axes[i].steps_per_mm;
-            origin_[i] = i < 3 ? -steps_to(i, config.axes[i].home_position.value()) : 0;
-        }
+        for (std::size_t i = 0; i < kAxisCount; ++i) steps_per_mm_[i] = config.axes[i].steps_per_mm;
+        for (const Axis axis : {Axis::x, Axis::y, Axis::z})
+            origin_[axis] = -steps_to(axis, config.axes[axis].home_position.value());
     }
 
     /// The counts at machine position 0.
@@ -37,19 +35,18 @@ class StepScale {
         return motion::tool_from_motors(motors_mm);
     }
     [[nodiscard]] double length_of(Axis axis, std::int64_t steps) const {
-        return static_cast<double>(std::abs(steps)) / steps_per_mm_[static_cast<std::size_t>(axis)];
+        return static_cast<double>(std::abs(steps)) / steps_per_mm_[axis];
     }
 
     /// By definition `axis` stands at `position_mm` when its count is `steps`.
     void define(Axis axis, std::int64_t steps, double position_mm) {
-        const auto i = static_cast<std::size_t>(axis);
-        origin_[i] = steps - steps_to(i, position_mm);
+        origin_[axis] = steps - steps_to(axis, position_mm);
     }
     /// `steps` of `axis` went out beside the path: they do not count.
-    void skip(Axis axis, std::int64_t steps) { origin_[static_cast<std::size_t>(axis)] += steps; }
+    void skip(Axis axis, std::int64_t steps) { origin_[axis] += steps; }
 
   private:
-    [[nodiscard]] std::int64_t steps_to(std::size_t axis, double mm) const {
+    [[nodiscard]] std::int64_t steps_to(Axis axis, double mm) const {
         return std::llround(mm * steps_per_mm_[axis]);
     }
 

@@ -9,14 +9,13 @@ namespace qduino::printer::machine {
 
 constexpr motion::AxisVector to_vector(const gcode::Position& position) {
     motion::AxisVector vector{};
-    for (const Axis axis : gcode::kAllAxes) vector[static_cast<std::size_t>(axis)] = position[axis].value();
+    for (const Axis axis : gcode::kAllAxes) vector[axis] = position[axis].value();
     return vector;
 }
 
 constexpr gcode::Position to_position(const motion::AxisVector& vector) {
     gcode::Position position;
-    for (const Axis axis : gcode::kAllAxes)
-        position[axis] = Millimetres{vector[static_cast<std::size_t>(axis)]};
+    for (const Axis axis : gcode::kAllAxes) position[axis] = Millimetres{vector[axis]};
     return position;
 }
 

@@ -55,7 +55,7 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     const double limit2 =
         end_at_rest_ ? 0 : junction_speed_squared(last_move_, geometry, settings_.instantaneous_speed);
     Entry& added = push(SegmentKind::move, limit2, 2 * geometry.acceleration_mm_s2 * length_mm);
-    added.end_mm = end_mm;
+    added.segment.end_mm = end_mm;
     added.geometry = geometry;
     position_mm_ = end_mm;
     last_move_ = geometry;
@@ -67,9 +67,8 @@ Planner::Entry& Planner::push(SegmentKind kind, double limit2, double gain2) {
     node(tail_) = Node{limit2, gain2, 0, 0, 0};
     Entry& added = entry(tail_);
     added = Entry{};
-    added.kind = kind;
-    added.start_mm = position_mm_;
-    added.end_mm = position_mm_;
+    added.segment.kind = kind;
+    added.segment.start_mm = added.segment.end_mm = position_mm_;
     ++tail_;
     dirty_ = true;
     return added;
@@ -78,8 +77,8 @@ Planner::Entry& Planner::push(SegmentKind kind, double limit2, double gain2) {
 bool Planner::push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s) {
     if (full()) return false;
     Entry& added = push(kind, 0, 0);
-    added.axis = axis;
-    added.value = value;
+    added.segment.axis = axis;
+    added.segment.value = value;
     added.dwell_s = dwell_s;
     end_at_rest_ = true;
     return true;
@@ -99,13 +98,8 @@ bool Planner::append_marker(std::uint32_t value) {
     if (full()) return false;
     const double nominal2 = last_move_.speed_mm_s * last_move_.speed_mm_s;
     Entry& added = push(SegmentKind::marker, end_at_rest_ ? 0 : nominal2, 0);
-    added.value = value;
+    added.segment.value = value;
     return true;
-}
-
-void Planner::flush() {
-    end_at_rest_ = true;
-    dirty_ = true;
 }
 
 // ---- planning -----------------------------------------------------------------------------------
@@ -156,13 +150,9 @@ bool Planner::next(Segment& out) {
 void Planner::release(Segment& out) {
     const Entry& oldest = entry(head_);
     const double exit2 = node(head_).exit2;
-    out.kind = oldest.kind;
-    out.axis = oldest.axis;
-    out.value = oldest.value;
-    out.start_mm = oldest.start_mm;
-    out.end_mm = oldest.end_mm;
+    out = oldest.segment;
     out.start = clock_;
-    if (oldest.kind == SegmentKind::move) {
+    if (out.kind == SegmentKind::move) {
         const double exit_speed = std::sqrt(exit2);
         out.shape = make_trapezoid(oldest.geometry.length_mm, entry_speed_mm_s_, oldest.geometry.speed_mm_s,
                                    exit_speed, oldest.geometry.acceleration_mm_s2);
@@ -170,7 +160,6 @@ void Planner::release(Segment& out) {
         entry_speed_mm_s_ = exit_speed;
         entry2_ = exit2;
     } else {
-        out.shape = Trapezoid{};
         out.shape.entry_speed_mm_s = out.shape.exit_speed_mm_s = entry_speed_mm_s_;
         clock_.advance_s(oldest.dwell_s);
     }
@@ -193,7 +182,7 @@ void Planner::hold() {
 /// their moves are done.
 std::uint64_t Planner::earliest_stop() {
     for (std::uint64_t stop = head_; stop < tail_; ++stop) {
-        if (entry(stop).kind == SegmentKind::marker) continue;
+        if (entry(stop).segment.kind == SegmentKind::marker) continue;
         double reachable2 = 0;
         for (std::uint64_t i = stop; i-- > head_ && reachable2 < entry2_;) reachable2 += node(i).gain2;
         if (reachable2 >= entry2_) return stop;
@@ -203,7 +192,7 @@ std::uint64_t Planner::earliest_stop() {
 
 const AxisVector& Planner::held_position_mm() const {
     QDUINO_EXPECT(held_);
-    return hold_ == tail_ ? position_mm_ : entries_[hold_ % kCapacity].start_mm;
+    return hold_ == tail_ ? position_mm_ : entries_[hold_ % kCapacity].segment.start_mm;
 }
 
 void Planner::wait_until(const TimelineInstant& at) {
@@ -215,16 +204,13 @@ void Planner::resume() {
     if (!held_) return;
     held_ = false;
     dirty_ = true;
-    if (hold_ == tail_) {
-        end_at_rest_ = true;
-    } else {
-        node(hold_).limit2 = 0;
-    }
+    if (hold_ != tail_) node(hold_).limit2 = 0;
+    if (hold_ == tail_) end_at_rest_ = true;
 }
 
 void Planner::discard_held() {
     QDUINO_EXPECT(held_);
-    if (hold_ != tail_) position_mm_ = entry(hold_).start_mm;
+    if (hold_ != tail_) position_mm_ = entry(hold_).segment.start_mm;
     tail_ = hold_;
     held_ = false;
     end_at_rest_ = true;

@@ -72,7 +72,7 @@ class Planner {
 
     /// Call when nothing may follow for a while: plans everything appended so far down to a
     /// standstill, and releases it.
-    void flush();
+    void flush() { end_at_rest_ = dirty_ = true; }
 
     // ---- out ------------------------------------------------------------------------------------
 
@@ -128,12 +128,8 @@ class Planner {
         double exit2 = 0;     ///< planned, where the entry ends
     };
     struct Entry {
-        SegmentKind kind = SegmentKind::move;
-        Axis axis = Axis::x;
-        std::uint32_t value = 0;
+        Segment segment;  ///< its times and shape are worked out when it is handed out
         double dwell_s = 0;
-        AxisVector start_mm{};
-        AxisVector end_mm{};
         MoveGeometry geometry;
     };
 

@@ -23,6 +23,13 @@
 
 namespace qduino::printer::motion {
 
+/// Time to cover `distance_mm` from `speed_mm_s` (>= 0) at a constant acceleration > 0.
+inline double time_from_speed(double distance_mm, double speed_mm_s, double acceleration_mm_s2) {
+    if (distance_mm <= 0) return 0;
+    return 2 * distance_mm /
+           (speed_mm_s + std::sqrt(speed_mm_s * speed_mm_s + 2 * acceleration_mm_s2 * distance_mm));
+}
+
 struct Trapezoid {
     double length_mm = 0;
     double acceleration_mm_s2 = 0;
@@ -37,32 +44,22 @@ struct Trapezoid {
 
     [[nodiscard]] double duration_s() const { return accelerate_s + cruise_s + decelerate_s; }
     /// Seconds from the start until `distance_mm` (clamped to 0 … length) is covered.
-    [[nodiscard]] double time_at(double distance_mm) const;
+    [[nodiscard]] double time_at(double distance_mm) const {
+        if (distance_mm < accelerate_mm)
+            return time_from_speed(distance_mm, entry_speed_mm_s, acceleration_mm_s2);
+        if (distance_mm <= brake_from_mm)
+            return accelerate_s + (distance_mm - accelerate_mm) / cruise_speed_mm_s;
+        return duration_s() - time_from_speed(length_mm - distance_mm, exit_speed_mm_s, acceleration_mm_s2);
+    }
     /// Distance covered after `time_s` (clamped to 0 … duration).
-    [[nodiscard]] double distance_at(double time_s) const;
+    [[nodiscard]] double distance_at(double time_s) const {
+        const double t = std::clamp(time_s, 0.0, duration_s());
+        if (t < accelerate_s) return (entry_speed_mm_s + 0.5 * acceleration_mm_s2 * t) * t;
+        if (t <= accelerate_s + cruise_s) return accelerate_mm + cruise_speed_mm_s * (t - accelerate_s);
+        const double left = duration_s() - t;
+        return length_mm - (exit_speed_mm_s + 0.5 * acceleration_mm_s2 * left) * left;
+    }
 };
-
-/// Time to cover `distance_mm` from `speed_mm_s` (>= 0) at a constant acceleration > 0.
-inline double time_from_speed(double distance_mm, double speed_mm_s, double acceleration_mm_s2) {
-    if (distance_mm <= 0) return 0;
-    return 2 * distance_mm /
-           (speed_mm_s + std::sqrt(speed_mm_s * speed_mm_s + 2 * acceleration_mm_s2 * distance_mm));
-}
-
-inline double Trapezoid::time_at(double distance_mm) const {
-    if (distance_mm < accelerate_mm)
-        return time_from_speed(distance_mm, entry_speed_mm_s, acceleration_mm_s2);
-    if (distance_mm <= brake_from_mm) return accelerate_s + (distance_mm - accelerate_mm) / cruise_speed_mm_s;
-    return duration_s() - time_from_speed(length_mm - distance_mm, exit_speed_mm_s, acceleration_mm_s2);
-}
-
-inline double Trapezoid::distance_at(double time_s) const {
-    const double t = std::clamp(time_s, 0.0, duration_s());
-    if (t < accelerate_s) return (entry_speed_mm_s + 0.5 * acceleration_mm_s2 * t) * t;
-    if (t <= accelerate_s + cruise_s) return accelerate_mm + cruise_speed_mm_s * (t - accelerate_s);
-    const double left = duration_s() - t;
-    return length_mm - (exit_speed_mm_s + 0.5 * acceleration_mm_s2 * left) * left;
-}
 
 /// The fastest profile over `length_mm` > 0 that enters and leaves at the given speeds and never
 /// exceeds `speed_mm_s_max` > 0. The exit must be reachable from the entry: |v1² − v0²| <=

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace qduino::printer::preflight {
@@ -48,10 +47,6 @@ void LayerPacker::on_move(const gcode::Move& move, const MoveContext& context) {
     }
     add_vertex(move.to, context.feature, width_of(move, context), byte, false);
     last_ = move.to;
-}
-
-void LayerPacker::on_end(std::uint64_t) {
-    if (open_) flush();
 }
 
 void LayerPacker::open(const MoveContext& context) {

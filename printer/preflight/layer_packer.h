@@ -77,7 +77,9 @@ class LayerPacker final : public MoveSink {
 
     void on_move(const gcode::Move& move, const MoveContext& context) override;
     /// Delivers the last layer.
-    void on_end(std::uint64_t bytes) override;
+    void on_end(std::uint64_t /*bytes*/) override {
+        if (open_) flush();
+    }
 
   private:
     void flush();

@@ -1,28 +1,15 @@
 #include "printer/preflight/layer_tracker.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace qduino::printer::preflight {
 
 void LayerTracker::on_annotation(const gcode::Annotation& annotation, const gcode::Source& source) {
-    switch (annotation.kind) {
-        case gcode::AnnotationKind::feature:
-            context_.feature = annotation.feature;
-            return;
-        case gcode::AnnotationKind::width:
-            context_.width_mm = annotation.value;
-            return;
-        case gcode::AnnotationKind::height:
-            commented_height_mm_ = annotation.value;
-            return;
-        case gcode::AnnotationKind::z:
-            return;
-        case gcode::AnnotationKind::layer_change:
-        case gcode::AnnotationKind::layer_number:
-            break;
-        case gcode::AnnotationKind::none:
-            return;
-    }
+    using enum gcode::AnnotationKind;
+    if (annotation.kind == feature) context_.feature = annotation.feature;
+    if (annotation.kind == width) context_.width_mm = annotation.value;
+    if (annotation.kind == height) commented_height_mm_ = annotation.value;
     if (!comments_.on_annotation(annotation) || change_pending_) return;
     change_pending_ = true;
     change_offset_ = source.offset;
@@ -49,13 +36,9 @@ const MoveContext& LayerTracker::on_move(const gcode::Move& move) {
 }
 
 void LayerTracker::begin(double z_mm, std::uint64_t first_byte) {
-    z_below_mm_ = layers_ == 0 ? 0 : context_.layer.z_mm;
-    const double risen_mm = z_mm - z_below_mm_;
-    context_.layer.index = layers_++;
-    context_.layer.z_mm = z_mm;
-    context_.layer.height_mm =
-        commented_height_mm_ > 0 ? commented_height_mm_ : (risen_mm > 0 ? risen_mm : 0);
-    context_.layer.first_byte = first_byte;
+    const double risen_mm = z_mm - (layers_ == 0 ? 0 : context_.layer.z_mm);
+    const double height_mm = commented_height_mm_ > 0 ? commented_height_mm_ : std::max(risen_mm, 0.0);
+    context_.layer = {layers_++, z_mm, height_mm, first_byte};
     by_comment_ = change_pending_;
 }
 

@@ -35,7 +35,6 @@ class LayerTracker {
     bool change_pending_ = false;  ///< a comment has begun a layer that has no extrusion yet
     bool by_comment_ = false;      ///< the current layer was begun by one
     double commented_height_mm_ = 0;
-    double z_below_mm_ = 0;  ///< of the layer before
 };
 
 }  // namespace qduino::printer::preflight

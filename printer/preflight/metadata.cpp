@@ -1,32 +1,24 @@
 #include "printer/preflight/metadata.h"
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "printer/gcode/text.h"
 
 namespace qduino::printer::preflight {
 namespace {
 
-using gcode::append_printable;
-using gcode::is_letter;
-using gcode::skip_prefix;
-using gcode::take_number;
-using gcode::trim;
+using namespace gcode;
 
 constexpr double kSecondsMax = 1e8;  ///< three years
 constexpr double kFilamentMax_mm = 1e8;
 
+/// 0 when `unit` is none.
 double seconds_in(char unit) {
-    switch (unit) {
-        case 'd':
-            return 86400;
-        case 'h':
-            return 3600;
-        case 'm':
-            return 60;
-        default:
-            return unit == 's' ? 1 : 0;
-    }
+    constexpr std::pair<char, double> kUnits[]{{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}};
+    const auto* found = std::ranges::find(kUnits, unit, &std::pair<char, double>::first);
+    return found != std::end(kUnits) ? found->second : 0;
 }
 
 void take_time(Metadata& out, std::string_view rest) {
@@ -110,16 +102,16 @@ std::optional<Seconds> parse_duration(std::string_view text) {
     return Seconds{total_s};
 }
 
-void MetadataReader::on_comment(std::string_view comment) {
+void take_comment(Metadata& metadata, std::string_view comment) {
     comment = trim(comment);
     for (const Key& key : kKeys) {
-        if (skip_prefix(comment, key.prefix)) return key.take(metadata_, comment);
+        if (skip_prefix(comment, key.prefix)) return key.take(metadata, comment);
     }
     // OrcaSlicer puts two of them on one line: "model printing time: 25m 5s; total estimated time:
     // 31m 12s".
     constexpr std::string_view kSecond = "; total estimated time:";
     const std::size_t at = comment.find(kSecond);
-    if (at != std::string_view::npos) take_time(metadata_, comment.substr(at + kSecond.size()));
+    if (at != std::string_view::npos) take_time(metadata, comment.substr(at + kSecond.size()));
 }
 
 }  // namespace qduino::printer::preflight

@@ -30,14 +30,8 @@ struct Metadata {
 /// time in it.
 std::optional<Seconds> parse_duration(std::string_view text);
 
-class MetadataReader {
-  public:
-    /// `comment`: the text behind the `;` of a line that is only a comment.
-    void on_comment(std::string_view comment);
-    [[nodiscard]] const Metadata& metadata() const { return metadata_; }
-
-  private:
-    Metadata metadata_;
-};
+/// Takes what `comment` says into `metadata`. `comment`: the text behind the `;` of a line that is
+/// only a comment.
+void take_comment(Metadata& metadata, std::string_view comment);
 
 }  // namespace qduino::printer::preflight

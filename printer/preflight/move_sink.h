@@ -1,5 +1,4 @@
-// Receives a job's moves while the job is read, before it is printed: the layer packer, an
-// estimator of time, a drawing.
+// Receives a job's moves while the job is read, before it is printed: the layer packer.
 #pragma once
 
 #include <cstdint>
@@ -31,10 +30,6 @@ class MoveSink {
     virtual ~MoveSink() = default;
     /// `context.layer` changes with the first extruding move of a layer.
     virtual void on_move(const gcode::Move& move, const MoveContext& context) = 0;
-    virtual void on_dwell(Seconds) {}
-    virtual void on_home(gcode::AxisSet) {}
-    virtual void on_wait(gcode::Heater, Celsius) {}
-    virtual void on_limits(const gcode::LimitChange&) {}
     /// The job has ended. `bytes` is its length.
     virtual void on_end(std::uint64_t /*bytes*/) {}
 };

@@ -9,9 +9,6 @@
 namespace qduino::printer::preflight {
 namespace {
 
-using gcode::append_integer;
-using gcode::append_shortest;
-
 constexpr std::string_view kSliceAgain = "Slice the model again with this printer's profile.";
 
 std::string_view advice_for(ErrorCode code, std::string_view message) {
@@ -31,8 +28,8 @@ std::string_view advice_for(ErrorCode code, std::string_view message) {
 
 void Bounds::include(const gcode::Position& position) {
     for (std::size_t i = 0; i < minimum.size(); ++i) {
-        minimum[i] = empty ? position.axes[i] : std::min(minimum[i], position.axes[i]);
-        maximum[i] = empty ? position.axes[i] : std::max(maximum[i], position.axes[i]);
+        minimum[i] = empty ? position[i] : std::min(minimum[i], position[i]);
+        maximum[i] = empty ? position[i] : std::max(maximum[i], position[i]);
     }
     empty = false;
 }
@@ -49,16 +46,15 @@ void Preflight::add_sink(MoveSink& sink) {
 void Preflight::feed(std::span<const char> bytes) {
     look(bytes);
     facts_.bytes += bytes.size();
-    if (!refused_) parser_.feed(bytes, *this);
+    if (!refused_) parser_.feed(bytes, [this](const gcode::Line& line) { on_line(line); });
 }
 
 const Facts& Preflight::finish() {
     if (!judged_) judge_content();
     if (!refused_) {
-        parser_.finish(*this);
+        parser_.finish([this](const gcode::Line& line) { on_line(line); });
         check_whole();
     }
-    facts_.metadata = metadata_.metadata();
     facts_.thumbnail = thumbnail_.best();
     facts_.layers = layers_.layers();
     for (MoveSink* sink : sinks_) sink->on_end(facts_.bytes);
@@ -76,8 +72,8 @@ void Preflight::look(std::span<const char> bytes) {
 void Preflight::judge_content() {
     judged_ = true;
     facts_.content = gcode::look_at_content({head_.data(), head_count_});
-    if (facts_.content == gcode::Content::gcode) return;
-    refused_ = true;
+    refused_ = facts_.content != gcode::Content::gcode;
+    if (!refused_) return;
     line_ = nullptr;
     // The file is no G-code: the errors that its bytes raised as G-code mean nothing.
     facts_.errors.clear();
@@ -106,7 +102,7 @@ void Preflight::on_comment(const gcode::Line& line) {
     if (thumbnail_.on_comment(line.comment)) return;
     const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
     if (annotation.kind == gcode::AnnotationKind::none) {
-        metadata_.on_comment(line.comment);
+        take_comment(facts_.metadata, line.comment);
     } else {
         layers_.on_annotation(annotation, line.source);
     }
@@ -144,11 +140,10 @@ void Preflight::check_extrusion(const gcode::Move& move) {
     if (move.from[Axis::e] == move.to[Axis::e]) return;
     const double needed = machine_.minimum_extrude.value();
     if (hot_end_target_.value() >= needed) return;
-    FixedString<236> text{"filament is moved while the hot end is set to "};
-    append_shortest(text, hot_end_target_.value()).append(" °C; it takes ");
-    append_shortest(text, needed).append(" °C");
     if (!was_hot_) {
-        add_error(text, "Heat first: M109 S200, or what the filament needs, before this line.");
+        add_error(text("filament is moved while the hot end is set to ", Shortest{hot_end_target_.value()},
+                       " °C; it takes ", Shortest{needed}, " °C"),
+                  "Heat first: M109 S200, or what the filament needs, before this line.");
     } else if (move.to[Axis::e] > move.from[Axis::e]) {
         // The hot end cools slowly, so a last wipe after M104 S0 is common and works. More than
         // that may not.
@@ -158,30 +153,22 @@ void Preflight::check_extrusion(const gcode::Move& move) {
 }
 
 void Preflight::check_step_rate(const gcode::Move& move) {
+    const auto distance_mm = [&](Axis axis) { return std::abs((move.to[axis] - move.from[axis]).value()); };
     double tool_mm2 = 0;
-    for (const Axis axis : gcode::kToolAxes) {
-        const double distance = (move.to[axis] - move.from[axis]).value();
-        tool_mm2 += distance * distance;
-    }
-    const double e_mm = std::abs((move.to[Axis::e] - move.from[Axis::e]).value());
-    const double length_mm = tool_mm2 > 0 ? std::sqrt(tool_mm2) : e_mm;
+    for (const Axis axis : gcode::kToolAxes) tool_mm2 += distance_mm(axis) * distance_mm(axis);
+    const double length_mm = tool_mm2 > 0 ? std::sqrt(tool_mm2) : distance_mm(Axis::e);
     // As the planner does: the whole move is slowed until no axis is above its own limit.
     double duration_s = length_mm / move.feedrate.value();
-    for (const Axis axis : gcode::kAllAxes) {
-        const double distance = std::abs((move.to[axis] - move.from[axis]).value());
-        duration_s = std::max(duration_s, distance / speed_max_[axis].value());
-    }
+    for (const Axis axis : gcode::kAllAxes)
+        duration_s = std::max(duration_s, distance_mm(axis) / speed_max_[axis].value());
     const double rate_max_hz = 1 / to_seconds(step_interval(machine_));
     for (const Axis axis : gcode::kAllAxes) {
-        const double distance = std::abs((move.to[axis] - move.from[axis]).value());
-        const double rate_hz = distance * machine_.axes[axis].steps_per_mm / duration_s;
+        const double rate_hz = distance_mm(axis) * machine_.axes[axis].steps_per_mm / duration_s;
         facts_.step_rate_maximum_hz = std::max(facts_.step_rate_maximum_hz, rate_hz);
         if (rate_hz <= rate_max_hz * (1 + 1e-9)) continue;
-        FixedString<236> text;
-        text.push_back(kAxisLetter[axis]).append(" would need ");
-        append_integer(text, std::llround(rate_hz)).append(" steps/s; this board plays at most ");
-        append_integer(text, std::llround(rate_max_hz));
-        add_error(text, "Lower the speed in the slicer, or the axis' largest speed with M203.");
+        add_error(text(kAxisLetter[axis], " would need ", std::llround(rate_hz),
+                       " steps/s; this board plays at most ", std::llround(rate_max_hz)),
+                  "Lower the speed in the slicer, or the axis' largest speed with M203.");
     }
 }
 
@@ -189,17 +176,10 @@ Result<void> Preflight::dwell(Seconds duration) {
     const double timeout_s = machine_.idle_timeout.value();
     const bool heated = hot_end_target_.value() > 0 || bed_target_.value() > 0;
     if (heated && timeout_s > 0 && duration.value() > timeout_s) {
-        FixedString<236> text{"a dwell of "};
-        append_shortest(text, duration.value()).append(" s is longer than the idle time-out of ");
-        append_shortest(text, timeout_s).append(" s: the heaters go off in it, and the job pauses");
-        add_warning(text, "Shorten it, or raise idle_timeout_s in the machine file.");
+        add_warning(text("a dwell of ", Shortest{duration.value()}, " s is longer than the idle time-out of ",
+                         Shortest{timeout_s}, " s: the heaters go off in it, and the job pauses"),
+                    "Shorten it, or raise idle_timeout_s in the machine file.");
     }
-    for (MoveSink* sink : sinks_) sink->on_dwell(duration);
-    return {};
-}
-
-Result<void> Preflight::home(gcode::AxisSet axes) {
-    for (MoveSink* sink : sinks_) sink->on_home(axes);
     return {};
 }
 
@@ -216,15 +196,12 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
 }
 
 Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor) {
-    for (MoveSink* sink : sinks_) sink->on_wait(heater, target);
     return set_temperature(heater, target);
 }
 
 Result<void> Preflight::set_limits(const gcode::LimitChange& change) {
-    for (const Axis axis : gcode::kAllAxes) {
-        if (change.axis_speed[axis]) speed_max_[axis] = *change.axis_speed[axis];
-    }
-    for (MoveSink* sink : sinks_) sink->on_limits(change);
+    for (const Axis axis : gcode::kAllAxes)
+        speed_max_[axis] = change.axis_speed[axis].value_or(speed_max_[axis]);
     return {};
 }
 
@@ -234,16 +211,10 @@ void Preflight::emergency_stop() {
 }
 
 void Preflight::note(gcode::NoteKind kind, std::string_view text, const gcode::Source&) {
-    switch (kind) {
-        case gcode::NoteKind::echo:
-            return;
-        case gcode::NoteKind::unknown_code:
-            return add_warning(text, "It will be skipped.");
-        case gcode::NoteKind::not_done:
-            return add_warning(text, "The print goes on without it.");
-        case gcode::NoteKind::warning:
-            return add_warning(text, {});
-    }
+    if (kind == gcode::NoteKind::echo) return;
+    add_warning(text, kind == gcode::NoteKind::unknown_code ? "It will be skipped."
+                      : kind == gcode::NoteKind::not_done   ? "The print goes on without it."
+                                                            : "");
 }
 
 void Preflight::check_whole() {
@@ -256,14 +227,12 @@ void Preflight::check_whole() {
 }
 
 Finding Preflight::finding(std::string_view message, std::string_view advice) const {
-    Finding found;
+    Finding found{0, 0, {}, message, advice};
     if (line_ != nullptr) {
         found.line = line_->source.line;
         found.offset = line_->source.offset;
         gcode::append_printable(found.text, line_->text);
     }
-    found.message.assign(message);
-    found.advice.assign(advice);
     return found;
 }
 
@@ -275,7 +244,7 @@ void Preflight::add_error(std::string_view message, std::string_view advice) {
 void Preflight::add_warning(std::string_view message, std::string_view advice) {
     ++facts_.warnings_count;
     const auto same = [&](const Finding& held) { return held.message == message; };
-    if (facts_.warnings.full() || std::any_of(facts_.warnings.begin(), facts_.warnings.end(), same)) return;
+    if (facts_.warnings.full() || std::ranges::any_of(facts_.warnings, same)) return;
     facts_.warnings.push_back(finding(message, advice));
 }
 

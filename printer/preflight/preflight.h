@@ -14,7 +14,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -28,7 +27,7 @@
 
 namespace qduino::printer::preflight {
 
-class Preflight final : private gcode::LineSink, private gcode::NoActions {
+class Preflight final : private gcode::NoActions {
   public:
     static constexpr std::size_t kSinksMax = 4;
 
@@ -49,19 +48,16 @@ class Preflight final : private gcode::LineSink, private gcode::NoActions {
   private:
     static constexpr std::size_t kLookBytes = 4096;
 
-    // gcode::LineSink
-    void on_line(const gcode::Line& line) override;
-
     // gcode::Actions, as far as it matters here
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
-    Result<void> home(gcode::AxisSet axes) override;
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;
     void emergency_stop() override;
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
+    void on_line(const gcode::Line& line);
     void look(std::span<const char> bytes);
     void judge_content();
     void on_comment(const gcode::Line& line);
@@ -77,7 +73,6 @@ class Preflight final : private gcode::LineSink, private gcode::NoActions {
     Facts facts_;
     gcode::Parser parser_;
     gcode::Interpreter interpreter_;
-    MetadataReader metadata_;
     ThumbnailReader thumbnail_;
     LayerTracker layers_;
     FixedVector<MoveSink*, kSinksMax> sinks_;

@@ -8,21 +8,13 @@
 namespace qduino::printer::preflight {
 namespace {
 
-using gcode::skip_prefix;
-using gcode::take_integer;
-using gcode::trim;
+using namespace gcode;
 
 constexpr std::uint32_t kPixelsMax = 4096;  ///< of a side
 constexpr std::array<std::uint8_t, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 
-/// RFC 4648, table 1; −1 when `c` is no character of base64.
-int value_of(char c) {
-    if (c >= 'A' && c <= 'Z') return c - 'A';
-    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-    if (c >= '0' && c <= '9') return c - '0' + 52;
-    if (c == '+') return 62;
-    return c == '/' ? 63 : -1;
-}
+/// RFC 4648, table 1: each character at its value.
+constexpr std::string_view kBase64 = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 }  // namespace
 
@@ -65,8 +57,8 @@ void ThumbnailReader::add(std::string_view base64) {
             padded_ = true;
             continue;
         }
-        const int value = value_of(c);
-        usable_ = value >= 0 && !padded_ && current_.png.size() < kThumbnailBytesMax;
+        const std::size_t value = kBase64.find(c);
+        usable_ = value < kBase64.size() && !padded_ && current_.png.size() < kThumbnailBytesMax;
         if (!usable_) return;
         bits_ = (bits_ << 6 | static_cast<std::uint32_t>(value)) & 0xFFFF;
         bit_count_ += 6;

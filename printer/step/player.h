@@ -71,42 +71,102 @@ template <StepPins Pins, class Ring>
 class Player {
   public:
     /// Both outlive the player. Sets every STEP low and every DIR positive.
-    Player(Pins& pins, Ring& ring, const PlayerSettings& settings = {});
+    Player(Pins& pins, Ring& ring, const PlayerSettings& settings = {})
+        : pins_(pins),
+          ring_(ring),
+          settings_(settings),
+          // DIR may change when a pulse ends.
+          pulse_ns_(to_ns(std::max(settings.pulse, settings.direction))) {
+        const std::int64_t now = now_ns();
+        for (int axis = 0; axis < kAxisCount; ++axis) {
+            pins_.set_step(axis, false);
+            pins_.set_direction(axis, true);
+            axes_[axis].rise_ns_min = now + std::max(to_ns(settings_.low), to_ns(settings_.direction));
+        }
+    }
 
     /// Does everything that is due before `horizon`, waiting for each instant. Returns when the
     /// next action is at `horizon` or after it; at once when there is nothing to do. Late by at
     /// most one action.
-    void play_until(Instant horizon);
+    void play_until(Instant horizon) {
+        if (stopped_) return drop_all();
+        const std::int64_t horizon_ns = to_ns(horizon);
+        int skips_left = kSkipsPerCall;
+        while (true) {
+            const std::int64_t event_ns = next_event_ns();
+            const std::int64_t fall_ns = next_fall_ns();
+            if (std::min(event_ns, fall_ns) >= horizon_ns) return;
+            if (fall_ns <= event_ns) {
+                wait_until(fall_ns);
+                end_oldest_pulse();
+            } else if (const StepEvent event = *ring_.front(); skips(event)) {
+                if (skips_left-- == 0) return;
+                skip(event);
+            } else {
+                wait_until(event_ns);
+                play(event);
+            }
+        }
+    }
 
     /// The instant of the next action; kForever when there is none. For a caller that would rather
     /// sleep.
-    [[nodiscard]] Instant next_due();
+    [[nodiscard]] Instant next_due() {
+        if (stopped_) return kForever;
+        return instant_from_ns(std::min(next_event_ns(), next_fall_ns()));
+    }
 
     /// Emergency: no pulse until allow_motion(). Ends a pulse that is high; drops all events, and
     /// those that are pushed later. The positions stay those of the pulses sent.
-    void stop_now();
+    void stop_now() {
+        for (int axis = 0; axis < kAxisCount; ++axis) {
+            if (axes_[axis].high) pins_.set_step(axis, false);
+        }
+        const std::int64_t ready_ns = now_ns() + std::max(to_ns(settings_.low), to_ns(settings_.direction));
+        for (AxisState& axis : axes_) axis = {.rise_ns_min = ready_ns, .direction = axis.direction};
+        falls_begin_ = falls_end_;
+        homing_ = pressed_ = 0;
+        status_.moving = false;
+        stopped_ = true;
+        drop_all();
+    }
+
     [[nodiscard]] bool stopped() const { return stopped_; }
     /// After stop_now(): plays what is pushed from now on, and drops what was pushed before. The
     /// feeder must have started afresh from steps() (Planner::reset, Solver::reset).
-    void allow_motion();
+    void allow_motion() {
+        if (!stopped_) return;
+        drop_all();
+        stopped_ = false;
+    }
 
     /// Brings the status up to date and counts the heartbeat. Valid until the next call of any
-    /// method. Call it seldom (every 10 ms, say): it is 5 KB to copy. `stops_served` is the
-    /// caller's.
-    [[nodiscard]] const link::MotionStatus& publish(std::uint32_t stops_served = 0);
+    /// method. It is 5 KB to copy, its MotionCounts alone are small. `stops_served`: the caller's.
+    [[nodiscard]] const link::MotionStatus& publish(std::uint32_t stops_served = 0) {
+        ++status_.heartbeat;
+        status_.stops_served = stops_served;
+        status_.events_taken = ring_.popped();
+        status_.ring_fill = static_cast<std::uint32_t>(ring_.size());
+        status_.timeline_ns = timeline_ns();
+        return status_;
+    }
 
     /// Steps dropped because an endstop was pressed, ever.
     [[nodiscard]] std::uint64_t steps_dropped() const { return steps_dropped_; }
     /// Microsteps per axis, counted from the pulses sent.
-    [[nodiscard]] const std::array<std::int64_t, kAxisCount>& steps() const { return status_.steps; }
+    [[nodiscard]] const PerAxis<std::int64_t>& steps() const { return status_.steps; }
     [[nodiscard]] bool moving() const { return status_.moving; }
     /// The last marker played; 0 before the first.
     [[nodiscard]] std::uint32_t last_marker() const { return status_.last_marker; }
     /// How often each endstop has ended a homing run.
-    [[nodiscard]] const std::array<std::uint32_t, 3>& endstop_hits() const { return status_.endstop_hits; }
+    [[nodiscard]] const PerAxis<std::uint32_t>& endstop_hits() const { return status_.endstop_hits; }
     /// How far the print's own time line has been played. Between two events it runs on with the
     /// board's time; it stands still while the ring is empty.
-    [[nodiscard]] std::int64_t timeline_ns();
+    [[nodiscard]] std::int64_t timeline_ns() {
+        const StepEvent* next = ring_.front();
+        if (!next || dry_) return played_ns_;  // dry: the anchor may be of a motion long past
+        return std::clamp(now_ns() - anchor_ns_, played_ns_, std::max(played_ns_, next->time_ns));
+    }
 
   private:
     static constexpr std::size_t kLookAhead = 8;
@@ -129,33 +189,195 @@ class Player {
 
     [[nodiscard]] std::int64_t now_ns() { return to_ns(pins_.now()); }
     void wait_until(std::int64_t ns) { pins_.busy_until(instant_from_ns(ns)); }
-    [[nodiscard]] std::int64_t next_fall_ns() const;
-    [[nodiscard]] std::int64_t next_event_ns();
-    void restart_if_late(const StepEvent& event);
-    [[nodiscard]] bool skips(const StepEvent& event) const;
-    void skip(const StepEvent& event);
 
-    void look_ahead();
-    [[nodiscard]] bool look_at(const StepEvent& event);
-    void turn(int axis);
+    // ---- the next action ------------------------------------------------------------------------
 
-    void play(const StepEvent& event);
-    void play_step(const StepEvent& event);
-    void drop_step(int axis);
-    void drop_all();
-    void raise(int axis, int direction, std::int64_t due_ns);
-    void end_oldest_pulse();
-    void settle_lateness(std::int64_t lateness_ns);
-    void switch_homing(int axis, bool on);
-    [[nodiscard]] bool endstop_ends(int axis);
+    [[nodiscard]] std::int64_t next_fall_ns() const {
+        return falls_begin_ == falls_end_ ? kNever : falls_[falls_begin_ % kAxisCount].due_ns;
+    }
+
+    /// When the event at the front may be played: at its time on the time line, or later, when its
+    /// axis is ready for it.
+    [[nodiscard]] std::int64_t next_event_ns() {
+        const StepEvent* event = ring_.front();
+        if (!event) {
+            dry_ = true;
+            return kNever;
+        }
+        if (dry_) restart_if_late(*event);
+        look_ahead();
+        const std::int64_t due_ns = anchor_ns_ + event->time_ns;
+        if (event->kind != EventKind::step) return due_ns;
+        if (skips(*event)) return std::min(due_ns, now_ns());
+        return std::max(due_ns, axes_[event->axis].rise_ns_min);
+    }
+
+    void restart_if_late(const StepEvent& event) {
+        dry_ = false;
+        const std::int64_t now = now_ns();
+        const std::int64_t late_ns = now - (anchor_ns_ + event.time_ns);
+        if (started_ && late_ns <= to_ns(settings_.late_threshold)) return;
+        if (status_.moving) {
+            ++status_.starved;
+            status_.shift_ns += late_ns + to_ns(settings_.lead);
+        }
+        anchor_ns_ = now + to_ns(settings_.lead) - event.time_ns;
+        started_ = true;
+    }
+
+    // ---- looking ahead --------------------------------------------------------------------------
+
+    void look_ahead() {
+        while (looked_ < kLookAhead) {
+            const StepEvent* event = ring_.peek(looked_);
+            if (!event || (event->kind == EventKind::step && !look_at(*event))) return;
+            ++looked_;
+        }
+    }
+
+    /// False when the step needs a change of direction behind another that still waits: look again
+    /// later.
+    [[nodiscard]] bool look_at(const StepEvent& event) {
+        AxisState& axis = axes_[event.axis];
+        const int direction_before = axis.turning ? -axis.direction : axis.direction;
+        if (event.direction != direction_before) {
+            if (axis.turning) return false;
+            axis.turning = true;
+            axis.seen_before_turn = axis.seen;
+            if (axis.seen == 0 && !axis.high) turn(event.axis);
+        }
+        ++axis.seen;
+        return true;
+    }
+
+    void turn(int axis) {
+        AxisState& state = axes_[axis];
+        state.turning = false;
+        state.direction = static_cast<std::int8_t>(-state.direction);
+        pins_.set_direction(axis, state.direction > 0);
+        state.rise_ns_min = std::max(state.rise_ns_min, now_ns() + to_ns(settings_.direction));
+    }
+
+    // ---- playing --------------------------------------------------------------------------------
+
+    void play(const StepEvent& event) {
+        ring_.pop();
+        --looked_;
+        played_ns_ = event.time_ns;
+        switch (event.kind) {
+            case EventKind::step:
+                play_step(event);
+                break;
+            case EventKind::marker:
+                status_.last_marker = event.value;
+                break;
+            case EventKind::homing:
+                switch_homing(event.axis, event.value != 0);
+                break;
+            case EventKind::rest:
+                status_.moving = false;
+                break;
+        }
+    }
+
+    void play_step(const StepEvent& event) {
+        status_.moving = true;
+        if (endstop_ends(event.axis)) {
+            drop_step(event.axis);
+            return;
+        }
+        AxisState& axis = axes_[event.axis];
+        --axis.seen;
+        if (axis.turning) --axis.seen_before_turn;
+        raise(event.axis, event.direction, anchor_ns_ + event.time_ns);
+    }
+
+    void raise(int axis, int direction, std::int64_t due_ns) {
+        pins_.set_step(axis, true);
+        const std::int64_t now = now_ns();
+        AxisState& state = axes_[axis];
+        state.high = true;
+        state.rise_ns_min = now + pulse_ns_ + to_ns(settings_.low);
+        falls_[falls_end_++ % kAxisCount] = {now + pulse_ns_, axis};
+        status_.steps[axis] += direction;
+        ++status_.pulses[axis];
+        settle_lateness(now - due_ns);
+    }
+
+    void settle_lateness(std::int64_t lateness_ns) {
+        status_.lateness_ns.record(lateness_ns);
+        if (lateness_ns <= to_ns(settings_.late_threshold)) return;
+        ++status_.late_steps;
+        status_.shift_ns += lateness_ns;
+        anchor_ns_ += lateness_ns;
+    }
+
+    void end_oldest_pulse() {
+        const int axis = falls_[falls_begin_++ % kAxisCount].axis;
+        pins_.set_step(axis, false);
+        AxisState& state = axes_[axis];
+        state.high = false;
+        state.rise_ns_min = now_ns() + to_ns(settings_.low);
+        if (state.turning && state.seen_before_turn == 0) turn(axis);
+    }
+
+    // ---- homing ---------------------------------------------------------------------------------
+
+    void switch_homing(int axis, bool on) {
+        const unsigned bit = 1u << axis;
+        homing_ = on ? homing_ | bit : homing_ & ~bit;
+        pressed_ &= ~bit;
+    }
+
+    [[nodiscard]] bool endstop_ends(int axis) {
+        const unsigned bit = 1u << axis;
+        if ((homing_ & bit) == 0) return false;
+        if ((pressed_ & bit) == 0 && pins_.endstop_pressed(axis)) {
+            pressed_ |= bit;
+            ++status_.endstop_hits[axis];
+        }
+        return (pressed_ & bit) != 0;
+    }
+
+    void drop_step(int axis) {
+        AxisState& state = axes_[axis];
+        ++steps_dropped_;
+        --state.seen;
+        if (!state.turning) return;
+        --state.seen_before_turn;
+        if (state.seen_before_turn == 0 && !state.high) turn(axis);
+    }
+
+    /// True for a step that will be dropped, so that the player need not wait for it.
+    [[nodiscard]] bool skips(const StepEvent& event) const {
+        return homing_ != 0 && pressed_ == homing_ && event.kind == EventKind::step &&
+               (homing_ >> event.axis & 1u) != 0 && falls_begin_ == falls_end_;
+    }
+
+    /// Drops the step at the front now; the time line comes forward with it.
+    void skip(const StepEvent& event) {
+        anchor_ns_ = std::min(anchor_ns_, now_ns() - event.time_ns);
+        ring_.pop();
+        --looked_;
+        played_ns_ = event.time_ns;
+        drop_step(event.axis);
+    }
+
+    // ---- stop and status ------------------------------------------------------------------------
+
+    void drop_all() {
+        ring_.discard_all();
+        // The copy of the writer's counter may be older than what was just dropped.
+        ring_.adopt_reader();
+        looked_ = 0;
+        started_ = false;
+        dry_ = true;
+    }
 
     Pins& pins_;
     Ring& ring_;
-    const std::int64_t pulse_ns_;  // the settings, unpacked
-    const std::int64_t low_ns_;
-    const std::int64_t direction_ns_;
-    const std::int64_t late_threshold_ns_;
-    const std::int64_t lead_ns_;
+    const PlayerSettings settings_;
+    const std::int64_t pulse_ns_;  // of STEP
     std::array<AxisState, kAxisCount> axes_{};
     std::array<Fall, kAxisCount> falls_{};  // ring of at most one per axis, oldest at falls_begin_
     std::uint32_t falls_begin_ = 0;
@@ -171,295 +393,5 @@ class Player {
     std::uint64_t steps_dropped_ = 0;
     link::MotionStatus status_;
 };
-
-template <StepPins Pins, class Ring>
-Player<Pins, Ring>::Player(Pins& pins, Ring& ring, const PlayerSettings& settings)
-    : pins_(pins),
-      ring_(ring),
-      // DIR may change when a pulse ends.
-      pulse_ns_(to_ns(std::max(settings.pulse, settings.direction))),
-      low_ns_(to_ns(settings.low)),
-      direction_ns_(to_ns(settings.direction)),
-      late_threshold_ns_(to_ns(settings.late_threshold)),
-      lead_ns_(to_ns(settings.lead)) {
-    const std::int64_t now = now_ns();
-    for (int axis = 0; axis < kAxisCount; ++axis) {
-        pins_.set_step(axis, false);
-        pins_.set_direction(axis, true);
-        axes_[axis].rise_ns_min = now + std::max(low_ns_, direction_ns_);
-    }
-}
-
-// ---- the next action ----------------------------------------------------------------------------
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::play_until(Instant horizon) {
-    if (stopped_) return drop_all();
-    const std::int64_t horizon_ns = to_ns(horizon);
-    int skips_left = kSkipsPerCall;
-    while (true) {
-        const std::int64_t event_ns = next_event_ns();
-        const std::int64_t fall_ns = next_fall_ns();
-        if (std::min(event_ns, fall_ns) >= horizon_ns) return;
-        if (fall_ns <= event_ns) {
-            wait_until(fall_ns);
-            end_oldest_pulse();
-        } else if (const StepEvent event = *ring_.front(); skips(event)) {
-            if (skips_left-- == 0) return;
-            skip(event);
-        } else {
-            wait_until(event_ns);
-            play(event);
-        }
-    }
-}
-
-template <StepPins Pins, class Ring>
-Instant Player<Pins, Ring>::next_due() {
-    if (stopped_) return kForever;
-    return instant_from_ns(std::min(next_event_ns(), next_fall_ns()));
-}
-
-template <StepPins Pins, class Ring>
-std::int64_t Player<Pins, Ring>::next_fall_ns() const {
-    return falls_begin_ == falls_end_ ? kNever : falls_[falls_begin_ % kAxisCount].due_ns;
-}
-
-/// When the event at the front may be played: at its time on the time line, or later, when its axis
-/// is ready for it.
-template <StepPins Pins, class Ring>
-std::int64_t Player<Pins, Ring>::next_event_ns() {
-    const StepEvent* event = ring_.front();
-    if (!event) {
-        dry_ = true;
-        return kNever;
-    }
-    if (dry_) restart_if_late(*event);
-    look_ahead();
-    const std::int64_t due_ns = anchor_ns_ + event->time_ns;
-    if (event->kind != EventKind::step) return due_ns;
-    if (skips(*event)) return std::min(due_ns, now_ns());
-    return std::max(due_ns, axes_[event->axis].rise_ns_min);
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::restart_if_late(const StepEvent& event) {
-    dry_ = false;
-    const std::int64_t now = now_ns();
-    const std::int64_t late_ns = now - (anchor_ns_ + event.time_ns);
-    if (started_ && late_ns <= late_threshold_ns_) return;
-    if (status_.moving) {
-        ++status_.starved;
-        status_.shift_ns += late_ns + lead_ns_;
-    }
-    anchor_ns_ = now + lead_ns_ - event.time_ns;
-    started_ = true;
-}
-
-// ---- looking ahead ------------------------------------------------------------------------------
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::look_ahead() {
-    while (looked_ < kLookAhead) {
-        const StepEvent* event = ring_.peek(looked_);
-        if (!event || (event->kind == EventKind::step && !look_at(*event))) return;
-        ++looked_;
-    }
-}
-
-/// False when the step needs a change of direction behind another that still waits: look again
-/// later.
-template <StepPins Pins, class Ring>
-bool Player<Pins, Ring>::look_at(const StepEvent& event) {
-    AxisState& axis = axes_[event.axis];
-    const int direction_before = axis.turning ? -axis.direction : axis.direction;
-    if (event.direction != direction_before) {
-        if (axis.turning) return false;
-        axis.turning = true;
-        axis.seen_before_turn = axis.seen;
-        if (axis.seen == 0 && !axis.high) turn(event.axis);
-    }
-    ++axis.seen;
-    return true;
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::turn(int axis) {
-    AxisState& state = axes_[axis];
-    state.turning = false;
-    state.direction = static_cast<std::int8_t>(-state.direction);
-    pins_.set_direction(axis, state.direction > 0);
-    state.rise_ns_min = std::max(state.rise_ns_min, now_ns() + direction_ns_);
-}
-
-// ---- playing ------------------------------------------------------------------------------------
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::play(const StepEvent& event) {
-    ring_.pop();
-    --looked_;
-    played_ns_ = event.time_ns;
-    switch (event.kind) {
-        case EventKind::step:
-            play_step(event);
-            break;
-        case EventKind::marker:
-            status_.last_marker = event.value;
-            break;
-        case EventKind::homing:
-            switch_homing(event.axis, event.value != 0);
-            break;
-        case EventKind::rest:
-            status_.moving = false;
-            break;
-    }
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::play_step(const StepEvent& event) {
-    status_.moving = true;
-    if (endstop_ends(event.axis)) {
-        drop_step(event.axis);
-        return;
-    }
-    AxisState& axis = axes_[event.axis];
-    --axis.seen;
-    if (axis.turning) --axis.seen_before_turn;
-    raise(event.axis, event.direction, anchor_ns_ + event.time_ns);
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::raise(int axis, int direction, std::int64_t due_ns) {
-    pins_.set_step(axis, true);
-    const std::int64_t now = now_ns();
-    AxisState& state = axes_[axis];
-    state.high = true;
-    state.rise_ns_min = now + pulse_ns_ + low_ns_;
-    falls_[falls_end_++ % kAxisCount] = {now + pulse_ns_, axis};
-    status_.steps[axis] += direction;
-    ++status_.pulses[axis];
-    settle_lateness(now - due_ns);
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::settle_lateness(std::int64_t lateness_ns) {
-    status_.lateness_ns.record(lateness_ns);
-    if (lateness_ns <= late_threshold_ns_) return;
-    ++status_.late_steps;
-    status_.shift_ns += lateness_ns;
-    anchor_ns_ += lateness_ns;
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::end_oldest_pulse() {
-    const int axis = falls_[falls_begin_++ % kAxisCount].axis;
-    pins_.set_step(axis, false);
-    AxisState& state = axes_[axis];
-    state.high = false;
-    state.rise_ns_min = now_ns() + low_ns_;
-    if (state.turning && state.seen_before_turn == 0) turn(axis);
-}
-
-// ---- homing -------------------------------------------------------------------------------------
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::switch_homing(int axis, bool on) {
-    const unsigned bit = 1u << axis;
-    homing_ = on ? homing_ | bit : homing_ & ~bit;
-    pressed_ &= ~bit;
-}
-
-template <StepPins Pins, class Ring>
-bool Player<Pins, Ring>::endstop_ends(int axis) {
-    const unsigned bit = 1u << axis;
-    if ((homing_ & bit) == 0) return false;
-    if ((pressed_ & bit) == 0 && pins_.endstop_pressed(axis)) {
-        pressed_ |= bit;
-        ++status_.endstop_hits[static_cast<std::size_t>(axis)];
-    }
-    return (pressed_ & bit) != 0;
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::drop_step(int axis) {
-    AxisState& state = axes_[axis];
-    ++steps_dropped_;
-    --state.seen;
-    if (!state.turning) return;
-    --state.seen_before_turn;
-    if (state.seen_before_turn == 0 && !state.high) turn(axis);
-}
-
-/// True for a step that will be dropped, so that the player need not wait for it.
-template <StepPins Pins, class Ring>
-bool Player<Pins, Ring>::skips(const StepEvent& event) const {
-    return homing_ != 0 && pressed_ == homing_ && event.kind == EventKind::step &&
-           (homing_ >> event.axis & 1u) != 0 && falls_begin_ == falls_end_;
-}
-
-/// Drops the step at the front now; the time line comes forward with it.
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::skip(const StepEvent& event) {
-    anchor_ns_ = std::min(anchor_ns_, now_ns() - event.time_ns);
-    ring_.pop();
-    --looked_;
-    played_ns_ = event.time_ns;
-    drop_step(event.axis);
-}
-
-// ---- stop and status ----------------------------------------------------------------------------
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::stop_now() {
-    for (int axis = 0; axis < kAxisCount; ++axis) {
-        if (axes_[axis].high) pins_.set_step(axis, false);
-    }
-    const std::int64_t ready_ns = now_ns() + std::max(low_ns_, direction_ns_);
-    for (AxisState& axis : axes_) {
-        const std::int8_t direction = axis.direction;
-        axis = AxisState{};
-        axis.direction = direction;
-        axis.rise_ns_min = ready_ns;
-    }
-    falls_begin_ = falls_end_;
-    homing_ = pressed_ = 0;
-    status_.moving = false;
-    stopped_ = true;
-    drop_all();
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::drop_all() {
-    ring_.discard_all();
-    // The copy of the writer's counter may be older than what was just dropped.
-    ring_.adopt_reader();
-    looked_ = 0;
-    started_ = false;
-    dry_ = true;
-}
-
-template <StepPins Pins, class Ring>
-void Player<Pins, Ring>::allow_motion() {
-    if (!stopped_) return;
-    drop_all();
-    stopped_ = false;
-}
-
-template <StepPins Pins, class Ring>
-std::int64_t Player<Pins, Ring>::timeline_ns() {
-    const StepEvent* next = ring_.front();
-    if (!next || dry_) return played_ns_;  // dry: the anchor may be of a motion long past
-    return std::clamp(now_ns() - anchor_ns_, played_ns_, std::max(played_ns_, next->time_ns));
-}
-
-template <StepPins Pins, class Ring>
-const link::MotionStatus& Player<Pins, Ring>::publish(std::uint32_t stops_served) {
-    ++status_.heartbeat;
-    status_.stops_served = stops_served;
-    status_.events_taken = ring_.popped();
-    status_.ring_fill = static_cast<std::uint32_t>(ring_.size());
-    status_.timeline_ns = timeline_ns();
-    return status_;
-}
 
 }  // namespace qduino::printer::step

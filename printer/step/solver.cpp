@@ -14,14 +14,7 @@ std::int64_t whole_steps(double steps) { return static_cast<std::int64_t>(std::f
 
 }  // namespace
 
-SolverSettings solver_settings(const MachineConfig& config) {
-    SolverSettings settings;
-    for (std::size_t i = 0; i < kAxisCount; ++i) settings.steps_per_mm[i] = config.axes[i].steps_per_mm;
-    settings.step_interval_min = step_interval(config);
-    return settings;
-}
-
-Solver::Solver(const SolverSettings& settings, const motion::AxisVector& position_mm)
+Solver::Solver(const motion::MotionSettings& settings, const motion::AxisVector& position_mm)
     : steps_per_mm_(settings.steps_per_mm), interval_ns_(to_ns(settings.step_interval_min)) {
     reset(position_mm);
 }

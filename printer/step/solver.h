@@ -44,19 +44,11 @@
 
 namespace qduino::printer::step {
 
-struct SolverSettings {
-    PerAxis<double> steps_per_mm{};
-    /// Shortest time between two rising edges of one axis; the planner keeps the speed below it.
-    /// Steps there and back nearer than this are left out.
-    Nanoseconds step_interval_min{};
-};
-
-SolverSettings solver_settings(const MachineConfig& config);
-
 class Solver {
   public:
-    /// At rest at `position_mm`.
-    explicit Solver(const SolverSettings& settings, const motion::AxisVector& position_mm = {});
+    /// At rest at `position_mm`. Of the settings: the steps per millimetre, and the shortest time
+    /// between two rising edges of one axis. Steps there and back nearer than that are left out.
+    explicit Solver(const motion::MotionSettings& settings, const motion::AxisVector& position_mm = {});
 
     /// True when the segment loaded last is solved: load() the next, or drain() when there is none.
     [[nodiscard]] bool wants_segment() const { return !solving_ && !tail_is_filled(); }
@@ -69,7 +61,31 @@ class Solver {
     /// Gives at most `events_max` events to `sink(const StepEvent&)`, in order of time, and returns
     /// how many. If fewer than asked for: wants_segment().
     template <class Sink>
-    std::size_t solve_some(std::size_t events_max, Sink&& sink);
+    std::size_t solve_some(std::size_t events_max, Sink&& sink) {
+        std::size_t given = 0;
+        while (given < events_max) {
+            if (tail_may_go()) {
+                sink(tail_[tail_begin_++ % kTailCapacity]);
+                ++given;
+                continue;
+            }
+            if (!solving_) break;
+            const int axis = earliest_axis();
+            if (next_ns_[axis] == kNever) {
+                solving_ = false;
+                if (ends_at_rest_) keep_event(EventKind::rest, 0, 0);
+                continue;
+            }
+            const StepEvent event = take_step(axis);
+            if (tail_begin_ == tail_end_ && event.time_ns + interval_ns_ <= end_ns_) {
+                sink(event);
+                ++given;
+            } else {
+                keep(event);
+            }
+        }
+        return given;
+    }
 
     /// Drops everything and is at rest at `position_mm`. The next segment may begin anywhere on the
     /// time line.
@@ -102,13 +118,42 @@ class Solver {
     void load_move(const motion::Segment& segment);
     void load_track(int axis, double start_steps, double end_steps);
     void drop_reversal(int axis);
-    void find_next(int axis);
-    [[nodiscard]] int earliest_axis() const;
-    [[nodiscard]] StepEvent take_step(int axis);
+    void find_next(int axis) {
+        const Track& track = tracks_[axis];
+        if (track.done == track.total) {
+            next_ns_[axis] = kNever;
+            return;
+        }
+        const double distance_mm = track.first_mm + static_cast<double>(track.done) * track.stride_mm;
+        std::int64_t ns = start_.ns_after(shape_.time_at(distance_mm));
+        if (ns < last_ns_[axis] + interval_ns_) [[unlikely]] {
+            ns = last_ns_[axis] + interval_ns_;
+            ++steps_delayed_;
+        }
+        next_ns_[axis] = ns;
+    }
+    [[nodiscard]] int earliest_axis() const {
+        const int xy = next_ns_[1] < next_ns_[0] ? 1 : 0;
+        const int ze = next_ns_[3] < next_ns_[2] ? 3 : 2;
+        return next_ns_[ze] < next_ns_[xy] ? ze : xy;
+    }
+    [[nodiscard]] StepEvent take_step(int axis) {
+        Track& track = tracks_[axis];
+        last_event_ns_ = std::max(last_event_ns_, next_ns_[axis]);
+        before_last_ns_[axis] = last_ns_[axis];
+        last_ns_[axis] = last_event_ns_;
+        ++track.done;
+        find_next(axis);
+        return {last_event_ns_, EventKind::step, static_cast<std::uint8_t>(axis), track.direction, 0, 0};
+    }
     void keep(const StepEvent& event) { tail_[tail_end_++ % kTailCapacity] = event; }
     void keep_event(EventKind kind, int axis, std::uint32_t value);
     [[nodiscard]] bool tail_is_filled() const { return tail_size() + kEventsPerLoad > kTailCapacity; }
-    [[nodiscard]] bool tail_may_go() const;
+    [[nodiscard]] bool tail_may_go() const {
+        if (tail_begin_ == tail_end_) return false;
+        const std::int64_t oldest_ns = tail_[tail_begin_ % kTailCapacity].time_ns;
+        return oldest_ns + interval_ns_ <= end_ns_ || draining_ || tail_is_filled();
+    }
 
     PerAxis<double> steps_per_mm_;
     std::int64_t interval_ns_;
@@ -131,69 +176,5 @@ class Solver {
     std::uint64_t pairs_dropped_ = 0;
     std::uint64_t steps_delayed_ = 0;
 };
-
-inline void Solver::find_next(int axis) {
-    const Track& track = tracks_[axis];
-    if (track.done == track.total) {
-        next_ns_[axis] = kNever;
-        return;
-    }
-    const double distance_mm = track.first_mm + static_cast<double>(track.done) * track.stride_mm;
-    std::int64_t ns = start_.ns_after(shape_.time_at(distance_mm));
-    if (ns < last_ns_[axis] + interval_ns_) [[unlikely]] {
-        ns = last_ns_[axis] + interval_ns_;
-        ++steps_delayed_;
-    }
-    next_ns_[axis] = ns;
-}
-
-inline int Solver::earliest_axis() const {
-    const int xy = next_ns_[1] < next_ns_[0] ? 1 : 0;
-    const int ze = next_ns_[3] < next_ns_[2] ? 3 : 2;
-    return next_ns_[ze] < next_ns_[xy] ? ze : xy;
-}
-
-inline StepEvent Solver::take_step(int axis) {
-    Track& track = tracks_[axis];
-    last_event_ns_ = std::max(last_event_ns_, next_ns_[axis]);
-    before_last_ns_[axis] = last_ns_[axis];
-    last_ns_[axis] = last_event_ns_;
-    ++track.done;
-    find_next(axis);
-    return {last_event_ns_, EventKind::step, static_cast<std::uint8_t>(axis), track.direction, 0, 0};
-}
-
-inline bool Solver::tail_may_go() const {
-    if (tail_begin_ == tail_end_) return false;
-    const std::int64_t oldest_ns = tail_[tail_begin_ % kTailCapacity].time_ns;
-    return oldest_ns + interval_ns_ <= end_ns_ || draining_ || tail_is_filled();
-}
-
-template <class Sink>
-std::size_t Solver::solve_some(std::size_t events_max, Sink&& sink) {
-    std::size_t given = 0;
-    while (given < events_max) {
-        if (tail_may_go()) {
-            sink(tail_[tail_begin_++ % kTailCapacity]);
-            ++given;
-            continue;
-        }
-        if (!solving_) break;
-        const int axis = earliest_axis();
-        if (next_ns_[axis] == kNever) {
-            solving_ = false;
-            if (ends_at_rest_) keep_event(EventKind::rest, 0, 0);
-            continue;
-        }
-        const StepEvent event = take_step(axis);
-        if (tail_begin_ == tail_end_ && event.time_ns + interval_ns_ <= end_ns_) {
-            sink(event);
-            ++given;
-        } else {
-            keep(event);
-        }
-    }
-    return given;
-}
 
 }  // namespace qduino::printer::step

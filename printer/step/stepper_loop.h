@@ -1,7 +1,10 @@
 // Loop 2's work: stops first, then what loop 1 and the service want to know, then every pulse at
 // its instant.
 //
-//   step() ─► stops ─► status (every 10 ms) ─► pulses due within 100 µs ─► spin, or nap
+//   step() ─► stops ─► status ─► pulses due within 100 µs ─► spin, or nap
+//
+// Loops 1 and 3 are told the counts every 10 ms. The service shows ten pictures a second at most,
+// and its status holds a histogram: it is told every 100 ms.
 //
 // A nap ends 500 µs before the next pulse: what is left is spun, so that a late wake-up delays
 // nothing. It lasts 1 ms at most: a stop is served within that.
@@ -35,20 +38,20 @@ concept StopSource = requires(const T& source) {
 template <StepPins Pins, class Ring, StopSource Stops>
 class StepperLoop {
   public:
-    static constexpr std::size_t kReaders = 3;  ///< loop 1, loop 3, the service
-    using Status = channel::Broadcast<link::MotionStatus, kReaders>;
+    using Loops = channel::Broadcast<link::MotionCounts, 2>;  ///< loop 1, loop 3
+    using Service = channel::FourSlot<link::MotionStatus>;
 
-    /// `pins`, `ring`, `stops` and the readers of `status` outlive the loop.
-    StepperLoop(Pins& pins, Ring& ring, const Stops& stops, const Status& status,
+    /// `pins`, `ring`, `stops`, the readers of `loops` and `service` outlive the loop.
+    StepperLoop(Pins& pins, Ring& ring, const Stops& stops, const Loops& loops, Service& service,
                 const PlayerSettings& settings)
-        : pins_(pins), stops_(stops), status_(status), player_(pins, ring, settings) {}
+        : pins_(pins), stops_(stops), loops_(loops), service_(service), player_(pins, ring, settings) {}
 
     /// One slice, again and again: returns after 1 ms at most, or after the action that was due
     /// within it.
     void step() {
         serve_stops();
         const Instant start = pins_.now();
-        if (start >= publish_due_) publish(start);
+        if (start >= loops_due_) publish(start);
         player_.play_until(start + kSlice);
         const Instant due = player_.next_due();
         const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
@@ -64,7 +67,8 @@ class StepperLoop {
     // How long before a step the loop wakes; it spins the rest.
     static constexpr Nanoseconds kSleepBelowDue = 500us;
     static constexpr Nanoseconds kIdleNap = 1ms;
-    static constexpr Nanoseconds kPublishEvery = 10ms;
+    static constexpr Nanoseconds kTellLoopsEvery = 10ms;
+    static constexpr Nanoseconds kTellServiceEvery = 100ms;
 
     void serve_stops() {
         const std::uint32_t asked = stops_.stop_asked();
@@ -74,20 +78,26 @@ class StepperLoop {
         // to be played.
         if (!stops_.emergency_pending()) player_.allow_motion();
         stops_served_ = asked;
-        publish_due_ = kEpoch;  // loop 1 waits for the answer
+        loops_due_ = kEpoch;  // loop 1 waits for the answer
     }
 
     void publish(Instant now) {
-        publish_due_ = now + kPublishEvery;
-        status_.write(player_.publish(stops_served_));
+        const link::MotionStatus& status = player_.publish(stops_served_);
+        loops_.write(status);
+        loops_due_ = now + kTellLoopsEvery;
+        if (now < service_due_) return;
+        service_.write(status);
+        service_due_ = now + kTellServiceEvery;
     }
 
     Pins& pins_;
     const Stops& stops_;
-    Status status_;
+    Loops loops_;
+    Service& service_;
     Player<Pins, Ring> player_;
     std::uint32_t stops_served_ = 0;
-    Instant publish_due_ = kEpoch;
+    Instant loops_due_ = kEpoch;
+    Instant service_due_ = kEpoch;
 };
 
 }  // namespace qduino::printer::step

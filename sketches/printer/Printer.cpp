@@ -19,24 +19,21 @@ void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
 void StepperPins::sleep_until(Instant t) { board::current().sleep_until(t); }
 
 void StepperPins::set_step(int axis, bool high) {
-    board::current().pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].step_pin},
-                               high ? Level::high : Level::low);
+    board::current().pin_write(PinId{config_.axes[axis].step_pin}, high ? Level::high : Level::low);
 }
 
 void StepperPins::set_direction(int axis, bool positive) {
-    const printer::AxisConfig& a = config_.axes[static_cast<std::size_t>(axis)];
+    const printer::AxisConfig& a = config_.axes[axis];
     board::current().pin_write(PinId{a.direction_pin},
                                positive != a.direction_inverted ? Level::high : Level::low);
 }
 
 bool StepperPins::endstop_pressed(int axis) {
-    return board::current().pin_read(PinId{config_.axes[static_cast<std::size_t>(axis)].endstop_pin}) ==
-           Level::high;
+    return board::current().pin_read(PinId{config_.axes[axis].endstop_pin}) == Level::high;
 }
 
 void EnablePins::switch_motor(printer::Axis axis, bool on) {
-    board::current().pin_write(PinId{config_.axes[static_cast<std::size_t>(axis)].enable_pin},
-                               on ? Level::low : Level::high);
+    board::current().pin_write(PinId{config_.axes[axis].enable_pin}, on ? Level::low : Level::high);
 }
 
 // ---- start --------------------------------------------------------------------------------------
@@ -47,9 +44,8 @@ struct Printer::Parts {
           enables(config),
           machine(config, *wiring.link, enables),
           stepper_pins(config),
-          stepper(stepper_pins, machine.motion().ring(), machine.motion().stops(),
-                  machine.motion().readers(wiring.link->motion_status),
-                  printer::step::player_settings(config)) {}
+          stepper(stepper_pins, machine.motion().ring(), machine.motion().stops(), machine.motion().readers(),
+                  wiring.link->motion_status, printer::step::player_settings(config)) {}
 
     printer::MachineConfig config;
     EnablePins enables;

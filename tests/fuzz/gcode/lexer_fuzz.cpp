@@ -26,11 +26,11 @@ bool is_printable(std::string_view text) {
     return true;
 }
 
-class Checker : public LineSink {
+class Checker {
   public:
     explicit Checker(std::string_view bytes) : bytes_(bytes) {}
 
-    void on_line(const Line& line) override {
+    void operator()(const Line& line) {
         const Source& s = line.source;
         FUZZ_EXPECT(s.line == ++lines_);
         FUZZ_EXPECT(s.offset >= end_ && s.offset <= end_ + 1);

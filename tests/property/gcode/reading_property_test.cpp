@@ -15,9 +15,9 @@ namespace qduino::printer::gcode {
 namespace {
 
 /// Everything that a line says, as text.
-class Transcript : public LineSink {
+class Transcript {
   public:
-    void on_line(const Line& line) override {
+    void operator()(const Line& line) {
         const Source& s = line.source;
         text += std::to_string(s.line) + "@" + std::to_string(s.offset) + "+" + std::to_string(s.length);
         if (line.error) text += " error " + std::string(line.error->message.view());

@@ -14,7 +14,7 @@ struct Pipeline {
     explicit Pipeline(const printer::MachineConfig& config, const printer::motion::AxisVector& start_mm = {})
         : planner(
               std::make_unique<printer::motion::Planner>(printer::motion::motion_settings(config), start_mm)),
-          solver(printer::step::solver_settings(config), start_mm) {}
+          solver(printer::motion::motion_settings(config), start_mm) {}
 
     /// Appends, taking out what is final whenever the queue is full.
     void append(const printer::motion::Move& move) {

@@ -8,9 +8,9 @@ namespace qduino::printer::preflight {
 namespace {
 
 Metadata read(std::initializer_list<std::string_view> comments) {
-    MetadataReader reader;
-    for (const std::string_view comment : comments) reader.on_comment(comment);
-    return reader.metadata();
+    Metadata metadata;
+    for (const std::string_view comment : comments) take_comment(metadata, comment);
+    return metadata;
 }
 
 TEST(Duration, ReadsWhatSlicersWrite) {

@@ -8,9 +8,9 @@
 namespace qduino::printer::gcode {
 namespace {
 
-class Names : public LineSink {
+class Names {
   public:
-    void on_line(const Line& line) override {
+    void operator()(const Line& line) {
         seen.push_back(line.error                ? "error"
                        : line.command != nullptr ? std::string(line.command->name().view())
                                                  : ";" + std::string(line.comment));

@@ -26,7 +26,7 @@ class Recorder final : public Actions {
                 : move.kind == MoveKind::print ? "print"
                                                : "filament");
         for (std::size_t i = 0; i < 4; ++i) {
-            if (move.from.axes[i] != move.to.axes[i]) out << ' ' << kAxisLetter[i] << move.to.axes[i].value();
+            if (move.from[i] != move.to[i]) out << ' ' << kAxisLetter[i] << move.to[i].value();
         }
         out << " at " << move.feedrate.value();
         say(out.str());
@@ -115,7 +115,7 @@ class Recorder final : public Actions {
 };
 
 /// Parser, interpreter and recorder, fed with text.
-class Bench : public LineSink {
+class Bench {
   public:
     explicit Bench(const MachineConfig& config = MachineConfig{}) : interpreter(config, recorder) {}
 
@@ -128,7 +128,7 @@ class Bench : public LineSink {
         parser.finish(*this);
         return recorder.log;
     }
-    void on_line(const Line& line) override {
+    void operator()(const Line& line) {
         if (line.error) recorder.log.push_back("error: " + std::string(line.error->message.view()));
         if (line.command == nullptr) return;
         if (auto done = interpreter.execute(*line.command); !done) {

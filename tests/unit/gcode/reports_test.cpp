@@ -6,20 +6,18 @@ namespace qduino::printer::gcode {
 namespace {
 
 TEST(Reports, Temperatures) {
-    TemperatureReport report;
-    report.hot_end = {Celsius{201.5}, Celsius{210}, 0.5};
-    EXPECT_EQ(format_temperatures(report).view(), "T:201.50 /210.00 @:64");
-    report.bed = {Celsius{59.8}, Celsius{60}, 0.25};
-    report.has_bed = true;
-    EXPECT_EQ(format_temperatures(report).view(), "T:201.50 /210.00 B:59.80 /60.00 @:64 B@:32");
+    const HeaterReading hot_end{Celsius{201.5}, Celsius{210}, 0.5};
+    EXPECT_EQ(format_temperatures(hot_end, std::nullopt).view(), "T:201.50 /210.00 @:64");
+    EXPECT_EQ(format_temperatures(hot_end, HeaterReading{Celsius{59.8}, Celsius{60}, 0.25}).view(),
+              "T:201.50 /210.00 B:59.80 /60.00 @:64 B@:32");
 }
 
 TEST(Reports, Position) {
-    PositionReport report;
-    report.programmed[Axis::y] = Millimetres{127};
-    report.programmed[Axis::z] = Millimetres{145};
-    report.steps = {0, 10160, 116000, 7};
-    EXPECT_EQ(format_position(report).view(), "X:0.00 Y:127.00 Z:145.00 E:0.00 Count X:0 Y:10160 Z:116000");
+    Position programmed{};
+    programmed[Axis::y] = Millimetres{127};
+    programmed[Axis::z] = Millimetres{145};
+    EXPECT_EQ(format_position(programmed, {0, 10160, 116000, 7}).view(),
+              "X:0.00 Y:127.00 Z:145.00 E:0.00 Count X:0 Y:10160 Z:116000");
 }
 
 TEST(Reports, Firmware) {

@@ -70,8 +70,7 @@ TEST(TakeNumber, DoesNotDependOnTheLocale) {
         if (std::setlocale(LC_ALL, name) == nullptr) continue;
         std::string_view text = "1.5";
         EXPECT_EQ(take_number(text), 1.5) << name;
-        FixedString<16> out;
-        EXPECT_EQ(append_number(out, 1.5).view(), "1.50") << name;
+        EXPECT_EQ(qduino::text(Fixed{1.5}).view(), "1.50") << name;
     }
     std::setlocale(LC_ALL, before.c_str());
 }
@@ -86,21 +85,6 @@ TEST(TakeInteger, StopsAtTheFirstOtherByteAndRefusesOverflow) {
     EXPECT_FALSE(take_integer(text));
     text = "-1";
     EXPECT_FALSE(take_integer(text));
-}
-
-TEST(Append, NumbersAreBoundedAndPlain) {
-    FixedString<64> out;
-    EXPECT_EQ(append_number(out, -0.5).view(), "-0.50");
-    out.clear();
-    EXPECT_EQ(append_number(out, 1374.456, 1).view(), "1374.5");
-    out.clear();
-    EXPECT_EQ(append_shortest(out, 150).view(), "150");
-    out.clear();
-    EXPECT_EQ(append_shortest(out, 0.2).view(), "0.2");
-    out.clear();
-    EXPECT_EQ(append_integer(out, -7).view(), "-7");
-    FixedString<3> tiny;
-    EXPECT_EQ(append_number(tiny, 123456).view(), "123");
 }
 
 TEST(AppendPrintable, KeepsUtf8AndReplacesEveryOtherByte) {

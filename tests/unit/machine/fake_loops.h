@@ -49,11 +49,11 @@ class FakeLoop2 {
         }
         seen_.moving = !pipe_.ring().empty();
         seen_.events_taken = pipe_.ring().popped();
-        pipe_.readers(*service_).write(seen_);
+        pipe_.readers().write(seen_);
     }
     [[nodiscard]] const StepCounts& steps() const { return seen_.steps; }
     /// A step that the motor made without a pulse of ours.
-    void slip(Axis axis, std::int64_t steps) { seen_.steps[static_cast<std::size_t>(axis)] += steps; }
+    void slip(Axis axis, std::int64_t steps) { seen_.steps[axis] += steps; }
 
   private:
     static constexpr std::int64_t kNoSwitch = -1'000'000'000;
@@ -77,9 +77,7 @@ class FakeLoop2 {
     }
 
     MotionPipe& pipe_;
-    std::unique_ptr<channel::FourSlot<link::MotionStatus>> service_ =
-        std::make_unique<channel::FourSlot<link::MotionStatus>>();
-    link::MotionStatus seen_;
+    link::MotionCounts seen_;
     std::array<std::int64_t, kAxisCount> switch_at_{};
     std::optional<std::uint8_t> homing_;
     bool pressed_ = false;

@@ -234,7 +234,7 @@ motion::Segment slide(const motion::Segment& before, double x_mm) {
 // another 600: what is left is the last crossing, at its own time, though the dropped one was less
 // than a legal distance before it.
 TEST(Solver, trembling_on_a_half_step_leaves_the_last_crossing_where_it_is) {
-    Solver solver{solver_settings(MachineConfig{})};
+    Solver solver{motion::motion_settings(MachineConfig{})};
     std::vector<StepEvent> events;
     motion::Segment segment;
     for (const double x_mm : {0.00625 + 3e-7, 0.00625 - 3e-7, 0.010}) {
@@ -297,7 +297,7 @@ TEST(SolverDeathTest, a_segment_that_does_not_join_is_a_broken_contract) {
     pipeline.planner->flush();
     motion::Segment segment;
     ASSERT_TRUE(pipeline.planner->next(segment));
-    Solver elsewhere{solver_settings(MachineConfig{}), {50, 0, 0, 0}};
+    Solver elsewhere{motion::motion_settings(MachineConfig{}), {50, 0, 0, 0}};
     EXPECT_DEATH(elsewhere.load(segment), "span_steps");
 }
 

@@ -43,13 +43,14 @@ class StepperLoopTest : public ::testing::Test {
     void run_for(std::int64_t ns) {
         for (const std::int64_t end = pins_.now_ns + ns; pins_.now_ns < end;) loop_.step();
     }
-    [[nodiscard]] link::MotionStatus planning() const { return slots_[0].read(); }
+    [[nodiscard]] link::MotionCounts planning() const { return slots_[0].read(); }
 
     VirtualPins pins_;
     SmallRing ring_;
     Stops stops_;
-    std::array<channel::FourSlot<link::MotionStatus>, Loop::kReaders> slots_{};
-    Loop loop_{pins_, ring_, stops_, Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, {}};
+    std::array<channel::FourSlot<link::MotionCounts>, 2> slots_{};
+    Loop::Service service_;
+    Loop loop_{pins_, ring_, stops_, Loop::Loops{{&slots_[0], &slots_[1]}}, service_, {}};
 };
 
 TEST_F(StepperLoopTest, WithNothingToDoItNapsAMillisecondAtATime) {
@@ -70,17 +71,28 @@ TEST_F(StepperLoopTest, NoNapReachesIntoTheHalfMillisecondBeforeAPulse) {
     EXPECT_EQ(rises[1] - rises[0], 700'000);
 }
 
-TEST_F(StepperLoopTest, AllReadersAreToldTheSameEveryTenMilliseconds) {
+TEST_F(StepperLoopTest, TheLoopsAreToldTheSameEveryTenMilliseconds) {
     push_steps(100);
     run_for(30'000'000);
     for (const auto& slot : slots_) {
-        const link::MotionStatus status = slot.read();
+        const link::MotionCounts status = slot.read();
         EXPECT_EQ(status.steps[kX], 100);
         EXPECT_EQ(status.pulses[kX], 100u);
         EXPECT_EQ(status.events_taken, 100u);
         EXPECT_GE(status.heartbeat, 3u);
         EXPECT_LE(status.heartbeat, 4u);
     }
+}
+
+TEST_F(StepperLoopTest, TheServiceIsToldMoreEveryTenthOfASecond) {
+    push_steps(100);
+    run_for(99'000'000);
+    EXPECT_EQ(service_.read().heartbeat, 1u) << "the first word, before any step";
+    run_for(2'000'000);
+    const link::MotionStatus status = service_.read();
+    EXPECT_EQ(status.heartbeat, slots_[0].read().heartbeat);
+    EXPECT_EQ(status.steps[kX], 100);
+    EXPECT_EQ(status.lateness_ns.count(), 100u);
 }
 
 TEST_F(StepperLoopTest, AStopDropsEverythingAndIsAnsweredInTheSameSlice) {
@@ -110,8 +122,8 @@ TEST_F(StepperLoopTest, WhatIsPushedInTheMiddleOfAnEmergencyStopIsNotPlayed) {
     PlayerSettings at_once;
     at_once.lead = Nanoseconds{0};
     BusyPins pins;
-    StepperLoop<BusyPins, SmallRing, Stops> loop{pins, ring_, stops_,
-                                                 Loop::Status{{&slots_[0], &slots_[1], &slots_[2]}}, at_once};
+    StepperLoop<BusyPins, SmallRing, Stops> loop{
+        pins, ring_, stops_, Loop::Loops{{&slots_[0], &slots_[1]}}, service_, at_once};
     stops_.pending = true;
     pins.meanwhile = [this] { push_steps(1); };
     for (int i = 0; i < 10; ++i) loop.step();
