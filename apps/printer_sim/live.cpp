@@ -2,10 +2,8 @@
 
 #include <chrono>
 #include <ctime>
-#include <memory>
 #include <thread>
 
-#include "apps/inspect/inspect_server.h"
 #include "apps/inspect/inspect_service.h"
 #include "apps/link/link_file.h"
 #include "apps/printer_sim/sim_printer.h"
@@ -23,21 +21,13 @@ constexpr std::chrono::milliseconds kBehindMax{250};
 }  // namespace
 
 Result<void> run_live(const LiveOptions& options) {
-    auto link = create_link(options.link_path, static_cast<std::uint64_t>(std::time(nullptr)));
-    if (!link.ok()) return link.error();
-    link->get()->time_factor.store(options.speed, std::memory_order_relaxed);
-    SimPrinter printer(options.machine, *link->get());
+    QDUINO_TRY_ASSIGN(const LinkFile link,
+                      create_link(options.link_path, static_cast<std::uint64_t>(std::time(nullptr))));
+    link.get()->time_factor.store(options.speed, std::memory_order_relaxed);
+    SimPrinter printer(options.machine, *link.get());
     InspectService inspector(printer.twin(), [&printer] { return printer.now(); });
-    std::unique_ptr<InspectServer> socket;
-    if (!options.inspect_path.empty()) {
-        auto listening = InspectServer::listen(options.inspect_path, [&inspector](std::string_view request) {
-            return inspector.answer(request);
-        });
-        if (!listening.ok()) return listening.error();
-        socket = std::make_unique<InspectServer>(std::move(*listening));
-    }
-    Result<void> begun = printer.begin();
-    if (!begun.ok()) return begun;
+    QDUINO_TRY_ASSIGN(const auto socket, serve_inspector(options.inspect_path, inspector));
+    QDUINO_TRY(printer.begin());
     stop_on_signals();
 
     WallClock::time_point wall_start = WallClock::now();
@@ -56,7 +46,7 @@ Result<void> run_live(const LiveOptions& options) {
             virtual_start = printer.now();
         }
     }
-    link->get()->sketch_dead.store(1);
+    link.get()->sketch_dead.store(1);
     return {};
 }
 

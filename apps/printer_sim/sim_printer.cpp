@@ -3,8 +3,6 @@
 #include "PrinterWiring.h"
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/machine_file/twin_machine.h"
-#include "board/sim/sim_board.h"
-#include "runtime/runtime.h"
 
 namespace qduino::apps {
 
@@ -23,21 +21,15 @@ Result<void> SimPrinter::begin(board::Peripherals* front) {
     board_ = std::make_unique<board::sim::SimBoard>(board::sim::SimConfig{},
                                                     front ? *front : static_cast<board::Peripherals&>(twin_));
     runtime_ = std::make_unique<runtime::Runtime>(*board_);
-    Result<void> begun = runtime_->begin(runtime::sketch_table());
-    if (begun.ok()) publish_guarantee();
-    return begun;
+    QDUINO_TRY(runtime_->begin(runtime::sketch_table()));
+    link_.guarantee.write({std::string_view{guarantee_json(board_->guarantee())}});
+    return {};
 }
 
 bool SimPrinter::run(Instant until) {
     board_->run(until);
     now_ = until;
     return !board_->stop_requested();
-}
-
-void SimPrinter::publish_guarantee() {
-    printer::link::GuaranteeText text;
-    text.json.assign(guarantee_json(board_->guarantee()));
-    link_.guarantee.write(text);
 }
 
 }  // namespace qduino::apps

@@ -39,8 +39,6 @@ class SimPrinter {
     [[nodiscard]] const printer::MachineConfig& config() const { return config_; }
 
   private:
-    void publish_guarantee();
-
     printer::MachineConfig config_;
     printer::link::LinkLayout& link_;
     twin::Printer twin_;

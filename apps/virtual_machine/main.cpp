@@ -97,18 +97,15 @@ int main(int argc, char** argv) {
                    "asked to stop, stay while somebody holds a lock on this file (10 s at most)");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
 
-    if (!machine_file.empty()) {
-        const auto config = apps::read_machine_file(machine_file);
-        if (!config) return fail(config.error().message);
-        options.machine = apps::twin_machine(*config);
-    }
-    for (const std::string& text : faults) {
-        const auto fault = twin::parse_fault(text);
-        if (!fault) return fail(fault.error().message);
-        options.faults.push_back(*fault);
-    }
+    const auto config = apps::read_machine_file(machine_file);
+    if (!config) return fail(config.error());
+    const auto parsed = apps::parse_faults(faults);
+    if (!parsed) return fail(parsed.error());
+    // Without a file the twin keeps its own numbers, which check the sketch's (twin/machine.h).
+    if (!machine_file.empty()) options.machine = apps::twin_machine(*config);
+    options.faults = *parsed;
     const auto machine = apps::VirtualMachine::create(options);
-    if (!machine) return fail(machine.error().message);
+    if (!machine) return fail(machine.error());
     apps::stop_on_signals();
     be_prompt(fifo);
     std::printf("virtual-machine: pins at %s%s%s\n", options.pins.c_str(),
