@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
-#include "apps/doctor/unpack.h"
 #include "board/linux/kernel_release.h"
 #include "board/linux/machine_settings.h"
 #include "posix/small_file.h"
@@ -21,11 +21,18 @@ using board::linux::CpuList;
 namespace fs = std::filesystem;
 
 std::string without_end(std::string text) {
-    while (!text.empty() &&
-           (text.back() == '\0' || text.back() == ' ' || text.back() == '\n' || text.back() == '\t')) {
-        text.pop_back();
-    }
+    using namespace std::string_view_literals;
+    text.resize(text.find_last_not_of("\0 \n\t"sv) + 1);
     return text;
+}
+
+/// The output of `gzip -dc`; nothing when gzip is missing or refuses the file.
+std::optional<std::string> unpacked(const std::string& path) {
+    std::FILE* const gzip = ::popen(("gzip -dc '" + path + "' 2>/dev/null").c_str(), "re");
+    if (!gzip) return std::nullopt;
+    Result<std::string> content = posix::read_to_end(::fileno(gzip), path);
+    if (::pclose(gzip) != 0 || !content) return std::nullopt;
+    return std::move(*content);
 }
 
 /// "CONFIG_HZ=250" lines; "# CONFIG_X is not set" are left out.
@@ -34,7 +41,7 @@ std::map<std::string, std::string> settings_of(const std::string& text) {
     std::istringstream lines{text};
     for (std::string line; std::getline(lines, line);) {
         const std::size_t equals = line.find('=');
-        if (line.rfind("CONFIG_", 0) != 0 || equals == std::string::npos) continue;
+        if (!line.starts_with("CONFIG_") || equals == std::string::npos) continue;
         settings[line.substr(0, equals)] = line.substr(equals + 1);
     }
     return settings;
@@ -121,7 +128,7 @@ std::string Facts::model() const {
 
 bool Facts::has_device_tree() const { return exists("/proc/device-tree/model"); }
 
-bool Facts::is_raspberry_pi() const { return model().rfind("Raspberry Pi", 0) == 0; }
+bool Facts::is_raspberry_pi() const { return model().starts_with("Raspberry Pi"); }
 
 std::optional<std::string> Facts::built_with(const std::string& name) const {
     if (!config_) return std::nullopt;
@@ -134,8 +141,7 @@ std::optional<std::string> Facts::boot_parameter(std::string_view name) const {
     std::optional<std::string> value;
     for (std::string word; words >> word;) {  // the last one counts, as for the kernel
         if (word == name) value = "";
-        if (word.size() > name.size() && word.compare(0, name.size(), name) == 0 && word[name.size()] == '=')
-            value = word.substr(name.size() + 1);
+        if (word.starts_with(std::string{name} + '=')) value = word.substr(name.size() + 1);
     }
     return value;
 }
@@ -163,7 +169,7 @@ bool Facts::runs(std::string_view process) const {
 std::optional<long long> Facts::limit(std::string_view name) const {
     std::istringstream lines{text("/proc/self/limits").value_or("")};
     for (std::string line; std::getline(lines, line);) {
-        if (line.compare(0, name.size(), name) != 0) continue;
+        if (!line.starts_with(name)) continue;
         std::istringstream values{line.substr(name.size())};
         std::string soft;
         values >> soft;
@@ -181,11 +187,11 @@ bool Facts::capable(int capability) const {
 }
 
 std::string some_of(const std::vector<std::string>& list, std::size_t most) {
-    std::string text;
+    std::string words;
     const std::size_t shown = std::min(list.size(), most);
-    for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "" : ", ") + list[i];
-    if (shown < list.size()) text += " and " + std::to_string(list.size() - shown) + " more";
-    return text;
+    for (std::size_t i = 0; i < shown; ++i) write(words, i == 0 ? "" : ", ", list[i]);
+    if (shown < list.size()) write(words, " and ", list.size() - shown, " more");
+    return words;
 }
 
 }  // namespace qduino::apps::doctor

@@ -21,38 +21,38 @@ std::vector<Interrupt> interrupts_on_core(const Facts& facts) {
 }
 
 Finding interrupt_affinity(const Facts& facts) {
-    if (facts.core_count() < 2) return {State::ok, "one core only: nothing can be moved", ""};
+    if (facts.core_count() < 2) return ok("one core only: nothing can be moved");
     const int core = facts.owned_core();
     std::vector<std::string> here;
     for (const Interrupt& irq : interrupts_on_core(facts)) {
         if (irq.movable) here.push_back(irq.name());
     }
     const std::string on_core = " on core " + std::to_string(core);
-    if (here.empty()) return {State::ok, "no movable interrupt" + on_core, ""};
+    if (here.empty()) return ok("no movable interrupt" + on_core);
     CpuList rest = CpuList::first(facts.core_count());
     rest.remove(core);
-    return {State::better, std::to_string(here.size()) + on_core + ": " + some_of(here, 5),
-            facts.boot_with("irqaffinity=" + rest.to_list())};
+    return better(std::to_string(here.size()) + on_core + ": " + some_of(here, 5),
+                  facts.boot_with("irqaffinity=" + rest.to_list()));
 }
 
 /// Only interrupts that could be elsewhere. A disk with a queue for each core is none: the core's
 /// own queue is silent while the core is not used.
 Finding managed_interrupts(const Facts& facts) {
-    if (facts.core_count() < 2) return {State::ok, "one core only: nothing can be moved", ""};
+    if (facts.core_count() < 2) return ok("one core only: nothing can be moved");
     std::vector<std::string> here;
     for (const Interrupt& irq : interrupts_on_core(facts)) {
         if (!irq.movable && irq.allowed.size() > 1) here.push_back(irq.name());
     }
     const std::string core = facts.owned_core_name();
-    if (here.empty()) return {State::ok, "none on core " + core, ""};
+    if (here.empty()) return ok("none on core " + core);
     const char* kept =
         facts.boot_parameter("isolcpus") ? "isolcpus=managed_irq,domain," : "isolcpus=managed_irq,";
-    return {State::better, some_of(here, 5) + " on core " + core, facts.boot_with(kept + core)};
+    return better(some_of(here, 5) + " on core " + core, facts.boot_with(kept + core));
 }
 
 Finding irqbalance(const Facts& facts) {
-    if (!facts.runs("irqbalance")) return {State::ok, "not running", ""};
-    return {State::better, "running", "sudo systemctl disable --now irqbalance"};
+    if (!facts.runs("irqbalance")) return ok("not running");
+    return better("running", "sudo systemctl disable --now irqbalance");
 }
 
 constexpr std::array kChecks{

@@ -16,7 +16,7 @@ constexpr const char* kLockName = "lock";
 
 Result<void> give_to(const fs::path& path, const std::string& owner) {
     const passwd* user = ::getpwnam(owner.c_str());
-    if (user == nullptr) return make_error(ErrorCode::not_found, "there is no user " + owner);
+    if (user == nullptr) return make_error(ErrorCode::not_found, "there is no user ", owner);
     if (::chown(path.c_str(), user->pw_uid, user->pw_gid) != 0)
         return system_error("give away", path.native());
     return {};
@@ -29,12 +29,8 @@ Result<MemoryFolder> MemoryFolder::make(const fs::path& parent, const std::strin
     if (::mkdtemp(path.data()) == nullptr) return system_error("make a folder in", parent.native());
     MemoryFolder folder;
     folder.path_ = path;
-    auto lock = lock_file(folder.file(kLockName), Nanoseconds{0});
-    if (!lock) return lock.error();
-    folder.lock_ = std::move(*lock);
-    if (!owner.empty()) {
-        if (const Result<void> given = give_to(path, owner); !given) return given.error();
-    }
+    QDUINO_TRY_ASSIGN(folder.lock_, lock_file(folder.file(kLockName), Nanoseconds{0}));
+    if (!owner.empty()) QDUINO_TRY(give_to(path, owner));
     return folder;
 }
 

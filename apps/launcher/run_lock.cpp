@@ -4,12 +4,11 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <fstream>
-#include <optional>
 #include <thread>
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "posix/small_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::launcher {
@@ -17,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr Nanoseconds kLookEvery = 50ms;
-
-std::optional<int> pid_of(const fs::path& folder) { return whole_number<int>(folder.filename().string()); }
 
 bool has_open(const fs::path& process, const fs::path& file) {
     std::error_code error;
@@ -36,22 +33,19 @@ std::vector<Holder> holders_of(const fs::path& file) {
     const fs::path whole = fs::weakly_canonical(file, error);
     std::vector<Holder> holders;
     for (fs::directory_iterator at{"/proc", error}, end; !error && at != end; at.increment(error)) {
-        const std::optional<int> pid = pid_of(at->path());
+        const auto pid = whole_number<int>(at->path().filename().native());
         if (!pid || *pid == ::getpid() || !has_open(at->path(), whole)) continue;
-        std::ifstream comm{at->path() / "comm"};
-        std::string name;
-        std::getline(comm, name);
-        holders.push_back({*pid, std::move(name)});
+        const auto name = posix::read_small_file(at->path() / "comm");
+        holders.push_back({*pid, name ? name->substr(0, name->find('\n')) : ""});
     }
     return holders;
 }
 
 std::string names_of(const std::vector<Holder>& holders) {
-    std::string text;
-    for (const Holder& holder : holders) {
-        text += (text.empty() ? "" : ", ") + holder.name + " (" + std::to_string(holder.pid) + ")";
-    }
-    return text;
+    std::string names;
+    for (const Holder& holder : holders)
+        write(names, names.empty() ? "" : ", ", holder.name, " (", holder.pid, ')');
+    return names;
 }
 
 Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
@@ -62,7 +56,7 @@ Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
     while (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK && errno != EINTR) return posix::system_error("lock", file.native());
         if (board::linux::monotonic_now() >= until)
-            return make_error(ErrorCode::already_exists, "held by " + names_of(holders_of(file)));
+            return make_error(ErrorCode::already_exists, "held by ", names_of(holders_of(file)));
         std::this_thread::sleep_for(kLookEvery);
     }
     return lock;
