@@ -22,10 +22,9 @@ Result<std::string> read_to_end(int fd, std::string_view name) {
     std::string text;
     std::array<char, 4096> part;
     for (;;) {
-        const Result<std::size_t> count = read_some(fd, part, name);
-        if (!count) return count.error();
-        if (*count == 0) return text;
-        text.append(part.data(), *count);
+        QDUINO_TRY_ASSIGN(const std::size_t count, read_some(fd, part, name));
+        if (count == 0) return text;
+        text.append(part.data(), count);
     }
 }
 
@@ -50,6 +49,12 @@ Result<void> write_small_file(const std::string& path, std::string_view text) {
     if (!file.valid()) return system_error("open", path);
     if (::write(file.get(), text.data(), text.size()) < 0) return system_error("write", path);
     return {};
+}
+
+Result<void> write_file(const std::string& path, std::string_view text) {
+    const UniqueFd file{::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+    if (!file.valid()) return system_error("open", path);
+    return write_all(file.get(), text, path);
 }
 
 }  // namespace qduino::posix

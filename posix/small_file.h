@@ -28,4 +28,7 @@ namespace qduino::posix {
 /// Error: the system's.
 [[nodiscard]] Result<void> write_small_file(const std::string& path, std::string_view text);
 
+/// Writes `text` to the file at `path`, which is made when it is missing. Error: the system's.
+[[nodiscard]] Result<void> write_file(const std::string& path, std::string_view text);
+
 }  // namespace qduino::posix

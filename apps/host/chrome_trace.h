@@ -32,7 +32,7 @@ class ChromeTrace final : public board::sim::TraceSink {
     explicit ChromeTrace(std::FILE* file) : file_(file) {}
     void name_thread(const board::sim::TraceEvent& event);
     void end_stretch(int core, Instant now);
-    void begin_record();
+    void add(const std::string& record);
 
     std::FILE* file_;
     bool first_ = true;

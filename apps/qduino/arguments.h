@@ -10,10 +10,10 @@
 
 namespace qduino::apps {
 
-enum class Command { none, make_new, build, run, sim, check, trace, doctor, restore, completion };
+enum class Command { make_new, build, run, sim, check, trace, doctor, restore, completion };
 
 struct Arguments {
-    Command command = Command::none;
+    Command command{};
     std::string sketch = ".";  ///< folder or .ino
     bool verbose = false;
     std::string name;    ///< new
@@ -33,5 +33,9 @@ struct Arguments {
 
 /// The parser, which fills in `arguments`; that outlives it.
 [[nodiscard]] std::unique_ptr<CLI::App> make_parser(Arguments& arguments);
+
+/// The completion script of `parser` for a shell, "bash", "zsh" or "fish"; anything else gives an
+/// empty text.
+[[nodiscard]] std::string completion_script(const CLI::App& parser, const std::string& shell);
 
 }  // namespace qduino::apps

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
-#include <fstream>
 #include <mutex>
 #include <optional>
-#include <sstream>
 #include <system_error>
 #include <thread>
 
 #include "apps/qduino/child_process.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps {
 namespace {
@@ -26,10 +25,8 @@ fs::path beside(const fs::path& output, const char* extension) {
 }
 
 std::string text_of(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
+    const auto read = posix::read_small_file(path);
+    return read ? *read : "";
 }
 
 /// Every word on a line of its own: none of them has a newline that would matter.
@@ -57,21 +54,15 @@ Result<bool> make(const BuildStep& step) {
     fs::create_directories(step.output.parent_path(), failed);
     fs::remove(beside(step.output, ".cmd"), failed);
     const auto began = fs::file_time_type::clock::now();
-    const Result<int> status = run_into(step.command, beside(step.output, ".log"));
-    if (!status) return status.error();
-    if (*status != 0) {
+    QDUINO_TRY_ASSIGN(const int status, run_into(step.command, beside(step.output, ".log")));
+    if (status != 0) {
         fs::remove(step.output, failed);
         return false;
     }
     fs::last_write_time(step.output, began, failed);
-    std::ofstream record(beside(step.output, ".cmd"), std::ios::binary);
-    record << record_of(step);
-    record.close();
-    if (failed || !record) {
-        return make_error(ErrorCode::unavailable,
-                          "cannot write to the build folder (disk full?): " + step.output.string());
-    }
-    return true;
+    if (!failed && posix::write_file(beside(step.output, ".cmd"), record_of(step))) return true;
+    return make_error(ErrorCode::unavailable,
+                      "cannot write to the build folder (disk full?): ", step.output.native());
 }
 
 /// The steps of one run, worked off by some threads.

@@ -23,8 +23,8 @@ std::vector<char*> arguments_of(const std::vector<std::string>& command) {
 }
 
 Error cannot_run(const std::string& program, int error) {
-    return make_error(error == ENOENT ? ErrorCode::not_found : ErrorCode::unavailable,
-                      program + " cannot be run: " + std::strerror(error));
+    return make_error(error == ENOENT ? ErrorCode::not_found : ErrorCode::unavailable, program,
+                      " cannot be run: ", std::strerror(error));
 }
 
 int wait_for(pid_t child) {

@@ -1,4 +1,4 @@
-#include "apps/qduino/completion.h"
+#include "apps/qduino/arguments.h"
 
 #include <vector>
 

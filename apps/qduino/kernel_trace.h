@@ -61,6 +61,7 @@ class KernelTraceReader {
         std::string interrupt;
         bool has_loops = false;
         std::vector<std::string> records;
+        std::set<int> vcpus;  // that records name
     };
 
     void head(std::string_view text);
