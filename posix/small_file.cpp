@@ -1,6 +1,7 @@
 #include "posix/small_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -55,6 +56,15 @@ Result<void> write_file(const std::string& path, std::string_view text) {
     const UniqueFd file{::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
     if (!file.valid()) return system_error("open", path);
     return write_all(file.get(), text, path);
+}
+
+void give_to_owner_of_folder(const std::filesystem::path& path, int descriptor) {
+    struct stat folder {};
+    const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
+    if (::geteuid() != 0 || ::stat(parent.c_str(), &folder) != 0) return;
+    const int given = descriptor >= 0 ? ::fchown(descriptor, folder.st_uid, folder.st_gid)
+                                      : ::lchown(path.c_str(), folder.st_uid, folder.st_gid);
+    static_cast<void>(given);
 }
 
 }  // namespace qduino::posix

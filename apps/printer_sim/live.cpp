@@ -1,4 +1,5 @@
-#include "apps/printer_sim/live.h"
+// run_live(): see sim_printer.h.
+#include "apps/printer_sim/sim_printer.h"
 
 #include <chrono>
 #include <ctime>
@@ -6,7 +7,6 @@
 
 #include "apps/inspect/inspect_service.h"
 #include "apps/link/link_file.h"
-#include "apps/printer_sim/sim_printer.h"
 #include "apps/terminal/program.h"
 
 namespace qduino::apps {

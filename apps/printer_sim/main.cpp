@@ -8,8 +8,8 @@
 #include "apps/command_line/command_line.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/machine_file/twin_machine.h"
-#include "apps/printer_sim/live.h"
 #include "apps/printer_sim/print_file.h"
+#include "apps/printer_sim/sim_printer.h"
 #include "apps/terminal/program.h"
 #include "posix/small_file.h"
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <mutex>
 #include <optional>
+#include <regex>
 #include <system_error>
 #include <thread>
 
@@ -157,16 +158,8 @@ bool is_up_to_date(const BuildStep& step) {
 }
 
 std::string without_colours(std::string_view text) {
-    std::string plain;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '\033' || i + 1 >= text.size() || text[i + 1] != '[') {
-            plain += text[i];
-            continue;
-        }
-        i += 2;
-        while (i < text.size() && (text[i] < '@' || text[i] > '~')) ++i;
-    }
-    return plain;
+    static const std::regex kColour{"\033\\[[^@-~]*[@-~]?"};
+    return std::regex_replace(std::string{text}, kColour, "");
 }
 
 Result<StepsDone> run_steps(const std::vector<BuildStep>& steps, bool verbose) {

@@ -6,8 +6,7 @@
 
 #include <cerrno>
 #include <charconv>
-#include <csignal>
-#include <cstdio>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -43,16 +42,10 @@ std::string_view field(std::string_view fields, std::string_view key, std::strin
 
 std::string name_of(int vcpu) { return text<std::string>(vcpu <= 32 ? "loop " : "io ", vcpu); }
 
-/// "1234.567890" in microseconds.
+/// "1234.567890" in microseconds: exact, as far as a computer has been up.
 std::optional<std::int64_t> microseconds(std::string_view text) {
-    const auto seconds = number_at<std::int64_t>(text);
-    const std::size_t point = text.find('.');
-    if (!seconds || point == std::string_view::npos) return std::nullopt;
-    const std::string_view digits =
-        text.substr(point + 1, text.find_first_not_of("0123456789", point + 1) - point - 1);
-    std::int64_t fraction = 0;
-    for (std::size_t i = 0; i < 6; ++i) fraction = fraction * 10 + (i < digits.size() ? digits[i] - '0' : 0);
-    return *seconds * 1'000'000 + fraction;
+    const auto seconds = number_at<double>(text);
+    return seconds ? std::optional<std::int64_t>(std::llround(*seconds * 1e6)) : std::nullopt;
 }
 
 /// Text as JSON takes it between quotes.

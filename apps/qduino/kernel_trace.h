@@ -14,7 +14,6 @@
 // "Trace Event Format" of Google.)
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>

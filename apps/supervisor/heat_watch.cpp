@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
-#include <sys/mman.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,7 +16,6 @@
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
-#include "posix/mapping.h"
 #include "posix/system_error.h"
 
 namespace qduino::supervisor {

@@ -14,6 +14,8 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,6 +27,11 @@
 #include "posix/small_file.h"
 
 namespace qduino::apps {
+
+/// A duration as people write it: "4 ms", "90us", "1.5 s". A decimal number, not negative, and its
+/// unit; blanks between them are welcome. Nothing when `text` is anything else, is finer than a
+/// nanosecond, or is longer than 292 years. Exact: no floating point on the way.
+[[nodiscard]] std::optional<Nanoseconds> parse_duration(std::string_view text);
 
 /// Shared by all tables of one file.
 struct TomlReading {
@@ -46,7 +53,7 @@ class TomlSection {
         const auto given = node->value_exact<std::int64_t>();
         if (!given || *given < minimum || *given > maximum) {
             return blame(*node, key,
-                         "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+                         qduino::text<std::string>("a whole number from ", minimum, " to ", maximum));
         }
         value = static_cast<T>(*given);
     }
@@ -105,18 +112,21 @@ class TomlSection {
         read(section);
         section.finish();
     }
-    /// [[title.key]]: `read` gets the section of each.
-    template <typename Read>
-    void tables(const char* key, Read read) {
+    /// [[title.key]]: each is an entry of `list`, and must have the keys of `required`; `read` gets
+    /// its section and the entry.
+    template <typename Entry, typename Read>
+    void tables(const char* key, std::vector<Entry>& list, std::initializer_list<const char*> required,
+                Read read) {
         const toml::node* node = take(key);
         if (!node) return;
-        const toml::array* list = node->as_array();
-        if (!list || !list->is_array_of_tables()) {
+        const toml::array* listed = node->as_array();
+        if (!listed || !listed->is_array_of_tables()) {
             return blame(*node, key, "tables, each begun with [[" + path_of(key) + "]]");
         }
-        for (const toml::node& entry : *list) {
+        for (const toml::node& entry : *listed) {
             TomlSection section{*entry.as_table(), "[[" + path_of(key) + "]]", reading_};
-            read(section);
+            for (const char* name : required) section.require(name);
+            read(section, list.emplace_back());
             section.finish();
         }
     }
@@ -150,8 +160,7 @@ template <typename Read>
         read(root);
         root.finish();
     } catch (const toml::parse_error& failed) {
-        reading.error = reading.file + ":" + std::to_string(failed.source().begin.line) + ": " +
-                        std::string(failed.description());
+        write(reading.error, reading.file, ':', failed.source().begin.line, ": ", failed.description());
     }
     return std::move(reading.error);
 }

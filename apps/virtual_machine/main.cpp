@@ -21,6 +21,8 @@
 
 namespace {
 
+constexpr qduino::apps::Fail fail{"virtual-machine: "};
+
 /// Longer than a supervisor takes to stop a sketch.
 constexpr qduino::Nanoseconds kStayAtMost = std::chrono::seconds{10};
 
@@ -49,10 +51,8 @@ void outlive_sketch(qduino::apps::VirtualMachine& machine, const std::string& lo
 /// Edges that the twin never saw, or saw too late, spoil its verdict: said at the end.
 void report_lost_edges(const qduino::board::linux::PinsFaults& faults) {
     if (faults.lost + faults.disordered + faults.malformed == 0) return;
-    std::fprintf(stderr, "virtual-machine: pin edges lost %llu, out of order %llu, malformed %llu\n",
-                 static_cast<unsigned long long>(faults.lost),
-                 static_cast<unsigned long long>(faults.disordered),
-                 static_cast<unsigned long long>(faults.malformed));
+    fail(qduino::text("pin edges lost ", faults.lost, ", out of order ", faults.disordered, ", malformed ",
+                      faults.malformed));
 }
 
 /// The last report on what is hot, for a test that asks after this machine has ended.
@@ -68,8 +68,6 @@ void report_heat(const qduino::twin::PrinterState& state) {
     }
     std::fflush(stdout);
 }
-
-constexpr qduino::apps::Fail fail{"virtual-machine: "};
 
 }  // namespace
 
