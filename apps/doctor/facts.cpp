@@ -125,10 +125,6 @@ std::string Facts::model() const {
     return processor->substr(start, processor->find('\n', start) - start);
 }
 
-bool Facts::has_device_tree() const { return exists("/proc/device-tree/model"); }
-
-bool Facts::is_raspberry_pi() const { return model().starts_with("Raspberry Pi"); }
-
 std::optional<std::string> Facts::built_with(const std::string& name) const {
     if (!config_) return std::nullopt;
     const auto found = config_->find(name);

@@ -42,8 +42,8 @@ class Facts {
     [[nodiscard]] std::string architecture() const;
     /// The machine's name from its device tree, its firmware or its processor.
     [[nodiscard]] std::string model() const;
-    [[nodiscard]] bool has_device_tree() const;
-    [[nodiscard]] bool is_raspberry_pi() const;
+    [[nodiscard]] bool has_device_tree() const { return exists("/proc/device-tree/model"); }
+    [[nodiscard]] bool is_raspberry_pi() const { return model().starts_with("Raspberry Pi"); }
 
     /// The value of `name` in the kernel's build ("y", "m", "250"); "" when it was not set; nothing
     /// when the configuration cannot be read (/boot/config-RELEASE or /proc/config.gz).

@@ -9,7 +9,6 @@
 #include <ranges>
 #include <span>
 
-#include "apps/launcher/run_lock.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"

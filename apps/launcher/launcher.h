@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "apps/launcher/kept_process.h"
-#include "apps/launcher/memory_folder.h"
+#include "apps/launcher/run_lock.h"
 #include "base/result.h"
 #include "posix/unique_fd.h"
 

@@ -37,4 +37,8 @@ struct Arguments {
 /// empty text.
 [[nodiscard]] std::string completion_script(const CLI::App& parser, const std::string& shell);
 
+/// Carries out `arguments.command`. Returns the exit status: 0, 1 on failure, 2 when admission
+/// refuses the sketch. `parser` is for `completion`.
+int run_command(const Arguments& arguments, const CLI::App& parser);
+
 }  // namespace qduino::apps

@@ -1,4 +1,4 @@
-#include "apps/qduino/commands.h"
+#include "apps/qduino/arguments.h"
 
 #include <unistd.h>
 
@@ -13,7 +13,7 @@
 
 #include "apps/board_file/board_file.h"
 #include "apps/doctor/doctor.h"
-#include "apps/launcher/memory_folder.h"
+#include "apps/launcher/run_lock.h"
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/kernel_trace.h"
 #include "apps/qduino/sketch_build.h"

@@ -4,7 +4,6 @@
 
 #include "apps/command_line/command_line.h"
 #include "apps/qduino/arguments.h"
-#include "apps/qduino/commands.h"
 
 namespace {
 

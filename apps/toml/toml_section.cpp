@@ -106,33 +106,19 @@ void TomlSection::number(const char* key, double& value, double minimum, double 
 }
 
 void TomlSection::flag(const char* key, bool& value) {
-    const toml::node* node = take(key);
-    if (!node) return;
-    const std::optional<bool> given = node->value_exact<bool>();
-    if (!given) return blame(*node, key, "true or false");
-    value = *given;
+    value = read<bool>(key, "true or false", [](bool) { return true; }).value_or(value);
 }
 
 void TomlSection::text(const char* key, std::string& value) {
-    const toml::node* node = take(key);
-    if (!node) return;
-    const std::optional<std::string> given = node->value_exact<std::string>();
-    if (!given || given->empty()) return blame(*node, key, "a text in quotes");
-    value = *given;
+    const auto fits = [](const std::string& given) { return !given.empty(); };
+    value = read<std::string>(key, "a text in quotes", fits).value_or(value);
 }
 
 void TomlSection::duration(const char* key, Nanoseconds& value, Nanoseconds minimum) {
-    const toml::node* node = take(key);
-    if (!node) return;
-    const std::optional<std::string> given = node->value_exact<std::string>();
-    const std::optional<Nanoseconds> read = given ? parse_duration(*given) : std::nullopt;
-    if (!read || *read < minimum) {
-        std::string accepted =
-            "a duration in quotes with its unit, such as \"4 ms\" (ns, us, ms, s, min or h)";
-        if (minimum > Nanoseconds{0}) write(accepted, ", at least ", minimum.count(), " ns");
-        return blame(*node, key, accepted);
-    }
-    value = *read;
+    std::string accepted = "a duration in quotes with its unit, such as \"4 ms\" (ns, us, ms, s, min or h)";
+    if (minimum > Nanoseconds{0}) write(accepted, ", at least ", minimum.count(), " ns");
+    const auto fits = [&](const std::string& given) { return parse_duration(given) >= minimum; };
+    if (const auto given = read<std::string>(key, accepted, fits)) value = *parse_duration(*given);
 }
 
 void TomlSection::instant(const char* key, Instant& value) {

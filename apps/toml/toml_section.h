@@ -48,14 +48,10 @@ class TomlSection {
 
     template <typename T>
     void integer(const char* key, T& value, std::int64_t minimum, std::int64_t maximum) {
-        const toml::node* node = take(key);
-        if (!node) return;
-        const auto given = node->value_exact<std::int64_t>();
-        if (!given || *given < minimum || *given > maximum) {
-            return blame(*node, key,
-                         qduino::text<std::string>("a whole number from ", minimum, " to ", maximum));
-        }
-        value = static_cast<T>(*given);
+        const auto given = read<std::int64_t>(
+            key, qduino::text<std::string>("a whole number from ", minimum, " to ", maximum),
+            [=](std::int64_t number) { return number >= minimum && number <= maximum; });
+        if (given) value = static_cast<T>(*given);
     }
     /// From `minimum` to `maximum`, both included.
     void number(const char* key, double& value, double minimum, double maximum);
@@ -139,6 +135,16 @@ class TomlSection {
 
   private:
     const toml::node* take(const char* key);
+    /// The value of `key`, which must be a T that `fits`; otherwise it is blamed with `accepted`.
+    template <typename T, typename Fits>
+    [[nodiscard]] std::optional<T> read(const char* key, const std::string& accepted, Fits fits) {
+        const toml::node* node = take(key);
+        if (!node) return std::nullopt;
+        const std::optional<T> given = node->value_exact<T>();
+        if (given && fits(*given)) return given;
+        blame(*node, key, accepted);
+        return std::nullopt;
+    }
     [[nodiscard]] std::string path_of(std::string_view key) const;
     void blame(const toml::node& node, std::string_view key, const std::string& accepted);
     void say(const toml::node& node, const std::string& what);
