@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/toml/toml_section.h"
+#include "base/words.h"
 
 namespace qduino::apps {
 namespace {
@@ -16,28 +17,12 @@ using board::sim::ApiCall;
 using board::sim::Arrival;
 using board::sim::SimConfig;
 
-template <typename E, std::size_t N>
-using Words = std::array<std::pair<std::string_view, E>, N>;
-
-constexpr Words<DeviceClass, 6> kDevices{{{"gpio", DeviceClass::gpio},
-                                          {"i2c", DeviceClass::i2c},
-                                          {"spi", DeviceClass::spi},
-                                          {"uart", DeviceClass::uart},
-                                          {"nic", DeviceClass::nic},
-                                          {"disk", DeviceClass::disk}}};
-constexpr Words<Arrival, 2> kArrivals{{{"periodic", Arrival::periodic}, {"poisson", Arrival::poisson}}};
-constexpr Words<Level, 2> kLevels{{{"low", Level::low}, {"high", Level::high}}};
-constexpr Words<ApiCall, board::sim::kApiCallCount> kCalls{{{"now", ApiCall::now},
-                                                            {"pin_mode", ApiCall::pin_mode},
-                                                            {"pin_write", ApiCall::pin_write},
-                                                            {"pin_read", ApiCall::pin_read},
-                                                            {"pwm_write", ApiCall::pwm_write},
-                                                            {"analog_read", ApiCall::analog_read},
-                                                            {"i2c", ApiCall::i2c},
-                                                            {"spi", ApiCall::spi},
-                                                            {"sleep", ApiCall::sleep},
-                                                            {"lock", ApiCall::lock}}};
-static_assert(kCalls.back().second == ApiCall::lock, "every call that can cost has its key");
+// The words and keys that a file uses.
+constexpr Words<DeviceClass::gpio, DeviceClass::disk> kDevices{"gpio", "i2c", "spi", "uart", "nic", "disk"};
+constexpr Words<Arrival::periodic, Arrival::poisson> kArrivals{"periodic", "poisson"};
+constexpr Words<Level::low, Level::high> kLevels{"low", "high"};
+constexpr Words<ApiCall::now, ApiCall::lock> kCalls{
+    "now", "pin_mode", "pin_write", "pin_read", "pwm_write", "analog_read", "i2c", "spi", "sleep", "lock"};
 
 constexpr double kSlowestHz = 1e-3, kFastestHz = 1e8;  // what the simulator takes
 constexpr std::int64_t kLastPin = board::kPinCount - 1, kLastBus = 15, kLastDevice = 4095;
@@ -46,7 +31,10 @@ constexpr std::int64_t kSmallestStack = 64 * 1024, kLargestStack = std::int64_t{
 // ---- the simulator ------------------------------------------------------------------------------
 
 void read_costs(TomlSection& s, board::sim::ApiCosts& costs) {
-    for (const auto& [name, call] : kCalls) s.duration(name.data(), costs[call]);
+    for (int i = 0; i < board::sim::kApiCallCount; ++i) {
+        const auto call = static_cast<ApiCall>(i);
+        s.duration(kCalls(call).data(), costs[call]);
+    }
     s.duration("i2c_per_byte", costs.i2c_per_byte);
     s.duration("spi_per_byte", costs.spi_per_byte);
     s.duration("context_switch", costs.context_switch);

@@ -75,15 +75,13 @@ std::vector<std::string> Facts::entries(std::string_view folder) const {
 
 CpuList Facts::cpus(std::string_view path) const { return board::linux::read_cpu_list(at(path)); }
 
-long long Facts::number_in(std::string_view path, std::string_view key) const {
-    const auto all = text(path);
-    std::istringstream lines{all.value_or("")};
-    for (std::string line; std::getline(lines, line);) {
-        const std::size_t start = line.find_first_not_of(" \t");
-        if (start == std::string::npos || line.compare(start, key.size(), key) != 0) continue;
-        return std::atoll(line.c_str() + start + key.size());
+std::optional<std::string> Facts::value_in(std::string_view path, std::string_view key) const {
+    std::istringstream lines{text(path).value_or("")};
+    for (std::string line; std::getline(lines >> std::ws, line);) {
+        if (line.starts_with(key))
+            return line.substr(std::min(line.find_first_not_of(" \t:", key.size()), line.size()));
     }
-    return -1;
+    return std::nullopt;
 }
 
 int Facts::core_count() const {
@@ -118,11 +116,7 @@ std::string Facts::model() const {
         const auto name = text(path);
         if (name && !name->empty()) return *name;
     }
-    const auto processor = text("/proc/cpuinfo");
-    const std::size_t line = processor ? processor->find("model name") : std::string::npos;
-    if (line == std::string::npos) return architecture() + " machine";
-    const std::size_t start = processor->find(": ", line) + 2;
-    return processor->substr(start, processor->find('\n', start) - start);
+    return value_in("/proc/cpuinfo", "model name").value_or(architecture() + " machine");
 }
 
 std::optional<std::string> Facts::built_with(const std::string& name) const {
@@ -162,22 +156,14 @@ bool Facts::runs(std::string_view process) const {
 }
 
 std::optional<long long> Facts::limit(std::string_view name) const {
-    std::istringstream lines{text("/proc/self/limits").value_or("")};
-    for (std::string line; std::getline(lines, line);) {
-        if (!line.starts_with(name)) continue;
-        std::istringstream values{line.substr(name.size())};
-        std::string soft;
-        values >> soft;
-        return soft == "unlimited" ? -1 : std::atoll(soft.c_str());
-    }
-    return std::nullopt;
+    const auto soft = value_in("/proc/self/limits", name);
+    if (!soft) return std::nullopt;
+    return soft->starts_with("unlimited") ? -1 : std::atoll(soft->c_str());
 }
 
 bool Facts::capable(int capability) const {
-    const auto status = text("/proc/self/status");
-    const std::size_t line = status ? status->find("CapEff:") : std::string::npos;
-    if (line == std::string::npos) return false;
-    const unsigned long long held = std::strtoull(status->c_str() + line + 7, nullptr, 16);
+    const std::string set = value_in("/proc/self/status", "CapEff").value_or("0");
+    const unsigned long long held = std::strtoull(set.c_str(), nullptr, 16);
     return ((held >> capability) & 1) != 0;
 }
 

@@ -2,6 +2,7 @@
 #include <time.h>
 
 #include <array>
+#include <cstdlib>
 
 #include "apps/doctor/finding.h"
 #include "apps/terminal/human.h"
@@ -59,8 +60,9 @@ Finding kernel_options(const Facts& facts) {
 
 Finding timer_resolution(const Facts& facts) {
     // Root alone may read it.
-    long long nanoseconds = facts.number_in("/proc/timer_list", ".resolution:");
-    if (nanoseconds < 0) {
+    const auto listed = facts.value_in("/proc/timer_list", ".resolution");
+    long long nanoseconds = listed ? std::atoll(listed->c_str()) : 0;
+    if (!listed) {
         timespec resolution{};
         ::clock_getres(CLOCK_MONOTONIC, &resolution);
         nanoseconds = resolution.tv_sec * 1'000'000'000LL + resolution.tv_nsec;

@@ -49,10 +49,9 @@ void ChromeTrace::add(const std::string& record) {
 
 void ChromeTrace::name_thread(const TraceEvent& event) {
     const bool interrupt = event.kind == TraceKind::interrupt;
-    bool& named = interrupt ? interrupts_named_[event.core] : named_[event.core][event.vcpu];
-    if (std::exchange(named, true)) return;
-    add(interrupt ? chrome::thread_name(event.core, chrome::kInterruptThread, "interrupts")
-                  : chrome::thread_name(event.core, event.vcpu, runtime::vcpu_name(event.vcpu)));
+    const int thread = interrupt ? chrome::kInterruptThread : event.vcpu;
+    if (!named_.emplace(event.core, thread).second) return;
+    add(chrome::thread_name(event.core, thread, interrupt ? "interrupts" : runtime::vcpu_name(event.vcpu)));
     add(chrome::core_name(event.core));
 }
 

@@ -143,8 +143,8 @@ web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& 
 
 void say_where(const printd::Options& options, std::uint16_t port, const std::string& key) {
     const bool ipv6 = options.address.find(':') != std::string::npos;
-    const std::string host = ipv6 ? "[" + options.address + "]" : options.address;
-    const std::string address = "http://" + host + ":" + std::to_string(port) + "/";
+    const auto address =
+        text<std::string>("http://", ipv6 ? "[" : "", options.address, ipv6 ? "]:" : ":", port, '/');
     spdlog::info("listening on {}", address);
     if (!options.authentication) spdlog::warn("authentication is off: whoever can connect can print");
     if (!options.print_link) return;

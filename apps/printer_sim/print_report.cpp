@@ -1,4 +1,5 @@
-#include "apps/printer_sim/print_report.h"
+// The report of printer-sim: see print_file.h.
+#include "apps/printer_sim/print_file.h"
 
 #include <numeric>
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <cstdio>
 #include <mutex>
 #include <optional>
@@ -69,21 +71,15 @@ Result<bool> make(const BuildStep& step) {
 /// The steps of one run, worked off by some threads.
 class Work {
   public:
-    Work(const std::vector<BuildStep>& steps, bool verbose) : steps_(steps), verbose_(verbose) {}
+    explicit Work(bool verbose) : verbose_(verbose) {}
 
-    void run() {
-        for (std::size_t i = next_++; i < steps_.size(); i = next_++) {
-            if (given_up_) return;
-            one(steps_[i]);
-        }
-    }
     [[nodiscard]] Result<StepsDone> result() const {
         if (error_) return *error_;
         return done_;
     }
 
-  private:
-    void one(const BuildStep& step) {
+    void run(const BuildStep& step) {
+        if (given_up_) return;
         if (is_up_to_date(step)) {
             const std::lock_guard lock{speaking_};
             return say_log(step);
@@ -105,9 +101,8 @@ class Work {
         done_.failed = done_.failed || !*made;
     }
 
-    const std::vector<BuildStep>& steps_;
+  private:
     bool verbose_;
-    std::atomic<std::size_t> next_{0};
     std::atomic<bool> given_up_{false};
     std::mutex speaking_;  // and what follows
     StepsDone done_;
@@ -163,13 +158,10 @@ std::string without_colours(std::string_view text) {
 }
 
 Result<StepsDone> run_steps(const std::vector<BuildStep>& steps, bool verbose) {
-    Work work(steps, verbose);
-    std::vector<std::thread> helpers;
-    const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
-    for (std::size_t i = 1; i < std::min(cores, steps.size()); ++i)
-        helpers.emplace_back([&work] { work.run(); });
-    work.run();
-    for (std::thread& helper : helpers) helper.join();
+    Work work(verbose);
+    boost::asio::thread_pool threads{std::max(1u, std::thread::hardware_concurrency())};
+    for (const BuildStep& step : steps) boost::asio::post(threads, [&work, &step] { work.run(step); });
+    threads.join();
     return work.result();
 }
 

@@ -24,6 +24,7 @@
 #include "base/fixed_string.h"
 #include "base/result.h"
 #include "base/time.h"
+#include "base/words.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -79,18 +80,19 @@ class TomlSection {
     void duration(const char* key, Nanoseconds& value, Nanoseconds minimum = Nanoseconds{0});
     /// "10 s" after the start.
     void instant(const char* key, Instant& value);
-    template <typename E, std::size_t N>
-    void choice(const char* key, E& value, const std::array<std::pair<std::string_view, E>, N>& words) {
+    template <auto kFirst, decltype(kFirst) kLast>
+    void choice(const char* key, decltype(kFirst)& value, const Words<kFirst, kLast>& words) {
         const toml::node* node = take(key);
         if (!node) return;
         const auto given = node->value_exact<std::string>();
         std::string accepted;
-        for (const auto& [word, meaning] : words) {
-            if (given && *given == word) {
+        for (std::size_t i = 0; i < words.kCount; ++i) {
+            const auto meaning = static_cast<decltype(kFirst)>(static_cast<std::size_t>(kFirst) + i);
+            if (given == words(meaning)) {
                 value = meaning;
                 return;
             }
-            accepted += (accepted.empty() ? "\"" : ", \"") + std::string(word) + '"';
+            write(accepted, accepted.empty() ? "\"" : ", \"", words(meaning), '"');
         }
         blame(*node, key, accepted);
     }
