@@ -78,7 +78,7 @@ extern HardwareSerial Serial3;
 
 namespace qduino::arduino {
 /// Serial.settle() and Serial.hold_output(), for a program that must not link Serial by itself
-/// (apps/host/sketch_output.cpp).
+/// (apps/host/sketch_main.cpp).
 void settle_console();
 void hold_console(bool held);
 }  // namespace qduino::arduino

@@ -23,9 +23,9 @@ Result<void> rename_and_sync(const std::filesystem::path& from, const std::files
     return sync_to_disk(to.parent_path());
 }
 
-Result<void> write_durably(const std::filesystem::path& path, std::string_view bytes) {
+Result<void> write_durably(const std::filesystem::path& path, std::string_view bytes, unsigned mode) {
     const std::filesystem::path part = path.string() + ".part";
-    const UniqueFd file{::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600)};
+    const UniqueFd file{::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, mode)};
     if (!file.valid()) return system_error("create", part.native());
     Result<void> written = write_all(file.get(), bytes, part.native());
     if (written.ok() && ::fdatasync(file.get()) != 0) written = system_error("sync", part.native());

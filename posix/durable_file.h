@@ -16,8 +16,10 @@ namespace qduino::posix {
 [[nodiscard]] Result<void> rename_and_sync(const std::filesystem::path& from,
                                            const std::filesystem::path& to);
 
-/// Writes a small file (mode 0600), whole on the disk before it has its name. The caller syncs the
-/// name, with the folder. Error: the system's; the old file then stays.
-[[nodiscard]] Result<void> write_durably(const std::filesystem::path& path, std::string_view bytes);
+/// Writes a small file, whole on the disk before it has its name. The caller syncs the name, with
+/// the folder. A new file gets `mode`, less what umask(2) takes away. Error: the system's; the old
+/// file then stays.
+[[nodiscard]] Result<void> write_durably(const std::filesystem::path& path, std::string_view bytes,
+                                         unsigned mode = 0600);
 
 }  // namespace qduino::posix

@@ -1,6 +1,7 @@
 #include "posix/small_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -22,10 +23,9 @@ Result<std::string> read_to_end(int fd, std::string_view name) {
     std::string text;
     std::array<char, 4096> part;
     for (;;) {
-        const Result<std::size_t> count = read_some(fd, part, name);
-        if (!count) return count.error();
-        if (*count == 0) return text;
-        text.append(part.data(), *count);
+        QDUINO_TRY_ASSIGN(const std::size_t count, read_some(fd, part, name));
+        if (count == 0) return text;
+        text.append(part.data(), count);
     }
 }
 
@@ -50,6 +50,21 @@ Result<void> write_small_file(const std::string& path, std::string_view text) {
     if (!file.valid()) return system_error("open", path);
     if (::write(file.get(), text.data(), text.size()) < 0) return system_error("write", path);
     return {};
+}
+
+Result<void> write_file(const std::string& path, std::string_view text) {
+    const UniqueFd file{::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+    if (!file.valid()) return system_error("open", path);
+    return write_all(file.get(), text, path);
+}
+
+void give_to_owner_of_folder(const std::filesystem::path& path, int descriptor) {
+    struct stat folder {};
+    const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
+    if (::geteuid() != 0 || ::stat(parent.c_str(), &folder) != 0) return;
+    const int given = descriptor >= 0 ? ::fchown(descriptor, folder.st_uid, folder.st_gid)
+                                      : ::lchown(path.c_str(), folder.st_uid, folder.st_gid);
+    static_cast<void>(given);
 }
 
 }  // namespace qduino::posix

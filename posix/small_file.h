@@ -1,7 +1,9 @@
-// Reads and writes small files, whole: settings, records, and the kernel's own (/proc, /sys). Not
+// Reads and writes small files, whole: settings, records, and the kernel's own (/proc, /sys); and
+// gives a file or a socket that root has made to the owner of its folder, who is to use it. Not
 // real-time.
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,5 +29,14 @@ namespace qduino::posix {
 /// One write(2) of `text` to a file that exists: the kernel's files take a value in one piece.
 /// Error: the system's.
 [[nodiscard]] Result<void> write_small_file(const std::string& path, std::string_view text);
+
+/// Writes `text` to the file at `path`, which is made when it is missing. Error: the system's.
+[[nodiscard]] Result<void> write_file(const std::string& path, std::string_view text);
+
+/// Gives `path` to its folder's owner and group when this process is root; otherwise does nothing.
+/// Gives the open `descriptor` where there is one: a folder's owner could put another file under
+/// the name. A socket has none (−1): there a link is not followed. A refusal leaves the file to
+/// root.
+void give_to_owner_of_folder(const std::filesystem::path& path, int descriptor = -1);
 
 }  // namespace qduino::posix

@@ -1,50 +1,30 @@
 #include "posix/system_error.h"
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
+#include <utility>
 
 namespace qduino::posix {
 namespace {
 
-ErrorCode code_of(int error) {
-    switch (error) {
-        case EPERM:
-        case EACCES:
-        case EROFS:
-            return ErrorCode::not_permitted;
-        case ENOENT:
-        case ENODEV:
-        case ENXIO:
-            return ErrorCode::not_found;
-        case EEXIST:
-        case EADDRINUSE:
-            return ErrorCode::already_exists;
-        case EBUSY:
-        case EAGAIN:
-        case ENOMEM:
-        case ENOSPC:
-        case EDQUOT:
-        case ECONNREFUSED:
-            return ErrorCode::unavailable;
-        case ETIMEDOUT:
-            return ErrorCode::timed_out;
-        case EINVAL:
-        case ERANGE:
-            return ErrorCode::invalid_argument;
-        case EOPNOTSUPP:
-        case ENOSYS:
-        case ENOTTY:
-            return ErrorCode::unsupported;
-        default:
-            return ErrorCode::internal;
-    }
-}
+using enum ErrorCode;
+
+constexpr std::pair<int, ErrorCode> kCodes[] = {
+    {EPERM, not_permitted},     {EACCES, not_permitted},      {EROFS, not_permitted},
+    {ENOENT, not_found},        {ENODEV, not_found},          {ENXIO, not_found},
+    {EEXIST, already_exists},   {EADDRINUSE, already_exists}, {EBUSY, unavailable},
+    {EAGAIN, unavailable},      {ENOMEM, unavailable},        {ENOSPC, unavailable},
+    {EDQUOT, unavailable},      {ECONNREFUSED, unavailable},  {ETIMEDOUT, timed_out},
+    {EINVAL, invalid_argument}, {ERANGE, invalid_argument},   {EOPNOTSUPP, unsupported},
+    {ENOSYS, unsupported},      {ENOTTY, unsupported}};
 
 }  // namespace
 
 Error system_error(std::string_view what, std::string_view object, int error) {
-    Error result{code_of(error), "cannot "};
-    result.message.append(what).append(" ").append(object).append(": ").append(std::strerror(error));
-    return result;
+    const auto* const known = std::ranges::find(kCodes, error, &std::pair<int, ErrorCode>::first);
+    return make_error(known != std::end(kCodes) ? known->second : internal, "cannot ", what, " ", object,
+                      ": ", std::strerror(error));
 }
 
 }  // namespace qduino::posix

@@ -58,6 +58,11 @@ Result<void> Feeder::feed(LinkLayout& link, std::uint64_t accepted, Instant now)
     return pushed;
 }
 
+Result<void> Feeder::feed_alone(LinkLayout& link, Instant now) {
+    const printer::link::JobStatus status = link.job_status.read();
+    return status.job_id == run_id_ ? feed(link, status.bytes_accepted, now) : begin(link, now);
+}
+
 Result<void> Feeder::push_bytes(LinkLayout& link) {
     std::array<std::uint8_t, printer::link::kMaxJobBytes> buffer;
     while (sent_ < length_) {

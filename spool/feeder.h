@@ -25,6 +25,8 @@ class Feeder {
     /// How long the sketch may be silent with an empty ring before the feeder repeats.
     static constexpr Nanoseconds kRepeatAfter = std::chrono::milliseconds{500};
 
+    /// `file` holds `length` bytes.
+    Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length);
     /// Opens the file. Errors: not_found, corrupt (its size is not `length`).
     [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& path, std::uint64_t run_id,
                                              std::uint64_t length);
@@ -36,10 +38,12 @@ class Feeder {
     /// fit. Error: corrupt.
     [[nodiscard]] Result<void> feed(printer::link::LinkLayout& link, std::uint64_t accepted, Instant now);
 
+    /// The one or the other, as the link's own status asks: for a process that serves nobody else.
+    [[nodiscard]] Result<void> feed_alone(printer::link::LinkLayout& link, Instant now);
+
     [[nodiscard]] std::uint64_t sent() const { return sent_; }
 
   private:
-    Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length);
     [[nodiscard]] Result<void> push_bytes(printer::link::LinkLayout& link);
     void push_end(printer::link::LinkLayout& link, Instant now);
 

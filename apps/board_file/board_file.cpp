@@ -1,12 +1,11 @@
 #include "apps/board_file/board_file.h"
 
-#include <algorithm>
 #include <array>
-#include <iterator>
 #include <limits>
 #include <utility>
 
 #include "apps/toml/toml_section.h"
+#include "base/words.h"
 
 namespace qduino::apps {
 namespace {
@@ -18,32 +17,12 @@ using board::sim::ApiCall;
 using board::sim::Arrival;
 using board::sim::SimConfig;
 
-template <typename E, std::size_t N>
-using Words = std::array<std::pair<std::string_view, E>, N>;
-
-constexpr Words<DeviceClass, 6> kDevices{{{"gpio", DeviceClass::gpio},
-                                          {"i2c", DeviceClass::i2c},
-                                          {"spi", DeviceClass::spi},
-                                          {"uart", DeviceClass::uart},
-                                          {"nic", DeviceClass::nic},
-                                          {"disk", DeviceClass::disk}}};
-constexpr Words<Arrival, 2> kArrivals{{{"periodic", Arrival::periodic}, {"poisson", Arrival::poisson}}};
-constexpr Words<Level, 2> kLevels{{{"low", Level::low}, {"high", Level::high}}};
-struct NamedCall {
-    const char* name;
-    ApiCall call;
-};
-constexpr NamedCall kCalls[] = {{"now", ApiCall::now},
-                                {"pin_mode", ApiCall::pin_mode},
-                                {"pin_write", ApiCall::pin_write},
-                                {"pin_read", ApiCall::pin_read},
-                                {"pwm_write", ApiCall::pwm_write},
-                                {"analog_read", ApiCall::analog_read},
-                                {"i2c", ApiCall::i2c},
-                                {"spi", ApiCall::spi},
-                                {"sleep", ApiCall::sleep},
-                                {"lock", ApiCall::lock}};
-static_assert(std::size(kCalls) == board::sim::kApiCallCount, "every call that can cost has its key");
+// The words and keys that a file uses.
+constexpr Words<DeviceClass::gpio, DeviceClass::disk> kDevices{"gpio", "i2c", "spi", "uart", "nic", "disk"};
+constexpr Words<Arrival::periodic, Arrival::poisson> kArrivals{"periodic", "poisson"};
+constexpr Words<Level::low, Level::high> kLevels{"low", "high"};
+constexpr Words<ApiCall::now, ApiCall::lock> kCalls{
+    "now", "pin_mode", "pin_write", "pin_read", "pwm_write", "analog_read", "i2c", "spi", "sleep", "lock"};
 
 constexpr double kSlowestHz = 1e-3, kFastestHz = 1e8;  // what the simulator takes
 constexpr std::int64_t kLastPin = board::kPinCount - 1, kLastBus = 15, kLastDevice = 4095;
@@ -52,16 +31,16 @@ constexpr std::int64_t kSmallestStack = 64 * 1024, kLargestStack = std::int64_t{
 // ---- the simulator ------------------------------------------------------------------------------
 
 void read_costs(TomlSection& s, board::sim::ApiCosts& costs) {
-    for (const NamedCall& call : kCalls) s.duration(call.name, costs[call.call]);
+    for (int i = 0; i < board::sim::kApiCallCount; ++i) {
+        const auto call = static_cast<ApiCall>(i);
+        s.duration(kCalls(call).data(), costs[call]);
+    }
     s.duration("i2c_per_byte", costs.i2c_per_byte);
     s.duration("spi_per_byte", costs.spi_per_byte);
     s.duration("context_switch", costs.context_switch);
 }
 
-void read_interrupt(TomlSection& s, SimConfig& config) {
-    board::sim::InterruptSource source;
-    s.require("device");
-    s.require("rate_hz");
+void read_interrupt(TomlSection& s, board::sim::InterruptSource& source, int cores) {
     s.choice("device", source.device, kDevices);
     s.number("rate_hz", source.rate_hz, kSlowestHz, kFastestHz);
     s.choice("arrival", source.arrival, kArrivals);
@@ -72,12 +51,9 @@ void read_interrupt(TomlSection& s, SimConfig& config) {
     s.instant("lost_from", source.lost_from);
     s.instant("stuck_from", source.stuck_from);
     s.number("stuck_rate_hz", source.stuck_rate_hz, kSlowestHz, kFastestHz);
-    if (source.core >= config.cores) {
-        s.fault("core", "is " + std::to_string(source.core) + "; accepted: 0 to " +
-                            std::to_string(config.cores - 1) + " ([sim] cores is " +
-                            std::to_string(config.cores) + ")");
-    }
-    config.interrupts.push_back(source);
+    if (source.core >= cores)
+        s.fault("core", text<std::string>("is ", source.core, "; accepted: 0 to ", cores - 1,
+                                          " ([sim] cores is ", cores, ")"));
 }
 
 /// The stretch of time in which a fault holds.
@@ -89,31 +65,20 @@ void read_span(TomlSection& s, Fault& fault) {
 }
 
 void read_faults(TomlSection& s, SimConfig& config) {
-    s.tables("loop", [&](TomlSection& f) {
-        board::sim::LoopFault fault;
-        f.require("loop");
-        f.require("extra");
+    s.tables("loop", config.loop_faults, {"loop", "extra"}, [](TomlSection& f, auto& fault) {
         f.integer("loop", fault.loop, 1, board::kMaxLoop);
         f.duration("extra", fault.extra, Nanoseconds{1});
         read_span(f, fault);
-        config.loop_faults.push_back(fault);
     });
-    s.tables("pin", [&](TomlSection& f) {
-        board::sim::StuckPin fault;
-        f.require("pin");
-        f.require("level");
+    s.tables("pin", config.stuck_pins, {"pin", "level"}, [](TomlSection& f, auto& fault) {
         f.integer("pin", fault.pin.number, 0, kLastPin);
         f.choice("level", fault.level, kLevels);
         read_span(f, fault);
-        config.stuck_pins.push_back(fault);
     });
-    s.tables("chip", [&](TomlSection& f) {
-        board::sim::SilentChip fault;
-        f.require("address");
+    s.tables("chip", config.silent_chips, {"address"}, [](TomlSection& f, auto& fault) {
         f.integer("bus", fault.bus.number, 0, kLastBus);
         f.integer("address", fault.address.value, 0, 127);
         read_span(f, fault);
-        config.silent_chips.push_back(fault);
     });
 }
 
@@ -134,7 +99,8 @@ void read_sim(TomlSection& s, SimConfig& config) {
         s.fault("tick_cost", "leaves nothing of 'tick_period'");
     }
     s.table("costs", [&](TomlSection& costs) { read_costs(costs, config.costs); });
-    s.tables("interrupt", [&](TomlSection& source) { read_interrupt(source, config); });
+    s.tables("interrupt", config.interrupts, {"device", "rate_hz"},
+             [&](TomlSection& i, auto& source) { read_interrupt(i, source, config.cores); });
     s.table("fault", [&](TomlSection& faults) { read_faults(faults, config); });
 }
 
@@ -156,7 +122,7 @@ void read_linux(TomlSection& s, LinuxConfig& config) {
     s.duration("probe_duration", config.probe_duration);
     if (config.priority_lowest > config.priority_highest) {
         s.fault("priority_lowest",
-                "is above 'priority_highest' (" + std::to_string(config.priority_highest) + ")");
+                text<std::string>("is above 'priority_highest' (", config.priority_highest, ")"));
     }
 }
 
@@ -169,59 +135,44 @@ struct Wired {
 
 template <std::size_t N>
 void claim(TomlSection& s, const char* key, std::array<bool, N>& taken, std::size_t number) {
-    if (taken[number]) s.fault(key, "is " + std::to_string(number) + ", which has a device already");
-    taken[number] = true;
+    if (std::exchange(taken[number], true))
+        s.fault(key, text<std::string>("is ", number, ", which has a device already"));
 }
 
 void read_pins(TomlSection& root, LinuxConfig& config, Wired& wired) {
-    root.tables("gpio", [&](TomlSection& s) {
-        board::linux::GpioLine line;
-        for (const char* key : {"pin", "line"}) s.require(key);
+    root.tables("gpio", config.gpio, {"pin", "line"}, [&](TomlSection& s, auto& line) {
         s.integer("pin", line.pin.number, 0, kLastPin);
         s.integer("chip", line.chip, 0, kLastDevice);
         s.integer("line", line.line, 0, 65535);
         claim(s, "pin", wired.pins, line.pin.number);
-        config.gpio.push_back(line);
     });
-    root.tables("pwm", [&](TomlSection& s) {
-        board::linux::PwmChannel channel;
-        for (const char* key : {"pin", "channel"}) s.require(key);
+    root.tables("pwm", config.pwm, {"pin", "channel"}, [&](TomlSection& s, auto& channel) {
         s.integer("pin", channel.pin.number, 0, kLastPin);
         s.integer("chip", channel.chip, 0, kLastDevice);
         s.integer("channel", channel.channel, 0, kLastDevice);
         s.duration("period", channel.period, 1us);
         claim(s, "pin", wired.pins, channel.pin.number);
-        config.pwm.push_back(channel);
     });
-    root.tables("analog", [&](TomlSection& s) {
-        board::linux::AnalogChannel channel;
-        for (const char* key : {"pin", "channel"}) s.require(key);
+    root.tables("analog", config.analog, {"pin", "channel"}, [&](TomlSection& s, auto& channel) {
         s.integer("pin", channel.pin.number, 0, kLastPin);
         s.integer("device", channel.device, 0, kLastDevice);
         s.integer("channel", channel.channel, 0, kLastDevice);
         s.number("full_scale", channel.full_scale, 1, 4294967295.0);
         claim(s, "pin", wired.pins, channel.pin.number);
-        config.analog.push_back(channel);
     });
 }
 
 void read_buses(TomlSection& root, LinuxConfig& config, Wired& wired) {
-    root.tables("i2c", [&](TomlSection& s) {
-        board::linux::I2cPort port;
-        s.require("adapter");
+    root.tables("i2c", config.i2c, {"adapter"}, [&](TomlSection& s, auto& port) {
         s.integer("bus", port.bus.number, 0, kLastBus);
         s.integer("adapter", port.adapter, 0, kLastDevice);
         claim(s, "bus", wired.i2c, port.bus.number);
-        config.i2c.push_back(port);
     });
-    root.tables("spi", [&](TomlSection& s) {
-        board::linux::SpiPort port;
-        s.require("controller");
+    root.tables("spi", config.spi, {"controller"}, [&](TomlSection& s, auto& port) {
         s.integer("bus", port.bus.number, 0, kLastBus);
         s.integer("controller", port.controller, 0, kLastDevice);
         s.integer("chip_select", port.chip_select, 0, 255);
         claim(s, "bus", wired.spi, port.bus.number);
-        config.spi.push_back(port);
     });
 }
 
@@ -242,17 +193,16 @@ ReadBoardFile parse_board(std::string_view text, std::string_view name) {
 }
 
 ReadBoardFile read_board_file(const std::filesystem::path& path) {
-    const Result<std::string> text = posix::read_small_file(path);
-    if (!text)
-        return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
-    return parse_board(*text, path.string());
+    const Result<std::string> read = posix::read_small_file(path);
+    if (read) return parse_board(*read, path.string());
+    return {.board = {}, .error = "board file " + path.string() + " cannot be read: check its path"};
 }
 
 std::string why_cores_do_not_fit(const SimConfig& config) {
     for (const board::sim::InterruptSource& source : config.interrupts) {
         if (source.core < config.cores) continue;
-        return "an interrupt source of the board is on core " + std::to_string(source.core) +
-               ", but there are only " + std::to_string(config.cores) + " cores";
+        return text<std::string>("an interrupt source of the board is on core ", source.core,
+                                 ", but there are only ", config.cores, " cores");
     }
     return {};
 }

@@ -8,9 +8,18 @@
 
 #include <CLI/CLI.hpp>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 namespace qduino::apps {
+
+/// An option whose help calls its value `argument`: "--for S".
+template <typename Value>
+CLI::Option* add_option(CLI::App& app, const char* names, Value& value, const char* description,
+                        const char* argument) {
+    return app.add_option(names, value, description)->option_text(argument);
+}
 
 /// Parses. A returned value is the exit status to leave with: help was printed, or the line was
 /// wrong and the user was told.
@@ -25,5 +34,13 @@ int explain_command_line(const CLI::App& app, const CLI::ParseError& error);
 /// For a command that does not exist: says so, and guesses which was meant. Returns the exit
 /// status.
 int explain_unknown_command(const CLI::App& app, const std::string& word);
+
+/// Letters to be added, left out, exchanged, or swapped with their neighbour to make `b` of `a`:
+/// the optimal string alignment distance (Damerau, 1964, each place edited once).
+[[nodiscard]] int edit_distance(std::string_view a, std::string_view b);
+
+/// The nearest of `known`: with at most one slip for each three letters, or the only one that
+/// begins with `word`. Empty: none.
+[[nodiscard]] std::string nearest(std::string_view word, std::span<const std::string> known);
 
 }  // namespace qduino::apps

@@ -1,31 +1,33 @@
-// The cores: are there enough, can a sketch have one alone, does it run at full speed?
+// The cores, and the interrupts that reach the one that a loop would own, with the programs that
+// move them: are there enough, can a sketch have one alone, does it run at full speed?
 #include <array>
 
 #include "apps/doctor/finding.h"
+#include "board/linux/device_interrupts.h"
 
 namespace qduino::apps::doctor {
 namespace {
 
 using board::linux::CpuList;
+using board::linux::Interrupt;
 
 const Finding kOneCore{State::ok, "one core only: nothing can be set apart", ""};
 
 Finding cores(const Facts& facts) {
     const int count = facts.core_count();
-    if (count >= 2) return {State::ok, std::to_string(count) + " cores", ""};
-    return {State::missing, "1 core",
-            "use a board with two cores or more; a virtual machine: give it a second processor"};
+    if (count >= 2) return ok(std::to_string(count) + " cores");
+    return missing("1 core",
+                   "use a board with two cores or more; a virtual machine: give it a second processor");
 }
 
 /// The generation of cpusets, and whether the board could use it.
 Finding cpusets(const Facts& facts) {
     const CpuList isolated = facts.cpus("/sys/devices/system/cpu/isolated");
     const std::string at_boot = isolated.empty() ? "" : "; isolcpus=" + isolated.to_list();
-    if (facts.exists("/sys/fs/cgroup/cpuset/cpuset.cpus"))
-        return {State::ok, "cpusets of cgroup v1" + at_boot, ""};
+    if (facts.exists("/sys/fs/cgroup/cpuset/cpuset.cpus")) return ok("cpusets of cgroup v1" + at_boot);
     const auto controllers = facts.text("/sys/fs/cgroup/cgroup.controllers");
     if (controllers && controllers->find("cpuset") != std::string::npos)
-        return {State::ok, "cpusets of cgroup v2" + at_boot, ""};
+        return ok("cpusets of cgroup v2" + at_boot);
     const State state = isolated.empty() ? State::missing : State::better;
     if (facts.boot_parameter("cgroup_disable").value_or("").find("cpuset") != std::string::npos)
         return {state, "booted with cgroup_disable=cpuset" + at_boot,
@@ -45,14 +47,15 @@ Finding cpusets(const Facts& facts) {
 Finding nohz_full(const Facts& facts) {
     if (facts.core_count() < 2) return kOneCore;
     const CpuList tickless = facts.cpus("/sys/devices/system/cpu/nohz_full");
-    if (tickless.has(facts.owned_core())) return {State::ok, "core " + tickless.to_list(), ""};
+    if (tickless.has(facts.owned_core())) return ok("core " + tickless.to_list());
     const std::string parameter = "nohz_full=" + facts.owned_core_name();
     if (facts.boot_parameter("nohz_full") || facts.built_with("CONFIG_NO_HZ_FULL") == "") {
-        return {State::better, "this kernel cannot stop the tick of a busy core",
-                "use a kernel that was built with CONFIG_NO_HZ_FULL, as Debian's are, and boot it with " +
-                    parameter};
+        return better(
+            "this kernel cannot stop the tick of a busy core",
+            "use a kernel that was built with CONFIG_NO_HZ_FULL, as Debian's are, and boot it with " +
+                parameter);
     }
-    return {State::better, "no core's tick stops", facts.boot_with(parameter)};
+    return better("no core's tick stops", facts.boot_with(parameter));
 }
 
 Finding rcu_nocbs(const Facts& facts) {
@@ -63,47 +66,89 @@ Finding rcu_nocbs(const Facts& facts) {
         const auto list = value ? CpuList::from_list(*value) : std::nullopt;
         const bool all =
             value == "all" || value == "0-N" || (std::string_view{name} == "rcu_nocbs" && value == "");
-        if (all || (list && list->has(core))) return {State::ok, std::string{name} + "=" + *value, ""};
+        if (all || (list && list->has(core))) return ok(std::string{name} + "=" + *value);
     }
-    return {State::better, "RCU callbacks run on every core",
-            facts.boot_with("rcu_nocbs=" + facts.owned_core_name())};
+    return better("RCU callbacks run on every core", facts.boot_with("rcu_nocbs=" + facts.owned_core_name()));
 }
 
 Finding siblings(const Facts& facts) {
     const std::string core = std::to_string(std::max(0, facts.owned_core()));
     const CpuList threads =
         facts.cpus("/sys/devices/system/cpu/cpu" + core + "/topology/thread_siblings_list");
-    if (threads.size() <= 1) return {State::ok, "core " + core + " has no hardware sibling", ""};
-    return {State::better, "cores " + threads.to_list() + " share one processor core",
-            "echo off | sudo tee /sys/devices/system/cpu/smt/control"};
+    if (threads.size() <= 1) return ok("core " + core + " has no hardware sibling");
+    return better("cores " + threads.to_list() + " share one processor core",
+                  "echo off | sudo tee /sys/devices/system/cpu/smt/control");
 }
 
 Finding governor(const Facts& facts) {
     const std::string cpu = "/sys/devices/system/cpu/cpu" + std::to_string(std::max(0, facts.owned_core()));
     const auto policy = facts.text(cpu + "/cpufreq/scaling_governor");
-    if (!policy) return {State::ok, "the kernel does not scale the clock here", ""};
-    if (*policy == "performance") return {State::ok, *policy, ""};
-    return {State::better, *policy,
-            "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor"};
+    if (!policy) return ok("the kernel does not scale the clock here");
+    if (*policy == "performance") return ok(*policy);
+    return better(*policy,
+                  "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor");
 }
 
 Finding throttling(const Facts& facts) {
     const auto limit = facts.text("/proc/sys/kernel/sched_rt_runtime_us");
-    if (!limit) return {State::ok, "not seen: not judged", ""};
+    if (!limit) return ok("not seen: not judged");
     const std::string fix = "sudo sysctl kernel.sched_rt_runtime_us=950000";
-    if (*limit == "-1")
-        return {State::better, "lifted for good: a loop that hangs takes the machine with it", fix};
-    if (*limit == "0") return {State::missing, "0: real-time threads never run", fix};
-    return {State::ok, *limit + " us in each second; lifted while a core is owned", ""};
+    if (*limit == "-1") return better("lifted for good: a loop that hangs takes the machine with it", fix);
+    if (*limit == "0") return missing("0: real-time threads never run", fix);
+    return ok(*limit + " us in each second; lifted while a core is owned");
 }
 
 Finding fair_server(const Facts& facts) {
-    if (!facts.kernel_at_least(6, 12)) return {State::ok, "kernels before 6.12 have none", ""};
-    if (facts.exists("/sys/kernel/debug/sched/fair_server"))
-        return {State::ok, "lifted while a core is owned", ""};
-    if (facts.exists("/sys/kernel/debug/sched")) return {State::ok, "this kernel has none", ""};
-    return {State::better, "cannot be reached: debugfs is not mounted, or not for this user",
-            "sudo mount -t debugfs none /sys/kernel/debug"};
+    if (!facts.kernel_at_least(6, 12)) return ok("kernels before 6.12 have none");
+    if (facts.exists("/sys/kernel/debug/sched/fair_server")) return ok("lifted while a core is owned");
+    if (facts.exists("/sys/kernel/debug/sched")) return ok("this kernel has none");
+    return better("cannot be reached: debugfs is not mounted, or not for this user",
+                  "sudo mount -t debugfs none /sys/kernel/debug");
+}
+
+/// Interrupts with a handler that go to the core of a loop.
+std::vector<Interrupt> interrupts_on_core(const Facts& facts) {
+    const int core = facts.owned_core();
+    std::vector<Interrupt> here;
+    for (Interrupt& irq : board::linux::all_interrupts(facts.at(""))) {
+        if (irq.used && irq.target.has(core)) here.push_back(std::move(irq));
+    }
+    return here;
+}
+
+Finding interrupt_affinity(const Facts& facts) {
+    if (facts.core_count() < 2) return kOneCore;
+    const int core = facts.owned_core();
+    std::vector<std::string> here;
+    for (const Interrupt& irq : interrupts_on_core(facts)) {
+        if (irq.movable) here.push_back(irq.name());
+    }
+    const std::string on_core = " on core " + std::to_string(core);
+    if (here.empty()) return ok("no movable interrupt" + on_core);
+    CpuList rest = CpuList::first(facts.core_count());
+    rest.remove(core);
+    return better(std::to_string(here.size()) + on_core + ": " + some_of(here, 5),
+                  facts.boot_with("irqaffinity=" + rest.to_list()));
+}
+
+/// Only interrupts that could be elsewhere. A disk with a queue for each core is none: the core's
+/// own queue is silent while the core is not used.
+Finding managed_interrupts(const Facts& facts) {
+    if (facts.core_count() < 2) return kOneCore;
+    std::vector<std::string> here;
+    for (const Interrupt& irq : interrupts_on_core(facts)) {
+        if (!irq.movable && irq.allowed.size() > 1) here.push_back(irq.name());
+    }
+    const std::string core = facts.owned_core_name();
+    if (here.empty()) return ok("none on core " + core);
+    const char* kept =
+        facts.boot_parameter("isolcpus") ? "isolcpus=managed_irq,domain," : "isolcpus=managed_irq,";
+    return better(some_of(here, 5) + " on core " + core, facts.boot_with(kept + core));
+}
+
+Finding irqbalance(const Facts& facts) {
+    if (!facts.runs("irqbalance")) return ok("not running");
+    return better("running", "sudo systemctl disable --now irqbalance");
 }
 
 constexpr std::array kChecks{
@@ -118,8 +163,19 @@ constexpr std::array kChecks{
     Check{"fair_server", "ordinary tasks get 50 ms of each second even on a loop's core", fair_server},
 };
 
+constexpr std::array kInterruptChecks{
+    Check{"irq_affinity",
+          "a device's interrupt on a loop's core makes a pulse late, until the board moves it",
+          interrupt_affinity},
+    Check{"managed_irqs", "its driver keeps it on a loop's core, with the threads that finish its work",
+          managed_interrupts},
+    Check{"irqbalance", "it puts interrupts back on the core from which the board has moved them",
+          irqbalance},
+};
+
 }  // namespace
 
 std::span<const Check> core_checks() { return kChecks; }
+std::span<const Check> interrupt_checks() { return kInterruptChecks; }
 
 }  // namespace qduino::apps::doctor

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor/finding.h"
+#include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
-#include "apps/terminal/wrap.h"
 #include "base/words.h"
 
 namespace qduino::apps {
@@ -44,17 +44,15 @@ std::string summary(const std::vector<Entry>& entries) {
     const long missing = count(entries, State::missing);
     const std::string all = std::to_string(entries.size());
     if (better + missing == 0) return "all " + all + " are as they should be.";
-    std::string text;
-    if (better > 0) text = std::to_string(better) + " of " + all + " could be better";
+    std::string words;
+    if (better > 0) write(words, better, " of ", all, " could be better", missing > 0 ? ", " : "");
     if (missing > 0)
-        text += (better > 0 ? ", " : "") + std::to_string(missing) + (better > 0 ? "" : " of " + all) +
-                (missing == 1 ? " is missing" : " are missing");
-    return text + ".";
+        write(words, missing, better > 0 ? "" : " of " + all, missing == 1 ? " is missing" : " are missing");
+    return words + ".";
 }
 
 std::string machine_of(const Facts& facts) {
-    const int cores = facts.core_count();
-    return facts.model() + ", " + std::to_string(cores) + (cores == 1 ? " core" : " cores");
+    return facts.model() + ", " + counted(facts.core_count(), "core");
 }
 
 std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
@@ -62,12 +60,10 @@ std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
                       wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
     const char* group = "";
     for (const Entry& entry : entries) {
-        if (entry.group != group) out += std::string{"\n"} + entry.group + "\n";
+        if (entry.group != group) write(out, '\n', entry.group, '\n');
         group = entry.group;
-        char head[80];
-        std::snprintf(head, sizeof head, "  %-15s  %-17s ", kStates(entry.finding.state).data(),
-                      entry.check->id);
-        out += wrapped(entry.finding.found, head);
+        out += wrapped(entry.finding.found, text("  ", column(kStates(entry.finding.state), -15), "  ",
+                                                 column(entry.check->id, -17), ' '));
         if (entry.finding.state == State::ok) continue;
         out += wrapped(entry.check->why, "      why  ");
         out += wrapped_command(entry.finding.fix, "      fix  ");

@@ -4,12 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
-#include "apps/doctor/unpack.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/machine_settings.h"
 #include "posix/small_file.h"
@@ -21,11 +20,18 @@ using board::linux::CpuList;
 namespace fs = std::filesystem;
 
 std::string without_end(std::string text) {
-    while (!text.empty() &&
-           (text.back() == '\0' || text.back() == ' ' || text.back() == '\n' || text.back() == '\t')) {
-        text.pop_back();
-    }
+    using namespace std::string_view_literals;
+    text.resize(text.find_last_not_of("\0 \n\t"sv) + 1);
     return text;
+}
+
+/// The output of `gzip -dc`; nothing when gzip is missing or refuses the file.
+std::optional<std::string> unpacked(const std::string& path) {
+    std::FILE* const gzip = ::popen(("gzip -dc '" + path + "' 2>/dev/null").c_str(), "re");
+    if (!gzip) return std::nullopt;
+    Result<std::string> content = posix::read_to_end(::fileno(gzip), path);
+    if (::pclose(gzip) != 0 || !content) return std::nullopt;
+    return std::move(*content);
 }
 
 /// "CONFIG_HZ=250" lines; "# CONFIG_X is not set" are left out.
@@ -34,7 +40,7 @@ std::map<std::string, std::string> settings_of(const std::string& text) {
     std::istringstream lines{text};
     for (std::string line; std::getline(lines, line);) {
         const std::size_t equals = line.find('=');
-        if (line.rfind("CONFIG_", 0) != 0 || equals == std::string::npos) continue;
+        if (!line.starts_with("CONFIG_") || equals == std::string::npos) continue;
         settings[line.substr(0, equals)] = line.substr(equals + 1);
     }
     return settings;
@@ -69,15 +75,13 @@ std::vector<std::string> Facts::entries(std::string_view folder) const {
 
 CpuList Facts::cpus(std::string_view path) const { return board::linux::read_cpu_list(at(path)); }
 
-long long Facts::number_in(std::string_view path, std::string_view key) const {
-    const auto all = text(path);
-    std::istringstream lines{all.value_or("")};
-    for (std::string line; std::getline(lines, line);) {
-        const std::size_t start = line.find_first_not_of(" \t");
-        if (start == std::string::npos || line.compare(start, key.size(), key) != 0) continue;
-        return std::atoll(line.c_str() + start + key.size());
+std::optional<std::string> Facts::value_in(std::string_view path, std::string_view key) const {
+    std::istringstream lines{text(path).value_or("")};
+    for (std::string line; std::getline(lines >> std::ws, line);) {
+        if (line.starts_with(key))
+            return line.substr(std::min(line.find_first_not_of(" \t:", key.size()), line.size()));
     }
-    return -1;
+    return std::nullopt;
 }
 
 int Facts::core_count() const {
@@ -112,16 +116,8 @@ std::string Facts::model() const {
         const auto name = text(path);
         if (name && !name->empty()) return *name;
     }
-    const auto processor = text("/proc/cpuinfo");
-    const std::size_t line = processor ? processor->find("model name") : std::string::npos;
-    if (line == std::string::npos) return architecture() + " machine";
-    const std::size_t start = processor->find(": ", line) + 2;
-    return processor->substr(start, processor->find('\n', start) - start);
+    return value_in("/proc/cpuinfo", "model name").value_or(architecture() + " machine");
 }
-
-bool Facts::has_device_tree() const { return exists("/proc/device-tree/model"); }
-
-bool Facts::is_raspberry_pi() const { return model().rfind("Raspberry Pi", 0) == 0; }
 
 std::optional<std::string> Facts::built_with(const std::string& name) const {
     if (!config_) return std::nullopt;
@@ -134,8 +130,7 @@ std::optional<std::string> Facts::boot_parameter(std::string_view name) const {
     std::optional<std::string> value;
     for (std::string word; words >> word;) {  // the last one counts, as for the kernel
         if (word == name) value = "";
-        if (word.size() > name.size() && word.compare(0, name.size(), name) == 0 && word[name.size()] == '=')
-            value = word.substr(name.size() + 1);
+        if (word.starts_with(std::string{name} + '=')) value = word.substr(name.size() + 1);
     }
     return value;
 }
@@ -161,31 +156,23 @@ bool Facts::runs(std::string_view process) const {
 }
 
 std::optional<long long> Facts::limit(std::string_view name) const {
-    std::istringstream lines{text("/proc/self/limits").value_or("")};
-    for (std::string line; std::getline(lines, line);) {
-        if (line.compare(0, name.size(), name) != 0) continue;
-        std::istringstream values{line.substr(name.size())};
-        std::string soft;
-        values >> soft;
-        return soft == "unlimited" ? -1 : std::atoll(soft.c_str());
-    }
-    return std::nullopt;
+    const auto soft = value_in("/proc/self/limits", name);
+    if (!soft) return std::nullopt;
+    return soft->starts_with("unlimited") ? -1 : std::atoll(soft->c_str());
 }
 
 bool Facts::capable(int capability) const {
-    const auto status = text("/proc/self/status");
-    const std::size_t line = status ? status->find("CapEff:") : std::string::npos;
-    if (line == std::string::npos) return false;
-    const unsigned long long held = std::strtoull(status->c_str() + line + 7, nullptr, 16);
+    const std::string set = value_in("/proc/self/status", "CapEff").value_or("0");
+    const unsigned long long held = std::strtoull(set.c_str(), nullptr, 16);
     return ((held >> capability) & 1) != 0;
 }
 
 std::string some_of(const std::vector<std::string>& list, std::size_t most) {
-    std::string text;
+    std::string words;
     const std::size_t shown = std::min(list.size(), most);
-    for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "" : ", ") + list[i];
-    if (shown < list.size()) text += " and " + std::to_string(list.size() - shown) + " more";
-    return text;
+    for (std::size_t i = 0; i < shown; ++i) write(words, i == 0 ? "" : ", ", list[i]);
+    if (shown < list.size()) write(words, " and ", list.size() - shown, " more");
+    return words;
 }
 
 }  // namespace qduino::apps::doctor

@@ -25,8 +25,8 @@ class Facts {
     [[nodiscard]] std::vector<std::string> entries(std::string_view folder) const;
     /// A file with a list of CPUs; the empty list when it cannot be read or is none.
     [[nodiscard]] board::linux::CpuList cpus(std::string_view path) const;
-    /// The number after `key` in a file of "key: value" lines; −1 when there is none.
-    [[nodiscard]] long long number_in(std::string_view path, std::string_view key) const;
+    /// The value of `key` in a file of "key: value" lines; nothing when there is none.
+    [[nodiscard]] std::optional<std::string> value_in(std::string_view path, std::string_view key) const;
 
     [[nodiscard]] int core_count() const;
     /// The core that a loop would own: the first that was set apart at boot (isolcpus, nohz_full),
@@ -42,8 +42,8 @@ class Facts {
     [[nodiscard]] std::string architecture() const;
     /// The machine's name from its device tree, its firmware or its processor.
     [[nodiscard]] std::string model() const;
-    [[nodiscard]] bool has_device_tree() const;
-    [[nodiscard]] bool is_raspberry_pi() const;
+    [[nodiscard]] bool has_device_tree() const { return exists("/proc/device-tree/model"); }
+    [[nodiscard]] bool is_raspberry_pi() const { return model().starts_with("Raspberry Pi"); }
 
     /// The value of `name` in the kernel's build ("y", "m", "250"); "" when it was not set; nothing
     /// when the configuration cannot be read (/boot/config-RELEASE or /proc/config.gz).

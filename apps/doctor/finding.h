@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/doctor/facts.h"
@@ -20,6 +21,14 @@ struct Finding {
     std::string found;  ///< what there is
     std::string fix;    ///< when it is not ok; a command begins with "sudo " or "echo "
 };
+
+inline Finding ok(std::string found) { return {State::ok, std::move(found), ""}; }
+inline Finding better(std::string found, std::string fix) {
+    return {State::better, std::move(found), std::move(fix)};
+}
+inline Finding missing(std::string found, std::string fix) {
+    return {State::missing, std::move(found), std::move(fix)};
+}
 
 struct Check {
     const char* id;

@@ -3,9 +3,7 @@
 #include <sys/file.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cstdio>
 #include <sstream>
 #include <thread>
 
@@ -32,32 +30,30 @@ bool is_virtual(const Facts& facts) {
 }
 
 Finding hypervisor(const Facts& facts) {
-    if (!is_virtual(facts)) return {State::ok, "none: this is the machine itself", ""};
-    return {State::better, "a virtual machine",
-            "run on the board itself; or, on the host, give each virtual processor a core of its own: "
-            "virsh vcpupin NAME 1 CORE"};
+    if (!is_virtual(facts)) return ok("none: this is the machine itself");
+    return better("a virtual machine",
+                  "run on the board itself; or, on the host, give each virtual processor a core of its own: "
+                  "virsh vcpupin NAME 1 CORE");
 }
 
 Finding steal(const Facts& facts) {
     const auto before = facts.text("/proc/stat");
-    if (!before) return {State::ok, "not seen: not judged", ""};
+    if (!before) return ok("not seen: not judged");
     if (is_virtual(facts)) std::this_thread::sleep_for(kWatch);
     const double share = stolen_percent(*before, facts.text("/proc/stat").value_or(""));
-    std::array<char, 80> found{};
-    std::snprintf(found.data(), found.size(), "%.1f %% of the time in %lld ms", share,
-                  is_virtual(facts) ? static_cast<long long>(kWatch.count()) : 0LL);
-    if (!is_virtual(facts)) return {State::ok, "nobody to take time from it", ""};
-    if (share < 0.1) return {State::ok, found.data(), ""};
-    return {State::better, found.data(),
-            "on the host: run fewer virtual machines beside this one, or virsh vcpupin NAME 1 CORE"};
+    const std::string found = text<std::string>(Fixed{share, 1}, " % of the time in ", kWatch.count(), " ms");
+    if (!is_virtual(facts)) return ok("nobody to take time from it");
+    if (share < 0.1) return ok(found);
+    return better(found,
+                  "on the host: run fewer virtual machines beside this one, or virsh vcpupin NAME 1 CORE");
 }
 
 Finding huge_pages(const Facts& facts) {
     const std::string path = "/sys/kernel/mm/transparent_hugepage/enabled";
     const auto setting = facts.text(path);
-    if (!setting) return {State::ok, "the kernel has none", ""};
-    if (setting->find("[always]") == std::string::npos) return {State::ok, *setting, ""};
-    return {State::better, *setting, "echo madvise | sudo tee " + path};
+    if (!setting) return ok("the kernel has none");
+    if (setting->find("[always]") == std::string::npos) return ok(*setting);
+    return better(*setting, "echo madvise | sudo tee " + path);
 }
 
 Finding swap(const Facts& facts) {
@@ -66,8 +62,8 @@ Finding swap(const Facts& facts) {
     std::string line;
     std::getline(lines, line);  // the heading
     while (std::getline(lines, line)) areas.push_back(line.substr(0, line.find_first_of(" \t")));
-    if (areas.empty()) return {State::ok, "none", ""};
-    return {State::better, some_of(areas, 3), "sudo swapoff -a && sudo systemctl mask swap.target"};
+    if (areas.empty()) return ok("none");
+    return better(some_of(areas, 3), "sudo swapoff -a && sudo systemctl mask swap.target");
 }
 
 /// The file is locked as long as the run lives whose changes are in it (machine_settings.h).
@@ -76,13 +72,12 @@ Finding leftovers(const Facts& facts) {
     const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     const auto text = facts.text(board::linux::kDefaultSettingsState);
     if (!text && facts.exists(board::linux::kDefaultSettingsState))
-        return {State::ok, path + " is root's: not judged", ""};
+        return ok(path + " is root's: not judged");
     // The first line is a heading.
     const auto changes = text ? std::count(text->begin(), text->end(), '\n') : 0;
-    if (!file.valid() || changes == 0) return {State::ok, "nothing is left of an earlier run", ""};
-    if (::flock(file.get(), LOCK_SH | LOCK_NB) != 0)
-        return {State::ok, "a sketch runs and has changed settings", ""};
-    return {State::better, std::to_string(changes) + " changes of a run that died", "sudo qduino restore"};
+    if (!file.valid() || changes == 0) return ok("nothing is left of an earlier run");
+    if (::flock(file.get(), LOCK_SH | LOCK_NB) != 0) return ok("a sketch runs and has changed settings");
+    return better(std::to_string(changes) + " changes of a run that died", "sudo qduino restore");
 }
 
 constexpr std::array kChecks{

@@ -20,31 +20,31 @@ std::string limits_fix(const std::string& line) {
 }
 
 Finding real_time_priority(const Facts& facts) {
-    if (facts.capable(CAP_SYS_NICE)) return {State::ok, "CAP_SYS_NICE: any priority", ""};
+    if (facts.capable(CAP_SYS_NICE)) return ok("CAP_SYS_NICE: any priority");
     const auto limit = facts.limit("Max realtime priority");
-    if (!limit) return {State::ok, "not seen: not judged", ""};
+    if (!limit) return ok("not seen: not judged");
     const std::string found = "RLIMIT_RTPRIO is " + std::to_string(*limit);
-    if (*limit < 0 || *limit >= kHighestPriority) return {State::ok, found, ""};
+    if (*limit < 0 || *limit >= kHighestPriority) return ok(found);
     return {*limit > 0 ? State::better : State::missing, found, limits_fix("rtprio 90")};
 }
 
 Finding locked_memory(const Facts& facts) {
-    if (facts.capable(CAP_IPC_LOCK)) return {State::ok, "CAP_IPC_LOCK: any amount", ""};
+    if (facts.capable(CAP_IPC_LOCK)) return ok("CAP_IPC_LOCK: any amount");
     const auto limit = facts.limit("Max locked memory");
-    if (!limit) return {State::ok, "not seen: not judged", ""};
-    if (*limit < 0) return {State::ok, "RLIMIT_MEMLOCK is unlimited", ""};
+    if (!limit) return ok("not seen: not judged");
+    if (*limit < 0) return ok("RLIMIT_MEMLOCK is unlimited");
     const std::string found = "RLIMIT_MEMLOCK is " + std::to_string(*limit / 1024) + " KiB";
     // Code, stacks and the pins' pages of a large sketch.
     constexpr long long kEnough = 256LL << 20;
-    if (*limit >= kEnough) return {State::ok, found, ""};
-    return {State::missing, found, limits_fix("memlock unlimited")};
+    if (*limit >= kEnough) return ok(found);
+    return missing(found, limits_fix("memlock unlimited"));
 }
 
 Finding isolation_rights(const Facts& facts) {
     if (facts.capable(CAP_SYS_ADMIN) && facts.capable(CAP_DAC_OVERRIDE))
-        return {State::ok, "root: the board may set cores apart", ""};
-    return {State::better, "not root: loops share their cores with other tasks",
-            "start the sketch with sudo, or let systemd start it"};
+        return ok("root: the board may set cores apart");
+    return better("not root: loops share their cores with other tasks",
+                  "start the sketch with sudo, or let systemd start it");
 }
 
 /// A command that gives this user access to `device`, by its group.
@@ -61,16 +61,16 @@ std::string group_fix(const Facts& facts, const std::string& device) {
 Finding devices(const Facts& facts, const std::string& prefix, const std::string& enable) {
     std::vector<std::string> usable, refused;
     for (const std::string& name : facts.entries("/dev")) {
-        if (name.rfind(prefix, 0) != 0) continue;
+        if (!name.starts_with(prefix)) continue;
         const bool may =
             ::faccessat(AT_FDCWD, facts.at("/dev/" + name).c_str(), R_OK | W_OK, AT_EACCESS) == 0;
         (may ? usable : refused).push_back(name);
     }
     if (!refused.empty())
-        return {State::missing, some_of(refused, 3) + ": not for this user", group_fix(facts, refused[0])};
-    if (!usable.empty()) return {State::ok, some_of(usable, 4), ""};
-    if (!facts.has_device_tree()) return {State::ok, "none on this machine: virtual ones only", ""};
-    return {State::missing, "none", enable};
+        return missing(some_of(refused, 3) + ": not for this user", group_fix(facts, refused[0]));
+    if (!usable.empty()) return ok(some_of(usable, 4));
+    if (!facts.has_device_tree()) return ok("none on this machine: virtual ones only");
+    return missing("none", enable);
 }
 
 Finding gpio(const Facts& facts) {

@@ -1,10 +1,10 @@
 #include "apps/guarantee/guarantee_report.h"
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "apps/terminal/human.h"
-#include "apps/terminal/wrap.h"
+#include "apps/terminal/message.h"
+#include "posix/durable_file.h"
 
 namespace qduino::apps {
 namespace {
@@ -19,35 +19,29 @@ const char* yes_no(bool yes) { return yes ? "yes" : "NO"; }
 std::string remark(std::string_view text) { return text.empty() ? "" : wrapped(text, "         "); }
 
 std::string loop_line(const board::LoopGuarantee& loop) {
-    char text[120];
-    std::snprintf(text, sizeof text, "  %-4u %-4d %9s / %-9s    %-9s %-9s %s\n",
-                  static_cast<unsigned>(loop.id), loop.core, human_duration(loop.budget).c_str(),
-                  human_duration(loop.period).c_str(), yes_no(loop.priority_enforced),
-                  yes_no(loop.budget_enforced), loop.core_owned ? "owned" : "shared");
-    return text + remark(loop.shortfall);
+    return text<std::string>(
+        "  ", column(loop.id, -4), ' ', column(loop.core, -4), ' ', column(human_duration(loop.budget), 9),
+        " / ", column(human_duration(loop.period), -9), "    ", column(yes_no(loop.priority_enforced), -9),
+        ' ', column(yes_no(loop.budget_enforced), -9), loop.core_owned ? " owned\n" : " shared\n",
+        remark(loop.shortfall));
 }
 
 std::string core_line(const board::CoreGuarantee& core) {
-    std::string out = "  core " + std::to_string(core.core) + ":";
-    char text[80];
-    if (core.interrupts_per_second >= 0) {
-        std::snprintf(text, sizeof text, " %.0f interrupts/s,", core.interrupts_per_second);
-        out += text;
-    }
-    if (core.worst_gap.count() >= 0) {
-        out += " worst gap of a bare spin " + human_duration(core.worst_gap) + ",";
-    }
-    out += core.tick_stopped ? " no tick," : " tick,";
-    out += core.throttling_lifted ? " no throttling\n" : " RT throttling\n";
-    return out + remark(core.note);
+    std::string out = text<std::string>("  core ", core.core, ':');
+    if (core.interrupts_per_second >= 0)
+        write(out, ' ', Fixed{core.interrupts_per_second, 0}, " interrupts/s,");
+    if (core.worst_gap.count() >= 0)
+        write(out, " worst gap of a bare spin ", human_duration(core.worst_gap), ',');
+    return write(out, core.tick_stopped ? " no tick," : " tick,",
+                 core.throttling_lifted ? " no throttling\n" : " RT throttling\n", remark(core.note));
 }
 
 }  // namespace
 
 std::string guarantee_text(const board::GuaranteeReport& report) {
-    std::string out = "What holds on this board (" + std::string(report.board.view()) + ", memory " +
-                      (report.memory_locked ? "locked" : "NOT locked") + "):\n";
-    out += "  loop core    budget / period       priority  budget    core\n";
+    std::string out = text<std::string>("What holds on this board (", report.board, ", memory ",
+                                        report.memory_locked ? "locked" : "NOT locked", "):\n",
+                                        "  loop core    budget / period       priority  budget    core\n");
     for (const board::LoopGuarantee& loop : report.loops) out += loop_line(loop);
     for (const board::CoreGuarantee& core : report.cores) out += core_line(core);
     return out;
@@ -63,7 +57,7 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
                          {"priority_enforced", loop.priority_enforced},
                          {"budget_enforced", loop.budget_enforced},
                          {"core_owned", loop.core_owned},
-                         {"shortfall", std::string(loop.shortfall.view())}});
+                         {"shortfall", loop.shortfall.view()}});
     }
     Json cores = Json::array();
     for (const board::CoreGuarantee& core : report.cores) {
@@ -75,14 +69,20 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
              {"worst_gap_us", spun ? Json(microseconds(core.worst_gap)) : Json(nullptr)},
              {"tick_stopped", core.tick_stopped},
              {"throttling_lifted", core.throttling_lifted},
-             {"note", std::string(core.note.view())}});
+             {"note", core.note.view()}});
     }
-    const Json out{{"board", std::string(report.board.view())},
+    const Json out{{"board", report.board.view()},
                    {"simulated", report.simulated},
                    {"memory_locked", report.memory_locked},
                    {"loops", loops},
                    {"cores", cores}};
     return out.dump();
+}
+
+Result<void> write_guarantee(const board::GuaranteeReport& report, const std::string& path) {
+    if (posix::write_durably(path, guarantee_json(report) + '\n', 0666)) return {};
+    return make_error(ErrorCode::unavailable, "the guarantee report cannot be written to ", path,
+                      ": check that its folder is there and yours");
 }
 
 }  // namespace qduino::apps

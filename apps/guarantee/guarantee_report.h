@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "base/result.h"
 #include "board/guarantee.h"
 
 namespace qduino::apps {
@@ -15,5 +16,9 @@ std::string guarantee_text(const board::GuaranteeReport& report);
 /// "interrupts_per_second","worst_gap_us","tick_stopped","throttling_lifted","note"}…]}. A value
 /// that was not measured is null.
 std::string guarantee_json(const board::GuaranteeReport& report);
+
+/// Writes the JSON to `path`, whole or not at all: a reader meanwhile gets the old file. Error: it
+/// cannot be written there.
+Result<void> write_guarantee(const board::GuaranteeReport& report, const std::string& path);
 
 }  // namespace qduino::apps

@@ -1,6 +1,6 @@
 #include "apps/host/admission_report.h"
 
-#include <cstdio>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -31,10 +31,8 @@ constexpr Words<sched::Share::Kind::own, sched::Share::Kind::overhead> kShares{"
                                                                                "platform", "overhead"};
 
 const LoopDeclaration* declaration_of(const SketchTable& table, board::VcpuId id) {
-    for (const LoopDeclaration& loop : table.loops) {
-        if (loop.id == id) return &loop;
-    }
-    return nullptr;
+    const auto* const at = std::ranges::find(table.loops, id, &LoopDeclaration::id);
+    return at == table.loops.end() ? nullptr : &*at;
 }
 
 /// R of a loop, where its core was analysed.
@@ -55,10 +53,8 @@ std::string_view file_name(std::string_view path) { return path.substr(path.find
 
 std::string row(const std::string& vcpu, const std::string& core, const std::string& budget,
                 const std::string& period, const std::string& r, const std::string& place) {
-    char line[160];
-    std::snprintf(line, sizeof line, "%-8s %4s %13s %13s %13s  %.22s\n", vcpu.c_str(), core.c_str(),
-                  budget.c_str(), period.c_str(), r.c_str(), place.c_str());
-    return line;
+    return text<std::string>(column(vcpu, -8), ' ', column(core, 4), ' ', column(budget, 13), ' ',
+                             column(period, 13), ' ', column(r, 13), "  ", place.substr(0, 22), '\n');
 }
 
 std::string vcpu_line(const Plan& plan, const SketchTable& table, const sched::Vcpu& vcpu) {
@@ -87,12 +83,10 @@ std::string overheads_text(const Plan& plan) {
     for (const sched::CoreLoad& load : plan.admission().loads) {
         const sched::PlatformOverheads& o = load.overheads;
         if (costs_nothing(o)) continue;
-        out += "  core " + std::to_string(load.core) + ": " + text_of(o.release_cost) + " per release, " +
-               text_of(o.enforcement_cost) + " per enforcement\n";
-        for (const sched::PlatformInterferer& i : o.interferers) {
-            out += "    " + std::string(i.name.view()) + ": " + text_of(i.cost) + " every " +
-                   text_of(i.interval) + "\n";
-        }
+        write(out, "  core ", load.core, ": ", text_of(o.release_cost), " per release, ",
+              text_of(o.enforcement_cost), " per enforcement\n");
+        for (const sched::PlatformInterferer& i : o.interferers)
+            write(out, "    ", i.name, ": ", text_of(i.cost), " every ", text_of(i.interval), '\n');
     }
     if (out.empty()) return "Overheads counted: none. A board file can name some (--board).\n";
     return "Overheads counted, from the board file:\n" + out;
@@ -103,17 +97,16 @@ std::string overheads_text(const Plan& plan) {
 bool all_admitted(const Plan& plan) { return plan.admitted() && plan.refused_ios().empty(); }
 
 std::string admission_text(const Plan& plan, const SketchTable& table, const CheckedBoard& board) {
-    std::string out = board.sketch + ": " + (all_admitted(plan) ? "admitted" : "REFUSED") + " on " +
-                      std::to_string(board.cores) + (board.cores == 1 ? " core" : " cores") +
-                      (board.board_file.empty() ? "" : " of " + board.board_file) + "\n\n";
+    std::string out = text<std::string>(board.sketch, ": ", all_admitted(plan) ? "admitted" : "REFUSED",
+                                        " on ", counted(board.cores, "core"),
+                                        board.board_file.empty() ? "" : " of ", board.board_file, "\n\n");
     out += table_text(plan, table) + "\n";
     // A plan that never reached admission has its reason in the explanation alone.
     out += plan.admission().placed.empty() ? std::string(plan.explanation().view()) + "\n"
                                            : std::string(plan.admission_table().view());
     for (const runtime::RefusedIo& io : plan.refused_ios()) {
-        out += "I/O VCPU " + std::to_string(io.vcpu.id) + " (" + text_of(io.vcpu.budget) + " in " +
-               text_of(io.vcpu.period) + "), which setup() asks for, is refused. With it,\n";
-        out += sched::explain(io.refusal, io.core).view();
+        write(out, "I/O VCPU ", io.vcpu.id, " (", text_of(io.vcpu.budget), " in ", text_of(io.vcpu.period),
+              "), which setup() asks for, is refused. With it,\n", sched::explain(io.refusal, io.core));
     }
     out += "\n" + overheads_text(plan);
     out += board.setup_ran      ? "setup() was run, with nothing wired: it may declare I/O VCPUs.\n"
@@ -145,24 +138,28 @@ Json response_json(const sched::LoopResponse& loop) {
 
 Json core_number(int core) { return core == sched::kAnyCore ? Json(nullptr) : Json(core); }
 
-Json loop_json(const Plan& plan, const SketchTable& table, const sched::Vcpu& vcpu) {
-    const LoopDeclaration* declared = declaration_of(table, vcpu.id);
-    const sched::LoopResponse* response = response_of(plan, vcpu.id);
-    return {{"id", vcpu.id},
-            {"core", core_number(vcpu.core)},
-            {"budget_ns", vcpu.budget.count()},
-            {"period_ns", vcpu.period.count()},
-            {"response_ns", response ? response_json(*response) : Json(nullptr)},
-            {"meets", response ? Json(response->meets()) : Json(nullptr)},
-            {"file", declared ? Json(declared->file) : Json(nullptr)},
+/// Where a loop is declared; nulls for none.
+Json place_json(const LoopDeclaration* declared) {
+    return {{"file", declared ? Json(declared->file) : Json(nullptr)},
             {"line", declared ? Json(declared->line) : Json(nullptr)}};
 }
 
-Json io_json(const sched::Vcpu& vcpu) {
+/// What every VCPU has.
+Json vcpu_json(const sched::Vcpu& vcpu) {
     return {{"id", vcpu.id},
             {"core", core_number(vcpu.core)},
             {"budget_ns", vcpu.budget.count()},
             {"period_ns", vcpu.period.count()}};
+}
+
+Json loop_json(const Plan& plan, const SketchTable& table, const sched::Vcpu& vcpu) {
+    const LoopDeclaration* declared = declaration_of(table, vcpu.id);
+    const sched::LoopResponse* response = response_of(plan, vcpu.id);
+    Json json = vcpu_json(vcpu);
+    json["response_ns"] = response ? response_json(*response) : Json(nullptr);
+    json["meets"] = response ? Json(response->meets()) : Json(nullptr);
+    json.update(place_json(declared));
+    return json;
 }
 
 Json core_json(const sched::Admission& core) {
@@ -227,7 +224,7 @@ Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int c
             {"smallest_change", remedy_json(refusal)},
             {"file", declared ? Json(declared->file) : Json(nullptr)},
             {"line", declared ? Json(declared->line) : Json(nullptr)},
-            {"with_io", asked_io ? io_json(*asked_io) : Json(nullptr)}};
+            {"with_io", asked_io ? vcpu_json(*asked_io) : Json(nullptr)}};
 }
 
 }  // namespace
@@ -238,7 +235,7 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
          refusals = Json::array();
     for (const sched::Vcpu& vcpu : admission.placed) {
         if (vcpu.is_io()) {
-            ios.push_back(io_json(vcpu));
+            ios.push_back(vcpu_json(vcpu));
         } else {
             loops.push_back(loop_json(plan, table, vcpu));
         }

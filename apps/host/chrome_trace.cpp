@@ -2,7 +2,9 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
+#include "apps/host/chrome_event.h"
 #include "base/words.h"
 #include "runtime/plan.h"
 
@@ -14,18 +16,12 @@ using board::sim::TraceKind;
 namespace {
 
 /// Microseconds, as text: a double would lose nanoseconds after some months.
-struct Microseconds {
-    explicit Microseconds(std::int64_t ns) {
-        std::snprintf(text, sizeof text, "%lld.%03lld", static_cast<long long>(ns / 1000),
-                      static_cast<long long>(ns % 1000));
-    }
-    char text[32];
-};
+std::string microseconds(std::int64_t ns) {
+    return text<std::string>(ns / 1000, '.', std::to_string(1000 + ns % 1000).substr(1));
+}
 
 constexpr Words<TraceKind::release, TraceKind::finish> kKinds{
     "release", "run", "preempt", "block", "throttle", "replenish", "overrun", "interrupt", "finish"};
-
-constexpr int kInterruptThread = 1000;  // sorts after the VCPUs
 
 constexpr Words<board::DeviceClass::gpio, board::DeviceClass::all> kDevices{"gpio", "i2c",  "spi", "uart",
                                                                             "nic",  "disk", "tick"};
@@ -35,9 +31,9 @@ constexpr Words<board::DeviceClass::gpio, board::DeviceClass::all> kDevices{"gpi
 Result<std::unique_ptr<ChromeTrace>> ChromeTrace::create(const std::string& path) {
     std::FILE* file = std::fopen(path.c_str(), "w");
     if (!file) {
-        const bool forbidden = errno == EACCES;
-        return make_error(forbidden ? ErrorCode::not_permitted : ErrorCode::unavailable,
-                          path + ": " + std::strerror(errno));
+        const int why = errno;
+        return make_error(why == EACCES ? ErrorCode::not_permitted : ErrorCode::unavailable, path, ": ",
+                          std::strerror(why));
     }
     std::fputs("[\n", file);
     return std::unique_ptr<ChromeTrace>(new ChromeTrace(file));
@@ -47,32 +43,23 @@ ChromeTrace::~ChromeTrace() {
     if (file_) std::fclose(file_);
 }
 
-void ChromeTrace::begin_record() {
-    std::fputs(first_ ? "" : ",\n", file_);
-    first_ = false;
+void ChromeTrace::add(const std::string& record) {
+    std::fputs((std::exchange(first_, false) ? record : ",\n" + record).c_str(), file_);
 }
 
 void ChromeTrace::name_thread(const TraceEvent& event) {
     const bool interrupt = event.kind == TraceKind::interrupt;
-    bool& named = interrupt ? interrupts_named_[event.core] : named_[event.core][event.vcpu];
-    if (named) return;
-    named = true;
-    begin_record();
-    std::fprintf(file_, R"({"ph":"M","name":"thread_name","pid":%d,"tid":%d,"args":{"name":"%s"}})",
-                 event.core, interrupt ? kInterruptThread : event.vcpu,
-                 interrupt ? "interrupts" : runtime::vcpu_name(event.vcpu).c_str());
-    begin_record();
-    std::fprintf(file_, R"({"ph":"M","name":"process_name","pid":%d,"args":{"name":"core %d"}})", event.core,
-                 event.core);
+    const int thread = interrupt ? chrome::kInterruptThread : event.vcpu;
+    if (!named_.emplace(event.core, thread).second) return;
+    add(chrome::thread_name(event.core, thread, interrupt ? "interrupts" : runtime::vcpu_name(event.vcpu)));
+    add(chrome::core_name(event.core));
 }
 
 void ChromeTrace::end_stretch(int core, Instant now) {
     Running& running = running_[static_cast<std::size_t>(core)];
     if (running.vcpu == board::kNoVcpu) return;
-    begin_record();
-    std::fprintf(file_, R"({"ph":"X","name":"%s","pid":%d,"tid":%d,"ts":%s,"dur":%s})",
-                 runtime::vcpu_name(running.vcpu).c_str(), core, running.vcpu,
-                 Microseconds(to_ns(running.since)).text, Microseconds(to_ns(now - running.since)).text);
+    add(chrome::stretch(runtime::vcpu_name(running.vcpu), core, running.vcpu,
+                        microseconds(to_ns(running.since)), microseconds(to_ns(now - running.since))));
     running.vcpu = board::kNoVcpu;
 }
 
@@ -88,18 +75,11 @@ void ChromeTrace::on_event(const TraceEvent& event) {
     const bool leaves = event.kind == TraceKind::preempt || event.kind == TraceKind::block ||
                         event.kind == TraceKind::throttle || event.kind == TraceKind::finish;
     if (leaves && running.vcpu == event.vcpu) end_stretch(event.core, event.time);
-    begin_record();
-    const Microseconds at(to_ns(event.time));
-    if (event.kind == TraceKind::interrupt) {
-        const auto device = static_cast<board::DeviceClass>(event.vcpu);
-        std::fprintf(
-            file_,
-            R"({"ph":"i","s":"t","name":"interrupt","pid":%d,"tid":%d,"ts":%s,"args":{"device":"%s"}})",
-            event.core, kInterruptThread, at.text, kDevices(device).data());
-        return;
-    }
-    std::fprintf(file_, R"({"ph":"i","s":"t","name":"%s","pid":%d,"tid":%d,"ts":%s})",
-                 kKinds(event.kind).data(), event.core, event.vcpu, at.text);
+    const bool interrupt = event.kind == TraceKind::interrupt;
+    add(chrome::instant(
+        kKinds(event.kind), event.core, interrupt ? chrome::kInterruptThread : event.vcpu,
+        microseconds(to_ns(event.time)),
+        interrupt ? chrome::device(kDevices(static_cast<board::DeviceClass>(event.vcpu))) : ""));
 }
 
 Result<void> ChromeTrace::finish(Instant now) {

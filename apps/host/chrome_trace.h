@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdio>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "base/result.h"
@@ -32,7 +33,7 @@ class ChromeTrace final : public board::sim::TraceSink {
     explicit ChromeTrace(std::FILE* file) : file_(file) {}
     void name_thread(const board::sim::TraceEvent& event);
     void end_stretch(int core, Instant now);
-    void begin_record();
+    void add(const std::string& record);
 
     std::FILE* file_;
     bool first_ = true;
@@ -40,9 +41,8 @@ class ChromeTrace final : public board::sim::TraceSink {
         board::VcpuId vcpu = board::kNoVcpu;
         Instant since;
     };
-    std::array<Running, 64> running_{};  // per core
-    std::array<std::array<bool, board::kVcpuLimit>, 64> named_{};
-    std::array<bool, 64> interrupts_named_{};  // per core
+    std::array<Running, 64> running_{};    // per core
+    std::set<std::pair<int, int>> named_;  // cores and their threads
 };
 
 }  // namespace qduino::apps

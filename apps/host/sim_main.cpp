@@ -2,29 +2,21 @@
 // kept their periods. With --check it only reports the verdict of admission.
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
-#include <string>
 #include <thread>
-
-#include <CLI/CLI.hpp>
 
 #include "apps/board_file/board_file.h"
 #include "apps/command_line/command_line.h"
 #include "apps/host/admission_report.h"
 #include "apps/host/chrome_trace.h"
-#include "apps/host/setup_need.h"
-#include "apps/host/sketch_output.h"
+#include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
-#include "apps/host/write_report.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "board/sim/sim_board.h"
-#include "runtime/runtime.h"
 
 namespace {
 
@@ -34,12 +26,9 @@ using runtime::Runtime;
 /// The limit on setup() during --check: some sketches wait there for input that does not come.
 constexpr unsigned kSetupSeconds = 10;
 
-struct Options {
-    double length_s = 10;
+struct Options : apps::SketchOptions {
     double speed = 0;  // virtual seconds per second; 0: as fast as it goes
     std::string trace_path;
-    std::string report_path;
-    std::string board_path;
     std::optional<int> cores;           // these two overrule the board file
     std::optional<std::uint64_t> seed;  //
     bool enforce_admission = true;
@@ -50,14 +39,6 @@ struct Options {
 };
 
 constexpr apps::Fail fail{""};
-
-int refuse(const Runtime& runtime, const Options& options, const Error& error) {
-    apps::settle_sketch_output();
-    apps::say(error.message);
-    apps::say(runtime.explanation());
-    apps::say(apps::verdict(options.sketch + " is REFUSED: no loop of it ran."));
-    return 2;
-}
 
 /// In slices of 10 ms, so that Ctrl-C is seen and the pace is kept.
 void run_paced(Runtime& runtime, board::sim::SimBoard& board, const Options& options) {
@@ -71,20 +52,18 @@ void run_paced(Runtime& runtime, board::sim::SimBoard& board, const Options& opt
         std::this_thread::sleep_until(wall_begin + std::chrono::duration_cast<std::chrono::nanoseconds>(
                                                        std::chrono::duration<double>(due_s)));
     }
-    board.request_stop();
-    runtime.run(board.now() + 1s);  // what has not ended by then is hung
-    if (!board.stopped()) board.force_safe_states();
 }
 
 int report_end(const Options& options, board::sim::SimBoard& board,
                const std::vector<const runtime::Loop*>& loops, apps::ChromeTrace* trace) {
-    std::array<char, 80> line{};
-    std::snprintf(line.data(), line.size(), "%.6f s, trace hash %016llx\n", to_seconds(board.now() - kEpoch),
-                  static_cast<unsigned long long>(board.trace_hash()));
-    std::string report = apps::loop_table(loops) + "\n" + line.data();
+    std::string report = apps::loop_table(loops);
+    char hash[20];
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(board.trace_hash()));
+    write(report, "\n", Fixed{to_seconds(board.now() - kEpoch), 6}, " s, trace hash ", hash, "\n");
     const bool written = !trace || trace->finish(board.now()).ok();
     if (trace && written)
-        report += "trace: " + options.trace_path + "\n  (open it in ui.perfetto.dev or chrome://tracing)\n";
+        write(report, "trace: ", options.trace_path,
+              "\n  (open it in ui.perfetto.dev or chrome://tracing)\n");
     apps::report_beside_sketch(report);
     if (!written) return fail("the trace could not be written");
     apps::say(apps::verdict(options.sketch + ": " + apps::periods_kept(loops) + "."));
@@ -95,24 +74,23 @@ int run(const Options& options) {
     std::unique_ptr<apps::ChromeTrace> trace;
     if (!options.trace_path.empty()) {
         auto created = apps::ChromeTrace::create(options.trace_path);
-        if (!created) return fail(created.error().message);
-        trace = std::move(created.value());
+        if (!created) return fail(created.error());
+        trace = std::move(*created);
     }
     board::NoPeripherals nothing_wired;
     board::sim::SimBoard board(options.machine, nothing_wired, trace.get());
-    Runtime runtime(board, {.enforce_admission = options.enforce_admission});
-    if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
-        return refuse(runtime, options, begun.error());
-    apps::settle_sketch_output();  // of setup()
-    apps::report_beside_sketch(std::string(runtime.plan().admission_table().view()) + "\n");
-    if (!options.report_path.empty()) {
-        if (Result<void> written = apps::write_guarantee(board.guarantee(), options.report_path); !written)
-            return fail(written.error().message);
-    }
-
-    run_paced(runtime, board, options);
-    apps::settle_sketch_output();
-    return report_end(options, board, apps::loops_of(runtime), trace.get());
+    apps::SketchCourse course;
+    course.refused = apps::verdict(options.sketch + " is REFUSED: no loop of it ran.");
+    course.runtime.enforce_admission = options.enforce_admission;
+    course.opening = [] { return std::string{}; };
+    course.play = [&](Runtime& runtime) { run_paced(runtime, board, options); };
+    course.stop = [&](Runtime& runtime) {
+        board.request_stop();
+        runtime.run(board.now() + 1s);  // what has not ended by then is hung
+        if (!board.stopped()) board.force_safe_states();
+    };
+    course.report = [&](const auto& loops) { return report_end(options, board, loops, trace.get()); };
+    return apps::run_sketch(board, options, course);
 }
 
 /// Sends the sketch's output in setup() to stderr, since stdout is the report's. Returns where the
@@ -159,7 +137,7 @@ int check(const Options& options) {
     std::fputs(text.c_str(), report);
     if (std::fclose(report) != 0) return fail("the table could not be written");
     // Admission agreed, and the board refused.
-    if (plan.admitted() && !begun) return fail(begun.error().message);
+    if (plan.admitted() && !begun) return fail(begun.error());
     return apps::all_admitted(plan) ? 0 : 2;
 }
 
@@ -177,20 +155,15 @@ std::string read_machine(Options& options) {
 }
 
 void add_options(CLI::App& app, Options& options) {
-    app.add_option("--for", options.length_s, "Virtual seconds to run (default 10)")
-        ->check(CLI::PositiveNumber)
-        ->option_text("S");
-    app.add_option("--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes")
-        ->check(CLI::NonNegativeNumber)
-        ->option_text("K");
-    app.add_option("--board", options.board_path, "Board file: the [sim] table")->option_text("FILE");
-    app.add_option("--cores", options.cores, "Cores of the machine, 1 to 64 (default 2)")
-        ->check(CLI::Range(1, 64))
-        ->option_text("N");
-    app.add_option("--seed", options.seed, "Seed of what is random (default 1)")->option_text("N");
-    app.add_option("--trace", options.trace_path, "Write a Chrome/Perfetto trace here")->option_text("FILE");
-    app.add_option("--report", options.report_path, "Write the guarantee report here, as JSON")
-        ->option_text("FILE");
+    options.length_s = 10;
+    apps::add_sketch_options(app, options, "Virtual seconds to run (default 10)", CLI::PositiveNumber,
+                             "Board file: the [sim] table");
+    apps::add_option(app, "--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes", "K")
+        ->check(CLI::NonNegativeNumber);
+    apps::add_option(app, "--cores", options.cores, "Cores of the machine, 1 to 64 (default 2)", "N")
+        ->check(CLI::Range(1, 64));
+    apps::add_option(app, "--seed", options.seed, "Seed of what is random (default 1)", "N");
+    apps::add_option(app, "--trace", options.trace_path, "Write a Chrome/Perfetto trace here", "FILE");
     app.add_flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
     CLI::Option* only_check = app.add_flag("--check", options.check, "Say what admission makes of it");
     app.add_flag("--json", options.json, "With --check: as JSON")->needs(only_check);

@@ -1,14 +1,11 @@
 #include "apps/host/sketch_report.h"
 
-#include <algorithm>
-#include <array>
-#include <cstdio>
-
 #include "apps/terminal/human.h"
 
 namespace qduino::apps {
-
 namespace {
+
+std::string cell(const auto& piece, int width) { return ' ' + column(piece, width); }
 
 std::string text_of(std::uint64_t ns) { return human_duration(Nanoseconds{static_cast<std::int64_t>(ns)}); }
 
@@ -28,26 +25,20 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
     for (const runtime::Loop* loop : loops) {
         const runtime::LoopStatistics& was = loop->statistics;
         const Histogram& latency = was.release_latency_ns;
-        std::array<char, 160> line{};
-        std::snprintf(line.data(), line.size(), "%4d %8lld %8lld %8lld %7lld  %10s %8s %8s %8s\n",
-                      int{loop->declaration.id}, static_cast<long long>(was.passes.get()),
-                      static_cast<long long>(was.releases.get()), static_cast<long long>(was.overruns.get()),
-                      static_cast<long long>(was.dropped.get()),
-                      human_duration(Nanoseconds{was.lateness_ns_max.get()}).c_str(),
-                      text_of(latency.quantile(0.5)).c_str(), text_of(latency.quantile(0.999)).c_str(),
-                      text_of(latency.max()).c_str());
-        table += line.data();
+        write(table, column(loop->declaration.id, 4), cell(was.passes.get(), 8), cell(was.releases.get(), 8),
+              cell(was.overruns.get(), 8), cell(was.dropped.get(), 7), ' ',
+              cell(human_duration(Nanoseconds{was.lateness_ns_max.get()}), 10),
+              cell(text_of(latency.quantile(0.5)), 8), cell(text_of(latency.quantile(0.999)), 8),
+              cell(text_of(latency.max()), 8), '\n');
     }
     return table;
 }
 
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops) {
-    const long long releases = sum_of(loops, &runtime::LoopStatistics::releases);
     const long long overruns = sum_of(loops, &runtime::LoopStatistics::overruns);
-    const std::string all =
-        counted(static_cast<long long>(loops.size()), "loop") + ", " + counted(releases, "release");
-    if (overruns == 0) return "every period was kept (" + all + ")";
-    return counted(overruns, "OVERRUN") + " (" + all + ")";
+    return text<std::string>(overruns == 0 ? "every period was kept" : counted(overruns, "OVERRUN"), " (",
+                             counted(static_cast<long long>(loops.size()), "loop"), ", ",
+                             counted(sum_of(loops, &runtime::LoopStatistics::releases), "release"), ')');
 }
 
 std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime) {

@@ -1,21 +1,32 @@
 #include "apps/inspect/inspect_server.h"
 
-#include <fcntl.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+#include <chrono>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
-#include "posix/owner.h"
+#include "posix/small_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::apps {
 namespace {
+
+/// The address of a socket; nothing when `path` has not 1 to 107 bytes.
+std::optional<sockaddr_un> inspect_address(std::string_view path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.empty() || path.size() >= sizeof address.sun_path) return std::nullopt;
+    path.copy(address.sun_path, path.size());
+    return address;
+}
 
 bool somebody_serves(const sockaddr_un& address) {
     const posix::UniqueFd probe{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
@@ -24,13 +35,13 @@ bool somebody_serves(const sockaddr_un& address) {
 
 }  // namespace
 
+// ---- the answering side ----------------------------------------------------------------------
+
 Result<InspectServer> InspectServer::listen(const std::string& path, Answer answer) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.empty() || path.size() >= sizeof address.sun_path)
+    const auto address = inspect_address(path);
+    if (!address)
         return make_error(ErrorCode::invalid_argument, "inspect socket: the path must have 1 to 107 bytes");
-    std::memcpy(address.sun_path, path.data(), path.size());
-    if (somebody_serves(address))
+    if (somebody_serves(*address))
         return make_error(ErrorCode::already_exists, "inspect socket: another machine serves this path");
     struct stat existing {};
     if (::lstat(path.c_str(), &existing) == 0) {
@@ -41,7 +52,7 @@ Result<InspectServer> InspectServer::listen(const std::string& path, Answer answ
     posix::UniqueFd listener{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
     const int fd = listener.get();
     InspectServer server(path, std::move(listener), std::move(answer));
-    if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    if (::bind(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
         return posix::system_error("make the inspect socket", path);
     // Mode before owner, and both before listen(): nobody else can connect in between.
     ::chmod(path.c_str(), 0600);
@@ -95,6 +106,100 @@ bool InspectServer::send_some(Client& client) {
         client.unsent.erase(0, static_cast<std::size_t>(count));
     }
     return true;
+}
+
+// ---- the asking side -------------------------------------------------------------------------
+
+namespace {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+/// The code for a machine that is not there is not_found, whether its socket is missing or nobody
+/// listens.
+Error system_failure(std::string_view what) {
+    const int number = errno;
+    Error error = posix::system_error(what, "the inspector", number);
+    if (number == ECONNREFUSED) error.code = ErrorCode::not_found;
+    if (error.code != ErrorCode::not_found && error.code != ErrorCode::not_permitted)
+        error.code = ErrorCode::unavailable;
+    return error;
+}
+
+class Connection {
+  public:
+    Connection() : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {}
+    [[nodiscard]] int fd() const { return fd_.get(); }
+
+    /// False when nothing happened until `until`.
+    [[nodiscard]] bool wait(short events, SteadyTime until) const {
+        using std::chrono::milliseconds;
+        const auto left = std::chrono::ceil<milliseconds>(until - std::chrono::steady_clock::now());
+        pollfd waiting{fd(), events, 0};
+        return left.count() > 0 && ::poll(&waiting, 1, static_cast<int>(left.count())) > 0;
+    }
+
+  private:
+    posix::UniqueFd fd_;
+};
+
+Result<void> send_all(const Connection& connection, std::string_view bytes, SteadyTime until) {
+    while (!bytes.empty()) {
+        if (!connection.wait(POLLOUT, until))
+            return make_error(ErrorCode::timed_out, "inspector: it does not take the request");
+        const ssize_t count =
+            ::send(connection.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (count < 0 && errno != EAGAIN && errno != EINTR) return system_failure("send to");
+        if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
+    }
+    return {};
+}
+
+Result<std::string> receive_line(const Connection& connection, SteadyTime until) {
+    std::string line;
+    char bytes[16384];
+    for (;;) {
+        if (!connection.wait(POLLIN, until))
+            return make_error(ErrorCode::timed_out, "inspector: no answer in time");
+        const ssize_t count = ::recv(connection.fd(), bytes, sizeof bytes, MSG_DONTWAIT);
+        if (count == 0) return make_error(ErrorCode::unavailable, "inspector: it closed the connection");
+        if (count < 0 && errno != EAGAIN && errno != EINTR) return system_failure("hear from");
+        if (count > 0) line.append(bytes, static_cast<std::size_t>(count));
+        if (!line.empty() && line.back() == '\n') {
+            line.pop_back();
+            return line;
+        }
+    }
+}
+
+}  // namespace
+
+Result<std::string> InspectClient::ask(std::string_view request, Nanoseconds timeout) const {
+    const SteadyTime until = std::chrono::steady_clock::now() + timeout;
+    const auto address = inspect_address(path_);
+    if (!address) {
+        return make_error(ErrorCode::invalid_argument,
+                          "inspector: the socket's path must have 1 to 107 bytes");
+    }
+    const Connection connection;
+    if (connection.fd() < 0) return system_failure("make a socket for");
+    if (::connect(connection.fd(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
+        return system_failure("reach");
+    const std::string line = text<std::string>(request, '\n');
+    QDUINO_TRY(send_all(connection, line, until));
+    return receive_line(connection, until);
+}
+
+Result<std::string> InspectClient::job_begin(std::string_view job, std::string_view path,
+                                             Nanoseconds timeout) const {
+    const std::string quoted =
+        nlohmann::json(path).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return ask(text<std::string>(R"({"op":"job_begin","job":)", job, R"(,"path":)", quoted, '}'), timeout);
+}
+
+Result<std::string> InspectClient::job_end(std::string_view job, std::uint32_t excursions,
+                                           Nanoseconds timeout) const {
+    return ask(text<std::string>(R"({"op":"job_end","job":)", job, R"(,"excursions":)", excursions, '}'),
+               timeout);
 }
 
 }  // namespace qduino::apps

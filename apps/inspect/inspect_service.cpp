@@ -1,5 +1,6 @@
 #include "apps/inspect/inspect_service.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -82,8 +83,8 @@ std::string InspectService::begin(const std::string& job, const std::string& pat
 
 std::string InspectService::end(const std::string& job, std::uint64_t excursions_told) {
     if (job_ && job_id_ == job) end_watch(excursions_told);
-    const Ended* ended = find_report(job);
-    if (!ended) return refusal("no such job is or was watched");
+    const auto ended = std::ranges::find(ended_, job, &Ended::job);
+    if (ended == ended_.end()) return refusal("no such job is or was watched");
     return R"({"ok":true,"report":)" + ended->report + "}";
 }
 
@@ -98,17 +99,10 @@ void InspectService::end_watch(std::uint64_t excursions_told) {
     if (ended_.size() > kReportsKept) ended_.pop_front();
 }
 
-const InspectService::Ended* InspectService::find_report(const std::string& job) const {
-    for (const Ended& ended : ended_)
-        if (ended.job == job) return &ended;
-    return nullptr;
-}
-
 std::string InspectService::state() {
     const Instant now = drain_();
     const twin::PrinterState state = printer_.state(now);
-    std::array<std::uint64_t, twin::kAxisCount> lost{};
-    std::array<std::uint64_t, twin::kAxisCount> moved{};
+    std::array<std::uint64_t, twin::kAxisCount> lost{}, moved{};
     for (std::size_t axis = 0; axis < lost.size(); ++axis) {
         lost[axis] = state.counters[axis].lost();
         moved[axis] = state.counters[axis].moved;
@@ -138,6 +132,13 @@ std::string InspectService::fault(const std::string& text) {
     fault->at = drain_() + fault->at.time_since_epoch();
     printer_.inject(*fault);
     return to_line({{"ok", true}});
+}
+
+Result<std::unique_ptr<InspectServer>> serve_inspector(const std::string& path, InspectService& service) {
+    if (path.empty()) return std::unique_ptr<InspectServer>{};
+    const auto answer = [&service](std::string_view request) { return service.answer(request); };
+    QDUINO_TRY_ASSIGN(InspectServer server, InspectServer::listen(path, answer));
+    return std::make_unique<InspectServer>(std::move(server));
 }
 
 }  // namespace qduino::apps

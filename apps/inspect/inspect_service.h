@@ -32,6 +32,7 @@
 #include <string>
 #include <string_view>
 
+#include "apps/inspect/inspect_server.h"
 #include "base/time.h"
 #include "twin/job.h"
 #include "twin/printer.h"
@@ -60,7 +61,6 @@ class InspectService {
     std::string state();
     std::string fault(const std::string& text);
     void end_watch(std::uint64_t excursions_told);
-    [[nodiscard]] const Ended* find_report(const std::string& job) const;
 
     twin::Printer& printer_;
     std::function<Instant()> drain_;
@@ -69,5 +69,8 @@ class InspectService {
     std::optional<twin::InspectionStart> last_place_;
     std::deque<Ended> ended_;
 };
+
+/// Serves `service` at `path` (InspectServer::listen); an empty path is served by nobody: null.
+Result<std::unique_ptr<InspectServer>> serve_inspector(const std::string& path, InspectService& service);
 
 }  // namespace qduino::apps

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "apps/launcher/run_lock.h"
+#include "apps/terminal/message.h"
 #include "board/linux/clock.h"
 #include "posix/system_error.h"
 
@@ -48,9 +49,7 @@ constexpr std::size_t kLineMax = 4096;
 Result<void> KeptProcess::start(Instant now) {
     UniqueFd lock;  // its children's alone: closed here at the end
     if (!plan_.locks.empty()) {
-        auto taken = lock_file(plan_.locks, Nanoseconds{0});
-        if (!taken) return taken.error();
-        lock = std::move(*taken);
+        QDUINO_TRY_ASSIGN(lock, lock_file(plan_.locks, Nanoseconds{0}));
     }
     UniqueFd to_child;
     if (plan_.read_line) {
@@ -107,10 +106,10 @@ void KeptProcess::on_end(Instant now) {
     state_ = pause ? State::waiting : State::given_up;
     if (!pause) return;
     again_at_ = now + *pause;
-    std::fprintf(stderr,
-                 ended_.by_signal ? "run: the %s was killed by signal %d; starting it again\n"
-                                  : "run: the %s ended with status %d; starting it again\n",
-                 plan_.name.c_str(), ended_.status);
+    apps::say(text<std::string>("the ", plan_.name,
+                                ended_.by_signal ? " was killed by signal " : " ended with status ",
+                                ended_.status, "; starting it again"),
+              "run: ");
 }
 
 void KeptProcess::advance(Instant now) {
@@ -120,7 +119,7 @@ void KeptProcess::advance(Instant now) {
         // A child of its last life still holds the lock, and is about to end.
         const bool soon = done.error().code == ErrorCode::already_exists;
         again_at_ = now + (soon ? kLookEvery : RestartPolicy::kLastPause);
-        if (!soon) std::fprintf(stderr, "run: %s\n", std::string{done.error().message.view()}.c_str());
+        if (!soon) apps::say(done.error().message, "run: ");
         return;
     }
     if (!alive()) return;

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "apps/launcher/kept_process.h"
-#include "apps/launcher/memory_folder.h"
+#include "apps/launcher/run_lock.h"
 #include "base/result.h"
 #include "posix/unique_fd.h"
 
@@ -55,6 +55,9 @@ class Launcher {
 
   private:
     explicit Launcher(Options options) : options_(std::move(options)) {}
+    [[nodiscard]] ProcessPlan plan_of(const char* name, const char* program,
+                                      std::vector<std::string> words) const;
+    void add(ProcessPlan plan);
     void plan_machine();
     void plan_sketch();
     void plan_simulator();
@@ -62,9 +65,7 @@ class Launcher {
     void put_settings_back() const;
     [[nodiscard]] bool come_up(int signals);
     [[nodiscard]] bool keep(int signals);
-    /// Advances every process once. Returns the one that has failed for good; null: none.
-    [[nodiscard]] const KeptProcess* advance_all(std::size_t started);
-    void say_failed(const KeptProcess& process) const;
+    [[nodiscard]] bool advance_all(std::size_t started);
     void say_changes() const;
     void say_open();
     void stop_all();

@@ -1,6 +1,5 @@
 // printer-launcher: the printer's processes as one program. ./run starts it.
 #include <signal.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -14,14 +13,6 @@
 namespace {
 
 using namespace qduino;
-
-int stop_signals() {
-    sigset_t stop;
-    sigemptyset(&stop);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&stop, signal);
-    ::sigprocmask(SIG_BLOCK, &stop, nullptr);
-    return ::signalfd(-1, &stop, SFD_CLOEXEC);
-}
 
 /// As root, with a core to spare, unless `refused`. Without its own core, p99 of the lateness was
 /// 90 µs on the development machine, and a tenth of all steps was late.
@@ -53,8 +44,8 @@ int main(int argc, char** argv) {
     options.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     options.isolate = isolates(no_isolate, options.speed);
 
-    const int signals = stop_signals();
+    const int signals = apps::block_and_watch({SIGINT, SIGTERM, SIGHUP});
     auto launcher = launcher::Launcher::open(std::move(options));
-    if (!launcher) return apps::Fail{"run: "}(launcher.error().message);
+    if (!launcher) return apps::Fail{"run: "}(launcher.error());
     return (*launcher)->run(signals);
 }

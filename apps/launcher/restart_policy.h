@@ -9,7 +9,9 @@
 // Pure: time is a parameter.
 #pragma once
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "base/time.h"
 
@@ -34,7 +36,15 @@ class RestartPolicy {
     static constexpr Nanoseconds kGoodLife = 10s;
 
     /// The pause before it is started again; nothing: it is given up.
-    [[nodiscard]] std::optional<Nanoseconds> on_end(const Ended& ended, Nanoseconds lived);
+    [[nodiscard]] std::optional<Nanoseconds> on_end(const Ended& ended, Nanoseconds lived) {
+        ever_ready_ = ever_ready_ || ended.was_ready;
+        const bool said_why = !ended.killed() && !ended.was_ready;
+        errors_in_a_row_ = said_why ? errors_in_a_row_ + 1 : 0;
+        if (!ended.killed() && ended.status == 0) return std::nullopt;
+        if (said_why && (!ever_ready_ || errors_in_a_row_ >= kErrorsInARow)) return std::nullopt;
+        if (lived >= kGoodLife) pause_ = kFirstPause;
+        return std::exchange(pause_, std::min(2 * pause_, kLastPause));
+    }
 
   private:
     Nanoseconds pause_ = kFirstPause;

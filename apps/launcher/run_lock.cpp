@@ -1,24 +1,34 @@
 #include "apps/launcher/run_lock.h"
 
 #include <fcntl.h>
+#include <pwd.h>
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <fstream>
-#include <optional>
 #include <thread>
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "posix/small_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::launcher {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr Nanoseconds kLookEvery = 50ms;
+using posix::system_error;
 
-std::optional<int> pid_of(const fs::path& folder) { return whole_number<int>(folder.filename().string()); }
+constexpr Nanoseconds kLookEvery = 50ms;
+constexpr std::string_view kPrefix = "qduinomc.";
+constexpr const char* kLockName = "lock";
+
+Result<void> give_to(const fs::path& path, const std::string& owner) {
+    const passwd* user = ::getpwnam(owner.c_str());
+    if (user == nullptr) return make_error(ErrorCode::not_found, "there is no user ", owner);
+    if (::chown(path.c_str(), user->pw_uid, user->pw_gid) != 0)
+        return system_error("give away", path.native());
+    return {};
+}
 
 bool has_open(const fs::path& process, const fs::path& file) {
     std::error_code error;
@@ -36,36 +46,64 @@ std::vector<Holder> holders_of(const fs::path& file) {
     const fs::path whole = fs::weakly_canonical(file, error);
     std::vector<Holder> holders;
     for (fs::directory_iterator at{"/proc", error}, end; !error && at != end; at.increment(error)) {
-        const std::optional<int> pid = pid_of(at->path());
+        const auto pid = whole_number<int>(at->path().filename().native());
         if (!pid || *pid == ::getpid() || !has_open(at->path(), whole)) continue;
-        std::ifstream comm{at->path() / "comm"};
-        std::string name;
-        std::getline(comm, name);
-        holders.push_back({*pid, std::move(name)});
+        const auto name = posix::read_small_file(at->path() / "comm");
+        holders.push_back({*pid, name ? name->substr(0, name->find('\n')) : ""});
     }
     return holders;
 }
 
 std::string names_of(const std::vector<Holder>& holders) {
-    std::string text;
-    for (const Holder& holder : holders) {
-        text += (text.empty() ? "" : ", ") + holder.name + " (" + std::to_string(holder.pid) + ")";
-    }
-    return text;
+    std::string names;
+    for (const Holder& holder : holders)
+        write(names, names.empty() ? "" : ", ", holder.name, " (", holder.pid, ')');
+    return names;
 }
 
 Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
     // Without O_CLOEXEC: children must hold it, too.
     posix::UniqueFd lock{::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600)};
-    if (!lock.valid()) return posix::system_error("open", file.native());
+    if (!lock.valid()) return system_error("open", file.native());
     const Instant until = board::linux::monotonic_now() + patience;
     while (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
-        if (errno != EWOULDBLOCK && errno != EINTR) return posix::system_error("lock", file.native());
+        if (errno != EWOULDBLOCK && errno != EINTR) return system_error("lock", file.native());
         if (board::linux::monotonic_now() >= until)
-            return make_error(ErrorCode::already_exists, "held by " + names_of(holders_of(file)));
+            return make_error(ErrorCode::already_exists, "held by ", names_of(holders_of(file)));
         std::this_thread::sleep_for(kLookEvery);
     }
     return lock;
+}
+
+Result<MemoryFolder> MemoryFolder::make(const fs::path& parent, const std::string& owner) {
+    std::string path = (parent / kPrefix).string() + "XXXXXX";
+    if (::mkdtemp(path.data()) == nullptr) return system_error("make a folder in", parent.native());
+    MemoryFolder folder;
+    folder.path_ = path;
+    QDUINO_TRY_ASSIGN(folder.lock_, lock_file(folder.file(kLockName), Nanoseconds{0}));
+    if (!owner.empty()) QDUINO_TRY(give_to(path, owner));
+    return folder;
+}
+
+MemoryFolder::~MemoryFolder() {
+    std::error_code ignored;
+    if (lock_.valid()) fs::remove_all(path_, ignored);
+}
+
+int MemoryFolder::sweep(const fs::path& parent) {
+    int removed = 0;
+    std::error_code error;
+    for (fs::directory_iterator at{parent, error}, end; !error && at != end; at.increment(error)) {
+        if (!at->path().filename().string().starts_with(kPrefix)) continue;
+        // The lock first, then the folder. A folder that is just being made is locked; or its lock
+        // is not made yet, and it loses nothing.
+        const fs::path lock = at->path() / kLockName;
+        std::error_code unreadable;
+        if (!fs::exists(lock, unreadable) || !lock_file(lock, Nanoseconds{0})) continue;
+        fs::remove_all(at->path(), unreadable);
+        removed += unreadable ? 0 : 1;
+    }
+    return removed;
 }
 
 }  // namespace qduino::launcher

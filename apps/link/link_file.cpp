@@ -8,9 +8,8 @@
 
 #include <new>
 #include <string>
-#include <utility>
 
-#include "posix/owner.h"
+#include "posix/small_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::apps {
@@ -38,16 +37,13 @@ void write_header(LinkLayout& layout, std::uint64_t started_unix_s) {
 
 Result<void> check_header(const LinkLayout& layout, const std::filesystem::path& path) {
     if (layout.magic.load(std::memory_order_acquire) != printer::link::kMagic) {
-        return Error{ErrorCode::corrupt, FixedString<236>{"link: not a link: "}.append(path.native())};
+        return make_error(ErrorCode::corrupt, "link: not a link: ", path.native());
     }
     if (layout.version != printer::link::kVersion || layout.size != sizeof(LinkLayout)) {
-        return Error{
-            ErrorCode::unsupported,
-            FixedString<236>{"link: made by another version, build both sides anew: "}.append(path.native())};
+        return make_error(ErrorCode::unsupported,
+                          "link: made by another version, build both sides anew: ", path.native());
     }
-    if (layout.session == 0) {
-        return Error{ErrorCode::corrupt, FixedString<236>{"link: no session: "}.append(path.native())};
-    }
+    if (layout.session == 0) return make_error(ErrorCode::corrupt, "link: no session: ", path.native());
     return {};
 }
 
@@ -56,9 +52,7 @@ Result<void> check_header(const LinkLayout& layout, const std::filesystem::path&
 Result<void> LinkFile::map() {
     struct stat found {};
     if (::fstat(descriptor_.get(), &found) != 0) return posix::system_error("look at", "the link");
-    Result<posix::Mapping> mapping = posix::map_shared(descriptor_.get(), 0, sizeof(LinkLayout), false);
-    if (!mapping.ok()) return mapping.error();
-    mapping_ = std::move(*mapping);
+    QDUINO_TRY_ASSIGN(mapping_, posix::map_shared(descriptor_.get(), 0, sizeof(LinkLayout), false));
     device_ = found.st_dev;
     inode_ = found.st_ino;
     return {};
@@ -103,19 +97,17 @@ Result<LinkFile> map_link(const std::filesystem::path& path) {
     struct stat found {};
     if (::fstat(file.descriptor_.get(), &found) != 0) return posix::system_error("look at", path.native());
     if (!S_ISREG(found.st_mode) || static_cast<std::uint64_t>(found.st_size) != sizeof(LinkLayout)) {
-        return Error{ErrorCode::unsupported,
-                     FixedString<236>{"link: not a link of this version: "}.append(path.native())};
+        return make_error(ErrorCode::unsupported, "link: not a link of this version: ", path.native());
     }
-    if (const Result<void> mapped = file.map(); !mapped.ok()) return mapped.error();
-    if (const Result<void> header = check_header(*file.get(), path); !header.ok()) return header.error();
+    QDUINO_TRY(file.map());
+    QDUINO_TRY(check_header(*file.get(), path));
     return file;
 }
 
 Result<LinkFile> open_link(const std::filesystem::path& path) {
     Result<LinkFile> file = map_link(path);
     if (!file.ok() || ::flock(file->descriptor_.get(), LOCK_EX | LOCK_NB) == 0) return file;
-    return Error{ErrorCode::already_exists,
-                 FixedString<236>{"link: another print service holds "}.append(path.native())};
+    return make_error(ErrorCode::already_exists, "link: another print service holds ", path.native());
 }
 
 }  // namespace qduino::apps

@@ -1,6 +1,5 @@
 #include "apps/machine_file/machine_file.h"
 
-#include <sstream>
 #include <string>
 
 #include "apps/toml/toml_section.h"
@@ -95,10 +94,8 @@ void read_machine(Section& s, MachineConfig& m) {
 /// Empty when the park place is inside the axis' bounds.
 std::string outside_axis(const char* key, Millimetres place, const AxisConfig& axis) {
     if (place >= axis.minimum && place <= axis.maximum) return {};
-    std::ostringstream text;
-    text << "park: " << key << " is " << place.value() << ", outside the axis' " << axis.minimum.value()
-         << " to " << axis.maximum.value();
-    return text.str();
+    return text<std::string>("park: ", key, " is ", Shortest{place.value()}, ", outside the axis' ",
+                             Shortest{axis.minimum.value()}, " to ", Shortest{axis.maximum.value()});
 }
 
 /// Rules between keys.
@@ -126,12 +123,11 @@ Result<MachineConfig> parse_machine(std::string_view text, std::string_view name
 }
 
 Result<MachineConfig> read_machine_file(const std::filesystem::path& path) {
-    const Result<std::string> text = posix::read_small_file(path);
-    if (!text) {
-        return make_error(ErrorCode::not_found,
-                          "machine file " + path.string() + " cannot be read: check its path");
-    }
-    return parse_machine(*text, path.filename().string());
+    if (path.empty()) return MachineConfig{};
+    const Result<std::string> read = posix::read_small_file(path);
+    if (read) return parse_machine(*read, path.filename().string());
+    return make_error(ErrorCode::not_found, "machine file ", path.native(),
+                      " cannot be read: check its path");
 }
 
 }  // namespace qduino::apps

@@ -9,8 +9,9 @@
 
 namespace qduino::apps {
 
-/// Reads a machine file: what it leaves out keeps the reference machine's value. Error: names file,
-/// line and key for a syntax error, an unknown key, a value of the wrong kind or out of its range.
+/// Reads a machine file: what it leaves out keeps the reference machine's value, and an empty path
+/// gives that machine. Error: names file, line and key for a syntax error, an unknown key, a value
+/// of the wrong kind or out of its range.
 Result<printer::MachineConfig> read_machine_file(const std::filesystem::path& path);
 
 /// The same from text; `name` stands for the file in messages.

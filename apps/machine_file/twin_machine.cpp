@@ -35,4 +35,13 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
     return twin;
 }
 
+Result<std::vector<twin::Fault>> parse_faults(const std::vector<std::string>& words) {
+    std::vector<twin::Fault> faults;
+    for (const std::string& word : words) {
+        QDUINO_TRY_ASSIGN(const twin::Fault fault, twin::parse_fault(word));
+        faults.push_back(fault);
+    }
+    return faults;
+}
+
 }  // namespace qduino::apps

@@ -4,7 +4,11 @@
 // (twin/machine.h).
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "printer/machine_config.h"
+#include "twin/fault.h"
 #include "twin/machine.h"
 
 namespace qduino::apps {
@@ -13,5 +17,8 @@ namespace qduino::apps {
 /// (where the carriage stands at power-on, heat capacities, the motors' torque) keep the reference
 /// machine's value. Motors are never weaker than the speeds that the file allows.
 twin::Machine twin_machine(const printer::MachineConfig& config);
+
+/// The faults of a command line (twin/fault.h). Error: that of the first that is none.
+Result<std::vector<twin::Fault>> parse_faults(const std::vector<std::string>& words);
 
 }  // namespace qduino::apps

@@ -1,14 +1,11 @@
 #include "apps/printd/analyzer.h"
 
 #include <fcntl.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"

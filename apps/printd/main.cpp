@@ -16,13 +16,14 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/link/link_file.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/printd/analyzer.h"
 #include "apps/printd/inspection.h"
-#include "apps/printd/link_watch.h"
 #include "apps/printd/options.h"
 #include "apps/printd/privileges.h"
 #include "base/version.h"
+#include "spool/link_source.h"
 #include "spool/recovery.h"
 #include "web/publisher.h"
 #include "web/server.h"
@@ -30,6 +31,39 @@
 namespace {
 
 using namespace qduino;
+
+/// The spool's way to the sketch's link: finds it by its path, and finds it again when the sketch
+/// was started anew.
+class LinkWatch final : public spool::LinkSource {
+  public:
+    explicit LinkWatch(std::filesystem::path path) : path_(std::move(path)) {}
+
+    printer::link::LinkLayout* current() override { return file_.get(); }
+    /// A path that names nothing replaces nothing: the mapped link stays until there is a newer
+    /// one.
+    bool is_replaced() override {
+        if (!file_) return std::filesystem::exists(path_, ignored_);
+        return std::filesystem::exists(path_, ignored_) && !file_.is_current(path_);
+    }
+    void reopen() override {
+        file_ = {};
+        auto opened = apps::open_link(path_);
+        if (opened.ok()) {
+            file_ = std::move(*opened);
+            trouble_.clear();
+        } else if (opened.error().code != ErrorCode::not_found) {
+            trouble_ = opened.error().message.view();
+        }
+    }
+    /// Why the link cannot be used although it is there; empty when it can.
+    [[nodiscard]] const std::string& trouble() const { return trouble_; }
+
+  private:
+    std::filesystem::path path_;
+    apps::LinkFile file_;
+    std::string trouble_;
+    std::error_code ignored_;
+};
 
 constexpr int kCouldNotStart = 1;
 constexpr int kAlreadyRunning = 3;
@@ -79,7 +113,7 @@ std::string config_json(const printer::MachineConfig& machine) {
 
 /// Rights, lock and key: everything that must be settled before a thread starts.
 struct Ground {
-    printd::StateLock lock;
+    posix::UniqueFd lock;
     std::string key;
 };
 
@@ -92,18 +126,13 @@ Result<Ground> prepare(const printd::Options& options) {
                           "--no-auth is only for a loopback address: anyone could print");
     }
     Ground ground;
-    Result<printd::StateLock> lock = printd::StateLock::take(options.state);
-    if (!lock.ok()) return lock.error();
-    ground.lock = std::move(*lock);
+    QDUINO_TRY_ASSIGN(ground.lock, printd::lock_state(options.state));
     // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
     const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
-    if (!user.empty()) {
-        if (const Result<void> done = printd::become(user, options.state); !done.ok()) return done.error();
-    }
-    Result<std::string> key = web::load_or_make_key(options.state / "api-key");
-    if (!key.ok()) return key.error();
-    if (options.authentication) ground.key = std::move(*key);
+    if (!user.empty()) QDUINO_TRY(printd::become(user, options.state));
+    QDUINO_TRY_ASSIGN(std::string key, web::load_or_make_key(options.state / "api-key"));
+    if (options.authentication) ground.key = std::move(key);
     return ground;
 }
 
@@ -114,8 +143,8 @@ web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& 
 
 void say_where(const printd::Options& options, std::uint16_t port, const std::string& key) {
     const bool ipv6 = options.address.find(':') != std::string::npos;
-    const std::string host = ipv6 ? "[" + options.address + "]" : options.address;
-    const std::string address = "http://" + host + ":" + std::to_string(port) + "/";
+    const auto address =
+        text<std::string>("http://", ipv6 ? "[" : "", options.address, ipv6 ? "]:" : ":", port, '/');
     spdlog::info("listening on {}", address);
     if (!options.authentication) spdlog::warn("authentication is off: whoever can connect can print");
     if (!options.print_link) return;
@@ -123,8 +152,8 @@ void say_where(const printd::Options& options, std::uint16_t port, const std::st
     std::fflush(stdout);
 }
 
-int serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
-    printd::LinkWatch link{options.link};
+Result<void> serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
+    LinkWatch link{options.link};
     std::optional<printd::Inspection> inspection;
     if (!options.inspect.empty()) inspection.emplace(options.inspect);
     spool::SpoolOptions spool_options;
@@ -136,33 +165,28 @@ int serve(const printd::Options& options, const printer::MachineConfig& machine,
     spool_options.opened_s = clock_now().now_s;
     printd::PreflightAnalyzer analyzer{machine};
     spool_options.analyzer = &analyzer;
-    auto spool = spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr);
-    if (!spool.ok()) return fail(spool.error());
-    for (const std::string& line : (*spool)->take_log()) spdlog::info("{}", line);
-    auto sessions = (*spool)->store().sessions();
-    if (!sessions.ok()) return fail(sessions.error());
+    QDUINO_TRY_ASSIGN(const auto spool,
+                      spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr));
+    for (const std::string& line : spool->take_log()) spdlog::info("{}", line);
+    QDUINO_TRY_ASSIGN(auto sessions, spool->store().sessions());
     web::StaticFiles files;
     if (!options.ui.empty()) {
-        auto read = web::StaticFiles::read(options.ui);
-        if (!read.ok()) return fail(read.error());
-        files = std::move(*read);
+        QDUINO_TRY_ASSIGN(files, web::StaticFiles::read(options.ui));
     }
     // Last in, first out: the threads end before what their tasks use.
     std::unique_ptr<web::Service> service;
     std::unique_ptr<web::Publisher> publisher;
     web::Threads threads;
-    service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{options.hosts}, 32},
-                                             context_of(**spool, machine),
-                                             web::Authenticator{ground.key, std::move(*sessions)},
-                                             std::move(files), analyzer, threads.executors());
-    publisher = std::make_unique<web::Publisher>(**spool, *service, threads.executors().io,
+    service = std::make_unique<web::Service>(
+        web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(*spool, machine),
+        web::Authenticator{ground.key, std::move(sessions)}, std::move(files), analyzer, threads.executors());
+    publisher = std::make_unique<web::Publisher>(*spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
     web::ServerOptions server_options;
     server_options.address = options.address;
     server_options.port = options.port;
-    auto server = web::Server::listen(server_options, threads, *service, clock_now);
-    if (!server.ok()) return fail(server.error());
-    say_where(options, (*server)->port(), ground.key);
+    QDUINO_TRY_ASSIGN(const auto server, web::Server::listen(server_options, threads, *service, clock_now));
+    say_where(options, server->port(), ground.key);
     threads.every(web::Publisher::kTickEvery, [&, said = std::string{}]() mutable {
         publisher->tick(clock_now());
         if (link.trouble() != said && !link.trouble().empty()) spdlog::warn("{}", link.trouble());
@@ -171,19 +195,24 @@ int serve(const printd::Options& options, const printer::MachineConfig& machine,
     threads.stop_on_signals([](int signal) { spdlog::info("stopping on signal {}", signal); });
     threads.run();
     threads.join();
-    return 0;
+    return {};
 }
 
 /// Offline: makes jobs out of their files (spool/recovery.h).
-int recover(const printd::Options& options, const printer::MachineConfig& machine) {
+Result<void> recover(const printd::Options& options, const printer::MachineConfig& machine) {
     printd::PreflightAnalyzer analyzer{machine};
     const auto say = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };
-    const Result<spool::Recovered> done =
-        spool::recover_folder(options.state, analyzer, clock_now().now_s, say);
-    if (!done.ok()) return fail(done.error());
-    std::printf("%zu jobs made, all held; %zu stored files had theirs; %zu left in %s/set-aside\n",
-                done->jobs, done->known, done->left, options.state.c_str());
-    return 0;
+    QDUINO_TRY_ASSIGN(const spool::Recovered done,
+                      spool::recover_folder(options.state, analyzer, clock_now().now_s, say));
+    std::printf("%zu jobs made, all held; %zu stored files had theirs; %zu left in %s/set-aside\n", done.jobs,
+                done.known, done.left, options.state.c_str());
+    return {};
+}
+
+Result<void> run(const printd::Options& options) {
+    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine, apps::read_machine_file(options.machine));
+    QDUINO_TRY_ASSIGN(Ground ground, prepare(options));
+    return options.recover ? recover(options, machine) : serve(options, machine, std::move(ground));
 }
 
 }  // namespace
@@ -193,14 +222,6 @@ int main(int argc, char** argv) {
     const std::optional<printd::Options> options = printd::parse_options(argc, argv, exit_status);
     if (!options) return exit_status;
     start_log(options->verbose);
-    printer::MachineConfig machine;
-    if (!options->machine.empty()) {
-        const Result<printer::MachineConfig> read = apps::read_machine_file(options->machine);
-        if (!read.ok()) return fail(read.error());
-        machine = *read;
-    }
-    Result<Ground> ground = prepare(*options);
-    if (!ground.ok()) return fail(ground.error());
-    if (options->recover) return recover(*options, machine);
-    return serve(*options, machine, std::move(*ground));
+    const Result<void> ended = run(*options);
+    return ended ? 0 : fail(ended.error());
 }

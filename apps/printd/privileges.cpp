@@ -34,46 +34,33 @@ Result<void> give_away(const std::filesystem::path& folder, uid_t user, gid_t gr
 
 }  // namespace
 
-Result<StateLock> StateLock::take(const std::filesystem::path& folder) {
+Result<posix::UniqueFd> lock_state(const std::filesystem::path& folder) {
     std::error_code failed;
     if (!std::filesystem::exists(folder, failed)) {
         std::filesystem::create_directories(folder, failed);
         if (!failed) std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failed);
     }
     if (failed) return posix::system_error("make the state folder", folder.native(), failed.value());
-    StateLock lock;
-    lock.file_.reset(::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (!lock.file_.valid()) return posix::system_error("use the state folder", folder.native());
-    if (::flock(lock.file_.get(), LOCK_EX | LOCK_NB) != 0) {
-        return Error{ErrorCode::already_exists,
-                     FixedString<236>{"a print service is already running with "}.append(folder.native())};
-    }
-    return lock;
+    posix::UniqueFd lock{::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600)};
+    if (!lock.valid()) return posix::system_error("use the state folder", folder.native());
+    if (::flock(lock.get(), LOCK_EX | LOCK_NB) == 0) return lock;
+    return make_error(ErrorCode::already_exists, "a print service is already running with ", folder.native());
 }
 
 Result<void> become(const std::string& user, const std::filesystem::path& state) {
     if (::geteuid() != 0) return make_error(ErrorCode::not_permitted, "--run-as needs root to begin with");
     const passwd* found = ::getpwnam(user.c_str());
-    if (!found)
-        return Error{ErrorCode::not_found, FixedString<236>{"--run-as: there is no user "}.append(user)};
-    if (belongs_to_root(state)) {
-        if (const Result<void> given = give_away(state, found->pw_uid, found->pw_gid); !given.ok())
-            return given;
-    }
+    if (!found) return make_error(ErrorCode::not_found, "--run-as: there is no user ", user);
+    if (belongs_to_root(state)) QDUINO_TRY(give_away(state, found->pw_uid, found->pw_gid));
     if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 ||
         ::setuid(found->pw_uid) != 0) {
         return posix::system_error("become", user);
     }
     if (::setuid(0) == 0) return make_error(ErrorCode::internal, "--run-as: root could be had back");
     ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    if (::access(state.c_str(), R_OK | W_OK | X_OK) != 0) {
-        Error error{ErrorCode::not_permitted, FixedString<236>{"user "}.append(user)};
-        error.message.append(" cannot reach ")
-            .append(state.native())
-            .append("; choose another --state, /var/lib/qduinomc for one");
-        return error;
-    }
-    return {};
+    if (::access(state.c_str(), R_OK | W_OK | X_OK) == 0) return {};
+    return make_error(ErrorCode::not_permitted, "user ", user, " cannot reach ", state.native(),
+                      "; choose another --state, /var/lib/qduinomc for one");
 }
 
 std::string owner_of(const std::filesystem::path& folder) {

@@ -9,16 +9,9 @@
 
 namespace qduino::printd {
 
-/// An advisory lock on DIR/lock that dies with its holder.
-class StateLock {
-  public:
-    /// Makes the folder (mode 0700) where there is none. Errors: already_exists (another service
-    /// runs), not_permitted, internal.
-    [[nodiscard]] static Result<StateLock> take(const std::filesystem::path& folder);
-
-  private:
-    posix::UniqueFd file_;
-};
+/// Takes an advisory lock on DIR/lock that dies with its holder; makes the folder (mode 0700) where
+/// there is none. Errors: already_exists (another service runs), not_permitted, internal.
+[[nodiscard]] Result<posix::UniqueFd> lock_state(const std::filesystem::path& folder);
 
 /// From root to `user`, for good: groups, ids, and no way back. The state folder becomes the user's
 /// first, if it is root's. Before any thread is started. Errors: not_permitted (not root),

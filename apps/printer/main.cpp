@@ -24,33 +24,21 @@ struct Arguments {
     std::string machine_path;
 };
 
-Result<printer::MachineConfig> machine_of(const Arguments& arguments) {
-    return arguments.machine_path.empty() ? printer::MachineConfig{}
-                                          : apps::read_machine_file(arguments.machine_path);
-}
+Result<void> run(const Arguments& arguments) {
+    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine, apps::read_machine_file(arguments.machine_path));
+    QDUINO_TRY_ASSIGN(const auto board, board::linux::LinuxBoard::open(arguments.board));
+    const auto started_s = static_cast<std::uint64_t>(std::time(nullptr));
+    QDUINO_TRY_ASSIGN(const apps::LinkFile link, apps::create_link(arguments.link_path, started_s));
 
-int run(Arguments& arguments) {
-    const Result<printer::MachineConfig> machine = machine_of(arguments);
-    if (!machine.ok()) return fail(machine.error().message);
-    auto board = board::linux::LinuxBoard::open(arguments.board);
-    if (!board.ok()) return fail(board.error().message);
-    const auto link = apps::create_link(arguments.link_path, static_cast<std::uint64_t>(std::time(nullptr)));
-    if (!link.ok()) return fail(link.error().message);
-
-    sketches::printer_wiring() = {*machine, link->get()};
-    runtime::Runtime runtime(**board);
-    const Result<void> begun = runtime.begin(runtime::sketch_table());
-    if (!begun.ok()) return fail(begun.error().message);
-
-    const board::GuaranteeReport report = (*board)->guarantee();
+    sketches::printer_wiring() = {machine, link.get()};
+    runtime::Runtime runtime(*board);
+    QDUINO_TRY(runtime.begin(runtime::sketch_table()));
+    const board::GuaranteeReport report = board->guarantee();
     std::fputs(apps::guarantee_text(report).c_str(), stdout);
     std::fflush(stdout);
-    printer::link::GuaranteeText text;
-    text.json.assign(apps::guarantee_json(report));
-    link->get()->guarantee.write(text);
-
+    link.get()->guarantee.write({std::string_view{apps::guarantee_json(report)}});
     runtime.run(kForever);
-    return 0;
+    return {};
 }
 
 }  // namespace
@@ -69,5 +57,6 @@ int main(int argc, char** argv) {
     app.add_flag("--isolate", arguments.board.isolate,
                  "Move everything else off the stepper loop's core; undone at the end (root)");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
-    return run(arguments);
+    const Result<void> ended = run(arguments);
+    return ended ? 0 : fail(ended.error());
 }

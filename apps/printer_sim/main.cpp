@@ -4,13 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
 
 #include "apps/command_line/command_line.h"
 #include "apps/machine_file/machine_file.h"
-#include "apps/printer_sim/live.h"
+#include "apps/machine_file/twin_machine.h"
 #include "apps/printer_sim/print_file.h"
+#include "apps/printer_sim/sim_printer.h"
 #include "apps/terminal/program.h"
+#include "posix/small_file.h"
 
 namespace {
 
@@ -25,12 +26,11 @@ constexpr apps::Fail fail{"printer-sim: ", kExitUsage};
 int print(const apps::PrintOptions& options, const std::string& report_path) {
     const Result<apps::PrintResult> printed = apps::print_file(options);
     if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r%60s\r", "");
-    if (!printed.ok()) return fail(printed.error().message);
+    if (!printed.ok()) return fail(printed.error());
     std::fputs(apps::summary(*printed).c_str(), stdout);
     if (!report_path.empty()) {
-        std::ofstream report(report_path);
-        report << apps::to_json(*printed).dump(2) << '\n';
-        if (!report.flush()) return fail(report_path + ": cannot be written");
+        if (!posix::write_file(report_path, apps::to_json(*printed).dump(2) + '\n'))
+            return fail(report_path + ": cannot be written");
     }
     return printed->success() ? kExitMatches : kExitDiffers;
 }
@@ -69,20 +69,15 @@ int main(int argc, char** argv) {
                    "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
 
-    if (!machine_path.empty()) {
-        const Result<printer::MachineConfig> machine = apps::read_machine_file(machine_path);
-        if (!machine.ok()) return fail(machine.error().message);
-        options.machine = *machine;
-    }
-    for (const std::string& text : faults) {
-        const Result<twin::Fault> fault = twin::parse_fault(text);
-        if (!fault.ok()) return fail(fault.error().message);
-        options.faults.push_back(*fault);
-    }
+    const Result<printer::MachineConfig> machine = apps::read_machine_file(machine_path);
+    if (!machine) return fail(machine.error());
+    const auto parsed = apps::parse_faults(faults);
+    if (!parsed) return fail(parsed.error());
+    live.machine = options.machine = *machine;
+    options.faults = *parsed;
     if (!live.link_path.empty()) {
-        live.machine = options.machine;
         const Result<void> ended = apps::run_live(live);
-        return ended.ok() ? 0 : fail(ended.error().message);
+        return ended.ok() ? 0 : fail(ended.error());
     }
     if (options.file.empty()) return fail("which file? (printer-sim --help)");
     if (isatty(STDERR_FILENO)) options.progress = show_progress;

@@ -1,15 +1,18 @@
 #include "apps/printer_sim/print_file.h"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <chrono>
-#include <fstream>
+#include <filesystem>
+#include <new>
 
-#include "apps/printer_sim/job_feeder.h"
-#include "apps/printer_sim/private_link.h"
 #include "apps/printer_sim/sim_printer.h"
 #include "apps/printer_sim/step_log.h"
+#include "posix/small_file.h"
 #include "printer/gcode/content.h"
 #include "printer/link/frame.h"
+#include "spool/feeder.h"
 #include "twin/job.h"
 
 namespace qduino::apps {
@@ -44,32 +47,27 @@ class ReplyReader {
     link::FrameReader reader_;
 };
 
-Result<std::uint64_t> check_file(std::ifstream& file, const std::string& path) {
-    if (!file) return make_error(ErrorCode::not_found, path + ": cannot be read; check the path");
-    std::array<char, 4096> head{};
-    file.read(head.data(), head.size());
-    const auto content =
-        printer::gcode::look_at_content(std::span{head}.first(static_cast<std::size_t>(file.gcount())));
-    if (content != printer::gcode::Content::gcode) {
-        return make_error(ErrorCode::unsupported,
-                          path + ": " + std::string(printer::gcode::explain(content)));
-    }
-    file.clear();
-    file.seekg(0, std::ios::end);
-    const auto length = static_cast<std::uint64_t>(file.tellg());
-    file.seekg(0);
-    return length;
+/// A feeder of the file at `path`, if that is G-code.
+Result<spool::Feeder> open_job(const std::string& path) {
+    posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    std::array<char, 4096> head;
+    const Result<std::size_t> count = posix::read_some(file.get(), head, path);
+    if (!count) return make_error(ErrorCode::not_found, path, ": cannot be read; check the path");
+    const auto content = printer::gcode::look_at_content(std::span{head}.first(*count));
+    if (content != printer::gcode::Content::gcode)
+        return make_error(ErrorCode::unsupported, path, ": ", printer::gcode::explain(content));
+    return spool::Feeder{std::move(file), kJobId, std::filesystem::file_size(path)};
 }
 
 /// Runs the job until it has an outcome.
-void run_job(SimPrinter& printer, JobFeeder& feeder, ReplyReader& replies, const PrintOptions& options,
-             PrintResult& result) {
+void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& options, PrintResult& result) {
+    ReplyReader replies;
     const Instant began = printer.now();
     std::uint64_t executed = 0;
     Instant moved = began;
     link::JobStatus status;
     for (int slice = 0;; ++slice) {
-        feeder.feed(printer.link());
+        const Result<void> fed = feeder.feed_alone(printer.link(), printer.now());
         const bool running = printer.run(printer.now() + kSlice);
         replies.read(printer.link(), result);
         status = printer.link().job_status.read();
@@ -77,8 +75,10 @@ void run_job(SimPrinter& printer, JobFeeder& feeder, ReplyReader& replies, const
         if (over || status.state == link::MachineState::faulted) break;
         if (status.bytes_executed != executed) moved = printer.now();
         executed = status.bytes_executed;
-        if (!running || printer.now() - moved > kStallLimit) {
-            status.fault.assign(running ? "nothing has moved for 30 minutes" : "the sketch stopped");
+        if (!running || !fed || printer.now() - moved > kStallLimit) {
+            status.fault.assign(!fed      ? fed.error().message
+                                : running ? "nothing has moved for 30 minutes"
+                                          : "the sketch stopped");
             break;
         }
         if (options.progress && slice % 20 == 0) {
@@ -89,41 +89,36 @@ void run_job(SimPrinter& printer, JobFeeder& feeder, ReplyReader& replies, const
     }
     result.print_time_s = to_seconds(printer.now() - began);
     result.job_completed = status.outcome == link::JobOutcome::completed;
-    if (!result.job_completed) result.error = std::string(status.fault.view());
+    if (!result.job_completed) result.error = status.fault.view();
 }
 
 }  // namespace
 
 Result<PrintResult> print_file(const PrintOptions& options) {
     const auto wall_start = std::chrono::steady_clock::now();
-    std::ifstream file(options.file, std::ios::binary);
-    const Result<std::uint64_t> length = check_file(file, options.file);
-    if (!length.ok()) return length.error();
-    PrivateLink memory;
-    if (!memory.get()) return make_error(ErrorCode::unavailable, "not enough memory for the link (12 MB)");
+    QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file));
+    const std::unique_ptr<link::LinkLayout> memory{new (std::nothrow) link::LinkLayout{}};
+    if (!memory) return make_error(ErrorCode::unavailable, "not enough memory for the link (12 MB)");
 
     std::unique_ptr<StepLog> steps;  // before the printer, whose board writes to it until the end
-    SimPrinter printer(options.machine, *memory.get());
+    SimPrinter printer(options.machine, *memory);
     if (!options.steps_path.empty()) {
         steps = std::make_unique<StepLog>(options.steps_path, options.machine, printer.twin());
         if (!steps->ok())
-            return make_error(ErrorCode::not_permitted, options.steps_path + ": cannot be written");
+            return make_error(ErrorCode::not_permitted, options.steps_path, ": cannot be written");
     }
     for (const twin::Fault& fault : options.faults) printer.twin().inject(fault);
-    const Result<void> begun = printer.begin(steps.get());
-    if (!begun.ok()) return begun.error();
+    QDUINO_TRY(printer.begin(steps.get()));
     printer.run(instant_from_ns(0) + 1s);  // the sketch says that it is idle
 
     PrintResult result;
     twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(options.file), printer.now());
-    JobFeeder feeder(file, kJobId, *length);
-    ReplyReader replies;
-    run_job(printer, feeder, replies, options, result);
+    run_job(printer, feeder, options, result);
     printer.run(printer.now() + 500ms);
-    result.motion = memory.get()->motion_status.read();
-    result.built = job.finish(printer.now(), true, memory.get()->job_status.read().excursions);
+    result.motion = memory->motion_status.read();
+    result.built = job.finish(printer.now(), true, memory->job_status.read().excursions);
     if (steps && !steps->close())
-        return make_error(ErrorCode::unavailable, options.steps_path + ": disk full?");
+        return make_error(ErrorCode::unavailable, options.steps_path, ": disk full?");
     result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
     return result;
 }

@@ -1,6 +1,7 @@
-#include "apps/printer_sim/print_report.h"
+// The report of printer-sim: see print_file.h.
+#include "apps/printer_sim/print_file.h"
 
-#include <cstdio>
+#include <numeric>
 
 #include "apps/terminal/human.h"
 #include "printer/machine_config.h"
@@ -20,9 +21,12 @@ Json per_axis(F value) {
 }
 
 std::uint64_t total_lost(const twin::Report& built) {
-    std::uint64_t sum = 0;
-    for (const std::uint64_t lost : built.lost_steps) sum += lost;
-    return sum;
+    return std::accumulate(built.lost_steps.begin(), built.lost_steps.end(), std::uint64_t{0});
+}
+
+Json range_json(const twin::Report& built, const twin::TemperatureRange& range) {
+    return {{"min", built.extruded ? Json(range.minimum_celsius) : Json(nullptr)},
+            {"max", built.extruded ? Json(range.maximum_celsius) : Json(nullptr)}};
 }
 
 }  // namespace
@@ -30,24 +34,26 @@ std::uint64_t total_lost(const twin::Report& built) {
 Json to_json(const PrintResult& result) {
     const twin::Report& built = result.built;
     const twin::Findings& found = built.findings;
-    const auto axis = [&](std::size_t i) -> const twin::AxisFindings& { return found.axes[i]; };
+    const auto by_axis = [&](auto finding) {
+        return per_axis([&](std::size_t i) { return found.axes[i].*finding; });
+    };
     Json out;
     out["completed"] = result.job_completed && built.completed;
     out["matches"] = result.success();
     out["error"] = result.error.empty() ? Json(nullptr) : Json(result.error);
     out["print_time_s"] = result.print_time_s;
     out["wall_s"] = result.wall_s;
-    out["steps"] = per_axis([&](std::size_t i) { return axis(i).steps; });
-    out["final_position_mm"] = per_axis([&](std::size_t i) { return axis(i).final_built_mm; });
-    out["final_position_asked_mm"] = per_axis([&](std::size_t i) { return axis(i).final_asked_mm; });
-    out["final_position_exact"] = per_axis([&](std::size_t i) { return axis(i).final_exact; });
+    out["steps"] = by_axis(&twin::AxisFindings::steps);
+    out["final_position_mm"] = by_axis(&twin::AxisFindings::final_built_mm);
+    out["final_position_asked_mm"] = by_axis(&twin::AxisFindings::final_asked_mm);
+    out["final_position_exact"] = by_axis(&twin::AxisFindings::final_exact);
     out["filament_mm"] = {{"asked", found.filament_asked_mm},
                           {"built", found.filament_built_mm},
                           {"asked_pushed", found.filament_asked_pushed_mm},
                           {"built_pushed", found.filament_built_pushed_mm}};
-    out["path_deviation_mm_max"] = per_axis([&](std::size_t i) { return axis(i).path_deviation_mm_max; });
-    out["unexplained_steps"] = per_axis([&](std::size_t i) { return axis(i).unexplained; });
-    out["homing_error_mm"] = per_axis([&](std::size_t i) { return axis(i).homing_error_mm; });
+    out["path_deviation_mm_max"] = by_axis(&twin::AxisFindings::path_deviation_mm_max);
+    out["unexplained_steps"] = by_axis(&twin::AxisFindings::unexplained);
+    out["homing_error_mm"] = by_axis(&twin::AxisFindings::homing_error_mm);
     out["lost_steps"] = total_lost(built);
     out["lost_steps_per_axis"] = per_axis([&](std::size_t i) { return built.lost_steps[i]; });
     out["timing_violations"] = built.timing_violations;
@@ -58,11 +64,8 @@ Json to_json(const PrintResult& result) {
                           {"max", lateness.max()}};
     out["late_steps"] = result.motion.late_steps;
     out["starved"] = result.motion.starved;
-    const bool warm = built.extruded;
-    out["temperature_c"] = {{"min", warm ? Json(built.hot_end.minimum_celsius) : Json(nullptr)},
-                            {"max", warm ? Json(built.hot_end.maximum_celsius) : Json(nullptr)}};
-    out["bed_temperature_c"] = {{"min", warm ? Json(built.bed.minimum_celsius) : Json(nullptr)},
-                                {"max", warm ? Json(built.bed.maximum_celsius) : Json(nullptr)}};
+    out["temperature_c"] = range_json(built, built.hot_end);
+    out["bed_temperature_c"] = range_json(built, built.bed);
     out["layers"] = built.layers.size();
     out["volume_mm3"] = built.volume_mm3;
     out["unknown_codes"] = result.unknown_codes;
@@ -79,24 +82,16 @@ std::string summary(const PrintResult& result) {
         const std::uint64_t ns = share < 1 ? lateness.quantile(share) : lateness.max();
         return human_duration(Nanoseconds{static_cast<std::int64_t>(ns)});
     };
-    char text[1200];
-    std::snprintf(
-        text, sizeof text,
-        "%s\n"
-        "  printed   %.0f s in %.1f s of wall time, %zu layers\n"
-        "  filament  asked %.2f mm, built %.2f mm\n"
-        "  deviation X %.4f  Y %.4f  Z %.5f  E %.4f mm at most\n"
-        "  steps     X %llu  Y %llu  Z %llu  E %llu, lost %llu\n"
-        "  lateness  p50 %s  p99 %s  max %s\n",
-        result.success() ? "Built is what was asked." : "NOT what was asked.", result.print_time_s,
-        result.wall_s, built.layers.size(), built.findings.filament_asked_mm,
-        built.findings.filament_built_mm, axes[0].path_deviation_mm_max, axes[1].path_deviation_mm_max,
-        axes[2].path_deviation_mm_max, axes[3].path_deviation_mm_max,
-        static_cast<unsigned long long>(axes[0].steps), static_cast<unsigned long long>(axes[1].steps),
-        static_cast<unsigned long long>(axes[2].steps), static_cast<unsigned long long>(axes[3].steps),
-        static_cast<unsigned long long>(total_lost(built)), late(0.5).c_str(), late(0.99).c_str(),
-        late(1).c_str());
-    std::string out = text;
+    std::string out = text<std::string>(
+        result.success() ? "Built is what was asked." : "NOT what was asked.", "\n  printed   ",
+        Fixed{result.print_time_s, 0}, " s in ", Fixed{result.wall_s, 1}, " s of wall time, ",
+        built.layers.size(), " layers\n  filament  asked ", Fixed{built.findings.filament_asked_mm},
+        " mm, built ", Fixed{built.findings.filament_built_mm}, " mm\n  deviation X ",
+        Fixed{axes[0].path_deviation_mm_max, 4}, "  Y ", Fixed{axes[1].path_deviation_mm_max, 4}, "  Z ",
+        Fixed{axes[2].path_deviation_mm_max, 5}, "  E ", Fixed{axes[3].path_deviation_mm_max, 4},
+        " mm at most\n  steps     X ", axes[0].steps, "  Y ", axes[1].steps, "  Z ", axes[2].steps, "  E ",
+        axes[3].steps, ", lost ", total_lost(built), "\n  lateness  p50 ", late(0.5), "  p99 ", late(0.99),
+        "  max ", late(1), '\n');
     if (!result.error.empty()) out += "  error     " + result.error + "\n";
     for (const std::string& difference : built.differences) out += "  differs   " + difference + "\n";
     for (const std::string& code : result.unknown_codes) out += "  unknown   " + code + "\n";

@@ -1,12 +1,26 @@
 #include "apps/printer_sim/sim_printer.h"
 
+#include <chrono>
+#include <ctime>
+#include <thread>
+
 #include "PrinterWiring.h"
 #include "apps/guarantee/guarantee_report.h"
+#include "apps/inspect/inspect_service.h"
+#include "apps/link/link_file.h"
 #include "apps/machine_file/twin_machine.h"
-#include "board/sim/sim_board.h"
-#include "runtime/runtime.h"
+#include "apps/terminal/program.h"
 
 namespace qduino::apps {
+namespace {
+
+using WallClock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kWallSlice{5};
+/// Further behind than this, the pace starts anew from now: a suspended laptop must not sprint when
+/// it wakes.
+constexpr std::chrono::milliseconds kBehindMax{250};
+
+}  // namespace
 
 SimPrinter::SimPrinter(const printer::MachineConfig& config, printer::link::LinkLayout& link)
     : config_(config), link_(link), twin_(twin_machine(config)) {}
@@ -23,9 +37,9 @@ Result<void> SimPrinter::begin(board::Peripherals* front) {
     board_ = std::make_unique<board::sim::SimBoard>(board::sim::SimConfig{},
                                                     front ? *front : static_cast<board::Peripherals&>(twin_));
     runtime_ = std::make_unique<runtime::Runtime>(*board_);
-    Result<void> begun = runtime_->begin(runtime::sketch_table());
-    if (begun.ok()) publish_guarantee();
-    return begun;
+    QDUINO_TRY(runtime_->begin(runtime::sketch_table()));
+    link_.guarantee.write({std::string_view{guarantee_json(board_->guarantee())}});
+    return {};
 }
 
 bool SimPrinter::run(Instant until) {
@@ -34,10 +48,34 @@ bool SimPrinter::run(Instant until) {
     return !board_->stop_requested();
 }
 
-void SimPrinter::publish_guarantee() {
-    printer::link::GuaranteeText text;
-    text.json.assign(guarantee_json(board_->guarantee()));
-    link_.guarantee.write(text);
+Result<void> run_live(const LiveOptions& options) {
+    QDUINO_TRY_ASSIGN(const LinkFile link,
+                      create_link(options.link_path, static_cast<std::uint64_t>(std::time(nullptr))));
+    link.get()->time_factor.store(options.speed, std::memory_order_relaxed);
+    SimPrinter printer(options.machine, *link.get());
+    InspectService inspector(printer.twin(), [&printer] { return printer.now(); });
+    QDUINO_TRY_ASSIGN(const auto socket, serve_inspector(options.inspect_path, inspector));
+    QDUINO_TRY(printer.begin());
+    stop_on_signals();
+
+    WallClock::time_point wall_start = WallClock::now();
+    Instant virtual_start = printer.now();
+    while (!stop_asked()) {
+        std::this_thread::sleep_for(kWallSlice);
+        const double wall_s = std::chrono::duration<double>(WallClock::now() - wall_start).count();
+        const Instant due = virtual_start + from_seconds(wall_s * options.speed);
+        // In slices of virtual time, so that the inspector and a signal are served while a fast
+        // print runs.
+        const Instant end = std::min(due, printer.now() + 500ms);
+        if (!printer.run(end)) return {};
+        if (socket) socket->poll();
+        if (due - end > from_seconds(std::chrono::duration<double>(kBehindMax).count() * options.speed)) {
+            wall_start = WallClock::now();
+            virtual_start = printer.now();
+        }
+    }
+    link.get()->sketch_dead.store(1);
+    return {};
 }
 
 }  // namespace qduino::apps

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "base/result.h"
 #include "board/sim/sim_board.h"
@@ -39,8 +38,6 @@ class SimPrinter {
     [[nodiscard]] const printer::MachineConfig& config() const { return config_; }
 
   private:
-    void publish_guarantee();
-
     printer::MachineConfig config_;
     printer::link::LinkLayout& link_;
     twin::Printer twin_;
@@ -48,5 +45,17 @@ class SimPrinter {
     std::unique_ptr<runtime::Runtime> runtime_;
     Instant now_{};
 };
+
+/// printer-sim as a live machine: linked to a running print service, paced at K times wall time.
+struct LiveOptions {
+    printer::MachineConfig machine;
+    std::string link_path;     ///< made anew; the service opens it
+    std::string inspect_path;  ///< unix socket of the twin's inspector; empty: none
+    double speed = 1;          ///< virtual seconds per second of wall time; > 0
+};
+
+/// Runs until SIGTERM or SIGINT. When the host cannot keep up, virtual time falls behind: nothing
+/// is skipped.
+Result<void> run_live(const LiveOptions& options);
 
 }  // namespace qduino::apps

@@ -4,10 +4,8 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
+#include <fstream>
 #include <string>
-#include <vector>
 
 #include "board/peripherals.h"
 #include "printer/machine_config.h"
@@ -20,12 +18,8 @@ class StepLog final : public board::Peripherals {
   public:
     /// Opens and empties `path`. ok() tells whether that worked.
     StepLog(const std::string& path, const printer::MachineConfig& config, board::Peripherals& next);
-    ~StepLog() override;
-    StepLog(const StepLog&) = delete;
-    StepLog& operator=(const StepLog&) = delete;
-
     /// True when everything so far is in the file.
-    [[nodiscard]] bool ok() const { return file_ != nullptr && !failed_; }
+    [[nodiscard]] bool ok() const { return file_.good(); }
     bool close();
 
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
@@ -51,16 +45,13 @@ class StepLog final : public board::Peripherals {
         std::uint8_t axis = 0;
     };
     void write_line(Instant now, std::size_t axis);
-    void flush();
 
     board::Peripherals& next_;
-    std::FILE* file_;
-    bool failed_ = false;
+    std::ofstream file_;
     std::array<Wire, board::kPinCount> wires_{};
     std::array<bool, printer::kAxisCount> high_{};
     std::array<bool, printer::kAxisCount> positive_{};
     std::array<bool, printer::kAxisCount> inverted_{};
-    std::vector<char> buffer_;
 };
 
 }  // namespace qduino::apps

@@ -1,5 +1,6 @@
 #include "apps/qduino/arguments.h"
 
+#include "apps/command_line/command_line.h"
 #include "base/version.h"
 #include "board/linux/machine_settings.h"
 
@@ -21,27 +22,27 @@ CLI::App* add_command(CLI::App& app, Arguments& arguments, Command command, cons
 }
 
 void add_sketch(CLI::App& sub, Arguments& arguments) {
-    sub.add_option("sketch", arguments.sketch, "Folder or .ino (default: this folder)")
-        ->option_text("[SKETCH]");
+    add_option(sub, "sketch", arguments.sketch, "Folder or .ino (default: this folder)", "[SKETCH]");
     sub.add_flag("-v,--verbose", arguments.verbose, "Show the commands that build it");
 }
 
 void add_length(CLI::App& sub, Arguments& arguments, const char* description) {
-    sub.add_option("--for", arguments.length_s, description)->check(CLI::PositiveNumber)->option_text("S");
+    add_option(sub, "--for", arguments.length_s, description, "S")->check(CLI::PositiveNumber);
 }
 
 void add_board(CLI::App& sub, Arguments& arguments) {
-    sub.add_option("--board", arguments.board, "Board file (docs/board-file.md)")
-        ->check(CLI::ExistingFile)
-        ->option_text("FILE");
+    add_option(sub, "--board", arguments.board, "Board file (docs/board-file.md)", "FILE")
+        ->check(CLI::ExistingFile);
+}
+
+void add_report(CLI::App& sub, Arguments& arguments) {
+    add_option(sub, "--report", arguments.report, "Write the guarantees here, as JSON", "FILE");
 }
 
 void add_simulated_machine(CLI::App& sub, Arguments& arguments) {
     add_board(sub, arguments);
-    sub.add_option("--cores", arguments.cores, "Cores, 1 to 64 (default 2)")
-        ->check(CLI::Range(1, 64))
-        ->option_text("N");
-    sub.add_option("--seed", arguments.seed, "Seed of what is random (default 1)")->option_text("N");
+    add_option(sub, "--cores", arguments.cores, "Cores, 1 to 64 (default 2)", "N")->check(CLI::Range(1, 64));
+    add_option(sub, "--seed", arguments.seed, "Seed of what is random (default 1)", "N");
 }
 
 void add_new(CLI::App& app, Arguments& arguments) {
@@ -49,9 +50,7 @@ void add_new(CLI::App& app, Arguments& arguments) {
                                 "Makes the folder NAME with NAME.ino: two loops, ready to run.\n"
                                 "Overwrites nothing.\n"
                                 "Example: qduino new blinker && cd blinker && qduino sim");
-    sub->add_option("name", arguments.name, "Name, or path, of the new folder")
-        ->required()
-        ->option_text("NAME");
+    add_option(*sub, "name", arguments.name, "Name, or path, of the new folder", "NAME")->required();
 }
 
 void add_build(CLI::App& app, Arguments& arguments) {
@@ -63,11 +62,9 @@ void add_build(CLI::App& app, Arguments& arguments) {
                     "src/, are compiled too. Honours CXX, CC, CXXFLAGS, CFLAGS, LDFLAGS.\n"
                     "Example: qduino build blinker --only linux --output /tmp");
     add_sketch(*sub, arguments);
-    sub->add_option("--only", arguments.only, "One board: sim or linux")
-        ->check(CLI::IsMember({"sim", "linux"}))
-        ->option_text("BOARD");
-    sub->add_option("-o,--output", arguments.output, "Copy the programs into this folder")
-        ->option_text("DIR");
+    add_option(*sub, "--only", arguments.only, "One board: sim or linux", "BOARD")
+        ->check(CLI::IsMember({"sim", "linux"}));
+    add_option(*sub, "-o,--output", arguments.output, "Copy the programs into this folder", "DIR");
 }
 
 void add_run(CLI::App& app, Arguments& arguments) {
@@ -79,12 +76,11 @@ void add_run(CLI::App& app, Arguments& arguments) {
     add_sketch(*sub, arguments);
     add_length(*sub, arguments, "Seconds (default: until Ctrl-C)");
     add_board(*sub, arguments);
-    sub->add_option("--pins", arguments.pins, "Virtual pins, as virtual-machine makes them")
-        ->check(CLI::ExistingFile)
-        ->option_text("FILE");
+    add_option(*sub, "--pins", arguments.pins, "Virtual pins, as virtual-machine makes them", "FILE")
+        ->check(CLI::ExistingFile);
     sub->add_flag("--isolate", arguments.isolate, "Empty the cores that loops own (root)");
     sub->add_flag("--best-effort", arguments.best_effort, "Do not ask for real-time scheduling");
-    sub->add_option("--report", arguments.report, "Write the guarantees here, as JSON")->option_text("FILE");
+    add_report(*sub, arguments);
 }
 
 void add_sim(CLI::App& app, Arguments& arguments) {
@@ -94,11 +90,10 @@ void add_sim(CLI::App& app, Arguments& arguments) {
                                 "Example: qduino sim blinker --for 60 --board loaded.toml --seed 7");
     add_sketch(*sub, arguments);
     add_length(*sub, arguments, "Virtual seconds (default 10)");
-    sub->add_option("--speed", arguments.speed, "Virtual seconds per second (default: all)")
-        ->check(CLI::PositiveNumber)
-        ->option_text("K");
+    add_option(*sub, "--speed", arguments.speed, "Virtual seconds per second (default: all)", "K")
+        ->check(CLI::PositiveNumber);
     add_simulated_machine(*sub, arguments);
-    sub->add_option("--report", arguments.report, "Write the guarantees here, as JSON")->option_text("FILE");
+    add_report(*sub, arguments);
 }
 
 void add_check(CLI::App& app, Arguments& arguments) {
@@ -124,8 +119,7 @@ void add_trace(CLI::App& app, Arguments& arguments) {
                     "throttling, interrupts, but no overruns; root only.\n"
                     "Example: qduino trace blinker --for 2 -o blinker.json");
     add_sketch(*sub, arguments);
-    sub->add_option("-o,--output", arguments.output, "File to write (default: NAME-trace.json)")
-        ->option_text("FILE");
+    add_option(*sub, "-o,--output", arguments.output, "File to write (default: NAME-trace.json)", "FILE");
     add_length(*sub, arguments, "Seconds (default 10)");
     CLI::Option* on_linux = sub->add_flag("--linux", arguments.on_linux, "Trace a run on Linux (root)");
     add_simulated_machine(*sub, arguments);
@@ -145,21 +139,17 @@ void add_machine_commands(CLI::App& app, Arguments& arguments) {
                     "it makes it. This undoes what a killed one could not.\n"
                     "Example: sudo qduino restore");
     arguments.settings_state = board::linux::kDefaultSettingsState;
-    restore->add_option("--state", arguments.settings_state, "Where changes are written down")
-        ->option_text("FILE");
+    add_option(*restore, "--state", arguments.settings_state, "Where changes are written down", "FILE");
     CLI::App* completion =
         add_command(app, arguments, Command::completion, "completion", "Print a shell's completion script",
-                    "Example: qduino completion bash > ~/.local/share/bash-completion/completions/qduino");
-    completion->footer(
-        "bash:    qduino completion bash >\n"
-        "           ~/.local/share/bash-completion/completions/qduino\n"
-        "zsh:     qduino completion zsh > a folder of $fpath/_qduino\n"
-        "fish:    qduino completion fish > ~/.config/fish/completions/qduino.fish\n"
-        "Example: source <(qduino completion bash)");
-    completion->add_option("shell", arguments.shell, "bash, zsh or fish")
+                    "bash:    qduino completion bash >\n"
+                    "           ~/.local/share/bash-completion/completions/qduino\n"
+                    "zsh:     qduino completion zsh > a folder of $fpath/_qduino\n"
+                    "fish:    qduino completion fish > ~/.config/fish/completions/qduino.fish\n"
+                    "Example: source <(qduino completion bash)");
+    add_option(*completion, "shell", arguments.shell, "bash, zsh or fish", "SHELL")
         ->required()
-        ->check(CLI::IsMember({"bash", "zsh", "fish"}))
-        ->option_text("SHELL");
+        ->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
 }  // namespace

@@ -3,17 +3,16 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
 namespace qduino::apps {
 
-enum class Command { none, make_new, build, run, sim, check, trace, doctor, restore, completion };
+enum class Command { make_new, build, run, sim, check, trace, doctor, restore, completion };
 
 struct Arguments {
-    Command command = Command::none;
+    Command command{};
     std::string sketch = ".";  ///< folder or .ino
     bool verbose = false;
     std::string name;    ///< new
@@ -33,5 +32,13 @@ struct Arguments {
 
 /// The parser, which fills in `arguments`; that outlives it.
 [[nodiscard]] std::unique_ptr<CLI::App> make_parser(Arguments& arguments);
+
+/// The completion script of `parser` for a shell, "bash", "zsh" or "fish"; anything else gives an
+/// empty text.
+[[nodiscard]] std::string completion_script(const CLI::App& parser, const std::string& shell);
+
+/// Carries out `arguments.command`. Returns the exit status: 0, 1 on failure, 2 when admission
+/// refuses the sketch. `parser` is for `completion`.
+int run_command(const Arguments& arguments, const CLI::App& parser);
 
 }  // namespace qduino::apps

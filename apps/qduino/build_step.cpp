@@ -4,15 +4,17 @@
 
 #include <algorithm>
 #include <atomic>
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <cstdio>
-#include <fstream>
 #include <mutex>
 #include <optional>
-#include <sstream>
+#include <regex>
 #include <system_error>
 #include <thread>
 
 #include "apps/qduino/child_process.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps {
 namespace {
@@ -26,10 +28,8 @@ fs::path beside(const fs::path& output, const char* extension) {
 }
 
 std::string text_of(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
+    const auto read = posix::read_small_file(path);
+    return read ? *read : "";
 }
 
 /// Every word on a line of its own: none of them has a newline that would matter.
@@ -57,41 +57,29 @@ Result<bool> make(const BuildStep& step) {
     fs::create_directories(step.output.parent_path(), failed);
     fs::remove(beside(step.output, ".cmd"), failed);
     const auto began = fs::file_time_type::clock::now();
-    const Result<int> status = run_into(step.command, beside(step.output, ".log"));
-    if (!status) return status.error();
-    if (*status != 0) {
+    QDUINO_TRY_ASSIGN(const int status, run_into(step.command, beside(step.output, ".log")));
+    if (status != 0) {
         fs::remove(step.output, failed);
         return false;
     }
     fs::last_write_time(step.output, began, failed);
-    std::ofstream record(beside(step.output, ".cmd"), std::ios::binary);
-    record << record_of(step);
-    record.close();
-    if (failed || !record) {
-        return make_error(ErrorCode::unavailable,
-                          "cannot write to the build folder (disk full?): " + step.output.string());
-    }
-    return true;
+    if (!failed && posix::write_file(beside(step.output, ".cmd"), record_of(step))) return true;
+    return make_error(ErrorCode::unavailable,
+                      "cannot write to the build folder (disk full?): ", step.output.native());
 }
 
 /// The steps of one run, worked off by some threads.
 class Work {
   public:
-    Work(const std::vector<BuildStep>& steps, bool verbose) : steps_(steps), verbose_(verbose) {}
+    explicit Work(bool verbose) : verbose_(verbose) {}
 
-    void run() {
-        for (std::size_t i = next_++; i < steps_.size(); i = next_++) {
-            if (given_up_) return;
-            one(steps_[i]);
-        }
-    }
     [[nodiscard]] Result<StepsDone> result() const {
         if (error_) return *error_;
         return done_;
     }
 
-  private:
-    void one(const BuildStep& step) {
+    void run(const BuildStep& step) {
+        if (given_up_) return;
         if (is_up_to_date(step)) {
             const std::lock_guard lock{speaking_};
             return say_log(step);
@@ -113,9 +101,8 @@ class Work {
         done_.failed = done_.failed || !*made;
     }
 
-    const std::vector<BuildStep>& steps_;
+  private:
     bool verbose_;
-    std::atomic<std::size_t> next_{0};
     std::atomic<bool> given_up_{false};
     std::mutex speaking_;  // and what follows
     StepsDone done_;
@@ -166,26 +153,15 @@ bool is_up_to_date(const BuildStep& step) {
 }
 
 std::string without_colours(std::string_view text) {
-    std::string plain;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '\033' || i + 1 >= text.size() || text[i + 1] != '[') {
-            plain += text[i];
-            continue;
-        }
-        i += 2;
-        while (i < text.size() && (text[i] < '@' || text[i] > '~')) ++i;
-    }
-    return plain;
+    static const std::regex kColour{"\033\\[[^@-~]*[@-~]?"};
+    return std::regex_replace(std::string{text}, kColour, "");
 }
 
 Result<StepsDone> run_steps(const std::vector<BuildStep>& steps, bool verbose) {
-    Work work(steps, verbose);
-    std::vector<std::thread> helpers;
-    const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
-    for (std::size_t i = 1; i < std::min(cores, steps.size()); ++i)
-        helpers.emplace_back([&work] { work.run(); });
-    work.run();
-    for (std::thread& helper : helpers) helper.join();
+    Work work(verbose);
+    boost::asio::thread_pool threads{std::max(1u, std::thread::hardware_concurrency())};
+    for (const BuildStep& step : steps) boost::asio::post(threads, [&work, &step] { work.run(step); });
+    threads.join();
     return work.result();
 }
 

@@ -23,8 +23,8 @@ std::vector<char*> arguments_of(const std::vector<std::string>& command) {
 }
 
 Error cannot_run(const std::string& program, int error) {
-    return make_error(error == ENOENT ? ErrorCode::not_found : ErrorCode::unavailable,
-                      program + " cannot be run: " + std::strerror(error));
+    return make_error(error == ENOENT ? ErrorCode::not_found : ErrorCode::unavailable, program,
+                      " cannot be run: ", std::strerror(error));
 }
 
 int wait_for(pid_t child) {
@@ -32,6 +32,16 @@ int wait_for(pid_t child) {
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
     return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+/// The number of the child that runs `command`.
+Result<pid_t> spawn(const std::vector<std::string>& command, const posix_spawn_file_actions_t* files,
+                    const posix_spawnattr_t* attributes) {
+    pid_t child = 0;
+    const int error =
+        ::posix_spawnp(&child, command[0].c_str(), files, attributes, arguments_of(command).data(), environ);
+    if (error != 0) return cannot_run(command[0], error);
+    return child;
 }
 
 std::atomic<pid_t> in_front{0};
@@ -69,12 +79,10 @@ Result<int> run_into(const std::vector<std::string>& command, const std::filesys
     ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                        0644);
     ::posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    pid_t child = 0;
-    const int error =
-        ::posix_spawnp(&child, command[0].c_str(), &actions, nullptr, arguments_of(command).data(), environ);
+    const Result<pid_t> child = spawn(command, &actions, nullptr);
     ::posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) return cannot_run(command[0], error);
-    return wait_for(child);
+    if (!child) return child.error();
+    return wait_for(*child);
 }
 
 Result<int> run_in_front(const std::vector<std::string>& command) {
@@ -98,14 +106,12 @@ Result<int> run_in_front(const std::vector<std::string>& command) {
     ::posix_spawnattr_init(&attributes);
     ::posix_spawnattr_setsigmask(&attributes, &before);
     ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-    pid_t child = 0;
-    const int error = ::posix_spawnp(&child, command[0].c_str(), nullptr, &attributes,
-                                     arguments_of(command).data(), environ);
+    const Result<pid_t> child = spawn(command, nullptr, &attributes);
     ::posix_spawnattr_destroy(&attributes);
-    in_front.store(error == 0 ? child : 0);
+    in_front.store(child ? *child : 0);
     ::sigprocmask(SIG_SETMASK, &before, nullptr);
-    if (error != 0) return cannot_run(command[0], error);
-    const int status = wait_for(child);
+    if (!child) return child.error();
+    const int status = wait_for(*child);
     in_front.store(0);
     return status;
 }

@@ -1,6 +1,9 @@
-#include "apps/qduino/completion.h"
+#include "apps/qduino/arguments.h"
 
+#include <algorithm>
 #include <vector>
+
+#include "base/text.h"
 
 namespace qduino::apps {
 namespace {
@@ -9,13 +12,6 @@ struct Flag {
     std::vector<std::string> names;  ///< "-o", "--output"
     std::string description;
     bool takes_value = false;
-};
-
-struct Word {
-    std::string name;
-    std::string description;
-    std::vector<Flag> flags;
-    bool takes_files = false;  ///< a sketch, a name
 };
 
 std::vector<Flag> flags_of(const CLI::App& app) {
@@ -32,17 +28,11 @@ std::vector<Flag> flags_of(const CLI::App& app) {
     return flags;
 }
 
-std::vector<Word> words_of(const CLI::App& parser) {
-    std::vector<Word> words;
-    for (const CLI::App* sub : parser.get_subcommands({})) {
-        Word word{sub->get_name(), sub->get_description(), flags_of(*sub), false};
-        for (const CLI::Option* option : sub->get_options()) {
-            word.takes_files =
-                word.takes_files || (option->get_positional() && option->get_name() != "shell");
-        }
-        words.push_back(word);
-    }
-    return words;
+/// A sketch, or a name.
+bool takes_files(const CLI::App& command) {
+    return std::ranges::any_of(command.get_options(), [](const CLI::Option* option) {
+        return option->get_positional() && option->get_name() != "shell";
+    });
 }
 
 std::string names_of(const std::vector<Flag>& flags) {
@@ -54,11 +44,10 @@ std::string names_of(const std::vector<Flag>& flags) {
 }
 
 std::string bash_script(const CLI::App& parser) {
-    const std::vector<Word> words = words_of(parser);
     std::string commands, cases;
-    for (const Word& word : words) {
-        commands += (commands.empty() ? "" : " ") + word.name;
-        cases += "    " + word.name + ") flags=\"" + names_of(word.flags) + "\" ;;\n";
+    for (const CLI::App* command : parser.get_subcommands({})) {
+        write(commands, commands.empty() ? "" : " ", command->get_name());
+        write(cases, "    ", command->get_name(), ") flags=\"", names_of(flags_of(*command)), "\" ;;\n");
     }
     return "# bash completion for qduino\n"
            "_qduino() {\n"
@@ -102,10 +91,10 @@ std::string quoted(const std::string& text, bool zsh) {
 
 std::string zsh_script(const CLI::App& parser) {
     std::string commands, cases;
-    for (const Word& word : words_of(parser)) {
-        commands += "    '" + word.name + ":" + quoted(word.description, true) + "'\n";
-        cases += "    " + word.name + ")\n      _arguments";
-        for (const Flag& flag : word.flags) {
+    for (const CLI::App* command : parser.get_subcommands({})) {
+        commands += "    '" + command->get_name() + ":" + quoted(command->get_description(), true) + "'\n";
+        cases += "    " + command->get_name() + ")\n      _arguments";
+        for (const Flag& flag : flags_of(*command)) {
             for (const std::string& name : flag.names) {
                 cases += " \\\n        '" + name + "[" + quoted(flag.description, true) + "]" +
                          (!flag.takes_value  ? ""
@@ -114,9 +103,9 @@ std::string zsh_script(const CLI::App& parser) {
                          "'";
             }
         }
-        cases += word.name == "completion" ? " \\\n        '1:shell:(bash zsh fish)'"
-                 : word.takes_files        ? " \\\n        '1:sketch:_files'"
-                                           : "";
+        cases += command->get_name() == "completion" ? " \\\n        '1:shell:(bash zsh fish)'"
+                 : takes_files(*command)             ? " \\\n        '1:sketch:_files'"
+                                                     : "";
         cases += "\n      ;;\n";
     }
     return "#compdef qduino\n"
@@ -145,11 +134,11 @@ std::string zsh_script(const CLI::App& parser) {
 
 std::string fish_script(const CLI::App& parser) {
     std::string out = "# fish completion for qduino\ncomplete -c qduino -n __fish_use_subcommand -f\n";
-    for (const Word& word : words_of(parser)) {
-        out += "complete -c qduino -n __fish_use_subcommand -a " + word.name + " -d '" +
-               quoted(word.description, false) + "'\n";
-        for (const Flag& flag : word.flags) {
-            out += "complete -c qduino -n '__fish_seen_subcommand_from " + word.name + "'";
+    for (const CLI::App* command : parser.get_subcommands({})) {
+        out += "complete -c qduino -n __fish_use_subcommand -a " + command->get_name() + " -d '" +
+               quoted(command->get_description(), false) + "'\n";
+        for (const Flag& flag : flags_of(*command)) {
+            out += "complete -c qduino -n '__fish_seen_subcommand_from " + command->get_name() + "'";
             for (const std::string& name : flag.names) {
                 out += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
             }

@@ -6,19 +6,19 @@
 
 #include <cerrno>
 #include <charconv>
-#include <csignal>
-#include <cstdio>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
+#include "apps/host/chrome_event.h"
 #include "board/linux/budget_keeper.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kInterruptThread = 1000;  // sorts after the VCPUs
 constexpr const char* kOurThreads = "comm ~ \"loop *\" || comm ~ \"io *\"";
 constexpr const char* kOurSwitches =
     "prev_comm ~ \"loop *\" || next_comm ~ \"loop *\" || prev_comm ~ \"io *\" || next_comm ~ \"io *\"";
@@ -40,18 +40,12 @@ std::string_view field(std::string_view fields, std::string_view key, std::strin
     return rest.substr(0, rest.find(end));
 }
 
-std::string name_of(int vcpu) { return (vcpu <= 32 ? "loop " : "io ") + std::to_string(vcpu); }
+std::string name_of(int vcpu) { return text<std::string>(vcpu <= 32 ? "loop " : "io ", vcpu); }
 
-/// "1234.567890" in microseconds.
+/// "1234.567890" in microseconds: exact, as far as a computer has been up.
 std::optional<std::int64_t> microseconds(std::string_view text) {
-    const auto seconds = number_at<std::int64_t>(text);
-    const std::size_t point = text.find('.');
-    if (!seconds || point == std::string_view::npos) return std::nullopt;
-    const std::string_view digits =
-        text.substr(point + 1, text.find_first_not_of("0123456789", point + 1) - point - 1);
-    std::int64_t fraction = 0;
-    for (std::size_t i = 0; i < 6; ++i) fraction = fraction * 10 + (i < digits.size() ? digits[i] - '0' : 0);
-    return *seconds * 1'000'000 + fraction;
+    const auto seconds = number_at<double>(text);
+    return seconds ? std::optional<std::int64_t>(std::llround(*seconds * 1e6)) : std::nullopt;
 }
 
 /// Text as JSON takes it between quotes.
@@ -61,11 +55,6 @@ std::string plain(std::string_view text) {
         if (c >= ' ' && c != '"' && c != '\\') out += c;
     }
     return out;
-}
-
-std::string thread_name(int core, int thread, const std::string& name) {
-    return R"({"ph":"M","name":"thread_name","pid":)" + std::to_string(core) + R"(,"tid":)" +
-           std::to_string(thread) + R"(,"args":{"name":")" + name + "\"}}";
 }
 
 }  // namespace
@@ -121,18 +110,16 @@ std::int64_t KernelTraceReader::since_start(std::int64_t us) {
 }
 
 void KernelTraceReader::instant(int core, int vcpu, std::int64_t us, const char* name) {
-    cores_[core].records.push_back(std::string(R"({"ph":"i","s":"t","name":")") + name + R"(","pid":)" +
-                                   std::to_string(core) + R"(,"tid":)" + std::to_string(vcpu) + R"(,"ts":)" +
-                                   std::to_string(us) + "}");
+    cores_[core].vcpus.insert(vcpu);
+    cores_[core].records.push_back(chrome::instant(name, core, vcpu, us));
 }
 
 void KernelTraceReader::end_stretch(int core, std::int64_t us) {
     Running& running = cores_[core].running;
     if (running.vcpu == 0) return;
-    cores_[core].records.push_back(R"({"ph":"X","name":")" + name_of(running.vcpu) + R"(","pid":)" +
-                                   std::to_string(core) + R"(,"tid":)" + std::to_string(running.vcpu) +
-                                   R"(,"ts":)" + std::to_string(running.since_us) + R"(,"dur":)" +
-                                   std::to_string(us - running.since_us) + "}");
+    cores_[core].vcpus.insert(running.vcpu);
+    cores_[core].records.push_back(
+        chrome::stretch(name_of(running.vcpu), core, running.vcpu, running.since_us, us - running.since_us));
     running.vcpu = 0;
     ++stretches_;
 }
@@ -197,11 +184,9 @@ void KernelTraceReader::interrupt_begins(const Event& event, std::string_view na
 void KernelTraceReader::interrupt_ends(const Event& event) {
     Core& core = cores_[event.core];
     if (core.interrupt_since_us < 0) return;
-    core.records.push_back(R"({"ph":"X","name":"interrupt","pid":)" + std::to_string(event.core) +
-                           R"(,"tid":)" + std::to_string(kInterruptThread) + R"(,"ts":)" +
-                           std::to_string(core.interrupt_since_us) + R"(,"dur":)" +
-                           std::to_string(event.us - core.interrupt_since_us) + R"(,"args":{"device":")" +
-                           core.interrupt + "\"}}");
+    core.records.push_back(chrome::stretch("interrupt", event.core, chrome::kInterruptThread,
+                                           core.interrupt_since_us, event.us - core.interrupt_since_us,
+                                           chrome::device(core.interrupt)));
     core.interrupt_since_us = -1;
 }
 
@@ -213,17 +198,9 @@ std::string KernelTraceReader::chrome_json() {
     for (auto& [number, core] : cores_) {
         if (!core.has_loops) continue;
         end_stretch(number, last_us_);
-        add(R"({"ph":"M","name":"process_name","pid":)" + std::to_string(number) +
-            R"(,"args":{"name":"core )" + std::to_string(number) + "\"}}");
-        add(thread_name(number, kInterruptThread, "interrupts"));
-        for (int vcpu = 1; vcpu < 64; ++vcpu) {
-            const std::string mine = R"("tid":)" + std::to_string(vcpu) + ",";
-            for (const std::string& record : core.records) {
-                if (record.find(mine) == std::string::npos) continue;
-                add(thread_name(number, vcpu, name_of(vcpu)));
-                break;
-            }
-        }
+        add(chrome::core_name(number));
+        add(chrome::thread_name(number, chrome::kInterruptThread, "interrupts"));
+        for (const int vcpu : core.vcpus) add(chrome::thread_name(number, vcpu, name_of(vcpu)));
         for (const std::string& record : core.records) add(record);
     }
     return json + "\n]\n";
@@ -243,10 +220,10 @@ Result<KernelTracer> KernelTracer::start() {
         const fs::path mine = instances / ("qduino-" + std::to_string(::getpid()));
         if (::mkdir(mine.c_str(), 0700) != 0) {
             return make_error(ErrorCode::unavailable,
-                              "the kernel's tracer cannot be had: " + std::string(std::strerror(errno)));
+                              "the kernel's tracer cannot be had: ", std::strerror(errno));
         }
         KernelTracer tracer(mine);
-        if (auto ready = tracer.set_up(); !ready) return ready.error();
+        QDUINO_TRY(tracer.set_up());
         return tracer;
     }
     return make_error(ErrorCode::not_found,
@@ -261,10 +238,8 @@ KernelTracer::~KernelTracer() {
 }
 
 Result<void> KernelTracer::write(const std::string& file, const std::string& text) {
-    std::ofstream out(instance_ / file);
-    out << text << std::flush;
-    if (out) return {};
-    return make_error(ErrorCode::unavailable, "the kernel's tracer does not take " + text + " for " + file);
+    if (posix::write_small_file(instance_ / file, text)) return {};
+    return make_error(ErrorCode::unavailable, "the kernel's tracer does not take ", text, " for ", file);
 }
 
 Result<void> KernelTracer::set_up() {
@@ -286,7 +261,7 @@ Result<void> KernelTracer::set_up() {
         {"events/irq/irq_handler_exit/enable", "1"},
     };
     for (const auto& [file, text] : settings) {
-        if (auto written = write(file, text); !written) return written;
+        QDUINO_TRY(write(file, text));
     }
     // The timer's own interrupt is a vector of its own on x86 alone.
     for (const char* event :
@@ -297,7 +272,7 @@ Result<void> KernelTracer::set_up() {
 }
 
 Result<void> KernelTracer::stop(KernelTraceReader& reader) {
-    if (auto stopped = write("tracing_on", "0"); !stopped) return stopped;
+    QDUINO_TRY(write("tracing_on", "0"));
     std::ifstream text(instance_ / "trace");
     if (!text) return make_error(ErrorCode::unavailable, "what the kernel's tracer recorded cannot be read");
     for (std::string line; std::getline(text, line);) reader.line(line);

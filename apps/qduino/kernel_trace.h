@@ -14,7 +14,6 @@
 // "Trace Event Format" of Google.)
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -61,6 +60,7 @@ class KernelTraceReader {
         std::string interrupt;
         bool has_loops = false;
         std::vector<std::string> records;
+        std::set<int> vcpus;  // that records name
     };
 
     void head(std::string_view text);

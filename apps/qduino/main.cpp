@@ -1,20 +1,17 @@
 // qduino: makes, builds, checks, simulates, traces and runs sketches, and looks after the computer
 // that they run on. Without arguments it lists its commands and returns 0: nothing went wrong.
+#include <algorithm>
 #include <cstdio>
 
 #include "apps/command_line/command_line.h"
 #include "apps/qduino/arguments.h"
-#include "apps/qduino/commands.h"
 
 namespace {
 
 /// The parser alone would only complain that a command is missing.
 bool is_unknown_command(const CLI::App& parser, const char* word) {
-    if (word[0] == '-') return false;
-    for (const CLI::App* command : parser.get_subcommands({})) {
-        if (command->get_name() == word) return false;
-    }
-    return true;
+    const auto is_it = [word](const CLI::App* command) { return command->get_name() == word; };
+    return word[0] != '-' && std::ranges::none_of(parser.get_subcommands({}), is_it);
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
 #include "apps/qduino/sdk.h"
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
+
+#include "posix/small_file.h"
 
 namespace qduino::apps {
 namespace {
@@ -17,16 +18,18 @@ bool is_file(const fs::path& path) {
     return fs::is_regular_file(path, ignored);
 }
 
-/// CMake's lists, joined with semicolons.
-std::vector<std::string> list_of(const std::string& text) {
-    std::vector<std::string> items;
-    for (std::size_t from = 0; from < text.size();) {
-        const std::size_t end = std::min(text.find(';', from), text.size());
-        if (end > from) items.push_back(text.substr(from, end - from));
+std::vector<std::string> parts_of(std::string_view whole, const char* separators) {
+    std::vector<std::string> parts;
+    for (std::size_t from = 0; from < whole.size();) {
+        const std::size_t end = std::min(whole.find_first_of(separators, from), whole.size());
+        if (end > from) parts.emplace_back(whole.substr(from, end - from));
         from = end + 1;
     }
-    return items;
+    return parts;
 }
+
+/// CMake's lists, joined with semicolons.
+std::vector<std::string> list_of(const std::string& text) { return parts_of(text, ";"); }
 
 std::string resolved(const fs::path& folder, const std::string& item) {
     return item.empty() || item.front() == '-' ? item : (folder / item).lexically_normal().string();
@@ -43,15 +46,7 @@ Sdk::Linking linking_of(const Json& json, const fs::path& folder) {
 
 const char* name_of(BoardKind board) { return board == BoardKind::sim ? "sim" : "linux"; }
 
-std::vector<std::string> words_of(std::string_view text) {
-    std::vector<std::string> words;
-    for (std::size_t from = 0; from < text.size();) {
-        const std::size_t end = std::min(text.find_first_of(" \t\n", from), text.size());
-        if (end > from) words.emplace_back(text.substr(from, end - from));
-        from = end + 1;
-    }
-    return words;
-}
+std::vector<std::string> words_of(std::string_view text) { return parts_of(text, " \t\n"); }
 
 Result<fs::path> find_sdk(const SdkPlaces& places) {
     if (!places.home.empty()) {
@@ -59,10 +54,8 @@ Result<fs::path> find_sdk(const SdkPlaces& places) {
         for (const fs::path& path : {home, home / kFileName, home / "build" / "release" / kFileName}) {
             if (is_file(path)) return path;
         }
-        return make_error(ErrorCode::not_found,
-                          "QDUINO_HOME names no built QduinoMC: no " + std::string(kFileName) +
-                              " in it, nor in its build/release. Unset it, or build there. It is " +
-                              places.home);
+        return make_error(ErrorCode::not_found, "QDUINO_HOME names no built QduinoMC: no ", kFileName,
+                          " in it, nor in its build/release. Unset it, or build there. It is ", places.home);
     }
     const fs::path beside = places.program.parent_path().parent_path() / kFileName;
     if (!places.program.empty() && is_file(beside)) return beside;
@@ -73,13 +66,12 @@ Result<fs::path> find_sdk(const SdkPlaces& places) {
 }
 
 Result<Sdk> read_sdk(const fs::path& file) {
-    std::ifstream in(file);
+    const auto read = posix::read_small_file(file);
     const fs::path folder = fs::absolute(file).parent_path();
     try {
-        const Json json = Json::parse(in);
-        if (json.at("version") != 1) {
-            return make_error(ErrorCode::unsupported, "is of another version of QduinoMC: " + file.string());
-        }
+        const Json json = Json::parse(read ? *read : "");
+        if (json.at("version") != 1)
+            return make_error(ErrorCode::unsupported, "is of another version of QduinoMC: ", file.native());
         Sdk sdk;
         sdk.file = fs::absolute(file);
         sdk.cxx = {json.at("cxx")};
@@ -95,9 +87,8 @@ Result<Sdk> read_sdk(const fs::path& file) {
         sdk.linux = linking_of(json.at("linux"), folder);
         return sdk;
     } catch (const Json::exception&) {
-        return make_error(
-            ErrorCode::corrupt,
-            "is not what the build of QduinoMC writes; run cmake there again: " + file.string());
+        return make_error(ErrorCode::corrupt,
+                          "is not what the build of QduinoMC writes; run cmake there again: ", file.native());
     }
 }
 

@@ -2,9 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -81,8 +79,7 @@ BuildEnvironment environment_of_this_process() {
 }
 
 Result<SketchBuild> SketchBuild::open(Sdk sdk, Sketch sketch, const BuildEnvironment& environment) {
-    const Result<fs::path> root = cache_root(environment);
-    if (!root) return root.error();
+    QDUINO_TRY_ASSIGN(const fs::path root, cache_root(environment));
     SketchBuild build(std::move(sdk), std::move(sketch));
     const Sdk& tools = build.sdk_;
     const Words cxx = environment.cxx.empty() ? tools.cxx : words_of(environment.cxx);
@@ -105,7 +102,7 @@ Result<SketchBuild> SketchBuild::open(Sdk sdk, Sketch sketch, const BuildEnviron
     for (const Words* words : {&build.compile_cxx_, &build.compile_c_, &build.link_}) append(key, *words);
     char hash[20];
     std::snprintf(hash, sizeof hash, "-%016llx", static_cast<unsigned long long>(hash_of(key)));
-    build.folder_ = *root / (build.sketch_.name + hash);
+    build.folder_ = root / (build.sketch_.name + hash);
     build.generated_ = build.folder_ / "sketch.ino.cpp";
     return build;
 }
@@ -133,7 +130,7 @@ Result<int> SketchBuild::make(const std::vector<BoardKind>& boards, bool verbose
     const posix::UniqueFd lock{::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
     if (failed || !lock.valid() || ::flock(lock.get(), LOCK_EX) != 0) {
         return make_error(ErrorCode::not_permitted,
-                          "cannot write here; set XDG_CACHE_HOME to a folder of yours: " + folder_.string());
+                          "cannot write here; set XDG_CACHE_HOME to a folder of yours: ", folder_.native());
     }
     return make_locked(boards, verbose);
 }
@@ -175,8 +172,8 @@ Result<int> SketchBuild::make_locked(const std::vector<BoardKind>& boards, bool 
             if (!fs::exists(library)) {
                 return make_error(ErrorCode::not_found,
                                   "QduinoMC is not built whole; there, run 'cmake --build --preset release "
-                                  "--target qduino'. Missing: " +
-                                      library);
+                                  "--target qduino'. Missing: ",
+                                  library);
             }
             step.inputs.emplace_back(library);
         }
@@ -185,10 +182,9 @@ Result<int> SketchBuild::make_locked(const std::vector<BoardKind>& boards, bool 
 
     int made = 0;
     for (const std::vector<BuildStep>& steps : {std::vector<BuildStep>{join}, compiling, linking}) {
-        const Result<StepsDone> done = run_steps(steps, verbose);
-        if (!done) return done.error();
-        if (done->failed) return make_error(ErrorCode::invalid_argument, sketch_.name + " is not built");
-        made += done->made;
+        QDUINO_TRY_ASSIGN(const StepsDone done, run_steps(steps, verbose));
+        if (done.failed) return make_error(ErrorCode::invalid_argument, sketch_.name, " is not built");
+        made += done.made;
     }
     return made;
 }

@@ -1,26 +1,10 @@
-#include "apps/supervisor/command_line.h"
-
 #include <signal.h>
-#include <sys/signalfd.h>
 
 #include "apps/command_line/command_line.h"
 #include "apps/supervisor/supervisor.h"
-#include "apps/terminal/message.h"
+#include "apps/terminal/program.h"
 
 namespace qduino::supervisor {
-namespace {
-
-int stop_signals() {
-    sigset_t stop;
-    sigemptyset(&stop);
-    sigaddset(&stop, SIGTERM);
-    sigaddset(&stop, SIGINT);
-    ::sigprocmask(SIG_BLOCK, &stop, nullptr);
-    return ::signalfd(-1, &stop, SFD_CLOEXEC);
-}
-
-}  // namespace
-
 int run_command_line(int argc, char** argv, SystemCalls& system) {
     Options options;
     options.real_time = true;
@@ -47,11 +31,8 @@ int run_command_line(int argc, char** argv, SystemCalls& system) {
     options.heartbeat_timeout = std::chrono::milliseconds{timeout_ms};
 
     auto supervisor = Supervisor::open(std::move(options), system);
-    if (!supervisor) {
-        apps::say(supervisor.error().message.view(), "qduino-supervisor: ");
-        return 1;
-    }
-    return supervisor->run(stop_signals());
+    if (!supervisor) return apps::Fail{"qduino-supervisor: "}(supervisor.error());
+    return supervisor->run(apps::block_and_watch({SIGTERM, SIGINT}));
 }
 
 }  // namespace qduino::supervisor

@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
-#include <sys/mman.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,13 +11,11 @@
 #include <algorithm>
 
 #include "apps/supervisor/importance.h"
-#include "apps/supervisor/link_death.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
 #include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
-#include "posix/mapping.h"
 #include "posix/system_error.h"
 
 namespace qduino::supervisor {
@@ -133,8 +130,8 @@ class Watcher {
         if (process_.valid()) hands_.outlast(dying, done);
         if (!task_.link.empty()) write_death_note(task_.link, sketch_, why);
         static_cast<void>(board::linux::restore_settings(task_.settings_state));
-        apps::say("sketch " + std::to_string(sketch_) + ": " + why + "; " +
-                      apps::counted(done.outputs.pins, "pin") + " forced to safe states",
+        apps::say(text<std::string>("sketch ", sketch_, ": ", why, "; ",
+                                    apps::counted(done.outputs.pins, "pin"), " forced to safe states"),
                   "qduino-supervisor: ");
     }
 
@@ -161,14 +158,10 @@ class Watcher {
 
 Result<void> HeatWatch::start(const HeatWatchTask& task) {
     if (!page_) {
-        auto memory = posix::map_anonymous(sizeof(HeatWatchPage));
-        if (!memory) return memory.error();
-        memory_ = std::move(*memory);
+        QDUINO_TRY_ASSIGN(memory_, posix::map_anonymous(sizeof(HeatWatchPage)));
         page_ = memory_.as<HeatWatchPage>();
     }
-    auto opened =
-        hands_.open(*task.file, board::linux::kHeatWatchWriter, task.link, task.sysfs_root, system_);
-    if (!opened) return opened;
+    QDUINO_TRY(hands_.open(*task.file, board::linux::kHeatWatchWriter, task.link, task.sysfs_root, system_));
     const pid_t supervisor = ::getpid();
     pid_ = ::fork();
     if (pid_ < 0) return system_error("start", "the heat watch");

@@ -1,5 +1,5 @@
 // qduino-supervisor: runs a sketch, outlives it, and forces its safe states when it dies or hangs.
-#include "apps/supervisor/command_line.h"
+#include "apps/supervisor/supervisor.h"
 
 int main(int argc, char** argv) {
     qduino::supervisor::SystemCalls system;

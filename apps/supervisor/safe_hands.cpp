@@ -2,10 +2,11 @@
 
 #include <sched.h>
 
+#include <algorithm>
 #include <cerrno>
 
+#include "apps/link/link_file.h"
 #include "apps/supervisor/importance.h"
-#include "apps/supervisor/link_death.h"
 #include "board/linux/clock.h"
 
 namespace qduino::supervisor {
@@ -19,6 +20,22 @@ constexpr Nanoseconds kRealTimeWait = 100ms;
 constexpr int kLookMs = 5;
 constexpr Nanoseconds kKillAgain = 100ms;
 
+/// The link at `path`. Nothing is mapped when it belongs to another living sketch: that link must
+/// stay open. (The sketch may be a child of the started process, a script.)
+apps::LinkFile link_of(const std::string& path, pid_t sketch) {
+    Result<apps::LinkFile> link = apps::map_link(path);
+    if (!link.ok()) return {};
+    const auto owner = static_cast<pid_t>(link->get()->sketch_pid);
+    if (owner != sketch && owner > 0 && ::kill(owner, 0) == 0) return {};
+    return std::move(*link);
+}
+
+/// Marks the link at `path` as that of a dead (or hung) sketch.
+void mark_link_dead(const std::string& path, pid_t sketch, bool hung) {
+    const apps::LinkFile link = link_of(path, sketch);
+    if (link) link.get()->sketch_dead.store(hung ? 2 : 1, std::memory_order_release);
+}
+
 /// An ordinary thread of the dying process would wait for its turn among all others, and the
 /// process's lines and files with it. A process that is not real-time itself may not do this; then
 /// it takes as long as it takes.
@@ -30,6 +47,17 @@ void hurry(pid_t process) {
 }
 
 }  // namespace
+
+void write_death_note(const std::string& path, pid_t sketch, std::string_view note) {
+    const apps::LinkFile file = link_of(path, sketch);
+    if (!file) return;
+    printer::link::LinkLayout& link = *file.get();
+    if (link.death_note_ready.load() != 0) return;
+    const std::size_t size = std::min(note.size(), link.death_note.size() - 1);
+    std::copy_n(note.begin(), size, link.death_note.begin());
+    link.death_note[size] = '\0';
+    link.death_note_ready.store(1, std::memory_order_release);
+}
 
 Result<void> SafeHands::open(const board::linux::PinsFile& file, int writer, const std::string& link,
                              const std::string& sysfs_root, SystemCalls& system) {

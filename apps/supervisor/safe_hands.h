@@ -12,6 +12,7 @@
 #include <sys/types.h>
 
 #include <string>
+#include <string_view>
 
 #include "apps/supervisor/system_calls.h"
 #include "base/result.h"
@@ -25,6 +26,11 @@ struct Dying {
     int pidfd = -1;
     pid_t pid = 0;
 };
+
+/// Writes into the link at `path` how `sketch` died, for the print service, once: the first writer
+/// wins. Does nothing when there is no such link, or when it belongs to another living sketch. At
+/// ordinary priority, after SafeHands::cut().
+void write_death_note(const std::string& path, pid_t sketch, std::string_view note);
 
 class SafeHands {
   public:

@@ -2,15 +2,12 @@
 
 #include <poll.h>
 #include <signal.h>
-#include <sys/signalfd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <cstring>
 
 #include "apps/supervisor/importance.h"
-#include "apps/supervisor/link_death.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
@@ -42,13 +39,9 @@ void complain(std::string_view text) { apps::say(text, "qduino-supervisor: "); }
 Result<Supervisor> Supervisor::open(Options options, SystemCalls& system) {
     Supervisor supervisor{system};
     if (options.make_pins) {
-        auto made = PinsFile::create(options.pins);
-        if (!made) return made.error();
-        supervisor.machine_role_ = std::move(*made);
+        QDUINO_TRY_ASSIGN(supervisor.machine_role_, PinsFile::create(options.pins));
     }
-    auto file = PinsFile::open(options.pins, PinsRole::supervisor);
-    if (!file) return file.error();
-    supervisor.file_ = std::move(*file);
+    QDUINO_TRY_ASSIGN(supervisor.file_, PinsFile::open(options.pins, PinsRole::supervisor));
     supervisor.options_ = std::move(options);
     return supervisor;
 }
@@ -71,7 +64,7 @@ int Supervisor::run(int signals) {
 void Supervisor::start_heat_watch() {
     renew_heat_watch_at_ = monotonic_now() + kHeatWatchEvery;
     if (auto started = heat_watch_.start(heat_watch_task_); !started)
-        complain(std::string{started.error().message.view()} + ": nobody watches the supervisor");
+        complain(text<std::string>(started.error().message, ": nobody watches the supervisor"));
 }
 
 /// Replaces a watch that has died. Meanwhile the sketch is watched at ordinary priority.
@@ -200,24 +193,19 @@ void Supervisor::put_machine_back() const {
     // These changes belong to another sketch, or to root.
     const ErrorCode code = restored.error().code;
     if (code == ErrorCode::unavailable || code == ErrorCode::not_permitted) return;
-    complain("the machine's settings are not as before: " + std::string{restored.error().message.view()});
+    complain(text<std::string>("the machine's settings are not as before: ", restored.error().message));
 }
 
 std::string Supervisor::how_it_ended(const Watched& watched) {
-    char how[128];
     if (watched.outcome == Outcome::hung && watched.hung_loop != board::kNoVcpu) {
-        std::snprintf(how, sizeof how,
-                      "loop %d hung (noticed %s after its heartbeat was due); the sketch was killed",
-                      static_cast<int>(watched.hung_loop), apps::human_duration(watched.overdue).c_str());
-    } else if (watched.outcome == Outcome::hung) {
-        std::snprintf(how, sizeof how, "it did not stop when asked to, and was killed");
-    } else if (watched.ending.by_signal) {
-        std::snprintf(how, sizeof how, "it died of signal %d (%s)", watched.ending.status,
-                      ::strsignal(watched.ending.status));
-    } else {
-        std::snprintf(how, sizeof how, "it ended with status %d", watched.ending.status);
+        return text<std::string>("loop ", watched.hung_loop, " hung (noticed ",
+                                 apps::human_duration(watched.overdue),
+                                 " after its heartbeat was due); the sketch was killed");
     }
-    return how;
+    if (watched.outcome == Outcome::hung) return "it did not stop when asked to, and was killed";
+    const int status = watched.ending.status;
+    if (!watched.ending.by_signal) return text<std::string>("it ended with status ", status);
+    return text<std::string>("it died of signal ", status, " (", ::strsignal(status), ')');
 }
 
 /// The explanation for the print service: how the sketch ended and, for a hung loop, which
@@ -236,18 +224,15 @@ void Supervisor::explain(const Watched& watched, pid_t sketch) const {
 
 void Supervisor::report(const Watched& watched, pid_t sketch) const {
     const auto& outputs = watched.cut.outputs;
-    complain("sketch " + std::to_string(sketch) + ": " + how_it_ended(watched) + "; " +
-             apps::counted(outputs.pins, "pin") + " forced to safe states in " +
-             apps::human_duration(watched.cut.took));
+    complain(text<std::string>("sketch ", sketch, ": ", how_it_ended(watched), "; ",
+                               apps::counted(outputs.pins, "pin"), " forced to safe states in ",
+                               apps::human_duration(watched.cut.took)));
     // The heat watch holds the lines that it has taken over.
-    if (outputs.lines_missing > 0 && !heat_watch_.has_cut(sketch)) {
-        complain(std::to_string(outputs.lines_missing) +
-                 " GPIO lines could NOT be taken over: switch the machine off");
-    }
-    if (outputs.channels_failed > 0) {
-        complain(std::to_string(outputs.channels_failed) +
-                 " PWM channels could NOT be switched off: switch the machine off");
-    }
+    if (outputs.lines_missing > 0 && !heat_watch_.has_cut(sketch))
+        complain(text(outputs.lines_missing, " GPIO lines could NOT be taken over: switch the machine off"));
+    if (outputs.channels_failed > 0)
+        complain(
+            text(outputs.channels_failed, " PWM channels could NOT be switched off: switch the machine off"));
     if (budget_was_spent()) complain("it had spent its real-time budget, and went on at ordinary priority");
 }
 

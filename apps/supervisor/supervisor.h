@@ -102,4 +102,8 @@ class Supervisor {
     bool stop_asked_ = false;
 };
 
+/// The program qduino-supervisor without its main(): tests run it on a system of their own. Returns
+/// the exit status.
+int run_command_line(int argc, char** argv, SystemCalls& system);
+
 }  // namespace qduino::supervisor

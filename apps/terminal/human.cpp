@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 namespace qduino::apps {
@@ -11,12 +10,8 @@ namespace {
 /// Three significant digits, without zeros behind the point.
 std::string three_digits(double value) {
     const double size = std::abs(value);
-    const int decimals = size < 9.995 ? 2 : size < 99.95 ? 1 : 0;
-    std::array<char, 40> text{};
-    std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-    std::string out = text.data();
-    if (out.find('.') == std::string::npos) return out;
-    while (out.back() == '0') out.pop_back();
+    std::string out = text<std::string>(Fixed{value, size < 9.995 ? 2 : size < 99.95 ? 1 : 0});
+    if (out.find('.') != std::string::npos) out.erase(out.find_last_not_of('0') + 1);
     if (out.back() == '.') out.pop_back();
     return out;
 }
@@ -25,17 +20,17 @@ std::string three_digits(double value) {
 
 std::string human_duration(Nanoseconds duration) {
     constexpr std::array<std::pair<const char*, double>, 4> kUnits{
-        {{"s", 1e9}, {"ms", 1e6}, {"us", 1e3}, {"ns", 1}}};
+        {{" s", 1e9}, {" ms", 1e6}, {" us", 1e3}, {" ns", 1}}};
     const auto ns = static_cast<double>(duration.count());
     for (const auto& [name, size] : kUnits) {
         // From here on it would be rounded to 1000 of the next smaller unit.
-        if (std::abs(ns) >= size * 0.9995 || size == 1) return three_digits(ns / size) + " " + name;
+        if (std::abs(ns) >= size * 0.9995 || size == 1) return three_digits(ns / size) + name;
     }
     return {};
 }
 
 std::string counted(long long count, const std::string& what) {
-    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+    return text<std::string>(count, ' ', what, count == 1 ? "" : "s");
 }
 
 }  // namespace qduino::apps

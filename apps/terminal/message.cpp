@@ -2,35 +2,74 @@
 
 #include <unistd.h>
 
-#include <cerrno>
+#include <algorithm>
+#include <vector>
 
-#include "apps/terminal/wrap.h"
+#include "base/text.h"
+#include "posix/small_file.h"
 
 namespace qduino::apps {
+namespace {
 
-std::string message(std::string_view text, std::string_view prefix, int descriptor) {
+/// Words between spaces; with `keep_quoted`, what stands in quotes is part of one word.
+std::vector<std::string> words_of(std::string_view line, bool keep_quoted) {
+    std::vector<std::string> words(1);
+    char quote = '\0';
+    for (const char c : line) {
+        if (keep_quoted && (c == '\'' || c == '"')) quote = quote == '\0' ? c : quote == c ? '\0' : quote;
+        if (c != ' ' || quote != '\0') {
+            words.back() += c;
+        } else if (!words.back().empty()) {
+            words.emplace_back();
+        }
+    }
+    if (words.back().empty()) words.pop_back();
+    return words;
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view prefix,
+                   std::string_view broken_end) {
+    std::string out, line{prefix};
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        const bool last = i + 1 == words.size();
+        const std::size_t needed = 1 + words[i].size() + (last ? 0 : broken_end.size());
+        if (line.size() > prefix.size() && line.size() + needed > kColumns) {
+            write(out, line, broken_end, '\n');
+            line.assign(prefix.size(), ' ');
+        }
+        if (line.size() > prefix.size()) line += ' ';
+        line += words[i];
+    }
+    return write(out, line, '\n');
+}
+
+}  // namespace
+
+std::string wrapped(std::string_view words, std::string_view prefix) {
+    return joined(words_of(words, false), prefix, "");
+}
+
+std::string wrapped_command(std::string_view words, std::string_view prefix) {
+    const bool command = words.starts_with("sudo ") || words.starts_with("echo ");
+    return command ? joined(words_of(words, true), prefix, " \\") : wrapped(words, prefix);
+}
+
+std::string message(std::string_view words, std::string_view prefix, int descriptor) {
     const bool narrow = ::isatty(descriptor) != 0;
     std::string out;
-    std::string begin{prefix};
-    while (!text.empty()) {
-        const std::size_t end = text.find('\n');
-        const std::string_view line = text.substr(0, end);
-        out += narrow && begin.size() + line.size() > kColumns ? wrapped(line, begin)
-                                                               : begin + std::string{line} + '\n';
-        text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
-        begin.clear();
+    while (!words.empty()) {
+        const std::string_view line = words.substr(0, words.find('\n'));
+        const bool fits = !narrow || prefix.size() + line.size() <= kColumns;
+        out += fits ? text<std::string>(prefix, line, '\n') : wrapped(line, prefix);
+        words.remove_prefix(std::min(line.size() + 1, words.size()));
+        prefix = {};
     }
     return out;
 }
 
-void say(std::string_view text, std::string_view prefix) {
-    const std::string all = message(text, prefix, STDERR_FILENO);
-    for (std::string_view rest = all; !rest.empty();) {
-        const ssize_t count = ::write(STDERR_FILENO, rest.data(), rest.size());
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return;  // nobody listens
-        rest = rest.substr(static_cast<std::size_t>(count));
-    }
+void say(std::string_view words, std::string_view prefix) {
+    // A failure: nobody listens.
+    static_cast<void>(posix::write_all(STDERR_FILENO, message(words, prefix, STDERR_FILENO), "a message"));
 }
 
 }  // namespace qduino::apps

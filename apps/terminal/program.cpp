@@ -1,6 +1,7 @@
 #include "apps/terminal/program.h"
 
 #include <signal.h>
+#include <sys/signalfd.h>
 
 #include <atomic>
 
@@ -26,5 +27,13 @@ void stop_on_signals() {
 }
 
 bool stop_asked() { return g_stop_asked; }
+
+int block_and_watch(std::initializer_list<int> signals) {
+    sigset_t watched;
+    sigemptyset(&watched);
+    for (const int signal : signals) sigaddset(&watched, signal);
+    ::sigprocmask(SIG_BLOCK, &watched, nullptr);
+    return ::signalfd(-1, &watched, SFD_CLOEXEC);
+}
 
 }  // namespace qduino::apps

@@ -2,7 +2,10 @@
 // stop.
 #pragma once
 
+#include <initializer_list>
 #include <string_view>
+
+#include "base/result.h"
 
 namespace qduino::apps {
 
@@ -13,6 +16,7 @@ struct Fail {
 
     /// Says it on standard error, and is the status.
     int operator()(std::string_view message) const;
+    int operator()(const Error& error) const { return (*this)(error.message); }
 };
 
 /// From here on SIGINT and SIGTERM only set what stop_asked() reads. They interrupt a wait in the
@@ -20,5 +24,8 @@ struct Fail {
 void stop_on_signals();
 /// A signal has come. Any thread.
 [[nodiscard]] bool stop_asked();
+
+/// Blocks `signals`. Returns a signalfd(2), from which they are read instead; −1: there is none.
+[[nodiscard]] int block_and_watch(std::initializer_list<int> signals);
 
 }  // namespace qduino::apps

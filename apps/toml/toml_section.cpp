@@ -1,13 +1,46 @@
 #include "apps/toml/toml_section.h"
 
 #include <algorithm>
-#include <optional>
+#include <iterator>
+#include <numeric>
 #include <sstream>
 
-#include "apps/toml/duration.h"
+#include "base/whole_number.h"
 
 namespace qduino::apps {
 namespace {
+
+constexpr std::pair<std::string_view, std::int64_t> kUnits[] = {{"ns", 1},
+                                                                {"us", 1'000},
+                                                                {"µs", 1'000},
+                                                                {"ms", 1'000'000},
+                                                                {"s", 1'000'000'000},
+                                                                {"min", 60'000'000'000},
+                                                                {"h", 3'600'000'000'000}};
+
+std::string_view trimmed(std::string_view text) {
+    const std::size_t first = std::min(text.find_first_not_of(' '), text.size());
+    return text.substr(first, text.find_last_not_of(' ') + 1 - first);
+}
+
+/// Takes the digits off the front of `text`.
+std::string_view take_digits(std::string_view& text) {
+    const std::string_view digits = text.substr(0, text.find_first_not_of("0123456789"));
+    text.remove_prefix(digits.size());
+    return digits;
+}
+
+/// 0.`digits` of `unit_ns`, when that is a whole number.
+std::optional<std::int64_t> fraction_of(std::int64_t unit_ns, std::string_view digits) {
+    digits = digits.substr(0, digits.find_last_not_of('0') + 1);
+    if (digits.size() > 15) return std::nullopt;  // finer than a nanosecond, whatever the unit
+    std::int64_t scale = 1;
+    for (std::size_t i = 0; i < digits.size(); ++i) scale *= 10;
+    const std::int64_t common = std::gcd(unit_ns, scale);
+    const std::int64_t value = whole_number<std::int64_t>(digits).value_or(0), divisor = scale / common;
+    if (value % divisor != 0) return std::nullopt;
+    return unit_ns / common * (value / divisor);
+}
 
 /// A value as it stands in the file; for a table or an array only its kind.
 std::string spelled(const toml::node& node) {
@@ -20,15 +53,24 @@ std::string spelled(const toml::node& node) {
     return out.str();
 }
 
-/// The shortest form: 100000 rather than 100000.000000.
-std::string spelled(double number) {
-    std::ostringstream out;
-    out.precision(12);
-    out << number;
-    return out.str();
-}
-
 }  // namespace
+
+std::optional<Nanoseconds> parse_duration(std::string_view text) {
+    text = trimmed(text);
+    const auto whole = whole_number<std::int64_t>(take_digits(text));
+    std::string_view fraction = "0";
+    if (text.starts_with('.')) {
+        text.remove_prefix(1);
+        fraction = take_digits(text);
+    }
+    const auto* const unit = std::ranges::find(kUnits, trimmed(text), [](auto& each) { return each.first; });
+    if (!whole || fraction.empty() || unit == std::end(kUnits)) return std::nullopt;
+    const std::optional<std::int64_t> rest = fraction_of(unit->second, fraction);
+    std::int64_t ns = 0;
+    if (!rest || __builtin_mul_overflow(*whole, unit->second, &ns) || __builtin_add_overflow(ns, *rest, &ns))
+        return std::nullopt;
+    return Nanoseconds{ns};
+}
 
 const toml::node* TomlSection::take(const char* key) {
     known_.emplace_back(key);
@@ -43,8 +85,8 @@ std::string TomlSection::path_of(std::string_view key) const {
 
 void TomlSection::say(const toml::node& node, const std::string& what) {
     if (!reading_.error.empty()) return;
-    reading_.error = reading_.file + ":" + std::to_string(node.source().begin.line) + ": " + title_ +
-                     (title_.empty() ? "" : " ") + what;
+    write(reading_.error, reading_.file, ':', node.source().begin.line, ": ", title_,
+          title_.empty() ? "" : " ", what);
 }
 
 void TomlSection::blame(const toml::node& node, std::string_view key, const std::string& accepted) {
@@ -56,40 +98,27 @@ void TomlSection::number(const char* key, double& value, double minimum, double 
     if (!node) return;
     const std::optional<double> given = node->value<double>();
     if (!given || !node->is_number() || !(*given >= minimum && *given <= maximum)) {
-        return blame(*node, key, "a number from " + spelled(minimum) + " to " + spelled(maximum));
+        return blame(
+            *node, key,
+            qduino::text<std::string>("a number from ", Shortest{minimum}, " to ", Shortest{maximum}));
     }
     value = *given;
 }
 
 void TomlSection::flag(const char* key, bool& value) {
-    const toml::node* node = take(key);
-    if (!node) return;
-    const std::optional<bool> given = node->value_exact<bool>();
-    if (!given) return blame(*node, key, "true or false");
-    value = *given;
+    value = read<bool>(key, "true or false", [](bool) { return true; }).value_or(value);
 }
 
 void TomlSection::text(const char* key, std::string& value) {
-    const toml::node* node = take(key);
-    if (!node) return;
-    const std::optional<std::string> given = node->value_exact<std::string>();
-    if (!given || given->empty()) return blame(*node, key, "a text in quotes");
-    value = *given;
+    const auto fits = [](const std::string& given) { return !given.empty(); };
+    value = read<std::string>(key, "a text in quotes", fits).value_or(value);
 }
 
 void TomlSection::duration(const char* key, Nanoseconds& value, Nanoseconds minimum) {
-    const toml::node* node = take(key);
-    if (!node) return;
-    const std::optional<std::string> given = node->value_exact<std::string>();
-    const std::optional<Nanoseconds> read = given ? parse_duration(*given) : std::nullopt;
-    if (!read || *read < minimum) {
-        const std::string least =
-            minimum > Nanoseconds{0} ? ", at least " + std::to_string(minimum.count()) + " ns" : "";
-        return blame(*node, key,
-                     "a duration in quotes with its unit, such as \"4 ms\" (" + std::string(kDurationUnits) +
-                         ")" + least);
-    }
-    value = *read;
+    std::string accepted = "a duration in quotes with its unit, such as \"4 ms\" (ns, us, ms, s, min or h)";
+    if (minimum > Nanoseconds{0}) write(accepted, ", at least ", minimum.count(), " ns");
+    const auto fits = [&](const std::string& given) { return parse_duration(given) >= minimum; };
+    if (const auto given = read<std::string>(key, accepted, fits)) value = *parse_duration(*given);
 }
 
 void TomlSection::instant(const char* key, Instant& value) {
@@ -109,7 +138,7 @@ void TomlSection::fault(const char* key, const std::string& what) {
 
 void TomlSection::finish() {
     for (const auto& [key, node] : table_) {
-        if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) continue;
+        if (std::ranges::find(known_, key.str()) != known_.end()) continue;
         std::string accepted;
         for (const std::string& known : known_) accepted += (accepted.empty() ? "" : ", ") + known;
         say(node, "'" + std::string(key.str()) + "' is not known; accepted: " + accepted);

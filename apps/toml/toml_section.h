@@ -14,6 +14,8 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -22,9 +24,15 @@
 #include "base/fixed_string.h"
 #include "base/result.h"
 #include "base/time.h"
+#include "base/words.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
+
+/// A duration as people write it: "4 ms", "90us", "1.5 s". A decimal number, not negative, and its
+/// unit; blanks between them are welcome. Nothing when `text` is anything else, is finer than a
+/// nanosecond, or is longer than 292 years. Exact: no floating point on the way.
+[[nodiscard]] std::optional<Nanoseconds> parse_duration(std::string_view text);
 
 /// Shared by all tables of one file.
 struct TomlReading {
@@ -41,14 +49,10 @@ class TomlSection {
 
     template <typename T>
     void integer(const char* key, T& value, std::int64_t minimum, std::int64_t maximum) {
-        const toml::node* node = take(key);
-        if (!node) return;
-        const auto given = node->value_exact<std::int64_t>();
-        if (!given || *given < minimum || *given > maximum) {
-            return blame(*node, key,
-                         "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
-        }
-        value = static_cast<T>(*given);
+        const auto given = read<std::int64_t>(
+            key, qduino::text<std::string>("a whole number from ", minimum, " to ", maximum),
+            [=](std::int64_t number) { return number >= minimum && number <= maximum; });
+        if (given) value = static_cast<T>(*given);
     }
     /// From `minimum` to `maximum`, both included.
     void number(const char* key, double& value, double minimum, double maximum);
@@ -76,18 +80,19 @@ class TomlSection {
     void duration(const char* key, Nanoseconds& value, Nanoseconds minimum = Nanoseconds{0});
     /// "10 s" after the start.
     void instant(const char* key, Instant& value);
-    template <typename E, std::size_t N>
-    void choice(const char* key, E& value, const std::array<std::pair<std::string_view, E>, N>& words) {
+    template <auto kFirst, decltype(kFirst) kLast>
+    void choice(const char* key, decltype(kFirst)& value, const Words<kFirst, kLast>& words) {
         const toml::node* node = take(key);
         if (!node) return;
         const auto given = node->value_exact<std::string>();
         std::string accepted;
-        for (const auto& [word, meaning] : words) {
-            if (given && *given == word) {
+        for (std::size_t i = 0; i < words.kCount; ++i) {
+            const auto meaning = static_cast<decltype(kFirst)>(static_cast<std::size_t>(kFirst) + i);
+            if (given == words(meaning)) {
                 value = meaning;
                 return;
             }
-            accepted += (accepted.empty() ? "\"" : ", \"") + std::string(word) + '"';
+            write(accepted, accepted.empty() ? "\"" : ", \"", words(meaning), '"');
         }
         blame(*node, key, accepted);
     }
@@ -105,18 +110,21 @@ class TomlSection {
         read(section);
         section.finish();
     }
-    /// [[title.key]]: `read` gets the section of each.
-    template <typename Read>
-    void tables(const char* key, Read read) {
+    /// [[title.key]]: each is an entry of `list`, and must have the keys of `required`; `read` gets
+    /// its section and the entry.
+    template <typename Entry, typename Read>
+    void tables(const char* key, std::vector<Entry>& list, std::initializer_list<const char*> required,
+                Read read) {
         const toml::node* node = take(key);
         if (!node) return;
-        const toml::array* list = node->as_array();
-        if (!list || !list->is_array_of_tables()) {
+        const toml::array* listed = node->as_array();
+        if (!listed || !listed->is_array_of_tables()) {
             return blame(*node, key, "tables, each begun with [[" + path_of(key) + "]]");
         }
-        for (const toml::node& entry : *list) {
+        for (const toml::node& entry : *listed) {
             TomlSection section{*entry.as_table(), "[[" + path_of(key) + "]]", reading_};
-            read(section);
+            for (const char* name : required) section.require(name);
+            read(section, list.emplace_back());
             section.finish();
         }
     }
@@ -129,6 +137,16 @@ class TomlSection {
 
   private:
     const toml::node* take(const char* key);
+    /// The value of `key`, which must be a T that `fits`; otherwise it is blamed with `accepted`.
+    template <typename T, typename Fits>
+    [[nodiscard]] std::optional<T> read(const char* key, const std::string& accepted, Fits fits) {
+        const toml::node* node = take(key);
+        if (!node) return std::nullopt;
+        const std::optional<T> given = node->value_exact<T>();
+        if (given && fits(*given)) return given;
+        blame(*node, key, accepted);
+        return std::nullopt;
+    }
     [[nodiscard]] std::string path_of(std::string_view key) const;
     void blame(const toml::node& node, std::string_view key, const std::string& accepted);
     void say(const toml::node& node, const std::string& what);
@@ -150,8 +168,7 @@ template <typename Read>
         read(root);
         root.finish();
     } catch (const toml::parse_error& failed) {
-        reading.error = reading.file + ":" + std::to_string(failed.source().begin.line) + ": " +
-                        std::string(failed.description());
+        write(reading.error, reading.file, ':', failed.source().begin.line, ": ", failed.description());
     }
     return std::move(reading.error);
 }

@@ -21,6 +21,8 @@
 
 namespace {
 
+constexpr qduino::apps::Fail fail{"virtual-machine: "};
+
 /// Longer than a supervisor takes to stop a sketch.
 constexpr qduino::Nanoseconds kStayAtMost = std::chrono::seconds{10};
 
@@ -49,10 +51,8 @@ void outlive_sketch(qduino::apps::VirtualMachine& machine, const std::string& lo
 /// Edges that the twin never saw, or saw too late, spoil its verdict: said at the end.
 void report_lost_edges(const qduino::board::linux::PinsFaults& faults) {
     if (faults.lost + faults.disordered + faults.malformed == 0) return;
-    std::fprintf(stderr, "virtual-machine: pin edges lost %llu, out of order %llu, malformed %llu\n",
-                 static_cast<unsigned long long>(faults.lost),
-                 static_cast<unsigned long long>(faults.disordered),
-                 static_cast<unsigned long long>(faults.malformed));
+    fail(qduino::text("pin edges lost ", faults.lost, ", out of order ", faults.disordered, ", malformed ",
+                      faults.malformed));
 }
 
 /// The last report on what is hot, for a test that asks after this machine has ended.
@@ -68,8 +68,6 @@ void report_heat(const qduino::twin::PrinterState& state) {
     }
     std::fflush(stdout);
 }
-
-constexpr qduino::apps::Fail fail{"virtual-machine: "};
 
 }  // namespace
 
@@ -97,18 +95,15 @@ int main(int argc, char** argv) {
                    "asked to stop, stay while somebody holds a lock on this file (10 s at most)");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
 
-    if (!machine_file.empty()) {
-        const auto config = apps::read_machine_file(machine_file);
-        if (!config) return fail(config.error().message);
-        options.machine = apps::twin_machine(*config);
-    }
-    for (const std::string& text : faults) {
-        const auto fault = twin::parse_fault(text);
-        if (!fault) return fail(fault.error().message);
-        options.faults.push_back(*fault);
-    }
+    const auto config = apps::read_machine_file(machine_file);
+    if (!config) return fail(config.error());
+    const auto parsed = apps::parse_faults(faults);
+    if (!parsed) return fail(parsed.error());
+    // Without a file the twin keeps its own numbers, which check the sketch's (twin/machine.h).
+    if (!machine_file.empty()) options.machine = apps::twin_machine(*config);
+    options.faults = *parsed;
     const auto machine = apps::VirtualMachine::create(options);
-    if (!machine) return fail(machine.error().message);
+    if (!machine) return fail(machine.error());
     apps::stop_on_signals();
     be_prompt(fifo);
     std::printf("virtual-machine: pins at %s%s%s\n", options.pins.c_str(),

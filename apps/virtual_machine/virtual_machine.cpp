@@ -13,16 +13,9 @@ VirtualMachine::VirtualMachine(const twin::Machine& machine, PinsServer pins)
     : pins_(std::move(pins)), printer_(machine), service_(printer_, [this] { return drain(); }) {}
 
 Result<std::unique_ptr<VirtualMachine>> VirtualMachine::create(const VirtualMachineOptions& options) {
-    Result<PinsServer> pins = PinsServer::create(options.pins);
-    if (!pins) return pins.error();
-    std::unique_ptr<VirtualMachine> made(new VirtualMachine(options.machine, std::move(*pins)));
-    if (!options.inspect.empty()) {
-        InspectService& service = made->service_;
-        Result<InspectServer> socket = InspectServer::listen(
-            options.inspect, [&service](std::string_view request) { return service.answer(request); });
-        if (!socket) return socket.error();
-        made->socket_ = std::make_unique<InspectServer>(std::move(*socket));
-    }
+    QDUINO_TRY_ASSIGN(PinsServer pins, PinsServer::create(options.pins));
+    std::unique_ptr<VirtualMachine> made(new VirtualMachine(options.machine, std::move(pins)));
+    QDUINO_TRY_ASSIGN(made->socket_, serve_inspector(options.inspect, made->service_));
     const Instant start = monotonic_now();
     for (twin::Fault fault : options.faults) {
         fault.at = start + fault.at.time_since_epoch();

@@ -16,7 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/inspect/inspect_server.h"
 #include "apps/inspect/inspect_service.h"
 #include "base/result.h"
 #include "base/time.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/host/write_report.h"
+#include "apps/guarantee/guarantee_report.h"
 
 namespace qduino::bench {
 

@@ -288,7 +288,7 @@ class Qduino(unittest.TestCase):
         self.assertRegex(died.stderr, r"died of signal 6 .*; 1 pin forced to safe states")
         # Its pins were in memory, and are gone with it.
         for run in (done, died):
-            pins = re.search(r"--pins (/dev/shm/qduino-\w+)/pins", run.stdout)
+            pins = re.search(r"--pins (/dev/shm/qduinomc\.\w+)/pins", run.stdout)
             self.assertTrue(pins, run.stdout)
             self.assertFalse(os.path.exists(pins[1]))
 

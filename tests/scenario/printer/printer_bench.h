@@ -2,15 +2,17 @@
 // and from the metal.
 #pragma once
 
+#include <sys/mman.h>
+
 #include <cmath>
 #include <memory>
-#include <sstream>
+#include <optional>
 #include <string>
 
-#include "apps/printer_sim/job_feeder.h"
-#include "apps/printer_sim/private_link.h"
 #include "apps/printer_sim/sim_printer.h"
+#include "posix/small_file.h"
 #include "printer/link/frame.h"
+#include "spool/feeder.h"
 #include "tests/unit/twin/text_source.h"
 #include "twin/job.h"
 
@@ -20,7 +22,7 @@ namespace link = printer::link;
 
 class PrinterBench {
   public:
-    explicit PrinterBench(const printer::MachineConfig& config = {}) : printer_(config, *memory_.get()) {}
+    explicit PrinterBench(const printer::MachineConfig& config = {}) : printer_(config, *memory_) {}
 
     /// `front`: see SimPrinter::begin.
     bool begin(board::Peripherals* front = nullptr) {
@@ -31,7 +33,9 @@ class PrinterBench {
     void run(double seconds) {
         const Instant end = printer_.now() + from_seconds(seconds);
         while (printer_.now() < end) {
-            if (feeder_) feeder_->feed(printer_.link());
+            if (feeder_) {
+                ASSERT_TRUE(feeder_->feed_alone(printer_.link(), printer_.now()));
+            }
             printer_.run(std::min(end, printer_.now() + 50ms));
             drain_replies();
         }
@@ -47,8 +51,9 @@ class PrinterBench {
         return true;
     }
     void job(std::string text, std::uint64_t id = 1) {
-        text_ = std::make_unique<std::istringstream>(text);
-        feeder_ = std::make_unique<apps::JobFeeder>(*text_, id, text.size());
+        posix::UniqueFd file{::memfd_create("job", MFD_CLOEXEC)};
+        ASSERT_TRUE(posix::write_all(file.get(), text, "job"));
+        feeder_.emplace(std::move(file), id, text.size());
         watch_.reset();  // one at a time watches the pins
         watch_ = std::make_unique<twin::Job>(printer_.twin(), std::make_unique<twin::TextSource>(text),
                                              printer_.now());
@@ -84,9 +89,8 @@ class PrinterBench {
         }
     }
 
-    apps::PrivateLink memory_;
-    std::unique_ptr<std::istringstream> text_;
-    std::unique_ptr<apps::JobFeeder> feeder_;
+    std::unique_ptr<link::LinkLayout> memory_ = std::make_unique<link::LinkLayout>();
+    std::optional<spool::Feeder> feeder_;
     apps::SimPrinter printer_;
     std::unique_ptr<twin::Job> watch_;
     link::FrameReader reader_;

@@ -18,7 +18,7 @@
 #include <fstream>
 #include <string>
 
-#include "apps/supervisor/command_line.h"
+#include "apps/supervisor/supervisor.h"
 #include "board/linux/clock.h"
 
 namespace {

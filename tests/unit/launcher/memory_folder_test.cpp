@@ -1,4 +1,4 @@
-#include "apps/launcher/memory_folder.h"
+#include "apps/launcher/run_lock.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,6 @@
 #include <unistd.h>
 
 #include <fstream>
-
-#include "apps/launcher/run_lock.h"
 
 namespace qduino::launcher {
 namespace {

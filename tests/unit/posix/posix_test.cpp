@@ -12,7 +12,6 @@
 
 #include "posix/durable_file.h"
 #include "posix/mapping.h"
-#include "posix/owner.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"

@@ -1,4 +1,3 @@
-#include "apps/qduino/completion.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/qduino/new_sketch.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
 namespace qduino::apps {

@@ -1,4 +1,4 @@
-#include "apps/terminal/did_you_mean.h"
+#include "apps/command_line/command_line.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <thread>
 
-#include "apps/inspect/inspect_client.h"
+#include "apps/inspect/inspect_server.h"
 #include "tests/unit/twin/temporary_folder.h"
 
 namespace qduino::apps {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "apps/inspect/inspect_client.h"
+#include "apps/inspect/inspect_server.h"
 #include "board/linux/clock.h"
 #include "board/linux/virtual_pins.h"
 #include "device/ads7828.h"

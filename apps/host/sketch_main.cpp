@@ -1,0 +1,96 @@
+#include "apps/host/sketch_main.h"
+
+#include <cstdio>
+
+#include "apps/command_line/command_line.h"
+#include "apps/guarantee/guarantee_report.h"
+#include "apps/host/sketch_report.h"
+#include "apps/terminal/message.h"
+#include "apps/terminal/program.h"
+#include "arduino/core/interrupts.h"
+
+// A weak reference takes no member out of the Arduino archive. It is null unless the sketch, or a
+// library that it uses, took that member.
+namespace qduino::arduino {
+[[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
+[[gnu::weak]] void settle_console();
+[[gnu::weak]] void hold_console(bool held);
+}  // namespace qduino::arduino
+
+namespace qduino::apps {
+namespace {
+
+constexpr Fail fail{""};
+
+/// True: the sketch's output to Serial waits (64 KB of it), so that a report can come first. False:
+/// it goes on.
+void hold_sketch_output(bool held) {
+    if (&arduino::hold_console != nullptr) arduino::hold_console(held);
+}
+
+/// The sketch, with its loops' output held back behind setup()'s: the first report comes before
+/// their first words.
+runtime::SketchTable quiet_sketch() {
+    static void (*const setup)() = runtime::sketch_table().setup;
+    runtime::SketchTable table = runtime::sketch_table();
+    table.setup = [] {
+        if (setup) setup();
+        settle_sketch_output();
+        hold_sketch_output(true);
+    };
+    return table;
+}
+
+int refuse(const runtime::Runtime& runtime, const Error& error, const std::string& last_words) {
+    settle_sketch_output();
+    fail(error);
+    // Admission agreed, so the board refused.
+    if (runtime.plan().admitted() && runtime.plan().refused_ios().empty()) return 1;
+    fail(runtime.explanation());
+    say(last_words);
+    return 2;
+}
+
+/// Writes the report: at the start, and again at the end, when residual interrupts have been
+/// counted.
+bool report_to(const std::string& path, const board::Board& board) {
+    if (path.empty()) return true;
+    const Result<void> written = write_guarantee(board.guarantee(), path);
+    if (!written) fail(written.error());
+    return written.ok();
+}
+
+}  // namespace
+
+void add_sketch_options(CLI::App& app, SketchOptions& options, const char* length,
+                        const CLI::Validator& lengths, const char* board) {
+    add_option(app, "--for", options.length_s, length, "S")->check(lengths);
+    add_option(app, "--board", options.board_path, board, "FILE");
+    add_option(app, "--report", options.report_path, "Write the guarantee report here, as JSON", "FILE");
+}
+
+int run_sketch(board::Board& board, const SketchOptions& options, const SketchCourse& course) {
+    runtime::Runtime runtime(board, course.runtime);
+    if (Result<void> begun = runtime.begin(quiet_sketch()); !begun)
+        return refuse(runtime, begun.error(), course.refused);
+    report_beside_sketch(text<std::string>(runtime.plan().admission_table(), course.opening(), '\n'));
+    hold_sketch_output(false);
+    bool reported = report_to(options.report_path, board);
+    course.play(runtime);
+    reported = report_to(options.report_path, board) && reported;
+    course.stop(runtime);
+    settle_sketch_output();
+    const int status = course.report(loops_of(runtime));
+    return reported ? status : 1;
+}
+
+bool setup_may_declare_vcpus() { return &arduino::interrupts_vcpu != nullptr; }
+
+void settle_sketch_output() {
+    if (&arduino::settle_console != nullptr) arduino::settle_console();
+    std::fflush(stdout);
+}
+
+void report_beside_sketch(const std::string& report) { say("\n" + report); }
+
+}  // namespace qduino::apps

@@ -1,0 +1,55 @@
+// The main() of a sketch that has no program of its own: the same course on every board.
+//
+//   options ─► board file ─► admission, setup() ─► report ─► run ─► report ─► exit status
+//
+// A sketch and the reports about it share a terminal. The sketch's words go to standard output,
+// reports to standard error, and neither is torn apart.
+//
+//   blinks: 1                        the sketch
+//   blinks: 3
+//                                    an empty line
+//   loop   passes  releases …        the report
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "runtime/runtime.h"
+
+namespace qduino::apps {
+
+/// What every board's main() is asked for.
+struct SketchOptions {
+    double length_s = 0;
+    std::string board_path;   ///< board file; empty: the default board
+    std::string report_path;  ///< where the guarantees go; empty: nowhere
+};
+/// Adds --for, which must be among `lengths`, --board and --report.
+void add_sketch_options(CLI::App& app, SketchOptions& options, const char* length,
+                        const CLI::Validator& lengths, const char* board);
+
+/// What differs between the boards.
+struct SketchCourse {
+    std::string refused;  ///< said last when admission refuses the sketch
+    runtime::RuntimeOptions runtime{};
+    std::function<std::string()> opening;         ///< behind the table of admission
+    std::function<void(runtime::Runtime&)> play;  ///< runs the loops …
+    std::function<void(runtime::Runtime&)> stop;  ///< … and ends them
+    /// Reports on the loops when they have ended; returns the exit status.
+    std::function<int(const std::vector<const runtime::Loop*>&)> report;
+};
+/// Returns the exit status: 0, 1 on failure, 2 when admission refuses the sketch.
+int run_sketch(board::Board& board, const SketchOptions& options, const SketchCourse& course);
+
+/// True when the calls that declare I/O VCPUs (attachInterrupt(), interruptsVcpu() …) are linked
+/// into this program: its setup() may then make some. False: setup() cannot add to what admission
+/// knows. (Loops declare themselves before main().)
+[[nodiscard]] bool setup_may_declare_vcpus();
+/// Writes out what the sketch has written so far (Serial, stdout). Call it when no loop runs.
+void settle_sketch_output();
+/// Writes `report` in one piece, with an empty line between it and the sketch's output.
+void report_beside_sketch(const std::string& report);
+
+}  // namespace qduino::apps
