@@ -183,7 +183,7 @@ class Spool {
     Spool(SpoolOptions options, LinkSource& link, Inspector* inspector);
     [[nodiscard]] Result<void> load();
     [[nodiscard]] Result<void> commit_jobs(Result<Change> change);
-    [[nodiscard]] Result<void> commit_gate(QueueGate gate);
+    [[nodiscard]] Result<void> commit(const Commit& commit);
     void attach_link();
     void read_replies();
     void advance_run(Instant now, UnixSeconds now_s);
@@ -196,7 +196,7 @@ class Spool {
     [[nodiscard]] Result<Job> find_job(JobId id) const;
     [[nodiscard]] Result<void> make_room(const std::string& sha256, std::uint64_t bytes);
     [[nodiscard]] Result<void> erase_ended(const std::vector<Job>& jobs);
-    [[nodiscard]] Result<bool> remove_blob_unless_wanted(const Job& job);
+    void drop_files(const Job& job);
     void keep_house(UnixSeconds now_s);
     void sweep();
     void sweep_blob(const std::string& name);
@@ -207,7 +207,11 @@ class Spool {
     void begin_next(UnixSeconds now_s);
     [[nodiscard]] Result<void> check_connected() const;
     [[nodiscard]] Result<void> push_command(printer::link::Command command, std::string_view text);
-    void log(std::string line);
+    void log_line(std::string line);
+    template <typename... Pieces>
+    void log(const Pieces&... pieces) {
+        log_line(text<std::string>(pieces...));
+    }
     void watch_heartbeat(Instant now);
     void watch_death(Instant now, bool replaced);
 
