@@ -5,6 +5,7 @@
 #include "arduino/core/diagnostics.h"
 #include "arduino/host/socket.h"
 
+using qduino::Result;
 using qduino::arduino::report_error;
 using qduino::arduino::host::Endpoint;
 using qduino::arduino::host::Socket;
@@ -13,6 +14,13 @@ namespace host = qduino::arduino::host;
 namespace {
 
 constexpr std::size_t kClientsMax = 16;
+
+/// The socket; null, and reported, when it could not be made.
+std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shared_ptr<Socket>> made) {
+    if (made.ok()) return std::move(*made);
+    report_error(call, port, made.error());
+    return nullptr;
+}
 
 }  // namespace
 
@@ -63,11 +71,7 @@ std::uint16_t NetClient::localPort() const { return socket_ ? socket_->local().p
 
 // ---- NetServer ----------------------------------------------------------------------------------
 
-void NetServer::begin() {
-    auto made = Socket::listen(port_);
-    if (!made.ok()) report_error("server.begin", port_, made.error());
-    listener_ = made.ok() ? made.value() : nullptr;
-}
+void NetServer::begin() { listener_ = or_reported("server.begin", port_, Socket::listen(port_)); }
 
 std::uint16_t NetServer::port() const { return listener_ ? listener_->local().port : port_; }
 
@@ -104,17 +108,14 @@ std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
 // ---- NetUDP -------------------------------------------------------------------------------------
 
 std::uint8_t NetUDP::begin(std::uint16_t port) {
-    auto made = Socket::bind_udp(port, std::nullopt);
-    if (!made.ok()) report_error("udp.begin", port, made.error());
-    socket_ = made.ok() ? made.value() : nullptr;
-    return made.ok() ? 1 : 0;
+    socket_ = or_reported("udp.begin", port, Socket::bind_udp(port, std::nullopt));
+    return socket_ ? 1 : 0;
 }
 
 std::uint8_t NetUDP::beginMulticast(IPAddress group, std::uint16_t port) {
-    auto made = Socket::bind_udp(port, static_cast<std::uint32_t>(group));
-    if (!made.ok()) report_error("udp.beginMulticast", port, made.error());
-    socket_ = made.ok() ? made.value() : nullptr;
-    return made.ok() ? 1 : 0;
+    socket_ =
+        or_reported("udp.beginMulticast", port, Socket::bind_udp(port, static_cast<std::uint32_t>(group)));
+    return socket_ ? 1 : 0;
 }
 
 void NetUDP::stop() {

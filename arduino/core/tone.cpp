@@ -121,9 +121,8 @@ const qduino::arduino::LoopRegistration tone_registration{
 void tone(int pin, unsigned frequency_hz, unsigned long duration_ms) {
     if (pin < 0 || pin >= qduino::board::kPinCount || (frequency_hz != 0 && frequency_hz < kLowestHz) ||
         frequency_hz > kHighestHz) {
-        qduino::arduino::report_error("tone", pin,
-                                      qduino::make_error(qduino::ErrorCode::invalid_argument,
-                                                         "a tone has a pin below 128 and 31 to 65535 Hz"));
+        qduino::arduino::refuse("tone", pin, qduino::ErrorCode::invalid_argument,
+                                "a tone has a pin below 128 and 31 to 65535 Hz");
         return;
     }
     const qduino::arduino::LockGuard held{asking};
