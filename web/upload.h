@@ -48,7 +48,6 @@ class Upload {
     explicit Upload(const spool::BlobStore& blobs) : blobs_(blobs) {}
     [[nodiscard]] virtual Result<void> end() = 0;
     [[nodiscard]] Result<void> begin_file(std::string name);
-    [[nodiscard]] Result<void> write(std::span<const char> bytes);
 
     const spool::BlobStore& blobs_;
     std::unique_ptr<spool::StagedFile> file_;
