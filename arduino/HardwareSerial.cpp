@@ -67,8 +67,6 @@ void HardwareSerial::hold_output(bool held) {
 void qduino::arduino::settle_console() { Serial.settle(1000); }
 void qduino::arduino::hold_console(bool held) { Serial.hold_output(held); }
 
-std::size_t HardwareSerial::write(std::uint8_t value) { return write(&value, 1); }
-
 std::size_t HardwareSerial::write(const std::uint8_t* buffer, std::size_t size) {
     const LockGuard held{lock_};
     return port_ ? port_->write({buffer, size}) : 0;

@@ -45,7 +45,7 @@ class HardwareSerial : public Stream {
     int peek() override;
     int availableForWrite() override;
     void flush() override;
-    std::size_t write(std::uint8_t value) override;
+    std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     template <typename T>
     requires std::is_integral_v<T> std::size_t write(T value) {

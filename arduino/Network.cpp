@@ -37,7 +37,6 @@ int NetClient::connect(const char* host_name, std::uint16_t port) {
     return address ? connect(IPAddress(*address), port) : 0;
 }
 
-std::size_t NetClient::write(std::uint8_t value) { return write(&value, 1); }
 std::size_t NetClient::write(const std::uint8_t* buffer, std::size_t size) {
     const std::size_t sent = socket_ ? socket_->send({buffer, size}) : 0;
     if (sent < size) setWriteError();
@@ -57,8 +56,6 @@ int NetClient::peek() {
     std::uint8_t value;
     return socket_ && socket_->receive({&value, 1}, true) == 1 ? value : -1;
 }
-
-void NetClient::stop() { socket_.reset(); }
 
 std::uint8_t NetClient::connected() {
     std::uint8_t value;
@@ -97,7 +94,6 @@ NetClient NetServer::accept() {
     return socket ? NetClient(std::move(socket)) : NetClient();
 }
 
-std::size_t NetServer::write(std::uint8_t value) { return write(&value, 1); }
 std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
     take_new();
     std::size_t most = 0;
@@ -134,7 +130,6 @@ int NetUDP::beginPacket(const char* host_name, std::uint16_t port) {
     return address ? beginPacket(IPAddress(*address), port) : 0;
 }
 
-std::size_t NetUDP::write(std::uint8_t value) { return write(&value, 1); }
 std::size_t NetUDP::write(const std::uint8_t* buffer, std::size_t size) {
     const std::size_t count = std::min(size, kPacketMax - out_size_);
     std::copy_n(buffer, count, out_.begin() + static_cast<std::ptrdiff_t>(out_size_));
@@ -158,8 +153,6 @@ int NetUDP::parsePacket() {
     return static_cast<int>(in_size_);
 }
 
-int NetUDP::peek() { return in_read_ < in_size_ ? in_[in_read_] : -1; }
-int NetUDP::read() { return in_read_ < in_size_ ? in_[in_read_++] : -1; }
 int NetUDP::read(unsigned char* buffer, std::size_t size) {
     const std::size_t count = std::min(size, in_size_ - in_read_);
     std::copy_n(in_.begin() + static_cast<std::ptrdiff_t>(in_read_), count, buffer);

@@ -124,10 +124,6 @@ Result<void> Spool::hold_queue(std::string reason) {
     return commit({.gate = QueueGate{reason.empty() ? "held" : std::move(reason), gate_.bed_occupied}});
 }
 
-Result<void> Spool::release_queue() { return commit({.gate = QueueGate{{}, gate_.bed_occupied}}); }
-
-Result<void> Spool::bed_cleared() { return commit({.gate = QueueGate{gate_.hold_reason, false}}); }
-
 // ---- the machine --------------------------------------------------------------------------------
 
 Result<void> Spool::check_connected() const {
@@ -423,9 +419,5 @@ void Spool::begin_next(UnixSeconds now_s) {
     feeder_.reset();
     cancel_sent_at_.reset();
 }
-
-std::vector<Reply> Spool::take_replies() { return std::exchange(replies_, {}); }
-
-std::vector<std::string> Spool::take_log() { return std::exchange(log_, {}); }
 
 }  // namespace qduino::spool

@@ -144,8 +144,8 @@ class Spool {
     // ---- what printing waits for ----------------------------------------------------------------
     [[nodiscard]] const QueueGate& gate() const { return gate_; }
     [[nodiscard]] Result<void> hold_queue(std::string reason);
-    [[nodiscard]] Result<void> release_queue();
-    [[nodiscard]] Result<void> bed_cleared();
+    [[nodiscard]] Result<void> release_queue() { return commit({.gate = QueueGate{{}, gate_.bed_occupied}}); }
+    [[nodiscard]] Result<void> bed_cleared() { return commit({.gate = QueueGate{gate_.hold_reason, false}}); }
 
     // ---- the machine ----------------------------------------------------------------------------
     // Errors: unavailable (not connected, or its ring is full), not_permitted (does not apply now).
@@ -167,9 +167,9 @@ class Spool {
     /// Does everything that time brings. `now` is monotonic, `now_s` the calendar's.
     void tick(Instant now, UnixSeconds now_s);
     /// The replies since the last call, oldest first; at most kRepliesHeld.
-    [[nodiscard]] std::vector<Reply> take_replies();
+    [[nodiscard]] std::vector<Reply> take_replies() { return std::exchange(replies_, {}); }
     /// Lines for the log since the last call.
-    [[nodiscard]] std::vector<std::string> take_log();
+    [[nodiscard]] std::vector<std::string> take_log() { return std::exchange(log_, {}); }
 
     static constexpr std::size_t kRepliesHeld = 1000;
     /// A sketch whose heartbeat stands still for this long is given nothing. Only its supervisor

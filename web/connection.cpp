@@ -128,8 +128,6 @@ std::optional<Connection::Output> Connection::take_output() {
     return output;
 }
 
-void Connection::sent_some(std::size_t count, Moment moment) { send_pace_.moved(count, moment.now); }
-
 void Connection::sent(Moment moment) {
     moment_ = moment;
     sending_ = false;

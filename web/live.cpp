@@ -63,8 +63,6 @@ std::optional<std::uint64_t> LiveHub::subscribe(Deliver deliver) {
     return next_id_++;
 }
 
-void LiveHub::unsubscribe(std::uint64_t id) { subscribers_.erase(id); }
-
 void LiveHub::publish(MessageKind kind, std::string text) {
     const Message message = std::make_shared<const std::string>(std::move(text));
     if (kind == MessageKind::status) status_ = message;

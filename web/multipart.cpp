@@ -150,8 +150,6 @@ MultipartParser::MultipartParser(std::string_view boundary, MultipartSink& sink,
     held_ = "\r\n";  // so that a boundary at the very start is found as any other
 }
 
-void MultipartParser::drop(std::size_t count) { at_ += count; }
-
 Result<void> MultipartParser::feed(std::span<const char> bytes) {
     if (state_ == State::failed) return malformed("nothing may follow an error");
     if (state_ == State::epilogue) return {};

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "arduino/core/diagnostics.h"
-#include "arduino/core/make_output.h"
 #include "board/board.h"
 
 using qduino::ErrorCode;

@@ -12,6 +12,12 @@
 #include "base/time.h"
 #include "board/board.h"
 
+namespace qduino::arduino {
+/// Background work while setup() waits, when no loop runs yet that could do it. Called by delay() in
+/// setup() with the instant until which it waits; may return before it. Static initialisers only.
+void set_setup_work(void (*work)(Instant until));
+}  // namespace qduino::arduino
+
 unsigned long millis();
 unsigned long micros();
 /// Nanoseconds since the program began.

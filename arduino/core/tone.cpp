@@ -17,9 +17,8 @@
 #include "arduino/core/digital_io.h"
 #include "arduino/core/lock.h"
 #include "arduino/core/loops.h"
-#include "arduino/core/make_output.h"
 #include "arduino/core/releases.h"
-#include "arduino/core/setup_work.h"
+#include "arduino/core/timing.h"
 #include "board/board.h"
 #include "channel/four_slot.h"
 

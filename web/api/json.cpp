@@ -84,30 +84,6 @@ Json progress_json(const Progress& progress) {
             {"remaining_s", progress.remaining_s}};
 }
 
-Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std::optional<Place>& place) {
-    return {
-        {"id", job.id},
-        {"name", job.name},
-        {"size", job.size},
-        {"sha256", job.sha256},
-        {"state", job_word(spool, job)},
-        {"hold", job.hold},
-        {"copies", job.copies},
-        {"copies_done", job.copies_done},
-        {"priority", job.priority},
-        {"position", place ? Json(place->position) : Json{}},
-        {"starts_in_s", place ? place->starts_in_s : std::nullopt},
-        {"created", time_json(job.created_s)},
-        {"started", time_json(job.started_s)},
-        {"ended", time_json(job.ended_s)},
-        {"error", text_or_null(job.error)},
-        {"stopped_line", job.stopped_line},
-        {"stopped_layer", job.stopped_layer},
-        {"facts", facts_json(job)},
-        {"progress", progress_json(progress_of(spool, job))},
-    };
-}
-
 Json gate_json(const spool::Spool& spool) {
     const spool::QueueGate& gate = spool.gate();
     return {{"held", !gate.hold_reason.empty()},
@@ -208,20 +184,33 @@ namespace {
 
 /// `places` is filled when the first job needs it: that takes a look at the whole queue.
 Json job_json(const spool::Spool& spool, const spool::Job& job, std::map<spool::JobId, Place>& places) {
-    if (job.state != spool::JobState::queued) return whole_job_json(spool, job, std::nullopt);
-    if (places.empty()) places = places_of(spool);
-    const auto place = places.find(job.id);
-    return whole_job_json(spool, job, place == places.end() ? std::nullopt : std::optional{place->second});
+    std::optional<Place> place;
+    if (job.state == spool::JobState::queued) {
+        if (places.empty()) places = places_of(spool);
+        if (const auto at = places.find(job.id); at != places.end()) place = at->second;
+    }
+    return {
+        {"id", job.id},
+        {"name", job.name},
+        {"size", job.size},
+        {"sha256", job.sha256},
+        {"state", job_word(spool, job)},
+        {"hold", job.hold},
+        {"copies", job.copies},
+        {"copies_done", job.copies_done},
+        {"priority", job.priority},
+        {"position", place ? Json(place->position) : Json{}},
+        {"starts_in_s", place ? place->starts_in_s : std::nullopt},
+        {"created", time_json(job.created_s)},
+        {"started", time_json(job.started_s)},
+        {"ended", time_json(job.ended_s)},
+        {"error", text_or_null(job.error)},
+        {"stopped_line", job.stopped_line},
+        {"stopped_layer", job.stopped_layer},
+        {"facts", facts_json(job)},
+        {"progress", progress_json(progress_of(spool, job))},
+    };
 }
-
-}  // namespace
-
-Json job_json(const spool::Spool& spool, const spool::Job& job) {
-    std::map<spool::JobId, Place> places;
-    return job_json(spool, job, places);
-}
-
-namespace {
 
 Json counts_json(const spool::Spool& spool) {
     const spool::JobCounts& counts = spool.counts();
@@ -244,20 +233,6 @@ Json list_json(const spool::Spool& spool, const spool::JobPage& page) {
             {"queue", gate_json(spool)}};
 }
 
-}  // namespace
-
-Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query) {
-    QDUINO_TRY_ASSIGN(const spool::JobPage page, spool.page(query));
-    return list_json(spool, page);
-}
-
-Json jobs_json(const spool::Spool& spool) {
-    Result<Json> page = page_json(spool, {});
-    return page.ok() ? std::move(*page) : list_json(spool, {});
-}
-
-namespace {
-
 /// Whole seconds until each waiting job of the first page is done. None while the queue does not go
 /// on by itself.
 Json ready_json(const spool::Spool& spool, std::string_view state) {
@@ -279,6 +254,21 @@ Json running_progress_json(const spool::Spool& spool) {
 }
 
 }  // namespace
+
+Json job_json(const spool::Spool& spool, const spool::Job& job) {
+    std::map<spool::JobId, Place> places;
+    return job_json(spool, job, places);
+}
+
+Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query) {
+    QDUINO_TRY_ASSIGN(const spool::JobPage page, spool.page(query));
+    return list_json(spool, page);
+}
+
+Json jobs_json(const spool::Spool& spool) {
+    Result<Json> page = page_json(spool, {});
+    return page.ok() ? std::move(*page) : list_json(spool, {});
+}
 
 Json status_json(const spool::Spool& spool) {
     const spool::MachineView& machine = spool.machine();
