@@ -145,7 +145,8 @@ bool TicketTable::take(std::string_view ticket, Instant now) {
 
 Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored)
     : sessions(std::move(stored)), key_(std::move(key)) {
-    QDUINO_EXPECT(sodium_init() >= 0);
+    const int ready = sodium_init();
+    QDUINO_EXPECT(ready >= 0);
 }
 
 Proof Authenticator::prove_key(std::string_view key, const std::string& remote, Instant now) {

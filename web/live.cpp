@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
+
 namespace qduino::web {
 
 void LiveQueue::push(MessageKind kind, Message message) {
@@ -26,9 +28,8 @@ std::optional<Message> LiveQueue::pop() {
     Message message = std::move(waiting_.front().message);
     waiting_.pop_front();
     if (dropped_ > 0 && waiting_.size() < kWaitingMax / 2) {
-        const std::string text =
-            std::to_string(dropped_) + " lines were dropped: this connection is too slow";
-        const nlohmann::json note{{"type", "reply"}, {"kind", "warning"}, {"text", text}};
+        const auto words = text(dropped_, " lines were dropped: this connection is too slow");
+        const nlohmann::json note{{"type", "reply"}, {"kind", "warning"}, {"text", words.view()}};
         waiting_.push_back({MessageKind::reply, std::make_shared<const std::string>(note.dump())});
         dropped_ = 0;
     }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "arduino/core/diagnostics.h"
+#include "arduino/core/releases.h"
 #include "board/board.h"
 
 using qduino::ErrorCode;
@@ -29,6 +30,7 @@ bool is_pin(const char* call, int pin) {
            refuse(call, pin, ErrorCode::invalid_argument, "no such pin: the board has 0 to 127");
 }
 
+constexpr board::Level level_of(int level) { return level == LOW ? board::Level::low : board::Level::high; }
 constexpr board::PinId pin_id(int pin) { return board::PinId{static_cast<std::uint16_t>(pin)}; }
 
 /// Not inlined: a write to a pin without PWM is quicker without it.
@@ -71,7 +73,12 @@ void qduino::arduino::make_output(int pin) {
 void digitalWrite(int pin, int level) {
     if (!is_pin("digitalWrite", pin)) return;
     if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) end_pwm(pin, level);
-    board::current().pin_write(pin_id(pin), level == LOW ? board::Level::low : board::Level::high);
+    board::current().pin_write(pin_id(pin), level_of(level));
+}
+
+bool safeState(int pin, int level) {
+    return is_pin("safeState", pin) &&
+           succeeded("safeState", pin, board::current().safe_state(pin_id(pin), level_of(level)));
 }
 
 int digitalRead(int pin) {
@@ -173,7 +180,7 @@ bool await_level(board::PinId pin, board::Level level, bool wanted, qduino::Inst
 
 unsigned long pulseIn(int pin, int level, unsigned long timeout_us) {
     if (!is_pin("pulseIn", pin)) return 0;
-    const board::Level wanted = level == LOW ? board::Level::low : board::Level::high;
+    const board::Level wanted = level_of(level);
     const auto timeout =
         std::chrono::microseconds{static_cast<std::int64_t>(std::min(timeout_us, 1UL << 40))};
     const qduino::Instant give_up = board::current().now() + timeout;

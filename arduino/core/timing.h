@@ -13,8 +13,8 @@
 #include "board/board.h"
 
 namespace qduino::arduino {
-/// Background work while setup() waits, when no loop runs yet that could do it. Called by delay() in
-/// setup() with the instant until which it waits; may return before it. Static initialisers only.
+/// Background work while setup() waits, when no loop runs yet that could do it. delay() in setup()
+/// calls it with the instant until which it waits; may return before it. Static initialisers only.
 void set_setup_work(void (*work)(Instant until));
 }  // namespace qduino::arduino
 
