@@ -63,6 +63,9 @@ class HardwareSerial : public Stream {
     void release() override { lock_.unlock(); }
 
   private:
+    /// What the port answers under the lock; `otherwise` when there is none.
+    template <typename Answer>
+    int ask(Answer (qduino::arduino::SerialPort::*what)(), int otherwise);
     void open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port);
 
     int number_;

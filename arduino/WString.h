@@ -5,7 +5,6 @@
 // 0. Longer strings allocate: build them in setup() or in a loop that has no hard deadline.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>

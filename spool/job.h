@@ -19,6 +19,8 @@ namespace qduino::spool {
 
 /// Seconds since 1970, UTC. A parameter, as all time is.
 using UnixSeconds = std::int64_t;
+/// In words, in the form of strftime(3); at most 31 bytes.
+[[nodiscard]] std::string utc_text(UnixSeconds time_s, const char* form);
 using JobId = std::int64_t;
 
 /// As stored. People also see `held` and `paused`: these are `queued` with `hold`, and `printing`

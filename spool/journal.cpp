@@ -5,8 +5,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
-#include <ctime>
 
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
@@ -61,15 +59,6 @@ void remove_parts(const std::filesystem::path& folder) {
         if (name.starts_with("journal.") && name.find(".part") != std::string::npos)
             std::filesystem::remove(entry.path(), ignored);
     }
-}
-
-std::string date_of(UnixSeconds now_s) {
-    const std::time_t time = now_s;
-    std::tm parts{};
-    std::array<char, 32> text{};
-    ::gmtime_r(&time, &parts);
-    std::strftime(text.data(), text.size(), "%Y%m%d-%H%M%S", &parts);
-    return text.data();
 }
 
 /// The error as a person gets it, with the way out.
@@ -128,7 +117,7 @@ void set_journal_step_hook(StepHook hook) { step_hook.store(hook); }
 
 Result<std::string> set_journal_aside(const std::filesystem::path& folder, UnixSeconds now_s) {
     const std::filesystem::path journal = journal_of(folder);
-    const std::string stem = "journal.damaged-" + date_of(now_s);
+    const std::string stem = "journal.damaged-" + utc_text(now_s, "%Y%m%d-%H%M%S");
     std::string name = stem + ".sqlite";
     for (int i = 2; std::filesystem::exists(folder / name); ++i)
         name = text<std::string>(stem, '-', i, ".sqlite");

@@ -1,7 +1,9 @@
 #include "spool/queue.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/locale/utf.hpp>
+#include <ctime>
 #include <tuple>
 
 #include "base/words.h"
@@ -34,6 +36,15 @@ void forget_end(Job& job) {
 }  // namespace
 
 Error no_such_job() { return make_error(ErrorCode::not_found, "there is no job with this number"); }
+
+std::string utc_text(UnixSeconds time_s, const char* form) {
+    const std::time_t time = time_s;
+    std::tm parts{};
+    std::array<char, 32> text{};
+    ::gmtime_r(&time, &parts);
+    std::strftime(text.data(), text.size(), form, &parts);
+    return text.data();
+}
 
 std::string_view to_word(JobState state) {
     static constexpr Words<JobState::queued, JobState::failed> kWords{"queued", "printing", "done",

@@ -6,7 +6,6 @@
 #include <sodium/utils.h>
 
 #include <array>
-#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>

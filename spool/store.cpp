@@ -4,7 +4,6 @@
 #include <sqlite3.h>
 
 #include <boost/pfr.hpp>
-#include <limits>
 
 #include "spool/name_search.h"
 #include "spool/store_schema.h"

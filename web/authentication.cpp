@@ -6,12 +6,10 @@
 #include <sodium/randombytes.h>
 #include <sodium/utils.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 
 #include "posix/durable_file.h"
 #include "posix/small_file.h"

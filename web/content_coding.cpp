@@ -1,7 +1,9 @@
 #include "web/content_coding.h"
 
 #include <optional>
+#include <string>
 
+#include "base/whole_number.h"
 #include "web/http.h"
 
 namespace qduino::web {
@@ -10,16 +12,11 @@ namespace {
 
 /// "0", "0.5", "1.000" in thousandths; nothing for anything else.
 std::optional<int> thousandths_of(std::string_view text) {
-    if (text.empty() || text.size() > 5 || (text[0] != '0' && text[0] != '1')) return std::nullopt;
-    int value = (text[0] - '0') * 1000;
-    if (text.size() > 1 && text[1] != '.') return std::nullopt;
-    int place = 100;
-    for (const char c : text.substr(text.size() > 1 ? 2 : 1)) {
-        if (c < '0' || c > '9') return std::nullopt;
-        value += (c - '0') * place;
-        place /= 10;
-    }
-    return value <= 1000 ? std::optional{value} : std::nullopt;
+    std::string digits{take_until(text, '.')};  // `text` keeps the decimals
+    if ((digits != "0" && digits != "1") || text.size() > 3) return std::nullopt;
+    digits.append(text).resize(4, '0');
+    const std::optional<int> value = whole_number<int>(digits);
+    return value && *value <= 1000 ? value : std::nullopt;
 }
 
 /// The weight of one element's parameters; malformed ones make it 0.

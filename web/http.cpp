@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <boost/beast/core/string.hpp>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/text.h"
@@ -121,9 +120,14 @@ std::string_view reason_of(int status) {
 }
 
 Response error_response(int status, std::string_view code, std::string_view message) {
-    // A text that was cut within a character is no UTF-8.
-    const nlohmann::ordered_json body{{"error", {{"code", code}, {"message", message}}}};
-    return {.status = status, .body = body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+    // Codes and messages are this program's own words: only these characters need escaping.
+    std::string escaped;
+    for (const char c : message) {
+        if (c == '"' || c == '\\') escaped += '\\';
+        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+    return {.status = status,
+            .body = text<std::string>(R"({"error":{"code":")", code, R"(","message":")", escaped, R"("}})")};
 }
 
 std::string head_bytes(const Response& response, bool keep_alive) {

@@ -9,8 +9,7 @@ namespace qduino::web {
 
 void LiveQueue::push(MessageKind kind, Message message) {
     if (kind != MessageKind::reply) {
-        const auto waiting = std::find_if(waiting_.begin(), waiting_.end(),
-                                          [kind](const Entry& entry) { return entry.kind == kind; });
+        const auto waiting = std::ranges::find(waiting_, kind, &Entry::kind);
         if (waiting != waiting_.end()) {
             waiting->message = std::move(message);
             return;

@@ -1,7 +1,5 @@
 #include "web/service.h"
 
-#include <algorithm>
-
 #include "base/whole_number.h"
 #include "web/api/json.h"
 

@@ -6,9 +6,6 @@
 // interval` is right on both, provided that `then` is an unsigned long and not a uint32_t.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
-
 #include "base/time.h"
 #include "board/board.h"
 

@@ -1,9 +1,7 @@
 #include "web/api/json.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <ctime>
 
 #include "base/words.h"
 
@@ -112,12 +110,7 @@ std::optional<std::string> text_member(std::string_view body, const char* name) 
 
 Json time_json(spool::UnixSeconds time_s) {
     if (time_s == 0) return nullptr;
-    const std::time_t time = time_s;
-    std::tm parts{};
-    std::array<char, 32> text{};
-    ::gmtime_r(&time, &parts);
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text.data();
+    return spool::utc_text(time_s, "%Y-%m-%dT%H:%M:%SZ");
 }
 
 std::string_view machine_word(const spool::MachineView& machine) {
