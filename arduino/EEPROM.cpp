@@ -2,7 +2,6 @@
 
 #include <array>
 #include <atomic>
-#include <span>
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/lock.h"

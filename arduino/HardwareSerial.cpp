@@ -4,6 +4,7 @@
 #include "arduino/host/serial_ports.h"
 
 using qduino::arduino::LockGuard;
+using qduino::arduino::SerialPort;
 
 HardwareSerial Serial{0};
 HardwareSerial Serial1{1};
@@ -16,12 +17,12 @@ void HardwareSerial::begin(unsigned long baud, std::uint16_t config) {
     open(baud, config, owned_.get());
 }
 
-void HardwareSerial::begin(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort& port) {
+void HardwareSerial::begin(unsigned long baud, std::uint16_t config, SerialPort& port) {
     end();
     open(baud, config, &port);
 }
 
-void HardwareSerial::open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port) {
+void HardwareSerial::open(unsigned long baud, std::uint16_t config, SerialPort* port) {
     if (qduino::arduino::succeeded("Serial.begin", number_, port->open(baud, config))) {
         port_ = port;
     } else {
@@ -35,22 +36,16 @@ void HardwareSerial::end() {
     owned_.reset();
 }
 
-int HardwareSerial::available() {
+template <typename Answer>
+int HardwareSerial::ask(Answer (SerialPort::*what)(), int otherwise) {
     const LockGuard held{lock_};
-    return port_ ? static_cast<int>(port_->available()) : 0;
+    return port_ ? static_cast<int>((port_->*what)()) : otherwise;
 }
-int HardwareSerial::read() {
-    const LockGuard held{lock_};
-    return port_ ? port_->read() : -1;
-}
-int HardwareSerial::peek() {
-    const LockGuard held{lock_};
-    return port_ ? port_->peek() : -1;
-}
-int HardwareSerial::availableForWrite() {
-    const LockGuard held{lock_};
-    return port_ ? static_cast<int>(port_->room()) : 0;
-}
+
+int HardwareSerial::available() { return ask(&SerialPort::available, 0); }
+int HardwareSerial::read() { return ask(&SerialPort::read, -1); }
+int HardwareSerial::peek() { return ask(&SerialPort::peek, -1); }
+int HardwareSerial::availableForWrite() { return ask(&SerialPort::room, 0); }
 void HardwareSerial::flush() {
     const LockGuard held{lock_};
     if (port_) port_->flush();
@@ -66,8 +61,6 @@ void HardwareSerial::hold_output(bool held) {
 
 void qduino::arduino::settle_console() { Serial.settle(1000); }
 void qduino::arduino::hold_console(bool held) { Serial.hold_output(held); }
-
-std::size_t HardwareSerial::write(std::uint8_t value) { return write(&value, 1); }
 
 std::size_t HardwareSerial::write(const std::uint8_t* buffer, std::size_t size) {
     const LockGuard held{lock_};

@@ -45,7 +45,7 @@ class HardwareSerial : public Stream {
     int peek() override;
     int availableForWrite() override;
     void flush() override;
-    std::size_t write(std::uint8_t value) override;
+    std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     template <typename T>
     requires std::is_integral_v<T> std::size_t write(T value) {
@@ -63,6 +63,9 @@ class HardwareSerial : public Stream {
     void release() override { lock_.unlock(); }
 
   private:
+    /// What the port answers under the lock; `otherwise` when there is none.
+    template <typename Answer>
+    int ask(Answer (qduino::arduino::SerialPort::*what)(), int otherwise);
     void open(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort* port);
 
     int number_;

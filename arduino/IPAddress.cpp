@@ -1,6 +1,9 @@
 #include "arduino/IPAddress.h"
 
+#include <charconv>
 #include <cstring>
+
+#include "base/text.h"
 
 IPAddress::IPAddress(std::uint32_t address) { std::memcpy(bytes_.data(), &address, sizeof address); }
 
@@ -12,16 +15,12 @@ IPAddress::operator std::uint32_t() const {
 
 bool IPAddress::fromString(const char* text) {
     std::array<std::uint8_t, 4> bytes{};
+    const char* const end = text + std::strlen(text);
     for (std::size_t part = 0; part < bytes.size(); ++part) {
         if (part > 0 && *text++ != '.') return false;
-        unsigned value = 0;
-        int digits = 0;
-        for (; *text >= '0' && *text <= '9'; ++text, ++digits) {
-            value = value * 10 + static_cast<unsigned>(*text - '0');
-            if (value > 255 || digits > 2) return false;
-        }
-        if (digits == 0) return false;
-        bytes[part] = static_cast<std::uint8_t>(value);
+        const auto [stopped, failed] = std::from_chars(text, end, bytes[part]);
+        if (failed != std::errc{} || stopped - text > 3) return false;
+        text = stopped;
     }
     if (*text != '\0') return false;
     bytes_ = bytes;
@@ -29,12 +28,8 @@ bool IPAddress::fromString(const char* text) {
 }
 
 String IPAddress::toString() const {
-    String text;
-    for (std::size_t i = 0; i < bytes_.size(); ++i) {
-        if (i > 0) text += '.';
-        text += static_cast<int>(bytes_[i]);
-    }
-    return text;
+    const auto text = qduino::text(bytes_[0], '.', bytes_[1], '.', bytes_[2], '.', bytes_[3]).view();
+    return String(text.data(), static_cast<unsigned>(text.size()));
 }
 
 std::size_t IPAddress::printTo(Print& out) const {

@@ -98,8 +98,6 @@ void LiquidCrystal::set_entry(std::uint8_t flag, bool on) {
     command(kEntryMode | entry_);
 }
 
-void LiquidCrystal::command(std::uint8_t value) { send(value, LOW); }
-
 std::size_t LiquidCrystal::write(std::uint8_t character) {
     send(character, HIGH);
     return 1;

@@ -52,7 +52,7 @@ class LiquidCrystal : public Print {
 
     std::size_t write(std::uint8_t character) override;
     using Print::write;
-    void command(std::uint8_t value);
+    void command(std::uint8_t value) { send(value, LOW); }
 
   private:
     static constexpr std::uint8_t kDisplayOn = 0x04, kCursorOn = 0x02, kBlinkOn = 0x01;

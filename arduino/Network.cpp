@@ -5,6 +5,7 @@
 #include "arduino/core/diagnostics.h"
 #include "arduino/host/socket.h"
 
+using qduino::Result;
 using qduino::arduino::report_error;
 using qduino::arduino::host::Endpoint;
 using qduino::arduino::host::Socket;
@@ -13,6 +14,13 @@ namespace host = qduino::arduino::host;
 namespace {
 
 constexpr std::size_t kClientsMax = 16;
+
+/// The socket; null, and reported, when it could not be made.
+std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shared_ptr<Socket>> made) {
+    if (made.ok()) return std::move(*made);
+    report_error(call, port, made.error());
+    return nullptr;
+}
 
 }  // namespace
 
@@ -29,7 +37,6 @@ int NetClient::connect(const char* host_name, std::uint16_t port) {
     return address ? connect(IPAddress(*address), port) : 0;
 }
 
-std::size_t NetClient::write(std::uint8_t value) { return write(&value, 1); }
 std::size_t NetClient::write(const std::uint8_t* buffer, std::size_t size) {
     const std::size_t sent = socket_ ? socket_->send({buffer, size}) : 0;
     if (sent < size) setWriteError();
@@ -50,8 +57,6 @@ int NetClient::peek() {
     return socket_ && socket_->receive({&value, 1}, true) == 1 ? value : -1;
 }
 
-void NetClient::stop() { socket_.reset(); }
-
 std::uint8_t NetClient::connected() {
     std::uint8_t value;
     return socket_ && socket_->receive({&value, 1}, true) >= 0 ? 1 : 0;
@@ -63,11 +68,7 @@ std::uint16_t NetClient::localPort() const { return socket_ ? socket_->local().p
 
 // ---- NetServer ----------------------------------------------------------------------------------
 
-void NetServer::begin() {
-    auto made = Socket::listen(port_);
-    if (!made.ok()) report_error("server.begin", port_, made.error());
-    listener_ = made.ok() ? made.value() : nullptr;
-}
+void NetServer::begin() { listener_ = or_reported("server.begin", port_, Socket::listen(port_)); }
 
 std::uint16_t NetServer::port() const { return listener_ ? listener_->local().port : port_; }
 
@@ -93,7 +94,6 @@ NetClient NetServer::accept() {
     return socket ? NetClient(std::move(socket)) : NetClient();
 }
 
-std::size_t NetServer::write(std::uint8_t value) { return write(&value, 1); }
 std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
     take_new();
     std::size_t most = 0;
@@ -104,17 +104,14 @@ std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
 // ---- NetUDP -------------------------------------------------------------------------------------
 
 std::uint8_t NetUDP::begin(std::uint16_t port) {
-    auto made = Socket::bind_udp(port, std::nullopt);
-    if (!made.ok()) report_error("udp.begin", port, made.error());
-    socket_ = made.ok() ? made.value() : nullptr;
-    return made.ok() ? 1 : 0;
+    socket_ = or_reported("udp.begin", port, Socket::bind_udp(port, std::nullopt));
+    return socket_ ? 1 : 0;
 }
 
 std::uint8_t NetUDP::beginMulticast(IPAddress group, std::uint16_t port) {
-    auto made = Socket::bind_udp(port, static_cast<std::uint32_t>(group));
-    if (!made.ok()) report_error("udp.beginMulticast", port, made.error());
-    socket_ = made.ok() ? made.value() : nullptr;
-    return made.ok() ? 1 : 0;
+    socket_ =
+        or_reported("udp.beginMulticast", port, Socket::bind_udp(port, static_cast<std::uint32_t>(group)));
+    return socket_ ? 1 : 0;
 }
 
 void NetUDP::stop() {
@@ -133,7 +130,6 @@ int NetUDP::beginPacket(const char* host_name, std::uint16_t port) {
     return address ? beginPacket(IPAddress(*address), port) : 0;
 }
 
-std::size_t NetUDP::write(std::uint8_t value) { return write(&value, 1); }
 std::size_t NetUDP::write(const std::uint8_t* buffer, std::size_t size) {
     const std::size_t count = std::min(size, kPacketMax - out_size_);
     std::copy_n(buffer, count, out_.begin() + static_cast<std::ptrdiff_t>(out_size_));
@@ -157,8 +153,6 @@ int NetUDP::parsePacket() {
     return static_cast<int>(in_size_);
 }
 
-int NetUDP::peek() { return in_read_ < in_size_ ? in_[in_read_] : -1; }
-int NetUDP::read() { return in_read_ < in_size_ ? in_[in_read_++] : -1; }
 int NetUDP::read(unsigned char* buffer, std::size_t size) {
     const std::size_t count = std::min(size, in_size_ - in_read_);
     std::copy_n(in_.begin() + static_cast<std::ptrdiff_t>(in_read_), count, buffer);

@@ -28,7 +28,7 @@ class NetClient : public Client {
     int connect(const char* host, std::uint16_t port) override;
     void setConnectionTimeout(std::uint16_t timeout_ms) { connect_timeout_ms_ = timeout_ms; }
 
-    std::size_t write(std::uint8_t value) override;
+    std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     /// Sends all of it. Returns less if the other side closed, or stopped reading for a second.
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;
@@ -36,7 +36,7 @@ class NetClient : public Client {
     int read() override;
     int read(std::uint8_t* buffer, std::size_t size) override;
     int peek() override;
-    void stop() override;
+    void stop() override { socket_.reset(); }
     std::uint8_t connected() override;
     explicit operator bool() override { return socket_ != nullptr; }
     bool operator==(const NetClient& other) const { return socket_ == other.socket_; }
@@ -62,7 +62,7 @@ class NetServer : public Server {
     /// The next new connection, handed over: the server then forgets it.
     NetClient accept();
     /// To every connection.
-    std::size_t write(std::uint8_t value) override;
+    std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;
     explicit operator bool() const { return listener_ != nullptr; }
@@ -86,17 +86,17 @@ class NetUDP : public UDP {
     int beginPacket(IPAddress address, std::uint16_t port) override;
     int beginPacket(const char* host, std::uint16_t port) override;
     int endPacket() override;
-    std::size_t write(std::uint8_t value) override;
+    std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;
     int parsePacket() override;
     int available() override { return static_cast<int>(in_size_ - in_read_); }
-    int read() override;
+    int read() override { return in_read_ < in_size_ ? in_[in_read_++] : -1; }
     int read(unsigned char* buffer, std::size_t size) override;
     int read(char* buffer, std::size_t size) override {
         return read(reinterpret_cast<unsigned char*>(buffer), size);
     }
-    int peek() override;
+    int peek() override { return in_read_ < in_size_ ? in_[in_read_] : -1; }
     /// Drops what is left of the packet that is being read.
     void flush() override { in_read_ = in_size_; }
     IPAddress remoteIP() override { return remote_address_; }

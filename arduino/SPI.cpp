@@ -13,7 +13,6 @@ void SPIClass::beginTransaction(const SPISettings& settings) {
     lock_.lock();
     settings_ = settings.get();
 }
-void SPIClass::endTransaction() { lock_.unlock(); }
 
 void SPIClass::setClockDivider(std::uint8_t divider) {
     constexpr std::uint32_t kUnoClockHz = 16'000'000;

@@ -35,7 +35,7 @@ class SPIClass {
     void begin() {}
     void end() {}
     void beginTransaction(const SPISettings& settings);
-    void endTransaction();
+    void endTransaction() { lock_.unlock(); }
 
     /// One byte out, and the one that came in. 0xff, reported, when the board's bus fails.
     std::uint8_t transfer(std::uint8_t value);

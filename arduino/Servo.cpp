@@ -11,10 +11,8 @@ namespace board = qduino::board;
 
 std::uint8_t Servo::attach(int pin, int minimum_us, int maximum_us) {
     if (pin < 0 || pin >= qduino::board::kPinCount || minimum_us >= maximum_us) {
-        qduino::arduino::report_error(
-            "Servo.attach", pin,
-            qduino::make_error(qduino::ErrorCode::invalid_argument,
-                               "a servo has a pin below 128 and a minimum below its maximum"));
+        qduino::arduino::refuse("Servo.attach", pin, qduino::ErrorCode::invalid_argument,
+                                "a servo has a pin below 128 and a minimum below its maximum");
         return INVALID_SERVO;
     }
     const board::PinId id{static_cast<std::uint16_t>(pin)};

@@ -62,8 +62,6 @@ int Stream::timedPeek() {
     return await_byte(timeout_ms_, [this] { return peek(); });
 }
 
-bool Stream::find(const char* target) { return find(target, std::strlen(target)); }
-bool Stream::find(const char* target, std::size_t length) { return findUntil(target, length, nullptr, 0); }
 bool Stream::findUntil(const char* target, const char* terminator) {
     return findUntil(target, std::strlen(target), terminator, terminator ? std::strlen(terminator) : 0);
 }

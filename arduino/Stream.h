@@ -26,8 +26,8 @@ class Stream : public Print {
     [[nodiscard]] unsigned long getTimeout() const { return timeout_ms_; }
 
     /// Reads on until `target` was read; false at the timeout.
-    bool find(const char* target);
-    bool find(const char* target, std::size_t length);
+    bool find(const char* target) { return find(target, std::strlen(target)); }
+    bool find(const char* target, std::size_t length) { return findUntil(target, length, nullptr, 0); }
     bool find(char target) { return find(&target, 1); }
     /// The same, but false as soon as `terminator` was read.
     bool findUntil(const char* target, const char* terminator);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
 #include <cstring>
 
 #include "arduino/core/number_format.h"
@@ -10,26 +9,9 @@
 namespace {
 
 using qduino::arduino::format_float;
-using qduino::arduino::format_signed_decimal;
 using qduino::arduino::format_unsigned;
 using qduino::arduino::kFloatTextMax;
 using qduino::arduino::kIntegerTextMax;
-
-std::string unsigned_text(std::uint64_t value, unsigned base) {
-    char text[kIntegerTextMax];
-    std::string result(text, format_unsigned(text, value, base));
-    for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return result;
-}
-
-/// Base 10 has a sign; in the others a negative number is its two's complement, as wide as its own
-/// type.
-template <typename T>
-std::string signed_text(T value, unsigned base) {
-    if (base != 10) return unsigned_text(static_cast<std::make_unsigned_t<T>>(value), base);
-    char text[kIntegerTextMax];
-    return std::string(text, format_signed_decimal(text, value));
-}
 
 std::string float_text(double value, unsigned decimals) {
     char text[kFloatTextMax];
@@ -52,20 +34,16 @@ String::String(const std::uint8_t* text, unsigned int length)
     : String(reinterpret_cast<const char*>(text), length) {}
 String::String(const __FlashStringHelper* text) : String(plain(text)) {}
 String::String(char c) : text_(1, c) {}
-String::String(unsigned char value, unsigned char base) : text_(unsigned_text(value, base)) {}
-String::String(int value, unsigned char base) : text_(signed_text(value, base)) {}
-String::String(unsigned int value, unsigned char base) : text_(unsigned_text(value, base)) {}
-String::String(long value, unsigned char base) : text_(signed_text(value, base)) {}
-String::String(unsigned long value, unsigned char base) : text_(unsigned_text(value, base)) {}
-String::String(long long value, unsigned char base) : text_(signed_text(value, base)) {}
-String::String(unsigned long long value, unsigned char base) : text_(unsigned_text(value, base)) {}
 String::String(float value, unsigned char decimals)
     : text_(float_text(static_cast<double>(value), decimals)) {}
 String::String(double value, unsigned char decimals) : text_(float_text(value, decimals)) {}
 
-String& String::operator=(const char* text) { return *this = String(text); }
-String& String::operator=(const __FlashStringHelper* text) { return *this = String(text); }
-String& String::operator=(char c) { return *this = String(c); }
+void String::set_number(std::uint64_t value, bool minus, unsigned base) {
+    char text[kIntegerTextMax];
+    text_.assign(text, format_unsigned(text, value, base));
+    toLowerCase();
+    if (minus) text_.insert(0, 1, '-');
+}
 
 bool String::reserve(unsigned int size) {
     text_.reserve(size);
@@ -88,10 +66,6 @@ bool String::concat(const char* text, unsigned int length) {
 bool String::concat(const std::uint8_t* text, unsigned int length) {
     return concat(reinterpret_cast<const char*>(text), length);
 }
-bool String::concat(const __FlashStringHelper* text) { return concat(plain(text)); }
-bool String::concat(char c) { return concat(&c, 1); }
-
-int String::compareTo(const String& other) const { return std::strcmp(c_str(), other.c_str()); }
 
 bool String::equalsIgnoreCase(const String& other) const {
     return std::equal(begin(), end(), other.begin(), other.end(), [](char a, char b) {
@@ -102,7 +76,6 @@ bool String::equalsIgnoreCase(const String& other) const {
 bool String::startsWith(const String& prefix, unsigned int offset) const {
     return offset <= length() && text_.compare(offset, prefix.length(), prefix.text_) == 0;
 }
-bool String::endsWith(const String& suffix) const { return std::string_view(text_).ends_with(suffix.text_); }
 
 void String::setCharAt(unsigned int index, char c) {
     if (index < length()) text_[index] = c;
@@ -156,7 +129,6 @@ void String::replace(const String& find, const String& with) {
     text_ = result.append(text_, from);
 }
 
-void String::remove(unsigned int index) { remove(index, length()); }
 void String::remove(unsigned int index, unsigned int count) {
     if (index < length()) text_.erase(index, count);
 }
@@ -172,6 +144,3 @@ void String::trim() {
     text_.erase(std::find_if_not(text_.rbegin(), text_.rend(), is_space).base(), text_.end());
     text_.erase(text_.begin(), std::find_if_not(text_.begin(), text_.end(), is_space));
 }
-
-long String::toInt() const { return std::strtol(c_str(), nullptr, 10); }
-double String::toDouble() const { return std::strtod(c_str(), nullptr); }

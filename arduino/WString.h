@@ -5,8 +5,9 @@
 // 0. Longer strings allocate: build them in setup() or in a loop that has no hard deadline.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <string>
 #include <type_traits>
 
@@ -28,22 +29,25 @@ class String {
     String(const String&) = default;
     String(String&&) noexcept = default;
     explicit String(char c);
-    explicit String(unsigned char value, unsigned char base = 10);
-    explicit String(int value, unsigned char base = 10);
-    explicit String(unsigned int value, unsigned char base = 10);
-    explicit String(long value, unsigned char base = 10);
-    explicit String(unsigned long value, unsigned char base = 10);
-    explicit String(long long value, unsigned char base = 10);
-    explicit String(unsigned long long value, unsigned char base = 10);
+    /// In a base other than 10 a negative number is its two's complement, as wide as its own type.
+    template <typename T>
+    requires(std::is_integral_v<T> ||
+             (std::is_enum_v<T> &&
+              std::is_convertible_v<T, long long>)) explicit String(T value, unsigned char base = 10) {
+        const auto number = +value;
+        using Bits = std::make_unsigned_t<decltype(+value)>;
+        const bool minus = base == 10 && number < 0;
+        set_number(minus ? Bits{0} - static_cast<Bits>(number) : static_cast<Bits>(number), minus, base);
+    }
     explicit String(float value, unsigned char decimals = 2);
     explicit String(double value, unsigned char decimals = 2);
     ~String() = default;
 
     String& operator=(const String&) = default;
     String& operator=(String&&) noexcept = default;
-    String& operator=(const char* text);
-    String& operator=(const __FlashStringHelper* text);
-    String& operator=(char c);
+    String& operator=(const char* text) { return *this = String(text); }
+    String& operator=(const __FlashStringHelper* text) { return *this = String(text); }
+    String& operator=(char c) { return *this = String(c); }
 
     /// False only for a String made of a null pointer.
     explicit operator bool() const { return valid_; }
@@ -63,8 +67,8 @@ class String {
     bool concat(const char* text);
     bool concat(const char* text, unsigned int length);
     bool concat(const std::uint8_t* text, unsigned int length);
-    bool concat(const __FlashStringHelper* text);
-    bool concat(char c);
+    bool concat(const __FlashStringHelper* text) { return concat(reinterpret_cast<const char*>(text)); }
+    bool concat(char c) { return concat(&c, 1); }
     template <typename T>
     requires is_number<T>
     bool concat(T value) { return concat(String(promoted(value))); }
@@ -88,12 +92,14 @@ class String {
     friend String operator+(T left, const String& right) { return String(promoted(left)) += right; }
 
     // ---- comparing ------------------------------------------------------------------------------
-    [[nodiscard]] int compareTo(const String& other) const;
+    [[nodiscard]] int compareTo(const String& other) const { return std::strcmp(c_str(), other.c_str()); }
     [[nodiscard]] bool equals(const String& other) const { return text_ == other.text_; }
     [[nodiscard]] bool equals(const char* text) const { return text_ == (text ? text : ""); }
     [[nodiscard]] bool equalsIgnoreCase(const String& other) const;
     [[nodiscard]] bool startsWith(const String& prefix, unsigned int offset = 0) const;
-    [[nodiscard]] bool endsWith(const String& suffix) const;
+    [[nodiscard]] bool endsWith(const String& suffix) const {
+        return std::string_view(text_).ends_with(suffix.text_);
+    }
     friend bool operator==(const String& a, const String& b) { return a.equals(b); }
     friend bool operator==(const String& a, const char* b) { return a.equals(b); }
     friend bool operator<(const String& a, const String& b) { return a.compareTo(b) < 0; }
@@ -125,16 +131,16 @@ class String {
     // ---- changing -------------------------------------------------------------------------------
     void replace(char find, char with);
     void replace(const String& find, const String& with);
-    void remove(unsigned int index);
+    void remove(unsigned int index) { remove(index, length()); }
     void remove(unsigned int index, unsigned int count);
     void toLowerCase();
     void toUpperCase();
     void trim();
 
     // ---- numbers: text behind the number is ignored; no number is 0 -----------------------------
-    [[nodiscard]] long toInt() const;
+    [[nodiscard]] long toInt() const { return std::strtol(c_str(), nullptr, 10); }
     [[nodiscard]] float toFloat() const { return static_cast<float>(toDouble()); }
-    [[nodiscard]] double toDouble() const;
+    [[nodiscard]] double toDouble() const { return std::strtod(c_str(), nullptr); }
 
   private:
     /// The constructor's own type for a number: bool and short count as int, char as a character.
@@ -151,6 +157,8 @@ class String {
             return +value;
         }
     }
+
+    void set_number(std::uint64_t value, bool minus, unsigned base);
 
     std::string text_;
     bool valid_ = true;

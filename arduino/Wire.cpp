@@ -37,9 +37,6 @@ void TwoWire::end() {
     transaction = Transaction{};
 }
 
-bool TwoWire::getWireTimeoutFlag() { return mine().timed_out; }
-void TwoWire::clearWireTimeoutFlag() { mine().timed_out = false; }
-
 std::uint8_t TwoWire::transfer(Transaction& transaction, std::size_t out_size, std::size_t in_size) {
     const qduino::arduino::LockGuard held{lock_};
     const auto done =
@@ -101,8 +98,6 @@ std::size_t TwoWire::requestFrom(int address, std::size_t quantity, std::uint32_
     endTransmission(false);
     return requestFrom(address, quantity, stop);
 }
-
-std::size_t TwoWire::write(std::uint8_t value) { return write(&value, 1); }
 
 std::size_t TwoWire::write(const std::uint8_t* buffer, std::size_t size) {
     Transaction& transaction = mine();

@@ -35,8 +35,8 @@ class TwoWire : public Stream {
     void setClock(std::uint32_t) {}
     /// The board has its own timeout; accepted and ignored.
     void setWireTimeout(std::uint32_t = 25000, bool = false) {}
-    [[nodiscard]] bool getWireTimeoutFlag();
-    void clearWireTimeoutFlag();
+    [[nodiscard]] bool getWireTimeoutFlag() { return mine().timed_out; }
+    void clearWireTimeoutFlag() { mine().timed_out = false; }
 
     void beginTransmission(int address);
     /// 0: done (or, with `stop` false, kept for the requestFrom that follows); 1: too long for the
@@ -51,7 +51,7 @@ class TwoWire : public Stream {
                             std::uint8_t register_size, bool stop);
 
     /// Only within beginTransmission … endTransmission; 0 when the buffer is full.
-    std::size_t write(std::uint8_t value) override;
+    std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     template <typename T>
     requires std::is_integral_v<T> std::size_t write(T value) {

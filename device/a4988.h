@@ -9,7 +9,6 @@
 //   DIR  ──┴───────┴──────
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
 #include "base/time.h"

@@ -16,7 +16,6 @@
 // Nothing here does I/O: the caller owns the bus. The chip's side is ads7828_chip.h.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 

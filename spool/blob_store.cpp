@@ -1,17 +1,15 @@
 #include "spool/blob_store.h"
 
 #include <fcntl.h>
-#include <sodium/randombytes.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
-#include <fstream>
 
 #include "base/whole_number.h"
+#include "base/words.h"
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
@@ -26,19 +24,10 @@ constexpr const char* kJournalIdFile = "blobs-journal-id";
 constexpr std::array kParts{BlobPart::layers, BlobPart::layers_index, BlobPart::thumbnail,
                             BlobPart::record, BlobPart::new_record,   BlobPart::gcode};
 
-std::string random_name() {
-    std::array<unsigned char, 16> bytes{};
-    randombytes_buf(bytes.data(), bytes.size());
-    return sha256_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()}).substr(0, 32);
-}
-
 /// One line a record: number, time, name, separated by tabs. A name has no control characters.
 std::string text_of(std::span<const UploadRecord> records) {
     std::string text;
-    for (const UploadRecord& record : records) {
-        text +=
-            std::to_string(record.id) + "\t" + std::to_string(record.uploaded_s) + "\t" + record.name + "\n";
-    }
+    for (const auto& [id, uploaded_s, name] : records) write(text, id, '\t', uploaded_s, '\t', name, '\n');
     return text;
 }
 
@@ -61,7 +50,7 @@ std::optional<UploadRecord> record_of(std::string_view line) {
 /// synced before they get their name.
 Result<void> sync_and_move(const std::filesystem::path& from, const std::filesystem::path& to) {
     if (::access(from.c_str(), F_OK) != 0 && errno == ENOENT) return {};
-    if (const Result<void> synced = posix::sync_to_disk(from); !synced.ok()) return synced;
+    QDUINO_TRY(posix::sync_to_disk(from));
     if (::rename(from.c_str(), to.c_str()) != 0) return posix::system_error("rename", "a file");
     return {};
 }
@@ -173,9 +162,7 @@ Result<void> BlobStore::adopt(StagedFile& file, const BlobCompanions& companions
 Result<void> BlobStore::adopt_again(const std::string& sha256, const std::filesystem::path& layers,
                                     const BlobCompanions& companions,
                                     std::span<const UploadRecord> records) const {
-    const Result<void> done =
-        take_in(sha256, part_of(set_aside_, sha256, BlobPart::gcode), layers, companions, records);
-    if (!done.ok()) return done;
+    QDUINO_TRY(take_in(sha256, part_of(set_aside_, sha256, BlobPart::gcode), layers, companions, records));
     confirm(sha256);
     for (const BlobPart part : kParts) ::unlink(part_of(set_aside_, sha256, part).c_str());
     return {};
@@ -194,11 +181,13 @@ void BlobStore::forget(const std::string& sha256, JobId id) const {
 
 std::vector<UploadRecord> BlobStore::records(const std::string& sha256) const {
     for (const auto* folder : {&blobs_, &set_aside_}) {
-        std::ifstream file{part_of(*folder, sha256, BlobPart::record), std::ios::binary};
-        if (!file) continue;
+        const Result<std::string> text = posix::read_small_file(part_of(*folder, sha256, BlobPart::record));
+        if (!text.ok()) continue;
         std::vector<UploadRecord> found;
-        for (std::string line; found.size() < kRecordsMax && std::getline(file, line);) {
+        for (std::string_view rest = *text; !rest.empty() && found.size() < kRecordsMax;) {
+            const std::string_view line = rest.substr(0, rest.find('\n'));
             if (std::optional<UploadRecord> record = record_of(line)) found.push_back(std::move(*record));
+            rest.remove_prefix(std::min(line.size() + 1, rest.size()));
         }
         return found;
     }
@@ -238,16 +227,13 @@ std::vector<std::string> BlobStore::blobs_in(const std::filesystem::path& folder
 }
 
 std::string BlobStore::journal_id() const {
-    std::ifstream file{folder_ / kJournalIdFile, std::ios::binary};
-    std::string id;
-    std::getline(file, id);
-    return id;
+    const Result<std::string> text = posix::read_small_file(folder_ / kJournalIdFile);
+    return text.ok() ? text->substr(0, text->find('\n')) : std::string{};
 }
 
 Result<void> BlobStore::set_journal_id(std::string_view id) const {
-    Result<void> done = posix::write_durably(folder_ / kJournalIdFile, std::string{id} + "\n");
-    if (done.ok()) done = posix::sync_to_disk(folder_);
-    return done;
+    QDUINO_TRY(posix::write_durably(folder_ / kJournalIdFile, text<std::string>(id, '\n')));
+    return posix::sync_to_disk(folder_);
 }
 
 std::filesystem::path BlobStore::find_gcode(const std::string& sha256) const {
@@ -257,21 +243,9 @@ std::filesystem::path BlobStore::find_gcode(const std::string& sha256) const {
 
 std::filesystem::path BlobStore::part_of(const std::filesystem::path& folder, const std::string& sha256,
                                          BlobPart part) {
-    switch (part) {
-        case BlobPart::gcode:
-            return folder / (sha256 + ".gcode");
-        case BlobPart::layers:
-            return folder / (sha256 + ".layers");
-        case BlobPart::layers_index:
-            return folder / (sha256 + ".layers.json");
-        case BlobPart::thumbnail:
-            return folder / (sha256 + ".png");
-        case BlobPart::record:
-            return folder / (sha256 + ".job");
-        case BlobPart::new_record:
-            return folder / (sha256 + ".job.new");
-    }
-    return {};
+    static constexpr Words<BlobPart::gcode, BlobPart::new_record> kEndings{
+        ".gcode", ".layers", ".layers.json", ".png", ".job", ".job.new"};
+    return folder / text<std::string>(sha256, kEndings(part));
 }
 
 }  // namespace qduino::spool

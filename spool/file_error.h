@@ -11,9 +11,8 @@ namespace qduino::spool {
         return make_error(ErrorCode::unavailable,
                           "the disk is full; delete finished jobs or free some space");
     }
-    Error error{failed.code == ErrorCode::not_permitted ? failed.code : ErrorCode::internal, "job files: "};
-    error.message.append(failed.message);
-    return error;
+    return make_error(failed.code == ErrorCode::not_permitted ? failed.code : ErrorCode::internal,
+                      "job files: ", failed.message);
 }
 
 /// The same for an errno: "job files: cannot WHAT OBJECT: REASON".

@@ -24,10 +24,9 @@ constexpr UnixSeconds kAgesEvery_s = 60;
 constexpr UnixSeconds kDay_s = 24 * 60 * 60;
 
 std::string files_set_aside(std::size_t count) {
-    return std::to_string(count) +
-           (count == 1 ? " stored file is set aside that the job journal does not know"
-                       : " stored files are set aside that the job journal does not know") +
-           ": stop the service and run printd --recover to have their jobs again";
+    return text<std::string>(count, count == 1 ? " stored file is" : " stored files are",
+                             " set aside that the job journal does not know: stop the service and run printd "
+                             "--recover to have their jobs again");
 }
 
 }  // namespace
@@ -35,20 +34,16 @@ std::string files_set_aside(std::size_t count) {
 // ---- start and end ------------------------------------------------------------------------------
 
 Result<void> Spool::load() {
-    Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(options_.folder, options_.limits);
-    if (!blobs.ok()) return blobs.error();
-    blobs_ = std::move(*blobs);
-    Result<StoredState> state = load_journal();
-    if (!state.ok()) return state.error();
-    first_new_id_ = state->next_job_id;
-    queue_ = Queue{std::move(state->jobs), state->next_job_id, state->last_ended};
-    gate_ = state->gate;
+    QDUINO_TRY_ASSIGN(blobs_, BlobStore::open(options_.folder, options_.limits));
+    QDUINO_TRY_ASSIGN(StoredState state, load_journal());
+    first_new_id_ = state.next_job_id;
+    queue_ = Queue{std::move(state.jobs), state.next_job_id, state.last_ended};
+    gate_ = state.gate;
     if (!options_.confirm_bed) gate_.bed_occupied = false;
-    run_ = state->active_run;
-    awaited_report_ = state->awaited_report;
-    last_run_id_ = state->last_run_id;
-    if (run_)
-        log("carrying on with run " + std::to_string(run_->id) + " of job " + std::to_string(run_->job));
+    run_ = state.active_run;
+    awaited_report_ = state.awaited_report;
+    last_run_id_ = state.last_run_id;
+    if (run_) log("carrying on with run ", run_->id, " of job ", run_->job);
     if (copier_) copier_->begin_if_missing();
     return {};
 }
@@ -56,60 +51,50 @@ Result<void> Spool::load() {
 /// Opens the journal, checks that it is sound and the one that the blobs belong to, and loads it.
 Result<StoredState> Spool::load_journal() {
     if (options_.journal_in_memory) {
-        Result<std::unique_ptr<Store>> store = Store::open(":memory:");
-        if (!store.ok()) return store.error();
-        store_ = std::move(*store);
+        QDUINO_TRY_ASSIGN(store_, Store::open(":memory:"));
         return store_->load();
     }
-    Result<OpenedJournal> journal = open_journal(options_.folder, options_.opened_s);
-    if (!journal.ok()) return journal.error();
-    store_ = std::move(journal->store);
+    QDUINO_TRY_ASSIGN(OpenedJournal journal, open_journal(options_.folder, options_.opened_s));
+    store_ = std::move(journal.store);
     copier_ = std::make_unique<JournalCopier>(options_.folder);
-    if (!journal->repaired.empty())
-        log("the job journal was damaged, and is repaired from its copy: " + journal->repaired);
-    Result<StoredState> state = store_->load();
-    if (!state.ok()) return state;
+    if (!journal.repaired.empty())
+        log("the job journal was damaged, and is repaired from its copy: ", journal.repaired);
+    QDUINO_TRY_ASSIGN(StoredState state, store_->load());
     const std::string known = blobs_->journal_id();
     // An older program wrote no id. A journal of such a program that has jobs is the blobs' own.
     const bool of_an_older_program = known.empty() && store_->counts().total() > 0;
-    if (state->rebuilding) {
-        if (const Result<void> done = rebuild(); !done.ok()) return done.error();
-        state = store_->load();
-        if (!state.ok()) return state;
-    } else if (known != state->journal_id && !of_an_older_program) {
-        gate_ = state->gate;
-        if (const Result<void> done = set_strangers_aside(); !done.ok()) return done.error();
-        state->gate = gate_;
+    if (state.rebuilding) {
+        QDUINO_TRY(rebuild());
+        QDUINO_TRY_ASSIGN(state, store_->load());
+    } else if (known != state.journal_id && !of_an_older_program) {
+        gate_ = state.gate;
+        QDUINO_TRY(set_strangers_aside());
+        state.gate = gate_;
     } else if (const std::size_t count = blobs_->all_set_aside().size(); count > 0) {
         log(files_set_aside(count));
     }
     std::error_code failed;
     sweep_ = std::filesystem::directory_iterator{blobs_->blobs_folder(), failed};
-    if (known == state->journal_id) return state;
-    const Result<void> named = blobs_->set_journal_id(state->journal_id);
-    return named.ok() ? std::move(state) : named.error();
+    if (known != state.journal_id) QDUINO_TRY(blobs_->set_journal_id(state.journal_id));
+    return state;
 }
 
 Result<void> Spool::rebuild() {
     const auto said = [this](std::size_t done, std::size_t total, const std::string& words) {
         if (done == total || done % 100 == 0)
-            log("stored files: " + std::to_string(done) + " of " + std::to_string(total) + " looked at; " +
-                words);
+            log("stored files: ", done, " of ", total, " looked at; ", words);
     };
-    const Result<Recovered> done = recover_jobs(*store_, *blobs_, options_.analyzer, said);
-    if (!done.ok()) return done.error();
-    log(std::to_string(done->jobs) +
-        " jobs that the copy did not know were made of their files; all jobs are held");
+    QDUINO_TRY_ASSIGN(const Recovered done, recover_jobs(*store_, *blobs_, options_.analyzer, said));
+    log(done.jobs, " jobs that the copy did not know were made of their files; all jobs are held");
     return {};
 }
 
 /// The blobs do not belong to this journal: it is a new one, or another printer's.
 Result<void> Spool::set_strangers_aside() {
     for (const std::string& sha256 : blobs_->all()) {
-        const Result<bool> wanted = store_->blob_wanted(sha256);
-        if (!wanted.ok()) return wanted.error();
-        if (*wanted) continue;
-        if (const Result<void> moved = blobs_->set_aside(sha256); !moved.ok()) return moved;
+        QDUINO_TRY_ASSIGN(const bool wanted, store_->blob_wanted(sha256));
+        if (wanted) continue;
+        QDUINO_TRY(blobs_->set_aside(sha256));
     }
     const std::size_t count = blobs_->all_set_aside().size();
     if (count == 0) return {};
@@ -131,7 +116,7 @@ void Spool::keep_house(UnixSeconds now_s) {
     if (!copier_) return;
     copier_->after(store_->commits());
     if (const std::string trouble = copier_->take_trouble(); !trouble.empty())
-        log("the journal could not be copied, the last copy stays: " + trouble);
+        log("the journal could not be copied, the last copy stays: ", trouble);
 }
 
 /// A few entries at a time: there may be hundreds of thousands, and a printer waits for its bytes.
@@ -151,8 +136,8 @@ void Spool::sweep_blob(const std::string& name) {
     const Result<bool> wanted = store_->blob_wanted(sha256);
     if (!wanted.ok() || *wanted) return;
     const std::vector<UploadRecord> uploads = blobs_->records(sha256);
-    const bool lost = std::any_of(uploads.begin(), uploads.end(),
-                                  [this](const UploadRecord& upload) { return upload.id >= first_new_id_; });
+    const bool lost = std::ranges::any_of(
+        uploads, [this](JobId id) { return id >= first_new_id_; }, &UploadRecord::id);
     if (!lost) return blobs_->remove(sha256);
     // The upload was confirmed, but this journal never had it: the journal is an older state of
     // itself.
@@ -162,21 +147,22 @@ void Spool::sweep_blob(const std::string& name) {
     static_cast<void>(hold_queue(reason));
 }
 
-Result<bool> Spool::remove_blob_unless_wanted(const Job& job) {
+/// After the row of `job` has gone, or was never written.
+void Spool::drop_files(const Job& job) {
     const Result<bool> wanted = store_->blob_wanted(job.sha256);
-    if (!wanted.ok()) return wanted;
-    if (!*wanted) blobs_->remove(job.sha256);
-    return !*wanted;
+    if (!wanted) return;
+    if (*wanted) {
+        blobs_->forget(job.sha256, job.id);
+    } else {
+        blobs_->remove(job.sha256);
+    }
 }
 
 Result<void> Spool::erase_ended(const std::vector<Job>& jobs) {
     Change change;
     for (const Job& job : jobs) change.erase.push_back(job.id);
-    if (const Result<void> done = commit_jobs(std::move(change)); !done.ok()) return done;
-    for (const Job& job : jobs) {
-        if (const Result<bool> removed = remove_blob_unless_wanted(job); removed.ok() && !*removed)
-            blobs_->forget(job.sha256, job.id);
-    }
+    QDUINO_TRY(commit_jobs(std::move(change)));
+    for (const Job& job : jobs) drop_files(job);
     return {};
 }
 
@@ -198,8 +184,8 @@ void Spool::retain(UnixSeconds now_s) {
     if (too_many <= 0 && oldest.ok() && oldest->size() < count) retained_s_ = now_s;
     if (!oldest.ok() || oldest->empty()) return;
     if (!erase_ended(*oldest).ok()) return;
-    log("deleted " + std::to_string(oldest->size()) +
-        " of the oldest ended jobs: " + (too_many > 0 ? "more than --keep-jobs" : "older than --keep-days"));
+    log("deleted ", oldest->size(),
+        " of the oldest ended jobs: ", too_many > 0 ? "more than --keep-jobs" : "older than --keep-days");
 }
 
 /// Makes room for a blob of `bytes` within the store's limit: deletes ended jobs, the oldest first;
@@ -207,9 +193,8 @@ void Spool::retain(UnixSeconds now_s) {
 Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
     const std::uint64_t limit = options_.retention.bytes_max;
     if (limit == 0) return {};
-    const Result<bool> stored = store_->blob_wanted(sha256);
-    if (!stored.ok()) return stored.error();
-    if (*stored || store_->stored_bytes() + bytes <= limit) return {};
+    QDUINO_TRY_ASSIGN(const bool stored, store_->blob_wanted(sha256));
+    if (stored || store_->stored_bytes() + bytes <= limit) return {};
     std::vector<std::pair<std::string, std::uint64_t>> needed{{sha256, bytes}};
     for (const Job& job : queue_.jobs()) needed.emplace_back(job.sha256, job.stored_bytes);
     std::sort(needed.begin(), needed.end());
@@ -223,13 +208,12 @@ Result<void> Spool::make_room(const std::string& sha256, std::uint64_t bytes) {
             "--store-limit-mib");
     }
     while (store_->stored_bytes() + bytes > limit) {
-        const Result<std::vector<Job>> oldest =
-            store_->oldest_ended(1, std::numeric_limits<UnixSeconds>::max());
-        if (!oldest.ok()) return oldest.error();
-        if (oldest->empty())
+        QDUINO_TRY_ASSIGN(const std::vector<Job> oldest,
+                          store_->oldest_ended(1, std::numeric_limits<UnixSeconds>::max()));
+        if (oldest.empty())
             return make_error(ErrorCode::unavailable,
                               "the store is full, and no ended job is left to delete");
-        if (const Result<void> done = erase_ended(*oldest); !done.ok()) return done;
+        QDUINO_TRY(erase_ended(oldest));
     }
     return {};
 }
@@ -265,8 +249,7 @@ Result<JobPage> Spool::page(const JobQuery& query) const {
     auto from = live.begin();
     std::optional<std::int64_t> below_order;
     if (query.before) {
-        const auto at =
-            std::find_if(live.begin(), live.end(), [&](const Job* job) { return job->id == *query.before; });
+        const auto at = std::ranges::find(live, *query.before, &Job::id);
         if (at != live.end()) {
             from = at + 1;
         } else if (const Result<Job> ended = store_->find(*query.before); ended.ok()) {
@@ -290,9 +273,8 @@ Result<JobPage> Spool::page(const JobQuery& query) const {
         ended->below_order = below_order;
         // One more, to learn whether there is a next page.
         ended->limit = limit + 1 - page.jobs.size();
-        Result<std::vector<Job>> rows = store_->ended(*ended);
-        if (!rows.ok()) return rows.error();
-        std::move(rows->begin(), rows->end(), std::back_inserter(page.jobs));
+        QDUINO_TRY_ASSIGN(std::vector<Job> rows, store_->ended(*ended));
+        std::ranges::move(rows, std::back_inserter(page.jobs));
     }
     if (page.jobs.size() <= limit) return page;
     page.jobs.resize(limit);

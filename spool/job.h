@@ -19,6 +19,8 @@ namespace qduino::spool {
 
 /// Seconds since 1970, UTC. A parameter, as all time is.
 using UnixSeconds = std::int64_t;
+/// In words, in the form of strftime(3); at most 31 bytes.
+[[nodiscard]] std::string utc_text(UnixSeconds time_s, const char* form);
 using JobId = std::int64_t;
 
 /// As stored. People also see `held` and `paused`: these are `queued` with `hold`, and `printing`
@@ -30,9 +32,9 @@ enum class JobState : std::uint8_t { queued = 1, printing = 2, done = 3, cancell
 
 struct Job {
     JobId id = 0;
-    std::string name;        ///< for people; never part of a path
+    std::string name{};      ///< for people; never part of a path
     std::uint64_t size = 0;  ///< bytes
-    std::string sha256;      ///< 64 hexadecimal digits; names the blob
+    std::string sha256{};    ///< 64 hexadecimal digits; names the blob
     JobState state = JobState::queued;
     bool hold = false;
     int copies = 1;  ///< 1 … kMaxCopies
@@ -44,12 +46,12 @@ struct Job {
     UnixSeconds created_s = 0;
     UnixSeconds started_s = 0;  ///< of the running or last copy; 0: never
     UnixSeconds ended_s = 0;    ///< of the last copy; 0: never
-    std::string error;          ///< why it failed; empty otherwise
+    std::string error{};        ///< why it failed; empty otherwise
     /// The line at which its last copy failed or was cancelled; empty: unknown, or it did not.
-    std::optional<std::int64_t> stopped_line;
-    std::optional<std::int64_t> stopped_layer;  ///< likewise
-    std::string facts_json;                     ///< an object, as the analyzer made it
-    double estimated_s = 0;                     ///< of one copy; 0: unknown
+    std::optional<std::int64_t> stopped_line{};
+    std::optional<std::int64_t> stopped_layer{};  ///< likewise
+    std::string facts_json{};                     ///< an object, as the analyzer made it
+    double estimated_s = 0;                       ///< of one copy; 0: unknown
     bool has_layers = false;
     bool has_thumbnail = false;
     /// The size of all files of its blob; jobs with the same bytes share them.
@@ -69,19 +71,8 @@ struct JobCounts {
     std::int64_t cancelled = 0;
     std::int64_t failed = 0;
     [[nodiscard]] std::int64_t& of(JobState state) {
-        switch (state) {
-            case JobState::queued:
-                return queued;
-            case JobState::printing:
-                return printing;
-            case JobState::done:
-                return done;
-            case JobState::cancelled:
-                return cancelled;
-            case JobState::failed:
-                return failed;
-        }
-        return failed;
+        std::int64_t* const counts[] = {&queued, &printing, &done, &cancelled, &failed};
+        return *counts[static_cast<int>(state) - static_cast<int>(JobState::queued)];
     }
     [[nodiscard]] std::int64_t ended() const { return done + cancelled + failed; }
     [[nodiscard]] std::int64_t total() const { return queued + printing + ended(); }

@@ -1,14 +1,14 @@
 #include "spool/journal.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
-#include <ctime>
-#include <fstream>
 
 #include "posix/durable_file.h"
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
 #include "spool/file_error.h"
 #include "spool/store_schema.h"
 
@@ -38,11 +38,13 @@ bool is_missing_or_empty(const std::filesystem::path& file) {
 /// SQLite writes whole pages only. But it takes a last page that was cut off for one that ends in
 /// zeros, and calls the file sound.
 bool ends_within_a_page(const std::filesystem::path& file) {
-    std::array<unsigned char, 18> head{};
-    std::ifstream stream{file, std::ios::binary};
+    std::array<char, 18> head{};
+    const posix::UniqueFd opened{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
+    const Result<std::size_t> read = posix::read_some(opened.get(), head, "the journal");
     // SQLite itself reports this case.
-    if (!stream.read(reinterpret_cast<char*>(head.data()), head.size())) return false;
-    const unsigned stored = head[16] << 8U | head[17];  // "Database File Format", 1.3.2
+    if (!read || *read < head.size()) return false;
+    // "Database File Format", 1.3.2
+    const unsigned stored = static_cast<unsigned char>(head[16]) << 8U | static_cast<unsigned char>(head[17]);
     const std::uintmax_t page_bytes = stored == 1 ? 65536 : stored;
     std::error_code absent;
     const std::uintmax_t size = std::filesystem::file_size(file, absent);
@@ -59,30 +61,18 @@ void remove_parts(const std::filesystem::path& folder) {
     }
 }
 
-std::string date_of(UnixSeconds now_s) {
-    const std::time_t time = now_s;
-    std::tm parts{};
-    std::array<char, 32> text{};
-    ::gmtime_r(&time, &parts);
-    std::strftime(text.data(), text.size(), "%Y%m%d-%H%M%S", &parts);
-    return text.data();
-}
-
 /// The error as a person gets it, with the way out.
 Error with_way_out(const Error& error) {
-    Error told{error.code, {}};
     if (error.code == ErrorCode::unsupported) {
-        told.message.append(
+        return make_error(
+            error.code,
             "the job journal was written by a newer version of this program: install that one again, or run "
             "printd --recover, which sets the journal aside and makes held jobs of the stored files");
-        return told;
     }
-    told.message.append("the job journal is damaged (")
-        .append(error.message.view().substr(0, 90))
-        .append(
-            ") and there is no sound copy; printd --recover sets it aside and makes held jobs of the stored "
-            "files");
-    return told;
+    return make_error(
+        error.code, "the job journal is damaged (", error.message.view().substr(0, 90),
+        ") and there is no sound copy; printd --recover sets it aside and makes held jobs of the stored "
+        "files");
 }
 
 /// The repaired journal, beside the damaged one, whole and held.
@@ -94,9 +84,8 @@ Result<void> make_repaired(const std::filesystem::path& folder, const std::files
     if (failed) return file_error("copy", "the journal's copy", failed.value());
     step("repair: copied");
     {
-        Result<std::unique_ptr<Store>> store = Store::open(part);
-        if (!store.ok()) return store.error();
-        if (const Result<void> held = (*store)->hold_everything(reason); !held.ok()) return held;
+        QDUINO_TRY_ASSIGN(std::unique_ptr<Store> store, Store::open(part));
+        QDUINO_TRY(store->hold_everything(reason));
     }  // closed: its log is in it
     if (!is_missing_or_empty(with(part, "-wal")))
         return make_error(ErrorCode::internal, "job store: the repair did not close");
@@ -114,15 +103,12 @@ Result<OpenedJournal> repair(const std::filesystem::path& folder, UnixSeconds no
     const Result<void> made = make_repaired(folder, part, reason);
     if (!made.ok()) return made.error().code == ErrorCode::corrupt ? with_way_out(damage) : made.error();
     step("repair: made");
-    const Result<std::string> aside = set_journal_aside(folder, now_s);
-    if (!aside.ok()) return aside.error();
+    QDUINO_TRY_ASSIGN(const std::string aside, set_journal_aside(folder, now_s));
     step("repair: set aside");
-    if (const Result<void> named = posix::rename_and_sync(part, journal_of(folder)); !named.ok())
-        return named.error();
+    QDUINO_TRY(posix::rename_and_sync(part, journal_of(folder)));
     step("repair: named");
-    Result<std::unique_ptr<Store>> store = Store::open(journal_of(folder));
-    if (!store.ok()) return store.error();
-    return OpenedJournal{std::move(*store), why + (aside->empty() ? "" : "; it was set aside as " + *aside)};
+    QDUINO_TRY_ASSIGN(std::unique_ptr<Store> store, Store::open(journal_of(folder)));
+    return OpenedJournal{std::move(store), why + (aside.empty() ? "" : "; it was set aside as " + aside)};
 }
 
 }  // namespace
@@ -131,10 +117,10 @@ void set_journal_step_hook(StepHook hook) { step_hook.store(hook); }
 
 Result<std::string> set_journal_aside(const std::filesystem::path& folder, UnixSeconds now_s) {
     const std::filesystem::path journal = journal_of(folder);
-    std::string name = "journal.damaged-" + date_of(now_s);
-    for (int i = 2; std::filesystem::exists(folder / (name + ".sqlite")); ++i)
-        name = "journal.damaged-" + date_of(now_s) + "-" + std::to_string(i);
-    name += ".sqlite";
+    const std::string stem = "journal.damaged-" + utc_text(now_s, "%Y%m%d-%H%M%S");
+    std::string name = stem + ".sqlite";
+    for (int i = 2; std::filesystem::exists(folder / name); ++i)
+        name = text<std::string>(stem, '-', i, ".sqlite");
     const std::filesystem::path aside = folder / name;
     // The journal first. SQLite ignores a log without its journal; a journal without its log would
     // pass for a sound, older one.
@@ -147,7 +133,7 @@ Result<std::string> set_journal_aside(const std::filesystem::path& folder, UnixS
         if (::rename(with(journal, ending).c_str(), with(aside, ending).c_str()) != 0 && errno != ENOENT)
             return file_error("set aside", "the journal's log", errno);
     }
-    if (const Result<void> synced = posix::sync_to_disk(folder); !synced.ok()) return synced.error();
+    QDUINO_TRY(posix::sync_to_disk(folder));
     return name;
 }
 
@@ -179,7 +165,7 @@ Result<OpenedJournal> open_journal(const std::filesystem::path& folder, UnixSeco
 
 Result<void> copy_journal(const std::filesystem::path& folder) {
     static std::atomic<int> copies{0};
-    const std::filesystem::path part = folder / ("journal.copy." + std::to_string(++copies) + ".part");
+    const std::filesystem::path part = folder / (text<std::string>("journal.copy.", ++copies, ".part"));
     std::error_code ignored;
     std::filesystem::remove(part, ignored);
     step("copy: begin");
@@ -196,7 +182,7 @@ Result<void> copy_journal(const std::filesystem::path& folder) {
         return as_error(exception);
     }
     step("copy: written");
-    if (const Result<void> synced = posix::sync_to_disk(part); !synced.ok()) return synced;
+    QDUINO_TRY(posix::sync_to_disk(part));
     step("copy: synced");
     const Result<void> named = posix::rename_and_sync(part, copy_of(folder));
     step("copy: named");

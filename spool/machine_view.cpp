@@ -1,7 +1,6 @@
 #include "spool/machine_view.h"
 
 #include <cmath>
-#include <cstddef>
 #include <cstring>
 
 namespace qduino::spool {

@@ -1,6 +1,10 @@
 #include "spool/queue.h"
 
 #include <algorithm>
+#include <array>
+#include <boost/locale/utf.hpp>
+#include <ctime>
+#include <tuple>
 
 #include "base/words.h"
 
@@ -9,9 +13,7 @@ namespace qduino::spool {
 namespace {
 
 bool prints_before(const Job* a, const Job* b) {
-    if (a->priority != b->priority) return a->priority > b->priority;
-    if (a->order != b->order) return a->order < b->order;
-    return a->id < b->id;
+    return std::tuple{-a->priority, a->order, a->id} < std::tuple{-b->priority, b->order, b->id};
 }
 
 Result<void> check_numbers(const Job& job) {
@@ -31,32 +33,18 @@ void forget_end(Job& job) {
     job.stopped_layer.reset();
 }
 
-/// Length of the well-formed sequence that starts at `text`, 0 when it is none (RFC 3629, section
-/// 4).
-std::size_t utf8_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const auto follows = [&](std::size_t i, unsigned low = 0x80, unsigned high = 0xBF) {
-        return i < text.size() && byte(i) >= low && byte(i) <= high;
-    };
-    const unsigned lead = byte(0);
-    if (lead < 0x80) return 1;
-    if (lead >= 0xC2 && lead <= 0xDF) return follows(1) ? 2 : 0;
-    if (lead >= 0xE0 && lead <= 0xEF) {
-        const unsigned low = lead == 0xE0 ? 0xA0 : 0x80;
-        const unsigned high = lead == 0xED ? 0x9F : 0xBF;
-        return follows(1, low, high) && follows(2) ? 3 : 0;
-    }
-    if (lead >= 0xF0 && lead <= 0xF4) {
-        const unsigned low = lead == 0xF0 ? 0x90 : 0x80;
-        const unsigned high = lead == 0xF4 ? 0x8F : 0xBF;
-        return follows(1, low, high) && follows(2) && follows(3) ? 4 : 0;
-    }
-    return 0;
-}
-
 }  // namespace
 
 Error no_such_job() { return make_error(ErrorCode::not_found, "there is no job with this number"); }
+
+std::string utc_text(UnixSeconds time_s, const char* form) {
+    const std::time_t time = time_s;
+    std::tm parts{};
+    std::array<char, 32> text{};
+    ::gmtime_r(&time, &parts);
+    std::strftime(text.data(), text.size(), form, &parts);
+    return text.data();
+}
 
 std::string_view to_word(JobState state) {
     static constexpr Words<JobState::queued, JobState::failed> kWords{"queued", "printing", "done",
@@ -65,10 +53,10 @@ std::string_view to_word(JobState state) {
 }
 
 bool is_utf8(std::string_view text) {
-    while (!text.empty()) {
-        const std::size_t length = utf8_length(text);
-        if (length == 0) return false;
-        text.remove_prefix(length);
+    namespace utf = boost::locale::utf;
+    for (auto at = text.begin(); at != text.end();) {
+        const utf::code_point code = utf::utf_traits<char>::decode(at, text.end());
+        if (code == utf::illegal || code == utf::incomplete) return false;
     }
     return true;
 }
@@ -90,19 +78,17 @@ Result<void> check_name(std::string_view name) {
 
 Queue::Queue(std::vector<Job> jobs, JobId next_id, std::int64_t last_ended)
     : jobs_(std::move(jobs)), next_id_(next_id), last_ended_(last_ended) {
-    std::sort(jobs_.begin(), jobs_.end(), [](const Job& a, const Job& b) { return a.id < b.id; });
+    std::ranges::sort(jobs_, {}, &Job::id);
     if (!jobs_.empty()) next_id_ = std::max(next_id_, jobs_.back().id + 1);
 }
 
 const Job* Queue::find(JobId id) const {
-    const auto at = std::lower_bound(jobs_.begin(), jobs_.end(), id,
-                                     [](const Job& job, JobId wanted) { return job.id < wanted; });
+    const auto at = std::ranges::lower_bound(jobs_, id, {}, &Job::id);
     return at != jobs_.end() && at->id == id ? &*at : nullptr;
 }
 
 const Job* Queue::printing() const {
-    const auto at = std::find_if(jobs_.begin(), jobs_.end(),
-                                 [](const Job& job) { return job.state == JobState::printing; });
+    const auto at = std::ranges::find(jobs_, JobState::printing, &Job::state);
     return at == jobs_.end() ? nullptr : &*at;
 }
 
@@ -127,7 +113,7 @@ const Job* Queue::next() const {
 std::vector<const Job*> Queue::listing() const {
     std::vector<const Job*> all;
     if (const Job* job = printing()) all.push_back(job);
-    for (const Job* job : queued()) all.push_back(job);
+    std::ranges::copy(queued(), std::back_inserter(all));
     return all;
 }
 
@@ -137,9 +123,16 @@ std::int64_t Queue::last_order() const {
     return last;
 }
 
+/// To the end of its priority.
+void Queue::requeue(Job& job) const {
+    job.state = JobState::queued;
+    job.order = last_order() + 1;
+    forget_end(job);
+}
+
 Result<Change> Queue::plan_add(Job job) const {
-    if (const Result<void> name = check_name(job.name); !name.ok()) return name.error();
-    if (const Result<void> numbers = check_numbers(job); !numbers.ok()) return numbers.error();
+    QDUINO_TRY(check_name(job.name));
+    QDUINO_TRY(check_numbers(job));
     job.id = next_id_;
     job.state = JobState::queued;
     job.copies_done = 0;
@@ -154,34 +147,27 @@ Result<Change> Queue::plan_patch(Job job, const JobPatch& patch) const {
     if (patch.hold) job.hold = *patch.hold;
     if (patch.priority) job.priority = *patch.priority;
     if (patch.copies) job.copies = *patch.copies;
-    if (const Result<void> numbers = check_numbers(job); !numbers.ok()) return numbers.error();
+    QDUINO_TRY(check_numbers(job));
     const int in_work = job.state == JobState::queued || job.state == JobState::printing ? 1 : 0;
     if (patch.copies && *patch.copies < job.copies_done + in_work) {
         return make_error(ErrorCode::not_permitted, "so many copies are printed or printing already");
     }
     // A job that is done gets more copies: it joins the queue again, at its end.
     if (job.state == JobState::done && job.copies > job.copies_done) {
-        job.state = JobState::queued;
-        job.order = last_order() + 1;
-        forget_end(job);
+        requeue(job);
     }
-    Change change;
-    if (!patch.move) {
-        change.put.push_back(std::move(job));
-        return change;
-    }
+    if (!patch.move) return Change{{std::move(job)}, {}};
     if (patch.before && *patch.before != job.id) {
         const Job* other = find(*patch.before);
         if (!other || other->state != JobState::queued) {
             return make_error(ErrorCode::not_found, "the job to stand before is not in the queue");
         }
     }
-    plan_move(change, job, patch.before);
-    return change;
+    return plan_move(job, patch.before);
 }
 
 /// The whole queue is numbered anew: it is short, and gaps would run out.
-void Queue::plan_move(Change& change, const Job& job, std::optional<JobId> before) const {
+Change Queue::plan_move(const Job& job, std::optional<JobId> before) const {
     std::vector<Job> order;
     for (const Job* other : queued()) {
         if (other->id != job.id || before == job.id) order.push_back(other->id == job.id ? job : *other);
@@ -197,7 +183,7 @@ void Queue::plan_move(Change& change, const Job& job, std::optional<JobId> befor
     }
     std::int64_t number = last_order();
     for (Job& each : order) each.order = ++number;
-    change.put = std::move(order);
+    return {std::move(order), {}};
 }
 
 Result<Change> Queue::plan_remove(const Job& job) const {
@@ -216,10 +202,8 @@ Result<Change> Queue::plan_start(Job job) const {
         if (job.copies_done >= kMaxCopies) {
             return make_error(ErrorCode::not_permitted, "the job was printed 1000 times; upload it again");
         }
-        job.state = JobState::queued;
         job.copies = std::max(job.copies, job.copies_done + 1);
-        job.order = last_order() + 1;
-        forget_end(job);
+        requeue(job);
     }
     return Change{{std::move(job)}, {}};
 }
@@ -279,8 +263,7 @@ void Queue::apply(const Change& change) {
             remove(job.id);
             continue;
         }
-        const auto at = std::lower_bound(jobs_.begin(), jobs_.end(), job.id,
-                                         [](const Job& a, JobId wanted) { return a.id < wanted; });
+        const auto at = std::ranges::lower_bound(jobs_, job.id, {}, &Job::id);
         if (at != jobs_.end() && at->id == job.id) {
             *at = job;
         } else {

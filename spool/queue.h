@@ -89,7 +89,8 @@ class Queue {
   private:
     [[nodiscard]] std::int64_t last_order() const;
     void remove(JobId id);
-    void plan_move(Change& change, const Job& job, std::optional<JobId> before) const;
+    [[nodiscard]] Change plan_move(const Job& job, std::optional<JobId> before) const;
+    void requeue(Job& job) const;
 
     std::vector<Job> jobs_;  // by id
     JobId next_id_ = 1;

@@ -1,11 +1,13 @@
 #include "spool/recovery.h"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <optional>
 #include <vector>
 
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
 #include "spool/journal.h"
 #include "spool/queue.h"
 
@@ -21,12 +23,15 @@ struct Found {
 };
 
 Result<bool> has_bytes_of_its_name(const std::filesystem::path& file, const std::string& sha256) {
-    std::ifstream stream{file, std::ios::binary};
-    if (!stream) return make_error(ErrorCode::internal, "job files: cannot read a stored file");
+    const posix::UniqueFd opened{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
+    if (!opened.valid()) return make_error(ErrorCode::internal, "job files: cannot read a stored file");
     Sha256 hash;
     std::array<char, 64 * 1024> bytes;
-    while (stream.read(bytes.data(), bytes.size()) || stream.gcount() > 0)
-        hash.add({bytes.data(), static_cast<std::size_t>(stream.gcount())});
+    for (;;) {
+        QDUINO_TRY_ASSIGN(const std::size_t count, posix::read_some(opened.get(), bytes, "a stored file"));
+        if (count == 0) break;
+        hash.add(std::span{bytes}.first(count));
+    }
     return hash.finish() == sha256;
 }
 
@@ -41,23 +46,20 @@ class Walk {
         : store_(store), blobs_(blobs), analyzer_(analyzer) {}
 
     Result<void> prepare() {
-        const Result<StoredState> state = store_.load();
-        if (!state.ok()) return state.error();
-        next_id_ = state->next_job_id;
-        for (const Job& job : state->jobs) last_order_ = std::max(last_order_, job.order);
-        std::vector<std::string> names = blobs_.all();
+        QDUINO_TRY_ASSIGN(const StoredState state, store_.load());
+        next_id_ = state.next_job_id;
+        for (const Job& job : state.jobs) last_order_ = std::max(last_order_, job.order);
+        const std::vector<std::string> stored = blobs_.all();
         const std::vector<std::string> aside = blobs_.all_set_aside();
-        names.insert(names.end(), aside.begin(), aside.end());
-        std::sort(names.begin(), names.end());
-        names.erase(std::unique(names.begin(), names.end()), names.end());
-        for (std::string& name : names) {
+        std::vector<std::string> names;
+        std::ranges::set_union(stored, aside, std::back_inserter(names));
+        for (const std::string& name : names) {
             found_.push_back({name, blobs_.records(name)});
             for (const UploadRecord& upload : found_.back().uploads)
                 next_id_ = std::max(next_id_, upload.id + 1);
         }
         // In the order they came.
-        std::stable_sort(found_.begin(), found_.end(),
-                         [](const Found& a, const Found& b) { return a.first_id() < b.first_id(); });
+        std::ranges::stable_sort(found_, {}, &Found::first_id);
         return {};
     }
     [[nodiscard]] const std::vector<Found>& found() const { return found_; }
@@ -92,38 +94,34 @@ Result<std::vector<UploadRecord>> Walk::lost_uploads(const Found& blob) {
         if (row.ok()) lost.back().id = next_id_++;
     }
     if (!blob.uploads.empty()) return lost;
-    const Result<bool> wanted = store_.blob_wanted(blob.sha256);
-    if (!wanted.ok()) return wanted.error();
-    if (!*wanted) lost.push_back({next_id_++, 0, {}});
+    QDUINO_TRY_ASSIGN(const bool wanted, store_.blob_wanted(blob.sha256));
+    if (!wanted) lost.push_back({next_id_++, 0, {}});
     return lost;
 }
 
 Result<std::string> Walk::leave(const Found& blob, const std::string& why) {
-    if (const Result<void> moved = blobs_.set_aside(blob.sha256); !moved.ok()) return moved.error();
+    QDUINO_TRY(blobs_.set_aside(blob.sha256));
     ++result_.left;
     return blob.sha256.substr(0, 12) + ": left in set-aside/: " + why;
 }
 
 Result<std::string> Walk::take(const Found& blob) {
-    Result<std::vector<UploadRecord>> lost = lost_uploads(blob);
-    if (!lost.ok()) return lost.error();
-    if (lost->empty()) {
+    QDUINO_TRY_ASSIGN(std::vector<UploadRecord> lost, lost_uploads(blob));
+    if (lost.empty()) {
         ++result_.known;
         return blob.sha256.substr(0, 12) + ": the journal has its jobs";
     }
-    const Result<bool> whole = has_bytes_of_its_name(blobs_.find_gcode(blob.sha256), blob.sha256);
-    if (!whole.ok()) return whole.error();
-    if (!*whole) return leave(blob, "its bytes are damaged; upload the file again");
-    return make_jobs(blob, std::move(*lost));
+    QDUINO_TRY_ASSIGN(const bool whole, has_bytes_of_its_name(blobs_.find_gcode(blob.sha256), blob.sha256));
+    if (!whole) return leave(blob, "its bytes are damaged; upload the file again");
+    return make_jobs(blob, std::move(lost));
 }
 
 Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord> lost) {
     const std::filesystem::path gcode = blobs_.find_gcode(blob.sha256);
     // A place for the packed layers; removed with it.
-    Result<std::unique_ptr<StagedFile>> room = blobs_.stage();
-    if (!room.ok()) return room.error();
+    QDUINO_TRY_ASSIGN(std::unique_ptr<StagedFile> room, blobs_.stage());
     Result<Analysis> analysis = Analysis{};
-    if (analyzer_) analysis = analyzer_->analyze(gcode, (*room)->layers_path());
+    if (analyzer_) analysis = analyzer_->analyze(gcode, room->layers_path());
     if (!analysis.ok()) return analysis.error();
     if (analysis->verdict != Analysis::Verdict::fits) return leave(blob, analysis->message);
 
@@ -133,7 +131,7 @@ Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord>
     job.size = std::filesystem::file_size(gcode, absent);
     describe(job, *analysis);
     const BlobCompanions companions{analysis->layers_json, analysis->thumbnail};
-    job.stored_bytes = BlobStore::size_of(job.size, (*room)->layers_path(), companions);
+    job.stored_bytes = BlobStore::size_of(job.size, room->layers_path(), companions);
     job.hold = true;
     Commit commit;
     std::vector<UploadRecord> uploads;
@@ -150,11 +148,10 @@ Result<std::string> Walk::make_jobs(const Found& blob, std::vector<UploadRecord>
         commit.jobs.put.push_back(job);
         uploads.push_back(upload);
     }
-    const Result<void> adopted = blobs_.adopt_again(blob.sha256, (*room)->layers_path(), companions, uploads);
-    if (!adopted.ok()) return adopted.error();
-    if (const Result<void> done = store_.commit(commit); !done.ok()) return done.error();
+    QDUINO_TRY(blobs_.adopt_again(blob.sha256, room->layers_path(), companions, uploads));
+    QDUINO_TRY(store_.commit(commit));
     result_.jobs += commit.jobs.put.size();
-    return "job " + std::to_string(job.id) + " (" + job.name + "), held";
+    return text<std::string>("job ", job.id, " (", job.name, "), held");
 }
 
 Result<void> Walk::forget(const std::vector<Job>& jobs) {
@@ -171,18 +168,16 @@ Result<void> Walk::forget(const std::vector<Job>& jobs) {
 /// A copy may still have the rows of jobs that were deleted after it was made: their files are
 /// gone. If there are no files at all, the folder is missing instead.
 Result<void> Walk::forget_deleted() {
-    const Result<StoredState> state = store_.load();
-    if (!state.ok()) return state.error();
-    if (!state->rebuilding || found_.empty()) return {};
-    if (const Result<void> done = forget(state->jobs); !done.ok()) return done;
+    QDUINO_TRY_ASSIGN(const StoredState state, store_.load());
+    if (!state.rebuilding || found_.empty()) return {};
+    QDUINO_TRY(forget(state.jobs));
     EndedQuery query;
     query.limit = 1000;
     for (;;) {
-        const Result<std::vector<Job>> page = store_.ended(query);
-        if (!page.ok()) return page.error();
-        if (page->empty()) return {};
-        query.below_order = page->back().order;
-        if (const Result<void> done = forget(*page); !done.ok()) return done;
+        QDUINO_TRY_ASSIGN(const std::vector<Job> page, store_.ended(query));
+        if (page.empty()) return {};
+        query.below_order = page.back().order;
+        QDUINO_TRY(forget(page));
     }
 }
 
@@ -198,52 +193,42 @@ void describe(Job& job, const Analysis& analysis) {
 Result<Recovered> recover_jobs(Store& store, const BlobStore& blobs, Analyzer* analyzer,
                                const RecoveryProgress& progress) {
     Walk walk{store, blobs, analyzer};
-    if (const Result<void> ready = walk.prepare(); !ready.ok()) return ready.error();
-    if (const Result<void> done = walk.forget_deleted(); !done.ok()) return done.error();
+    QDUINO_TRY(walk.prepare());
+    QDUINO_TRY(walk.forget_deleted());
     std::size_t done = 0;
     for (const Found& blob : walk.found()) {
-        const Result<std::string> words = walk.take(blob);
-        if (!words.ok()) return words.error();
-        progress(++done, walk.found().size(), *words);
+        QDUINO_TRY_ASSIGN(const std::string words, walk.take(blob));
+        progress(++done, walk.found().size(), words);
     }
-    Commit whole;
-    whole.rebuilding = false;
-    if (const Result<void> committed = store.commit(whole); !committed.ok()) return committed.error();
+    QDUINO_TRY(store.commit({.rebuilding = false}));
     return walk.result();
 }
 
 Result<Recovered> recover_folder(const std::filesystem::path& folder, Analyzer& analyzer, UnixSeconds now_s,
                                  const std::function<void(const std::string&)>& log) {
-    Result<std::unique_ptr<BlobStore>> blobs = BlobStore::open(folder, {});
-    if (!blobs.ok()) return blobs.error();
+    QDUINO_TRY_ASSIGN(std::unique_ptr<BlobStore> blobs, BlobStore::open(folder, {}));
     Result<OpenedJournal> journal = open_journal(folder, now_s);
     const bool hopeless = !journal.ok() && (journal.error().code == ErrorCode::unsupported ||
                                             journal.error().code == ErrorCode::corrupt);
     if (hopeless) {
-        const Result<std::string> aside = set_journal_aside(folder, now_s);
-        if (!aside.ok()) return aside.error();
-        log("the journal cannot be used; it was set aside as " + *aside);
-        set_copy_aside(folder, *aside);
+        QDUINO_TRY_ASSIGN(const std::string aside, set_journal_aside(folder, now_s));
+        log("the journal cannot be used; it was set aside as " + aside);
+        set_copy_aside(folder, aside);
         journal = open_journal(folder, now_s);
     }
     if (!journal.ok()) return journal.error();
     if (!journal->repaired.empty()) log("the journal was repaired from its copy: " + journal->repaired);
     const auto report = [&](std::size_t done, std::size_t total, const std::string& words) {
-        log(std::to_string(done) + " of " + std::to_string(total) + ": " + words);
+        log(text<std::string>(done, " of ", total, ": ", words));
     };
-    Result<Recovered> recovered = recover_jobs(*journal->store, **blobs, &analyzer, report);
-    if (!recovered.ok()) return recovered;
-    const Result<StoredState> state = journal->store->load();
-    if (!state.ok()) return state.error();
-    if (recovered->jobs > 0) {
-        Commit hold;
-        hold.gate = state->gate;
-        hold.gate->hold_reason =
-            "jobs were recovered from their files: look through them, each of them is held";
-        if (const Result<void> held = journal->store->commit(hold); !held.ok()) return held.error();
+    QDUINO_TRY_ASSIGN(const Recovered recovered, recover_jobs(*journal->store, *blobs, &analyzer, report));
+    QDUINO_TRY_ASSIGN(const StoredState state, journal->store->load());
+    if (recovered.jobs > 0) {
+        QueueGate gate = state.gate;
+        gate.hold_reason = "jobs were recovered from their files: look through them, each of them is held";
+        QDUINO_TRY(journal->store->commit({.gate = gate}));
     }
-    if (const Result<void> known = (*blobs)->set_journal_id(state->journal_id); !known.ok())
-        return known.error();
+    QDUINO_TRY(blobs->set_journal_id(state.journal_id));
     journal->store.reset();
     return recovered;
 }

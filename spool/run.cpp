@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/contract.h"
+#include "base/text.h"
 
 namespace qduino::spool {
 
@@ -49,14 +50,9 @@ RunAction decide(const Run& run, const MachineView& machine) {
     if (machine.life != SketchLife::alive) {
         if (!machine.death_note.empty()) return failed(machine.death_note);
         if (machine.may_be_explained) return {};
-    }
-    if (machine.life == SketchLife::died) {
-        return failed(
-            "the machine's program died while the job was printing; the supervisor has switched it off");
-    }
-    if (machine.life == SketchLife::hung) {
-        return failed(
-            "the machine's program hung while the job was printing; the supervisor has switched it off");
+        return failed(text<std::string>("the machine's program ",
+                                        machine.life == SketchLife::hung ? "hung" : "died",
+                                        " while the job was printing; the supervisor has switched it off"));
     }
     if (machine.job.job_id > run.id) return failed("the machine was given other jobs by another service");
     return {RunAction::Kind::begin, 0, {}};

@@ -19,7 +19,7 @@ namespace {
 
 constexpr Nanoseconds kRepeatCancelAfter = std::chrono::seconds{1};
 
-std::string describe(const Job& job) { return "job " + std::to_string(job.id) + " (" + job.name + ")"; }
+std::string describe(const Job& job) { return text<std::string>("job ", job.id, " (", job.name, ")"); }
 
 constexpr Words<CopyOutcome::completed, CopyOutcome::failed> kOutcomes{"completed", "cancelled", "failed"};
 
@@ -46,50 +46,47 @@ Spool::Spool(SpoolOptions options, LinkSource& link, Inspector* inspector)
 
 Result<std::unique_ptr<Spool>> Spool::open(SpoolOptions options, LinkSource& link, Inspector* inspector) {
     std::unique_ptr<Spool> spool{new Spool{std::move(options), link, inspector}};
-    const Result<void> loaded = spool->load();
-    if (!loaded.ok()) return loaded.error();
+    QDUINO_TRY(spool->load());
     return spool;
 }
 
 // ---- jobs ---------------------------------------------------------------------------------------
 
-Result<void> Spool::commit_jobs(Result<Change> change) {
-    if (!change.ok()) return change.error();
-    Commit commit;
-    commit.jobs = *change;
-    const Result<void> done = store_->commit(commit);
-    if (!done.ok()) return done;
-    queue_.apply(*change);
+Result<void> Spool::commit(const Commit& commit) {
+    QDUINO_TRY(store_->commit(commit));
+    queue_.apply(commit.jobs);
+    if (commit.gate) gate_ = *commit.gate;
     ++revision_;
     return {};
 }
 
+Result<void> Spool::commit_jobs(Result<Change> change) {
+    if (!change) return change.error();
+    return commit({.jobs = std::move(*change)});
+}
+
 Result<JobId> Spool::add(StagedFile& file, const Analysis& analysis, const NewJob& wanted,
                          UnixSeconds now_s) {
-    Job job;
-    job.name = wanted.name;
-    job.copies = wanted.copies;
-    job.priority = wanted.priority;
-    job.hold = wanted.hold;
-    job.size = file.size();
-    job.sha256 = file.sha256();
-    job.created_s = now_s;
+    Job job{.name = wanted.name,
+            .size = file.size(),
+            .sha256 = file.sha256(),
+            .hold = wanted.hold,
+            .copies = wanted.copies,
+            .priority = wanted.priority,
+            .created_s = now_s};
     spool::describe(job, analysis);
     const BlobCompanions companions{analysis.layers_json, analysis.thumbnail};
     job.stored_bytes = BlobStore::size_of(file.size(), file.layers_path(), companions);
-    Result<Change> change = queue_.plan_add(job);
-    if (!change.ok()) return change.error();
-    if (const Result<void> room = make_room(job.sha256, job.stored_bytes); !room.ok()) return room.error();
-    const JobId id = change->put.front().id;
-    const Result<void> adopted = blobs_->adopt(file, companions, {id, now_s, job.name});
-    if (!adopted.ok()) return adopted.error();
-    const Result<void> committed = commit_jobs(std::move(change));
-    if (!committed.ok()) {
-        static_cast<void>(remove_blob_unless_wanted(job));  // else it is swept at the next start
+    QDUINO_TRY_ASSIGN(Change change, queue_.plan_add(job));
+    QDUINO_TRY(make_room(job.sha256, job.stored_bytes));
+    const JobId id = change.put.front().id;
+    QDUINO_TRY(blobs_->adopt(file, companions, {id, now_s, job.name}));
+    if (const Result<void> committed = commit_jobs(std::move(change)); !committed) {
+        drop_files(job);  // a file that is left is swept at the next start
         return committed.error();
     }
     blobs_->confirm(job.sha256);
-    log("queued " + describe(*queue_.find(id)) + ", " + std::to_string(job.size) + " bytes");
+    log("queued ", describe(*queue_.find(id)), ", ", job.size, " bytes");
     return id;
 }
 
@@ -104,56 +101,27 @@ std::optional<Job> Spool::find(JobId id) const {
 }
 
 Result<void> Spool::patch(JobId id, const JobPatch& patch) {
-    Result<Job> job = find_job(id);
-    if (!job.ok()) return job.error();
-    return commit_jobs(queue_.plan_patch(std::move(*job), patch));
+    QDUINO_TRY_ASSIGN(Job job, find_job(id));
+    return commit_jobs(queue_.plan_patch(std::move(job), patch));
 }
 
 Result<void> Spool::start(JobId id) {
-    Result<Job> job = find_job(id);
-    if (!job.ok()) return job.error();
-    return commit_jobs(queue_.plan_start(std::move(*job)));
+    QDUINO_TRY_ASSIGN(Job job, find_job(id));
+    return commit_jobs(queue_.plan_start(std::move(job)));
 }
 
 Result<void> Spool::remove(JobId id) {
-    const Result<Job> job = find_job(id);
-    if (!job.ok()) return job.error();
-    const Result<void> done = commit_jobs(queue_.plan_remove(*job));
-    if (!done.ok()) return done;
-    if (const Result<bool> removed = remove_blob_unless_wanted(*job); removed.ok() && !*removed)
-        blobs_->forget(job->sha256, id);
-    log("deleted " + describe(*job));
+    QDUINO_TRY_ASSIGN(const Job job, find_job(id));
+    QDUINO_TRY(commit_jobs(queue_.plan_remove(job)));
+    drop_files(job);
+    log("deleted ", describe(job));
     return {};
 }
 
 // ---- the gates before a print -------------------------------------------------------------------
 
-Result<void> Spool::commit_gate(QueueGate gate) {
-    Commit commit;
-    commit.gate = gate;
-    const Result<void> done = store_->commit(commit);
-    if (!done.ok()) return done;
-    gate_ = std::move(gate);
-    ++revision_;
-    return {};
-}
-
 Result<void> Spool::hold_queue(std::string reason) {
-    QueueGate gate = gate_;
-    gate.hold_reason = reason.empty() ? "held" : std::move(reason);
-    return commit_gate(std::move(gate));
-}
-
-Result<void> Spool::release_queue() {
-    QueueGate gate = gate_;
-    gate.hold_reason.clear();
-    return commit_gate(std::move(gate));
-}
-
-Result<void> Spool::bed_cleared() {
-    QueueGate gate = gate_;
-    gate.bed_occupied = false;
-    return commit_gate(std::move(gate));
+    return commit({.gate = QueueGate{reason.empty() ? "held" : std::move(reason), gate_.bed_occupied}});
 }
 
 // ---- the machine --------------------------------------------------------------------------------
@@ -177,7 +145,7 @@ Result<void> Spool::push_command(Command command, std::string_view text) {
 }
 
 Result<void> Spool::pause() {
-    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    QDUINO_TRY(check_connected());
     if (machine_.job.state == MachineState::printing) return push_command(Command::pause, {});
     const bool about_to_print = run_ && machine_.job.state == MachineState::idle;
     if (!about_to_print) return make_error(ErrorCode::not_permitted, "nothing is printing");
@@ -186,7 +154,7 @@ Result<void> Spool::pause() {
 }
 
 Result<void> Spool::resume() {
-    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    QDUINO_TRY(check_connected());
     if (std::exchange(pause_wanted_, false)) return {};
     if (machine_.job.state != MachineState::paused && machine_.job.state != MachineState::pausing) {
         return make_error(ErrorCode::not_permitted, "nothing is paused");
@@ -204,29 +172,25 @@ Result<void> Spool::cancel() {
     }
     Run changed = *run_;
     changed.cancel_asked = true;
-    Commit commit;
-    commit.run_changed = changed;
-    const Result<void> done = store_->commit(commit);
-    if (!done.ok()) return done;
+    QDUINO_TRY(store_->commit({.run_changed = changed}));
     run_ = changed;
     cancel_sent_at_.reset();  // sent by the next tick, and again until it is obeyed
     return {};
 }
 
 Result<void> Spool::clear_fault() {
-    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    QDUINO_TRY(check_connected());
     if (machine_.job.state != MachineState::faulted) {
         return make_error(ErrorCode::not_permitted, "the machine has no fault");
     }
     if (const auto persists = machine_.job.fault_persists.view(); !persists.empty()) {
-        return make_error(ErrorCode::not_permitted,
-                          FixedString<236>{"the fault is still there: "}.append(persists));
+        return make_error(ErrorCode::not_permitted, "the fault is still there: ", persists);
     }
     return push_command(Command::clear_fault, {});
 }
 
 Result<void> Spool::gcode(std::span<const std::string> lines) {
-    if (const Result<void> connected = check_connected(); !connected.ok()) return connected;
+    QDUINO_TRY(check_connected());
     LinkLayout* link = link_.current();
     std::size_t needed = 0;
     for (const std::string& line : lines) {
@@ -238,10 +202,7 @@ Result<void> Spool::gcode(std::span<const std::string> lines) {
     if (!link || link->commands.free() < needed) {
         return make_error(ErrorCode::unavailable, "the machine takes no more commands now; try again");
     }
-    for (const std::string& line : lines) {
-        const Result<void> pushed = push_command(Command::gcode, line);
-        if (!pushed.ok()) return pushed;
-    }
+    for (const std::string& line : lines) QDUINO_TRY(push_command(Command::gcode, line));
     return {};
 }
 
@@ -300,7 +261,7 @@ void Spool::watch_death(Instant now, bool replaced) {
 }
 
 /// A line that repeats (a full disk, say) is logged once.
-void Spool::log(std::string line) {
+void Spool::log_line(std::string line) {
     if (line == last_log_) return;
     last_log_ = line;
     log_.push_back(std::move(line));
@@ -327,7 +288,7 @@ void Spool::read_replies() {
     for (int frames = 0; frames < 256; ++frames) {
         const Result<std::optional<printer::link::FrameView>> frame = reply_reader_.read(link->replies);
         if (!frame.ok()) {
-            log(std::string{frame.error().message.view()});
+            log(frame.error().message);
             continue;
         }
         if (!frame->has_value()) return;
@@ -344,17 +305,13 @@ void Spool::advance_run(Instant now, UnixSeconds now_s) {
             return;
         case RunAction::Kind::begin:
         case RunAction::Kind::feed:
-            feed_run(action, now, now_s);
-            return;
+            return feed_run(action, now, now_s);
         case RunAction::Kind::completed:
-            finish_run(CopyOutcome::completed, {}, now_s);
-            return;
+            return finish_run(CopyOutcome::completed, {}, now_s);
         case RunAction::Kind::cancelled:
-            finish_run(CopyOutcome::cancelled, {}, now_s);
-            return;
+            return finish_run(CopyOutcome::cancelled, {}, now_s);
         case RunAction::Kind::failed:
-            finish_run(CopyOutcome::failed, action.reason, now_s);
-            return;
+            return finish_run(CopyOutcome::failed, action.reason, now_s);
     }
 }
 
@@ -381,7 +338,7 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
     LinkLayout& link = *link_.current();
     const Result<void> fed = begin ? feeder_->begin(link, now) : feeder_->feed(link, action.offset, now);
     if (!fed.ok() && !run_->cancel_asked) {
-        log(std::string{fed.error().message.view()});
+        log(fed.error().message);
         static_cast<void>(cancel());
     }
     if (run_->cancel_asked) repeat_cancel(now);
@@ -399,31 +356,21 @@ void Spool::repeat_cancel(Instant now) {
 void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSeconds now_s) {
     Result<Change> change = queue_.plan_end_copy(run_->job, {outcome, reason, line_, layer_}, now_s);
     QDUINO_EXPECT(change.ok());
-    Commit commit;
-    commit.jobs = *change;
-    commit.run_ended = Commit::RunEnd{run_->id, std::string{kOutcomes(outcome)}, now_s};
-    QueueGate gate = gate_;
-    const Job& job = change->put.front();
-    if (outcome == CopyOutcome::failed && options_.hold_after_failure) {
-        gate.hold_reason = describe(job) + " failed: " + reason;
-    }
+    const Job job = change->put.front();
+    Commit ending{.jobs = std::move(*change),
+                  .run_ended = Commit::RunEnd{run_->id, std::string{kOutcomes(outcome)}, now_s},
+                  .gate = gate_};
+    if (outcome == CopyOutcome::failed && options_.hold_after_failure)
+        ending.gate->hold_reason = text<std::string>(describe(job), " failed: ", reason);
     // A run that the machine never named has moved nothing. After any other, only a person can tell
     // whether the bed is clear.
     const bool untouched = outcome == CopyOutcome::failed && machine_.connected &&
                            machine_.life == SketchLife::alive && machine_.session == run_->session &&
                            machine_.job.job_id < run_->id;
-    if (options_.confirm_bed && !untouched) gate.bed_occupied = true;
-    commit.gate = gate;
-    const Result<void> done = store_->commit(commit);
+    if (options_.confirm_bed && !untouched) ending.gate->bed_occupied = true;
     // Nothing is lost: the link still says how it ended, and the next tick tries again.
-    if (!done.ok()) {
-        log(std::string{done.error().message.view()});
-        return;
-    }
-    log(describe(job) + " " + std::string{kOutcomes(outcome)} + (reason.empty() ? "" : ": " + reason));
-    queue_.apply(*change);
-    gate_ = gate;
-    ++revision_;
+    if (const Result<void> done = commit(ending); !done) return log(done.error().message);
+    log(describe(job), ' ', kOutcomes(outcome), reason.empty() ? "" : ": ", reason);
     if (run_->inspected) awaited_report_ = run_;
     run_.reset();
     feeder_.reset();
@@ -441,11 +388,9 @@ void Spool::await_report() {
         report = inspector_->report(awaited_report_->id);
     }
     if (!report) return;
-    Commit commit;
-    commit.report.emplace(awaited_report_->id, std::move(*report));
-    if (!store_->commit(commit).ok()) return;  // next tick
+    // If it fails, the next tick tries again.
+    if (!commit({.report = std::pair{awaited_report_->id, std::move(*report)}})) return;
     awaited_report_.reset();
-    ++revision_;
 }
 
 bool Spool::may_begin() {
@@ -458,34 +403,21 @@ void Spool::begin_next(UnixSeconds now_s) {
     const Job* next = queue_.next();
     Result<Change> change = queue_.plan_begin_copy(next->id, now_s);
     QDUINO_EXPECT(change.ok());
-    Run run;
-    // Higher than every number that this journal gave out, and every one that this sketch has seen:
-    // the state folder may be a new one.
-    run.id = std::max(last_run_id_, machine_.job.job_id) + 1;
-    run.job = next->id;
-    run.session = machine_.session;
-    run.length = next->size;
-    run.inspected = inspector_ != nullptr;
-    Commit commit;
-    commit.jobs = *change;
-    commit.run_begun = run;
-    const Result<void> done = store_->commit(commit);
-    if (!done.ok()) {
-        log(std::string{done.error().message.view()});
-        return;
-    }
-    log("printing " + describe(*next) + ", copy " + std::to_string(next->copies_done + 1) + " of " +
-        std::to_string(next->copies) + ", run " + std::to_string(run.id));
-    queue_.apply(*change);
-    ++revision_;
+    const Job job = *next;
+    // Its number is higher than every number that this journal gave out, and every one that this
+    // sketch has seen: the state folder may be a new one.
+    const Run run{.id = std::max(last_run_id_, machine_.job.job_id) + 1,
+                  .job = job.id,
+                  .session = machine_.session,
+                  .length = job.size,
+                  .inspected = inspector_ != nullptr};
+    if (const Result<void> done = commit({.jobs = std::move(*change), .run_begun = run}); !done)
+        return log(done.error().message);
+    log("printing ", describe(job), ", copy ", job.copies_done + 1, " of ", job.copies, ", run ", run.id);
     last_run_id_ = run.id;
     run_ = run;
     feeder_.reset();
     cancel_sent_at_.reset();
 }
-
-std::vector<Reply> Spool::take_replies() { return std::exchange(replies_, {}); }
-
-std::vector<std::string> Spool::take_log() { return std::exchange(log_, {}); }
 
 }  // namespace qduino::spool

@@ -144,8 +144,8 @@ class Spool {
     // ---- what printing waits for ----------------------------------------------------------------
     [[nodiscard]] const QueueGate& gate() const { return gate_; }
     [[nodiscard]] Result<void> hold_queue(std::string reason);
-    [[nodiscard]] Result<void> release_queue();
-    [[nodiscard]] Result<void> bed_cleared();
+    [[nodiscard]] Result<void> release_queue() { return commit({.gate = QueueGate{{}, gate_.bed_occupied}}); }
+    [[nodiscard]] Result<void> bed_cleared() { return commit({.gate = QueueGate{gate_.hold_reason, false}}); }
 
     // ---- the machine ----------------------------------------------------------------------------
     // Errors: unavailable (not connected, or its ring is full), not_permitted (does not apply now).
@@ -167,9 +167,9 @@ class Spool {
     /// Does everything that time brings. `now` is monotonic, `now_s` the calendar's.
     void tick(Instant now, UnixSeconds now_s);
     /// The replies since the last call, oldest first; at most kRepliesHeld.
-    [[nodiscard]] std::vector<Reply> take_replies();
+    [[nodiscard]] std::vector<Reply> take_replies() { return std::exchange(replies_, {}); }
     /// Lines for the log since the last call.
-    [[nodiscard]] std::vector<std::string> take_log();
+    [[nodiscard]] std::vector<std::string> take_log() { return std::exchange(log_, {}); }
 
     static constexpr std::size_t kRepliesHeld = 1000;
     /// A sketch whose heartbeat stands still for this long is given nothing. Only its supervisor
@@ -183,7 +183,7 @@ class Spool {
     Spool(SpoolOptions options, LinkSource& link, Inspector* inspector);
     [[nodiscard]] Result<void> load();
     [[nodiscard]] Result<void> commit_jobs(Result<Change> change);
-    [[nodiscard]] Result<void> commit_gate(QueueGate gate);
+    [[nodiscard]] Result<void> commit(const Commit& commit);
     void attach_link();
     void read_replies();
     void advance_run(Instant now, UnixSeconds now_s);
@@ -196,7 +196,7 @@ class Spool {
     [[nodiscard]] Result<Job> find_job(JobId id) const;
     [[nodiscard]] Result<void> make_room(const std::string& sha256, std::uint64_t bytes);
     [[nodiscard]] Result<void> erase_ended(const std::vector<Job>& jobs);
-    [[nodiscard]] Result<bool> remove_blob_unless_wanted(const Job& job);
+    void drop_files(const Job& job);
     void keep_house(UnixSeconds now_s);
     void sweep();
     void sweep_blob(const std::string& name);
@@ -207,7 +207,11 @@ class Spool {
     void begin_next(UnixSeconds now_s);
     [[nodiscard]] Result<void> check_connected() const;
     [[nodiscard]] Result<void> push_command(printer::link::Command command, std::string_view text);
-    void log(std::string line);
+    void log_line(std::string line);
+    template <typename... Pieces>
+    void log(const Pieces&... pieces) {
+        log_line(text<std::string>(pieces...));
+    }
     void watch_heartbeat(Instant now);
     void watch_death(Instant now, bool replaced);
 

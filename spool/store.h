@@ -39,19 +39,19 @@ struct QueueGate {
 
 /// One transaction. Empty parts change nothing.
 struct Commit {
-    Change jobs;
-    std::optional<Run> run_begun;
+    Change jobs{};
+    std::optional<Run> run_begun{};
     struct RunEnd {
         std::uint64_t run = 0;
         std::string outcome;  ///< completed, cancelled, failed
         UnixSeconds ended_s = 0;
     };
-    std::optional<RunEnd> run_ended;
-    std::optional<Run> run_changed;  ///< flags of the active run
-    std::optional<QueueGate> gate;
+    std::optional<RunEnd> run_ended{};
+    std::optional<Run> run_changed{};  ///< flags of the active run
+    std::optional<QueueGate> gate{};
     /// The report of a run; empty text: there is none.
-    std::optional<std::pair<std::uint64_t, std::string>> report;
-    std::optional<bool> rebuilding;  ///< StoredState::rebuilding
+    std::optional<std::pair<std::uint64_t, std::string>> report{};
+    std::optional<bool> rebuilding{};  ///< StoredState::rebuilding
 };
 
 /// Everything that a service needs when it starts, except the ended jobs.

@@ -1,9 +1,7 @@
 #include "spool/store_schema.h"
 
-#include <sodium/randombytes.h>
 #include <sqlite3.h>
 
-#include <array>
 #include <string>
 
 #include "spool/sha256.h"
@@ -50,33 +48,30 @@ CREATE INDEX jobs_live ON jobs(state) WHERE state IN ('queued','printing');
 CREATE INDEX jobs_of_blob ON jobs(sha256, stored_bytes);
 )sql";
 
-std::string random_id() {
-    std::array<char, 32> bytes{};
-    randombytes_buf(bytes.data(), bytes.size());
-    return sha256_of({bytes.data(), bytes.size()}).substr(0, 32);
-}
-
 Result<void> check_pages(SQLite::Database& database) {
     SQLite::Statement check{database, "PRAGMA quick_check(1)"};
     const std::string verdict = check.executeStep() ? check.getColumn(0).getString() : "no answer";
     if (verdict == "ok") return {};
-    Error error{ErrorCode::corrupt, "job store: damaged: "};
-    error.message.append(verdict.substr(0, 120));
-    return error;
+    return make_error(ErrorCode::corrupt, "job store: damaged: ", verdict.substr(0, 120));
 }
 
 }  // namespace
 
 Error as_error(const SQLite::Exception& exception) {
-    const int code = exception.getErrorCode();
-    FixedString<236> text{"job store: "};
-    if (code == SQLITE_FULL) return {ErrorCode::unavailable, text.append("the disk is full")};
-    if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB)
-        return {ErrorCode::corrupt, text.append(exception.what())};
-    if (code == SQLITE_IOERR || code == SQLITE_BUSY || code == SQLITE_CANTOPEN || code == SQLITE_READONLY) {
-        return {ErrorCode::unavailable, text.append(exception.what())};
+    switch (exception.getErrorCode()) {
+        case SQLITE_FULL:
+            return make_error(ErrorCode::unavailable, "job store: the disk is full");
+        case SQLITE_CORRUPT:
+        case SQLITE_NOTADB:
+            return make_error(ErrorCode::corrupt, "job store: ", exception.what());
+        case SQLITE_IOERR:
+        case SQLITE_BUSY:
+        case SQLITE_CANTOPEN:
+        case SQLITE_READONLY:
+            return make_error(ErrorCode::unavailable, "job store: ", exception.what());
+        default:
+            return make_error(ErrorCode::internal, "job store: ", exception.what());
     }
-    return {ErrorCode::internal, text.append(exception.what())};
 }
 
 std::int64_t single_number(SQLite::Database& database, const char* query) {
@@ -91,13 +86,13 @@ Result<void> prepare_schema(SQLite::Database& database) {
     }
     if (version == kSchemaVersion) return check_pages(database);
     if (version > 0) {
-        if (const Result<void> sound = check_pages(database); !sound.ok()) return sound;
+        QDUINO_TRY(check_pages(database));
     }
     SQLite::Transaction transaction{database};
     database.exec(kSchema1);
     database.exec(kSchema2);
     SQLite::Statement name{database, "INSERT OR IGNORE INTO settings VALUES('journal_id', ?)"};
-    name.bind(1, random_id());
+    name.bind(1, random_name());
     name.exec();
     database.exec("PRAGMA user_version=" + std::to_string(kSchemaVersion));
     transaction.commit();

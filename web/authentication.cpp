@@ -6,12 +6,10 @@
 #include <sodium/randombytes.h>
 #include <sodium/utils.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
@@ -28,8 +26,8 @@ constexpr std::size_t kTokenLength = 43;
 
 Result<std::string> make_key(const std::filesystem::path& file) {
     const std::string key = random_token();
-    const Result<void> written = posix::write_durably(file, key + "\n");
-    return written.ok() ? Result<std::string>{key} : written.error();
+    QDUINO_TRY(posix::write_durably(file, key + "\n"));
+    return key;
 }
 
 template <typename Time>
@@ -57,33 +55,28 @@ Result<std::string> load_or_make_key(const std::filesystem::path& file) {
     if (!opened.valid()) return posix::system_error("open the key file", file.native());
     struct stat found {};
     if (::fstat(opened.get(), &found) != 0) return posix::system_error("look at the key file", file.native());
-    Result<std::string> text = posix::read_to_end(opened.get(), file.native());
-    if (!text.ok()) return text;
-    std::string& key = *text;
+    QDUINO_TRY_ASSIGN(std::string key, posix::read_to_end(opened.get(), file.native()));
     if ((found.st_mode & 077) != 0) {
-        return Error{ErrorCode::not_permitted,
-                     FixedString<236>{"others may read the key file; chmod 600 "}.append(file.native())};
+        return make_error(ErrorCode::not_permitted, "others may read the key file; chmod 600 ",
+                          file.native());
     }
     while (!key.empty() && (key.back() == '\n' || key.back() == '\r')) key.pop_back();
     if (key.size() < 16) {
-        return Error{ErrorCode::corrupt,
-                     FixedString<236>{
-                         "the key file holds no key of at least 16 characters; delete it to have one made: "}
-                         .append(file.native())};
+        return make_error(ErrorCode::corrupt,
+                          "the key file holds no key of at least 16 characters; delete it to have one made: ",
+                          file.native());
     }
     return key;
 }
 
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
-    std::array<unsigned char, 32> digest_a{};
-    std::array<unsigned char, 32> digest_b{};
-    const auto digest = [](std::string_view text, std::array<unsigned char, 32>& out) {
+    const auto digest = [](std::string_view text) {
+        std::array<unsigned char, 32> out{};
         crypto_generichash(out.data(), out.size(), reinterpret_cast<const unsigned char*>(text.data()),
                            text.size(), nullptr, 0);
+        return out;
     };
-    digest(a, digest_a);
-    digest(b, digest_b);
-    return sodium_memcmp(digest_a.data(), digest_b.data(), digest_a.size()) == 0;
+    return sodium_memcmp(digest(a).data(), digest(b).data(), 32) == 0;
 }
 
 // ---- failures -----------------------------------------------------------------------------------
@@ -150,7 +143,8 @@ bool TicketTable::take(std::string_view ticket, Instant now) {
 
 Authenticator::Authenticator(std::string key, std::vector<spool::SessionRecord> stored)
     : sessions(std::move(stored)), key_(std::move(key)) {
-    QDUINO_EXPECT(sodium_init() >= 0);
+    const int ready = sodium_init();
+    QDUINO_EXPECT(ready >= 0);
 }
 
 Proof Authenticator::prove_key(std::string_view key, const std::string& remote, Instant now) {
@@ -194,12 +188,9 @@ std::optional<Response> refusal_of(Proof proof) {
 
 std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     while (!cookies.empty()) {
-        const std::size_t end = std::min(cookies.find(';'), cookies.size());
-        const std::string_view pair = trimmed(cookies.substr(0, end));
-        const std::size_t equals = pair.find('=');
-        if (equals != std::string_view::npos && pair.substr(0, equals) == name)
-            return pair.substr(equals + 1);
-        cookies.remove_prefix(std::min(end + 1, cookies.size()));
+        std::string_view value = trimmed(take_until(cookies, ';'));
+        const bool assigned = value.find('=') != std::string_view::npos;
+        if (take_until(value, '=') == name && assigned) return value;
     }
     return {};
 }

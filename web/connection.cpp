@@ -32,20 +32,8 @@ Connection::Connection(Service& service, std::string remote, std::function<void(
 
 bool Connection::wants_input() const {
     if (peer_done_) return false;
-    switch (state_) {
-        case State::head:
-        case State::collecting:
-        case State::draining:
-            return true;
-        case State::uploading:
-            return !piece_with_disk_;
-        case State::replying:
-        case State::answering:
-        case State::live:
-        case State::closed:
-            return false;
-    }
-    return false;
+    return state_ == State::head || state_ == State::collecting || state_ == State::draining ||
+           (state_ == State::uploading && !piece_with_disk_);
 }
 
 std::size_t Connection::input_max() const {
@@ -139,8 +127,6 @@ std::optional<Connection::Output> Connection::take_output() {
     send_pace_.begin(moment_.now);
     return output;
 }
-
-void Connection::sent_some(std::size_t count, Moment moment) { send_pace_.moved(count, moment.now); }
 
 void Connection::sent(Moment moment) {
     moment_ = moment;

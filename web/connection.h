@@ -87,7 +87,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     /// have been sent.
     [[nodiscard]] std::optional<Output> take_output();
     /// The kernel has taken some of the output in hand.
-    void sent_some(std::size_t count, Moment moment);
+    void sent_some(std::size_t count, Moment moment) { send_pace_.moved(count, moment.now); }
     /// The output in hand is sent, its file too. Only now is the next request looked at.
     void sent(Moment moment);
     /// True when the peer takes nothing, or next to nothing, of what is sent to it: the connection

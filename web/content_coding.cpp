@@ -1,42 +1,31 @@
 #include "web/content_coding.h"
 
 #include <optional>
+#include <string>
 
+#include "base/whole_number.h"
 #include "web/http.h"
 
 namespace qduino::web {
 
 namespace {
 
-/// Cuts the next element off a list; nothing when the list is at its end.
-std::optional<std::string_view> next_of(std::string_view& list, char separator) {
-    if (list.empty()) return std::nullopt;
-    const std::size_t end = list.find(separator);
-    const std::string_view element = trimmed(list.substr(0, end));
-    list.remove_prefix(end == std::string_view::npos ? list.size() : end + 1);
-    return element;
-}
-
 /// "0", "0.5", "1.000" in thousandths; nothing for anything else.
 std::optional<int> thousandths_of(std::string_view text) {
-    if (text.empty() || text.size() > 5 || (text[0] != '0' && text[0] != '1')) return std::nullopt;
-    int value = (text[0] - '0') * 1000;
-    if (text.size() > 1 && text[1] != '.') return std::nullopt;
-    int place = 100;
-    for (const char c : text.substr(text.size() > 1 ? 2 : 1)) {
-        if (c < '0' || c > '9') return std::nullopt;
-        value += (c - '0') * place;
-        place /= 10;
-    }
-    return value <= 1000 ? std::optional{value} : std::nullopt;
+    std::string digits{take_until(text, '.')};  // `text` keeps the decimals
+    if ((digits != "0" && digits != "1") || text.size() > 3) return std::nullopt;
+    digits.append(text).resize(4, '0');
+    const std::optional<int> value = whole_number<int>(digits);
+    return value && *value <= 1000 ? value : std::nullopt;
 }
 
 /// The weight of one element's parameters; malformed ones make it 0.
 int weight_of(std::string_view parameters) {
     int weight = 1000;
-    while (const std::optional<std::string_view> parameter = next_of(parameters, ';')) {
-        const bool is_weight = parameter->size() >= 2 && equal_ignoring_case(parameter->substr(0, 2), "q=");
-        if (is_weight) weight = thousandths_of(parameter->substr(2)).value_or(0);
+    while (!parameters.empty()) {
+        const std::string_view parameter = trimmed(take_until(parameters, ';'));
+        if (equal_ignoring_case(parameter.substr(0, 2), "q="))
+            weight = thousandths_of(parameter.substr(2)).value_or(0);
     }
     return weight;
 }
@@ -58,9 +47,10 @@ std::string_view word_of(Coding coding) {
 Coding choose_coding(std::string_view accept_encoding, const std::array<bool, kCodings>& there) {
     std::array<std::optional<int>, kCodings> weights;
     std::optional<int> others;
-    while (std::optional<std::string_view> element = next_of(accept_encoding, ',')) {
-        const std::string_view name = next_of(*element, ';').value_or("");
-        const int weight = weight_of(*element);
+    while (!accept_encoding.empty()) {
+        std::string_view element = trimmed(take_until(accept_encoding, ','));
+        const std::string_view name = trimmed(take_until(element, ';'));
+        const int weight = weight_of(element);
         if (name == "*") others = weight;
         if (const std::optional<Coding> coding = coding_of(name))
             weights[static_cast<std::size_t>(*coding)] = weight;
@@ -80,9 +70,10 @@ Coding choose_coding(std::string_view accept_encoding, const std::array<bool, kC
 }
 
 bool names_etag(std::string_view if_none_match, std::string_view etag) {
-    while (std::optional<std::string_view> tag = next_of(if_none_match, ',')) {
-        if (tag->starts_with("W/")) tag->remove_prefix(2);
-        if (*tag == etag || *tag == "*") return true;
+    while (!if_none_match.empty()) {
+        std::string_view tag = trimmed(take_until(if_none_match, ','));
+        if (tag.starts_with("W/")) tag.remove_prefix(2);
+        if (tag == etag || tag == "*") return true;
     }
     return false;
 }

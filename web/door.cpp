@@ -94,8 +94,6 @@ Door::Leaver Door::make_room() {
     return someone_waits ? drop_first_of(known_) : std::nullopt;
 }
 
-void Door::leave(Id id) { static_cast<void>(drop(id)); }
-
 Door::Leaver Door::room_for_stranger(const std::string& address) {
     const auto same = strangers_of_.find(address);
     if (same != strangers_of_.end() && same->second.size() >= limits_.strangers_of_address_max)

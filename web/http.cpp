@@ -1,23 +1,17 @@
 #include "web/http.h"
 
 #include <algorithm>
-#include <array>
+#include <boost/beast/core/string.hpp>
 #include <utility>
+
+#include "base/text.h"
+#include "base/whole_number.h"
 
 namespace qduino::web {
 
 namespace {
 
 constexpr std::size_t kSegmentsMax = 16;
-
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
 
 // The page needs no inline script, no foreign origin, no frame; charts set styles on elements.
 constexpr std::string_view kContentSecurityPolicy =
@@ -28,8 +22,7 @@ constexpr std::string_view kContentSecurityPolicy =
 }  // namespace
 
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
-    return a.size() == b.size() &&
-           std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) { return lower(x) == lower(y); });
+    return boost::beast::iequals({a.data(), a.size()}, {b.data(), b.size()});
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -37,6 +30,12 @@ std::string_view trimmed(std::string_view text) {
     const std::size_t first = text.find_first_not_of(kBlank);
     if (first == std::string_view::npos) return {};
     return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+std::string_view take_until(std::string_view& rest, char separator) {
+    const std::string_view taken = rest.substr(0, rest.find(separator));
+    rest.remove_prefix(std::min(rest.size(), taken.size() + 1));
+    return taken;
 }
 
 std::optional<std::string> percent_decoded(std::string_view text) {
@@ -47,29 +46,26 @@ std::optional<std::string> percent_decoded(std::string_view text) {
             continue;
         }
         if (i + 2 >= text.size()) return std::nullopt;
-        const int high = hex_digit(text[i + 1]);
-        const int low = hex_digit(text[i + 2]);
-        if (high < 0 || low < 0 || high + low == 0) return std::nullopt;
-        decoded += static_cast<char>(high * 16 + low);
+        const auto byte = whole_number<unsigned char>(text.substr(i + 1, 2), 16);
+        if (byte.value_or(0) == 0) return std::nullopt;
+        decoded += static_cast<char>(*byte);
         i += 2;
     }
     return decoded;
 }
 
 bool parse_target(std::string_view target, RequestHead& head) {
-    if (target.empty() || target.front() != '/') return false;
-    const std::size_t question = target.find('?');
-    if (question != std::string_view::npos) head.query = target.substr(question + 1);
-    std::string_view path = target.substr(1, question == std::string_view::npos ? question : question - 1);
+    if (!target.starts_with('/')) return false;
+    std::string_view path = take_until(target, '?').substr(1);
+    head.query = target;
     head.path.clear();
-    while (true) {
-        const std::size_t slash = path.find('/');
-        const std::optional<std::string> segment = percent_decoded(path.substr(0, slash));
+    for (bool last = false; !last;) {
+        last = path.find('/') == std::string_view::npos;
+        const std::optional<std::string> segment = percent_decoded(take_until(path, '/'));
         if (!segment || head.path.size() >= kSegmentsMax) return false;
         head.path.push_back(*segment);
-        if (slash == std::string_view::npos) return true;
-        path.remove_prefix(slash + 1);
     }
+    return true;
 }
 
 const std::string* RequestHead::find(std::string_view name) const {
@@ -85,16 +81,10 @@ std::string_view RequestHead::value(std::string_view name) const {
 }
 
 std::string RequestHead::query_value(std::string_view name) const {
-    std::string_view rest = query;
-    while (!rest.empty()) {
-        const std::size_t end = rest.find('&');
-        const std::string_view pair = rest.substr(0, end);
-        const std::size_t equals = pair.find('=');
-        if (equals != std::string_view::npos && pair.substr(0, equals) == name) {
-            return percent_decoded(pair.substr(equals + 1)).value_or("");
-        }
-        if (end == std::string_view::npos) break;
-        rest.remove_prefix(end + 1);
+    for (std::string_view rest = query; !rest.empty();) {
+        std::string_view value = take_until(rest, '&');
+        const bool assigned = value.find('=') != std::string_view::npos;
+        if (take_until(value, '=') == name && assigned) return percent_decoded(value).value_or("");
     }
     return {};
 }
@@ -136,22 +126,18 @@ Response error_response(int status, std::string_view code, std::string_view mess
         if (c == '"' || c == '\\') escaped += '\\';
         escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
-    Response response;
-    response.status = status;
-    response.body =
-        std::string{R"({"error":{"code":")"}.append(code).append(R"(","message":")").append(escaped);
-    response.body += R"("}})";
-    return response;
+    return {.status = status,
+            .body = text<std::string>(R"({"error":{"code":")", code, R"(","message":")", escaped, R"("}})")};
 }
 
 std::string head_bytes(const Response& response, bool keep_alive) {
-    std::string head = "HTTP/1.1 " + std::to_string(response.status) + " ";
-    head.append(reason_of(response.status)).append("\r\n");
-    const auto field = [&head](std::string_view name, std::string_view value) {
-        head.append(name).append(": ").append(value).append("\r\n");
+    std::string head =
+        text<std::string>("HTTP/1.1 ", response.status, ' ', reason_of(response.status), "\r\n");
+    const auto field = [&head](std::string_view name, const auto& value) {
+        write(head, name, ": ", value, "\r\n");
     };
     if (response.status != 204 && response.status != 304) {
-        field("Content-Length", std::to_string(response.body_size()));
+        field("Content-Length", response.body_size());
         field("Content-Type", response.content_type);
     }
     field("Connection", keep_alive ? "keep-alive" : "close");

@@ -58,12 +58,12 @@ struct FileRange {
 struct Response {
     int status = 200;
     std::string content_type = "application/json";
-    std::vector<Header> headers;
-    std::string body;
+    std::vector<Header> headers{};
+    std::string body{};
     /// Replaces `body`: bytes that many answers have in common.
-    std::shared_ptr<const std::string> shared;
-    std::optional<FileRange> file;  ///< instead of both
-    bool close = false;             ///< end the connection after it
+    std::shared_ptr<const std::string> shared{};
+    std::optional<FileRange> file{};  ///< instead of both
+    bool close = false;               ///< end the connection after it
 
     [[nodiscard]] std::uint64_t body_size() const {
         return file ? file->length : shared ? shared->size() : body.size();
@@ -83,7 +83,13 @@ struct Response {
 
 [[nodiscard]] std::string_view reason_of(int status);
 [[nodiscard]] bool equal_ignoring_case(std::string_view a, std::string_view b);
+[[nodiscard]] constexpr bool is_letter_or_digit(char c) {  // of ASCII
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
 [[nodiscard]] std::string_view trimmed(std::string_view text);
+/// Takes the text before the first `separator` off `rest`, and the separator with it; all of it
+/// when there is none.
+std::string_view take_until(std::string_view& rest, char separator);
 /// Nothing when a `%` is not followed by two hexadecimal digits, or decodes to NUL.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 /// Splits a target into `head.path` and `head.query`. False when it is no absolute path, or

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
+
 namespace qduino::web {
 
 void LiveQueue::push(MessageKind kind, Message message) {
     if (kind != MessageKind::reply) {
-        const auto waiting = std::find_if(waiting_.begin(), waiting_.end(),
-                                          [kind](const Entry& entry) { return entry.kind == kind; });
+        const auto waiting = std::ranges::find(waiting_, kind, &Entry::kind);
         if (waiting != waiting_.end()) {
             waiting->message = std::move(message);
             return;
@@ -26,9 +27,8 @@ std::optional<Message> LiveQueue::pop() {
     Message message = std::move(waiting_.front().message);
     waiting_.pop_front();
     if (dropped_ > 0 && waiting_.size() < kWaitingMax / 2) {
-        const std::string text =
-            std::to_string(dropped_) + " lines were dropped: this connection is too slow";
-        const nlohmann::json note{{"type", "reply"}, {"kind", "warning"}, {"text", text}};
+        const auto words = text(dropped_, " lines were dropped: this connection is too slow");
+        const nlohmann::json note{{"type", "reply"}, {"kind", "warning"}, {"text", words.view()}};
         waiting_.push_back({MessageKind::reply, std::make_shared<const std::string>(note.dump())});
         dropped_ = 0;
     }
@@ -62,8 +62,6 @@ std::optional<std::uint64_t> LiveHub::subscribe(Deliver deliver) {
     subscribers_[next_id_] = std::move(deliver);
     return next_id_++;
 }
-
-void LiveHub::unsubscribe(std::uint64_t id) { subscribers_.erase(id); }
 
 void LiveHub::publish(MessageKind kind, std::string text) {
     const Message message = std::make_shared<const std::string>(std::move(text));

@@ -15,8 +15,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 namespace qduino::web {
 
@@ -71,7 +69,7 @@ class LiveHub {
     /// Delivers the newest status, jobs and history at once, and then every message. Nothing when
     /// there are too many subscribers.
     [[nodiscard]] std::optional<std::uint64_t> subscribe(Deliver deliver);
-    void unsubscribe(std::uint64_t id);
+    void unsubscribe(std::uint64_t id) { subscribers_.erase(id); }
     void publish(MessageKind kind, std::string message);
     void add(const TemperatureHistory::Sample& sample) { history_.add(sample); }
 

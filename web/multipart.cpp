@@ -10,18 +10,15 @@ namespace qduino::web {
 namespace {
 
 Error malformed(std::string_view what) {
-    return Error{ErrorCode::invalid_argument, FixedString<236>{"multipart: "}.append(what)};
+    return make_error(ErrorCode::invalid_argument, "multipart: ", what);
 }
 
-Error too_large(std::string_view what) {
-    return Error{ErrorCode::out_of_range, FixedString<236>{"multipart: "}.append(what)};
-}
+Error too_large(std::string_view what) { return make_error(ErrorCode::out_of_range, "multipart: ", what); }
 
 /// RFC 2046 §5.1.1: 1 to 70 of these, the last no space.
 bool is_boundary(std::string_view text) {
     const auto allowed = [](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-               std::string_view{"'()+_,-./:=? "}.find(c) != std::string_view::npos;
+        return is_letter_or_digit(c) || std::string_view{"'()+_,-./:=? "}.find(c) != std::string_view::npos;
     };
     return !text.empty() && text.size() <= 70 && text.back() != ' ' &&
            std::all_of(text.begin(), text.end(), allowed);
@@ -53,17 +50,18 @@ std::optional<std::string> take_quoted(std::string_view& rest) {
 /// another form.
 std::optional<Parameter> take_parameter(std::string_view& rest, bool& broken) {
     rest = trimmed(rest);
-    while (!rest.empty() && rest.front() == ';') rest = trimmed(rest.substr(1));
+    while (rest.starts_with(';')) rest = trimmed(rest.substr(1));
     if (rest.empty()) return std::nullopt;
-    const std::size_t equals = rest.find('=');
-    if (equals == std::string_view::npos) return broken = true, std::nullopt;
+    broken = rest.find('=') == std::string_view::npos;
+    if (broken) return std::nullopt;
     Parameter parameter;
-    parameter.name = trimmed(rest.substr(0, equals));
-    rest = trimmed(rest.substr(equals + 1));
-    if (!rest.empty() && rest.front() == '"') {
+    parameter.name = trimmed(take_until(rest, '='));
+    rest = trimmed(rest);
+    if (rest.starts_with('"')) {
         std::optional<std::string> value = take_quoted(rest);
         const std::string_view behind = trimmed(rest);
-        if (!value || (!behind.empty() && behind.front() != ';')) return broken = true, std::nullopt;
+        broken = !value || (!behind.empty() && behind.front() != ';');
+        if (broken) return std::nullopt;
         parameter.value = std::move(*value);
         return parameter;
     }
@@ -124,8 +122,7 @@ Result<PartHead> read_part_head(std::string_view text) {
         if (!equal_ignoring_case(trimmed(line.substr(0, colon)), "Content-Disposition")) continue;
         if (found) return malformed("a part has two dispositions");
         found = true;
-        const Result<void> read = read_disposition(trimmed(line.substr(colon + 1)), head);
-        if (!read.ok()) return read.error();
+        QDUINO_TRY(read_disposition(trimmed(line.substr(colon + 1)), head));
     }
     if (!found) return malformed("a part has no disposition");
     return head;
@@ -152,8 +149,6 @@ MultipartParser::MultipartParser(std::string_view boundary, MultipartSink& sink,
     : delimiter_(std::string{"\r\n--"}.append(boundary)), sink_(sink), limits_(limits) {
     held_ = "\r\n";  // so that a boundary at the very start is found as any other
 }
-
-void MultipartParser::drop(std::size_t count) { at_ += count; }
 
 Result<void> MultipartParser::feed(std::span<const char> bytes) {
     if (state_ == State::failed) return malformed("nothing may follow an error");
@@ -199,19 +194,14 @@ Result<bool> MultipartParser::step() {
 Result<bool> MultipartParser::step_to_delimiter() {
     const std::size_t found = held_.find(delimiter_, at_);
     if (found != std::string::npos) {
-        if (const Result<void> given = give_out(found - at_); !given.ok()) return given.error();
+        QDUINO_TRY(give_out(found - at_));
         drop(delimiter_.size());
-        if (state_ == State::data) {
-            if (const Result<void> ended = sink_.part_end(); !ended.ok()) return ended.error();
-        }
+        if (state_ == State::data) QDUINO_TRY(sink_.part_end());
         state_ = State::after_delimiter;
         return true;
     }
     const std::size_t available = held_.size() - at_;
-    if (available >= delimiter_.size()) {
-        if (const Result<void> given = give_out(available - (delimiter_.size() - 1)); !given.ok())
-            return given.error();
-    }
+    if (available >= delimiter_.size()) QDUINO_TRY(give_out(available - (delimiter_.size() - 1)));
     return false;
 }
 
@@ -251,10 +241,10 @@ Result<bool> MultipartParser::step_headers() {
         return too_large("a part's headers are too long");
     }
     if (end == std::string_view::npos) return false;
-    const Result<PartHead> head = read_part_head(end < 2 ? std::string_view{} : rest.substr(2, end - 2));
-    if (!head.ok()) return head.error();
+    QDUINO_TRY_ASSIGN(const PartHead head,
+                      read_part_head(end < 2 ? std::string_view{} : rest.substr(2, end - 2)));
     drop(end + 4);
-    if (const Result<void> begun = sink_.part_begin(*head); !begun.ok()) return begun.error();
+    QDUINO_TRY(sink_.part_begin(head));
     state_ = State::data;
     return true;
 }

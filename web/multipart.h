@@ -64,7 +64,7 @@ class MultipartParser {
     [[nodiscard]] Result<bool> step_after_delimiter();
     [[nodiscard]] Result<bool> step_headers();
     [[nodiscard]] Result<void> give_out(std::size_t count);
-    void drop(std::size_t count);
+    void drop(std::size_t count) { at_ += count; }
 
     std::string delimiter_;  // CRLF--boundary
     MultipartSink& sink_;

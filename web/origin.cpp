@@ -5,22 +5,19 @@
 #include <algorithm>
 #include <array>
 
+#include "base/whole_number.h"
+
 namespace qduino::web {
 
 namespace {
-
-bool is_digits(std::string_view text) {
-    return !text.empty() &&
-           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
 
 /// The host of `host[:port]`, brackets of an IPv6 address included; empty when malformed.
 std::string_view without_port(std::string_view text) {
     const std::size_t bracket = text.find(']');
     const std::size_t colon = text.find(':', bracket == std::string_view::npos ? 0 : bracket);
     if (colon == std::string_view::npos) return text;
-    return is_digits(text.substr(colon + 1)) && text.size() - colon <= 6 ? text.substr(0, colon)
-                                                                         : std::string_view{};
+    return whole_number<unsigned>(text.substr(colon + 1)) && text.size() - colon <= 6 ? text.substr(0, colon)
+                                                                                      : std::string_view{};
 }
 
 bool is_address(std::string_view host) {

@@ -2,7 +2,6 @@
 // what changed.
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <string>
 

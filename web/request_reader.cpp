@@ -1,8 +1,10 @@
 #include "web/request_reader.h"
 
+#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/basic_parser.hpp>
 #include <boost/beast/http/error.hpp>
+#include <utility>
 
 #include "base/contract.h"
 
@@ -15,22 +17,13 @@ using boost::beast::string_view;
 namespace {
 
 Method method_of(http::verb verb) {
-    switch (verb) {
-        case http::verb::get:
-            return Method::get;
-        case http::verb::head:
-            return Method::head;
-        case http::verb::post:
-            return Method::post;
-        case http::verb::put:
-            return Method::put;
-        case http::verb::patch:
-            return Method::patch;
-        case http::verb::delete_:
-            return Method::remove;
-        default:
-            return Method::other;
-    }
+    using Known = std::pair<http::verb, Method>;
+    static constexpr Known kKnown[] = {
+        {http::verb::get, Method::get},     {http::verb::head, Method::head},
+        {http::verb::post, Method::post},   {http::verb::put, Method::put},
+        {http::verb::patch, Method::patch}, {http::verb::delete_, Method::remove}};
+    const auto* const at = std::ranges::find(kKnown, verb, &Known::first);
+    return at == std::end(kKnown) ? Method::other : at->second;
 }
 
 Error error_of(const error_code& code) {
@@ -67,9 +60,8 @@ class RequestReader::Parser final : public http::basic_parser<true> {
         head.expects_continue = equal_ignoring_case(trimmed(head.value("Expect")), "100-continue");
         head.upgrades_to_websocket =
             upgrade() && equal_ignoring_case(trimmed(head.value("Upgrade")), "websocket");
-        int hosts = 0;
-        for (const Header& header : head.headers) hosts += equal_ignoring_case(header.name, "Host") ? 1 : 0;
-        if (hosts != 1) code = http::error::bad_field;
+        const auto is_host = [](const Header& header) { return equal_ignoring_case(header.name, "Host"); };
+        if (std::ranges::count_if(head.headers, is_host) != 1) code = http::error::bad_field;
         if (head.chunked && head.content_length) code = http::error::bad_content_length;
     }
 

@@ -441,14 +441,12 @@ Result<void> Server::Parts::open() {
     if (!failed) static_cast<void>(acceptor.bind(endpoint, failed));
     if (!failed) static_cast<void>(acceptor.listen(asio::socket_base::max_listen_connections, failed));
     if (!failed) return {};
-    const std::string where = options.address + " port " + std::to_string(options.port);
-    Error error = make_error(ErrorCode::internal, "cannot listen on " + where + ": " + failed.message());
-    if (failed == asio::error::address_in_use) {
-        error = make_error(ErrorCode::already_exists,
-                           where + " is taken by another program: stop it, or give another port");
-    }
-    if (failed == asio::error::access_denied) error.code = ErrorCode::not_permitted;
-    return error;
+    const auto where = text(options.address, " port ", options.port);
+    if (failed == asio::error::address_in_use)
+        return make_error(ErrorCode::already_exists, where,
+                          " is taken by another program: stop it, or give another port");
+    return make_error(failed == asio::error::access_denied ? ErrorCode::not_permitted : ErrorCode::internal,
+                      "cannot listen on ", where, ": ", failed.message());
 }
 
 void Server::Parts::accept() {
@@ -531,8 +529,7 @@ std::uint16_t Server::port() const { return parts_->acceptor.local_endpoint().po
 Result<std::unique_ptr<Server>> Server::listen(ServerOptions options, Threads& threads, Service& service,
                                                std::function<Moment()> clock) {
     auto parts = std::make_shared<Parts>(std::move(options), threads, service, std::move(clock));
-    const Result<void> opened = parts->open();
-    if (!opened.ok()) return opened.error();
+    QDUINO_TRY(parts->open());
     parts->accept();
     parts->check_time();
     return std::unique_ptr<Server>{new Server{std::move(parts)}};

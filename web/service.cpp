@@ -1,7 +1,5 @@
 #include "web/service.h"
 
-#include <algorithm>
-
 #include "base/whole_number.h"
 #include "web/api/json.h"
 
@@ -11,11 +9,7 @@ using api::Json;
 
 namespace {
 
-Plan respond(Response response) {
-    Plan plan;
-    plan.response = std::move(response);
-    return plan;
-}
+Plan respond(Response response) { return {.response = std::move(response)}; }
 
 bool is_safe(Method method) { return method == Method::get || method == Method::head; }
 

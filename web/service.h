@@ -52,9 +52,9 @@ struct Plan {
         live,     ///< the connection becomes a live stream
     };
     Kind kind = Kind::respond;
-    Response response;
+    Response response{};
     std::size_t body_max = 0;
-    std::shared_ptr<Upload> upload;
+    std::shared_ptr<Upload> upload{};
     Proof proof = Proof::none;
     bool proves = false;  ///< a login: who succeeds with it has shown the key
 };

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
+#include "posix/small_file.h"
 #include "spool/sha256.h"
 
 namespace qduino::web {
@@ -58,20 +57,16 @@ Result<StaticFiles> StaticFiles::read(const std::filesystem::path& folder) {
     std::error_code failed;
     for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
         if (entry.is_symlink() || !entry.is_regular_file()) continue;
-        std::ifstream stream{entry.path(), std::ios::binary};
-        std::string bytes{std::istreambuf_iterator<char>{stream}, {}};
-        total += bytes.size();
-        if (!stream || total > kBytesMax || found.size() >= kFilesMax) {
+        Result<std::string> bytes = posix::read_small_file(entry.path());
+        total += bytes ? bytes->size() : 0;
+        if (!bytes || total > kBytesMax || found.size() >= kFilesMax) {
             return make_error(ErrorCode::out_of_range,
                               "the page's files are too many, too large or not readable");
         }
         found[std::filesystem::relative(entry.path(), folder).generic_string()] =
-            std::make_shared<const std::string>(std::move(bytes));
+            std::make_shared<const std::string>(std::move(*bytes));
     }
-    if (failed) {
-        return Error{ErrorCode::not_found,
-                     FixedString<236>{"no folder of the page's files: "}.append(folder.native())};
-    }
+    if (failed) return make_error(ErrorCode::not_found, "no folder of the page's files: ", folder.native());
     StaticFiles files;
     for (const auto& [name, bytes] : found) {
         if (!is_coded_form(name, found)) files.files_[name] = file_of(name, found);
@@ -91,7 +86,7 @@ StaticFiles::File StaticFiles::file_of(const std::string& name, const Found& fou
         const auto at = found.find(name + std::string{ending});
         if (at == found.end() || at->second->size() >= plain->size()) continue;
         file.variants[static_cast<std::size_t>(coding)] = {
-            "\"" + hash + "-" + std::string{word_of(coding)} + "\"", at->second};
+            text<std::string>('"', hash, '-', word_of(coding), '"'), at->second};
     }
     return file;
 }

@@ -16,10 +16,8 @@ class RawUpload final : public Upload {
         fields_ = std::move(fields);
     }
     Result<void> take(std::span<const char> bytes) override {
-        if (!file_) {
-            if (const Result<void> begun = begin_file(name_); !begun.ok()) return begun;
-        }
-        return write(bytes);
+        if (!file_) QDUINO_TRY(begin_file(name_));
+        return file_->write(bytes);
     }
 
   private:
@@ -47,7 +45,7 @@ class MultipartUpload final : public Upload, private MultipartSink {
         return begin_file(head.file_name);
     }
     Result<void> part_data(std::span<const char> bytes) override {
-        if (in_file_) return write(bytes);
+        if (in_file_) return file_->write(bytes);
         std::string& value = fields_[field_];
         if (value.size() + bytes.size() > kFieldBytesMax) {
             return make_error(ErrorCode::invalid_argument, "a field beside the file is too long");
@@ -65,21 +63,17 @@ class MultipartUpload final : public Upload, private MultipartSink {
 }  // namespace
 
 Result<void> Upload::begin_file(std::string name) {
-    if (const Result<void> checked = spool::check_name(name); !checked.ok()) return checked;
-    Result<std::unique_ptr<spool::StagedFile>> staged = blobs_.stage();
-    if (!staged.ok()) return staged.error();
+    QDUINO_TRY(spool::check_name(name));
+    QDUINO_TRY_ASSIGN(file_, blobs_.stage());
     name_ = std::move(name);
-    file_ = std::move(*staged);
     return {};
 }
 
-Result<void> Upload::write(std::span<const char> bytes) { return file_->write(bytes); }
-
 Result<void> Upload::finish() {
-    if (const Result<void> ended = end(); !ended.ok()) return ended;
+    QDUINO_TRY(end());
     if (!file_ || file_->size() == 0)
         return make_error(ErrorCode::invalid_argument, "the upload has no file, or an empty one");
-    if (const Result<void> sealed = file_->seal(); !sealed.ok()) return sealed;
+    QDUINO_TRY(file_->seal());
     const std::string declared = field("sha256");
     if (!declared.empty() && !equal_ignoring_case(declared, file_->sha256())) {
         return make_error(ErrorCode::corrupt,
@@ -95,15 +89,13 @@ std::string Upload::field(const std::string& name) const {
 
 Result<std::unique_ptr<Upload>> open_multipart(const spool::BlobStore& blobs, const RequestHead& head,
                                                const std::vector<std::string>&) {
-    const Result<std::string> boundary = boundary_of(head.value("Content-Type"));
-    if (!boundary.ok()) return boundary.error();
-    return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, *boundary)};
+    QDUINO_TRY_ASSIGN(const std::string boundary, boundary_of(head.value("Content-Type")));
+    return std::unique_ptr<Upload>{std::make_unique<MultipartUpload>(blobs, boundary)};
 }
 
 Result<std::unique_ptr<Upload>> open_put(const spool::BlobStore& blobs, const RequestHead& head,
                                          const std::vector<std::string>& arguments) {
-    if (const Result<void> checked = spool::check_name(arguments.back()); !checked.ok())
-        return checked.error();
+    QDUINO_TRY(spool::check_name(arguments.back()));
     const bool print = trimmed(head.value("Print-After-Upload")) == "?1";
     std::map<std::string, std::string> fields{
         {"print", print ? "true" : "false"},

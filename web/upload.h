@@ -10,7 +10,6 @@
 
 #include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,7 +47,6 @@ class Upload {
     explicit Upload(const spool::BlobStore& blobs) : blobs_(blobs) {}
     [[nodiscard]] virtual Result<void> end() = 0;
     [[nodiscard]] Result<void> begin_file(std::string name);
-    [[nodiscard]] Result<void> write(std::span<const char> bytes);
 
     const spool::BlobStore& blobs_;
     std::unique_ptr<spool::StagedFile> file_;

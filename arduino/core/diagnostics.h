@@ -23,4 +23,11 @@ bool succeeded(const char* call, int subject, const Result<void>& result);
 /// Errors reported since the program began.
 std::uint32_t error_count();
 
+/// Reports an error in `pieces` of text (base/text.h): false.
+template <typename... Pieces>
+bool refuse(const char* call, int subject, ErrorCode code, const Pieces&... pieces) {
+    report_error(call, subject, make_error(code, pieces...));
+    return false;
+}
+
 }  // namespace qduino::arduino

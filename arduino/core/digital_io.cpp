@@ -4,14 +4,15 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "arduino/core/diagnostics.h"
-#include "arduino/core/make_output.h"
+#include "arduino/core/releases.h"
 #include "board/board.h"
 
 using qduino::ErrorCode;
-using qduino::make_error;
 using qduino::Nanoseconds;
+using qduino::arduino::refuse;
 using qduino::arduino::report_error;
 using qduino::arduino::succeeded;
 using qduino::board::kPinCount;
@@ -25,11 +26,11 @@ std::array<std::atomic<bool>, kPinCount> pwm_active{};
 std::array<std::atomic<bool>, kPinCount> is_output{};
 
 bool is_pin(const char* call, int pin) {
-    if (pin >= 0 && pin < kPinCount) return true;
-    report_error(call, pin, make_error(ErrorCode::invalid_argument, "no such pin: the board has 0 to 127"));
-    return false;
+    return (pin >= 0 && pin < kPinCount) ||
+           refuse(call, pin, ErrorCode::invalid_argument, "no such pin: the board has 0 to 127");
 }
 
+constexpr board::Level level_of(int level) { return level == LOW ? board::Level::low : board::Level::high; }
 constexpr board::PinId pin_id(int pin) { return board::PinId{static_cast<std::uint16_t>(pin)}; }
 
 /// Not inlined: a write to a pin without PWM is quicker without it.
@@ -38,42 +39,30 @@ constexpr board::PinId pin_id(int pin) { return board::PinId{static_cast<std::ui
     succeeded("digitalWrite", pin, board::current().pwm_write(pin_id(pin), level == LOW ? 0.0 : 1.0));
 }
 
+using Mode = std::pair<int, board::PinMode>;
+constexpr Mode kModes[] = {{INPUT, board::PinMode::input},
+                           {OUTPUT, board::PinMode::output},
+                           {INPUT_PULLUP, board::PinMode::input_pullup},
+                           {INPUT_PULLDOWN, board::PinMode::input_pulldown},
+                           {OUTPUT_OPENDRAIN, board::PinMode::output_open_drain}};
+
 int full_scale(int bits) { return (1 << bits) - 1; }
 
 bool is_resolution(const char* call, int bits) {
-    if (bits >= 1 && bits <= 24) return true;
-    report_error(call, bits, make_error(ErrorCode::invalid_argument, "a resolution is 1 to 24 bits"));
-    return false;
+    return (bits >= 1 && bits <= 24) ||
+           refuse(call, bits, ErrorCode::invalid_argument, "a resolution is 1 to 24 bits");
 }
 
 }  // namespace
 
 void pinMode(int pin, int mode) {
     if (!is_pin("pinMode", pin)) return;
-    using board_mode = board::PinMode;
-    board_mode wanted = board_mode::input;
-    switch (mode) {
-        case INPUT:
-            wanted = board_mode::input;
-            break;
-        case OUTPUT:
-            wanted = board_mode::output;
-            break;
-        case INPUT_PULLUP:
-            wanted = board_mode::input_pullup;
-            break;
-        case INPUT_PULLDOWN:
-            wanted = board_mode::input_pulldown;
-            break;
-        case OUTPUT_OPENDRAIN:
-            wanted = board_mode::output_open_drain;
-            break;
-        default:
-            report_error("pinMode", pin,
-                         make_error(ErrorCode::invalid_argument, "unknown mode; the pin is unchanged"));
-            return;
+    const auto* const known = std::ranges::find(kModes, mode, &Mode::first);
+    if (known == std::end(kModes)) {
+        refuse("pinMode", pin, ErrorCode::invalid_argument, "unknown mode; the pin is unchanged");
+        return;
     }
-    if (!succeeded("pinMode", pin, board::current().pin_mode(pin_id(pin), wanted))) return;
+    if (!succeeded("pinMode", pin, board::current().pin_mode(pin_id(pin), known->second))) return;
     is_output[static_cast<std::size_t>(pin)].store(mode == OUTPUT, std::memory_order_relaxed);
 }
 
@@ -84,7 +73,12 @@ void qduino::arduino::make_output(int pin) {
 void digitalWrite(int pin, int level) {
     if (!is_pin("digitalWrite", pin)) return;
     if (pwm_active[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) end_pwm(pin, level);
-    board::current().pin_write(pin_id(pin), level == LOW ? board::Level::low : board::Level::high);
+    board::current().pin_write(pin_id(pin), level_of(level));
+}
+
+bool safeState(int pin, int level) {
+    return is_pin("safeState", pin) &&
+           succeeded("safeState", pin, board::current().safe_state(pin_id(pin), level_of(level)));
 }
 
 int digitalRead(int pin) {
@@ -95,8 +89,7 @@ int digitalRead(int pin) {
 int analogRead(int pin) {
     const int channel = pin >= A0 ? pin - A0 : pin;
     if (channel < 0 || channel >= NUM_ANALOG_INPUTS) {
-        report_error("analogRead", pin,
-                     make_error(ErrorCode::invalid_argument, "no such input: there are A0 to A15"));
+        refuse("analogRead", pin, ErrorCode::invalid_argument, "no such input: there are A0 to A15");
         return 0;
     }
     const auto fraction = board::current().analog_read(pin_id(A0 + channel));
@@ -135,10 +128,9 @@ void analogWriteFrequency(int pin, double frequency_hz) {
 }
 
 void analogReference(int mode) {
-    if (mode == DEFAULT) return;
-    report_error(
-        "analogReference", mode,
-        make_error(ErrorCode::unsupported, "the converter has one reference; readings stay relative to it"));
+    if (mode != DEFAULT)
+        refuse("analogReference", mode, ErrorCode::unsupported,
+               "the converter has one reference; readings stay relative to it");
 }
 
 void analogReadResolution(int bits) {
@@ -188,7 +180,7 @@ bool await_level(board::PinId pin, board::Level level, bool wanted, qduino::Inst
 
 unsigned long pulseIn(int pin, int level, unsigned long timeout_us) {
     if (!is_pin("pulseIn", pin)) return 0;
-    const board::Level wanted = level == LOW ? board::Level::low : board::Level::high;
+    const board::Level wanted = level_of(level);
     const auto timeout =
         std::chrono::microseconds{static_cast<std::int64_t>(std::min(timeout_us, 1UL << 40))};
     const qduino::Instant give_up = board::current().now() + timeout;

@@ -9,6 +9,12 @@
 
 #include "arduino/core/constants.h"
 
+namespace qduino::arduino {
+/// pinMode(pin, OUTPUT), unless that was the last mode set. `pin` is a pin of the board. For calls
+/// that drive a pin which the sketch may not have set up: tone() is one.
+void make_output(int pin);
+}  // namespace qduino::arduino
+
 // ---- digital ------------------------------------------------------------------------------------
 /// Setup-time. `mode`: INPUT, OUTPUT, INPUT_PULLUP, INPUT_PULLDOWN, OUTPUT_OPENDRAIN.
 void pinMode(int pin, int mode);

@@ -28,30 +28,22 @@ bool set_timer(const char* call, int core, bool enabled) {
                      ask_runtime([&](Runtime& runtime) { return runtime.core_timer(core, enabled); }));
 }
 
+bool bad_budget(const char* call, int subject) {
+    return refuse(call, subject, ErrorCode::invalid_argument, "0 < budget <= period");
+}
+
 std::optional<board::Edge> edge_of(int mode) {
-    switch (mode) {
-        case RISING:
-        case HIGH:
-            return board::Edge::rising;
-        case FALLING:
-        case LOW:
-            return board::Edge::falling;
-        case CHANGE:
-            return board::Edge::both;
-        default:
-            return std::nullopt;
-    }
+    if (mode == RISING || mode == HIGH) return board::Edge::rising;
+    if (mode == FALLING || mode == LOW) return board::Edge::falling;
+    return mode == CHANGE ? std::optional{board::Edge::both} : std::nullopt;
 }
 
 bool attach(const char* call, int pin, void (*handler)(), int mode, Nanoseconds budget, Nanoseconds period,
             int core) {
     const auto edge = edge_of(mode);
     if (pin < 0 || pin >= board::kPinCount || !handler || !edge) {
-        report_error(
-            call, pin,
-            make_error(ErrorCode::invalid_argument,
-                       "an interrupt needs a pin below 128, a handler, and RISING, FALLING or CHANGE"));
-        return false;
+        return refuse(call, pin, ErrorCode::invalid_argument,
+                      "an interrupt needs a pin below 128, a handler, and RISING, FALLING or CHANGE");
     }
     return succeeded(call, pin, ask_runtime([&](Runtime& runtime) {
                          return runtime.attach_interrupt(board::PinId{static_cast<std::uint16_t>(pin)}, *edge,
@@ -63,21 +55,13 @@ bool attach(const char* call, int pin, void (*handler)(), int mode, Nanoseconds 
 
 bool attach_interrupt_vcpu(int pin, void (*handler)(), int mode, Nanoseconds budget, Nanoseconds period,
                            int core) {
-    if (!is_budget(budget, period)) {
-        report_error("attachInterruptVcpu", pin,
-                     make_error(ErrorCode::invalid_argument, "0 < budget <= period"));
-        return false;
-    }
+    if (!is_budget(budget, period)) return bad_budget("attachInterruptVcpu", pin);
     return attach("attachInterruptVcpu", pin, handler, mode, budget, period, core);
 }
 
 bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core) {
     const int subject = static_cast<int>(device);
-    if (!is_budget(budget, period)) {
-        report_error("interruptsVcpu", subject,
-                     make_error(ErrorCode::invalid_argument, "0 < budget <= period"));
-        return false;
-    }
+    if (!is_budget(budget, period)) return bad_budget("interruptsVcpu", subject);
     return succeeded("interruptsVcpu", subject, ask_runtime([&](Runtime& runtime) {
                          return runtime.interrupts_vcpu(device, budget, period, core);
                      }));

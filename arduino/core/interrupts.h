@@ -4,8 +4,6 @@
 // may call everything that a loop may.
 #pragma once
 
-#include <cstdint>
-
 #include "arduino/core/loops.h"
 #include "runtime/sketch.h"
 

@@ -1,6 +1,7 @@
 #include "arduino/core/number_format.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 
@@ -18,16 +19,10 @@ std::size_t put_text(char* out, const char* text) {
 
 std::size_t format_unsigned(char* out, std::uint64_t value, unsigned base) {
     if (base < 2 || base > 36) base = 10;
-    char digits[kIntegerTextMax];
-    std::size_t size = 0;
-    do {
-        const auto digit = static_cast<unsigned>(value % base);
-        digits[size++] = static_cast<char>(digit < 10 ? '0' + digit : 'A' + (digit - 10));
-        value /= base;
-    } while (value != 0);
-    std::reverse_copy(digits, digits + size, out);
-    out[size] = '\0';
-    return size;
+    char* const end = std::to_chars(out, out + kIntegerTextMax - 1, value, static_cast<int>(base)).ptr;
+    std::transform(out, end, out, [](char c) { return c >= 'a' ? static_cast<char>(c - 'a' + 'A') : c; });
+    *end = '\0';
+    return static_cast<std::size_t>(end - out);
 }
 
 std::size_t format_signed_decimal(char* out, std::int64_t value) {

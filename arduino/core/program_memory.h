@@ -11,17 +11,23 @@
 using prog_char = char;
 using prog_uchar = unsigned char;
 
-inline std::uint8_t pgm_read_byte(const void* address) { return *static_cast<const std::uint8_t*>(address); }
-/// 16 bits, as on the AVR.
-inline std::uint16_t pgm_read_word(const void* address) {
-    std::uint16_t value;
+namespace qduino::arduino {
+/// The bytes at `address`, which may not be aligned.
+template <typename T>
+T value_at(const void* address) {
+    T value;
     std::memcpy(&value, address, sizeof value);
     return value;
 }
+}  // namespace qduino::arduino
+
+inline std::uint8_t pgm_read_byte(const void* address) { return *static_cast<const std::uint8_t*>(address); }
+/// 16 bits, as on the AVR.
+inline std::uint16_t pgm_read_word(const void* address) {
+    return qduino::arduino::value_at<std::uint16_t>(address);
+}
 inline std::uint32_t pgm_read_dword(const void* address) {
-    std::uint32_t value;
-    std::memcpy(&value, address, sizeof value);
-    return value;
+    return qduino::arduino::value_at<std::uint32_t>(address);
 }
 /// A table of texts is read with these on the AVR, where an address has 16 bits; here an address is
 /// an address.
@@ -33,16 +39,8 @@ template <typename T>
 std::uintptr_t pgm_read_dword(T* const* address) {
     return reinterpret_cast<std::uintptr_t>(*address);
 }
-inline float pgm_read_float(const void* address) {
-    float value;
-    std::memcpy(&value, address, sizeof value);
-    return value;
-}
-inline void* pgm_read_ptr(const void* address) {
-    void* value;
-    std::memcpy(&value, address, sizeof value);
-    return value;
-}
+inline float pgm_read_float(const void* address) { return qduino::arduino::value_at<float>(address); }
+inline void* pgm_read_ptr(const void* address) { return qduino::arduino::value_at<void*>(address); }
 inline std::uint8_t pgm_read_byte_near(const void* address) { return pgm_read_byte(address); }
 inline std::uint16_t pgm_read_word_near(const void* address) { return pgm_read_word(address); }
 inline std::uint32_t pgm_read_dword_near(const void* address) { return pgm_read_dword(address); }

@@ -1,6 +1,5 @@
 #include "arduino/core/timing.h"
 
-#include "arduino/core/setup_work.h"
 #include "board/board.h"
 #include "runtime/runtime.h"
 

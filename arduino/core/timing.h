@@ -6,11 +6,14 @@
 // interval` is right on both, provided that `then` is an unsigned long and not a uint32_t.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
-
 #include "base/time.h"
 #include "board/board.h"
+
+namespace qduino::arduino {
+/// Background work while setup() waits, when no loop runs yet that could do it. delay() in setup()
+/// calls it with the instant until which it waits; may return before it. Static initialisers only.
+void set_setup_work(void (*work)(Instant until));
+}  // namespace qduino::arduino
 
 unsigned long millis();
 unsigned long micros();

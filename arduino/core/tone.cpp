@@ -17,9 +17,8 @@
 #include "arduino/core/digital_io.h"
 #include "arduino/core/lock.h"
 #include "arduino/core/loops.h"
-#include "arduino/core/make_output.h"
 #include "arduino/core/releases.h"
-#include "arduino/core/setup_work.h"
+#include "arduino/core/timing.h"
 #include "board/board.h"
 #include "channel/four_slot.h"
 
@@ -121,9 +120,8 @@ const qduino::arduino::LoopRegistration tone_registration{
 void tone(int pin, unsigned frequency_hz, unsigned long duration_ms) {
     if (pin < 0 || pin >= qduino::board::kPinCount || (frequency_hz != 0 && frequency_hz < kLowestHz) ||
         frequency_hz > kHighestHz) {
-        qduino::arduino::report_error("tone", pin,
-                                      qduino::make_error(qduino::ErrorCode::invalid_argument,
-                                                         "a tone has a pin below 128 and 31 to 65535 Hz"));
+        qduino::arduino::refuse("tone", pin, qduino::ErrorCode::invalid_argument,
+                                "a tone has a pin below 128 and 31 to 65535 Hz");
         return;
     }
     const qduino::arduino::LockGuard held{asking};

@@ -17,9 +17,8 @@ namespace qduino::arduino::host {
 namespace {
 
 Error file_error(const std::string& path) {
-    Error error = posix::system_error("use", path);
-    error.message.append(" (set QDUINO_EEPROM to a file that can be written)");
-    return error;
+    const Error error = posix::system_error("use", path);
+    return make_error(error.code, error.message, " (set QDUINO_EEPROM to a file that can be written)");
 }
 
 /// Fills from the file's end up to `size` with 0xff. False, with errno, when it cannot.

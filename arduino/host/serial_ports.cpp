@@ -8,9 +8,9 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
 #include "posix/system_error.h"
@@ -170,13 +170,10 @@ Result<void> configure(int descriptor, const std::string& path, unsigned long ba
     cfmakeraw(&settings);
     apply_frame(settings, config);
     settings.c_cflag |= CLOCAL | CREAD;
-    speed_t speed = B0;
-    for (const auto& [rate, word] : kSpeeds) {
-        if (rate == baud) speed = word;
-    }
-    if (speed == B0)
-        return make_error(ErrorCode::invalid_argument, path + ": no such speed, " + std::to_string(baud));
-    cfsetspeed(&settings, speed);
+    const auto* const known = std::ranges::find(kSpeeds, baud, &std::pair<unsigned long, speed_t>::first);
+    if (known == std::end(kSpeeds))
+        return make_error(ErrorCode::invalid_argument, path, ": no such speed, ", baud);
+    cfsetspeed(&settings, known->second);
     if (tcsetattr(descriptor, TCSANOW, &settings) != 0) return posix::system_error("set up", path);
     return {};
 }
@@ -186,8 +183,7 @@ Result<void> configure(int descriptor, const std::string& path, unsigned long ba
 Result<void> TerminalPort::open(unsigned long baud, std::uint16_t config) {
     descriptor_.reset(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
     if (!descriptor_.valid()) return posix::system_error("open", path_);
-    const auto configured = configure(descriptor_.get(), path_, baud, config);
-    if (!configured.ok()) {
+    if (const auto configured = configure(descriptor_.get(), path_, baud, config); !configured) {
         close();
         return configured.error();
     }
@@ -212,8 +208,7 @@ Result<void> PseudoTerminalPort::open(unsigned long, std::uint16_t config) {
     name_ = name;
     slave_.reset(::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
     if (!slave_.valid()) return posix::system_error("open", name_);
-    const auto configured = configure(slave_.get(), name_, 115200, config);
-    if (!configured.ok()) return configured.error();
+    QDUINO_TRY(configure(slave_.get(), name_, 115200, config));
     if (!link_.empty()) {
         unlink(link_.c_str());
         if (symlink(name, link_.c_str()) != 0) return posix::system_error("link", link_);
@@ -234,26 +229,18 @@ void PseudoTerminalPort::close() {
 namespace {
 
 /// Prints the name of the other end as soon as it exists.
-class AnnouncedPseudoTerminal final : public SerialPort {
+class AnnouncedPseudoTerminal final : public PseudoTerminalPort {
   public:
-    AnnouncedPseudoTerminal(int number, std::string link) : number_(number), port_(std::move(link)) {}
+    AnnouncedPseudoTerminal(int number, std::string link)
+        : PseudoTerminalPort(std::move(link)), number_(number) {}
     Result<void> open(unsigned long baud, std::uint16_t config) override {
-        auto opened = port_.open(baud, config);
-        if (opened.ok()) std::fprintf(stderr, "Serial%d is %s\n", number_, port_.name().c_str());
-        return opened;
+        QDUINO_TRY(PseudoTerminalPort::open(baud, config));
+        std::fprintf(stderr, "Serial%d is %s\n", number_, name().c_str());
+        return {};
     }
-    void close() override { port_.close(); }
-    std::size_t available() override { return port_.available(); }
-    int read() override { return port_.read(); }
-    int peek() override { return port_.peek(); }
-    std::size_t write(std::span<const std::uint8_t> bytes) override { return port_.write(bytes); }
-    std::size_t room() override { return port_.room(); }
-    void flush() override { port_.flush(); }
-    void flush_for(int ms) override { port_.flush_for(ms); }
 
   private:
     int number_;
-    PseudoTerminalPort port_;
 };
 
 }  // namespace

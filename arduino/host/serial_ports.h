@@ -98,11 +98,11 @@ class TerminalPort final : public DescriptorPort {
 };
 
 /// A new pseudo-terminal, for another program to open as if it were a serial port.
-class PseudoTerminalPort final : public DescriptorPort {
+class PseudoTerminalPort : public DescriptorPort {
   public:
     /// `link` (may be empty) becomes a symbolic link to it.
     explicit PseudoTerminalPort(std::string link) : DescriptorPort(WhenFull::drop), link_(std::move(link)) {}
-    ~PseudoTerminalPort() override { close(); }
+    ~PseudoTerminalPort() override { PseudoTerminalPort::close(); }
     Result<void> open(unsigned long baud, std::uint16_t config) override;
     void close() override;
     /// "/dev/pts/5"; empty before open().

@@ -7,7 +7,6 @@
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -36,8 +35,15 @@ Endpoint endpoint_of(const sockaddr_in& address) {
 const sockaddr* generic(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
 sockaddr* generic(sockaddr_in& address) { return reinterpret_cast<sockaddr*>(&address); }
 
+template <typename Name>
+Endpoint end_of(int descriptor, Name name) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    return name(descriptor, generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
+}
+
 Error network_error(const char* what, std::uint16_t port) {
-    return posix::system_error(what, "port " + std::to_string(port));
+    return posix::system_error(what, text("port ", port));
 }
 
 std::shared_ptr<Socket> make_socket(int type, int& descriptor) {
@@ -146,16 +152,8 @@ int Socket::available() const {
     return ioctl(descriptor_.get(), FIONREAD, &count) == 0 ? count : 0;
 }
 
-Endpoint Socket::local() const {
-    sockaddr_in address{};
-    socklen_t size = sizeof address;
-    return getsockname(descriptor_.get(), generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
-}
-Endpoint Socket::remote() const {
-    sockaddr_in address{};
-    socklen_t size = sizeof address;
-    return getpeername(descriptor_.get(), generic(address), &size) == 0 ? endpoint_of(address) : Endpoint{};
-}
+Endpoint Socket::local() const { return end_of(descriptor_.get(), &getsockname); }
+Endpoint Socket::remote() const { return end_of(descriptor_.get(), &getpeername); }
 
 std::optional<std::uint32_t> resolve(const std::string& host) {
     addrinfo wanted{};

@@ -21,13 +21,12 @@ constexpr std::array kWords{
     Word{"failed", &spool::JobQuery::failed},
 };
 
-Error invalid(std::string_view text) { return {ErrorCode::invalid_argument, FixedString<236>{text}}; }
-
 /// "queued,held": only these states. False: an unknown word.
 bool read_states(std::string_view text, std::string_view running_word, spool::JobQuery& query) {
     query.waiting = query.held = query.printing = query.done = query.cancelled = query.failed = false;
-    for (;;) {
-        const std::string_view word = text.substr(0, text.find(','));
+    for (bool last = false; !last;) {
+        last = text.find(',') == std::string_view::npos;
+        const std::string_view word = take_until(text, ',');
         bool known = word == "printing" || word == "paused" || word == "uploading";
         query.printing = query.printing || word == running_word;
         for (const Word& each : kWords) {
@@ -36,9 +35,8 @@ bool read_states(std::string_view text, std::string_view running_word, spool::Jo
             known = true;
         }
         if (!known) return false;
-        if (word.size() == text.size()) return true;
-        text.remove_prefix(word.size() + 1);
     }
+    return true;
 }
 
 /// Reads one parameter into `query`. Unknown ones are left to others.
@@ -47,20 +45,23 @@ Result<void> read_parameter(std::string_view name, const std::string& value, std
     if (name == "limit") {
         const std::optional<std::size_t> limit = whole_number<std::size_t>(value);
         if (!limit || *limit < 1 || *limit > spool::JobQuery::kLimitMax)
-            return Error{ErrorCode::out_of_range, "limit must be a whole number from 1 to 1000"};
+            return make_error(ErrorCode::out_of_range, "limit must be a whole number from 1 to 1000");
         query.limit = *limit;
     } else if (name == "before") {
         query.before = whole_number<std::int64_t>(value);
-        if (!query.before || *query.before < 1) return invalid("before must be a job's number");
+        if (!query.before || *query.before < 1)
+            return make_error(ErrorCode::invalid_argument, "before must be a job's number");
     } else if (name == "state" && !value.empty()) {
         if (!read_states(value, running_word, query))
-            return invalid(
+            return make_error(
+                ErrorCode::invalid_argument,
                 "state must be of queued, held, printing, paused, done, cancelled and failed, with commas "
                 "between");
     } else if (name == "q") {
         query.text = value;
         if (value.size() > kTextMaxBytes || !spool::is_utf8(value))
-            return invalid("q must be a part of a name: UTF-8, 200 bytes at most");
+            return make_error(ErrorCode::invalid_argument,
+                              "q must be a part of a name: UTF-8, 200 bytes at most");
     }
     return {};
 }
@@ -77,14 +78,13 @@ std::optional<std::string> form_decoded(std::string_view text) {
 Result<spool::JobQuery> job_query_of(std::string_view parameters, std::string_view running_word) {
     spool::JobQuery query;
     while (!parameters.empty()) {
-        const std::string_view pair = parameters.substr(0, parameters.find('&'));
-        parameters.remove_prefix(std::min(parameters.size(), pair.size() + 1));
-        const std::string_view name = pair.substr(0, pair.find('='));
-        const std::optional<std::string> value =
-            form_decoded(pair.substr(std::min(pair.size(), name.size() + 1)));
-        if (!value) return invalid("a parameter is malformed: % must stand before two hexadecimal digits");
-        if (const Result<void> read = read_parameter(name, *value, running_word, query); !read.ok())
-            return read.error();
+        std::string_view text = take_until(parameters, '&');
+        const std::string_view name = take_until(text, '=');
+        const std::optional<std::string> value = form_decoded(text);
+        if (!value)
+            return make_error(ErrorCode::invalid_argument,
+                              "a parameter is malformed: % must stand before two hexadecimal digits");
+        QDUINO_TRY(read_parameter(name, *value, running_word, query));
     }
     return query;
 }

@@ -1,9 +1,8 @@
 // /api/v1/jobs and /api/v1/queue: what a person may do with jobs (docs/api.md, "Jobs").
 #include <sys/stat.h>
-#include <fstream>
-#include <iterator>
 
 #include "base/whole_number.h"
+#include "posix/small_file.h"
 #include "web/api/json.h"
 #include "web/api/route.h"
 #include "web/upload.h"
@@ -36,10 +35,7 @@ std::uint64_t size_of(const std::filesystem::path& path) {
 
 Response file_response(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t length,
                        std::string content_type) {
-    Response response;
-    response.content_type = std::move(content_type);
-    response.file = FileRange{path, offset, length};
-    return response;
+    return {.content_type = std::move(content_type), .file = FileRange{path, offset, length}};
 }
 
 Response list_jobs(Context& context, const Call& call) {
@@ -59,17 +55,20 @@ Response created(Context& context, const Call& call) {
     return response;
 }
 
-Response get_job(Context& context, const Call& call) {
+/// A handler for the job that the path names.
+template <Response (*kHandler)(Context&, const Call&, const Job&)>
+Response of_job(Context& context, const Call& call) {
     const std::optional<Job> job = job_of(context, call);
-    return job ? json_response(job_json(context.spool, *job)) : no_such_job();
+    return job ? kHandler(context, call, *job) : no_such_job();
 }
 
-Response delete_job(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    return job ? answer(context.spool.remove(job->id), no_content()) : no_such_job();
+Response get_job(Context& context, const Call&, const Job& job) {
+    return json_response(job_json(context.spool, job));
 }
 
-Response bad_patch(std::string_view what) { return web::error_response(400, "invalid_argument", what); }
+Response delete_job(Context& context, const Call&, const Job& job) {
+    return answer(context.spool.remove(job.id), no_content());
+}
 
 /// Fills `patch` from one member of the body. False when its type or name is wrong.
 bool read_member(const std::string& name, const Json& value, JobPatch& patch) {
@@ -92,56 +91,42 @@ bool read_member(const std::string& name, const Json& value, JobPatch& patch) {
     return value.is_null() || value.is_number_integer();
 }
 
-Response patch_job(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
+Response patch_job(Context& context, const Call& call, const Job& job) {
     const std::optional<Json> body = object_of(call.request.body);
-    if (!body) return bad_patch("the body must be a JSON object");
+    if (!body) return refused(ErrorCode::invalid_argument, "the body must be a JSON object");
     JobPatch patch;
     for (const auto& [name, value] : body->items()) {
         if (!read_member(name, value, patch)) {
-            return bad_patch(
+            return refused(
+                ErrorCode::invalid_argument,
                 "only hold (true or false), copies, priority (whole numbers) and before (a job's number or "
                 "null) can be changed");
         }
     }
-    const spool::JobId id = job->id;
-    return answer_job(context, id, context.spool.patch(id, patch));
+    return answer_job(context, job.id, context.spool.patch(job.id, patch));
 }
 
-Response start_job(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
-    const spool::JobId id = job->id;
-    return answer_job(context, id, context.spool.start(id));
+Response start_job(Context& context, const Call&, const Job& job) {
+    return answer_job(context, job.id, context.spool.start(job.id));
 }
 
 /// Only characters that need no quoting in any header survive.
 std::string attachment(const std::string& name) {
     std::string plain;
-    for (const char c : name) {
-        const bool safe = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          c == '.' || c == '-' || c == '_';
-        plain += safe ? c : '_';
-    }
+    for (const char c : name) plain += is_letter_or_digit(c) || c == '.' || c == '-' ? c : '_';
     return "attachment; filename=\"" + plain + "\"";
 }
 
-Response job_file(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
-    Response response = file_response(context.spool.blobs().path(job->sha256, BlobPart::gcode), 0, job->size,
+Response job_file(Context& context, const Call&, const Job& job) {
+    Response response = file_response(context.spool.blobs().path(job.sha256, BlobPart::gcode), 0, job.size,
                                       "application/octet-stream");
-    response.add("Content-Disposition", attachment(job->name));
+    response.add("Content-Disposition", attachment(job.name));
     return response;
 }
 
-Response job_thumbnail(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
-    if (!job->has_thumbnail)
-        return web::error_response(404, "not_found", "the job's file holds no thumbnail");
-    const auto path = context.spool.blobs().path(job->sha256, BlobPart::thumbnail);
+Response job_thumbnail(Context& context, const Call&, const Job& job) {
+    if (!job.has_thumbnail) return refused(ErrorCode::not_found, "the job's file holds no thumbnail");
+    const auto path = context.spool.blobs().path(job.sha256, BlobPart::thumbnail);
     Response response = file_response(path, 0, size_of(path), "image/png");
     response.add("Cache-Control", "private, max-age=86400, immutable");
     return response;
@@ -150,91 +135,64 @@ Response job_thumbnail(Context& context, const Call& call) {
 /// The index of packed layers; an empty array when none were packed.
 Json layers_of(Context& context, const Job& job) {
     if (!job.has_layers) return Json::array();
-    std::ifstream stream{context.spool.blobs().path(job.sha256, BlobPart::layers_index), std::ios::binary};
-    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
-    Json layers = Json::parse(text, nullptr, false);
+    const auto text = posix::read_small_file(context.spool.blobs().path(job.sha256, BlobPart::layers_index));
+    Json layers = Json::parse(text ? *text : "", nullptr, false);
     return layers.is_array() ? layers : Json::array();
 }
 
-Response job_layers(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
-    return json_response({{"layers", layers_of(context, *job)}});
+Response job_layers(Context& context, const Call&, const Job& job) {
+    return json_response({{"layers", layers_of(context, job)}});
 }
 
 /// Layers lie one behind the other in the packed file: a range of layers is a range of bytes.
-Response packed_layers(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
+Response packed_layers(Context& context, const Call& call, const Job& job) {
     const std::string& range = call.arguments[1];
-    const std::size_t dash = range.find('-');
-    const auto first = whole_number<std::uint32_t>(std::string_view{range}.substr(0, dash));
-    const auto last = dash == std::string::npos
-                          ? first
-                          : whole_number<std::uint32_t>(std::string_view{range}.substr(dash + 1));
-    const Json layers = layers_of(context, *job);
+    std::string_view rest = range;
+    const auto first = whole_number<std::uint32_t>(take_until(rest, '-'));
+    const auto last = range.find('-') == std::string::npos ? first : whole_number<std::uint32_t>(rest);
+    const Json layers = layers_of(context, job);
     if (!first || !last || *first > *last || *last >= layers.size()) {
-        return web::error_response(404, "not_found", "give layers as FIRST-LAST, both within the job");
+        return refused(ErrorCode::not_found, "give layers as FIRST-LAST, both within the job");
     }
     std::uint64_t offset = 0;
     std::uint64_t length = 0;
     for (std::size_t i = 0; i <= *last; ++i) {
         (i < *first ? offset : length) += layers[i].value("bytes", std::uint64_t{0});
     }
-    const auto path = context.spool.blobs().path(job->sha256, BlobPart::layers);
+    const auto path = context.spool.blobs().path(job.sha256, BlobPart::layers);
     if (size_of(path) < offset + length)
-        return web::error_response(404, "not_found", "the packed layers are missing");
+        return refused(ErrorCode::not_found, "the packed layers are missing");
     Response response = file_response(path, offset, length, "application/octet-stream");
     response.add("Cache-Control", "private, max-age=86400, immutable");
     return response;
 }
 
-Response job_inspection(Context& context, const Call& call) {
-    const std::optional<Job> job = job_of(context, call);
-    if (!job) return no_such_job();
-    const Result<std::string> report = context.spool.store().report_of(job->id);
-    if (!report.ok()) return error_response(report.error());
-    Response response;
-    response.body = *report;
-    return response;
+Response job_inspection(Context& context, const Call&, const Job& job) {
+    const Result<std::string> report = context.spool.store().report_of(job.id);
+    return report.ok() ? Response{.body = *report} : error_response(report.error());
 }
 
 Response hold_queue(Context& context, const Call&) {
     return answer(context.spool.hold_queue("held by a person"), accepted());
 }
-Response release_queue(Context& context, const Call&) {
-    return answer(context.spool.release_queue(), accepted());
-}
 
 constexpr std::array kRoutes{
     Route{Method::get, "/api/v1/jobs", list_jobs},
-    Route{.method = Method::post,
-          .pattern = "/api/v1/jobs",
-          .handler = created,
-          .body = Body::upload,
-          .open = open_multipart},
-    Route{.method = Method::put,
-          .pattern = "/api/v1/jobs/**",
-          .handler = created,
-          .body = Body::upload,
-          .open = open_put},
+    upload_route(Method::post, "/api/v1/jobs", created, open_multipart),
+    upload_route(Method::put, "/api/v1/jobs/**", created, open_put),
     // PrusaLink's way to the same.
-    Route{.method = Method::put,
-          .pattern = "/api/v1/files/local/**",
-          .handler = created,
-          .body = Body::upload,
-          .open = open_put},
-    Route{Method::get, "/api/v1/jobs/*", get_job},
-    Route{Method::remove, "/api/v1/jobs/*", delete_job},
-    Route{Method::patch, "/api/v1/jobs/*", patch_job},
-    Route{Method::post, "/api/v1/jobs/*/start", start_job},
-    Route{Method::get, "/api/v1/jobs/*/file", job_file},
-    Route{Method::get, "/api/v1/jobs/*/thumbnail", job_thumbnail},
-    Route{Method::get, "/api/v1/jobs/*/layers", job_layers},
-    Route{Method::get, "/api/v1/jobs/*/layers/*", packed_layers},
-    Route{Method::get, "/api/v1/jobs/*/inspection", job_inspection},
+    upload_route(Method::put, "/api/v1/files/local/**", created, open_put),
+    Route{Method::get, "/api/v1/jobs/*", of_job<get_job>},
+    Route{Method::remove, "/api/v1/jobs/*", of_job<delete_job>},
+    Route{Method::patch, "/api/v1/jobs/*", of_job<patch_job>},
+    Route{Method::post, "/api/v1/jobs/*/start", of_job<start_job>},
+    Route{Method::get, "/api/v1/jobs/*/file", of_job<job_file>},
+    Route{Method::get, "/api/v1/jobs/*/thumbnail", of_job<job_thumbnail>},
+    Route{Method::get, "/api/v1/jobs/*/layers", of_job<job_layers>},
+    Route{Method::get, "/api/v1/jobs/*/layers/*", of_job<packed_layers>},
+    Route{Method::get, "/api/v1/jobs/*/inspection", of_job<job_inspection>},
     Route{Method::post, "/api/v1/queue/hold", hold_queue},
-    Route{Method::post, "/api/v1/queue/release", release_queue},
+    Route{Method::post, "/api/v1/queue/release", act<&spool::Spool::release_queue>},
 };
 
 }  // namespace

@@ -1,10 +1,7 @@
 #include "web/api/json.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
 
 #include "base/words.h"
 
@@ -42,6 +39,8 @@ Json timing_json(const MotionStatus& motion) {
             {"pulses", motion.pulses},         {"lateness_ns", lateness_json(motion.lateness_ns)}};
 }
 
+Json text_or_null(std::string_view text) { return text.empty() ? Json{} : Json(text); }
+
 /// The fault that stops the machine; null when there is none.
 Json fault_json(const spool::MachineView& machine) {
     if (!machine.death_note.empty()) return machine.death_note;
@@ -49,15 +48,15 @@ Json fault_json(const spool::MachineView& machine) {
     if (machine.life == spool::SketchLife::hung) return "the machine's program hangs";
     if (!machine.responding) return "the machine does not answer";
     if (machine.job.state == MachineState::faulted) {
-        return std::string{machine.job.fault.empty() ? machine.heat.fault.view() : machine.job.fault.view()};
+        return machine.job.fault.empty() ? machine.heat.fault.view() : machine.job.fault.view();
     }
-    return machine.heat.fault.empty() ? Json{} : Json(std::string{machine.heat.fault.view()});
+    return text_or_null(machine.heat.fault);
 }
 
 std::string hexadecimal(std::uint64_t value) {
-    std::array<char, 17> text{};
-    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
-    return text.data();
+    std::string digits;
+    write_characters(digits, value, 16);
+    return digits.insert(0, 16 - digits.size(), '0');
 }
 
 Json facts_json(const spool::Job& job) {
@@ -76,43 +75,17 @@ std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& 
     return running ? std::optional{*running + job.estimated_s * whole_copies} : std::nullopt;
 }
 
-Json seconds_json(const std::optional<double>& seconds) { return seconds ? Json(*seconds) : Json{}; }
-
 Json progress_json(const Progress& progress) {
     return {{"bytes", progress.bytes},
             {"fraction", progress.fraction},
             {"elapsed_s", progress.elapsed_s},
-            {"remaining_s", seconds_json(progress.remaining_s)}};
-}
-
-Json whole_job_json(const spool::Spool& spool, const spool::Job& job, const std::optional<Place>& place) {
-    return {
-        {"id", job.id},
-        {"name", job.name},
-        {"size", job.size},
-        {"sha256", job.sha256},
-        {"state", job_word(spool, job)},
-        {"hold", job.hold},
-        {"copies", job.copies},
-        {"copies_done", job.copies_done},
-        {"priority", job.priority},
-        {"position", place ? Json(place->position) : Json{}},
-        {"starts_in_s", place ? seconds_json(place->starts_in_s) : Json{}},
-        {"created", time_json(job.created_s)},
-        {"started", time_json(job.started_s)},
-        {"ended", time_json(job.ended_s)},
-        {"error", job.error.empty() ? Json{} : Json(job.error)},
-        {"stopped_line", job.stopped_line ? Json(*job.stopped_line) : Json{}},
-        {"stopped_layer", job.stopped_layer ? Json(*job.stopped_layer) : Json{}},
-        {"facts", facts_json(job)},
-        {"progress", progress_json(progress_of(spool, job))},
-    };
+            {"remaining_s", progress.remaining_s}};
 }
 
 Json gate_json(const spool::Spool& spool) {
     const spool::QueueGate& gate = spool.gate();
     return {{"held", !gate.hold_reason.empty()},
-            {"reason", gate.hold_reason.empty() ? Json{} : Json(gate.hold_reason)},
+            {"reason", text_or_null(gate.hold_reason)},
             {"bed_occupied", gate.bed_occupied},
             {"confirm_bed", spool.confirms_bed()}};
 }
@@ -121,12 +94,7 @@ Json gate_json(const spool::Spool& spool) {
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-Response json_response(const Json& json, int status) {
-    Response response;
-    response.status = status;
-    response.body = text_of(json);
-    return response;
-}
+Response json_response(const Json& json, int status) { return {.status = status, .body = text_of(json)}; }
 
 std::optional<Json> object_of(std::string_view body) {
     Json json = Json::parse(body, nullptr, false);
@@ -134,14 +102,15 @@ std::optional<Json> object_of(std::string_view body) {
     return json;
 }
 
+std::optional<std::string> text_member(std::string_view body, const char* name) {
+    const Json json = Json::parse(body, nullptr, false);
+    if (!json.is_object() || !json.contains(name) || !json[name].is_string()) return std::nullopt;
+    return json[name].get<std::string>();
+}
+
 Json time_json(spool::UnixSeconds time_s) {
     if (time_s == 0) return nullptr;
-    const std::time_t time = time_s;
-    std::tm parts{};
-    std::array<char, 32> text{};
-    ::gmtime_r(&time, &parts);
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text.data();
+    return spool::utc_text(time_s, "%Y-%m-%dT%H:%M:%SZ");
 }
 
 std::string_view machine_word(const spool::MachineView& machine) {
@@ -208,20 +177,33 @@ namespace {
 
 /// `places` is filled when the first job needs it: that takes a look at the whole queue.
 Json job_json(const spool::Spool& spool, const spool::Job& job, std::map<spool::JobId, Place>& places) {
-    if (job.state != spool::JobState::queued) return whole_job_json(spool, job, std::nullopt);
-    if (places.empty()) places = places_of(spool);
-    const auto place = places.find(job.id);
-    return whole_job_json(spool, job, place == places.end() ? std::nullopt : std::optional{place->second});
+    std::optional<Place> place;
+    if (job.state == spool::JobState::queued) {
+        if (places.empty()) places = places_of(spool);
+        if (const auto at = places.find(job.id); at != places.end()) place = at->second;
+    }
+    return {
+        {"id", job.id},
+        {"name", job.name},
+        {"size", job.size},
+        {"sha256", job.sha256},
+        {"state", job_word(spool, job)},
+        {"hold", job.hold},
+        {"copies", job.copies},
+        {"copies_done", job.copies_done},
+        {"priority", job.priority},
+        {"position", place ? Json(place->position) : Json{}},
+        {"starts_in_s", place ? place->starts_in_s : std::nullopt},
+        {"created", time_json(job.created_s)},
+        {"started", time_json(job.started_s)},
+        {"ended", time_json(job.ended_s)},
+        {"error", text_or_null(job.error)},
+        {"stopped_line", job.stopped_line},
+        {"stopped_layer", job.stopped_layer},
+        {"facts", facts_json(job)},
+        {"progress", progress_json(progress_of(spool, job))},
+    };
 }
-
-}  // namespace
-
-Json job_json(const spool::Spool& spool, const spool::Job& job) {
-    std::map<spool::JobId, Place> places;
-    return job_json(spool, job, places);
-}
-
-namespace {
 
 Json counts_json(const spool::Spool& spool) {
     const spool::JobCounts& counts = spool.counts();
@@ -239,25 +221,10 @@ Json list_json(const spool::Spool& spool, const spool::JobPage& page) {
     Json jobs = Json::array();
     for (const spool::Job& job : page.jobs) jobs.push_back(job_json(spool, job, places));
     return {{"jobs", std::move(jobs)},
-            {"next_before", page.next_before ? Json(*page.next_before) : Json{}},
+            {"next_before", page.next_before},
             {"counts", counts_json(spool)},
             {"queue", gate_json(spool)}};
 }
-
-}  // namespace
-
-Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query) {
-    const Result<spool::JobPage> page = spool.page(query);
-    if (!page.ok()) return page.error();
-    return list_json(spool, *page);
-}
-
-Json jobs_json(const spool::Spool& spool) {
-    Result<Json> page = page_json(spool, {});
-    return page.ok() ? std::move(*page) : list_json(spool, {});
-}
-
-namespace {
 
 /// Whole seconds until each waiting job of the first page is done. None while the queue does not go
 /// on by itself.
@@ -281,41 +248,59 @@ Json running_progress_json(const spool::Spool& spool) {
 
 }  // namespace
 
+Json job_json(const spool::Spool& spool, const spool::Job& job) {
+    std::map<spool::JobId, Place> places;
+    return job_json(spool, job, places);
+}
+
+Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query) {
+    QDUINO_TRY_ASSIGN(const spool::JobPage page, spool.page(query));
+    return list_json(spool, page);
+}
+
+Json jobs_json(const spool::Spool& spool) {
+    Result<Json> page = page_json(spool, {});
+    return page.ok() ? std::move(*page) : list_json(spool, {});
+}
+
 Json status_json(const spool::Spool& spool) {
     const spool::MachineView& machine = spool.machine();
     const std::string_view state = machine_word(machine);
     const auto& job = machine.job;
-    Json status{{"connected", state != "disconnected"},
-                {"session", machine.connected ? Json(hexadecimal(machine.session)) : Json{}},
-                {"state", state},
-                {"job", spool.active_run() ? Json(spool.active_run()->job) : Json{}}};
-    status["fault"] = machine.connected ? fault_json(machine) : Json{};
-    status["message"] = std::string{job.message.view()};
-    status["position_mm"] = {{"x", job.position_mm[0]},
-                             {"y", job.position_mm[1]},
-                             {"z", job.position_mm[2]},
-                             {"e", job.position_mm[3]}};
-    status["homed"] = job.homed;
-    status["hot_end"] = heater_json(machine.heat.hot_end);
-    status["bed"] = heater_json(machine.heat.bed);
-    status["fan"] = machine.heat.fan_duty;
-    status["idle_off_in_s"] = machine.heat.idle_left_s >= 0 ? Json(machine.heat.idle_left_s) : Json{};
-    status["idle_timed_out"] = machine.heat.idle_timed_out;
-    status["idle_timeout_s"] = machine.heat.idle_timeout_s;
-    status["parked"] = job.parked && job.state == MachineState::paused;
-    status["may_jog"] = may_jog(spool);
-    status["time_factor"] = machine.time_factor;
-    status["feed_factor"] = job.feed_factor;
-    status["flow_factor"] = job.flow_factor;
-    status["layer"] = job.layer;
-    status["line"] = job.line;
-    status["bytes_executed"] = job.bytes_executed;
-    status["bytes_accepted"] = job.bytes_accepted;
-    status["print_time_s"] = job.print_time_s;
-    status["progress"] = running_progress_json(spool);
-    status["ready_in_s"] = ready_json(spool, state);
-    status["timing"] = timing_json(machine.motion);
-    return status;
+    const auto& heat = machine.heat;
+    return {
+        {"connected", state != "disconnected"},
+        {"session", machine.connected ? Json(hexadecimal(machine.session)) : Json{}},
+        {"state", state},
+        {"job", spool.active_run() ? Json(spool.active_run()->job) : Json{}},
+        {"fault", machine.connected ? fault_json(machine) : Json{}},
+        {"message", job.message.view()},
+        {"position_mm",
+         {{"x", job.position_mm[0]},
+          {"y", job.position_mm[1]},
+          {"z", job.position_mm[2]},
+          {"e", job.position_mm[3]}}},
+        {"homed", job.homed},
+        {"hot_end", heater_json(heat.hot_end)},
+        {"bed", heater_json(heat.bed)},
+        {"fan", heat.fan_duty},
+        {"idle_off_in_s", heat.idle_left_s >= 0 ? Json(heat.idle_left_s) : Json{}},
+        {"idle_timed_out", heat.idle_timed_out},
+        {"idle_timeout_s", heat.idle_timeout_s},
+        {"parked", job.parked && job.state == MachineState::paused},
+        {"may_jog", may_jog(spool)},
+        {"time_factor", machine.time_factor},
+        {"feed_factor", job.feed_factor},
+        {"flow_factor", job.flow_factor},
+        {"layer", job.layer},
+        {"line", job.line},
+        {"bytes_executed", job.bytes_executed},
+        {"bytes_accepted", job.bytes_accepted},
+        {"print_time_s", job.print_time_s},
+        {"progress", running_progress_json(spool)},
+        {"ready_in_s", ready_json(spool, state)},
+        {"timing", timing_json(machine.motion)},
+    };
 }
 
 }  // namespace qduino::web::api

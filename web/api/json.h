@@ -10,6 +10,18 @@
 #include "spool/spool.h"
 #include "web/http.h"
 
+/// A value that is not there is null.
+template <typename Value>
+struct nlohmann::adl_serializer<std::optional<Value>> {
+    static void to_json(auto& json, const std::optional<Value>& value) {
+        if (value) {
+            json = *value;
+        } else {
+            json = nullptr;
+        }
+    }
+};
+
 namespace qduino::web::api {
 
 using Json = nlohmann::ordered_json;
@@ -20,6 +32,8 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] Response json_response(const Json& json, int status = 200);
 /// The body as an object; nothing when it is not one.
 [[nodiscard]] std::optional<Json> object_of(std::string_view body);
+/// The member `name` of the body, an object; nothing when it is no text.
+[[nodiscard]] std::optional<std::string> text_member(std::string_view body, const char* name);
 
 /// "2026-11-21T06:00:00Z"; null for 0.
 [[nodiscard]] Json time_json(spool::UnixSeconds time_s);

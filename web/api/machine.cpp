@@ -3,7 +3,6 @@
 // A refusal here is a courtesy with a clear text; the machine checks everything again.
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "web/api/json.h"
 #include "web/api/route.h"
@@ -14,15 +13,8 @@ namespace {
 
 using printer::link::MachineState;
 
-Response bad_request(std::string_view what) { return web::error_response(400, "invalid_argument", what); }
-Response out_of_range(std::string_view what) { return web::error_response(422, "out_of_range", what); }
-
-/// A number as G-code takes it: no exponent, no locale.
-std::string decimal(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4f", value);
-    return text.data();
-}
+/// A number as G-code takes it.
+Fixed decimal(double value) { return {value, 4}; }
 
 /// A finite number of the body. False when the member is there and is none; `value` stays when it
 /// is absent.
@@ -40,7 +32,7 @@ bool is_busy(const spool::Spool& spool) {
 }
 
 Response busy() {
-    return web::error_response(409, "not_permitted", "not while the machine is printing, paused or faulted");
+    return refused(ErrorCode::not_permitted, "not while the machine is printing, paused or faulted");
 }
 
 Response send(Context& context, const std::vector<std::string>& lines) {
@@ -48,15 +40,6 @@ Response send(Context& context, const std::vector<std::string>& lines) {
 }
 
 Response get_machine(Context& context, const Call&) { return json_response(status_json(context.spool)); }
-Response pause(Context& context, const Call&) { return answer(context.spool.pause(), accepted()); }
-Response resume(Context& context, const Call&) { return answer(context.spool.resume(), accepted()); }
-Response cancel(Context& context, const Call&) { return answer(context.spool.cancel(), accepted()); }
-Response clear_fault(Context& context, const Call&) {
-    return answer(context.spool.clear_fault(), accepted());
-}
-Response bed_cleared(Context& context, const Call&) {
-    return answer(context.spool.bed_cleared(), accepted());
-}
 
 /// On the I/O thread: it must not wait for what the spool is doing.
 Response emergency_stop(Context& context, const Call&) {
@@ -66,14 +49,16 @@ Response emergency_stop(Context& context, const Call&) {
 Response home(Context& context, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body.empty() ? "{}" : call.request.body);
     const Json axes = body ? body->value("axes", Json("xyz")) : Json{};
-    if (!axes.is_string()) return bad_request("give axes as a text of the letters x, y and z");
+    if (!axes.is_string())
+        return refused(ErrorCode::invalid_argument, "give axes as a text of the letters x, y and z");
     std::string line = "G28";
     for (const char axis : axes.get<std::string>()) {
         const char upper = static_cast<char>(axis & ~0x20);
-        if (upper != 'X' && upper != 'Y' && upper != 'Z') return bad_request("only x, y and z can be homed");
+        if (upper != 'X' && upper != 'Y' && upper != 'Z')
+            return refused(ErrorCode::invalid_argument, "only x, y and z can be homed");
         if (line.find(upper, 3) == std::string::npos) line.append(" ").push_back(upper);
     }
-    if (line.size() == 3) return bad_request("give at least one axis to home");
+    if (line.size() == 3) return refused(ErrorCode::invalid_argument, "give at least one axis to home");
     if (is_busy(context.spool)) return busy();
     return send(context, {line});
 }
@@ -110,25 +95,28 @@ Response jog(Context& context, const Call& call) {
     bool valid = body && read_number(*body, "speed_mm_s", jog.speed_mm_s);
     for (std::size_t axis = 0; valid && axis < 4; ++axis)
         valid = read_number(*body, kNames[axis], jog.by_mm[axis]);
-    if (!valid) return bad_request("give x_mm, y_mm, z_mm, e_mm and speed_mm_s as numbers");
+    if (!valid)
+        return refused(ErrorCode::invalid_argument, "give x_mm, y_mm, z_mm, e_mm and speed_mm_s as numbers");
     std::string line = "G1";
     double speed_mm_s = jog.speed_mm_s.value_or(1e9);
-    if (speed_mm_s <= 0) return out_of_range("the speed must be above 0");
+    if (speed_mm_s <= 0) return refused(ErrorCode::out_of_range, "the speed must be above 0");
     for (std::size_t axis = 0; axis < 4; ++axis) {
         if (!jog.by_mm[axis]) continue;
-        if (std::abs(*jog.by_mm[axis]) > 1000) return out_of_range("one jog is 1000 mm at most");
-        line += std::string{" "} + "XYZE"[axis] + decimal(*jog.by_mm[axis]);
+        if (std::abs(*jog.by_mm[axis]) > 1000)
+            return refused(ErrorCode::out_of_range, "one jog is 1000 mm at most");
+        write(line, ' ', "XYZE"[axis], decimal(*jog.by_mm[axis]));
         speed_mm_s = std::min(speed_mm_s, context.machine.axes[axis].max_speed.value());
     }
-    if (line.size() == 2) return bad_request("give at least one axis to jog");
+    if (line.size() == 2) return refused(ErrorCode::invalid_argument, "give at least one axis to jog");
     if (context.spool.machine().connected && !may_jog(context.spool)) return busy();
     if (const char axis = unhomed_axis(context, jog.by_mm); axis != '\0') {
-        return web::error_response(
-            409, "not_permitted",
-            std::string{"home first: nobody knows where "} + axis + " is before it has been homed");
+        return refused(ErrorCode::not_permitted, "home first: nobody knows where ", axis,
+                       " is before it has been homed");
     }
-    if (!stays_inside(context, jog)) return out_of_range("the jog would leave the machine's bounds");
-    return send(context, {"M83", "G91", line + " F" + decimal(speed_mm_s * 60), "G90", "M82"});
+    if (!stays_inside(context, jog))
+        return refused(ErrorCode::out_of_range, "the jog would leave the machine's bounds");
+    return send(context,
+                {"M83", "G91", text<std::string>(line, " F", decimal(speed_mm_s * 60)), "G90", "M82"});
 }
 
 Response temperature(Context& context, const Call& call) {
@@ -136,67 +124,60 @@ Response temperature(Context& context, const Call& call) {
     std::optional<double> hot_end_c, bed_c;
     if (!body || !read_number(*body, "hot_end_c", hot_end_c) || !read_number(*body, "bed_c", bed_c) ||
         (!hot_end_c && !bed_c)) {
-        return bad_request("give hot_end_c or bed_c as a number");
+        return refused(ErrorCode::invalid_argument, "give hot_end_c or bed_c as a number");
     }
-    if (bed_c && !context.machine.has_bed) return out_of_range("this machine has no heated bed");
+    if (bed_c && !context.machine.has_bed)
+        return refused(ErrorCode::out_of_range, "this machine has no heated bed");
     const auto fits = [](std::optional<double> value, Celsius highest) {
         return !value || (*value >= 0 && *value <= highest.value());
     };
     const Celsius hot_end_highest = highest_target(context.machine.hot_end);
     if (!fits(hot_end_c, hot_end_highest)) {
-        return out_of_range("hot_end_c must be 0 to " + std::to_string(std::lround(hot_end_highest.value())));
+        return refused(ErrorCode::out_of_range, "hot_end_c must be 0 to ",
+                       std::lround(hot_end_highest.value()));
     }
     const Celsius bed_highest = highest_target(context.machine.bed);
     if (!fits(bed_c, bed_highest)) {
-        return out_of_range("bed_c must be 0 to " + std::to_string(std::lround(bed_highest.value())));
+        return refused(ErrorCode::out_of_range, "bed_c must be 0 to ", std::lround(bed_highest.value()));
     }
     std::vector<std::string> lines;
-    if (hot_end_c) lines.push_back("M104 S" + decimal(*hot_end_c));
-    if (bed_c) lines.push_back("M140 S" + decimal(*bed_c));
+    if (hot_end_c) lines.push_back(text<std::string>("M104 S", decimal(*hot_end_c)));
+    if (bed_c) lines.push_back(text<std::string>("M140 S", decimal(*bed_c)));
     return send(context, lines);
 }
 
 Response fan(Context& context, const Call& call) {
     const std::optional<Json> body = object_of(call.request.body);
     std::optional<double> duty;
-    if (!body || !read_number(*body, "duty", duty) || !duty) return bad_request("give duty as a number");
-    if (*duty < 0 || *duty > 1) return out_of_range("duty must be 0 to 1");
-    return send(context, {"M106 S" + decimal(*duty * 255)});
+    if (!body || !read_number(*body, "duty", duty) || !duty)
+        return refused(ErrorCode::invalid_argument, "give duty as a number");
+    if (*duty < 0 || *duty > 1) return refused(ErrorCode::out_of_range, "duty must be 0 to 1");
+    return send(context, {text<std::string>("M106 S", decimal(*duty * 255))});
 }
 
 Response gcode(Context& context, const Call& call) {
-    const std::optional<Json> body = object_of(call.request.body);
-    if (!body || !body->contains("line") || !(*body)["line"].is_string())
-        return bad_request("give line as a text");
-    const std::string line = (*body)["line"].get<std::string>();
-    if (context.check_line) {
-        const Result<void> checked = context.check_line(line);
-        if (!checked.ok()) return error_response(checked.error());
-    }
-    return send(context, {line});
+    const std::optional<std::string> line = text_member(call.request.body, "line");
+    if (!line) return refused(ErrorCode::invalid_argument, "give line as a text");
+    return answer(send_checked(context, {*line}), accepted());
 }
 
 Response guarantee(Context& context, const Call&) {
     const std::string report = context.spool.guarantee();
     const Json json = Json::parse(report, nullptr, false);
     if (json.is_discarded())
-        return web::error_response(503, "unavailable", "the machine has published no guarantee report");
+        return refused(ErrorCode::unavailable, "the machine has published no guarantee report");
     return json_response(json);
 }
 
-Response config(Context& context, const Call&) {
-    Response response;
-    response.body = context.config_json;
-    return response;
-}
+Response config(Context& context, const Call&) { return {.body = context.config_json}; }
 
 constexpr std::array kRoutes{
     Route{Method::get, "/api/v1/machine", get_machine},
-    Route{Method::post, "/api/v1/machine/pause", pause},
-    Route{Method::post, "/api/v1/machine/resume", resume},
-    Route{Method::post, "/api/v1/machine/cancel", cancel},
-    Route{Method::post, "/api/v1/machine/clear-fault", clear_fault},
-    Route{Method::post, "/api/v1/machine/bed-cleared", bed_cleared},
+    Route{Method::post, "/api/v1/machine/pause", act<&spool::Spool::pause>},
+    Route{Method::post, "/api/v1/machine/resume", act<&spool::Spool::resume>},
+    Route{Method::post, "/api/v1/machine/cancel", act<&spool::Spool::cancel>},
+    Route{Method::post, "/api/v1/machine/clear-fault", act<&spool::Spool::clear_fault>},
+    Route{Method::post, "/api/v1/machine/bed-cleared", act<&spool::Spool::bed_cleared>},
     Route{Method::post, "/api/v1/machine/emergency-stop", emergency_stop, Thread::io},
     Route{Method::post, "/api/v1/machine/home", home},
     Route{Method::post, "/api/v1/machine/jog", jog},

@@ -1,5 +1,6 @@
 // The part of OctoPrint's interface that slicers speak: its facts are in docs/api.md, "What slicers
 // speak".
+#include <algorithm>
 #include <array>
 
 #include "base/whole_number.h"
@@ -29,13 +30,11 @@ Json flags_json(std::string_view state) {
 }
 
 std::string_view state_text(std::string_view state) {
-    if (state == "idle") return "Operational";
-    if (state == "printing") return "Printing";
-    if (state == "pausing") return "Pausing";
-    if (state == "paused") return "Paused";
-    if (state == "cancelling") return "Cancelling";
-    if (state == "faulted") return "Error";
-    return "Offline";
+    static constexpr std::pair<std::string_view, std::string_view> kTexts[] = {
+        {"idle", "Operational"}, {"printing", "Printing"},     {"pausing", "Pausing"},
+        {"paused", "Paused"},    {"cancelling", "Cancelling"}, {"faulted", "Error"}};
+    const auto at = std::ranges::find(kTexts, state, &std::pair<std::string_view, std::string_view>::first);
+    return at == std::end(kTexts) ? "Offline" : at->second;
 }
 
 Json heater_json(const printer::link::HeaterStatus& heater) {
@@ -45,8 +44,7 @@ Json heater_json(const printer::link::HeaterStatus& heater) {
 Response printer_state(Context& context, const Call&) {
     const spool::MachineView& machine = context.spool.machine();
     const std::string_view state = machine_word(machine);
-    if (state == "disconnected")
-        return web::error_response(409, "not_permitted", "Printer is not operational");
+    if (state == "disconnected") return refused(ErrorCode::not_permitted, "Printer is not operational");
     return json_response(
         {{"temperature",
           {{"tool0", heater_json(machine.heat.hot_end)}, {"bed", heater_json(machine.heat.bed)}}},
@@ -78,15 +76,12 @@ Response job_state(Context& context, const Call&) {
 
 /// {"command":"pause","action":"pause|resume|toggle"} · {"command":"cancel"} · {"command":"start"}
 Response job_command(Context& context, const Call& call) {
-    const std::optional<Json> body = object_of(call.request.body);
-    const std::string command = body && body->contains("command") && (*body)["command"].is_string()
-                                    ? (*body)["command"].get<std::string>()
-                                    : std::string{};
+    const std::string command = text_member(call.request.body, "command").value_or("");
     if (command == "cancel") return answer(context.spool.cancel(), no_content());
     if (command == "start") return answer(context.spool.release_queue(), no_content());
     if (command != "pause")
-        return web::error_response(400, "invalid_argument", "known commands: start, cancel, pause");
-    const Json action = body->value("action", Json("toggle"));
+        return refused(ErrorCode::invalid_argument, "known commands: start, cancel, pause");
+    const Json action = object_of(call.request.body)->value("action", Json("toggle"));
     const auto state = context.spool.machine().job.state;
     const bool pauses =
         action == "pause" || (action == "toggle" && state == printer::link::MachineState::printing);
@@ -107,14 +102,8 @@ Response printer_command(Context& context, const Call& call) {
         valid = (*body)["commands"].is_array();
         for (const Json& line : (*body)["commands"]) valid = valid && add(line);
     }
-    if (!valid || lines.empty())
-        return web::error_response(400, "invalid_argument", "give command or commands");
-    for (const std::string& line : lines) {
-        if (!context.check_line) break;
-        const Result<void> checked = context.check_line(line);
-        if (!checked.ok()) return error_response(checked.error());
-    }
-    return answer(context.spool.gcode(lines), no_content());
+    if (!valid || lines.empty()) return refused(ErrorCode::invalid_argument, "give command or commands");
+    return answer(send_checked(context, lines), no_content());
 }
 
 Response settings(Context& context, const Call&) {
@@ -235,11 +224,7 @@ constexpr std::array kRoutes{
     Route{Method::post, "/api/login", login},
     Route{Method::get, "/api/files", files},
     Route{Method::get, "/api/files/local", files},
-    Route{.method = Method::post,
-          .pattern = "/api/files/local",
-          .handler = created,
-          .body = Body::upload,
-          .open = open_multipart},
+    upload_route(Method::post, "/api/files/local", created, open_multipart),
 };
 
 }  // namespace

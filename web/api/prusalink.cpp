@@ -1,7 +1,6 @@
 // The part of PrusaLink's interface that PrusaSlicer and its companions speak. GET /api/version is
 // octoprint.cpp's, and says that uploads by PUT are known.
 #include <array>
-#include <charconv>
 
 #include "web/api/json.h"
 #include "web/api/route.h"
@@ -12,8 +11,7 @@ namespace {
 
 std::string_view state_of(const spool::Spool& spool) {
     const std::string_view state = machine_word(spool.machine());
-    if (state == "disconnected") return "ERROR";
-    if (state == "faulted") return "ERROR";
+    if (state == "disconnected" || state == "faulted") return "ERROR";
     if (state == "printing" || state == "cancelling") return "PRINTING";
     if (state == "paused" || state == "pausing") return "PAUSED";
     if (!spool.gate().hold_reason.empty() || spool.gate().bed_occupied) return "ATTENTION";
@@ -82,21 +80,12 @@ Response storage(Context&, const Call&) {
 Response transfer(Context&, const Call&) { return no_content(); }
 
 /// Controls name the job, so that a late click does not hit the next job.
-bool names_printing_job(const Context& context, const Call& call) {
+template <Result<void> (spool::Spool::*kAct)()>
+Response of_printing_job(Context& context, const Call& call) {
     const spool::Job* printing = context.spool.queue().printing();
-    return printing && call.arguments.front() == std::to_string(printing->id);
-}
-
-Response not_this_job() { return web::error_response(404, "not_found", "this job is not printing"); }
-
-Response pause(Context& context, const Call& call) {
-    return names_printing_job(context, call) ? answer(context.spool.pause(), no_content()) : not_this_job();
-}
-Response resume(Context& context, const Call& call) {
-    return names_printing_job(context, call) ? answer(context.spool.resume(), no_content()) : not_this_job();
-}
-Response stop(Context& context, const Call& call) {
-    return names_printing_job(context, call) ? answer(context.spool.cancel(), no_content()) : not_this_job();
+    if (!printing || call.arguments.front() != std::to_string(printing->id))
+        return refused(ErrorCode::not_found, "this job is not printing");
+    return act<kAct, no_content>(context, call);
 }
 
 constexpr std::array kRoutes{
@@ -105,10 +94,10 @@ constexpr std::array kRoutes{
     Route{Method::get, "/api/v1/job", job},
     Route{Method::get, "/api/v1/storage", storage},
     Route{Method::get, "/api/v1/transfer", transfer},
-    Route{Method::put, "/api/v1/job/*/pause", pause},
-    Route{Method::put, "/api/v1/job/*/resume", resume},
-    Route{Method::put, "/api/v1/job/*/continue", resume},
-    Route{Method::remove, "/api/v1/job/*", stop},
+    Route{Method::put, "/api/v1/job/*/pause", of_printing_job<&spool::Spool::pause>},
+    Route{Method::put, "/api/v1/job/*/resume", of_printing_job<&spool::Spool::resume>},
+    Route{Method::put, "/api/v1/job/*/continue", of_printing_job<&spool::Spool::resume>},
+    Route{Method::remove, "/api/v1/job/*", of_printing_job<&spool::Spool::cancel>},
 };
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "web/api/route.h"
-#include "base/words.h"
 
 namespace qduino::web::api {
 
@@ -57,40 +56,31 @@ Match find_route(const RequestHead& head) {
     return match;
 }
 
-int status_of(ErrorCode code) {
-    switch (code) {
-        case ErrorCode::invalid_argument:
-            return 400;
-        case ErrorCode::out_of_range:
-            return 422;
-        case ErrorCode::not_found:
-            return 404;
-        case ErrorCode::already_exists:
-            return 409;
-        case ErrorCode::not_permitted:
-            return 409;
-        case ErrorCode::unavailable:
-            return 503;
-        case ErrorCode::timed_out:
-            return 503;
-        case ErrorCode::corrupt:
-            return 500;
-        case ErrorCode::unsupported:
-            return 415;
-        case ErrorCode::faulted:
-            return 409;
-        case ErrorCode::internal:
-            return 500;
-    }
-    return 500;
-}
+namespace {
 
-std::string_view word_of(ErrorCode code) {
-    static constexpr Words<ErrorCode::invalid_argument, ErrorCode::internal> kWords{
-        "invalid_argument", "out_of_range", "not_found",   "already_exists", "not_permitted", "unavailable",
-        "timed_out",        "corrupt",      "unsupported", "faulted",        "internal"};
-    return kWords(code);
-}
+struct Answered {
+    std::string_view word;
+    int status;
+};
+/// In the order of ErrorCode.
+constexpr std::array<Answered, 11> kErrors{{{"invalid_argument", 400},
+                                            {"out_of_range", 422},
+                                            {"not_found", 404},
+                                            {"already_exists", 409},
+                                            {"not_permitted", 409},
+                                            {"unavailable", 503},
+                                            {"timed_out", 503},
+                                            {"corrupt", 500},
+                                            {"unsupported", 415},
+                                            {"faulted", 409},
+                                            {"internal", 500}}};
+static_assert(kErrors.size() == static_cast<std::size_t>(ErrorCode::internal) + 1);
+
+}  // namespace
+
+int status_of(ErrorCode code) { return kErrors.at(static_cast<std::size_t>(code)).status; }
+
+std::string_view word_of(ErrorCode code) { return kErrors.at(static_cast<std::size_t>(code)).word; }
 
 Response error_response(const Error& error) {
     return web::error_response(status_of(error.code), word_of(error.code), error.message.view());
@@ -100,17 +90,14 @@ Response answer(const Result<void>& result, Response ok) {
     return result.ok() ? std::move(ok) : error_response(result.error());
 }
 
-Response accepted() {
-    Response response;
-    response.status = 202;
-    response.body = "{}";
-    return response;
+Result<void> send_checked(Context& context, const std::vector<std::string>& lines) {
+    if (context.check_line)
+        for (const std::string& line : lines) QDUINO_TRY(context.check_line(line));
+    return context.spool.gcode(lines);
 }
 
-Response no_content() {
-    Response response;
-    response.status = 204;
-    return response;
-}
+Response accepted() { return {.status = 202, .body = "{}"}; }
+
+Response no_content() { return {.status = 204}; }
 
 }  // namespace qduino::web::api

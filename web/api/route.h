@@ -90,6 +90,11 @@ struct Route {
     UploadOpener open = nullptr;  ///< for Body::upload
 };
 
+[[nodiscard]] constexpr Route upload_route(Method method, std::string_view pattern, Handler created,
+                                           UploadOpener open) {
+    return {method, pattern, created, Thread::spool, Guard::key, Body::upload, open};
+}
+
 /// The routes of each dialect, in files of their own.
 [[nodiscard]] std::span<const Route> job_routes();
 [[nodiscard]] std::span<const Route> machine_routes();
@@ -114,9 +119,22 @@ struct Match {
 [[nodiscard]] int status_of(ErrorCode code);
 [[nodiscard]] std::string_view word_of(ErrorCode code);
 [[nodiscard]] Response error_response(const Error& error);
+/// The same for an error in `pieces` of text (base/text.h).
+template <typename... Pieces>
+[[nodiscard]] Response refused(ErrorCode code, const Pieces&... pieces) {
+    return error_response(make_error(code, pieces...));
+}
 /// `ok` when the result is good, else its error.
 [[nodiscard]] Response answer(const Result<void>& result, Response ok);
+/// Sends lines of G-code to the machine, if `check_line` accepts each of them.
+[[nodiscard]] Result<void> send_checked(Context& context, const std::vector<std::string>& lines);
 [[nodiscard]] Response accepted();
 [[nodiscard]] Response no_content();
+
+/// A handler that is one call of the spool.
+template <Result<void> (spool::Spool::*kAct)(), Response (*kDone)() = accepted>
+Response act(Context& context, const Call&) {
+    return answer((context.spool.*kAct)(), kDone());
+}
 
 }  // namespace qduino::web::api

@@ -15,8 +15,8 @@ namespace qduino::web::api {
 namespace {
 
 std::string session_cookie(std::string_view token, spool::UnixSeconds lifetime_s) {
-    return std::string{Authenticator::kCookie} + "=" + std::string{token} +
-           "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" + std::to_string(lifetime_s);
+    return text<std::string>(Authenticator::kCookie, '=', token,
+                             "; Path=/; HttpOnly; SameSite=Strict; Max-Age=", lifetime_s);
 }
 
 std::string_view token_of(const Call& call) {
@@ -24,12 +24,10 @@ std::string_view token_of(const Call& call) {
 }
 
 Response begin_session(Context& context, const Call& call) {
-    const std::optional<Json> body = object_of(call.request.body);
-    if (!body || !body->contains("key") || !(*body)["key"].is_string())
-        return web::error_response(400, "invalid_argument", "give key as a text");
+    const std::optional<std::string> key = text_member(call.request.body, "key");
+    if (!key) return refused(ErrorCode::invalid_argument, "give key as a text");
     Authenticator& authenticator = *context.authenticator;
-    const Proof proof =
-        authenticator.prove_key((*body)["key"].get<std::string>(), call.request.remote, call.now);
+    const Proof proof = authenticator.prove_key(*key, call.request.remote, call.now);
     if (std::optional<Response> refusal = refusal_of(proof)) {
         context.metrics->count_refused_login();
         return std::move(*refusal);
@@ -65,18 +63,11 @@ Response live_ticket(Context& context, const Call& call) {
 }
 
 Response metrics(Context& context, const Call&) {
-    Response response;
-    response.content_type = "text/plain; version=0.0.4; charset=utf-8";
-    response.body = context.metrics->text(context.spool);
-    return response;
+    return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
+            .body = context.metrics->text(context.spool)};
 }
 
-Response health(Context&, const Call&) {
-    Response response;
-    response.content_type = "text/plain";
-    response.body = "ok\n";
-    return response;
-}
+Response health(Context&, const Call&) { return {.content_type = "text/plain", .body = "ok\n"}; }
 
 constexpr std::array kRoutes{
     Route{Method::post, "/api/v1/session", begin_session, Thread::io, Guard::login},

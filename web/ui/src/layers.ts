@@ -108,25 +108,23 @@ export function chunks(index: LayerIndex[]): [number, number][] {
   return out;
 }
 
-/** Linear RGB per feature; the numbers are gcode::Feature's. */
-export const FEATURE_COLOURS: readonly (readonly [number, number, number])[] = [
-  [0.62, 0.65, 0.70], // unknown
-  [1.00, 0.47, 0.16], // outer wall
-  [1.00, 0.70, 0.30], // inner wall
-  [0.55, 0.35, 0.95], // overhang
-  [0.72, 0.25, 0.20], // sparse infill
-  [0.62, 0.30, 0.78], // solid infill
-  [0.95, 0.28, 0.32], // top surface
-  [0.30, 0.50, 0.85], // bridge
-  [0.95, 0.95, 0.95], // gap fill
-  [0.20, 0.60, 0.55], // skirt
-  [0.25, 0.75, 0.35], // support
-  [0.15, 0.55, 0.25], // support interface
-  [0.70, 0.85, 0.55], // prime tower
-  [0.98, 0.60, 0.65], // ironing
-  [0.40, 0.70, 0.75], // custom
+/** Name and linear RGB of each feature; the numbers are gcode::Feature's. */
+const FEATURES: readonly (readonly [name: string, colour: readonly [number, number, number]])[] = [
+  ['Other', [0.62, 0.65, 0.70]],
+  ['Outer wall', [1.00, 0.47, 0.16]],
+  ['Inner wall', [1.00, 0.70, 0.30]],
+  ['Overhang', [0.55, 0.35, 0.95]],
+  ['Infill', [0.72, 0.25, 0.20]],
+  ['Solid infill', [0.62, 0.30, 0.78]],
+  ['Top surface', [0.95, 0.28, 0.32]],
+  ['Bridge', [0.30, 0.50, 0.85]],
+  ['Gap fill', [0.95, 0.95, 0.95]],
+  ['Skirt', [0.20, 0.60, 0.55]],
+  ['Support', [0.25, 0.75, 0.35]],
+  ['Support interface', [0.15, 0.55, 0.25]],
+  ['Prime tower', [0.70, 0.85, 0.55]],
+  ['Ironing', [0.98, 0.60, 0.65]],
+  ['Custom', [0.40, 0.70, 0.75]],
 ];
-export const FEATURE_NAMES = [
-  'Other', 'Outer wall', 'Inner wall', 'Overhang', 'Infill', 'Solid infill', 'Top surface', 'Bridge', 'Gap fill',
-  'Skirt', 'Support', 'Support interface', 'Prime tower', 'Ironing', 'Custom',
-] as const;
+export const FEATURE_NAMES = FEATURES.map(([name]) => name);
+export const FEATURE_COLOURS = FEATURES.map(([, colour]) => colour);

@@ -1,4 +1,4 @@
-// The objects that cross the wire, in the form of docs/api.md.
+// The objects that cross the wire, in the form of docs/api.md, as far as the page reads them.
 
 export type JobState = 'uploading' | 'queued' | 'held' | 'printing' | 'paused' | 'done' | 'cancelled' | 'failed';
 
@@ -32,9 +32,7 @@ export interface Job {
   hold: boolean;
   copies: number;
   copies_done: number;
-  priority: number;
   position: number | null;
-  created: string;
   started: string | null;
   ended: string | null;
   error: string | null;
@@ -57,7 +55,6 @@ export interface Timing {
   late_steps: number;
   shift_ns: number;
   starved: number;
-  ring_fill: number;
   pulses: number[];
   lateness_ns: { p50: number; p99: number; p9999: number; max: number; count: number; buckets: [number, number][] };
 }
@@ -77,12 +74,9 @@ export interface Status {
   hot_end: HeaterStatus;
   bed: HeaterStatus;
   fan: number;
-  feed_factor: number;
-  flow_factor: number;
   layer: number;
   line: number;
   bytes_executed: number;
-  bytes_accepted: number;
   print_time_s: number;
   /** Of `job`. */
   progress: Progress | null;
@@ -156,11 +150,9 @@ export interface MachineConfig {
  * asked for.
  */
 export interface Inspection {
-  completed: boolean;
   matches: boolean;
   differences: string[];
   layer_count: number;
-  duration_s: number;
   lost_steps: Record<string, number>;
   path_deviation_mm_max: Record<string, number>;
   filament_mm: { asked: number; built: number };
@@ -177,15 +169,13 @@ export interface LayerIndex {
 
 export interface Guarantee {
   board: string;
-  simulated: boolean;
-  memory_locked: boolean;
   loops: {
     id: number; core: number; budget_us: number; period_us: number;
     priority_enforced: boolean; budget_enforced: boolean; core_owned: boolean; shortfall: string;
   }[];
   cores: {
     core: number; interrupts_per_second: number | null; worst_gap_us: number | null;
-    tick_stopped: boolean; throttling_lifted: boolean; note: string;
+    note: string;
   }[];
 }
 
