@@ -6,6 +6,8 @@
 namespace qduino::sched {
 namespace {
 
+// Literals know their lengths (sv): sched/ needs no strlen().
+using namespace std::string_view_literals;
 using Phrase = FixedString<64>;
 
 /// Blanks up to `column` of the last line; at least one.
@@ -19,7 +21,7 @@ void to_column(Explanation& out, std::size_t column) {
 void write_amount(Explanation& out, std::string_view taker, Nanoseconds amount) {
     constexpr std::size_t kColumn = 48;
     const auto number = text<Phrase>(amount);
-    write(out, "    ", taker);
+    write(out, "    "sv, taker);
     to_column(out, kColumn - number.size());
     write(out, number, '\n');
 }
@@ -27,17 +29,19 @@ void write_amount(Explanation& out, std::string_view taker, Nanoseconds amount) 
 /// Millionths as a ratio with four decimals, to the nearest.
 Phrase ratio(std::int64_t ppm) {
     const std::int64_t parts = (ppm + 50) / 100;
-    return text<Phrase>(parts / 10'000, '.', text(10'000 + parts % 10'000).view().substr(1));
+    // The first digit is there to keep the zeros behind it.
+    const auto digits = text<Phrase>(10'000 + parts % 10'000);
+    return text<Phrase>(parts / 10'000, '.', std::string_view{digits.view().data() + 1, 4});
 }
 
 Phrase name_of(VcpuId id, VcpuKind kind = VcpuKind::main) {
-    return text<Phrase>(kind == VcpuKind::io ? "I/O VCPU " : "loop ", id);
+    return text<Phrase>(kind == VcpuKind::io ? "I/O VCPU "sv : "loop "sv, id);
 }
 
 Phrase name_of(const Share& share) {
     switch (share.kind) {
         case Share::Kind::own:
-            return text<Phrase>(name_of(share.id), " itself");
+            return text<Phrase>(name_of(share.id), " itself"sv);
         case Share::Kind::main:
             return name_of(share.id);
         case Share::Kind::io:
@@ -47,40 +51,40 @@ Phrase name_of(const Share& share) {
         case Share::Kind::overhead:
             break;
     }
-    return "release and enforcement";
+    return "release and enforcement"sv;
 }
 
 void write_shares(Explanation& out, const Refusal& refusal) {
     if (refusal.shares.empty()) return;
     Nanoseconds sum{0};
-    write(out, "  who takes its ", refusal.response.period, ", at worst:\n");
+    write(out, "  who takes its "sv, refusal.response.period, ", at worst:\n"sv);
     for (const Share& share : refusal.shares) {
         sum += share.amount;
         write_amount(out, name_of(share), share.amount);
     }
-    write_amount(out, "together", sum);
+    write_amount(out, "together"sv, sum);
 }
 
 void write_remedy(Explanation& out, const Refusal& refusal) {
     const auto& [less, more, core] = refusal.remedy;
     const Vcpu& vcpu = refusal.vcpu;
     if (!less && !more && !core) {
-        write(out, "  no change to this one alone would be admitted\n");
+        write(out, "  no change to this one alone would be admitted\n"sv);
         return;
     }
-    write(out, "  smallest change that would be admitted, each alone:\n");
-    if (less) write(out, "    budget ", vcpu.budget - *less, " (", *less, " less)\n");
-    if (more) write(out, "    period ", vcpu.period + *more, " (", *more, " more)\n");
-    if (core) write(out, "    core ", *core, '\n');
+    write(out, "  smallest change that would be admitted, each alone:\n"sv);
+    if (less) write(out, "    budget "sv, vcpu.budget - *less, " ("sv, *less, " less)\n"sv);
+    if (more) write(out, "    period "sv, vcpu.period + *more, " ("sv, *more, " more)\n"sv);
+    if (core) write(out, "    core "sv, *core, '\n');
 }
 
 void write_response(Explanation& out, const LoopResponse& loop) {
     if (loop.response > kResponseLimit * loop.period) {
-        write(out, "never gets its budget in time: R > ", kResponseLimit * loop.period);
+        write(out, "never gets its budget in time: R > "sv, kResponseLimit * loop.period);
     } else {
-        write(out, "R = ", loop.response);
+        write(out, "R = "sv, loop.response);
     }
-    write(out, loop.meets() ? " <= T = " : " > T = ", loop.period);
+    write(out, loop.meets() ? " <= T = "sv : " > T = "sv, loop.period);
 }
 
 constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kReasons{
@@ -104,11 +108,11 @@ void write_reason(Explanation& out, const Refusal& refusal) {
     if (!analysed) return;
     const LoopResponse& late = refusal.response;
     if (late.id == 0) {
-        write(out, "no core takes it");
+        write(out, "no core takes it"sv);
         return;
     }
     if (late.id != refusal.vcpu.id || refusal.vcpu.is_io())
-        write(out, name_of(late.id), " would miss its period, ");
+        write(out, name_of(late.id), " would miss its period, "sv);
     write_response(out, late);
 }
 
@@ -116,10 +120,10 @@ void write_refusal(Explanation& out, const Refusal& refusal, int core) {
     if (refusal.because == RefusedBecause::none) return;
     const bool everywhere = refusal.because == RefusedBecause::no_core_fits;
     const Vcpu& vcpu = refusal.vcpu;
-    write(out, name_of(vcpu.id, vcpu.kind), " (", vcpu.budget, " in ", vcpu.period, ") is refused",
-          everywhere ? " by every core" : "");
-    if (core != kAnyCore) write(out, everywhere ? "; nearest is core " : " on core ", core);
-    write(out, ":\n  ");
+    write(out, name_of(vcpu.id, vcpu.kind), " ("sv, vcpu.budget, " in "sv, vcpu.period, ") is refused"sv,
+          everywhere ? " by every core"sv : ""sv);
+    if (core != kAnyCore) write(out, everywhere ? "; nearest is core "sv : " on core "sv, core);
+    write(out, ":\n  "sv);
     write_reason(out, refusal);
     write(out, '\n');
     write_shares(out, refusal);
@@ -128,19 +132,20 @@ void write_refusal(Explanation& out, const Refusal& refusal, int core) {
 
 void write_core(Explanation& out, const Admission& admission) {
     if (admission.loops.empty() && admission.admitted) return;
-    write(out, "core ", admission.core, ": ", admission.admitted ? "admitted" : "refused");
+    write(out, "core "sv, admission.core, ": "sv, admission.admitted ? "admitted"sv : "refused"sv);
     if (admission.by == AdmittedBy::owned && !admission.loops.empty()) {
         // An owned core needs no test, and none was made: with overheads, the bound would not hold
         // of a whole core.
-        write(out, ", owned by ", name_of(admission.loops[0].id), ": it is alone there and never throttled");
+        write(out, ", owned by "sv, name_of(admission.loops[0].id),
+              ": it is alone there and never throttled"sv);
     } else if (!admission.loops.empty()) {
         const bool beyond = admission.by == AdmittedBy::completion_time;
-        write(out, ", utilisation ", ratio(admission.utilisation_ppm), beyond ? " > " : " <= ", "bound ",
-              ratio(admission.bound_ppm), beyond ? ": completion time decides" : "");
+        write(out, ", utilisation "sv, ratio(admission.utilisation_ppm), beyond ? " > "sv : " <= "sv,
+              "bound "sv, ratio(admission.bound_ppm), beyond ? ": completion time decides"sv : ""sv);
     }
     write(out, '\n');
     for (const LoopResponse& loop : admission.loops) {
-        write(out, "  ", name_of(loop.id));
+        write(out, "  "sv, name_of(loop.id));
         to_column(out, 11);
         write_response(out, loop);
         write(out, '\n');
