@@ -13,7 +13,7 @@ enum EthernetHardwareStatus { EthernetNoHardware, EthernetW5100, EthernetW5200, 
 
 class EthernetClass {
   public:
-    /// 1 when the machine has an address.
+    /// 1 when the computer has an address.
     int begin(const std::uint8_t* /*mac*/) { return linkStatus() == LinkON ? 1 : 0; }
     template <typename... Addresses>
     void begin(const std::uint8_t* /*mac*/, IPAddress, Addresses...) {}

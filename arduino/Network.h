@@ -50,7 +50,7 @@ class NetClient : public Client {
     std::uint16_t connect_timeout_ms_ = 5000;
 };
 
-/// A TCP port of this machine. At most 16 connections at once; further ones wait in the kernel.
+/// A TCP port of this computer. At most 16 connections at once; further ones wait in the kernel.
 class NetServer : public Server {
   public:
     /// Port 0: one that is free; port() has it after begin().
@@ -116,5 +116,5 @@ class NetUDP : public UDP {
     std::size_t out_size_ = 0;
 };
 
-/// The first IPv4 address of this machine that is not the loopback; 0.0.0.0 when there is none.
+/// The first IPv4 address of this computer that is not the loopback; 0.0.0.0 when there is none.
 IPAddress networkLocalIP();

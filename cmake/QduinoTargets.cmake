@@ -65,10 +65,10 @@ endfunction()
 # The tests that ./test runs under the sanitizers. The presets `asan` and `tsan` build and run
 # everything.
 set(QDUINO_SHORT_SANITIZED
-    test_base test_channel test_sched test_device test_twin test_sim test_runtime test-gcode-reading test-gcode-meaning
-    test-preflight test-link test-motion test-step unit-heat unit-machine unit-machine-file unit-board-file unit-toml unit_linux_pins)
+    unit-base unit-channel unit-sched unit-device unit-twin unit-sim unit-runtime unit-gcode-reading unit-gcode-meaning
+    unit-preflight unit-link unit-motion unit-step unit-heat unit-machine unit-machine-file unit-board-file unit-toml unit-linux-pins)
 # Everything lock-free runs under the thread sanitizer.
-set(QDUINO_LOCK_FREE test_channel test-link unit_linux_pins)
+set(QDUINO_LOCK_FREE unit-channel unit-link unit-linux-pins)
 add_custom_target(sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)

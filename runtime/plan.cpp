@@ -42,7 +42,7 @@ std::string vcpu_name(board::VcpuId id) {
 Plan::Plan(std::vector<sched::PlatformOverheads> overheads, bool enforce)
     : overheads_(std::move(overheads)),
       enforce_(enforce),
-      admission_(std::make_unique<sched::MachineAdmission>()) {}
+      admission_(std::make_unique<sched::MulticoreAdmission>()) {}
 
 Result<void> Plan::add_loops(const SketchTable& table) {
     if (const Result<void> checked = check_declarations(table); !checked) {

@@ -56,7 +56,7 @@ class Plan {
     [[nodiscard]] bool admitted() const { return admission_->admitted; }
     /// What add_io() has refused, in order.
     [[nodiscard]] const std::vector<RefusedIo>& refused_ios() const { return refused_ios_; }
-    [[nodiscard]] const sched::MachineAdmission& admission() const { return *admission_; }
+    [[nodiscard]] const sched::MulticoreAdmission& admission() const { return *admission_; }
 
   private:
     /// `declarations`: those that are new, to say where a refused one stands.
@@ -65,7 +65,7 @@ class Plan {
     std::vector<sched::PlatformOverheads> overheads_;
     bool enforce_;
     std::vector<sched::Vcpu> requests_;
-    std::unique_ptr<sched::MachineAdmission> admission_;
+    std::unique_ptr<sched::MulticoreAdmission> admission_;
     sched::Explanation explanation_;
     std::vector<RefusedIo> refused_ios_;
 };

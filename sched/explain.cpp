@@ -92,7 +92,7 @@ constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kReasons{
     "needs 0 < budget <= period <= 24 h",
     "another VCPU has this id",
     " owns that core (its budget is its period)",
-    "this machine has no such core",
+    "this computer has no such core",
     "the core takes no more of its kind",
     "the I/O VCPUs ask for more than the core",
     "",
@@ -167,12 +167,12 @@ Explanation explain(const Refusal& refusal, int core) {
     return out;
 }
 
-Explanation explain(const MachineAdmission& machine) {
+Explanation explain(const MulticoreAdmission& computer) {
     Explanation out;
-    for (const Admission& core : machine.cores) {
+    for (const Admission& core : computer.cores) {
         if (!core.loops.empty()) write_core(out, core);
     }
-    write_refusal(out, machine.refusal, machine.refused_core);
+    write_refusal(out, computer.refusal, computer.refused_core);
     return out;
 }
 

@@ -28,6 +28,6 @@ using Explanation = FixedString<8192>;
 /// The refusal alone. Empty when there is none.
 [[nodiscard]] Explanation explain(const Refusal& refusal, int core);
 /// Every core in use, then the refusal, if any.
-[[nodiscard]] Explanation explain(const MachineAdmission& machine);
+[[nodiscard]] Explanation explain(const MulticoreAdmission& computer);
 
 }  // namespace qduino::sched

@@ -64,7 +64,7 @@ bool remove(CoreLoad& load, VcpuId id) {
 }
 
 /// The lowest other core that takes the refused VCPU, if its own core is admissible without it.
-std::optional<int> other_core_for(const MachineAdmission& result, const Vcpu& request) {
+std::optional<int> other_core_for(const MulticoreAdmission& result, const Vcpu& request) {
     CoreLoad without = result.loads[static_cast<std::size_t>(request.core)];
     if (!remove(without, request.id) || !is_admissible(without)) return std::nullopt;
     for (const CoreLoad& load : result.loads) {
@@ -76,7 +76,7 @@ std::optional<int> other_core_for(const MachineAdmission& result, const Vcpu& re
 }
 
 /// Puts each VCPU that names a core there. False when a core refuses.
-bool place_pinned(std::span<const Vcpu> requests, MachineAdmission& result) {
+bool place_pinned(std::span<const Vcpu> requests, MulticoreAdmission& result) {
     for (std::size_t i = 0; i < requests.size(); ++i) {
         const Vcpu& request = requests[i];
         if (request.core == kAnyCore) continue;
@@ -104,7 +104,7 @@ bool place_pinned(std::span<const Vcpu> requests, MachineAdmission& result) {
 }
 
 /// No core takes `request`: the refusal of the one that would need the smallest cut of its budget.
-void refuse_everywhere(const Vcpu& request, MachineAdmission& result) {
+void refuse_everywhere(const Vcpu& request, MulticoreAdmission& result) {
     std::optional<Nanoseconds> least;
     for (const CoreLoad& load : result.loads) {
         CoreLoad trial = load;
@@ -122,7 +122,7 @@ void refuse_everywhere(const Vcpu& request, MachineAdmission& result) {
     result.refusal.vcpu = request;
 }
 
-bool place_floating(std::span<const Vcpu> requests, MachineAdmission& result) {
+bool place_floating(std::span<const Vcpu> requests, MulticoreAdmission& result) {
     FixedVector<std::size_t, kRequestLimit> order;
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (requests[i].core == kAnyCore) order.push_back(i);
@@ -143,7 +143,7 @@ bool place_floating(std::span<const Vcpu> requests, MachineAdmission& result) {
 
 }  // namespace
 
-int MachineAdmission::core_of(VcpuId id) const {
+int MulticoreAdmission::core_of(VcpuId id) const {
     for (const Vcpu& vcpu : placed) {
         if (vcpu.id == id) return vcpu.core;
     }
@@ -151,7 +151,7 @@ int MachineAdmission::core_of(VcpuId id) const {
 }
 
 void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads> overheads,
-               MachineAdmission& result) {
+               MulticoreAdmission& result) {
     QDUINO_EXPECT(!overheads.empty() && overheads.size() <= kCoreLimit);
     QDUINO_EXPECT(requests.size() <= kRequestLimit);
     result.admitted = false;

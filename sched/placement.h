@@ -1,4 +1,4 @@
-// Placement: which core for loops that name none, and the admission of a whole machine.
+// Placement: which core for loops that name none, and the admission of a whole computer.
 //
 // Cores are partitioned. VCPUs that name a core are put there first. The others follow in order of
 // decreasing utilisation (ties: the lower id first). Each goes to the first core that still admits
@@ -17,7 +17,7 @@ namespace qduino::sched {
 inline constexpr std::size_t kCoreLimit = 64;
 inline constexpr std::size_t kRequestLimit = kMainVcpuLimit + kIoVcpuLimit;
 
-struct MachineAdmission {
+struct MulticoreAdmission {
     bool admitted = false;
     /// In the order of the request, each on its core; kAnyCore: refused before one was found.
     FixedVector<Vcpu, kRequestLimit> placed;
@@ -31,11 +31,11 @@ struct MachineAdmission {
     [[nodiscard]] int core_of(VcpuId id) const;
 };
 
-/// Admits `requests` (ids unique on the machine) to cores 0 … overheads.size()-1, each with its
+/// Admits `requests` (ids unique on the computer) to cores 0 … overheads.size()-1, each with its
 /// platform's overheads: all of them, or none. Writes the whole of `result`, which is large (half a
 /// megabyte): keep it static. Setup-time. Contract: 1…kCoreLimit cores, at most kRequestLimit
 /// requests.
 void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads> overheads,
-               MachineAdmission& result);
+               MulticoreAdmission& result);
 
 }  // namespace qduino::sched

@@ -12,8 +12,8 @@
 
 namespace qduino::sched {
 
-/// A VCPU's name, unique on its machine. The number has one meaning in sched/: at equal periods the
-/// lower number has the higher priority.
+/// A VCPU's name, unique on its computer. The number has one meaning in sched/: at equal periods
+/// the lower number has the higher priority.
 using VcpuId = std::uint8_t;
 
 inline constexpr std::size_t kMainVcpuLimit = 32;  ///< main VCPUs (loops) per core

@@ -93,7 +93,7 @@ Finding throttling(const Facts& facts) {
     const auto limit = facts.text("/proc/sys/kernel/sched_rt_runtime_us");
     if (!limit) return ok("not seen: not judged");
     const std::string fix = "sudo sysctl kernel.sched_rt_runtime_us=950000";
-    if (*limit == "-1") return better("lifted for good: a loop that hangs takes the machine with it", fix);
+    if (*limit == "-1") return better("lifted for good: a loop that hangs takes the computer with it", fix);
     if (*limit == "0") return missing("0: real-time threads never run", fix);
     return ok(*limit + " us in each second; lifted while a core is owned");
 }

@@ -91,7 +91,7 @@ std::vector<doctor::Group> doctor::all_checks() {
     return {{"Kernel", kernel_checks()},
             {"Cores", core_checks()},
             {"Interrupts", interrupt_checks()},
-            {"Machine", machine_checks()},
+            {"Machine", host_checks()},
             {"Permissions", permission_checks()}};
 }
 

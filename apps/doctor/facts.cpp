@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <sstream>
 
+#include "board/linux/host_settings.h"
 #include "board/linux/kernel_text.h"
-#include "board/linux/machine_settings.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps::doctor {
@@ -116,7 +116,7 @@ std::string Facts::model() const {
         const auto name = text(path);
         if (name && !name->empty()) return *name;
     }
-    return value_in("/proc/cpuinfo", "model name").value_or(architecture() + " machine");
+    return value_in("/proc/cpuinfo", "model name").value_or(architecture() + " computer");
 }
 
 std::optional<std::string> Facts::built_with(const std::string& name) const {

@@ -40,7 +40,7 @@ class Facts {
     [[nodiscard]] bool kernel_at_least(int major, int minor) const;
     /// "x86_64", "aarch64" …
     [[nodiscard]] std::string architecture() const;
-    /// The machine's name from its device tree, its firmware or its processor.
+    /// The computer's name from its device tree, its firmware or its processor.
     [[nodiscard]] std::string model() const;
     [[nodiscard]] bool has_device_tree() const { return exists("/proc/device-tree/model"); }
     [[nodiscard]] bool is_raspberry_pi() const { return model().starts_with("Raspberry Pi"); }
@@ -51,7 +51,7 @@ class Facts {
     /// A parameter on the kernel's command line ("" when it has no value); nothing when it is not
     /// there.
     [[nodiscard]] std::optional<std::string> boot_parameter(std::string_view name) const;
-    /// The command that adds `parameter` to the kernel's command line of this machine for the next
+    /// The command that adds `parameter` to the kernel's command line of this computer for the next
     /// boot.
     [[nodiscard]] std::string boot_with(std::string_view parameter) const;
 

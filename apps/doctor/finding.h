@@ -45,7 +45,7 @@ struct Group {
 std::span<const Check> kernel_checks();
 std::span<const Check> core_checks();
 std::span<const Check> interrupt_checks();
-std::span<const Check> machine_checks();
+std::span<const Check> host_checks();
 std::span<const Check> permission_checks();
 std::vector<Group> all_checks();
 

@@ -69,7 +69,7 @@ Finding devices(const Facts& facts, const std::string& prefix, const std::string
     if (!refused.empty())
         return missing(some_of(refused, 3) + ": not for this user", group_fix(facts, refused[0]));
     if (!usable.empty()) return ok(some_of(usable, 4));
-    if (!facts.has_device_tree()) return ok("none on this machine: virtual ones only");
+    if (!facts.has_device_tree()) return ok("none on this computer: virtual ones only");
     return missing("none", enable);
 }
 

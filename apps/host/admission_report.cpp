@@ -230,7 +230,7 @@ Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int c
 }  // namespace
 
 std::string admission_json(const Plan& plan, const SketchTable& table, const CheckedBoard& board) {
-    const sched::MachineAdmission& admission = plan.admission();
+    const sched::MulticoreAdmission& admission = plan.admission();
     Json loops = Json::array(), ios = Json::array(), cores = Json::array(), overheads = Json::array(),
          refusals = Json::array();
     for (const sched::Vcpu& vcpu : admission.placed) {

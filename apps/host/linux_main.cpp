@@ -59,7 +59,7 @@ std::string read_config(const Options& options, board::linux::LinuxConfig& confi
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App app("This sketch on this machine, in real time, until Ctrl-C.");
+    CLI::App app("This sketch on this computer, in real time, until Ctrl-C.");
     app.footer(
         "Example: blink-linux --pins /dev/shm/qduino/pins     (pins of a virtual machine)\n"
         "Ends with 2 when admission refuses the sketch.");

@@ -35,7 +35,7 @@ struct Options : apps::SketchOptions {
     bool check = false;
     bool json = false;
     std::string sketch;  // its name
-    board::sim::SimConfig machine;
+    board::sim::SimConfig computer;
 };
 
 constexpr apps::Fail fail{""};
@@ -78,7 +78,7 @@ int run(const Options& options) {
         trace = std::move(*created);
     }
     board::NoPeripherals nothing_wired;
-    board::sim::SimBoard board(options.machine, nothing_wired, trace.get());
+    board::sim::SimBoard board(options.computer, nothing_wired, trace.get());
     apps::SketchCourse course;
     course.refused = apps::verdict(options.sketch + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
@@ -114,7 +114,7 @@ int check(const Options& options) {
     std::FILE* const report = take_stdout();
     if (!report) return fail("standard output is closed: the table has nowhere to go");
     board::NoPeripherals nothing_wired;
-    board::sim::SimBoard board(options.machine, nothing_wired);
+    board::sim::SimBoard board(options.computer, nothing_wired);
     Runtime runtime(board);
     runtime::SketchTable table = runtime::sketch_table();
     const bool needed = table.setup && apps::setup_may_declare_vcpus();
@@ -128,7 +128,7 @@ int check(const Options& options) {
     const runtime::Plan& plan = runtime.plan();
     const apps::CheckedBoard checked{.sketch = options.sketch,
                                      .board_file = options.board_path,
-                                     .cores = options.machine.cores,
+                                     .cores = options.computer.cores,
                                      .setup_needed = needed,
                                      .setup_ran = needed && plan.admitted()};
     const std::string text = options.json ? apps::admission_json(plan, table, checked) + "\n"
@@ -147,11 +147,11 @@ std::string read_machine(Options& options) {
     if (!options.board_path.empty()) {
         apps::ReadBoardFile read = apps::read_board_file(options.board_path);
         if (!read.ok()) return read.error;
-        options.machine = std::move(read.board.sim);
+        options.computer = std::move(read.board.sim);
     }
-    if (options.cores) options.machine.cores = *options.cores;
-    if (options.seed) options.machine.seed = *options.seed;
-    return apps::why_cores_do_not_fit(options.machine);
+    if (options.cores) options.computer.cores = *options.cores;
+    if (options.seed) options.computer.seed = *options.seed;
+    return apps::why_cores_do_not_fit(options.computer);
 }
 
 void add_options(CLI::App& app, Options& options) {
@@ -160,7 +160,7 @@ void add_options(CLI::App& app, Options& options) {
                              "Board file: the [sim] table");
     apps::add_option(app, "--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes", "K")
         ->check(CLI::NonNegativeNumber);
-    apps::add_option(app, "--cores", options.cores, "Cores of the machine, 1 to 64 (default 2)", "N")
+    apps::add_option(app, "--cores", options.cores, "Cores of the computer, 1 to 64 (default 2)", "N")
         ->check(CLI::Range(1, 64));
     apps::add_option(app, "--seed", options.seed, "Seed of what is random (default 1)", "N");
     apps::add_option(app, "--trace", options.trace_path, "Write a Chrome/Perfetto trace here", "FILE");

@@ -12,7 +12,7 @@
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
 
@@ -65,7 +65,7 @@ Result<posix::UniqueFd> take_state(const fs::path& state) {
 }
 
 /// "interrupts 9, task groups 2, …": the lines of a settings state file
-/// (board/linux/machine_settings.h), by kind.
+/// (board/linux/host_settings.h), by kind.
 std::string changes_in(const std::string& state_file) {
     constexpr std::array<std::pair<std::string_view, const char*>, 7> kKinds{{
         {"group\t", "task groups"},

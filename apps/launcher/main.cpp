@@ -8,7 +8,7 @@
 #include "apps/command_line/command_line.h"
 #include "apps/launcher/launcher.h"
 #include "apps/terminal/program.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 
 namespace {
 

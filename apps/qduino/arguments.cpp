@@ -2,7 +2,7 @@
 
 #include "apps/command_line/command_line.h"
 #include "base/version.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 
 namespace qduino::apps {
 namespace {
@@ -128,14 +128,14 @@ void add_trace(CLI::App& app, Arguments& arguments) {
 
 void add_machine_commands(CLI::App& app, Arguments& arguments) {
     CLI::App* doctor =
-        add_command(app, arguments, Command::doctor, "doctor", "Is this machine fit for real time?",
+        add_command(app, arguments, Command::doctor, "doctor", "Is this computer fit for real time?",
                     "Changes nothing; names the exact fix for each shortfall. Ends with 0 when\n"
                     "nothing needs fixing, 1 otherwise.\n"
                     "Example: qduino doctor --json");
     doctor->add_flag("--json", arguments.json, "As JSON");
     CLI::App* restore =
         add_command(app, arguments, Command::restore, "restore", "Undo what a dead sketch left changed",
-                    "A sketch that isolates cores writes each change to the machine down before\n"
+                    "A sketch that isolates cores writes each change to the computer down before\n"
                     "it makes it. This undoes what a killed one could not.\n"
                     "Example: sudo qduino restore");
     arguments.settings_state = board::linux::kDefaultSettingsState;

@@ -21,7 +21,7 @@
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "board/linux/budget_keeper.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -246,8 +246,8 @@ Result<int> doctor(const Arguments& arguments) {
 Result<int> restore(const Arguments& arguments) {
     QDUINO_TRY_ASSIGN(const auto restored, board::linux::restore_settings(arguments.settings_state));
     std::printf(restored == board::linux::Restored::undone
-                    ? "What a dead sketch had changed on this machine is as it was before.\n"
-                    : "Nothing to undo: no sketch has left this machine changed.\n");
+                    ? "What a dead sketch had changed on this computer is as it was before.\n"
+                    : "Nothing to undo: no sketch has left this computer changed.\n");
     return 0;
 }
 

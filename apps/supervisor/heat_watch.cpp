@@ -14,7 +14,7 @@
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/system_error.h"
 

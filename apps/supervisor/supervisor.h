@@ -34,7 +34,7 @@
 #include "apps/supervisor/system_calls.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "board/linux/pins_file.h"
 
 namespace qduino::supervisor {

@@ -47,7 +47,7 @@ class Socket {
 
 /// Waits for the resolver.
 std::optional<std::uint32_t> resolve(const std::string& host);
-/// The first address of this machine that is not the loopback.
+/// The first address of this computer that is not the loopback.
 std::optional<std::uint32_t> first_local_address();
 
 }  // namespace qduino::arduino::host

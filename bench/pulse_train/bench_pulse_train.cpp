@@ -161,7 +161,7 @@ int main(int argc, char** argv) {
         "A 10 kHz pulse train: the paper's Listing 1 and 2, an absolute-deadline variant, and a bare spin.",
         "As root the train has a core of its own; as an ordinary user it runs too, and says what it could "
         "not "
-        "have.\nThe machine is restored after every run. Example: bench-pulse-train --json > "
+        "have.\nThe computer is restored after every run. Example: bench-pulse-train --json > "
         "pulse_train.json",
         true);
     return leave ? *leave : run(options);

@@ -12,7 +12,7 @@
 #include <cstring>
 
 #include "board/linux/clock.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 
 namespace qduino::bench {
 namespace {
@@ -53,7 +53,7 @@ std::string wait_for(pid_t child, Nanoseconds limit, const std::function<void()>
     // A user who may not read the record of changes has made none.
     const auto restored = board::linux::restore_settings(board::linux::kDefaultSettingsState);
     if (!restored && restored.error().code != ErrorCode::not_permitted)
-        return "left the machine changed: " + std::string(restored.error().message.view());
+        return "left the computer changed: " + std::string(restored.error().message.view());
     return how_it_ended(status);
 }
 

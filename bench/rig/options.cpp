@@ -19,7 +19,7 @@ std::optional<int> parse_options(Options& options, int argc, char** argv, const 
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
     if (has_load) {
-        app.add_option("--load", options.load, "What else the machine does")
+        app.add_option("--load", options.load, "What else the computer does")
             ->check(CLI::IsMember({"idle", "submission", "both"}))
             ->capture_default_str();
     }

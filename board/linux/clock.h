@@ -20,7 +20,7 @@ inline std::int64_t read_clock_ns(clockid_t clock) {
     return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
-/// Now, on the clock that every process of this machine shares. Real-time safe, async-signal-safe.
+/// Now, on the clock that every process of this computer shares. Real-time safe, async-signal-safe.
 inline Instant monotonic_now() { return instant_from_ns(read_clock_ns(CLOCK_MONOTONIC)); }
 
 /// CPU time that the calling thread has consumed. A system call (about 0.5 µs). Async-signal-safe.

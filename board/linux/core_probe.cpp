@@ -7,8 +7,8 @@
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/fatal_signals.h"
+#include "board/linux/host_settings.h"
 #include "board/linux/kernel_text.h"
-#include "board/linux/machine_settings.h"
 #include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux {

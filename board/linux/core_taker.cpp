@@ -28,15 +28,15 @@ bool throttling_is_off(const std::string& root) {
 
 }  // namespace
 
-// ---- changes to the machine ---------------------------------------------------------------------
+// ---- changes to the computer --------------------------------------------------------------------
 
 Result<void> CoreTaker::open_settings() {
     if (settings_.active()) return {};
-    QDUINO_TRY_ASSIGN(settings_, MachineSettings::open(config_.settings_state));
+    QDUINO_TRY_ASSIGN(settings_, HostSettings::open(config_.settings_state));
     return {};
 }
 
-/// One owner for each core of the machine. A sketch without real-time priorities starves nobody,
+/// One owner for each core of the computer. A sketch without real-time priorities starves nobody,
 /// and owns nothing.
 Result<void> CoreTaker::lock(std::span<const VcpuSpec> specs) {
     for (const VcpuSpec& spec : specs) {
@@ -138,7 +138,7 @@ Result<void> CoreTaker::route_interrupts(DeviceClass device, int core, bool allo
     if (core < 0 || core >= core_count_) return make_error(ErrorCode::invalid_argument, "no such core");
     if (interrupts_of_class(device, config_.sysfs_root).empty()) {
         return make_error(ErrorCode::not_found, name_of(device),
-                          ": no interrupt of this device class on this machine");
+                          ": no interrupt of this device class on this computer");
     }
     QDUINO_TRY(open_settings());
     int stuck = 0;

@@ -19,9 +19,9 @@
 #include "board/guarantee.h"
 #include "board/linux/core_lock.h"
 #include "board/linux/core_probe.h"
+#include "board/linux/host_settings.h"
 #include "board/linux/isolation.h"
 #include "board/linux/linux_config.h"
-#include "board/linux/machine_settings.h"
 #include "board/linux/vcpu_thread.h"
 #include "posix/unique_fd.h"
 
@@ -74,7 +74,7 @@ class CoreTaker {
     int core_count_;
     std::vector<CoreLock> core_locks_;  // before the settings: given up after they are undone
     FixedString<200> lock_shortfall_;
-    MachineSettings settings_;  // open once something was changed; undoes it
+    HostSettings settings_;  // open once something was changed; undoes it
     Isolation isolation_;
     posix::UniqueFd awake_;  // keep_cores_awake()
     FixedString<200> isolation_shortfall_;

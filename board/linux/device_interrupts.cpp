@@ -113,7 +113,7 @@ std::set<int> interrupts_of_class(DeviceClass device, const std::string& root) {
     return irqs;
 }
 
-int route_class(MachineSettings& settings, DeviceClass device, int core, int cpus, bool allowed, int& stuck,
+int route_class(HostSettings& settings, DeviceClass device, int core, int cpus, bool allowed, int& stuck,
                 const std::string& root) {
     int moved = 0;
     stuck = 0;

@@ -14,7 +14,7 @@
 
 #include "base/result.h"
 #include "board/linux/cpu_list.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "board/types.h"
 
 namespace qduino::board::linux {
@@ -45,7 +45,7 @@ std::set<int> interrupts_of_class(DeviceClass device, const std::string& root = 
 
 /// Moves the interrupts of `device` away from `core` (allowed = false), or lets them come there as
 /// well. Returns how many it changed. `stuck` counts those that the kernel would not move.
-int route_class(MachineSettings& settings, DeviceClass device, int core, int cpus, bool allowed, int& stuck,
+int route_class(HostSettings& settings, DeviceClass device, int core, int cpus, bool allowed, int& stuck,
                 const std::string& root = "");
 
 /// A kernel thread that does the second half of a device's interrupt: a threaded interrupt, or

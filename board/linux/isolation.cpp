@@ -52,14 +52,14 @@ void move_all_tasks(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-Result<Isolation> Isolation::begin(MachineSettings& settings, const IsolationOptions& options) {
+Result<Isolation> Isolation::begin(HostSettings& settings, const IsolationOptions& options) {
     Isolation isolation;
     isolation.options_ = options;
     for (const int core : options.cores) isolation.owned_.add(core);
     isolation.rest_ = CpuList::first(options.cpus).without(isolation.owned_);
     if (isolation.rest_.empty()) {
         return make_error(ErrorCode::out_of_range,
-                          "no core would be left for the rest of the machine: let loops own fewer cores");
+                          "no core would be left for the rest of the computer: let loops own fewer cores");
     }
 
     const std::string v1 = isolation.at("/sys/fs/cgroup/cpuset");
@@ -79,7 +79,7 @@ Result<Isolation> Isolation::begin(MachineSettings& settings, const IsolationOpt
     return isolation;
 }
 
-bool Isolation::try_change(MachineSettings& settings, const std::string& path, std::string_view text,
+bool Isolation::try_change(HostSettings& settings, const std::string& path, std::string_view text,
                            std::string_view what) {
     const auto changed = settings.change(path, text);
     if (!changed) notes_.push_back(qduino::text<std::string>(what, ": ", changed.error().message));
@@ -97,7 +97,7 @@ std::optional<CpuList> Isolation::left_of(const CpuList& cpus) const {
 // ---- 1. tasks -----------------------------------------------------------------------------------
 
 /// Takes our cores out of every child set of the root: the sets of cores must not overlap.
-void Isolation::shrink_other_sets_v1(MachineSettings& settings, const std::string& top) {
+void Isolation::shrink_other_sets_v1(HostSettings& settings, const std::string& top) {
     for (const std::string& name : entries(top)) {
         const std::string cpus = top + "/" + name + "/cpuset.cpus";
         if (name.starts_with("qduino-") || !exists(cpus)) continue;
@@ -110,7 +110,7 @@ void Isolation::shrink_other_sets_v1(MachineSettings& settings, const std::strin
 }
 
 /// The sets of the owned cores, beside `system` for the rest; all have the memory of `nodes`.
-Result<void> Isolation::make_sets_v1(MachineSettings& settings, const std::string& system,
+Result<void> Isolation::make_sets_v1(HostSettings& settings, const std::string& system,
                                      std::string_view nodes) const {
     QDUINO_TRY(settings.make_group(system));
     QDUINO_TRY(write_all_of(system, {{"/cpuset.cpus", rest_.to_list()}, {"/cpuset.mems", nodes}}));
@@ -126,7 +126,7 @@ Result<void> Isolation::make_sets_v1(MachineSettings& settings, const std::strin
     return {};
 }
 
-void Isolation::take_cores_v1(MachineSettings& settings) {
+void Isolation::take_cores_v1(HostSettings& settings) {
     const std::string top = at("/sys/fs/cgroup/cpuset");
     const std::string nodes = text_of_file(top + "/cpuset.mems");
     // First, so that it is undone last, when the tasks are back in the root set.
@@ -145,7 +145,7 @@ void Isolation::take_cores_v1(MachineSettings& settings) {
     cpusets_ = Cpusets::v1;
 }
 
-void Isolation::take_cores_v2(MachineSettings& settings) {
+void Isolation::take_cores_v2(HostSettings& settings) {
     const std::string top = at("/sys/fs/cgroup");
     const std::string control = top + "/cgroup.subtree_control";
     // Stays enabled afterwards: it changes nothing by itself, and other programs may have come to
@@ -185,7 +185,7 @@ Result<void> Isolation::adopt(int core, pid_t tid) const {
 
 // ---- 2. interrupts and kernel work --------------------------------------------------------------
 
-void Isolation::move_interrupts(MachineSettings& settings) {
+void Isolation::move_interrupts(HostSettings& settings) {
     try_change(settings, at("/proc/irq/default_smp_affinity"), rest_.to_mask(options_.cpus),
                "default interrupt affinity");
     for (const Interrupt& irq : all_interrupts(options_.root)) {
@@ -208,7 +208,7 @@ void Isolation::note_kept_interrupts() {
                            owned_.to_list()));
 }
 
-void Isolation::move_network(MachineSettings& settings) {
+void Isolation::move_network(HostSettings& settings) {
     const std::string devices = at("/sys/class/net");
     for (const std::string& device : entries(devices)) {
         const std::string queues = devices + "/" + device + "/queues";
@@ -222,7 +222,7 @@ void Isolation::move_network(MachineSettings& settings) {
     }
 }
 
-void Isolation::move_kernel_work(MachineSettings& settings) {
+void Isolation::move_kernel_work(HostSettings& settings) {
     const std::string mask = rest_.to_mask(options_.cpus);
     try_change(settings, at("/sys/devices/virtual/workqueue/cpumask"), mask, "unbound workqueues");
     const std::string watchdog = at("/proc/sys/kernel/watchdog_cpumask");
@@ -234,7 +234,7 @@ void Isolation::move_kernel_work(MachineSettings& settings) {
 
 // ---- 3. and 4. ----------------------------------------------------------------------------------
 
-void Isolation::stay_fast(MachineSettings& settings) {
+void Isolation::stay_fast(HostSettings& settings) {
     for (const int core : options_.cores) {
         const std::string governor =
             at("/sys/devices/system/cpu/cpu") + std::to_string(core) + "/cpufreq/scaling_governor";
@@ -246,7 +246,7 @@ void Isolation::stay_fast(MachineSettings& settings) {
 // they handle the requests behind the one that is done. A loop that spins would keep them waiting
 // for ever, and with them every task that waits for the disk. They get their share from the fair
 // server (since Linux 6.12) or else from the throttling.
-void Isolation::lift_throttling(MachineSettings& settings) {
+void Isolation::lift_throttling(HostSettings& settings) {
     const bool needed = !kept_interrupts_.empty();
     if (needed && !release_at_least(text_of_file(at("/proc/sys/kernel/osrelease")), 6, 12)) {
         notes_.push_back("RT throttling left on, for the threads that finish what that begins");
@@ -261,7 +261,7 @@ void Isolation::lift_throttling(MachineSettings& settings) {
         try_change(settings, at("/proc/sys/kernel/sched_rt_runtime_us"), "-1", "RT throttling");
 }
 
-void Isolation::lift_fair_server(MachineSettings& settings) {
+void Isolation::lift_fair_server(HostSettings& settings) {
     for (const int core : options_.cores) {
         const std::string fair =
             at("/sys/kernel/debug/sched/fair_server/cpu") + std::to_string(core) + "/runtime";

@@ -10,7 +10,7 @@
 //   4. RT throttling, fair server              last: with 1 done, no task is left to starve there;
 //                                              kept if 2 left an interrupt behind (lift_throttling)
 //
-// The changes are undone in the opposite order (machine_settings.h). What the computer does not
+// The changes are undone in the opposite order (host_settings.h). What the computer does not
 // have or refuses is a note, not a failure.
 //
 // There are two generations of cpusets. v1: everything in the root set moves to `qduino-system`
@@ -28,13 +28,13 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "board/linux/cpu_list.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 
 namespace qduino::board::linux {
 
 struct IsolationOptions {
     std::vector<int> cores;  ///< to be owned
-    int cpus = 1;            ///< of the machine
+    int cpus = 1;            ///< of the computer
     bool lift_throttling = true;
     std::string root;  ///< precedes /proc, /sys and /dev (tests)
 };
@@ -45,7 +45,7 @@ class Isolation {
 
     /// Makes the changes, through `settings`, which undoes them. Setup-time. Error: out_of_range
     /// (no core would be left for the rest).
-    static Result<Isolation> begin(MachineSettings& settings, const IsolationOptions& options);
+    static Result<Isolation> begin(HostSettings& settings, const IsolationOptions& options);
 
     /// Puts the thread `tid` of this process into the owned core's set. The thread must pin itself
     /// afterwards.
@@ -62,19 +62,19 @@ class Isolation {
     enum class Cpusets { none, v1, v2 };
 
     [[nodiscard]] std::optional<CpuList> left_of(const CpuList& cpus) const;
-    void take_cores_v1(MachineSettings& settings);
-    Result<void> make_sets_v1(MachineSettings& settings, const std::string& system,
+    void take_cores_v1(HostSettings& settings);
+    Result<void> make_sets_v1(HostSettings& settings, const std::string& system,
                               std::string_view nodes) const;
-    void take_cores_v2(MachineSettings& settings);
-    void shrink_other_sets_v1(MachineSettings& settings, const std::string& top);
-    void move_interrupts(MachineSettings& settings);
-    void move_network(MachineSettings& settings);
-    void move_kernel_work(MachineSettings& settings);
-    void stay_fast(MachineSettings& settings);
-    void lift_throttling(MachineSettings& settings);
-    void lift_fair_server(MachineSettings& settings);
+    void take_cores_v2(HostSettings& settings);
+    void shrink_other_sets_v1(HostSettings& settings, const std::string& top);
+    void move_interrupts(HostSettings& settings);
+    void move_network(HostSettings& settings);
+    void move_kernel_work(HostSettings& settings);
+    void stay_fast(HostSettings& settings);
+    void lift_throttling(HostSettings& settings);
+    void lift_fair_server(HostSettings& settings);
     void note_kept_interrupts();
-    bool try_change(MachineSettings& settings, const std::string& path, std::string_view text,
+    bool try_change(HostSettings& settings, const std::string& path, std::string_view text,
                     std::string_view what);
     [[nodiscard]] std::string at(std::string_view path) const { return options_.root + std::string{path}; }
 

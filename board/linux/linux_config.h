@@ -67,15 +67,15 @@ struct LinuxConfig {
     /// sleep or spin.
     Nanoseconds heartbeat_bound = 500ms;
 
-    /// Take everything else off the cores that loops own (isolation.h). Changes the machine; undone
-    /// at the end.
+    /// Take everything else off the cores that loops own (isolation.h). Changes the computer;
+    /// undone at the end.
     bool isolate = false;
     /// Lift the kernel's limit of 95 % real-time per second, and its fair server, while a core is
     /// owned and empty.
     bool lift_throttling = true;
     /// How long to wait for a core that another sketch owns: its holder may be dying (core_lock.h).
     Nanoseconds core_patience = 2s;
-    /// Where changes to the machine are recorded, for the supervisor and `qduino restore`.
+    /// Where changes to the computer are recorded, for the supervisor and `qduino restore`.
     std::string settings_state = "/run/qduino/settings.state";
     /// How long each owned core is probed by a bare spin before its loop starts; 0: no probe.
     Nanoseconds probe_duration = 100ms;

@@ -39,7 +39,7 @@ Result<void> lock_memory();
 Result<posix::UniqueFd> keep_cores_awake(const std::string& root = "");
 /// The calling process may do what `capability` (a CAP_… of linux/capability.h) stands for.
 bool has_capability(int capability);
-/// CPUs of this machine, from 0 on; those that are offline count too.
+/// CPUs of this computer, from 0 on; those that are offline count too.
 int cpu_count();
 
 }  // namespace qduino::board::linux

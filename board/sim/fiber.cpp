@@ -27,7 +27,7 @@
 #define QDUINO_FIBER_TSAN 0
 #endif
 
-// 1 where no switch is written for the machine; a test sets it to try the other way on any.
+// 1 where no switch is written for the processor; a test sets it to try the other way on any.
 #if !defined(QDUINO_FIBER_UCONTEXT)
 #if defined(__x86_64__) || defined(__aarch64__)
 #define QDUINO_FIBER_UCONTEXT 0

@@ -9,8 +9,8 @@
 //
 // A switch saves what the calling convention says a function must keep (x86-64: System V psABI
 // §3.2.1, six registers; aarch64: AAPCS64 §6.1, x19–x30 and d8–d15) and exchanges the stack
-// pointer: about two nanoseconds. Other machines use ucontext, which does the same with two system
-// calls. Sanitizers are told of every switch.
+// pointer: about two nanoseconds. Other processors use ucontext, which does the same with two
+// system calls. Sanitizers are told of every switch.
 //
 // Invariants: at most one fiber of a host runs at a time; only the host resumes, only the fiber
 // suspends itself.

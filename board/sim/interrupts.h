@@ -1,6 +1,6 @@
-// The interrupt sources of a simulated machine: when each fires next, and on which core.
+// The interrupt sources of a simulated computer: when each fires next, and on which core.
 //
-// Every source has its own random stream, seeded by the machine's seed and its place in the list:
+// Every source has its own random stream, seeded by the computer's seed and its place in the list:
 // routing or silencing one does not change when another fires.
 #pragma once
 

@@ -5,7 +5,7 @@
 //   begin(): admission, setup() ──► board.start() ──► run(): releases, overruns, locks, budgets
 //   operator new: yes                      no ───────────────────────────────────────────────►
 //
-// Its limit: it is linked with this machine's C++ library, whose own inside it does not look into;
+// Its limit: it is linked with this computer's C++ library, whose own inside it does not look into;
 // what it proves is that nothing of base/, sched/, board/ and runtime/ needs the two language
 // features, nor operator new once loops run.
 #include <algorithm>

@@ -44,7 +44,7 @@ ADAPTED = [
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),
     (r"bench/plot.py", lambda: "test -x bench/plot.py"),
-    # Ends with the number of things this machine lacks.
+    # Ends with the number of things this computer lacks.
     (r"qduino doctor", lambda: "qduino doctor | grep -q ."),
     (r"source <\((.*)\)", lambda command: "eval \"$(%s)\"" % command),
 ]

@@ -12,7 +12,7 @@ What has to hold, and who says so:
     the watcher comes back                  /proc: the supervisor has started another within 10 s
     no acknowledged upload lost             every job that was answered with 201 is there at the end, byte for byte (SHA-256)
     nothing printed twice                   the journal: one copy is one attempt, begun durably before its first byte left
-    nothing left                            no process, no entry in /dev/shm, none at real-time priority, this machine's settings as before
+    nothing left                            no process, no entry in /dev/shm, none at real-time priority, the computer's settings as before
 
 The time of 200 ms is a bound of safety and no measure of speed: what was seen is printed at the end.
 """
@@ -253,7 +253,7 @@ class Storm:
             if read(path) != before:
                 self.fail("%s is %s and was %s" % (path, read(path).strip(), before.strip()))
         if read("/run/qduino/settings.state"):
-            self.fail("a change of this machine was not undone")
+            self.fail("a change of the computer was not undone")
 
 
 def real_time_processes():

@@ -125,21 +125,21 @@ void check_against_oracle(std::uint64_t seed, std::size_t count, bool lazily) {
     }
 }
 
-TEST(PlannerOracle, same_speeds_when_planned_at_once) {
+TEST(PlannerOracle, SameSpeedsWhenPlannedAtOnce) {
     for (std::uint64_t seed = 1; seed <= 400; ++seed) {
         check_against_oracle(seed, 2 + seed % 60, false);
         if (HasFatalFailure()) return;
     }
 }
 
-TEST(PlannerOracle, same_speeds_when_taken_as_soon_as_they_are_final) {
+TEST(PlannerOracle, SameSpeedsWhenTakenAsSoonAsTheyAreFinal) {
     for (std::uint64_t seed = 1001; seed <= 1400; ++seed) {
         check_against_oracle(seed, 2 + seed % 60, true);
         if (HasFatalFailure()) return;
     }
 }
 
-TEST(PlannerOracle, same_speeds_over_long_lists_taken_lazily) {
+TEST(PlannerOracle, SameSpeedsOverLongListsTakenLazily) {
     for (std::uint64_t seed = 2001; seed <= 2004; ++seed) {
         check_against_oracle(seed, 400, true);
         if (HasFatalFailure()) return;

@@ -106,14 +106,14 @@ void check(std::uint64_t seed, std::size_t count, const MachineConfig& config) {
     }
 }
 
-TEST(SolverOracle, every_step_is_within_a_microsecond_of_bisection) {
+TEST(SolverOracle, EveryStepIsWithinAMicrosecondOfBisection) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         check(seed, 40, MachineConfig{});
         if (HasFatalFailure()) return;
     }
 }
 
-TEST(SolverOracle, the_same_on_a_fast_machine_with_fine_steps) {
+TEST(SolverOracle, TheSameOnAFastMachineWithFineSteps) {
     MachineConfig config;
     for (int i = 0; i < 2; ++i) {
         config.axes[i].steps_per_mm = 160;

@@ -116,14 +116,14 @@ void check_seed(std::uint64_t seed, std::size_t count, const MachineConfig& conf
     }
 }
 
-TEST(MotionProperty, all_rules_hold_for_random_moves) {
+TEST(MotionProperty, AllRulesHoldForRandomMoves) {
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
         check_seed(seed, 1000, MachineConfig{});
         if (HasFatalFailure()) return;
     }
 }
 
-TEST(MotionProperty, all_rules_hold_where_reversals_are_violent) {
+TEST(MotionProperty, AllRulesHoldWhereReversalsAreViolent) {
     MachineConfig config;
     for (AxisConfig& axis : config.axes) {
         axis.max_acceleration = 50'000_mm_s2;
@@ -137,7 +137,7 @@ TEST(MotionProperty, all_rules_hold_where_reversals_are_violent) {
 }
 
 // When next() is called makes no difference, only when flush() is.
-TEST(MotionProperty, planning_does_not_depend_on_when_segments_are_taken) {
+TEST(MotionProperty, PlanningDoesNotDependOnWhenSegmentsAreTaken) {
     for (std::uint64_t seed = 301; seed <= 310; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         test::Pipeline eager(MachineConfig{}, kStart), lazy(MachineConfig{}, kStart);
@@ -158,7 +158,7 @@ TEST(MotionProperty, planning_does_not_depend_on_when_segments_are_taken) {
 }
 
 // Held and resumed at random, the machine still goes everywhere it was sent, within all limits.
-TEST(MotionProperty, holding_at_random_changes_times_but_no_steps) {
+TEST(MotionProperty, HoldingAtRandomChangesTimesButNoSteps) {
     for (std::uint64_t seed = 401; seed <= 420; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         test::RandomMoves random(seed, kStart);

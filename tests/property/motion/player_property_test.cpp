@@ -65,7 +65,7 @@ void check_spacing(const PlayerRun& run, std::int64_t slack_ns) {
     }
 }
 
-TEST(PlayerProperty, on_time_every_edge_is_exact) {
+TEST(PlayerProperty, OnTimeEveryEdgeIsExact) {
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         PlayerRun run(seed);
@@ -81,7 +81,7 @@ TEST(PlayerProperty, on_time_every_edge_is_exact) {
     }
 }
 
-TEST(PlayerProperty, woken_late_at_random_it_stretches_and_never_bunches) {
+TEST(PlayerProperty, WokenLateAtRandomItStretchesAndNeverBunches) {
     for (std::uint64_t seed = 101; seed <= 130; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         PlayerRun run(seed);

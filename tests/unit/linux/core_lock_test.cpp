@@ -75,7 +75,7 @@ TEST(CoreLock, TheSecondOwnerIsToldTheFirstByName) {
     const std::string refused = refusal_of(1, 30ms, machine);
     EXPECT_THAT(refused, HasSubstr("core 1 is taken: first owner (pid " + std::to_string(first.pid()) +
                                    ") owns it since 20"));
-    EXPECT_THAT(refused, HasSubstr("started as `unit_linux_machine"));
+    EXPECT_THAT(refused, HasSubstr("started as `unit-linux-host"));
     EXPECT_THAT(refused, HasSubstr("stop that one, or give the loop another core"));
     EXPECT_LT(refused.size(), decltype(Error::message)::kCapacity) << "nothing of it was cut";
     EXPECT_TRUE(CoreLock::take(0, 0s, machine.root()).ok()) << "another core is free";

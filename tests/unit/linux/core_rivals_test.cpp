@@ -107,7 +107,7 @@ TEST(CoreRivals, TheSentenceNamesCoreTaskAndPriority) {
 TEST(CoreRivals, AreFoundOnTheRealMachine) {
     if (cpu_count() < 2) GTEST_SKIP() << "needs two cores";
     const int core = cpu_count() - 1;
-    // Priorities below those of the machine's own threads: the test disturbs nobody who matters.
+    // Priorities below those of the computer's own threads: the test disturbs nobody who matters.
     const ForeignSpinner thief{core, 3, 1s};
     if (!thief.spins())
         GTEST_SKIP() << "needs SCHED_FIFO: errors " << thief.core_error() << ", " << thief.priority_error();

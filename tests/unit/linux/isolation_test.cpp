@@ -16,7 +16,7 @@
 #include "posix/small_file.h"
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/foreign_spinner.h"
-#include "tests/unit/linux/machine_snapshot.h"
+#include "tests/unit/linux/host_snapshot.h"
 
 namespace qduino::board::linux::test {
 
@@ -24,20 +24,20 @@ using posix::read_small_file;
 using posix::write_small_file;
 namespace {
 
-MachineSettings open_settings(const std::string& state) {
-    auto opened = MachineSettings::open(state);
+HostSettings open_settings(const std::string& state) {
+    auto opened = HostSettings::open(state);
     EXPECT_TRUE(opened.ok()) << opened.error().message.view();
-    return opened ? std::move(*opened) : MachineSettings{};
+    return opened ? std::move(*opened) : HostSettings{};
 }
 
 // ---- settings -----------------------------------------------------------------------------------
 
-TEST(MachineSettings, AreRecordedBeforeTheyAreChangedAndUndoneInReverse) {
+TEST(HostSettings, AreRecordedBeforeTheyAreChangedAndUndoneInReverse) {
     FakeMachine machine;
     machine.put("/a", "1");
     machine.put("/b", "x");
     {
-        MachineSettings settings = open_settings(machine.state());
+        HostSettings settings = open_settings(machine.state());
         ASSERT_TRUE(settings.change(machine.path("/a"), "2").ok());
         ASSERT_TRUE(settings.change(machine.path("/a"), "3").ok());
         ASSERT_TRUE(settings.change(machine.path("/b"), "x").ok());  // as it is already
@@ -50,30 +50,30 @@ TEST(MachineSettings, AreRecordedBeforeTheyAreChangedAndUndoneInReverse) {
     EXPECT_EQ(machine.get("/run/settings.state"), "");
 }
 
-TEST(MachineSettings, WhatCannotBeChangedIsAnErrorAndLeavesNoTrace) {
+TEST(HostSettings, WhatCannotBeChangedIsAnErrorAndLeavesNoTrace) {
     FakeMachine machine;
-    MachineSettings settings = open_settings(machine.state());
+    HostSettings settings = open_settings(machine.state());
     const std::string before = machine.get("/run/settings.state");
     EXPECT_EQ(settings.change(machine.path("/missing"), "1").error().code, ErrorCode::not_found);
     EXPECT_EQ(machine.get("/run/settings.state"), before);
 }
 
-TEST(MachineSettings, BelongToOneLivingProcessAtATime) {
+TEST(HostSettings, BelongToOneLivingProcessAtATime) {
     FakeMachine machine;
-    MachineSettings settings = open_settings(machine.state());
-    EXPECT_EQ(MachineSettings::open(machine.state()).error().code, ErrorCode::unavailable);
+    HostSettings settings = open_settings(machine.state());
+    EXPECT_EQ(HostSettings::open(machine.state()).error().code, ErrorCode::unavailable);
     EXPECT_EQ(restore_settings(machine.state()).error().code, ErrorCode::unavailable);
     ASSERT_TRUE(settings.undo().ok());
-    EXPECT_TRUE(MachineSettings::open(machine.state()).ok());
+    EXPECT_TRUE(HostSettings::open(machine.state()).ok());
 }
 
-TEST(MachineSettings, ThoseOfADeadProcessAreUndoneByRestoreAndByTheNextStart) {
+TEST(HostSettings, ThoseOfADeadProcessAreUndoneByRestoreAndByTheNextStart) {
     for (const bool by_restore : {true, false}) {
         FakeMachine machine;
         machine.put("/a", "1");
         const pid_t child = ::fork();
         if (child == 0) {
-            auto settings = MachineSettings::open(machine.state());
+            auto settings = HostSettings::open(machine.state());
             static_cast<void>(settings->change(machine.path("/a"), "2"));
             ::kill(::getpid(), SIGKILL);
         }
@@ -85,7 +85,7 @@ TEST(MachineSettings, ThoseOfADeadProcessAreUndoneByRestoreAndByTheNextStart) {
             EXPECT_EQ(*restored, Restored::undone);
             EXPECT_EQ(*restore_settings(machine.state()), Restored::nothing_to_do);
         } else {
-            const MachineSettings next = open_settings(machine.state());
+            const HostSettings next = open_settings(machine.state());
         }
         EXPECT_EQ(machine.get("/a"), "1");
     }
@@ -99,11 +99,11 @@ void write_state(const FakeMachine& machine, const std::string& lines) {
     std::ofstream{machine.state()} << "qduino-settings 1 " << *boot << lines;
 }
 
-TEST(MachineSettings, ALineCutShortByAKillIsIgnored) {
+TEST(HostSettings, ALineCutShortByAKillIsIgnored) {
     FakeMachine machine;
     machine.put("/a", "1");
     machine.put("/b", "1");
-    { MachineSettings settings = open_settings(machine.state()); }
+    { HostSettings settings = open_settings(machine.state()); }
     write_state(machine, "write\t" + machine.path("/a") + "\t0\nwrite\t" + machine.path("/b") + "\t0");
     EXPECT_TRUE(restore_settings(machine.state()).ok());
     EXPECT_EQ(machine.get("/a"), "0");
@@ -113,9 +113,9 @@ TEST(MachineSettings, ALineCutShortByAKillIsIgnored) {
 // The kernel manages some interrupts itself (a disk's queues) and refuses every write of their
 // cores. A kill between the record and the refused write leaves a record of a setting that never
 // changed. osrelease is such a file for root too: readable, never writable.
-TEST(MachineSettings, ASettingThatNeverChangedIsNotWrittenAgain) {
+TEST(HostSettings, ASettingThatNeverChangedIsNotWrittenAgain) {
     FakeMachine machine;
-    { MachineSettings settings = open_settings(machine.state()); }
+    { HostSettings settings = open_settings(machine.state()); }
     const char* const unwritable = "/proc/sys/kernel/osrelease";
     const auto value = read_small_file(unwritable);
     ASSERT_TRUE(value.ok());
@@ -127,17 +127,17 @@ TEST(MachineSettings, ASettingThatNeverChangedIsNotWrittenAgain) {
     EXPECT_EQ(*restored, Restored::undone);
 }
 
-TEST(MachineSettings, OfAnEarlierBootAreForgotten) {
+TEST(HostSettings, OfAnEarlierBootAreForgotten) {
     FakeMachine machine;
     machine.put("/a", "1");
-    { MachineSettings settings = open_settings(machine.state()); }
+    { HostSettings settings = open_settings(machine.state()); }
     std::ofstream{machine.state()} << "qduino-settings 1 another-boot\nwrite\t" << machine.path("/a")
                                    << "\t0\n";
     EXPECT_TRUE(restore_settings(machine.state()).ok());
     EXPECT_EQ(machine.get("/a"), "1");
 }
 
-TEST(MachineSettings, AKillAtAnyMomentLeavesAMachineThatRestorePutsBack) {
+TEST(HostSettings, AKillAtAnyMomentLeavesAMachineThatRestorePutsBack) {
     const auto seed = static_cast<std::uint64_t>(std::random_device{}());
     std::mt19937_64 random{seed};
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -148,7 +148,7 @@ TEST(MachineSettings, AKillAtAnyMomentLeavesAMachineThatRestorePutsBack) {
         const pid_t child = ::fork();
         if (child == 0) {
             for (;;) {
-                auto settings = MachineSettings::open(machine.state());
+                auto settings = HostSettings::open(machine.state());
                 for (int i = 0; i < 40; ++i) {
                     static_cast<void>(settings->change(machine.path("/setting" + std::to_string(i)), "new"));
                 }
@@ -179,7 +179,7 @@ TEST(Isolation, MovesEverythingThatCanBeMovedAndPutsItBack) {
     machine.furnish();
     const auto before = machine.everything();
     {
-        MachineSettings settings = open_settings(machine.state());
+        HostSettings settings = open_settings(machine.state());
         auto begun = Isolation::begin(settings, third_core_of(machine));
         ASSERT_TRUE(begun.ok());
         EXPECT_TRUE(begun->owns(3));
@@ -220,7 +220,7 @@ TEST(Isolation, LiftsNoThrottlingWhileOthersMayRunOnTheCore) {
     FakeMachine machine;
     machine.furnish();
     std::filesystem::remove_all(machine.path("/sys/fs/cgroup"));
-    MachineSettings settings = open_settings(machine.state());
+    HostSettings settings = open_settings(machine.state());
     const auto begun = Isolation::begin(settings, third_core_of(machine));
     ASSERT_TRUE(begun.ok());
     EXPECT_FALSE(begun->exclusive());
@@ -237,7 +237,7 @@ TEST(Isolation, KeepsTheThreadsAliveThatServeAnInterruptWhichStays) {
         machine.put("/sys/kernel/irq/10/actions", "virtio1-req.0");
         machine.put("/proc/irq/10/effective_affinity_list", "3");
         ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
-        MachineSettings settings = open_settings(machine.state());
+        HostSettings settings = open_settings(machine.state());
         const auto begun = Isolation::begin(settings, third_core_of(machine));
         ASSERT_TRUE(begun.ok());
         EXPECT_EQ(machine.get("/proc/irq/10/smp_affinity_list"), "0-3");
@@ -260,7 +260,7 @@ TEST(Isolation, AnInterruptThatGoesElsewhereAnywayIsNoTrouble) {
     machine.furnish();
     machine.put("/proc/irq/10/effective_affinity_list", "0");
     ::chmod(machine.path("/proc/irq/10/smp_affinity_list").c_str(), 0444);
-    MachineSettings settings = open_settings(machine.state());
+    HostSettings settings = open_settings(machine.state());
     const auto begun = Isolation::begin(settings, third_core_of(machine));
     ASSERT_TRUE(begun.ok());
     EXPECT_TRUE(begun->notes().empty());
@@ -277,7 +277,7 @@ TEST(Isolation, UsesAPartitionWhereCgroupsAreOfTheSecondVersion) {
     for (const char* file : {"cgroup.type", "cgroup.threads", "cpuset.cpus", "cpuset.cpus.partition"}) {
         machine.put(std::string{"/sys/fs/cgroup/qduino-core3/"} + file, "");
     }
-    MachineSettings settings = open_settings(machine.state());
+    HostSettings settings = open_settings(machine.state());
     const auto begun = Isolation::begin(settings, third_core_of(machine));
     ASSERT_TRUE(begun.ok());
     EXPECT_TRUE(begun->exclusive());
@@ -292,7 +292,7 @@ TEST(Isolation, UsesAPartitionWhereCgroupsAreOfTheSecondVersion) {
 TEST(Isolation, LeavesTheRestOfTheMachineACore) {
     FakeMachine machine;
     machine.furnish();
-    MachineSettings settings = open_settings(machine.state());
+    HostSettings settings = open_settings(machine.state());
     IsolationOptions options = third_core_of(machine);
     options.cores = {0, 1, 2, 3};
     EXPECT_EQ(Isolation::begin(settings, options).error().code, ErrorCode::out_of_range);
@@ -317,7 +317,7 @@ TEST(DeviceInterrupts, AreFoundByDeviceAndByHandlerAndRouted) {
     EXPECT_EQ(interrupts_of_class(DeviceClass::spi, machine.root()), std::set<int>{});
     EXPECT_EQ(interrupts_of_class(DeviceClass::all, machine.root()), (std::set<int>{37, 40, 41}));
 
-    MachineSettings settings = open_settings(machine.state());
+    HostSettings settings = open_settings(machine.state());
     int stuck = 0;
     EXPECT_EQ(route_class(settings, DeviceClass::nic, 1, 2, false, stuck, machine.root()), 1);
     EXPECT_EQ(machine.get("/proc/irq/37/smp_affinity_list"), "0");
@@ -368,23 +368,23 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
     // The place that all programs use, so that none of them is at work meanwhile.
     const std::string state = kDefaultSettingsState;
     {
-        const auto mine = MachineSettings::open(state);
+        const auto mine = HostSettings::open(state);
         if (!mine.ok()) GTEST_SKIP() << mine.error().message.view();
     }
     IsolationOptions options;
     options.cores = {cpu_count() - 1};
     options.cpus = cpu_count();
     options.lift_throttling = false;
-    const auto before = MachineSnapshot::take();
+    const auto before = HostSnapshot::take();
     {
-        MachineSettings settings = open_settings(state);
+        HostSettings settings = open_settings(state);
         const auto begun = Isolation::begin(settings, options);
         ASSERT_TRUE(begun.ok()) << begun.error().message.view();
         if (begun->exclusive()) {
-            EXPECT_NE(MachineSnapshot::take().changes_since(before), "");
+            EXPECT_NE(HostSnapshot::take().changes_since(before), "");
         }
     }
-    EXPECT_EQ(MachineSnapshot::take().changes_since(before), "");
+    EXPECT_EQ(HostSnapshot::take().changes_since(before), "");
 
     const auto seed = static_cast<std::uint64_t>(std::random_device{}());
     std::mt19937_64 random{seed};
@@ -392,7 +392,7 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
     for (int round = 0; round < 4; ++round) {
         const pid_t child = ::fork();
         if (child == 0) {
-            auto settings = MachineSettings::open(state);
+            auto settings = HostSettings::open(state);
             if (!settings) ::_exit(1);
             const auto begun = Isolation::begin(*settings, options);
             ::pause();
@@ -402,12 +402,12 @@ TEST(Isolation, OfTheRealMachineIsUndoneInOrderAndAfterAKillAtAnyMoment) {
         ASSERT_EQ(::waitpid(child, nullptr, 0), child);
         const auto restored = restore_settings(state);
         ASSERT_TRUE(restored.ok()) << restored.error().message.view();
-        EXPECT_EQ(MachineSnapshot::take().changes_since(before), "");
+        EXPECT_EQ(HostSnapshot::take().changes_since(before), "");
     }
 }
 
-// The spinner's priority is below those of the machine's own threads, and it never spins for longer
-// than a moment.
+// The spinner's priority is below those of the computer's own threads, and it never spins for
+// longer than a moment.
 TEST(Isolation, ARealTimeTaskOfAnotherProcessCannotComeToTheOwnedCore) {
     if (::geteuid() != 0 || cpu_count() < 2) GTEST_SKIP() << "needs root and two cores";
     const int core = cpu_count() - 1;
@@ -415,14 +415,14 @@ TEST(Isolation, ARealTimeTaskOfAnotherProcessCannotComeToTheOwnedCore) {
         const ForeignSpinner open_core{core, 3, 50ms};
         if (!open_core.spins()) GTEST_SKIP() << "no SCHED_FIFO here: error " << open_core.priority_error();
     }
-    auto opened = MachineSettings::open(kDefaultSettingsState);
+    auto opened = HostSettings::open(kDefaultSettingsState);
     if (!opened.ok()) GTEST_SKIP() << opened.error().message.view();
     IsolationOptions options;
     options.cores = {core};
     options.cpus = cpu_count();
     options.lift_throttling = false;
     {
-        MachineSettings settings = std::move(*opened);
+        HostSettings settings = std::move(*opened);
         const auto begun = Isolation::begin(settings, options);
         ASSERT_TRUE(begun.ok()) << begun.error().message.view();
         if (!begun->exclusive()) GTEST_SKIP() << "no cpusets here: " << begun->notes().front();

@@ -27,12 +27,12 @@ double speed(const MoveGeometry& before, const MoveGeometry& after,
     return std::sqrt(junction_speed_squared(before, after, instantaneous));
 }
 
-TEST(Junction, square_corner_at_the_square_corner_speed) {
+TEST(Junction, SquareCornerAtTheSquareCornerSpeed) {
     EXPECT_NEAR(speed(heading(0), heading(90)), 20, 1e-9);
     EXPECT_NEAR(speed(heading(30), heading(-60)), 20, 1e-9);
 }
 
-TEST(Junction, straight_on_at_the_lower_nominal_speed) {
+TEST(Junction, StraightOnAtTheLowerNominalSpeed) {
     MoveGeometry slow = heading(0);
     slow.speed_mm_s = 40;
     EXPECT_DOUBLE_EQ(speed(heading(0), heading(0)), 100);
@@ -41,9 +41,9 @@ TEST(Junction, straight_on_at_the_lower_nominal_speed) {
     EXPECT_NEAR(speed(heading(0), heading(1e-7)), 100, 1e-9);
 }
 
-TEST(Junction, turning_back_is_a_standstill) { EXPECT_NEAR(speed(heading(0), heading(180)), 0, 1e-5); }
+TEST(Junction, TurningBackIsAStandstill) { EXPECT_NEAR(speed(heading(0), heading(180)), 0, 1e-5); }
 
-TEST(Junction, follows_the_textbook_formula_at_every_angle) {
+TEST(Junction, FollowsTheTextbookFormulaAtEveryAngle) {
     for (int turn = 5; turn < 175; turn += 5) {
         const double theta = (180 - turn) * M_PI / 180;
         const double s = std::sqrt((1 - std::cos(theta)) / 2);
@@ -54,7 +54,7 @@ TEST(Junction, follows_the_textbook_formula_at_every_angle) {
     }
 }
 
-TEST(Junction, short_moves_are_held_to_the_arc_that_fits_in_them) {
+TEST(Junction, ShortMovesAreHeldToTheArcThatFitsInThem) {
     const double half = 0.5 * (180 - 10) * M_PI / 180;
     EXPECT_NEAR(speed(heading(0, 0.01), heading(10, 0.01)), std::sqrt(0.5 * 0.01 * 3000 * std::tan(half)),
                 1e-9);
@@ -62,14 +62,14 @@ TEST(Junction, short_moves_are_held_to_the_arc_that_fits_in_them) {
                 1e-9);
 }
 
-TEST(Junction, the_slower_acceleration_counts) {
+TEST(Junction, TheSlowerAccelerationCounts) {
     MoveGeometry weak = heading(90);
     weak.acceleration_mm_s2 = 750;
     EXPECT_NEAR(speed(heading(0), weak), 10, 1e-9);
     EXPECT_NEAR(speed(weak, heading(0)), 10, 1e-9);
 }
 
-TEST(Junction, extruder_and_z_have_their_own_limit) {
+TEST(Junction, ExtruderAndZHaveTheirOwnLimit) {
     MoveGeometry printing = heading(0);
     printing.direction[3] = 0.05;
     EXPECT_NEAR(speed(heading(0), printing, {1e9_mm_s, 1e9_mm_s, 0.4_mm_s, 2.5_mm_s}), 50, 1e-9);
@@ -79,7 +79,7 @@ TEST(Junction, extruder_and_z_have_their_own_limit) {
     EXPECT_NEAR(speed(printing, printing, Speeds{}), 100, 1e-9);
 }
 
-TEST(Junction, extrude_only_meets_motion_at_rest_and_itself_in_motion) {
+TEST(Junction, ExtrudeOnlyMeetsMotionAtRestAndItselfInMotion) {
     MoveGeometry retract;
     retract.direction = {0, 0, 0, -1};
     retract.extrude_only = true;

@@ -31,7 +31,7 @@ class PlannerTest : public ::testing::Test {
     std::unique_ptr<Planner> planner_;
 };
 
-TEST_F(PlannerTest, one_move_starts_and_ends_at_rest) {
+TEST_F(PlannerTest, OneMoveStartsAndEndsAtRest) {
     ASSERT_TRUE(planner_->append(to(100, 0)));
     const auto segments = take_to_rest();
     ASSERT_EQ(segments.size(), 1u);
@@ -45,7 +45,7 @@ TEST_F(PlannerTest, one_move_starts_and_ends_at_rest) {
     EXPECT_TRUE(planner_->resting());
 }
 
-TEST_F(PlannerTest, nothing_is_released_while_its_speed_may_still_rise) {
+TEST_F(PlannerTest, NothingIsReleasedWhileItsSpeedMayStillRise) {
     ASSERT_TRUE(planner_->append(to(1, 0)));
     EXPECT_TRUE(take().empty());
     ASSERT_TRUE(planner_->append(to(100, 0)));
@@ -58,14 +58,14 @@ TEST_F(PlannerTest, nothing_is_released_while_its_speed_may_still_rise) {
     EXPECT_EQ(take_to_rest().size(), 2u);
 }
 
-TEST_F(PlannerTest, diagonal_moves_use_what_both_axes_allow) {
+TEST_F(PlannerTest, DiagonalMovesUseWhatBothAxesAllow) {
     ASSERT_TRUE(planner_->append(to(100, 100, 0, 0, 500)));
     const auto segments = take_to_rest();
     EXPECT_NEAR(segments[0].shape.cruise_speed_mm_s, 125 * std::sqrt(2.0), 1e-9);
     EXPECT_NEAR(segments[0].shape.acceleration_mm_s2, 2000 * std::sqrt(2.0), 1e-9);
 }
 
-TEST_F(PlannerTest, slow_axes_slow_the_move) {
+TEST_F(PlannerTest, SlowAxesSlowTheMove) {
     ASSERT_TRUE(planner_->append(to(10, 0, 1)));
     ASSERT_TRUE(planner_->append(to(10, 0, 11)));
     ASSERT_TRUE(planner_->append(to(10, 0, 11, 5)));
@@ -77,7 +77,7 @@ TEST_F(PlannerTest, slow_axes_slow_the_move) {
     EXPECT_NEAR(segments[2].shape.length_mm, 5, 1e-9);
 }
 
-TEST_F(PlannerTest, speed_means_the_path_in_space_and_filament_only_when_nothing_else_moves) {
+TEST_F(PlannerTest, SpeedMeansThePathInSpaceAndFilamentOnlyWhenNothingElseMoves) {
     ASSERT_TRUE(planner_->append(to(30, 40, 0, 1, 50)));
     ASSERT_TRUE(planner_->append(to(30, 40, 0, -2, 7)));
     const auto segments = take_to_rest();
@@ -88,7 +88,7 @@ TEST_F(PlannerTest, speed_means_the_path_in_space_and_filament_only_when_nothing
     EXPECT_DOUBLE_EQ(segments[1].end_mm[3], -1);
 }
 
-TEST_F(PlannerTest, step_rate_is_limited_to_legal_pulses) {
+TEST_F(PlannerTest, StepRateIsLimitedToLegalPulses) {
     MotionSettings settings = planner_->settings();
     settings.max_speed.fill(1e6_mm_s);
     settings.max_acceleration.fill(1e9_mm_s2);
@@ -99,7 +99,7 @@ TEST_F(PlannerTest, step_rate_is_limited_to_legal_pulses) {
     EXPECT_NEAR(take_to_rest()[0].shape.cruise_speed_mm_s * 80, 1 / 2e-6, 1);
 }
 
-TEST_F(PlannerTest, changed_settings_apply_to_later_moves_alone) {
+TEST_F(PlannerTest, ChangedSettingsApplyToLaterMovesAlone) {
     ASSERT_TRUE(planner_->append(to(50, 0)));
     MotionSettings settings = planner_->settings();
     settings.max_speed[Axis::x] = 30_mm_s;
@@ -111,7 +111,7 @@ TEST_F(PlannerTest, changed_settings_apply_to_later_moves_alone) {
     EXPECT_NEAR(segments[1].shape.cruise_speed_mm_s, 30, 1e-9);
 }
 
-TEST_F(PlannerTest, speeds_and_times_join_without_a_gap) {
+TEST_F(PlannerTest, SpeedsAndTimesJoinWithoutAGap) {
     for (int i = 1; i <= 2000; ++i) {
         while (!planner_->append(to(75 + 40 * std::cos(i * 0.02), 75 + 40 * std::sin(i * 0.02)))) {
             Segment segment;
@@ -132,7 +132,7 @@ TEST_F(PlannerTest, speeds_and_times_join_without_a_gap) {
     EXPECT_EQ(speed, 0);
 }
 
-TEST_F(PlannerTest, no_move_is_no_segment_and_loses_nothing) {
+TEST_F(PlannerTest, NoMoveIsNoSegmentAndLosesNothing) {
     ASSERT_TRUE(planner_->append(to(0, 0)));
     EXPECT_TRUE(take_to_rest().empty());
     for (int i = 1; i <= 1000; ++i) ASSERT_TRUE(planner_->append(to(i * 1e-11, 0)));
@@ -142,12 +142,12 @@ TEST_F(PlannerTest, no_move_is_no_segment_and_loses_nothing) {
     EXPECT_EQ(segments.back().end_mm[0], 10);
 }
 
-TEST_F(PlannerTest, zero_speed_creeps_but_arrives) {
+TEST_F(PlannerTest, ZeroSpeedCreepsButArrives) {
     ASSERT_TRUE(planner_->append(to(1, 0, 0, 0, 0)));
     EXPECT_NEAR(take_to_rest()[0].shape.duration_s(), 100, 1);
 }
 
-TEST_F(PlannerTest, markers_do_not_slow_the_motion) {
+TEST_F(PlannerTest, MarkersDoNotSlowTheMotion) {
     ASSERT_TRUE(planner_->append(to(50, 0)));
     ASSERT_TRUE(planner_->append_marker(7));
     ASSERT_TRUE(planner_->append_marker(8));
@@ -165,7 +165,7 @@ TEST_F(PlannerTest, markers_do_not_slow_the_motion) {
     EXPECT_EQ(segments[4].start.ns, segments[3].end.ns);
 }
 
-TEST_F(PlannerTest, corners_hold_across_a_marker) {
+TEST_F(PlannerTest, CornersHoldAcrossAMarker) {
     ASSERT_TRUE(planner_->append(to(50, 0)));
     ASSERT_TRUE(planner_->append_marker(1));
     ASSERT_TRUE(planner_->append(to(0, 0)));
@@ -173,7 +173,7 @@ TEST_F(PlannerTest, corners_hold_across_a_marker) {
     EXPECT_NEAR(segments[0].shape.exit_speed_mm_s, 0, 1e-4);
 }
 
-TEST_F(PlannerTest, dwell_and_homing_stand_still_on_both_sides) {
+TEST_F(PlannerTest, DwellAndHomingStandStillOnBothSides) {
     ASSERT_TRUE(planner_->append(to(50, 0)));
     ASSERT_TRUE(planner_->append_dwell(0.25));
     ASSERT_TRUE(planner_->append(to(100, 0)));
@@ -192,7 +192,7 @@ TEST_F(PlannerTest, dwell_and_homing_stand_still_on_both_sides) {
     EXPECT_EQ(segments[4].shape.entry_speed_mm_s, 0);
 }
 
-TEST_F(PlannerTest, full_queue_refuses_and_then_gives_at_a_speed_that_can_be_stopped) {
+TEST_F(PlannerTest, FullQueueRefusesAndThenGivesAtASpeedThatCanBeStopped) {
     for (std::size_t i = 0; i < Planner::kCapacity; ++i)
         ASSERT_TRUE(planner_->append(to(0.001 * double(i + 1), 0)));
     EXPECT_FALSE(planner_->append(to(100, 0)));
@@ -207,7 +207,7 @@ TEST_F(PlannerTest, full_queue_refuses_and_then_gives_at_a_speed_that_can_be_sto
     EXPECT_TRUE(planner_->resting());
 }
 
-TEST_F(PlannerTest, after_a_flush_the_next_move_starts_from_rest) {
+TEST_F(PlannerTest, AfterAFlushTheNextMoveStartsFromRest) {
     ASSERT_TRUE(planner_->append(to(50, 0)));
     planner_->flush();
     ASSERT_TRUE(planner_->append(to(100, 0)));
@@ -228,7 +228,7 @@ class PlannerHoldTest : public PlannerTest {
     }
 };
 
-TEST_F(PlannerHoldTest, stops_at_the_earliest_end_of_a_move_and_goes_on) {
+TEST_F(PlannerHoldTest, StopsAtTheEarliestEndOfAMoveAndGoesOn) {
     start();
     planner_->hold();
     EXPECT_FALSE(planner_->stopped());
@@ -248,7 +248,7 @@ TEST_F(PlannerHoldTest, stops_at_the_earliest_end_of_a_move_and_goes_on) {
     EXPECT_DOUBLE_EQ(segments.back().end_mm[0], 60);
 }
 
-TEST_F(PlannerHoldTest, resumed_before_it_stopped_still_stops_once) {
+TEST_F(PlannerHoldTest, ResumedBeforeItStoppedStillStopsOnce) {
     start();
     planner_->hold();
     planner_->resume();
@@ -257,7 +257,7 @@ TEST_F(PlannerHoldTest, resumed_before_it_stopped_still_stops_once) {
     EXPECT_EQ(segments[0].shape.exit_speed_mm_s, 0);
 }
 
-TEST_F(PlannerHoldTest, discarding_leaves_the_machine_at_the_stop) {
+TEST_F(PlannerHoldTest, DiscardingLeavesTheMachineAtTheStop) {
     start();
     planner_->hold();
     take();
@@ -270,7 +270,7 @@ TEST_F(PlannerHoldTest, discarding_leaves_the_machine_at_the_stop) {
     EXPECT_DOUBLE_EQ(segments[0].start_mm[0], 15);
 }
 
-TEST_F(PlannerHoldTest, from_short_moves_it_takes_several_to_stop) {
+TEST_F(PlannerHoldTest, FromShortMovesItTakesSeveralToStop) {
     for (int i = 1; i <= 400; ++i) ASSERT_TRUE(planner_->append(to(0.1 * i, 0)));
     Segment segment;
     while (segment.shape.exit_speed_mm_s < 99.999) ASSERT_TRUE(planner_->next(segment));
@@ -282,7 +282,7 @@ TEST_F(PlannerHoldTest, from_short_moves_it_takes_several_to_stop) {
     EXPECT_NEAR(segments.back().end_mm[0] - from_mm, 2.5, 0.1001);
 }
 
-TEST_F(PlannerHoldTest, at_rest_holds_at_once_but_reports_what_is_done) {
+TEST_F(PlannerHoldTest, AtRestHoldsAtOnceButReportsWhatIsDone) {
     ASSERT_TRUE(planner_->append(to(5, 0)));
     EXPECT_EQ(take_to_rest().size(), 1u);
     ASSERT_TRUE(planner_->append_marker(3));
@@ -294,7 +294,7 @@ TEST_F(PlannerHoldTest, at_rest_holds_at_once_but_reports_what_is_done) {
     EXPECT_TRUE(planner_->stopped());
 }
 
-TEST_F(PlannerHoldTest, an_empty_queue_holds_what_comes) {
+TEST_F(PlannerHoldTest, AnEmptyQueueHoldsWhatComes) {
     planner_->hold();
     ASSERT_TRUE(planner_->append(to(5, 0)));
     EXPECT_TRUE(take_to_rest().empty());
@@ -302,7 +302,7 @@ TEST_F(PlannerHoldTest, an_empty_queue_holds_what_comes) {
     EXPECT_EQ(take_to_rest().size(), 1u);
 }
 
-TEST_F(PlannerHoldTest, reset_forgets_everything) {
+TEST_F(PlannerHoldTest, ResetForgetsEverything) {
     start();
     planner_->hold();
     planner_->reset({1, 2, 3, 4});
@@ -316,13 +316,13 @@ TEST_F(PlannerHoldTest, reset_forgets_everything) {
     EXPECT_EQ(segments[0].start_mm[0], 1);
 }
 
-TEST(PlannerDeathTest, refuses_moves_that_are_not_numbers) {
+TEST(PlannerDeathTest, RefusesMovesThatAreNotNumbers) {
     const auto planner = std::make_unique<Planner>(motion_settings(MachineConfig{}));
     EXPECT_DEATH((void)planner->append({{NAN, 0, 0}, 0, 10, 1000}), "isfinite");
     EXPECT_DEATH((void)planner->append({{1, 0, 0}, 0, 10, 0}), "acceleration");
 }
 
-TEST(TimelineInstant, does_not_drift) {
+TEST(TimelineInstant, DoesNotDrift) {
     TimelineInstant at;
     for (int i = 0; i < 3'000'000; ++i) at.advance_s(1.0 / 3);
     EXPECT_NEAR(static_cast<double>(at.ns - 1'000'000'000'000'000) + at.fraction_ns, 0, 1);

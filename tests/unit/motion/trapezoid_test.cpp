@@ -7,7 +7,7 @@
 namespace qduino::printer::motion {
 namespace {
 
-TEST(Trapezoid, full_profile_from_rest_to_rest) {
+TEST(Trapezoid, FullProfileFromRestToRest) {
     const Trapezoid shape = make_trapezoid(100, 0, 200, 0, 3000);
     EXPECT_DOUBLE_EQ(shape.cruise_speed_mm_s, 200);
     EXPECT_DOUBLE_EQ(shape.accelerate_mm, 200.0 * 200 / 6000);
@@ -16,14 +16,14 @@ TEST(Trapezoid, full_profile_from_rest_to_rest) {
     EXPECT_DOUBLE_EQ(shape.cruise_s, (100 - 2 * 200.0 * 200 / 6000) / 200);
 }
 
-TEST(Trapezoid, triangle_when_there_is_no_room) {
+TEST(Trapezoid, TriangleWhenThereIsNoRoom) {
     const Trapezoid shape = make_trapezoid(1, 0, 200, 0, 1000);
     EXPECT_DOUBLE_EQ(shape.cruise_speed_mm_s, std::sqrt(1000.0));
     EXPECT_NEAR(shape.cruise_s, 0, 1e-12);
     EXPECT_NEAR(shape.duration_s(), 2 * std::sqrt(1.0 / 1000), 1e-12);
 }
 
-TEST(Trapezoid, constant_speed_has_no_ramps) {
+TEST(Trapezoid, ConstantSpeedHasNoRamps) {
     const Trapezoid shape = make_trapezoid(10, 50, 50, 50, 1000);
     EXPECT_EQ(shape.accelerate_s, 0);
     EXPECT_EQ(shape.decelerate_s, 0);
@@ -31,7 +31,7 @@ TEST(Trapezoid, constant_speed_has_no_ramps) {
     EXPECT_DOUBLE_EQ(shape.time_at(5), 0.1);
 }
 
-TEST(Trapezoid, ends_map_to_ends) {
+TEST(Trapezoid, EndsMapToEnds) {
     const Trapezoid shape = make_trapezoid(3, 10, 80, 5, 2000);
     EXPECT_EQ(shape.time_at(0), 0);
     EXPECT_DOUBLE_EQ(shape.time_at(3), shape.duration_s());
@@ -41,7 +41,7 @@ TEST(Trapezoid, ends_map_to_ends) {
     EXPECT_DOUBLE_EQ(shape.distance_at(10), 3);
 }
 
-TEST(Trapezoid, exact_down_to_standstill) {
+TEST(Trapezoid, ExactDownToStandstill) {
     const Trapezoid shape = make_trapezoid(100, 0, 200, 0, 30);
     for (const double distance : {1e-15, 1e-12, 1e-9, 1e-6}) {
         EXPECT_NEAR(shape.time_at(distance) / std::sqrt(2 * distance / 30), 1, 1e-12) << distance;
@@ -50,7 +50,7 @@ TEST(Trapezoid, exact_down_to_standstill) {
 
 // Whatever the speeds: time_at inverts distance_at, both rise, the phases meet, and their areas add
 // up to the length.
-TEST(Trapezoid, time_and_distance_are_inverse) {
+TEST(Trapezoid, TimeAndDistanceAreInverse) {
     std::mt19937_64 random(11);
     const auto uniform = [&](double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(random);

@@ -74,7 +74,7 @@ TEST(Explain, AWholeMachine) {
     const std::vector<Vcpu> requests{loop_of(1, 9ms, 10ms, 0), loop_of(2, 5ms, 10ms, 1),
                                      loop_of(3, 6ms, 10ms, kAnyCore)};
     const std::vector<PlatformOverheads> overheads(2);
-    const auto machine = std::make_unique<MachineAdmission>();
+    const auto machine = std::make_unique<MulticoreAdmission>();
     admit_all(requests, overheads, *machine);
     EXPECT_EQ(text_of(explain(*machine)),
               "core 0: admitted, utilisation 0.9000 <= bound 1.0000\n"

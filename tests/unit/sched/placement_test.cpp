@@ -11,9 +11,9 @@
 namespace qduino::sched {
 namespace {
 
-std::unique_ptr<MachineAdmission> admit_on(std::size_t cores, const std::vector<Vcpu>& requests) {
+std::unique_ptr<MulticoreAdmission> admit_on(std::size_t cores, const std::vector<Vcpu>& requests) {
     const std::vector<PlatformOverheads> overheads(cores);
-    auto result = std::make_unique<MachineAdmission>();
+    auto result = std::make_unique<MulticoreAdmission>();
     admit_all(requests, overheads, *result);
     return result;
 }
@@ -99,7 +99,7 @@ TEST(Placement, EachCoreHasItsOwnOverheads) {
     std::array<PlatformOverheads, 2> overheads;
     overheads[0].interferers.push_back(kernel_fair_server());
     const std::array<Vcpu, 1> requests{loop_of(1, 1ms, 8ms, kAnyCore)};
-    const auto machine = std::make_unique<MachineAdmission>();
+    const auto machine = std::make_unique<MulticoreAdmission>();
     admit_all(requests, overheads, *machine);
     EXPECT_TRUE(machine->admitted);
     EXPECT_EQ(machine->core_of(1), 1);

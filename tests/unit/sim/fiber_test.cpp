@@ -1,4 +1,4 @@
-// Run twice: over the switch of this machine, and over the portable one under other suite names
+// Run twice: over the switch of this processor, and over the portable one under other suite names
 // (fiber_ucontext.cpp).
 #include "board/sim/fiber.h"
 

@@ -37,14 +37,14 @@ class PlayerTest : public ::testing::Test {
     std::unique_ptr<Player<VirtualPins, SmallRing>> player_;
 };
 
-TEST_F(PlayerTest, idle_costs_nothing_and_moves_nothing) {
+TEST_F(PlayerTest, IdleCostsNothingAndMovesNothing) {
     play_until_ns(1'000'000'000);
     EXPECT_EQ(pins_.now_ns, 0);
     EXPECT_TRUE(pins_.edges.empty());
     EXPECT_EQ(player_->next_due(), kForever);
 }
 
-TEST_F(PlayerTest, the_first_step_comes_after_the_lead_and_the_rest_keep_their_distance) {
+TEST_F(PlayerTest, TheFirstStepComesAfterTheLeadAndTheRestKeepTheirDistance) {
     pins_.now_ns = 5'000;
     for (int i = 0; i < 10; ++i) step(70'000 + 100'000 * i, kX);
     play_all();
@@ -58,14 +58,14 @@ TEST_F(PlayerTest, the_first_step_comes_after_the_lead_and_the_rest_keep_their_d
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerTest, pulses_are_as_wide_as_asked_for) {
+TEST_F(PlayerTest, PulsesAreAsWideAsAskedFor) {
     step(0, kX);
     step(100'000, kX);
     play_all();
     EXPECT_EQ(pins_.falls(kX)[0] - pins_.rises(kX)[0], 1'000);
 }
 
-TEST_F(PlayerTest, pulses_of_different_axes_overlap_freely) {
+TEST_F(PlayerTest, PulsesOfDifferentAxesOverlapFreely) {
     for (int i = 0; i < 50; ++i) {
         step(100'000 * i, kX);
         step(100'000 * i + 300, kY);
@@ -81,7 +81,7 @@ TEST_F(PlayerTest, pulses_of_different_axes_overlap_freely) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerTest, the_horizon_is_kept_and_nothing_is_lost_at_it) {
+TEST_F(PlayerTest, TheHorizonIsKeptAndNothingIsLostAtIt) {
     for (int i = 0; i < 1000; ++i) step(10'000 * i, i % 2);
     for (std::int64_t horizon = 0; horizon < kLead + 10'100'000; horizon += 100'000) {
         play_until_ns(horizon);
@@ -93,7 +93,7 @@ TEST_F(PlayerTest, the_horizon_is_kept_and_nothing_is_lost_at_it) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerTest, direction_is_set_before_it_is_needed_and_never_costs_time) {
+TEST_F(PlayerTest, DirectionIsSetBeforeItIsNeededAndNeverCostsTime) {
     for (int i = 0; i < 100; ++i) step(10'000 * i, kX, i / 3 % 2 ? -1 : 1);
     for (int i = 0; i < 100; ++i)
         step(1'000'000 + 2'000 * i, kX, i % 2 ? -1 : 1);  // as near as reversals may be
@@ -103,7 +103,7 @@ TEST_F(PlayerTest, direction_is_set_before_it_is_needed_and_never_costs_time) {
     EXPECT_EQ(pins_.position(kX), player_->steps()[kX]);
 }
 
-TEST_F(PlayerTest, direction_is_set_ahead_though_other_axes_step_in_between) {
+TEST_F(PlayerTest, DirectionIsSetAheadThoughOtherAxesStepInBetween) {
     for (int i = 0; i < 50; ++i) {
         const int direction = i % 2 ? -1 : 1;
         step(20'000 * i, kX, direction);
@@ -117,14 +117,14 @@ TEST_F(PlayerTest, direction_is_set_ahead_though_other_axes_step_in_between) {
     EXPECT_EQ(pins_.position(kX), 0);
 }
 
-TEST_F(PlayerTest, a_first_step_backwards_waits_for_its_set_up) {
+TEST_F(PlayerTest, AFirstStepBackwardsWaitsForItsSetUp) {
     step(0, kX, -1);
     play_all();
     EXPECT_EQ(pins_.position(kX), -1);
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerTest, a_step_backwards_that_was_not_foreseen_still_has_its_set_up) {
+TEST_F(PlayerTest, AStepBackwardsThatWasNotForeseenStillHasItsSetUp) {
     step(0, kX);
     play_until_ns(kLead + 50'000);
     pins_.now_ns = kLead + 99'950;
@@ -135,7 +135,7 @@ TEST_F(PlayerTest, a_step_backwards_that_was_not_foreseen_still_has_its_set_up) 
     EXPECT_EQ(player_->publish().lateness_ns.max(), 150u);
 }
 
-TEST_F(PlayerTest, lateness_moves_the_time_line_and_never_bunches_steps) {
+TEST_F(PlayerTest, LatenessMovesTheTimeLineAndNeverBunchesSteps) {
     for (int i = 0; i < 20; ++i) step(100'000 * i, kX);
     pins_.oversleep_at(kLead + 500'000, 330'000);  // three steps would be due meanwhile
     play_all();
@@ -151,7 +151,7 @@ TEST_F(PlayerTest, lateness_moves_the_time_line_and_never_bunches_steps) {
     EXPECT_EQ(status.starved, 0u);
 }
 
-TEST_F(PlayerTest, lateness_below_the_threshold_is_recorded_but_not_carried_on) {
+TEST_F(PlayerTest, LatenessBelowTheThresholdIsRecordedButNotCarriedOn) {
     for (int i = 0; i < 20; ++i) step(100'000 * i, kX);
     pins_.oversleep_at(kLead + 500'000, 900);
     play_all();
@@ -161,7 +161,7 @@ TEST_F(PlayerTest, lateness_below_the_threshold_is_recorded_but_not_carried_on) 
     EXPECT_EQ(player_->publish().lateness_ns.max(), 900u);
 }
 
-TEST_F(PlayerTest, lateness_keeps_the_axes_together) {
+TEST_F(PlayerTest, LatenessKeepsTheAxesTogether) {
     for (int i = 0; i < 20; ++i) {
         step(100'000 * i, kX);
         step(100'000 * i + 5'000, kY);
@@ -172,7 +172,7 @@ TEST_F(PlayerTest, lateness_keeps_the_axes_together) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerTest, a_wide_pulse_does_not_make_the_low_time_short) {
+TEST_F(PlayerTest, AWidePulseDoesNotMakeTheLowTimeShort) {
     for (int i = 0; i < 20; ++i) step(3'000 * i, kX);
     pins_.oversleep_at(kLead + 10'000, 2'000);  // at a fall: the pulse is 3 µs long
     play_all();
@@ -182,7 +182,7 @@ TEST_F(PlayerTest, a_wide_pulse_does_not_make_the_low_time_short) {
     for (std::size_t i = 1; i < rises.size(); ++i) EXPECT_GE(rises[i] - rises[i - 1], 2'000);
 }
 
-TEST_F(PlayerTest, pins_that_take_time_keep_every_rule) {
+TEST_F(PlayerTest, PinsThatTakeTimeKeepEveryRule) {
     pins_.write_cost_ns = 130;
     for (int i = 0; i < 300; ++i) {
         step(20'000 * i, kX, i / 2 % 2 ? -1 : 1);
@@ -196,7 +196,7 @@ TEST_F(PlayerTest, pins_that_take_time_keep_every_rule) {
     EXPECT_EQ(pins_.position(kY), player_->steps()[kY]);
 }
 
-TEST_F(PlayerTest, running_dry_in_motion_is_starvation) {
+TEST_F(PlayerTest, RunningDryInMotionIsStarvation) {
     step(0, kX);
     step(100'000, kX);
     play_until_ns(kLead + 300'000);
@@ -213,7 +213,7 @@ TEST_F(PlayerTest, running_dry_in_motion_is_starvation) {
     EXPECT_EQ(status.shift_ns, 500'000 + kLead);
 }
 
-TEST_F(PlayerTest, running_dry_is_no_harm_when_the_next_step_comes_in_time) {
+TEST_F(PlayerTest, RunningDryIsNoHarmWhenTheNextStepComesInTime) {
     step(0, kX);
     play_until_ns(kLead + 50'000);
     step(100'000, kX);
@@ -222,7 +222,7 @@ TEST_F(PlayerTest, running_dry_is_no_harm_when_the_next_step_comes_in_time) {
     EXPECT_EQ(player_->publish().starved, 0u);
 }
 
-TEST_F(PlayerTest, running_dry_at_rest_is_idleness) {
+TEST_F(PlayerTest, RunningDryAtRestIsIdleness) {
     step(0, kX);
     tell(50'000, EventKind::rest);
     play_until_ns(kLead + 60'000);
@@ -235,7 +235,7 @@ TEST_F(PlayerTest, running_dry_at_rest_is_idleness) {
     EXPECT_EQ(player_->publish().shift_ns, 0);
 }
 
-TEST_F(PlayerTest, markers_are_passed_in_their_turn) {
+TEST_F(PlayerTest, MarkersArePassedInTheirTurn) {
     step(0, kX);
     tell(0, EventKind::marker, 0, 11);
     step(100'000, kX);
@@ -248,7 +248,7 @@ TEST_F(PlayerTest, markers_are_passed_in_their_turn) {
     EXPECT_EQ(player_->publish().last_marker, 12u);
 }
 
-TEST_F(PlayerTest, the_time_line_runs_on_between_events_and_no_further) {
+TEST_F(PlayerTest, TheTimeLineRunsOnBetweenEventsAndNoFurther) {
     EXPECT_EQ(player_->timeline_ns(), 0);
     step(100'000, kX);
     step(5'000'000, kX);
@@ -263,7 +263,7 @@ TEST_F(PlayerTest, the_time_line_runs_on_between_events_and_no_further) {
     EXPECT_EQ(player_->timeline_ns(), 6'000'000);
 }
 
-TEST_F(PlayerTest, the_time_line_does_not_jump_when_motion_follows_idleness) {
+TEST_F(PlayerTest, TheTimeLineDoesNotJumpWhenMotionFollowsIdleness) {
     step(0, kX);
     tell(50'000, EventKind::rest);
     play_until_ns(kLead + 60'000);
@@ -274,7 +274,7 @@ TEST_F(PlayerTest, the_time_line_does_not_jump_when_motion_follows_idleness) {
     EXPECT_EQ(player_->publish().timeline_ns, 150'000);
 }
 
-TEST_F(PlayerTest, status_tells_what_there_is) {
+TEST_F(PlayerTest, StatusTellsWhatThereIs) {
     for (int i = 0; i < 5; ++i) step(100'000 * i, kX);
     EXPECT_EQ(player_->publish().ring_fill, 5u);
     EXPECT_FALSE(player_->publish().moving);
@@ -302,7 +302,7 @@ class PlayerHomingTest : public PlayerTest {
     }
 };
 
-TEST_F(PlayerHomingTest, steps_end_at_the_switch_and_the_counter_tells) {
+TEST_F(PlayerHomingTest, StepsEndAtTheSwitchAndTheCounterTells) {
     home(123);
     play_all();
     EXPECT_EQ(pins_.rises(kX).size(), 123u);
@@ -312,27 +312,27 @@ TEST_F(PlayerHomingTest, steps_end_at_the_switch_and_the_counter_tells) {
     EXPECT_FALSE(player_->moving());
 }
 
-TEST_F(PlayerHomingTest, what_is_dropped_is_not_waited_for) {
+TEST_F(PlayerHomingTest, WhatIsDroppedIsNotWaitedFor) {
     home(123);
     play_all();
     EXPECT_LT(pins_.now_ns, kLead + 124 * 100'000 + 2'000'000);
 }
 
-TEST_F(PlayerHomingTest, a_switch_pressed_from_the_start_allows_no_step) {
+TEST_F(PlayerHomingTest, ASwitchPressedFromTheStartAllowsNoStep) {
     home(0);
     play_all();
     EXPECT_EQ(player_->steps()[kX], 0);
     EXPECT_EQ(player_->steps_dropped(), 1000u);
 }
 
-TEST_F(PlayerHomingTest, a_switch_that_is_never_pressed_leaves_every_step) {
+TEST_F(PlayerHomingTest, ASwitchThatIsNeverPressedLeavesEveryStep) {
     home(2000);
     play_all();
     EXPECT_EQ(player_->steps()[kX], -1000);
     EXPECT_EQ(player_->steps_dropped(), 0u);
 }
 
-TEST_F(PlayerHomingTest, the_switch_is_not_looked_at_outside_homing) {
+TEST_F(PlayerHomingTest, TheSwitchIsNotLookedAtOutsideHoming) {
     home(123);
     for (int i = 0; i < 10; ++i) step(102'000'000 + 100'000 * i, kX, -1);  // still on the switch
     play_all();
@@ -340,7 +340,7 @@ TEST_F(PlayerHomingTest, the_switch_is_not_looked_at_outside_homing) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerHomingTest, steps_away_from_the_switch_follow_in_time) {
+TEST_F(PlayerHomingTest, StepsAwayFromTheSwitchFollowInTime) {
     home(123);
     for (int i = 0; i < 10; ++i) step(101'000'000 + 100'000 * (i + 1), kX, 1);
     play_all();
@@ -352,7 +352,7 @@ TEST_F(PlayerHomingTest, steps_away_from_the_switch_follow_in_time) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
-TEST_F(PlayerHomingTest, two_axes_home_together_each_to_its_own_switch) {
+TEST_F(PlayerHomingTest, TwoAxesHomeTogetherEachToItsOwnSwitch) {
     pins_.endstop = [this](int axis) { return pins_.position(axis) <= (axis == kX ? -50 : -200); };
     tell(0, EventKind::homing, kX, 1);
     tell(0, EventKind::homing, kY, 1);
@@ -371,7 +371,7 @@ TEST_F(PlayerHomingTest, two_axes_home_together_each_to_its_own_switch) {
     EXPECT_LT(pins_.now_ns, kLead + 201 * 100'000 + 2'000'000);
 }
 
-TEST_F(PlayerHomingTest, skipping_is_bounded_in_each_call) {
+TEST_F(PlayerHomingTest, SkippingIsBoundedInEachCall) {
     pins_.endstop = [](int) { return true; };
     tell(0, EventKind::homing, kX, 1);
     for (int i = 0; i < 4000; ++i) step(1'000 + 100'000 * i, kX, -1);
@@ -383,7 +383,7 @@ TEST_F(PlayerHomingTest, skipping_is_bounded_in_each_call) {
 
 // ---- emergency ----------------------------------------------------------------------------------
 
-TEST_F(PlayerTest, stop_now_ends_the_pulse_and_drops_everything) {
+TEST_F(PlayerTest, StopNowEndsThePulseAndDropsEverything) {
     for (int i = 0; i < 1000; ++i) step(100'000 * i, kX);
     play_until_ns(kLead + 500'500);  // in the middle of a pulse
     EXPECT_TRUE(pins_.level(kX));
@@ -398,7 +398,7 @@ TEST_F(PlayerTest, stop_now_ends_the_pulse_and_drops_everything) {
     EXPECT_EQ(player_->next_due(), kForever);
 }
 
-TEST_F(PlayerTest, after_a_stop_it_plays_only_what_comes_after_motion_is_allowed) {
+TEST_F(PlayerTest, AfterAStopItPlaysOnlyWhatComesAfterMotionIsAllowed) {
     for (int i = 0; i < 10; ++i) step(100'000 * i, kX, -1);
     play_until_ns(kLead + 500'500);
     player_->stop_now();
@@ -416,7 +416,7 @@ TEST_F(PlayerTest, after_a_stop_it_plays_only_what_comes_after_motion_is_allowed
     EXPECT_EQ(rises[7] - rises[6], 100'000);
 }
 
-TEST_F(PlayerTest, nothing_pushed_before_a_stop_comes_back) {
+TEST_F(PlayerTest, NothingPushedBeforeAStopComesBack) {
     for (int i = 0; i < 10; ++i) step(100'000 * i, kX);
     play_until_ns(kLead + 500'500);
     for (int i = 10; i < 50; ++i) step(100'000 * i, kX);

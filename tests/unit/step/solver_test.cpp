@@ -45,7 +45,7 @@ double analytic_trapezoid_s(double distance, double length, double speed, double
 }
 
 // The case of the acceptance list: 100 mm of X at 200 mm/s, 3000 mm/s², 80 steps/mm.
-TEST(Solver, every_step_of_the_100_mm_move_is_where_the_trapezoid_has_it) {
+TEST(Solver, EveryStepOfThe100MmMoveIsWhereTheTrapezoidHasIt) {
     MachineConfig config;
     config.axes[0].max_speed = 200_mm_s;
     config.axes[0].max_acceleration = 3000_mm_s2;
@@ -62,7 +62,7 @@ TEST(Solver, every_step_of_the_100_mm_move_is_where_the_trapezoid_has_it) {
     }
 }
 
-TEST(Solver, a_very_slow_axis_is_solved_as_exactly) {
+TEST(Solver, AVerySlowAxisIsSolvedAsExactly) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(0, 0, 10, 0, 5, 3000));
     pipeline.finish();
@@ -74,7 +74,7 @@ TEST(Solver, a_very_slow_axis_is_solved_as_exactly) {
     }
 }
 
-TEST(Solver, each_axis_is_solved_by_itself) {
+TEST(Solver, EachAxisIsSolvedByItself) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(10, 3, 0, 0.7, 60, 1000));
     pipeline.finish();
@@ -91,7 +91,7 @@ TEST(Solver, each_axis_is_solved_by_itself) {
     }
 }
 
-TEST(Solver, events_come_in_order_of_time_and_ties_in_order_of_axis) {
+TEST(Solver, EventsComeInOrderOfTimeAndTiesInOrderOfAxis) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(20, 20, 0, 0));
     pipeline.finish();
@@ -107,7 +107,7 @@ TEST(Solver, events_come_in_order_of_time_and_ties_in_order_of_axis) {
     }
 }
 
-TEST(Solver, the_budget_changes_nothing_but_the_portions) {
+TEST(Solver, TheBudgetChangesNothingButThePortions) {
     std::vector<StepEvent> expected;
     for (const std::size_t portion : {~std::size_t{0}, std::size_t{1}, std::size_t{7}}) {
         Pipeline pipeline{MachineConfig{}};
@@ -140,7 +140,7 @@ TEST(Solver, the_budget_changes_nothing_but_the_portions) {
     }
 }
 
-TEST(Solver, rest_is_told_when_the_motion_stands_still_and_only_then) {
+TEST(Solver, RestIsToldWhenTheMotionStandsStillAndOnlyThen) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(10, 0));
     pipeline.append(to(20, 0));
@@ -154,7 +154,7 @@ TEST(Solver, rest_is_told_when_the_motion_stands_still_and_only_then) {
     EXPECT_EQ(pipeline.events.back().time_ns, pipeline.segments.back().end.ns_after(0));
 }
 
-TEST(Solver, markers_come_behind_the_steps_before_them) {
+TEST(Solver, MarkersComeBehindTheStepsBeforeThem) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(10, 0));
     ASSERT_TRUE(pipeline.planner->append_marker(42));
@@ -171,7 +171,7 @@ TEST(Solver, markers_come_behind_the_steps_before_them) {
     EXPECT_EQ(steps, 1600u);
 }
 
-TEST(Solver, homing_switches_keep_their_place) {
+TEST(Solver, HomingSwitchesKeepTheirPlace) {
     Pipeline pipeline{MachineConfig{}, {10, 0, 0, 0}};
     EXPECT_EQ(pipeline.solver.counts()[0], 800);
     ASSERT_TRUE(pipeline.planner->append_homing(Axis::x, true));
@@ -186,7 +186,7 @@ TEST(Solver, homing_switches_keep_their_place) {
 
 // Z at 0.025 mm stands exactly on the half-step 50½ (2020 steps/mm): up takes the step in the last
 // instant, down takes it back in the first.
-TEST(Solver, a_half_step_touched_and_left_again_makes_no_pair_of_pulses) {
+TEST(Solver, AHalfStepTouchedAndLeftAgainMakesNoPairOfPulses) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(0, 0, 0.025, 0, 5));
     pipeline.append(to(0, 0, 0, 0, 5));
@@ -205,7 +205,7 @@ TEST(Solver, a_half_step_touched_and_left_again_makes_no_pair_of_pulses) {
     EXPECT_EQ(at + steps[0].direction, 101);
 }
 
-TEST(Solver, the_pair_is_delayed_when_the_first_step_was_already_let_go) {
+TEST(Solver, ThePairIsDelayedWhenTheFirstStepWasAlreadyLetGo) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(0, 0, 0.025, 0, 5));
     pipeline.finish();  // nothing follows, as far as anybody knows
@@ -233,7 +233,7 @@ motion::Segment slide(const motion::Segment& before, double x_mm) {
 // The half-step at 0.00625 mm is crossed, crossed back 600 ns later, and crossed again after
 // another 600: what is left is the last crossing, at its own time, though the dropped one was less
 // than a legal distance before it.
-TEST(Solver, trembling_on_a_half_step_leaves_the_last_crossing_where_it_is) {
+TEST(Solver, TremblingOnAHalfStepLeavesTheLastCrossingWhereItIs) {
     Solver solver{motion::motion_settings(MachineConfig{})};
     std::vector<StepEvent> events;
     motion::Segment segment;
@@ -251,7 +251,7 @@ TEST(Solver, trembling_on_a_half_step_leaves_the_last_crossing_where_it_is) {
 
 // What was pulsed before the switch is known only to the player: the step that homes must not be
 // paired off.
-TEST(Solver, no_pair_is_dropped_across_a_homing_switch) {
+TEST(Solver, NoPairIsDroppedAcrossAHomingSwitch) {
     Pipeline pipeline{MachineConfig{}};
     ASSERT_TRUE(pipeline.planner->append_homing(Axis::z, true));
     pipeline.append(to(0, 0, 0.025, 0, 5));
@@ -262,7 +262,7 @@ TEST(Solver, no_pair_is_dropped_across_a_homing_switch) {
     EXPECT_EQ(steps_of(pipeline.events, Axis::z).size(), 102u);
 }
 
-TEST(Solver, a_corner_does_not_disturb_the_axis_that_goes_on) {
+TEST(Solver, ACornerDoesNotDisturbTheAxisThatGoesOn) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(10, 10));
     pipeline.append(to(20, 0));  // Y turns back at speed, X goes on
@@ -272,7 +272,7 @@ TEST(Solver, a_corner_does_not_disturb_the_axis_that_goes_on) {
     for (std::size_t i = 1; i < steps.size(); ++i) ASSERT_GT(steps[i].time_ns, steps[i - 1].time_ns + 50'000);
 }
 
-TEST(Solver, reset_starts_afresh) {
+TEST(Solver, ResetStartsAfresh) {
     Pipeline pipeline{MachineConfig{}};
     pipeline.append(to(10, 0));
     pipeline.planner->flush();
@@ -291,7 +291,7 @@ TEST(Solver, reset_starts_afresh) {
     EXPECT_NEAR(static_cast<double>(pipeline.events[0].time_ns), 5'000 + 1e9 * std::sqrt(1.0 / 80 / 2000), 1);
 }
 
-TEST(SolverDeathTest, a_segment_that_does_not_join_is_a_broken_contract) {
+TEST(SolverDeathTest, ASegmentThatDoesNotJoinIsABrokenContract) {
     Pipeline pipeline{MachineConfig{}, {5, 0, 0, 0}};
     pipeline.append(to(6, 0));
     pipeline.planner->flush();
@@ -303,7 +303,7 @@ TEST(SolverDeathTest, a_segment_that_does_not_join_is_a_broken_contract) {
 
 // A million moves back and forth on a crooked grid: the count is the end position, rounded, however
 // far it has come.
-TEST(Solver, no_error_adds_up) {
+TEST(Solver, NoErrorAddsUp) {
     Pipeline pipeline{MachineConfig{}, {75, 75, 0, 0}};
     pipeline.keep_events = pipeline.keep_segments = false;
     double x = 75, y = 75;

@@ -8,15 +8,15 @@
 #include <map>
 #include <string>
 
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "posix/small_file.h"
 
 namespace qduino::board::linux::test {
 
-class MachineSnapshot {
+class HostSnapshot {
   public:
-    static MachineSnapshot take() {
-        MachineSnapshot taken;
+    static HostSnapshot take() {
+        HostSnapshot taken;
         for (const char* path :
              {"/proc/irq/default_smp_affinity", "/sys/devices/virtual/workqueue/cpumask",
               "/proc/sys/kernel/watchdog_cpumask", "/proc/sys/vm/stat_interval",
@@ -38,7 +38,7 @@ class MachineSnapshot {
     }
 
     /// What is not as it was in `before`, a line each; empty: all is.
-    [[nodiscard]] std::string changes_since(const MachineSnapshot& before) const {
+    [[nodiscard]] std::string changes_since(const HostSnapshot& before) const {
         std::string changes;
         for (const auto& [path, text] : all_) {
             const auto was = before.all_.find(path);

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "apps/doctor/finding.h"
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::apps::doctor {
@@ -30,7 +30,7 @@ bool is_virtual(const Facts& facts) {
 }
 
 Finding hypervisor(const Facts& facts) {
-    if (!is_virtual(facts)) return ok("none: this is the machine itself");
+    if (!is_virtual(facts)) return ok("none: this is the computer itself");
     return better("a virtual machine",
                   "run on the board itself; or, on the host, give each virtual processor a core of its own: "
                   "virsh vcpupin NAME 1 CORE");
@@ -66,7 +66,7 @@ Finding swap(const Facts& facts) {
     return better(some_of(areas, 3), "sudo swapoff -a && sudo systemctl mask swap.target");
 }
 
-/// The file is locked as long as the run lives whose changes are in it (machine_settings.h).
+/// The file is locked as long as the run lives whose changes are in it (host_settings.h).
 Finding leftovers(const Facts& facts) {
     const std::string path = facts.at(board::linux::kDefaultSettingsState);
     const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
@@ -113,6 +113,6 @@ double stolen_percent(std::string_view before, std::string_view after) {
     return 100.0 * static_cast<double>(last[kSteal] - first[kSteal]) / static_cast<double>(passed);
 }
 
-std::span<const Check> machine_checks() { return kChecks; }
+std::span<const Check> host_checks() { return kChecks; }
 
 }  // namespace qduino::apps::doctor

@@ -1,4 +1,4 @@
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 
 #include <fcntl.h>
 #include <sched.h>
@@ -33,7 +33,7 @@ Result<UniqueFd> lock_state(const std::string& path, bool create) {
     if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) return file;
     if (errno != EWOULDBLOCK) return system_error("lock", path);
     return make_error(ErrorCode::unavailable,
-                      "another sketch has changed the machine's settings and still runs");
+                      "another sketch has changed the computer's settings and still runs");
 }
 
 std::string whole_file(int fd) {
@@ -158,14 +158,14 @@ CpuList read_cpu_list(const std::string& path) {
     return CpuList::from_list(text_of_file(path)).value_or(CpuList{});
 }
 
-MachineSettings::~MachineSettings() { static_cast<void>(undo()); }
+HostSettings::~HostSettings() { static_cast<void>(undo()); }
 
-Result<MachineSettings> MachineSettings::open(std::string path) {
+Result<HostSettings> HostSettings::open(std::string path) {
     std::error_code ignored;
     std::filesystem::create_directories(std::filesystem::path{path}.parent_path(), ignored);
     QDUINO_TRY_ASSIGN(UniqueFd file, lock_state(path, true));
     QDUINO_TRY(undo_all(whole_file(file.get())));
-    MachineSettings settings;
+    HostSettings settings;
     settings.path_ = std::move(path);
     settings.file_ = std::move(file);
     if (::ftruncate(settings.file_.get(), 0) != 0) return system_error("empty", settings.path_);
@@ -174,13 +174,13 @@ Result<MachineSettings> MachineSettings::open(std::string path) {
 }
 
 template <typename... Pieces>
-Result<void> MachineSettings::record(const Pieces&... pieces) {
+Result<void> HostSettings::record(const Pieces&... pieces) {
     QDUINO_EXPECT(file_.valid());
     ::lseek(file_.get(), 0, SEEK_END);
     return posix::write_all(file_.get(), text<std::string>(pieces..., '\n'), path_);
 }
 
-Result<void> MachineSettings::change(const std::string& path, std::string_view text) {
+Result<void> HostSettings::change(const std::string& path, std::string_view text) {
     QDUINO_TRY_ASSIGN(const std::string before, read_small_file(path));
     const std::string_view old = trimmed(before);
     if (old == text) return {};
@@ -191,17 +191,17 @@ Result<void> MachineSettings::change(const std::string& path, std::string_view t
     return written;
 }
 
-Result<void> MachineSettings::make_group(const std::string& path) {
+Result<void> HostSettings::make_group(const std::string& path) {
     QDUINO_TRY(record("group\t", path));
     if (::mkdir(path.c_str(), 0755) == 0 || errno == EEXIST) return {};
     return system_error("make", path);
 }
 
-Result<void> MachineSettings::record_affinity(pid_t tid, const CpuList& cpus) {
+Result<void> HostSettings::record_affinity(pid_t tid, const CpuList& cpus) {
     return record("affinity\t", tid, '\t', stat_field(tid, kStartTime), '\t', cpus.to_list());
 }
 
-Result<void> MachineSettings::remember_affinity(pid_t tid) {
+Result<void> HostSettings::remember_affinity(pid_t tid) {
     const CpuList bound = affinity_of(tid);
     const auto flags = whole_number<unsigned long>(stat_field(tid, kFlags)).value_or(0);
     const bool by_kernel = (flags & kBoundByKernel) != 0;
@@ -209,7 +209,7 @@ Result<void> MachineSettings::remember_affinity(pid_t tid) {
     return record_affinity(tid, bound);
 }
 
-Result<void> MachineSettings::schedule_thread(pid_t tid, int priority, int core) {
+Result<void> HostSettings::schedule_thread(pid_t tid, int priority, int core) {
     sched_param parameters{};
     const int policy = ::sched_getscheduler(tid);
     if (policy < 0 || ::sched_getparam(tid, &parameters) != 0)
@@ -226,7 +226,7 @@ Result<void> MachineSettings::schedule_thread(pid_t tid, int priority, int core)
     return {};
 }
 
-Result<void> MachineSettings::undo() {
+Result<void> HostSettings::undo() {
     if (!file_.valid()) return {};
     auto undone = undo_all(whole_file(file_.get()));
     if (undone) static_cast<void>(::ftruncate(file_.get(), 0));

@@ -34,21 +34,21 @@ inline constexpr const char* kDefaultSettingsState = "/run/qduino/settings.state
 /// A file with a list of CPUs; the empty list when it cannot be read or is none ("(null)").
 CpuList read_cpu_list(const std::string& path);
 
-class MachineSettings {
+class HostSettings {
   public:
-    MachineSettings() = default;
-    MachineSettings(MachineSettings&&) = default;
-    MachineSettings& operator=(MachineSettings&&) = default;
+    HostSettings() = default;
+    HostSettings(HostSettings&&) = default;
+    HostSettings& operator=(HostSettings&&) = default;
     /// Undoes every change.
-    ~MachineSettings();
+    ~HostSettings();
 
     /// Takes the state file at `path` (made with its folder when missing), after undoing what a
     /// dead process left in it. Errors: unavailable (a living process has changed settings),
     /// not_permitted.
-    static Result<MachineSettings> open(std::string path);
+    static Result<HostSettings> open(std::string path);
 
     /// Writes `text` to the setting at `path`, its present value recorded first. A setting that has
-    /// the value already is left alone. Error: not_found, or what the kernel says; the machine is
+    /// the value already is left alone. Error: not_found, or what the kernel says; the computer is
     /// then as before.
     Result<void> change(const std::string& path, std::string_view text);
     /// Makes a cgroup, recorded first. Undoing moves its tasks out and removes it.

@@ -12,11 +12,11 @@
 #include <random>
 #include <thread>
 
-#include "board/linux/machine_settings.h"
+#include "board/linux/host_settings.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
-#include "tests/unit/linux/machine_snapshot.h"
+#include "tests/unit/linux/host_snapshot.h"
 
 namespace qduino::board::linux::test {
 
@@ -90,20 +90,20 @@ TEST_P(AKill, OfAnIsolatedSketchLeavesAMachineThatRestorePutsBack) {
         GTEST_SKIP() << "nothing can be isolated here: /proc/irq is not ours to change";
     {
         // And undoes what an earlier one left.
-        const auto mine = MachineSettings::open(kDefaultSettingsState);
+        const auto mine = HostSettings::open(kDefaultSettingsState);
         if (!mine.ok()) GTEST_SKIP() << mine.error().message.view();
     }
     const auto seed = static_cast<unsigned>(std::random_device{}());
     std::mt19937 random{seed};
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const auto before = MachineSnapshot::take();
+    const auto before = HostSnapshot::take();
     ASSERT_GT(before.size(), 20u);
     for (int round = 0; round < 3; ++round) {
         IsolatedSketch sketch;
         if (GetParam() == Moment::during) sketch.wait_for_a_change();
         if (GetParam() == Moment::after) {
             sketch.wait_for_its_report();
-            EXPECT_NE(MachineSnapshot::take().changes_since(before), "") << "nothing was isolated";
+            EXPECT_NE(HostSnapshot::take().changes_since(before), "") << "nothing was isolated";
         }
         std::this_thread::sleep_for(std::chrono::microseconds{random() % 20'000});
         sketch.kill();
@@ -112,7 +112,7 @@ TEST_P(AKill, OfAnIsolatedSketchLeavesAMachineThatRestorePutsBack) {
         if (GetParam() != Moment::before) {
             EXPECT_EQ(*restored, Restored::undone);
         }
-        EXPECT_EQ(MachineSnapshot::take().changes_since(before), "");
+        EXPECT_EQ(HostSnapshot::take().changes_since(before), "");
         EXPECT_EQ(*restore_settings(kDefaultSettingsState), Restored::nothing_to_do);
     }
 }
