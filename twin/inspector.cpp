@@ -15,8 +15,6 @@ std::array<double, kSlideCount> home_coordinates(const Machine& machine) {
     return {machine.axes[0].home_mm, machine.axes[1].home_mm, machine.axes[2].home_mm};
 }
 
-bool slide(std::size_t axis) { return axis < kSlideCount; }
-
 }  // namespace
 
 InspectionStart InspectionStart::at_power_on(const std::array<std::int64_t, kAxisCount>& built,
@@ -290,7 +288,7 @@ bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
         const double before_step = so_far_.built[axis] - (axis == step.axis ? step.direction : 0.0);
         const double deviation = std::abs(before_step - cursor.at[axis]);
         cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
-        if (!slide(axis) || deviation <= step.limit_steps) continue;
+        if (axis >= kSlideCount || deviation <= step.limit_steps) continue;
         if (deviation > step.limit_steps + std::max(std::abs(before_step - so_far_.at[axis]), 0.5))
             return false;
     }

@@ -20,16 +20,10 @@ JobReceiver::Event JobReceiver::receive(Ring& ring, int frames_max) {
 }
 
 JobReceiver::Event JobReceiver::take(const link::FrameView& frame) {
-    switch (frame.type) {
-        case link::FrameType::job_begin:
-            return take_begin(frame.payload);
-        case link::FrameType::job_bytes:
-            return take_bytes(frame.payload);
-        case link::FrameType::job_end:
-            return take_end(frame.payload);
-        default:
-            return refuse();
-    }
+    if (frame.type == link::FrameType::job_begin) return take_begin(frame.payload);
+    if (frame.type == link::FrameType::job_bytes) return take_bytes(frame.payload);
+    if (frame.type == link::FrameType::job_end) return take_end(frame.payload);
+    return refuse();
 }
 
 JobReceiver::Event JobReceiver::take_begin(std::span<const std::uint8_t> payload) {

@@ -119,9 +119,8 @@ class Player {
     /// Emergency: no pulse until allow_motion(). Ends a pulse that is high; drops all events, and
     /// those that are pushed later. The positions stay those of the pulses sent.
     void stop_now() {
-        for (int axis = 0; axis < kAxisCount; ++axis) {
+        for (int axis = 0; axis < kAxisCount; ++axis)
             if (axes_[axis].high) pins_.set_step(axis, false);
-        }
         const std::int64_t ready_ns = now_ns() + std::max(to_ns(settings_.low), to_ns(settings_.direction));
         for (AxisState& axis : axes_) axis = {.rise_ns_min = ready_ns, .direction = axis.direction};
         falls_begin_ = falls_end_;

@@ -90,7 +90,7 @@ void Printer::begin() {
 void Printer::plan() {
     parts_->machine.plan(board::current().now());
     // Loop 3 cannot: it has fallen silent.
-    if (parts_->machine.heat_silent()) drive_heaters(0, 0, 0);
+    if (parts_->machine.heat_silent()) drive_heaters({});
 }
 
 // ---- loop 2 -------------------------------------------------------------------------------------
@@ -111,19 +111,18 @@ std::optional<Celsius> Printer::read_thermistor(std::uint8_t channel) {
     return celsius.ok() ? std::optional{*celsius} : std::nullopt;
 }
 
-void Printer::drive_heaters(double hot_end, double bed, double fan) {
+void Printer::drive_heaters(const printer::heat::HeatDuties& duties) {
     const auto duty = [](double value) { return static_cast<int>(value * 255.0 + 0.5); };
-    analogWrite(parts_->config.hot_end.heater_pin, duty(hot_end));
-    if (parts_->config.has_bed) analogWrite(parts_->config.bed.heater_pin, duty(bed));
-    analogWrite(parts_->config.fan_pin, duty(fan));
+    analogWrite(parts_->config.hot_end.heater_pin, duty(duties.hot_end));
+    if (parts_->config.has_bed) analogWrite(parts_->config.bed.heater_pin, duty(duties.bed));
+    analogWrite(parts_->config.fan_pin, duty(duties.fan));
 }
 
 void Printer::heat() {
     printer::heat::HeatReadings readings;
     readings.hot_end = read_thermistor(parts_->config.hot_end.adc_channel);
     if (parts_->config.has_bed) readings.bed = read_thermistor(parts_->config.bed.adc_channel);
-    const printer::heat::HeatDuties duties = parts_->machine.heat_sample(board::current().now(), readings);
-    drive_heaters(duties.hot_end, duties.bed, duties.fan);
+    drive_heaters(parts_->machine.heat_sample(board::current().now(), readings));
 }
 
 }  // namespace qduino::sketches

@@ -57,7 +57,7 @@ class Printer {
     struct Parts;
 
     [[nodiscard]] std::optional<Celsius> read_thermistor(std::uint8_t channel);
-    void drive_heaters(double hot_end, double bed, double fan);
+    void drive_heaters(const printer::heat::HeatDuties& duties);
 
     std::shared_ptr<Parts> parts_;
     device::Thermistor thermistor_;
