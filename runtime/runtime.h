@@ -7,6 +7,9 @@
 // and lock nothing.
 //
 // Order of a program: make the board, make the Runtime, begin(), run().
+//
+// It has more functions than other classes: what a program, a loop and a handler may call are three
+// short lists.
 #pragma once
 
 #include <array>

@@ -14,6 +14,11 @@
 // Invariants: what a call reported as done is durable. At most one run is active. A run is durable
 // before its first byte crosses the link. The next run begins only after the outcome of the last
 // one is durable and its inspection is over.
+//
+// It has more functions and members than other classes. A third of the functions are the service's
+// calls, and all the others change what a commit must find whole: queue, gate and run. Files part
+// it by subject: the calls and the run (spool.cpp), the start (recovery.cpp), old files and old
+// jobs (housekeeping.cpp).
 #pragma once
 
 #include <filesystem>

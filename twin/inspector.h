@@ -46,6 +46,9 @@
 //
 // Invariants: s never goes back, except to P; memory is bounded by the look-ahead (kLookAhead
 // items) and one read buffer.
+//
+// It has more functions and members than other classes: the comparison, homing and excursions share
+// one place on the path and one set of counts, and an excursion puts all of them back at once.
 #pragma once
 
 #include <array>

@@ -17,6 +17,9 @@
 //
 // I/O thread only. An answer that comes later keeps the connection alive until it has come (shared
 // from this).
+//
+// It has more functions and members than other classes: one short function for each state above,
+// and what a request in each state holds.
 #pragma once
 
 #include <deque>

@@ -1,5 +1,8 @@
 // One VCPU as a thread: made, pinned, given its priority, held at a gate until all are ready, run
 // once, joined.
+//
+// It has more functions than other classes: it hands the calls of its thread's budget on, so that
+// nobody else knows the keeper.
 #pragma once
 
 #include <pthread.h>

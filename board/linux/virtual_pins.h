@@ -1,5 +1,8 @@
 // The sketch's side of the virtual hardware (pins_layout.h): pins and buses as drivers of the Linux
 // board.
+//
+// It has more functions than other classes, for it is both halves of the seam that a driver serves:
+// pins and buses.
 #pragma once
 
 #include <array>

@@ -34,6 +34,9 @@
 // it goes whenever it is full, and that flush() is called at the same places.
 //
 // Pure; no heap; not for use from two loops. About 100 KB: give it static storage.
+//
+// It has more functions than other classes: each pass and each kind of entry has a short one, and
+// all work on the one queue.
 #pragma once
 
 #include <array>

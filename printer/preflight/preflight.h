@@ -11,6 +11,8 @@
 // Sans I/O. Memory does not depend on the length of the file: a few kilobytes, and the thumbnail
 // (at most 1 MB while it is read). Once the bytes have turned out to be no G-code, feed() parses
 // nothing more. Not for real-time loops (a thumbnail is on the heap).
+//
+// It has more members than other classes, because each reader in the drawing is one.
 #pragma once
 
 #include <array>

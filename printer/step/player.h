@@ -31,6 +31,9 @@
 //
 // A template over the pins, so that the calls are direct on a board and in the simulator. Real-time
 // safe: no heap, no locks. All methods are for loop 2 alone.
+//
+// It has more functions than other classes: one for each action on a pin and each rule above, short
+// enough to be inlined into the one loop that calls them.
 #pragma once
 
 #include <algorithm>

@@ -32,6 +32,9 @@
 // the gap, its step is delayed to the legal spacing instead. No event is ever reordered.
 //
 // Pure, no heap. The budget of solve_some() bounds its time: well below 100 ns an event.
+//
+// It has more members than other classes: two segments, the tail between them and the limits of
+// four motors are all that it knows of the motion.
 #pragma once
 
 #include <array>
