@@ -5,8 +5,9 @@
 //                     └────────────┘                ◄─ board/sim    virtual time, deterministic
 //
 // A pure call is one that every board must have. A call with a body is a capability: a board that
-// lacks it inherits the body, which answers `unsupported` or does nothing. It has more functions than
-// other classes, for it is the whole list: a caller needs no second type, and a call no adjustment.
+// lacks it inherits the body, which answers `unsupported` or does nothing. It has more functions
+// than other classes, for it is the whole list: a caller needs no second type, and a call no
+// adjustment.
 //
 // The contract, beyond the signatures. The suite in tests/unit/board holds every board to it.
 //
