@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <ranges>
 #include <span>
 
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
 #include "board/linux/host_settings.h"
+#include "board/linux/kernel_text.h"
 #include "posix/durable_file.h"
 #include "posix/small_file.h"
 
@@ -78,9 +78,8 @@ std::string changes_in(const std::string& state_file) {
     }};
     std::array<int, kKinds.size()> counts{};
     const auto read = posix::read_small_file(state_file);
-    const std::string state = read ? *read : "";
-    for (const auto part : std::views::split(state, '\n')) {
-        const std::string_view line{part.begin(), part.end()};
+    for (std::string_view state = read ? std::string_view{*read} : std::string_view{}; !state.empty();) {
+        const std::string_view line = board::linux::cut(state, '\n');
         const auto kind =
             std::ranges::find_if(kKinds, [&](auto& each) { return line.starts_with(each.first); });
         if (kind != kKinds.end()) ++counts[static_cast<std::size_t>(kind - kKinds.begin())];

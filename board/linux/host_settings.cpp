@@ -8,7 +8,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <ranges>
 
 #include "base/contract.h"
 #include "base/whole_number.h"
@@ -146,8 +145,8 @@ Result<void> undo_all(std::string_view text) {
     std::vector<std::string_view> lines;
     while (text.find('\n') != std::string_view::npos) lines.push_back(cut(text, '\n'));
     Result<void> first_failure;
-    for (const std::string_view line : lines | std::views::reverse) {
-        if (const auto done = undo_line(line); !done && first_failure) first_failure = done;
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+        if (const auto done = undo_line(*line); !done && first_failure) first_failure = done;
     }
     return first_failure;
 }
