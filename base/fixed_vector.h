@@ -51,8 +51,8 @@ class FixedVector {
         --size_;
     }
 
-    constexpr T& operator[](std::size_t i) { return QDUINO_EXPECT(i < size_), items_[i]; }
-    constexpr const T& operator[](std::size_t i) const { return QDUINO_EXPECT(i < size_), items_[i]; }
+    constexpr T& operator[](std::size_t i) { return items_[checked(i)]; }
+    constexpr const T& operator[](std::size_t i) const { return items_[checked(i)]; }
     constexpr T& front() { return (*this)[0]; }
     constexpr const T& front() const { return (*this)[0]; }
     constexpr T& back() { return (*this)[size_ - 1]; }
@@ -63,6 +63,11 @@ class FixedVector {
     constexpr const T* end() const { return items_.data() + size_; }
 
   private:
+    [[nodiscard]] constexpr std::size_t checked(std::size_t i) const {
+        QDUINO_EXPECT(i < size_);
+        return i;
+    }
+
     std::array<T, N> items_{};
     std::size_t size_ = 0;
 };

@@ -41,14 +41,23 @@ class [[nodiscard]] Result {
     Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT
     [[nodiscard]] bool ok() const { return state_.index() == 0; }
     explicit operator bool() const { return ok(); }
-    T& value() & { return QDUINO_EXPECT(ok()), *std::get_if<0>(&state_); }
-    const T& value() const& { return QDUINO_EXPECT(ok()), *std::get_if<0>(&state_); }
-    T&& value() && { return QDUINO_EXPECT(ok()), std::move(*std::get_if<0>(&state_)); }
+    T& value() & {
+        QDUINO_EXPECT(ok());
+        return *std::get_if<0>(&state_);
+    }
+    const T& value() const& {
+        QDUINO_EXPECT(ok());
+        return *std::get_if<0>(&state_);
+    }
+    T&& value() && { return std::move(value()); }
     T& operator*() & { return value(); }
     const T& operator*() const& { return value(); }
     T* operator->() { return &value(); }
     const T* operator->() const { return &value(); }
-    [[nodiscard]] const Error& error() const { return QDUINO_EXPECT(!ok()), *std::get_if<1>(&state_); }
+    [[nodiscard]] const Error& error() const {
+        QDUINO_EXPECT(!ok());
+        return *std::get_if<1>(&state_);
+    }
 
   private:
     std::variant<T, Error> state_;
@@ -62,7 +71,10 @@ class [[nodiscard]] Result<void> {
     Result(Error error) : error_(std::move(error)), ok_(false) {}  // NOLINT: implicit by design
     [[nodiscard]] bool ok() const { return ok_; }
     explicit operator bool() const { return ok_; }
-    [[nodiscard]] const Error& error() const { return QDUINO_EXPECT(!ok_), error_; }
+    [[nodiscard]] const Error& error() const {
+        QDUINO_EXPECT(!ok_);
+        return error_;
+    }
 
   private:
     Error error_{};
