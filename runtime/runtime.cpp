@@ -28,7 +28,10 @@ Error too_late(const char* call) {
 constinit Runtime* Runtime::current_ = nullptr;
 
 Runtime::Runtime(board::Board& board, RuntimeOptions options)
-    : board_(board), options_(options), plan_(overheads_of(board), options.enforce_admission) {
+    : board_(board),
+      options_(options),
+      plan_(overheads_of(board), options.enforce_admission),
+      made_at_(board.now()) {
     current_ = this;
     board::make_current(&board);
 }

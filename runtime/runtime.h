@@ -44,6 +44,9 @@ class Runtime {
     /// The runtime that was made last; null when there is none.
     [[nodiscard]] static Runtime* current() { return current_; }
 
+    /// When it was made, on the board's clock: a sketch's millis() count from here.
+    [[nodiscard]] Instant made_at() const { return made_at_; }
+
     // ---- the program: host thread ---------------------------------------------------------------
 
     /// Admits the loops, runs setup(), starts the loops. Once. Error: the refusal (explanation()
@@ -107,6 +110,7 @@ class Runtime {
     board::Board& board_;
     RuntimeOptions options_;
     Plan plan_;
+    Instant made_at_;
     bool begun_ = false;
     std::array<std::unique_ptr<Loop>, board::kMaxLoop + 1> loops_;
     std::array<Handler, board::kPinCount> handlers_{};

@@ -19,14 +19,20 @@ Nanoseconds duration_of(unsigned long long count, unsigned long long ns_per_unit
     return Nanoseconds{static_cast<std::int64_t>(fits ? count * ns_per_unit : kLongestNs)};
 }
 
+/// A board's clock may have run before the program: on Linux since the computer's start.
+Nanoseconds since_start() {
+    const auto* runtime = qduino::runtime::Runtime::current();
+    return board::current().now() - (runtime ? runtime->made_at() : qduino::kEpoch);
+}
+
 void (*setup_work)(qduino::Instant) = nullptr;
 
 }  // namespace
 
 void qduino::arduino::set_setup_work(void (*work)(Instant)) { setup_work = work; }
 
-unsigned long millis() { return static_cast<unsigned long>(to_ns(board::current().now()) / 1'000'000); }
-unsigned long micros() { return static_cast<unsigned long>(to_ns(board::current().now()) / 1'000); }
+unsigned long millis() { return static_cast<unsigned long>(to_ns(since_start()) / 1'000'000); }
+unsigned long micros() { return static_cast<unsigned long>(to_ns(since_start()) / 1'000); }
 unsigned long long nanos() { return static_cast<unsigned long long>(to_ns(board::current().now())); }
 
 void delay(unsigned long ms) {

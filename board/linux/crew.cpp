@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <utility>
 
 #include "board/linux/cycle_clock.h"
 #include "board/linux/futex.h"
@@ -34,13 +35,28 @@ Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& con
     return {};
 }
 
+namespace {
+
+/// Period, and the place among those of one period on its core. Loops of different cores share a
+/// priority, so that a lock's holder can inherit from another core. Loops of one core do not: the
+/// kernel would run them in turns, and admission has them in order.
+using Rank = std::pair<Nanoseconds, std::ptrdiff_t>;
+
+Rank rank_of(const VcpuSpec& spec, std::span<const VcpuSpec> all) {
+    return {spec.period, std::ranges::count_if(all, [&](const VcpuSpec& other) {
+                return other.core == spec.core && other.period == spec.period && other.id < spec.id;
+            })};
+}
+
+}  // namespace
+
 int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config) {
     if (!config.real_time) return 0;
-    std::set<Nanoseconds> shorter;
+    std::set<Rank> higher;
     for (const VcpuSpec& other : all) {
-        if (other.period < spec.period) shorter.insert(other.period);
+        if (const Rank rank = rank_of(other, all); rank < rank_of(spec, all)) higher.insert(rank);
     }
-    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(shorter.size()));
+    return std::max(config.priority_lowest, config.priority_highest - static_cast<int>(higher.size()));
 }
 
 Result<void> Crew::add(const VcpuSpec& spec, VcpuThreadOptions options) {

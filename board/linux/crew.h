@@ -23,8 +23,9 @@ inline constexpr Nanoseconds kShortestSharedBudget = 100us;
 /// Error: a spec is malformed, or asks for what this board cannot enforce; which one and why.
 Result<void> check_specs(std::span<const VcpuSpec> specs, const LinuxConfig& config, int core_count);
 
-/// SCHED_FIFO priority of `spec` among `all`: rate-monotonic, each shorter distinct period one
-/// higher. 0: none is asked for.
+/// SCHED_FIFO priority of `spec` among `all`: rate-monotonic; of equal periods on one core the
+/// lower id first. Where there are more ranks than priorities, the last ones share the lowest. 0:
+/// none is asked for.
 int priority_of(const VcpuSpec& spec, std::span<const VcpuSpec> all, const LinuxConfig& config);
 
 class Crew {

@@ -14,7 +14,6 @@
 class ArduinoTest : public testing::Test {
   protected:
     void SetUp() override {
-        qduino::fake::reset();
         errors().clear();
         before_ = qduino::arduino::set_error_handler([](const char* call, int subject, const qduino::Error&) {
             errors().push_back(std::string(call) + "(" + std::to_string(subject) + ")");
@@ -33,6 +32,9 @@ class ArduinoTest : public testing::Test {
         return reported;
     }
 
+    struct FreshBoard {
+        FreshBoard() { qduino::fake::reset(); }
+    } fresh_;  // before the runtime, which reads its clock
     qduino::runtime::Runtime runtime_{qduino::fake::board()};
 
   private:

@@ -74,6 +74,15 @@ TEST_F(ArduinoPins, AnalogWriteIsADutyAndDigitalWriteEndsIt) {
     EXPECT_EQ(levels_written(9), (std::vector<int>{1, 0}));
 }
 
+TEST_F(ArduinoPins, TheTimeOfASketchCountsFromItsStart) {
+    board().now += 5s;  // the computer has run for a while
+    const qduino::runtime::Runtime later{qduino::fake::board()};
+    board().now += 20ms;
+    EXPECT_EQ(millis(), 20UL);
+    EXPECT_EQ(micros(), 20'000UL);
+    EXPECT_EQ(nanos(), 5'020'000'000ULL);  // the board's clock, as delayBusyUntil() takes it
+}
+
 TEST_F(ArduinoPins, DelaysSleepOrSpinExactly) {
     delay(20);
     EXPECT_EQ(board().slept_ns, 20'000'000);

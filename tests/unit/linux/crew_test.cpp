@@ -1,0 +1,52 @@
+#include "board/linux/crew.h"
+
+#include <gtest/gtest.h>
+
+namespace qduino::board::linux {
+namespace {
+
+VcpuSpec spec_of(VcpuId id, Nanoseconds period, int core) {
+    VcpuSpec spec;
+    spec.id = id;
+    spec.budget = 1ms;
+    spec.period = period;
+    spec.core = core;
+    return spec;
+}
+
+std::vector<int> priorities(const std::vector<VcpuSpec>& all, const LinuxConfig& config) {
+    std::vector<int> found;
+    for (const VcpuSpec& spec : all) found.push_back(priority_of(spec, all, config));
+    return found;
+}
+
+TEST(Priorities, AreRateMonotonicOverAllCores) {
+    LinuxConfig config;
+    EXPECT_EQ(priorities({spec_of(1, 100ms, 0), spec_of(2, 10ms, 0), spec_of(3, 50ms, 1)}, config),
+              (std::vector<int>{78, 80, 79}));
+}
+
+/// The kernel runs threads of one priority in turns: a loop would wait for one that admission puts
+/// below it.
+TEST(Priorities, OfEqualPeriodsOnOneCoreDifferAndOnTwoCoresDoNot) {
+    LinuxConfig config;
+    EXPECT_EQ(priorities({spec_of(1, 40ms, 1), spec_of(2, 40ms, 1), spec_of(3, 40ms, 0), spec_of(4, 90ms, 0)},
+                         config),
+              (std::vector<int>{80, 79, 80, 78}));
+}
+
+TEST(Priorities, TheLastRanksShareTheLowest) {
+    LinuxConfig config;
+    config.priority_highest = 41;
+    EXPECT_EQ(priorities({spec_of(1, 1ms, 0), spec_of(2, 2ms, 0), spec_of(3, 3ms, 0)}, config),
+              (std::vector<int>{41, 40, 40}));
+}
+
+TEST(Priorities, NoneWithoutRealTime) {
+    LinuxConfig config;
+    config.real_time = false;
+    EXPECT_EQ(priorities({spec_of(1, 1ms, 0)}, config), std::vector<int>{0});
+}
+
+}  // namespace
+}  // namespace qduino::board::linux
