@@ -13,6 +13,10 @@ else()
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
 endif()
 option(QDUINO_FUZZ "Build the libFuzzer targets (clang)" OFF)
+# Most of a compilation reads the same headers again. A first build of everything takes a third less
+# time when eight files of a folder are compiled as one. It hides an include that a file forgot, so
+# the presets dev, clang and asan compile each file alone.
+option(QDUINO_TOGETHER "Compile the files of a folder together (a unity build)" OFF)
 
 # Paths are cached relative to the tree, so that a second clone finds what the first has compiled.
 find_program(CCACHE ccache)
@@ -42,6 +46,12 @@ if(QDUINO_FUZZ)
   target_compile_options(qduino_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+function(qduino_compile_together name)
+  if(QDUINO_TOGETHER)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  endif()
+endfunction()
+
 # qduino_library(NAME sources… LINK other libraries…): a folder of the house. Header-only when it
 # has no sources.
 function(qduino_library name)
@@ -49,6 +59,7 @@ function(qduino_library name)
   if(arg_UNPARSED_ARGUMENTS)
     add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
     target_link_libraries(${name} PUBLIC qduino_options ${arg_LINK})
+    qduino_compile_together(${name})
   else()
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE qduino_options ${arg_LINK})
@@ -60,6 +71,7 @@ function(qduino_program name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK})
+  qduino_compile_together(${name})
 endfunction()
 
 # The tests that ./test runs under the sanitizers. The presets `asan` and `tsan` build and run

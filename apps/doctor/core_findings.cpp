@@ -151,7 +151,7 @@ Finding irqbalance(const Facts& facts) {
     return better("running", "sudo systemctl disable --now irqbalance");
 }
 
-constexpr std::array kChecks{
+constexpr std::array kCoreChecks{
     Check{"cores", "a loop that owns a core leaves one for everything else", cores},
     Check{"cpusets", "they keep all other tasks off a core that a loop owns", cpusets},
     Check{"nohz_full", "each tick takes some microseconds out of a core that a loop owns", nohz_full},
@@ -175,7 +175,7 @@ constexpr std::array kInterruptChecks{
 
 }  // namespace
 
-std::span<const Check> core_checks() { return kChecks; }
+std::span<const Check> core_checks() { return kCoreChecks; }
 std::span<const Check> interrupt_checks() { return kInterruptChecks; }
 
 }  // namespace qduino::apps::doctor

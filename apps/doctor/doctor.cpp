@@ -51,12 +51,12 @@ std::string summary(const std::vector<Entry>& entries) {
     return words + ".";
 }
 
-std::string machine_of(const Facts& facts) {
+std::string computer_of(const Facts& facts) {
     return facts.model() + ", " + counted(facts.core_count(), "core");
 }
 
 std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
-    std::string out = wrapped(machine_of(facts), "Machine: ") +
+    std::string out = wrapped(computer_of(facts), "Machine: ") +
                       wrapped(facts.release() + " " + facts.architecture(), "Kernel:  ");
     const char* group = "";
     for (const Entry& entry : entries) {
@@ -80,7 +80,7 @@ std::string report_json(const Facts& facts, const std::vector<Entry>& entries) {
                             {"why", entry.check->why},
                             {"fix", entry.finding.fix}});
     }
-    const Json out{{"machine", machine_of(facts)}, {"kernel", facts.release()}, {"findings", findings}};
+    const Json out{{"machine", computer_of(facts)}, {"kernel", facts.release()}, {"findings", findings}};
     // Names come from firmware: bytes that are no text are replaced and not refused.
     return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -80,7 +80,7 @@ Finding leftovers(const Facts& facts) {
     return better(std::to_string(changes) + " changes of a run that died", "sudo qduino restore");
 }
 
-constexpr std::array kChecks{
+constexpr std::array kHostChecks{
     Check{"hypervisor", "a host may stop a core at any time, and no setting in here keeps it from that",
           hypervisor},
     Check{"steal", "time that the host gives to others is missing from every budget", steal},
@@ -113,6 +113,6 @@ double stolen_percent(std::string_view before, std::string_view after) {
     return 100.0 * static_cast<double>(last[kSteal] - first[kSteal]) / static_cast<double>(passed);
 }
 
-std::span<const Check> host_checks() { return kChecks; }
+std::span<const Check> host_checks() { return kHostChecks; }
 
 }  // namespace qduino::apps::doctor

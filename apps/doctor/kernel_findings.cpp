@@ -91,7 +91,7 @@ Finding clocksource(const Facts& facts) {
                   facts.boot_with("tsc=reliable"));
 }
 
-constexpr std::array kChecks{
+constexpr std::array kKernelChecks{
     Check{"preempt_rt", "without it the kernel delays a loop by up to milliseconds under load", preempt_rt},
     Check{"kernel_options", "isolation, tickless cores and pins need these parts of the kernel",
           kernel_options},
@@ -102,6 +102,6 @@ constexpr std::array kChecks{
 
 }  // namespace
 
-std::span<const Check> kernel_checks() { return kChecks; }
+std::span<const Check> kernel_checks() { return kKernelChecks; }
 
 }  // namespace qduino::apps::doctor

@@ -85,7 +85,7 @@ Finding spi(const Facts& facts) {
                    facts.is_raspberry_pi() ? "sudo raspi-config nonint do_spi 0" : "sudo modprobe spidev");
 }
 
-constexpr std::array kChecks{
+constexpr std::array kPermissionChecks{
     Check{"rt_priority", "without SCHED_FIFO every other program may run before a loop", real_time_priority},
     Check{"locked_memory", "a page that was not locked costs a loop a fault", locked_memory},
     Check{"isolation_rights", "setting a core apart changes cpusets, interrupts and throttling",
@@ -97,6 +97,6 @@ constexpr std::array kChecks{
 
 }  // namespace
 
-std::span<const Check> permission_checks() { return kChecks; }
+std::span<const Check> permission_checks() { return kPermissionChecks; }
 
 }  // namespace qduino::apps::doctor

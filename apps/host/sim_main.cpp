@@ -143,7 +143,7 @@ int check(const Options& options) {
 
 /// The simulated computer of the board file, or the default one, with the changes of the command
 /// line.
-std::string read_machine(Options& options) {
+std::string read_computer(Options& options) {
     if (!options.board_path.empty()) {
         apps::ReadBoardFile read = apps::read_board_file(options.board_path);
         if (!read.ok()) return read.error;
@@ -181,7 +181,7 @@ int main(int argc, char** argv) {
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
     options.sketch = std::filesystem::path(argv[0]).filename().string();
     if (options.sketch.ends_with("-sim")) options.sketch.resize(options.sketch.size() - 4);
-    if (const std::string wrong = read_machine(options); !wrong.empty()) return fail(wrong);
+    if (const std::string wrong = read_computer(options); !wrong.empty()) return fail(wrong);
     if (options.check) return check(options);
     apps::stop_on_signals();
     return run(options);

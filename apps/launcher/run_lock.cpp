@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using posix::system_error;
 
-constexpr Nanoseconds kLookEvery = 50ms;
+constexpr Nanoseconds kLookAtLockEvery = 50ms;
 constexpr std::string_view kPrefix = "qduinomc.";
 constexpr const char* kLockName = "lock";
 
@@ -70,7 +70,7 @@ Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
         if (errno != EWOULDBLOCK && errno != EINTR) return system_error("lock", file.native());
         if (board::linux::monotonic_now() >= until)
             return make_error(ErrorCode::already_exists, "held by ", names_of(holders_of(file)));
-        std::this_thread::sleep_for(kLookEvery);
+        std::this_thread::sleep_for(kLookAtLockEvery);
     }
     return lock;
 }

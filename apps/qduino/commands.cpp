@@ -17,6 +17,7 @@
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/kernel_trace.h"
 #include "apps/qduino/sketch_build.h"
+#include "apps/qduino/words.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
@@ -28,7 +29,6 @@ namespace qduino::apps {
 namespace {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
 
 constexpr Fail fail{"qduino: "};
 
@@ -117,8 +117,6 @@ Words options_of(const Arguments& arguments) {
     if (arguments.best_effort) words.emplace_back("--best-effort");
     return words;
 }
-
-void append(Words& words, const Words& more) { words.insert(words.end(), more.begin(), more.end()); }
 
 /// Builds the simulator's program and becomes it; `words` stand before the options.
 Result<int> become_simulation(const Arguments& arguments, const Words& words) {

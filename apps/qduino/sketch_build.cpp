@@ -9,16 +9,13 @@
 #include <system_error>
 
 #include "apps/qduino/build_step.h"
+#include "apps/qduino/words.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-using Words = std::vector<std::string>;
-
-void append(Words& words, const Words& more) { words.insert(words.end(), more.begin(), more.end()); }
 
 /// FNV-1a, 64 bits (Fowler, Noll, Vo): tells folders apart; no protection against an attacker.
 std::uint64_t hash_of(const Words& words) {

@@ -181,13 +181,13 @@ void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
     static_cast<void>(sketch.ended(watched.ending));
     if (!hung) explain(watched, sketch.pid());
     system_->reap(sketch.pid());
-    put_machine_back();
+    put_computer_back();
     report(watched, sketch.pid());
     heat_watch_.sketch_is(0);
 }
 
-/// Undoes what the dead sketch had changed on the machine (owned cores, routed interrupts).
-void Supervisor::put_machine_back() const {
+/// Undoes what the dead sketch had changed on the computer (owned cores, routed interrupts).
+void Supervisor::put_computer_back() const {
     const auto restored = board::linux::restore_settings(options_.settings_state);
     if (restored) return;
     // These changes belong to another sketch, or to root.

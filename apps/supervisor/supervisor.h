@@ -88,7 +88,7 @@ class Supervisor {
     void outlive(Watched& watched, const SketchProcess& sketch);
     [[nodiscard]] static std::string how_it_ended(const Watched& watched);
     void explain(const Watched& watched, pid_t sketch) const;
-    void put_machine_back() const;
+    void put_computer_back() const;
     void report(const Watched& watched, pid_t sketch) const;
 
     Options options_;

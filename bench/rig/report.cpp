@@ -46,7 +46,7 @@ void print_table(const std::vector<Json>& rows) {
 
 }  // namespace
 
-std::string machine_name() {
+std::string computer_name() {
     std::ifstream cpuinfo{"/proc/cpuinfo"};
     std::string model = "unknown CPU";
     for (std::string line; std::getline(cpuinfo, line);) {
@@ -82,13 +82,14 @@ std::string verdict(bool holds, const char* format, ...) {
 
 void print(const Report& report, bool json) {
     if (json) {
-        Json whole{{"machine", machine_name()}, {"kernel", kernel_release()},    {"compiler", __VERSION__},
-                   {"commit", commit()},        {"guarantee", report.guarantee}, {"results", report.results}};
+        Json whole{{"machine", computer_name()},    {"kernel", kernel_release()},
+                   {"compiler", __VERSION__},       {"commit", commit()},
+                   {"guarantee", report.guarantee}, {"results", report.results}};
         if (!report.failures.empty()) whole["failures"] = report.failures;
         std::printf("%s\n", whole.dump(2).c_str());
         return;
     }
-    std::printf("%s, %s, commit %s\n\n", machine_name().c_str(), kernel_release().c_str(), commit().c_str());
+    std::printf("%s, %s, commit %s\n\n", computer_name().c_str(), kernel_release().c_str(), commit().c_str());
     print_table(report.results);
     if (!report.remarks.empty() || !report.failures.empty()) std::putchar('\n');
     for (const std::string& remark : report.remarks) std::printf("%s\n", remark.c_str());

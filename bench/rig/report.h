@@ -34,7 +34,7 @@ struct Report {
 void print(const Report& report, bool json);
 
 /// CPU model and count of CPUs.
-std::string machine_name();
+std::string computer_name();
 std::string kernel_release();
 /// The commit of the tree that this was built from; "unknown" outside a checkout.
 std::string commit();

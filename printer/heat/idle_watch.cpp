@@ -32,7 +32,8 @@ bool IdleWatch::is_used(const HeatUse& use) {
 bool IdleWatch::sample(Instant now, const HeatUse& use) {
     const bool asked = use.requests != requests_;
     const bool used = is_used(use);
-    const bool on = use.heaters[0].target_celsius > 0 || use.heaters[1].target_celsius > 0;
+    const bool on = std::ranges::any_of(
+        use.heaters, [](const HeatUse::Heater& heater) { return heater.target_celsius > 0; });
     if (asked) timed_out_ = false;
     if (!started_ || used || !on) used_ = now;
     started_ = true;

@@ -49,7 +49,7 @@ Response list_jobs(Context& context, const Call& call) {
 }
 
 /// An upload has become this job.
-Response created(Context& context, const Call& call) {
+Response job_created(Context& context, const Call& call) {
     Response response = json_response(job_json(context.spool, *job_of(context, call)), 201);
     response.add("Location", "/api/v1/jobs/" + call.arguments.front());
     return response;
@@ -176,12 +176,12 @@ Response hold_queue(Context& context, const Call&) {
     return answer(context.spool.hold_queue("held by a person"), accepted());
 }
 
-constexpr std::array kRoutes{
+constexpr std::array kJobRoutes{
     Route{Method::get, "/api/v1/jobs", list_jobs},
-    upload_route(Method::post, "/api/v1/jobs", created, open_multipart),
-    upload_route(Method::put, "/api/v1/jobs/**", created, open_put),
+    upload_route(Method::post, "/api/v1/jobs", job_created, open_multipart),
+    upload_route(Method::put, "/api/v1/jobs/**", job_created, open_put),
     // PrusaLink's way to the same.
-    upload_route(Method::put, "/api/v1/files/local/**", created, open_put),
+    upload_route(Method::put, "/api/v1/files/local/**", job_created, open_put),
     Route{Method::get, "/api/v1/jobs/*", of_job<get_job>},
     Route{Method::remove, "/api/v1/jobs/*", of_job<delete_job>},
     Route{Method::patch, "/api/v1/jobs/*", of_job<patch_job>},
@@ -197,6 +197,6 @@ constexpr std::array kRoutes{
 
 }  // namespace
 
-std::span<const Route> job_routes() { return kRoutes; }
+std::span<const Route> job_routes() { return kJobRoutes; }
 
 }  // namespace qduino::web::api

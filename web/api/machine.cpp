@@ -171,7 +171,7 @@ Response guarantee(Context& context, const Call&) {
 
 Response config(Context& context, const Call&) { return {.body = context.config_json}; }
 
-constexpr std::array kRoutes{
+constexpr std::array kMachineRoutes{
     Route{Method::get, "/api/v1/machine", get_machine},
     Route{Method::post, "/api/v1/machine/pause", act<&spool::Spool::pause>},
     Route{Method::post, "/api/v1/machine/resume", act<&spool::Spool::resume>},
@@ -190,6 +190,6 @@ constexpr std::array kRoutes{
 
 }  // namespace
 
-std::span<const Route> machine_routes() { return kRoutes; }
+std::span<const Route> machine_routes() { return kMachineRoutes; }
 
 }  // namespace qduino::web::api

@@ -176,7 +176,7 @@ Response files(Context& context, const Call&) {
 }
 
 /// An upload has become this job. It prints at once when its sender wanted that.
-Response created(Context& context, const Call& call) {
+Response file_created(Context& context, const Call& call) {
     const spool::Job& job =
         *context.spool.queue().find(whole_number<spool::JobId>(call.arguments.front()).value());
     const std::string resource =
@@ -212,7 +212,7 @@ Response connection(Context& context, const Call&) {
            {"autoconnect", true}}}});
 }
 
-constexpr std::array kRoutes{
+constexpr std::array kOctoprintRoutes{
     Route{Method::get, "/api/version", version},
     Route{Method::get, "/api/printer", printer_state},
     Route{Method::get, "/api/job", job_state},
@@ -224,11 +224,11 @@ constexpr std::array kRoutes{
     Route{Method::post, "/api/login", login},
     Route{Method::get, "/api/files", files},
     Route{Method::get, "/api/files/local", files},
-    upload_route(Method::post, "/api/files/local", created, open_multipart),
+    upload_route(Method::post, "/api/files/local", file_created, open_multipart),
 };
 
 }  // namespace
 
-std::span<const Route> octoprint_routes() { return kRoutes; }
+std::span<const Route> octoprint_routes() { return kOctoprintRoutes; }
 
 }  // namespace qduino::web::api

@@ -88,7 +88,7 @@ Response of_printing_job(Context& context, const Call& call) {
     return act<kAct, no_content>(context, call);
 }
 
-constexpr std::array kRoutes{
+constexpr std::array kPrusalinkRoutes{
     Route{Method::get, "/api/v1/info", info},
     Route{Method::get, "/api/v1/status", status},
     Route{Method::get, "/api/v1/job", job},
@@ -102,6 +102,6 @@ constexpr std::array kRoutes{
 
 }  // namespace
 
-std::span<const Route> prusalink_routes() { return kRoutes; }
+std::span<const Route> prusalink_routes() { return kPrusalinkRoutes; }
 
 }  // namespace qduino::web::api

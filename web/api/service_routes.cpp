@@ -69,7 +69,7 @@ Response metrics(Context& context, const Call&) {
 
 Response health(Context&, const Call&) { return {.content_type = "text/plain", .body = "ok\n"}; }
 
-constexpr std::array kRoutes{
+constexpr std::array kServiceRoutes{
     Route{Method::post, "/api/v1/session", begin_session, Thread::io, Guard::login},
     Route{Method::remove, "/api/v1/session", end_session, Thread::io},
     Route{Method::post, "/api/v1/live-ticket", live_ticket, Thread::io},
@@ -80,6 +80,6 @@ constexpr std::array kRoutes{
 
 }  // namespace
 
-std::span<const Route> service_routes() { return kRoutes; }
+std::span<const Route> service_routes() { return kServiceRoutes; }
 
 }  // namespace qduino::web::api

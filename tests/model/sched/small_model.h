@@ -1,9 +1,10 @@
 // Every schedule that a small core can have, one tick at a time.
 //
 // A simulation tries the phasings that somebody thought of. Here each loop may be released at any
-// tick that its period allows, each suspension may be as long as it likes, and each device may ask
-// for its bottom half at any tick and for any client. All of it is tried; states that were seen
-// before are not followed twice. That is possible for periods up to 10 and three loops.
+// tick that its period allows, and each device may ask for its bottom half at any tick and for any
+// client. All of it is tried; states that were seen before are not followed twice. That is possible
+// for periods up to 10 and three loops. The loops only compute: none sleeps within a release, and
+// there are no locks.
 //
 // This model shares no code with sched/. Its servers are lists of single ticks of budget, its
 // scheduler looks at everything anew in each tick. What of it a mutant may break is in `Rules`.
@@ -19,19 +20,11 @@
 
 namespace qduino::sched::model {
 
-enum class Do : std::uint8_t { run, lock, unlock, suspend };
-
-/// One step of a loop's body: `run` n ticks, `suspend` for 0 to n ticks, take or give back lock n.
-struct Step {
-    Do what;
-    int n;
-};
-
 /// A loop; its place in the list is its rank among equal periods.
 struct Loop {
     int budget;
     int period;
-    std::vector<Step> body;
+    int demand;             ///< ticks that each release computes
     bool may_miss = false;  ///< its own lateness is no miss: it asks for more than its budget
 };
 
@@ -51,20 +44,15 @@ struct Rules {
     /// Idle budget is not saved up (Stanovich et al., RTAS 2010).
     bool waking_moves_refills = true;
     bool shorter_period_first = true;
-    bool inheritance = true;        ///< a lock's holder has the rank of its highest waiter
     bool one_replenishment = true;  ///< a bottom half waits for used/U, even with budget left
 };
 
-inline constexpr int kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
-inline constexpr std::uint8_t kNobody = 0xff;
+inline constexpr int kLoops = 3, kIos = 1, kBudget = 10;
 
 /// All times are ticks from now on, so that equal situations at different times are one state.
 struct LoopState {
-    std::uint8_t since = 0;  ///< ticks since its release, at most its period
-    std::uint8_t active = 0;
-    std::uint8_t step = 0;
-    std::uint8_t left = 0;                       ///< of `run` and `suspend`
-    std::uint8_t waits_for = kNobody;            ///< a lock
+    std::uint8_t since = 0;                      ///< ticks since its release, at most its period
+    std::uint8_t left = 0;                       ///< of its release; 0: it waits for the next
     std::array<std::int8_t, kBudget> refills{};  ///< when each tick of budget may be spent, sorted
 };
 struct IoState {
@@ -78,7 +66,6 @@ struct IoState {
 struct State {
     std::array<LoopState, kLoops> loops{};
     std::array<IoState, kIos> ios{};
-    std::array<std::uint8_t, kLocks> holder{kNobody, kNobody};
 };
 
 /// Follows every schedule of one set.
@@ -118,7 +105,7 @@ class Explorer {
         if (chooser < loops()) {
             choose(state, chooser + 1);
             const LoopState& loop = state.loops[index(chooser)];
-            if (loop.active || loop.since < set_.loops[index(chooser)].period) return;
+            if (loop.left > 0 || loop.since < set_.loops[index(chooser)].period) return;
             State released = state;
             release(released, chooser);
             choose(released, chooser + 1);
@@ -132,32 +119,19 @@ class Explorer {
                 choose(asked, chooser + 1);
             }
         } else {
-            State next = state;
-            settle(next);
+            tick(state);
         }
     }
 
     void release(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
-        loop.active = 1;
         loop.since = 0;
-        begin_step(loop, i, 0);
-        wake(loop, i);
-    }
-    void wake(LoopState& loop, int i) {
+        loop.left = static_cast<std::uint8_t>(set_.loops[index(i)].demand);
         if (!rules_.waking_moves_refills) return;
         for (int k = 0; k < set_.loops[index(i)].budget; ++k) {
             std::int8_t& refill = loop.refills[index(k)];
             refill = std::max(refill, static_cast<std::int8_t>(k));
         }
-    }
-    void begin_step(LoopState& loop, int i, int step) {
-        const auto& body = set_.loops[index(i)].body;
-        loop.step = static_cast<std::uint8_t>(step);
-        if (index(step) == body.size())
-            loop.active = 0;
-        else
-            loop.left = static_cast<std::uint8_t>(body[index(step)].n);
     }
     [[nodiscard]] int share(int io, int client) const {
         const Io& server = set_.ios[index(io)];
@@ -176,78 +150,11 @@ class Explorer {
         if (!rules_.one_replenishment) io.wait = 0;
     }
 
-    // ---- what takes no time: locks, and the begin of a suspension -------------------------------
-
-    /// Lets the one that would run do what takes no time, as often as there is something; then one
-    /// tick passes.
-    void settle(State& state) {
-        while (!missed_) {
-            const int runs = chosen(state);
-            if (runs < 0 || runs >= loops()) return tick(state, runs);
-            LoopState& loop = state.loops[index(runs)];
-            const Step& step = set_.loops[index(runs)].body[loop.step];
-            if (step.what == Do::run) return tick(state, runs);
-            if (step.what == Do::suspend) return suspend(state, runs, step.n);
-            if (step.what == Do::unlock) {
-                give_back(state, step.n);
-            } else if (std::uint8_t& holder = state.holder[index(step.n)]; holder != kNobody) {
-                loop.waits_for = static_cast<std::uint8_t>(step.n);
-                continue;
-            } else {
-                holder = static_cast<std::uint8_t>(runs);
-            }
-            begin_step(loop, runs, loop.step + 1);
-        }
-    }
-    void give_back(State& state, int lock) {
-        state.holder[index(lock)] = kNobody;
-        int next = -1;
-        for (int i = 0; i < loops(); ++i) {
-            if (state.loops[index(i)].waits_for == lock && (next < 0 || rank(state, i) < rank(state, next)))
-                next = i;
-        }
-        if (next < 0) return;
-        state.holder[index(lock)] = static_cast<std::uint8_t>(next);
-        LoopState& loop = state.loops[index(next)];
-        loop.waits_for = kNobody;
-        begin_step(loop, next, loop.step + 1);
-    }
-    /// Each length of a suspension is a schedule of its own.
-    void suspend(const State& state, int i, int longest) {
-        for (int length = 0; length <= longest; ++length) {
-            State next = state;
-            LoopState& loop = next.loops[index(i)];
-            if (length == 0) {
-                begin_step(loop, i, loop.step + 1);
-            } else {
-                loop.left = static_cast<std::uint8_t>(length);
-                loop.waits_for = kSuspended;
-            }
-            settle(next);
-        }
-    }
-
     // ---- who runs -------------------------------------------------------------------------------
 
-    /// Smaller goes first.
-    [[nodiscard]] int own_rank(int i) const {
-        const int period = i < loops() ? set_.loops[index(i)].period : 0;
-        return (rules_.shorter_period_first ? period : 100 - period) * 16 + i;
-    }
-    [[nodiscard]] int rank(const State& state, int i) const {
-        int best = own_rank(i);
-        if (!rules_.inheritance) return best;
-        for (int lock = 0; lock < kLocks; ++lock) {
-            if (state.holder[index(lock)] != i) continue;
-            for (int j = 0; j < loops(); ++j) {
-                if (j != i && state.loops[index(j)].waits_for == lock) best = std::min(best, rank(state, j));
-            }
-        }
-        return best;
-    }
-    [[nodiscard]] int io_rank(const State& state, int io) const {
-        const int period = state.ios[index(io)].client;
-        return (rules_.shorter_period_first ? period : 100 - period) * 16 + loops() + io;
+    /// Of the loop or bottom half `who`, for a loop of `period`; smaller goes first.
+    [[nodiscard]] int rank(int who, int period) const {
+        return (rules_.shorter_period_first ? period : 100 - period) * 16 + who;
     }
     /// The loop, or loops() + the bottom half, that has the core; −1: it idles.
     [[nodiscard]] int chosen(const State& state) const {
@@ -257,53 +164,40 @@ class Explorer {
         };
         for (int i = 0; i < loops(); ++i) {
             const LoopState& loop = state.loops[index(i)];
-            if (loop.active && loop.waits_for == kNobody && loop.refills[0] <= 0) offer(i, rank(state, i));
+            if (loop.left > 0 && loop.refills[0] <= 0) offer(i, rank(i, set_.loops[index(i)].period));
         }
         for (int k = 0; k < ios(); ++k) {
             const IoState& io = state.ios[index(k)];
-            if (io.work > 0 && io.wait == 0) offer(loops() + k, io_rank(state, k));
+            if (io.work > 0 && io.wait == 0) offer(loops() + k, rank(loops() + k, io.client));
         }
         return best;
     }
 
     // ---- one tick -------------------------------------------------------------------------------
 
-    void tick(State& state, int runs) {
+    void tick(State state) {
+        const int runs = chosen(state);
         if (runs >= 0 && runs < loops()) run_loop(state, runs);
         for (int k = 0; k < ios(); ++k) pass(state.ios[index(k)], k, runs == loops() + k);
-        for (int i = 0; i < loops(); ++i) pass(state, i);
+        for (int i = 0; i < loops(); ++i) pass(state.loops[index(i)], i);
         push(state);
     }
-    void pass(State& state, int i) {
-        LoopState& loop = state.loops[index(i)];
+    void pass(LoopState& loop, int i) {
         const int period = set_.loops[index(i)].period;
         // Of an idle loop only what is still to come counts: waking moves the rest.
-        const int oldest = loop.active || !rules_.waking_moves_refills ? -period : 0;
+        const int oldest = loop.left > 0 || !rules_.waking_moves_refills ? -period : 0;
         for (std::int8_t& refill : loop.refills)
             refill = static_cast<std::int8_t>(std::max(refill - 1, oldest));
         if (loop.since < period) ++loop.since;
-        if (loop.active && loop.waits_for == kSuspended && --loop.left == 0) {
-            loop.waits_for = kNobody;
-            begin_step(loop, i, loop.step + 1);
-            if (loop.active) wake(loop, i);
-        }
-        const bool late = loop.active && loop.since == period && !ends_now(state, i);
+        const bool late = loop.left > 0 && loop.since == period;
         if (late && !set_.loops[index(i)].may_miss) missed_ = i;
-    }
-    /// The rest of its body takes no time, and nobody can keep it from that.
-    [[nodiscard]] bool ends_now(const State& state, int i) const {
-        const auto& body = set_.loops[index(i)].body;
-        for (std::size_t step = state.loops[index(i)].step; step < body.size(); ++step) {
-            if (body[step].what != Do::unlock) return false;
-        }
-        return true;
     }
     void run_loop(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
         const auto budget = loop.refills.begin() + set_.loops[index(i)].budget;
         std::rotate(loop.refills.begin(), loop.refills.begin() + 1, budget);
         *(budget - 1) = static_cast<std::int8_t>(*(budget - 1) + set_.loops[index(i)].period);
-        if (--loop.left == 0) begin_step(loop, i, loop.step + 1);
+        --loop.left;
     }
     /// What was used comes back at (begin of the service) + used/U.
     void pass(IoState& io, int i, bool runs) {
@@ -334,7 +228,6 @@ class Explorer {
         if (seen_.size() < limit_ && seen_.insert(key).second) todo_.push_back(state);
     }
 
-    static constexpr std::uint8_t kSuspended = 0xfe;
     Set set_;
     Rules rules_;
     std::size_t limit_;
