@@ -101,6 +101,8 @@ class Board {
     [[nodiscard]] virtual int core_count() const = 0;
     /// The VCPU of the caller; kNoVcpu in setup() and on threads that are none.
     [[nodiscard]] virtual VcpuId current_vcpu() const = 0;
+    /// How long the calling VCPU has slept so far, in sleep_until(): for what a release sleeps.
+    [[nodiscard]] virtual Nanoseconds slept() const { return Nanoseconds{0}; }
     /// Starts the VCPUs, once. An I/O VCPU without an entry runs the handlers that are attached to
     /// it. Nothing runs after an error.
     virtual Result<void> start(std::span<const VcpuSpec> specs) = 0;
@@ -121,13 +123,13 @@ class Board {
     virtual Result<void> core_timer(int core, bool enabled);
 
     // Told by the runtime, which knows of releases: for traces, and for a supervisor.
-    /// The calling loop begins a release.
-    virtual void note_release() {}
+    /// The calling loop begins the release that was due at `nominal`.
+    virtual void note_release(Instant nominal) { static_cast<void>(nominal); }
     /// The calling loop's release ended after its next was due.
     virtual void note_overrun() {}
     /// The calling loop's body returned without having waited for its next period, and is called
-    /// again: a sign of life.
-    virtual void note_body_end() { note_release(); }
+    /// again.
+    virtual void note_body_end() {}
 
   protected:
     // Never deleted through this class: a board without a heap needs no `operator delete`.

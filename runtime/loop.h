@@ -46,6 +46,7 @@ struct LoopStatistics {
     Counter overruns;              ///< releases that ended after the next was due
     Counter dropped;               ///< releases that were never run
     Counter lateness_ns_max;       ///< worst end after the next was due
+    Counter slept_ns_max;          ///< longest sleep within a release
     Histogram release_latency_ns;  ///< from when a release was due to when its code went on
 };
 
@@ -60,6 +61,7 @@ struct Loop {
     OverrunHandler on_overrun = nullptr;
     static constexpr Nanoseconds kRecorded{-1};
     Nanoseconds latency = kRecorded;  ///< of the release in hand, until it is in the statistics
+    Nanoseconds slept_before{};       ///< this release: board::Board::slept()
     /// wait_for_next_period() was called in this pass of the body.
     bool waited = false;
     LoopStatistics statistics;

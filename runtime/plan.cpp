@@ -1,6 +1,10 @@
 #include "runtime/plan.h"
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "sched/admission.h"
 
 namespace qduino::runtime {
 
@@ -39,21 +43,16 @@ std::string vcpu_name(board::VcpuId id) {
     return text<std::string>(id <= board::kMaxLoop ? "loop " : "io ", id);
 }
 
-Plan::Plan(std::vector<sched::PlatformOverheads> overheads, bool enforce)
-    : overheads_(std::move(overheads)),
-      enforce_(enforce),
-      admission_(std::make_unique<sched::MulticoreAdmission>()) {}
+Plan::Plan(bool enforce) : enforce_(enforce), admission_(std::make_unique<sched::MulticoreAdmission>()) {}
 
 Result<void> Plan::add_loops(const SketchTable& table) {
     if (const Result<void> checked = check_declarations(table); !checked) {
         explanation_ = checked.error().message.view();
         return checked;
     }
-    const std::vector<sched::Vcpu> before = requests_;
+    declarations_.assign(table.loops.begin(), table.loops.end());
     requests_.insert(requests_.end(), table.loops.begin(), table.loops.end());
-    Result<void> admitted = admit({table.loops.begin(), table.loops.end()});
-    if (!admitted) requests_ = before;
-    return admitted;
+    return {};
 }
 
 Result<board::VcpuId> Plan::add_io(Nanoseconds budget, Nanoseconds period, int core) {
@@ -63,42 +62,101 @@ Result<board::VcpuId> Plan::add_io(Nanoseconds budget, Nanoseconds period, int c
     board::VcpuId id = board::kFirstIoVcpu;
     while (id < board::kVcpuLimit && taken(id)) ++id;
     if (id == board::kVcpuLimit) return make_error(ErrorCode::unavailable, "all 31 I/O VCPUs are in use");
-
     requests_.push_back({id, budget, period, core, board::VcpuKind::io});
-    if (Result<void> admitted = admit({}); !admitted) {
-        refused_ios_.push_back({requests_.back(), admission_->refusal, admission_->refused_core});
-        remove_io(id);
-        return admitted.error();
-    }
     return id;
 }
 
 void Plan::remove_io(board::VcpuId id) {
     std::erase_if(requests_, [id](const sched::Vcpu& vcpu) { return vcpu.id == id; });
-    sched::admit_all(requests_, overheads_, *admission_);
 }
 
-Result<void> Plan::admit(std::span<const LoopDeclaration> declarations) {
-    sched::admit_all(requests_, overheads_, *admission_);
+void Plan::add_section(const sched::CriticalSection& section) {
+    const bool fits = section.lock < sched::kLockLimit && sections_.try_push_back(section);
+    too_many_sections_ = too_many_sections_ || !fits;
+}
+
+Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads) {
+    if (too_many_sections_)
+        return make_error(ErrorCode::out_of_range, "more than ", sections_.size(),
+                          " critical sections: use fewer Mutexes, or say which loops hold them (heldBy)");
+    sched::admit_all(requests_, overheads, sections_, *admission_);
+    if (admission_->admitted) make_deferrable();
     explanation_ = sched::explain(*admission_);
     if (admission_->admitted || !enforce_) return {};
 
     const sched::Refusal& refusal = admission_->refusal;
-    const auto declared = std::ranges::find(declarations, refusal.vcpu.id, &LoopDeclaration::id);
+    const auto declared = std::ranges::find(declarations_, refusal.vcpu.id, &LoopDeclaration::id);
     const ErrorCode code = refusal.because == RefusedBecause::bad_parameters ? ErrorCode::invalid_argument
                            : refusal.because == RefusedBecause::no_such_core ? ErrorCode::not_found
                                                                              : ErrorCode::out_of_range;
-    return make_error(code, declared == declarations.end() ? "" : place_of(*declared) + ": ",
+    return make_error(code, declared == declarations_.end() ? "" : place_of(*declared) + ": ",
                       sched::explain(refusal, admission_->refused_core));
+}
+
+/// A loop that sleeps within a release, and did not say so, makes its next release late. Where the
+/// others on its core can bear it, its budget comes back at once instead (deferrable_server.h);
+/// the lowest loops first, whose jitter delays the fewest.
+void Plan::make_deferrable() {
+    for (sched::CoreLoad& load : admission_->loads) {
+        if (load.mains.empty() || owner_of(load.core) != board::kNoVcpu) continue;
+        std::vector<sched::Vcpu*> by_rank;
+        for (sched::Vcpu& loop : load.mains) by_rank.push_back(&loop);
+        std::ranges::sort(by_rank, [](const auto* a, const auto* b) {
+            return std::tie(a->period, a->id) > std::tie(b->period, b->id);
+        });
+        for (sched::Vcpu* loop : by_rank) {
+            const bool before = std::exchange(loop->deferrable, true);
+            loop->deferrable = before || sched::is_admissible(load);
+        }
+        for (const sched::Vcpu* loop : by_rank)
+            std::ranges::find(requests_, loop->id, &sched::Vcpu::id)->deferrable = loop->deferrable;
+        admission_->cores[static_cast<std::size_t>(load.core)] = sched::admit_without_remedy(load);
+    }
+}
+
+Result<void> Plan::admit_again(int core, const sched::PlatformOverheads& overheads, const char* change) {
+    const auto load = std::ranges::find(admission_->loads, core, &sched::CoreLoad::core);
+    if (!enforce_ || load == admission_->loads.end()) return {};
+    const sched::PlatformOverheads before = std::exchange(load->overheads, overheads);
+    const sched::Admission again = sched::admit_without_remedy(*load);
+    if (again.admitted) {
+        admission_->cores[static_cast<std::size_t>(core)] = again;
+        return {};
+    }
+    load->overheads = before;
+    return make_error(ErrorCode::out_of_range, change, ", loop ", again.refusal.vcpu.id, " on core ", core,
+                      " would need ", again.refusal.response.response, " of its ",
+                      again.refusal.response.period);
+}
+
+sched::LoopResponse Plan::response_with_sleep(board::VcpuId id, Nanoseconds sleep) const {
+    sched::CoreLoad load =
+        *std::ranges::find(admission_->loads, admission_->core_of(id), &sched::CoreLoad::core);
+    sched::Vcpu& loop = *std::ranges::find(load.mains, id, &sched::Vcpu::id);
+    loop.suspension = sleep;
+    loop.deferrable = true;
+    const sched::Admission judged = sched::admit_without_remedy(load);
+    return *std::ranges::find(judged.loops, id, &sched::LoopResponse::id);
 }
 
 sched::Explanation Plan::admission_table() const { return sched::explain(*admission_); }
 
 board::VcpuId Plan::owner_of(int core) const {
-    const auto& cores = admission_->cores;
-    const auto index = static_cast<std::size_t>(core);
-    const bool owned = index < cores.size() && cores[index].by == sched::AdmittedBy::owned;
-    return owned ? cores[index].loops.front().id : board::kNoVcpu;
+    const auto owns = [core](const sched::Vcpu& vcpu) {
+        return !vcpu.is_io() && vcpu.core == core && vcpu.parameters().whole_core();
+    };
+    const auto found = std::ranges::find_if(requests_, owns);
+    return found == requests_.end() ? board::kNoVcpu : found->id;
+}
+
+/// The shortest period of a loop on the core: a bottom half works on behalf of that loop.
+Nanoseconds Plan::client_period(int core) const {
+    Nanoseconds shortest{};
+    for (const sched::Vcpu& loop : requests_) {
+        if (loop.is_io() || admission_->core_of(loop.id) != core) continue;
+        if (shortest == Nanoseconds{0} || loop.period < shortest) shortest = loop.period;
+    }
+    return shortest;
 }
 
 std::vector<board::VcpuSpec> Plan::specs() const {
@@ -108,6 +166,7 @@ std::vector<board::VcpuSpec> Plan::specs() const {
         // The core that it was put on; else it was refused, and runs all the same.
         spec.core = std::max({admission_->core_of(spec.id), spec.core, 0});
         spec.owns_core = owner_of(spec.core) == spec.id;
+        if (spec.is_io()) spec.client_period = client_period(spec.core);
         specs.push_back(spec);
     }
     return specs;

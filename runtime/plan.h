@@ -1,10 +1,13 @@
 // The plan of a sketch: its loops and I/O VCPUs, admitted and placed on cores, or the reason why
 // not.
 //
-//   SketchTable ──► add_loops() ┐
-//   interruptsVcpu(), attach… ──► add_io() ┴─► sched::admit_all ──► core_of(id), or a refusal
+//   SketchTable ──► add_loops() ─────────┐
+//   interruptsVcpu(), attach… ──► add_io() ┤
+//   Mutex ──► add_section() ───────────────┴─► admit() ──► cores, or a refusal
 //
-// Invariant: the plan is admitted as a whole; a refused request leaves it as it was.
+// One admission, after setup(): what a core has to bear is known only when setup() has routed the
+// interrupts and declared its bottom halves and critical sections. When that changes while the
+// loops run, the core is judged again where it stands: admit_again().
 #pragma once
 
 #include <memory>
@@ -20,54 +23,56 @@
 
 namespace qduino::runtime {
 
-/// An I/O VCPU that was asked for and not admitted.
-struct RefusedIo {
-    sched::Vcpu vcpu;            ///< as asked
-    sched::Refusal refusal;      ///< of it, or of a loop that would be late because of it
-    int core = sched::kAnyCore;  ///< the core it asked for, or that came nearest
-};
-
 /// Setup-time only; allocates.
 class Plan {
   public:
-    /// `overheads` has an entry for each core. `enforce` false: everything is placed, whatever
-    /// admission says of it.
-    Plan(std::vector<sched::PlatformOverheads> overheads, bool enforce);
+    /// `enforce` false: everything is placed, whatever admission says of it.
+    explicit Plan(bool enforce);
 
-    /// Takes the loops of a sketch. Error: the first refusal, naming the loop and where it is
-    /// declared; explanation() has it at length.
+    /// Takes the loops of a sketch. Error: a declaration that cannot stand, and where it is.
     Result<void> add_loops(const SketchTable& table);
-    /// Adds an I/O VCPU and returns its number. Error: the refusal; unavailable when all numbers
-    /// are taken.
+    /// Adds an I/O VCPU and returns its number. Error: unavailable when all numbers are taken.
     Result<board::VcpuId> add_io(Nanoseconds budget, Nanoseconds period, int core);
+    /// Beyond what the table holds nothing is added, and admit() refuses.
+    void add_section(const sched::CriticalSection& section);
 
     /// Takes an I/O VCPU back out: nothing will run on it.
     void remove_io(board::VcpuId id);
+
+    /// Judges all of it. `overheads` has an entry for each core. Error: the first refusal, naming
+    /// the loop and where it is declared; explanation() has it at length.
+    Result<void> admit(const std::vector<sched::PlatformOverheads>& overheads);
+    /// Judges the VCPUs that run on `core` once more, with other overheads, which it keeps when
+    /// they are admitted. Error: the refusal, in one line, which names `change`; nothing is kept.
+    /// Allocates nothing.
+    Result<void> admit_again(int core, const sched::PlatformOverheads& overheads, const char* change);
+
+    /// R of the loop `id` if each release of it slept so long. Contract: admitted.
+    [[nodiscard]] sched::LoopResponse response_with_sleep(board::VcpuId id, Nanoseconds sleep) const;
 
     /// What the board is to be given, without entries and contexts, loops first.
     [[nodiscard]] std::vector<board::VcpuSpec> specs() const;
     /// The loop that has `core` for itself (budget == period, core named, nothing else there);
     /// kNoVcpu: none.
     [[nodiscard]] board::VcpuId owner_of(int core) const;
-    /// What was said to the last request: the admission table, or the refusal at length.
+    /// What admit() said: the admission table, or the refusal at length.
     [[nodiscard]] const sched::Explanation& explanation() const { return explanation_; }
     /// The admission table of every core in use, as the plan stands.
     [[nodiscard]] sched::Explanation admission_table() const;
     [[nodiscard]] bool admitted() const { return admission_->admitted; }
-    /// What add_io() has refused, in order.
-    [[nodiscard]] const std::vector<RefusedIo>& refused_ios() const { return refused_ios_; }
     [[nodiscard]] const sched::MulticoreAdmission& admission() const { return *admission_; }
 
   private:
-    /// `declarations`: those that are new, to say where a refused one stands.
-    Result<void> admit(std::span<const LoopDeclaration> declarations);
+    void make_deferrable();
+    [[nodiscard]] Nanoseconds client_period(int core) const;
 
-    std::vector<sched::PlatformOverheads> overheads_;
     bool enforce_;
+    bool too_many_sections_ = false;
+    std::vector<LoopDeclaration> declarations_;
+    sched::CriticalSections sections_;
     std::vector<sched::Vcpu> requests_;
     std::unique_ptr<sched::MulticoreAdmission> admission_;
     sched::Explanation explanation_;
-    std::vector<RefusedIo> refused_ios_;
 };
 
 /// "loop 1" … "loop 32", "io 33" … "io 63".

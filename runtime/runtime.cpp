@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "base/contract.h"
+#include "runtime/lock_declaration.h"
 
 namespace qduino::runtime {
 namespace {
@@ -28,10 +29,7 @@ Error too_late(const char* call) {
 constinit Runtime* Runtime::current_ = nullptr;
 
 Runtime::Runtime(board::Board& board, RuntimeOptions options)
-    : board_(board),
-      options_(options),
-      plan_(overheads_of(board), options.enforce_admission),
-      made_at_(board.now()) {
+    : board_(board), options_(options), plan_(options.enforce_admission), made_at_(board.now()) {
     current_ = this;
     board::make_current(&board);
 }
@@ -49,6 +47,9 @@ Result<void> Runtime::begin(const SketchTable& table) {
     QDUINO_TRY(plan_.add_loops(table));
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     if (table.setup) table.setup();
+    LockDeclaration::each_section(
+        table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
+    QDUINO_TRY(plan_.admit(overheads_of(board_)));
     begun_ = true;
     return start_loops();
 }
@@ -112,6 +113,7 @@ void Runtime::wait_for_next_period() {
     if (!loop) return;
     const Instant ended = board_.now();
     record_latency(*loop);
+    loop->statistics.slept_ns_max.raise_to((board_.slept() - loop->slept_before).count());
     const Release release = loop->clock.next(ended, loop->policy);
     if (release.overrun()) count_overrun(*loop, release);
     if (release.nominal > ended) wait_until(*loop, release.nominal);
@@ -130,7 +132,8 @@ void Runtime::wait_until(const Loop& loop, Instant t) {
 void Runtime::begin_release(Loop& loop, const Release& release) {
     loop.latency = board_.now() - release.nominal;
     if (!release.overrun() || loop.policy != OverrunPolicy::keep_phase) loop.statistics.releases.add(1);
-    board_.note_release();
+    loop.slept_before = board_.slept();
+    board_.note_release(release.nominal);
 }
 
 /// Of the release in hand, at its end: the way to its first instruction is kept short. Once for
@@ -203,7 +206,27 @@ Result<void> Runtime::core_timer(int core, bool enabled) {
         return make_error(ErrorCode::not_permitted,
                           "noTimer: no loop owns this core; declare one there with budget == period");
     }
-    return board_.core_timer(core, enabled);
+    QDUINO_TRY(board_.core_timer(core, enabled));
+    return keep_if_admitted(enabled ? "with its tick back" : "without its tick",
+                            [&] { return board_.core_timer(core, !enabled); });
+}
+
+Result<void> Runtime::route_interrupts(board::DeviceClass device, int core, bool allowed) {
+    QDUINO_TRY(board_.route_interrupts(device, core, allowed));
+    return keep_if_admitted("with these interrupts routed so",
+                            [&] { return board_.route_interrupts(device, core, !allowed); });
+}
+
+/// What a core has to bear has changed. Before the loops run, admission is still to come.
+template <typename Undo>
+Result<void> Runtime::keep_if_admitted(const char* change, Undo undo) {
+    for (int core = 0; begun_ && core < board_.core_count(); ++core) {
+        const Result<void> admitted = plan_.admit_again(core, board_.platform_overheads(core), change);
+        if (admitted) continue;
+        static_cast<void>(undo());
+        return admitted;
+    }
+    return {};
 }
 
 void Runtime::run_handler(void* context) {

@@ -49,8 +49,8 @@ class Runtime {
 
     // ---- the program: host thread ---------------------------------------------------------------
 
-    /// Admits the loops, runs setup(), starts the loops. Once. Error: the refusal (explanation()
-    /// has it at length); setup() has not run when the loops themselves are refused.
+    /// Runs setup(), admits all that is declared then, starts the loops. Once. Error: the refusal
+    /// (explanation() has it at length).
     Result<void> begin(const SketchTable& table);
     /// Runs the board until `until`, or until the sketch has stopped.
     void run(Instant until) { board_.run(until); }
@@ -81,8 +81,12 @@ class Runtime {
     /// GPIO class.
     Result<void> attach_interrupt(board::PinId pin, board::Edge edge, void (*handler)(), Nanoseconds budget,
                                   Nanoseconds period, int core);
-    /// Error: not_permitted when no loop owns the core.
+    /// Error: not_permitted when no loop owns the core; out_of_range when the loops that run would
+    /// not be admitted then (nothing is changed).
     Result<void> core_timer(int core, bool enabled);
+    /// Routes a device class's interrupts away from `core`, or lets them come there again. Error:
+    /// as of core_timer(), and of the board.
+    Result<void> route_interrupts(board::DeviceClass device, int core, bool allowed);
     /// False holds back handlers that have not begun; they run when it is true again.
     void global_interrupts(bool enabled) { handlers_held_.store(!enabled, std::memory_order_release); }
 
@@ -95,6 +99,8 @@ class Runtime {
     Loop& loop_at(board::VcpuId id);
     [[nodiscard]] Loop* current_loop();
     Result<void> start_loops();
+    template <typename Undo>
+    Result<void> keep_if_admitted(const char* change, Undo undo);
     static void loop_entry(void* context);
     void repeat(Loop& loop);
     [[nodiscard]] Instant origin(Instant now);

@@ -66,14 +66,28 @@ std::int64_t utilisation_of(const CoreLoad& load) {
         sum = add_saturated(sum, ratio_up(main.budget + overhead, period));
         blocking = std::max(blocking, ratio_up(load.overheads.interference(period), period));
     }
-    // An I/O VCPU pays its overhead once per service, at worst once in every shortest client
-    // period.
-    const std::int64_t io_overhead = ratio_up(overhead, shortest_period(load));
     for (const Vcpu& io : load.ios) {
-        const std::int64_t share = std::min(kOne, add_saturated(ratio_up(io.budget, io.period), io_overhead));
-        sum = add_saturated(sum, mul_div_ceil(kTwo - share, share, kOne));
+        const std::int64_t share = ratio_up(io.budget, io.period);
+        sum = add_saturated(sum, mul_div_ceil(kTwo - std::min(share, kOne), std::min(share, kOne), kOne));
     }
     return add_saturated(sum, blocking);
+}
+
+/// The bound speaks of loops that only compute, each of a priority of its own, and of bottom halves
+/// whose budget exceeds what an activation costs.
+bool bound_applies(const CoreLoad& load) {
+    const auto sleeps = [](const Vcpu& main) { return main.deferrable; };
+    const auto covers = [&](const Vcpu& io) {
+        const Nanoseconds client =
+            io.client_period > Nanoseconds{0} ? io.client_period : shortest_period(load);
+        const std::int64_t share = mul_div_floor(io.budget.count(), client.count(), io.period.count());
+        return load.overheads.per_activation() == Nanoseconds{0} ||
+               share > load.overheads.per_activation().count();
+    };
+    return load.sections.empty() && load.mains.size() <= load.overheads.priorities &&
+           load.overheads.kept_budget == Nanoseconds{0} &&
+           std::none_of(load.mains.begin(), load.mains.end(), sleeps) &&
+           std::all_of(load.ios.begin(), load.ios.end(), covers);
 }
 
 bool io_overload(const CoreLoad& load) {
@@ -139,7 +153,9 @@ Refusal refuse_by_completion_time(const CompletionTime& analysis, std::size_t i,
 
 }  // namespace
 
-bool admitted_by_bound(const CoreLoad& load) { return within_bound(utilisation_of(load), load.mains.size()); }
+bool admitted_by_bound(const CoreLoad& load) {
+    return bound_applies(load) && within_bound(utilisation_of(load), load.mains.size());
+}
 
 Admission admit_without_remedy(const CoreLoad& load) {
     Admission admission;
@@ -151,7 +167,7 @@ Admission admit_without_remedy(const CoreLoad& load) {
     admission.utilisation_ppm = mul_div_floor(utilisation + kOne / 2'000'000, 1'000'000, kOne);
     admission.bound_ppm = bound_in_ppm(load.mains.size());
     const bool owned = owner_of(load) != nullptr;
-    const bool by_bound = within_bound(utilisation, load.mains.size());
+    const bool by_bound = bound_applies(load) && within_bound(utilisation, load.mains.size());
     admission.by = owned ? AdmittedBy::owned : by_bound ? AdmittedBy::bound : AdmittedBy::completion_time;
 
     const CompletionTime analysis{load};
@@ -165,6 +181,8 @@ Admission admit_without_remedy(const CoreLoad& load) {
             admission.refusal = refuse_by_completion_time(analysis, i, response);
         }
     }
+    for (std::size_t k = 0; k < load.ios.size() && analysis.size() > 0; ++k)
+        admission.ios.push_back(analysis.io_verdict(k));
     admission.admitted = admission.refusal.because == RefusedBecause::none;
     return admission;
 }

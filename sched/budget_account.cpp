@@ -57,6 +57,11 @@ BudgetEffect BudgetAccount::resumed(const BudgetReading& reading) {
     return go_on();
 }
 
+void BudgetAccount::release(Instant nominal) {
+    take_up_work();
+    server_.release(nominal);
+}
+
 void BudgetAccount::holds() {
     take_up_work();  // what it has overrun so far is not the lock's
     if (locks_++ == 0) grace_ = server_.parameters().budget;
@@ -79,7 +84,7 @@ BudgetEffect BudgetAccount::go_on() {
     }
     if (locks_ > 0 && grace_ > Nanoseconds{0}) {
         phase_ = Phase::overrunning;
-        return {.kind = Kind::arm_in, .in = grace_};
+        return {.kind = Kind::arm_in, .in = grace_, .steps_back = true};
     }
     phase_ = Phase::throttled;
     return {.kind = Kind::sleep_until, .at = server_.next_replenishment()};

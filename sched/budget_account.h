@@ -22,9 +22,10 @@
 // after a period without, and charges the others.
 //
 // Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
-// priority. So a thread whose budget ends while it holds one goes on until it releases the last
-// one. It may overrun by one budget each time that it holds any; the server charges the overrun
-// forward.
+// priority. If it went on at its rank instead, it would hold up those who want no lock. So a thread
+// whose budget ends while it holds one steps back: it goes on where nobody else wants the core, and
+// at the rank of whoever waits for the lock (the board's inheritance). It may overrun by one budget
+// each time that it holds any; the server charges the overrun forward.
 //
 // Invariants: CPU time that an event tells of is charged exactly once, except the ways through
 // waits that admission counts. A thread is throttled only while its server has nothing available.
@@ -56,6 +57,8 @@ struct BudgetEffect {
     Kind kind = Kind::none;
     Nanoseconds in{};
     Instant at{};
+    /// Any kind but none: until the next effect the thread has no rank but what it inherits.
+    bool steps_back = false;
     constexpr bool operator==(const BudgetEffect&) const = default;
 };
 
@@ -74,8 +77,10 @@ class BudgetAccount {
     // The next event after `woken` tells the server of the wake-up first, and goes on as if
     // running.
     enum class Phase : std::uint8_t {
-        running,      ///< the timer is set to the end of the budget
-        overrunning,  ///< no budget, but a lock; the timer is set to the end of what it may overrun
+        running,  ///< the timer is set to the end of the budget
+        /// No budget, but a lock: it has stepped back. The timer is set to the end of what it may
+        /// overrun.
+        overrunning,
         throttled,    ///< no budget: it sleeps until the replenishment
         waiting,      ///< an announced wait; the timer is off
         armed_ahead,  ///< an announced wait; the timer is set to the end of the budget after it
@@ -97,6 +102,8 @@ class BudgetAccount {
     BudgetEffect woke(Instant now, Nanoseconds cpu);
     /// The sleep that the last effect asked for is over. Contract: throttled.
     BudgetEffect resumed(const BudgetReading& reading);
+    /// The thread begins the release that was due at `nominal`.
+    void release(Instant nominal);
     /// The thread is about to take a lock. Nests.
     void holds();
     /// It has released one. True: it overran and holds none any more; call timer() at once.

@@ -12,7 +12,8 @@
 // `Host` is the board's side, called from the path and from the handler:
 //   BudgetReading read();  Nanoseconds cpu();         the clocks of the calling thread
 //   void set_timer(const BudgetEffect&);              disarm, arm_in, arm_at
-//   void sleep_until(Instant);                        of the calling thread; signals do not end it
+//   void sleep_until(Instant);                        of the calling thread; no signal ends it
+//   void step_back(bool);                             it has the rank that it inherits alone
 #pragma once
 
 #include <atomic>
@@ -43,6 +44,13 @@ class BudgetShell {
         carry_out(account_.blocks(host_.read(), until));
     }
     void after_wait(Instant now) { leave(account_.woke(now, host_.cpu())); }
+
+    /// The thread begins the release that was due at `nominal`.
+    void begin_release(Instant nominal) {
+        set_busy(true);
+        account_.release(nominal);
+        leave({});
+    }
 
     /// Before the thread takes a lock, and after it has released it. Nests.
     void begin_hold() {
@@ -85,16 +93,25 @@ class BudgetShell {
     }
     void carry_out(BudgetEffect effect) {
         while (effect.kind == BudgetEffect::Kind::sleep_until) {
+            take_rank(effect);
             host_.sleep_until(effect.at);
             effect = account_.resumed(host_.read());
         }
-        if (effect.kind != BudgetEffect::Kind::none) host_.set_timer(effect);
+        if (effect.kind == BudgetEffect::Kind::none) return;
+        host_.set_timer(effect);
+        take_rank(effect);
+    }
+    void take_rank(const BudgetEffect& effect) {
+        if (effect.steps_back == stepped_back_) return;
+        stepped_back_ = effect.steps_back;
+        host_.step_back(stepped_back_);
     }
 
     Host& host_;
     Account account_;
     std::atomic<bool> busy_{false};    // the path, or the handler, works on the account
     std::atomic<bool> missed_{false};  // the timer came meanwhile
+    bool stepped_back_ = false;
 };
 
 }  // namespace qduino::sched

@@ -13,21 +13,17 @@ CoreScheduler::CoreScheduler() { slots_.fill(kNoSlot); }
 bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainVcpuOptions options) {
     if (!parameters.valid() || contains(id) || main_count_ == kMainVcpuLimit) return false;
     if (options.owns_core && !parameters.whole_core()) return false;
-    Vcpu vcpu;
-    vcpu.id = id;
-    vcpu.owns_core = options.owns_core;
-    vcpu.server = SporadicServer{parameters, now, options.server};
-    insert(vcpu);
+    insert({.id = id,
+            .owns_core = options.owns_core,
+            .server = options.deferrable ? Server{DeferrableServer{parameters, now}}
+                                         : Server{SporadicServer{parameters, now, options.server}}});
     ++main_count_;
     return true;
 }
 
-bool CoreScheduler::add_io(VcpuId id, VcpuParameters parameters, Instant now) {
+bool CoreScheduler::add_io(VcpuId id, VcpuParameters parameters, Instant now, IoVcpuOptions options) {
     if (!parameters.valid() || contains(id) || io_count_ == kIoVcpuLimit) return false;
-    Vcpu vcpu;
-    vcpu.id = id;
-    vcpu.server = Pibs{parameters, now};
-    insert(vcpu);
+    insert({.id = id, .server = Pibs{parameters, now, options.activation, options.client_period}});
     ++io_count_;
     return true;
 }
@@ -49,24 +45,19 @@ const CoreScheduler::Vcpu& CoreScheduler::at(VcpuId id) const {
 
 // ---- one VCPU -----------------------------------------------------------------------------------
 
-Rank CoreScheduler::rank_of(const Vcpu& vcpu) {
-    return std::min(Rank{vcpu.server.rank_period(), vcpu.id}, vcpu.inherited);
+const CoreScheduler::Vcpu& CoreScheduler::payer(const Vcpu& vcpu, Instant now) const {
+    if (vcpu.inherited == Rank{} || vcpu.owns_core || !contains(vcpu.inherited.id)) return vcpu;
+    return vcpu.server.available(now) > Nanoseconds{0} ? vcpu : at(vcpu.inherited.id);
 }
 
-bool CoreScheduler::before(const Vcpu& a, const Vcpu& b) { return rank_of(a) < rank_of(b); }
+Rank CoreScheduler::own_rank(const Vcpu& vcpu) { return {vcpu.server.rank_period(), vcpu.id}; }
 
-Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) {
-    if (vcpu.owns_core) return Nanoseconds::max();
-    const Nanoseconds left = vcpu.server.available(now);
-    return left > Nanoseconds{0} || !vcpu.holding ? left : vcpu.grace;
+Rank CoreScheduler::rank_of(const Vcpu& vcpu, Instant now) const {
+    return &payer(vcpu, now) == &vcpu ? std::min(own_rank(vcpu), vcpu.inherited) : vcpu.inherited;
 }
 
-void CoreScheduler::charge(Vcpu& vcpu, Instant now, Nanoseconds used) {
-    if (vcpu.owns_core) {
-        vcpu.owned_consumed += used;
-        return;
-    }
-    vcpu.grace -= std::min(vcpu.grace, vcpu.server.consume(now, used));
+Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) const {
+    return vcpu.owns_core ? Nanoseconds::max() : payer(vcpu, now).server.available(now);
 }
 
 // ---- events -------------------------------------------------------------------------------------
@@ -86,28 +77,35 @@ void CoreScheduler::wake_io_for(VcpuId id, VcpuId client, Instant now) {
     wake_io(id, now, at(client).server.parameters().period);
 }
 
+void CoreScheduler::release(VcpuId id, Instant nominal, Instant now) {
+    account(now);
+    at(id).server.release(nominal);
+}
+
 void CoreScheduler::block(VcpuId id, Instant now) {
     account(now);
     at(id).server.block(now);
     if (running_ == slots_[id]) running_ = kNoSlot;
 }
 
-void CoreScheduler::inherit(VcpuId id, Rank rank) { at(id).inherited = rank; }
-
-void CoreScheduler::set_holding(VcpuId id, bool holding, Instant now) {
+void CoreScheduler::wait_for_lock(VcpuId id, bool waits, Instant now) {
     account(now);
-    Vcpu& vcpu = at(id);
-    if (holding == vcpu.holding) return;
-    vcpu.holding = holding;
-    vcpu.grace = holding ? vcpu.server.parameters().budget : Nanoseconds{0};
+    at(id).waits_for_lock = waits;
+    if (waits && running_ == slots_[id]) running_ = kNoSlot;
 }
+
+void CoreScheduler::inherit(VcpuId id, Rank rank) { at(id).inherited = rank; }
 
 void CoreScheduler::account(Instant now, Nanoseconds stolen) {
     QDUINO_EXPECT(now >= accounted_until_);
     if (running_ != kNoSlot) {
         const Nanoseconds used = now - accounted_until_ - stolen;
         QDUINO_EXPECT(stolen >= Nanoseconds{0} && used >= Nanoseconds{0});
-        if (used > Nanoseconds{0}) charge(vcpus_[running_], now, used);
+        Vcpu& pays = vcpus_[paying_];
+        if (pays.owns_core)
+            pays.owned_consumed += used;
+        else if (used > Nanoseconds{0})
+            pays.server.consume(now, used);
     }
     accounted_until_ = now;
 }
@@ -120,28 +118,31 @@ Decision CoreScheduler::decide(Instant now) {
     const Instant until = next_change(chosen, now);
     running_ = chosen ? slots_[chosen->id] : kNoSlot;
     if (!chosen) return {std::nullopt, until};
+    paying_ = slots_[payer(*chosen, now).id];
     return {chosen->id, until};
 }
 
 const CoreScheduler::Vcpu* CoreScheduler::highest(Instant now) const {
     const Vcpu* best = nullptr;
     for (const Vcpu& vcpu : vcpus_) {
-        if (!vcpu.server.has_work() || available(vcpu, now) == Nanoseconds{0}) continue;
-        if (!best || before(vcpu, *best)) best = &vcpu;
+        if (!is_ready(vcpu) || available(vcpu, now) == Nanoseconds{0}) continue;
+        if (!best || rank_of(vcpu, now) < rank_of(*best, now)) best = &vcpu;
     }
     return best;
 }
 
-/// The end of the chosen VCPU's budget. Earlier, if a throttled VCPU that would preempt it is
-/// replenished before that.
+/// The end of the budget that the chosen VCPU runs on. Earlier, if a VCPU that has none is
+/// replenished before that and may then preempt it, or is one that pays for another's run.
 Instant CoreScheduler::next_change(const Vcpu* chosen, Instant now) const {
     Instant until = kForever;
     if (chosen && !chosen->owns_core) until = now + available(*chosen, now);
     for (const Vcpu& vcpu : vcpus_) {
-        const bool throttled = vcpu.server.has_work() && available(vcpu, now) == Nanoseconds{0};
-        if (throttled && (!chosen || before(vcpu, *chosen))) {
-            until = std::min(until, vcpu.server.next_replenishment());
-        }
+        if (!is_ready(vcpu) || vcpu.owns_core || vcpu.server.available(now) > Nanoseconds{0}) continue;
+        if (chosen && rank_of(*chosen, now) < std::min(own_rank(vcpu), vcpu.inherited)) continue;
+        until = std::min(until, vcpu.server.next_replenishment());
+        const Vcpu& pays = payer(vcpu, now);
+        if (pays.server.available(now) == Nanoseconds{0})
+            until = std::min(until, pays.server.next_replenishment());
     }
     return until;
 }

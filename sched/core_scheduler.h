@@ -13,12 +13,14 @@
 //
 // A throttled VCPU stays runnable; decide() skips it until its replenishment.
 //
-// The caller keeps the locks. Two things about them are this class's work (L. Sha, R. Rajkumar, J.
-// Lehoczky, "Priority inheritance protocols", IEEE Trans. Computers, 1990):
-// - inherit(): the holder of a lock takes the rank of its highest waiter.
-// - set_holding(): the holder of a lock is not throttled when its budget ends, or its waiters would
-//   wait for its replenishment. It runs on for one budget more at most, and that is charged forward
-//   like any overrun: within a period the others lose a bounded time to it, and they get it back.
+// The caller keeps the locks. Three things about them are this class's work:
+// - wait_for_lock(): a loop that waits for a lock does not run, and its server goes on as if it
+//   did. Otherwise its budget would come back late, and the next release would pay for the wait.
+// - inherit(): the holder of a lock takes the rank of its highest waiter (L. Sha, R. Rajkumar, J.
+//   Lehoczky, "Priority inheritance protocols", IEEE Trans. Computers, 1990).
+// - A holder whose budget is spent runs on the budget, and at the rank, of its highest waiter on
+//   this core. So nobody waits for its replenishment, and only those pay who share the lock with it
+//   (G. Lamastra, G. Lipari, L. Abeni, "A bandwidth inheritance algorithm", RTSS 2001).
 //
 // The caller keeps the clock. It calls decide(now), runs the chosen VCPU until `until` at the
 // latest (or until something wakes or blocks), then calls again. Between two calls the chosen VCPU
@@ -57,8 +59,14 @@ struct Rank {
 };
 
 struct MainVcpuOptions {
-    bool owns_core = false;  ///< never throttled (needs budget == period)
+    bool owns_core = false;   ///< never throttled (needs budget == period)
+    bool deferrable = false;  ///< the whole budget comes back at each release
     SporadicServerOptions server{};
+};
+
+struct IoVcpuOptions {
+    Nanoseconds activation{};     ///< pibs.h
+    Nanoseconds client_period{};  ///< pibs.h
 };
 
 /// One owner at a time. No call blocks or allocates; each is O(VCPUs of the core).
@@ -73,7 +81,8 @@ class CoreScheduler {
     [[nodiscard]] bool add(VcpuId id, VcpuParameters parameters, Instant now = kEpoch,
                            MainVcpuOptions options = {});
     /// Adds an idle I/O VCPU. False as above.
-    [[nodiscard]] bool add_io(VcpuId id, VcpuParameters parameters, Instant now = kEpoch);
+    [[nodiscard]] bool add_io(VcpuId id, VcpuParameters parameters, Instant now = kEpoch,
+                              IoVcpuOptions options = {});
 
     /// Main VCPU `id` has work. No effect if it already had. For an I/O VCPU: work at its own
     /// period.
@@ -83,13 +92,16 @@ class CoreScheduler {
     void wake_io(VcpuId id, Instant now, Nanoseconds client_period);
     /// As above, for a client on this core.
     void wake_io_for(VcpuId id, VcpuId client, Instant now);
+    /// Main VCPU `id` begins the release that was due at `nominal` (server.h).
+    void release(VcpuId id, Instant nominal, Instant now);
     /// VCPU `id`, main or I/O, has no work left.
     void block(VcpuId id, Instant now);
 
-    /// From the next decide() on, `id` ranks at least as high as `rank`. Its own rank ends that.
+    /// Main VCPU `id` waits for a lock from `now` on, or was given it. It has work all the same.
+    void wait_for_lock(VcpuId id, bool waits, Instant now);
+    /// From the next decide() on: the highest rank of those that wait for a lock of `id`, in
+    /// chains, too. Rank{}: nobody waits.
     void inherit(VcpuId id, Rank rank);
-    /// `id` holds a lock, or no longer holds any. Call account() with the stolen time first.
-    void set_holding(VcpuId id, bool holding, Instant now);
 
     /// Charges the running VCPU for the time since the last call, less `stolen`: interrupts that
     /// the core served meanwhile (0 <= stolen <= the time passed). The calls above and decide()
@@ -101,8 +113,8 @@ class CoreScheduler {
     /// The VCPU that the last decide() chose and that has not blocked since.
     [[nodiscard]] std::optional<VcpuId> running() const;
     /// Contract for all of these: `id` was added.
-    /// Budget left at `now`; when that is spent and it holds a lock, what it may overrun;
-    /// Nanoseconds::max() for a VCPU that owns the core.
+    /// Budget left at `now`; when that is spent, its highest waiter's; Nanoseconds::max() for a
+    /// VCPU that owns the core.
     [[nodiscard]] Nanoseconds available(VcpuId id, Instant now) const;
     [[nodiscard]] Instant next_replenishment(VcpuId id) const;
     [[nodiscard]] Nanoseconds consumed(VcpuId id) const;  ///< charged ever
@@ -113,11 +125,10 @@ class CoreScheduler {
     struct Vcpu {
         VcpuId id = 0;
         bool owns_core = false;
-        bool holding = false;
-        Nanoseconds grace{};  // what it may still overrun while it holds a lock
-        Rank inherited;
+        bool waits_for_lock = false;
+        Rank inherited{};
         Nanoseconds owned_consumed{};  // an owning VCPU has no server to charge
-        Server server;
+        Server server{};
     };
     static constexpr std::size_t kLimit = kMainVcpuLimit + kIoVcpuLimit;
     static constexpr std::uint8_t kNoSlot = 0xff;
@@ -125,16 +136,22 @@ class CoreScheduler {
     [[nodiscard]] Vcpu& at(VcpuId id);
     [[nodiscard]] const Vcpu& at(VcpuId id) const;
     void insert(const Vcpu& vcpu);
-    [[nodiscard]] static Rank rank_of(const Vcpu& vcpu);
-    [[nodiscard]] static bool before(const Vcpu& a, const Vcpu& b);
-    [[nodiscard]] static Nanoseconds available(const Vcpu& vcpu, Instant now);
-    static void charge(Vcpu& vcpu, Instant now, Nanoseconds used);
+    /// The one that pays for `vcpu` at `now`: itself, or while its budget is spent, its highest
+    /// waiter on this core.
+    [[nodiscard]] const Vcpu& payer(const Vcpu& vcpu, Instant now) const;
+    [[nodiscard]] static Rank own_rank(const Vcpu& vcpu);
+    [[nodiscard]] Rank rank_of(const Vcpu& vcpu, Instant now) const;
+    [[nodiscard]] Nanoseconds available(const Vcpu& vcpu, Instant now) const;
+    [[nodiscard]] bool is_ready(const Vcpu& vcpu) const {
+        return vcpu.server.has_work() && !vcpu.waits_for_lock;
+    }
     [[nodiscard]] const Vcpu* highest(Instant now) const;
     [[nodiscard]] Instant next_change(const Vcpu* chosen, Instant now) const;
 
     FixedVector<Vcpu, kLimit> vcpus_;
     std::array<std::uint8_t, 256> slots_{};  // id → index in vcpus_
     std::uint8_t running_ = kNoSlot;
+    std::uint8_t paying_ = kNoSlot;  // for the running one
     std::size_t main_count_ = 0;
     std::size_t io_count_ = 0;
     Instant accounted_until_ = Instant::min();

@@ -42,6 +42,10 @@ Phrase name_of(const Share& share) {
     switch (share.kind) {
         case Share::Kind::own:
             return text<Phrase>(name_of(share.id), " itself"sv);
+        case Share::Kind::sleep:
+            return "its sleep"sv;
+        case Share::Kind::blocking:
+            return "locks of lower loops (heldBy)"sv;
         case Share::Kind::main:
             return name_of(share.id);
         case Share::Kind::io:

@@ -5,6 +5,7 @@
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"
 #include "base/time.h"
+#include "sched/blocking.h"
 #include "sched/vcpu.h"
 
 namespace qduino::sched {
@@ -26,6 +27,12 @@ struct PlatformOverheads {
     Nanoseconds release_cost{};      ///< wake-up and two context switches, per activation
     Nanoseconds enforcement_cost{};  ///< budget timer and its handler, per activation
     FixedVector<PlatformInterferer, 8> interferers;
+    /// What the system keeps for its ordinary tasks in each `kept_period`, above the loops, where
+    /// these leave less; 0: nothing.
+    Nanoseconds kept_budget{};
+    Nanoseconds kept_period{};
+    /// How many priorities the board tells apart. Loops beyond share the last one.
+    std::size_t priorities = kMainVcpuLimit;
 
     /// Of one activation of a VCPU.
     [[nodiscard]] Nanoseconds per_activation() const { return release_cost + enforcement_cost; }
@@ -39,6 +46,7 @@ struct CoreLoad {
     FixedVector<Vcpu, kMainVcpuLimit> mains;
     FixedVector<Vcpu, kIoVcpuLimit> ios;
     PlatformOverheads overheads;
+    CriticalSections sections{};  ///< of `mains`
 
     /// False when the table is full.
     [[nodiscard]] bool try_add(const Vcpu& vcpu) {

@@ -7,9 +7,13 @@
 
 namespace qduino::sched {
 
-Pibs::Pibs(VcpuParameters parameters, Instant start)
-    : parameters_(parameters), eligible_from_(start), charged_from_(start) {
-    QDUINO_EXPECT(parameters.valid());
+Pibs::Pibs(VcpuParameters parameters, Instant start, Nanoseconds activation, Nanoseconds client_period)
+    : parameters_(parameters),
+      activation_(activation),
+      usual_client_(client_period > Nanoseconds{0} ? client_period : parameters.period),
+      eligible_from_(start),
+      charged_from_(start) {
+    QDUINO_EXPECT(parameters.valid() && activation >= Nanoseconds{0});
 }
 
 Nanoseconds Pibs::budget_for(Nanoseconds client_period) const {
@@ -55,8 +59,8 @@ void Pibs::raise(Instant now, Nanoseconds client_period) {
 void Pibs::open_service(Instant now) {
     eligible_from_ = std::max(eligible_from_, now);
     charged_from_ = eligible_from_;
-    remaining_ = budget_for(client_period_);
-    used_ = Nanoseconds{0};
+    remaining_ = std::max(budget_for(client_period_) - activation_, Nanoseconds{1});
+    used_ = activation_;
 }
 
 void Pibs::close_service() {
@@ -65,7 +69,7 @@ void Pibs::close_service() {
     remaining_ = used_ = Nanoseconds{0};
 }
 
-void Pibs::finish(Instant) {
+void Pibs::block(Instant) {
     if (!active_) return;
     active_ = false;
     close_service();

@@ -44,18 +44,24 @@ class Pibs {
   public:
     Pibs() = default;  ///< for containers only: assign before use
     /// U = budget / period. Idle, eligible from `start` on. Contract: parameters.valid().
-    explicit Pibs(VcpuParameters parameters, Instant start = kEpoch);
+    /// `activation`: what each service costs the core beside its work. The service pays for it, so
+    /// that many short ones take no more than one long one.
+    /// `client_period`: of the main VCPU that it works for where none is named; 0: its own.
+    explicit Pibs(VcpuParameters parameters, Instant start = kEpoch, Nanoseconds activation = {},
+                  Nanoseconds client_period = {});
 
     /// Work has come on behalf of a main VCPU of period `client_period` (> 0). An idle server takes
     /// that priority, and the budget U·T once it is eligible. A serving one is raised if the new
     /// client's period is shorter, and unchanged otherwise. Charge a server that is running first.
     void activate(Instant now, Nanoseconds client_period);
     /// The bottom half has no work left. Charge it first.
-    void finish(Instant now);
+    void block(Instant now);
     /// Charges `used` of CPU time that ended at `now_end`. Returns what exceeded the budget.
     /// Contract: used >= 0.
     Nanoseconds consume(Instant now_end, Nanoseconds used);
 
+    /// The client's period where none is named.
+    [[nodiscard]] Nanoseconds usual_client() const { return usual_client_; }
     /// CPU time it may take from `now` on; 0 when idle or throttled.
     [[nodiscard]] Nanoseconds available(Instant now) const;
     /// Has work and may run.
@@ -63,7 +69,7 @@ class Pibs {
     /// The instant from which it may run. It is in the future exactly when the server is throttled.
     [[nodiscard]] Instant next_replenishment() const { return eligible_from_; }
 
-    [[nodiscard]] bool idle() const { return !active_; }
+    [[nodiscard]] bool blocked() const { return !active_; }
     /// The inherited period, its priority. Contract: not idle.
     [[nodiscard]] Nanoseconds client_period() const;
     [[nodiscard]] const VcpuParameters& parameters() const { return parameters_; }
@@ -81,6 +87,8 @@ class Pibs {
     void raise(Instant now, Nanoseconds client_period);
 
     VcpuParameters parameters_{};
+    Nanoseconds activation_{};
+    Nanoseconds usual_client_{};
     Instant eligible_from_{};      // start of the present service, or of the next one
     Instant charged_from_{};       // `used_` comes back at charged_from_ + used_/U
     Nanoseconds client_period_{};  // of the present work

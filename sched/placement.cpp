@@ -4,7 +4,7 @@
 
 #include "base/contract.h"
 #include "sched/admission.h"
-#include "sched/exact.h"
+#include "sched/partition.h"
 #include "sched/remedy.h"
 
 namespace qduino::sched {
@@ -35,22 +35,9 @@ Refusal refuse_by_shape(std::span<const Vcpu> requests, std::size_t core_count) 
     return Refusal{};
 }
 
-bool more_utilisation(const Vcpu& a, const Vcpu& b) {
-    const Int128 left = Int128{a.budget.count()} * b.period.count();
-    const Int128 right = Int128{b.budget.count()} * a.period.count();
-    return left != right ? left > right : a.id < b.id;
-}
-
 bool takes(const CoreLoad& load, const Vcpu& request) {
     CoreLoad trial = load;
     return trial.try_add(request) && is_admissible(trial);
-}
-
-int first_fit(const FixedVector<CoreLoad, kCoreLimit>& loads, const Vcpu& request) {
-    for (const CoreLoad& load : loads) {
-        if (takes(load, request)) return load.core;
-    }
-    return kAnyCore;
 }
 
 bool remove(CoreLoad& load, VcpuId id) {
@@ -123,20 +110,17 @@ void refuse_everywhere(const Vcpu& request, MulticoreAdmission& result) {
 }
 
 bool place_floating(std::span<const Vcpu> requests, MulticoreAdmission& result) {
-    FixedVector<std::size_t, kRequestLimit> order;
-    for (std::size_t i = 0; i < requests.size(); ++i) {
-        if (requests[i].core == kAnyCore) order.push_back(i);
+    Partition partition{requests, result.loads};
+    if (!partition.place()) {
+        refuse_everywhere(partition.left_over(), result);
+        return false;
     }
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return more_utilisation(requests[a], requests[b]); });
-    for (const std::size_t i : order) {
-        const int core = first_fit(result.loads, requests[i]);
-        if (core == kAnyCore) {
-            refuse_everywhere(requests[i], result);
-            return false;
+    for (const CoreLoad& load : result.loads) {
+        for (Vcpu& vcpu : result.placed) {
+            const auto is_it = [&](const Vcpu& other) { return other.id == vcpu.id; };
+            if (std::ranges::any_of(load.mains, is_it) || std::ranges::any_of(load.ios, is_it))
+                vcpu.core = load.core;
         }
-        static_cast<void>(result.loads[static_cast<std::size_t>(core)].try_add(requests[i]));
-        result.placed[i].core = core;
     }
     return true;
 }
@@ -151,7 +135,7 @@ int MulticoreAdmission::core_of(VcpuId id) const {
 }
 
 void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads> overheads,
-               MulticoreAdmission& result) {
+               const CriticalSections& sections, MulticoreAdmission& result) {
     QDUINO_EXPECT(!overheads.empty() && overheads.size() <= kCoreLimit);
     QDUINO_EXPECT(requests.size() <= kRequestLimit);
     result.admitted = false;
@@ -167,6 +151,7 @@ void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads
         CoreLoad load;
         load.core = static_cast<int>(result.loads.size());
         load.overheads = overhead;
+        load.sections = sections;
         result.loads.push_back(load);
     }
     result.refusal = refuse_by_shape(requests, overheads.size());

@@ -1,9 +1,9 @@
 // Placement: which core for loops that name none, and the admission of a whole computer.
 //
-// Cores are partitioned. VCPUs that name a core are put there first. The others follow in order of
-// decreasing utilisation (ties: the lower id first). Each goes to the first core that still admits
-// it (first fit), or to the admitting core with the least utilisation (worst fit, which spreads the
-// load); ties go to the lower core. The result depends on the request alone.
+// Cores are partitioned. VCPUs that name a core are put there first. For the others a distribution
+// is looked for (partition.h): first in order of decreasing utilisation, each on the first core
+// that still admits it; ties go to the lower id and the lower core. The result depends on the
+// request alone.
 #pragma once
 
 #include <span>
@@ -36,6 +36,6 @@ struct MulticoreAdmission {
 /// megabyte): keep it static. Setup-time. Contract: 1…kCoreLimit cores, at most kRequestLimit
 /// requests.
 void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads> overheads,
-               MulticoreAdmission& result);
+               const CriticalSections& sections, MulticoreAdmission& result);
 
 }  // namespace qduino::sched

@@ -1,7 +1,8 @@
-// The server of one VCPU, of either kind: a sporadic server for a main VCPU, PIBS for an I/O VCPU.
+// The server of one VCPU, of any kind: a sporadic or a deferrable server for a main VCPU, PIBS for
+// an I/O VCPU.
 //
 // The simulator's scheduler (core_scheduler.h) and the account of a Linux thread (budget_account.h)
-// ask the same questions of both kinds. They hold this type and never ask which kind it is, but for
+// ask the same questions of all kinds. They hold this type and never ask which kind it is, but for
 // a report or a contract.
 #pragma once
 
@@ -10,6 +11,7 @@
 
 #include "base/contract.h"
 #include "base/time.h"
+#include "sched/deferrable_server.h"
 #include "sched/pibs.h"
 #include "sched/sporadic_server.h"
 #include "sched/vcpu.h"
@@ -22,26 +24,27 @@ class Server {
   public:
     /// For containers only: assign before use.
     Server() = default;
-    Server(const SporadicServer& server) : server_(server) {}  // NOLINT: implicit by design
-    Server(const Pibs& server) : server_(server) {}            // NOLINT: implicit by design
+    Server(const SporadicServer& server) : server_(server) {}    // NOLINT: implicit by design
+    Server(const DeferrableServer& server) : server_(server) {}  // NOLINT: implicit by design
+    Server(const Pibs& server) : server_(server) {}              // NOLINT: implicit by design
 
     [[nodiscard]] bool is_io() const { return std::holds_alternative<Pibs>(server_); }
     [[nodiscard]] bool has_work() const {
-        const auto* main = std::get_if<SporadicServer>(&server_);
-        return main ? !main->blocked() : !std::get_if<Pibs>(&server_)->idle();
+        return std::visit([](const auto& server) { return !server.blocked(); }, server_);
     }
     /// The period that is its priority: a main VCPU's own, an I/O VCPU's client's. Contract: an I/O
     /// VCPU has work.
     [[nodiscard]] Nanoseconds rank_period() const {
-        const auto* main = std::get_if<SporadicServer>(&server_);
-        return main ? main->parameters().period : std::get_if<Pibs>(&server_)->client_period();
+        const auto* io = std::get_if<Pibs>(&server_);
+        return io ? io->client_period() : parameters().period;
     }
 
-    /// It has work from `now` on; no effect when it had some. An I/O VCPU takes its own period as
-    /// its client's.
+    /// It has work from `now` on; no effect when it had some. An I/O VCPU works for its usual
+    /// client.
     void wake(Instant now) {
+        if (const auto* io = std::get_if<Pibs>(&server_)) return wake_for(now, io->usual_client());
         if (auto* main = std::get_if<SporadicServer>(&server_)) return main->unblock(now);
-        wake_for(now, parameters().period);
+        std::get_if<DeferrableServer>(&server_)->unblock(now);
     }
     /// It has work for a main VCPU of period `client_period`, which may raise it. Contract:
     /// is_io().
@@ -49,10 +52,14 @@ class Server {
         QDUINO_EXPECT(is_io());
         std::get_if<Pibs>(&server_)->activate(now, client_period);
     }
+    /// A release of its loop was due at `nominal`. Tells a deferrable server where its period
+    /// begins.
+    void release(Instant nominal) {
+        if (auto* main = std::get_if<DeferrableServer>(&server_)) main->release(nominal);
+    }
     /// It has no work left. Charge what it used first.
     void block(Instant now) {
-        if (auto* main = std::get_if<SporadicServer>(&server_)) return main->block(now);
-        std::get_if<Pibs>(&server_)->finish(now);
+        std::visit([now](auto& server) { server.block(now); }, server_);
     }
     /// Charges `used` of CPU time that ended at `now_end`. Returns how much of it exceeded the
     /// budget, if it was used in one piece; that is charged forward. Contract: used >= 0.
@@ -76,14 +83,14 @@ class Server {
     [[nodiscard]] const VcpuParameters& parameters() const {
         return *std::visit([](const auto& server) { return &server.parameters(); }, server_);
     }
-    /// The refills of a main VCPU; none for an I/O VCPU.
+    /// The refills of a sporadic server; none of another.
     [[nodiscard]] std::span<const Refill> refills() const {
         const auto* main = std::get_if<SporadicServer>(&server_);
         return main ? main->refills() : std::span<const Refill>{};
     }
 
   private:
-    std::variant<SporadicServer, Pibs> server_;
+    std::variant<SporadicServer, DeferrableServer, Pibs> server_;
 };
 
 }  // namespace qduino::sched

@@ -52,6 +52,14 @@ struct Vcpu {
     Nanoseconds period{};
     int core = kAnyCore;  ///< kAnyCore: wherever it fits (placement.h)
     VcpuKind kind = VcpuKind::main;
+    /// A loop: how long a release may sleep before it ends, in `sleeps` sleeps at the most. Such a
+    /// loop is deferrable.
+    Nanoseconds suspension{};
+    int sleeps = 1;
+    /// A loop: its whole budget comes back at each release (deferrable_server.h).
+    bool deferrable = false;
+    /// An I/O VCPU: the period of the loop that it works for; 0: of any loop on its core.
+    Nanoseconds client_period{};
 
     [[nodiscard]] constexpr VcpuParameters parameters() const { return {budget, period}; }
     [[nodiscard]] constexpr bool is_io() const { return kind == VcpuKind::io; }

@@ -37,15 +37,25 @@ struct LoopResponse {
     [[nodiscard]] bool meets() const { return response <= period; }
 };
 
+/// One bottom half's result, where it works for the usual client: pibs.h.
+struct IoResponse {
+    VcpuId id = 0;
+    /// From when it has work and budget to the end of one service, at the most; beyond
+    /// kResponseLimit·T as above.
+    Nanoseconds response{};
+    /// How long it may have to wait for its budget before that: the client's period T.
+    Nanoseconds replenishment{};
+};
+
 /// One taker's share of a loop's time, within one window.
 struct Share {
-    enum class Kind : std::uint8_t { own, main, io, platform, overhead };
+    enum class Kind : std::uint8_t { own, sleep, blocking, main, io, platform, overhead };
     Kind kind = Kind::own;
-    VcpuId id = 0;         ///< own, main, io
+    VcpuId id = 0;         ///< own, sleep, blocking, main, io
     FixedString<23> name;  ///< platform
     Nanoseconds amount{};
 };
-using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 10>;
+using Shares = FixedVector<Share, kMainVcpuLimit + kIoVcpuLimit + 12>;
 
 /// The smallest change that would be admitted, each alone; what is absent would not help.
 struct Remedy {
@@ -73,6 +83,8 @@ struct Admission {
     std::int64_t utilisation_ppm = 0;                 ///< left side of the bound, to the nearest
     std::int64_t bound_ppm = 0;                       ///< n(2^(1/n) − 1), rounded down
     FixedVector<LoopResponse, kMainVcpuLimit> loops;  ///< by priority, highest first
+    FixedVector<IoResponse, kIoVcpuLimit> ios;        ///< in the order of the request; none where
+                                                      ///< no loop is on the core
     Refusal refusal;                                  ///< because == none when admitted
 };
 

@@ -27,8 +27,8 @@ constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kRefusedBeca
     "none",     "bad_parameters", "duplicate_id",    "core_owned",  "no_such_core",
     "too_many", "io_overload",    "completion_time", "no_core_fits"};
 
-constexpr Words<sched::Share::Kind::own, sched::Share::Kind::overhead> kShares{"own", "loop", "io",
-                                                                               "platform", "overhead"};
+constexpr Words<sched::Share::Kind::own, sched::Share::Kind::overhead> kShares{
+    "own", "sleep", "blocking", "loop", "io", "platform", "overhead"};
 
 const LoopDeclaration* declaration_of(const SketchTable& table, board::VcpuId id) {
     const auto* const at = std::ranges::find(table.loops, id, &LoopDeclaration::id);
@@ -45,7 +45,23 @@ const sched::LoopResponse* response_of(const Plan& plan, board::VcpuId id) {
     return nullptr;
 }
 
+/// Of a bottom half, likewise.
+const sched::IoResponse* io_response_of(const Plan& plan, board::VcpuId id) {
+    for (const sched::Admission& core : plan.admission().cores) {
+        for (const sched::IoResponse& io : core.ios) {
+            if (io.id == id) return &io;
+        }
+    }
+    return nullptr;
+}
+
 bool endless(const sched::LoopResponse& loop) { return loop.response > sched::kResponseLimit * loop.period; }
+bool endless(const sched::IoResponse& io) { return io.response > sched::kResponseLimit * io.replenishment; }
+
+template <typename Response>
+std::string response_text(const Response* response) {
+    return !response ? "-" : endless(*response) ? "never" : text_of(response->response);
+}
 
 std::string_view file_name(std::string_view path) { return path.substr(path.find_last_of('/') + 1); }
 
@@ -59,9 +75,9 @@ std::string row(const std::string& vcpu, const std::string& core, const std::str
 
 std::string vcpu_line(const Plan& plan, const SketchTable& table, const sched::Vcpu& vcpu) {
     const LoopDeclaration* declared = vcpu.is_io() ? nullptr : declaration_of(table, vcpu.id);
-    const sched::LoopResponse* response = vcpu.is_io() ? nullptr : response_of(plan, vcpu.id);
     const std::string core = vcpu.core == sched::kAnyCore ? "-" : std::to_string(vcpu.core);
-    const std::string r = !response ? "-" : endless(*response) ? "never" : text_of(response->response);
+    const std::string r = vcpu.is_io() ? response_text(io_response_of(plan, vcpu.id))
+                                       : response_text(response_of(plan, vcpu.id));
     std::string place = declared ? std::string(file_name(declared->file)) : "setup()";
     if (declared && declared->line > 0) place += ":" + std::to_string(declared->line);
     return row(runtime::vcpu_name(vcpu.id), core, text_of(vcpu.budget), text_of(vcpu.period), r, place);
@@ -85,16 +101,30 @@ std::string overheads_text(const Plan& plan) {
         if (costs_nothing(o)) continue;
         write(out, "  core ", load.core, ": ", text_of(o.release_cost), " per release, ",
               text_of(o.enforcement_cost), " per enforcement\n");
-        for (const sched::PlatformInterferer& i : o.interferers)
-            write(out, "    ", i.name, ": ", text_of(i.cost), " every ", text_of(i.interval), '\n');
+        for (const sched::PlatformInterferer& i : o.interferers) {
+            write(out, "    ", i.name, ": ", text_of(i.cost), " every ", text_of(i.interval));
+            if (i.jitter > Nanoseconds{0}) write(out, ", up to ", 1 + i.jitter / i.interval, " at once");
+            out += '\n';
+        }
     }
     if (out.empty()) return "Overheads counted: none. A board file can name some (--board).\n";
     return "Overheads counted, from the board file:\n" + out;
 }
 
+/// Those whose budget comes back at each release.
+std::string sleepers_text(const Plan& plan) {
+    std::string out;
+    for (const sched::CoreLoad& load : plan.admission().loads) {
+        for (const sched::Vcpu& loop : load.mains)
+            if (loop.deferrable) write(out, out.empty() ? "" : ", ", runtime::vcpu_name(loop.id));
+    }
+    if (out.empty() || !plan.admitted()) return "";
+    return "May sleep within a release, at no cost to the others: " + out + ".\n";
+}
+
 }  // namespace
 
-bool all_admitted(const Plan& plan) { return plan.admitted() && plan.refused_ios().empty(); }
+bool all_admitted(const Plan& plan) { return plan.admitted(); }
 
 std::string admission_text(const Plan& plan, const SketchTable& table, const CheckedBoard& board) {
     std::string out = text<std::string>(board.sketch, ": ", all_admitted(plan) ? "admitted" : "REFUSED",
@@ -104,14 +134,9 @@ std::string admission_text(const Plan& plan, const SketchTable& table, const Che
     // A plan that never reached admission has its reason in the explanation alone.
     out += plan.admission().placed.empty() ? std::string(plan.explanation().view()) + "\n"
                                            : std::string(plan.admission_table().view());
-    for (const runtime::RefusedIo& io : plan.refused_ios()) {
-        write(out, "I/O VCPU ", io.vcpu.id, " (", text_of(io.vcpu.budget), " in ", text_of(io.vcpu.period),
-              "), which setup() asks for, is refused. With it,\n", sched::explain(io.refusal, io.core));
-    }
-    out += "\n" + overheads_text(plan);
-    out += board.setup_ran      ? "setup() was run, with nothing wired: it may declare I/O VCPUs.\n"
-           : board.setup_needed ? "setup() was not run: the loops alone are refused.\n"
-                                : "setup() was not run: it calls nothing that declares an I/O VCPU.\n";
+    out += "\n" + overheads_text(plan) + sleepers_text(plan);
+    out += board.setup_ran ? "setup() was run, with nothing wired: it may declare I/O VCPUs.\n"
+                           : "setup() was not run: it calls nothing that declares an I/O VCPU.\n";
     return out;
 }
 
@@ -123,8 +148,6 @@ std::string admission_verdict(const Plan& plan, const CheckedBoard& board) {
     const sched::Refusal& refusal = plan.admission().refusal;
     std::string why;
     if (refusal.because != RefusedBecause::none) why = ": " + runtime::vcpu_name(refusal.vcpu.id);
-    if (why.empty() && !plan.refused_ios().empty())
-        why = ": I/O VCPU " + std::to_string(plan.refused_ios().front().vcpu.id);
     return board.sketch + " is REFUSED" + on + why + ".";
 }
 
@@ -159,6 +182,14 @@ Json loop_json(const Plan& plan, const SketchTable& table, const sched::Vcpu& vc
     json["response_ns"] = response ? response_json(*response) : Json(nullptr);
     json["meets"] = response ? Json(response->meets()) : Json(nullptr);
     json.update(place_json(declared));
+    return json;
+}
+
+Json io_json(const Plan& plan, const sched::Vcpu& vcpu) {
+    const sched::IoResponse* response = io_response_of(plan, vcpu.id);
+    Json json = vcpu_json(vcpu);
+    json["response_ns"] = response && !endless(*response) ? Json(response->response.count()) : Json(nullptr);
+    json["replenishment_ns"] = response ? Json(response->replenishment.count()) : Json(nullptr);
     return json;
 }
 
@@ -206,8 +237,7 @@ Json remedy_json(const sched::Refusal& refusal) {
     };
 }
 
-Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int core,
-                  const sched::Vcpu* asked_io) {
+Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int core) {
     const LoopDeclaration* declared = refusal.vcpu.is_io() ? nullptr : declaration_of(table, refusal.vcpu.id);
     const bool analysed = refusal.response.id != 0;
     Json shares = Json::array();
@@ -223,8 +253,7 @@ Json refusal_json(const SketchTable& table, const sched::Refusal& refusal, int c
             {"shares", shares},
             {"smallest_change", remedy_json(refusal)},
             {"file", declared ? Json(declared->file) : Json(nullptr)},
-            {"line", declared ? Json(declared->line) : Json(nullptr)},
-            {"with_io", asked_io ? vcpu_json(*asked_io) : Json(nullptr)}};
+            {"line", declared ? Json(declared->line) : Json(nullptr)}};
 }
 
 }  // namespace
@@ -235,7 +264,7 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
          refusals = Json::array();
     for (const sched::Vcpu& vcpu : admission.placed) {
         if (vcpu.is_io()) {
-            ios.push_back(vcpu_json(vcpu));
+            ios.push_back(io_json(plan, vcpu));
         } else {
             loops.push_back(loop_json(plan, table, vcpu));
         }
@@ -246,10 +275,7 @@ std::string admission_json(const Plan& plan, const SketchTable& table, const Che
         cores.push_back(core_json(admission.cores[static_cast<std::size_t>(load.core)]));
     }
     if (admission.refusal.because != RefusedBecause::none) {
-        refusals.push_back(refusal_json(table, admission.refusal, admission.refused_core, nullptr));
-    }
-    for (const runtime::RefusedIo& io : plan.refused_ios()) {
-        refusals.push_back(refusal_json(table, io.refusal, io.core, &io.vcpu));
+        refusals.push_back(refusal_json(table, admission.refusal, admission.refused_core));
     }
     const Json out{
         {"sketch", board.sketch},

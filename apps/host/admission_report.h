@@ -13,8 +13,7 @@ struct CheckedBoard {
     std::string sketch;      ///< its name
     std::string board_file;  ///< empty: none
     int cores = 1;
-    bool setup_needed = false;  ///< setup() may declare I/O VCPUs
-    bool setup_ran = false;     ///< and has
+    bool setup_ran = false;  ///< and has
 };
 
 /// Every loop and every I/O VCPU has been admitted.

@@ -11,12 +11,14 @@
 #include "apps/board_file/board_file.h"
 #include "apps/command_line/command_line.h"
 #include "apps/host/admission_report.h"
+#include "apps/host/certificate.h"
 #include "apps/host/chrome_trace.h"
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "board/sim/sim_board.h"
+#include "posix/small_file.h"
 
 namespace {
 
@@ -34,7 +36,8 @@ struct Options : apps::SketchOptions {
     bool enforce_admission = true;
     bool check = false;
     bool json = false;
-    std::string sketch;  // its name
+    std::string certificate_path;  // empty: none
+    std::string sketch;            // its name
     board::sim::SimConfig computer;
 };
 
@@ -117,8 +120,7 @@ int check(const Options& options) {
     board::sim::SimBoard board(options.computer, nothing_wired);
     Runtime runtime(board);
     runtime::SketchTable table = runtime::sketch_table();
-    const bool needed = table.setup && apps::setup_may_declare_vcpus();
-    if (!needed) table.setup = nullptr;
+    if (!apps::setup_may_declare()) table.setup = nullptr;
     std::signal(SIGALRM, give_up_on_setup);
     ::alarm(kSetupSeconds);
     const Result<void> begun = runtime.begin(table);
@@ -129,8 +131,7 @@ int check(const Options& options) {
     const apps::CheckedBoard checked{.sketch = options.sketch,
                                      .board_file = options.board_path,
                                      .cores = options.computer.cores,
-                                     .setup_needed = needed,
-                                     .setup_ran = needed && plan.admitted()};
+                                     .setup_ran = table.setup != nullptr};
     const std::string text = options.json ? apps::admission_json(plan, table, checked) + "\n"
                                           : apps::admission_text(plan, table, checked) + "\n" +
                                                 apps::verdict(apps::admission_verdict(plan, checked));
@@ -138,7 +139,11 @@ int check(const Options& options) {
     if (std::fclose(report) != 0) return fail("the table could not be written");
     // Admission agreed, and the board refused.
     if (plan.admitted() && !begun) return fail(begun.error());
-    return apps::all_admitted(plan) ? 0 : 2;
+    if (!plan.admitted()) return 2;
+    if (options.certificate_path.empty()) return 0;
+    const Result<void> written =
+        posix::write_file(options.certificate_path, apps::certificate_json(plan, options.sketch));
+    return written ? 0 : fail(written.error());
 }
 
 /// The simulated computer of the board file, or the default one, with the changes of the command
@@ -167,6 +172,9 @@ void add_options(CLI::App& app, Options& options) {
     app.add_flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
     CLI::Option* only_check = app.add_flag("--check", options.check, "Say what admission makes of it");
     app.add_flag("--json", options.json, "With --check: as JSON")->needs(only_check);
+    apps::add_option(app, "--certificate", options.certificate_path, "With --check: what admission rests on",
+                     "FILE")
+        ->needs(only_check);
 }
 
 }  // namespace

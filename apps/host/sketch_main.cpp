@@ -8,11 +8,13 @@
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "arduino/core/interrupts.h"
+#include "runtime/lock_declaration.h"
 
 // A weak reference takes no member out of the Arduino archive. It is null unless the sketch, or a
 // library that it uses, took that member.
 namespace qduino::arduino {
 [[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
+[[gnu::weak]] void declare_section(runtime::LockDeclaration& lock, board::VcpuId loop, Nanoseconds length);
 [[gnu::weak]] void settle_console();
 [[gnu::weak]] void hold_console(bool held);
 }  // namespace qduino::arduino
@@ -45,7 +47,7 @@ int refuse(const runtime::Runtime& runtime, const Error& error, const std::strin
     settle_sketch_output();
     fail(error);
     // Admission agreed, so the board refused.
-    if (runtime.plan().admitted() && runtime.plan().refused_ios().empty()) return 1;
+    if (runtime.plan().admitted()) return 1;
     fail(runtime.explanation());
     say(last_words);
     return 2;
@@ -80,11 +82,14 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     reported = report_to(options.report_path, board) && reported;
     course.stop(runtime);
     settle_sketch_output();
+    if (const std::string notes = sleep_notes(runtime); !notes.empty()) report_beside_sketch(notes);
     const int status = course.report(loops_of(runtime));
     return reported ? status : 1;
 }
 
-bool setup_may_declare_vcpus() { return &arduino::interrupts_vcpu != nullptr; }
+bool setup_may_declare() {
+    return &arduino::interrupts_vcpu != nullptr || &arduino::declare_section != nullptr;
+}
 
 void settle_sketch_output() {
     if (&arduino::settle_console != nullptr) arduino::settle_console();

@@ -46,7 +46,7 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
 /// True when the calls that declare I/O VCPUs (attachInterrupt(), interruptsVcpu() …) are linked
 /// into this program: its setup() may then make some. False: setup() cannot add to what admission
 /// knows. (Loops declare themselves before main().)
-[[nodiscard]] bool setup_may_declare_vcpus();
+[[nodiscard]] bool setup_may_declare();
 /// Writes out what the sketch has written so far (Serial, stdout). Call it when no loop runs.
 void settle_sketch_output();
 /// Writes `report` in one piece, with an empty line between it and the sketch's output.

@@ -34,6 +34,22 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
     return table;
 }
 
+std::string sleep_notes(const runtime::Runtime& runtime) {
+    std::string notes;
+    for (const runtime::Loop* loop : loops_of(runtime)) {
+        const runtime::LoopDeclaration& declared = loop->declaration;
+        const Nanoseconds slept{loop->statistics.slept_ns_max.get()};
+        if (!runtime.plan().admitted() || loop->owns_core || slept <= declared.suspension) continue;
+        const sched::LoopResponse response = runtime.plan().response_with_sleep(declared.id, slept);
+        if (response.meets()) continue;
+        write(notes, "loop ", declared.id, " slept up to ", human_duration(slept),
+              " within a release and declares ", human_duration(declared.suspension),
+              ".\n  With that, R = ", human_duration(response.response),
+              " > T = ", human_duration(response.period), ": it would not be admitted.\n");
+    }
+    return notes;
+}
+
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops) {
     const long long overruns = sum_of(loops, &runtime::LoopStatistics::overruns);
     return text<std::string>(overruns == 0 ? "every period was kept" : counted(overruns, "OVERRUN"), " (",

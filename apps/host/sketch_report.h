@@ -14,6 +14,10 @@ namespace qduino::apps {
 /// simulator.
 std::string loop_table(const std::vector<const runtime::Loop*>& loops);
 
+/// A line for each loop that slept longer within a release than it declares, where that does not
+/// fit; or nothing.
+std::string sleep_notes(const runtime::Runtime& runtime);
+
 /// A few words: "every period was kept (2 loops, 1200 releases)", or how many loops overran.
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops);
 

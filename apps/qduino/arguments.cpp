@@ -100,12 +100,15 @@ void add_check(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
         add_command(app, arguments, Command::check, "check", "Would a sketch be admitted?",
                     "No loop runs. setup() runs, with nothing wired, only if the sketch has calls\n"
-                    "in it that declare I/O VCPUs. Counts the overheads that the board file names.\n"
+                    "that declare I/O VCPUs or critical sections, or route interrupts. Counts the\n"
+                    "overheads that the board file names.\n"
                     "Ends with 0 when admitted, 2 when refused: then it names the loop, its R and\n"
                     "T, each one's share, and the smallest change that would be admitted.\n"
                     "Example: qduino check blinker.ino --cores 1 --json");
     add_sketch(*sub, arguments);
     sub->add_flag("--json", arguments.json, "As JSON (docs/qduino.md lists the keys)");
+    add_option(*sub, "--certificate", arguments.certificate,
+               "Write what was assumed and derived, for tools/check_certificate.py", "FILE");
     add_simulated_machine(*sub, arguments);
 }
 

@@ -26,6 +26,7 @@ struct Arguments {
     bool isolate = false, best_effort = false;
     bool on_linux = false;  ///< trace
     bool json = false;
+    std::string certificate;     ///< check: file
     std::string settings_state;  ///< restore
     std::string shell;           ///< completion
 };

@@ -113,6 +113,7 @@ Words options_of(const Arguments& arguments) {
     if (arguments.seed) add("--seed", *arguments.seed);
     if (!arguments.report.empty()) add("--report", arguments.report);
     if (arguments.json) words.emplace_back("--json");
+    if (!arguments.certificate.empty()) add("--certificate", arguments.certificate);
     if (arguments.isolate) words.emplace_back("--isolate");
     if (arguments.best_effort) words.emplace_back("--best-effort");
     return words;

@@ -16,6 +16,7 @@
 #include <cstddef>
 
 #include "arduino/core/lock.h"
+#include "arduino/core/loops.h"
 #include "board/board.h"
 #include "channel/four_slot.h"
 #include "channel/ring_buffer.h"
@@ -78,11 +79,21 @@ class Channel {
 };
 
 /// Mutual exclusion between loops, recursive. A wait consumes no budget and lasts at most the
-/// critical sections of others. A loop whose budget ends while it holds a mutex first finishes its
-/// critical section (for which it may take one budget more), and has that much less in the next
-/// period.
+/// critical sections of others; admission counts it (blocking.h). Tell it in setup() how long:
+///
+///   m.heldBy(1, 2ms);   m.heldBy(2, 500us);      loops 1 and 2 hold it so long at the most
+///
+/// A Mutex that says nothing may be held by every loop for its whole budget, as far as admission
+/// knows.
 class Mutex {
   public:
+    /// Setup-time. `length`: CPU time, a std::chrono duration or milliseconds; once in a release.
+    /// A loop that is not named must not lock it.
+    template <typename Duration>
+    void heldBy(int loop, Duration length) {
+        qduino::arduino::declare_section(declaration_, static_cast<qduino::board::VcpuId>(loop),
+                                         qduino::arduino::to_duration(qduino::arduino::TimeUnit::ms, length));
+    }
     void lock() { lock_.lock(); }
     /// Contract: held by the calling loop.
     void unlock() { lock_.unlock(); }
@@ -92,6 +103,7 @@ class Mutex {
 
   private:
     qduino::arduino::Lock lock_;
+    qduino::runtime::LockDeclaration declaration_;
 };
 
 /// Qduino's word. Spinning would hang two loops of one core: it is a Mutex.

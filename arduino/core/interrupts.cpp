@@ -23,6 +23,12 @@ void hold_handlers(bool held) {
     if (Runtime* const runtime = Runtime::current()) runtime->global_interrupts(!held);
 }
 
+bool route(const char* call, DeviceClass device, int core, bool allowed) {
+    return succeeded(call, core, ask_runtime([&](Runtime& runtime) {
+                         return runtime.route_interrupts(device, core, allowed);
+                     }));
+}
+
 bool set_timer(const char* call, int core, bool enabled) {
     return succeeded(call, core,
                      ask_runtime([&](Runtime& runtime) { return runtime.core_timer(core, enabled); }));
@@ -72,7 +78,6 @@ bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period,
 namespace board = qduino::board;
 using qduino::Nanoseconds;
 using qduino::arduino::DeviceClass;
-using qduino::arduino::succeeded;
 
 void attachInterrupt(int interrupt, void (*handler)(), int mode) {
     qduino::arduino::attach("attachInterrupt", interrupt, handler, mode, Nanoseconds{}, Nanoseconds{},
@@ -88,10 +93,10 @@ void noInterrupts() { qduino::arduino::hold_handlers(true); }
 void interrupts() { qduino::arduino::hold_handlers(false); }
 
 bool noInterrupts(DeviceClass device, int core) {
-    return succeeded("noInterrupts", core, board::current().route_interrupts(device, core, false));
+    return qduino::arduino::route("noInterrupts", device, core, false);
 }
 bool interrupts(DeviceClass device, int core) {
-    return succeeded("interrupts", core, board::current().route_interrupts(device, core, true));
+    return qduino::arduino::route("interrupts", device, core, true);
 }
 bool noTimer(int core) { return qduino::arduino::set_timer("noTimer", core, false); }
 bool reTimer(int core) { return qduino::arduino::set_timer("reTimer", core, true); }

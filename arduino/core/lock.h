@@ -10,14 +10,14 @@
 //   loop mid     ████                ██████████        only, whatever mid wants
 //   loop low  lock██      ██unlock             ██    ranks as high from high's lock() on
 //
-// Without contention it is one compare-and-swap each way. Admission does not count critical
-// sections: keep them short.
+// Without contention it is one compare-and-swap each way.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 
 #include "board/types.h"
+#include "runtime/lock_declaration.h"
 
 namespace qduino::arduino {
 
@@ -36,6 +36,9 @@ class Lock {
     std::atomic<std::uint32_t> owner_{0};  // 0: free; else the holder's VcpuId + 1
     std::uint32_t depth_ = 0;              // the holder's
 };
+
+/// `loop` holds `lock` for at most `length` of its CPU time, once in a release. Setup-time.
+void declare_section(runtime::LockDeclaration& lock, board::VcpuId loop, Nanoseconds length);
 
 /// Holds a Lock for a scope.
 class LockGuard {

@@ -26,11 +26,18 @@ int lowest_free_id() {
 
 }  // namespace
 
-LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core, void (*body)(),
-                                   const char* file, int line) {
+LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core,
+                                   Nanoseconds sleep, void (*body)(), const char* file, int line) {
     runtime::SketchTable& table = runtime::sketch_table();
-    const runtime::LoopDeclaration declaration{
-        {static_cast<board::VcpuId>(id), budget, period, core}, body, file, line};
+    const runtime::LoopDeclaration declaration{{.id = static_cast<board::VcpuId>(id),
+                                                .budget = budget,
+                                                .period = period,
+                                                .core = core,
+                                                .suspension = sleep,
+                                                .deferrable = sleep > Nanoseconds{0}},
+                                               body,
+                                               file,
+                                               line};
     if (!table.loops.try_push_back(declaration)) ++table.dropped;
 }
 
@@ -41,8 +48,8 @@ SketchRegistration::SketchRegistration(void (*setup)(), void (*loop)(), void (*s
     classic_loop = loop;
     classic_serial_event = serial_event;
     const int id = lowest_free_id();
-    LoopRegistration(id, kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore, &run_classic_loop, file,
-                     0);
+    LoopRegistration(id, kClassicLoopBudget, kClassicLoopPeriod, runtime::kAnyCore, Nanoseconds{0},
+                     &run_classic_loop, file, 0);
     for (runtime::LoopDeclaration& declared : runtime::sketch_table().loops)
         declared.classic |= declared.body == &run_classic_loop;
 }

@@ -47,8 +47,8 @@ constexpr bool is_budget(Nanoseconds budget, Nanoseconds period) {
 
 /// Enters one loop into the sketch's table. Static objects only.
 struct LoopRegistration {
-    LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core, void (*body)(),
-                     const char* file, int line);
+    LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core, Nanoseconds sleep,
+                     void (*body)(), const char* file, int line);
 };
 
 /// Enters setup(), and the classic loop() if there is one: 80 of 100 ms, on any core, with the

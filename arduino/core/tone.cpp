@@ -112,8 +112,14 @@ const bool plays_in_setup = [] {
     return true;
 }();
 
-const qduino::arduino::LoopRegistration tone_registration{
-    kToneLoop, kToneBudget, kTonePeriod, qduino::runtime::kAnyCore, &tone_loop, "tone()", 0};
+const qduino::arduino::LoopRegistration tone_registration{kToneLoop,
+                                                          kToneBudget,
+                                                          kTonePeriod,
+                                                          qduino::runtime::kAnyCore,
+                                                          qduino::Nanoseconds{0},
+                                                          &tone_loop,
+                                                          "tone()",
+                                                          0};
 
 }  // namespace
 

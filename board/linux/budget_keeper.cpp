@@ -1,5 +1,6 @@
 #include "board/linux/budget_keeper.h"
 
+#include <sched.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -30,7 +31,7 @@ thread_local BudgetKeeper* BudgetKeeper::mine_ = nullptr;
 
 // ---- start and stop -----------------------------------------------------------------------------
 
-Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
+Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority) {
     QDUINO_EXPECT(!running_ && mine_ == nullptr);
     struct sigaction action {};
     action.sa_sigaction = &BudgetKeeper::on_timer;
@@ -39,11 +40,14 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec) {
     ::sigaction(signal_number(), &action, nullptr);
 
     QDUINO_TRY_ASSIGN(host_.timer, make_thread_timer(signal_number()));
+    host_.priority = priority;
     const Instant now = monotonic_now();
     mine_ = this;
     running_ = true;
     if (spec.is_io()) {
-        shell_.start(sched::Pibs{spec.parameters(), now});
+        shell_.start(sched::Pibs{spec.parameters(), now, {}, spec.client_period});
+    } else if (spec.deferrable) {
+        shell_.start(sched::DeferrableServer{spec.parameters(), now});
     } else {
         sched::SporadicServerOptions options;
         options.shortest_run = std::min(kShortestRun, spec.budget / 4);
@@ -91,6 +95,13 @@ void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
     const int saved_errno = errno;
     self->shell_.on_timer();
     errno = saved_errno;
+}
+
+/// An ordinary task, to which the kernel still lends the priority of whoever waits for its lock.
+void BudgetKeeper::Host::step_back(bool back) const {
+    if (priority == 0) return;
+    const sched_param rank{.sched_priority = back ? 0 : priority};
+    ::sched_setscheduler(0, back ? SCHED_OTHER : SCHED_FIFO, &rank);
 }
 
 }  // namespace qduino::board::linux

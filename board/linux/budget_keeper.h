@@ -42,7 +42,8 @@ class BudgetKeeper {
 
     /// Begins to keep the calling thread to the spec's budget: a main VCPU by the sporadic server,
     /// an I/O VCPU by PIBS. Error: unavailable, when the kernel has no timer left.
-    Result<void> start(const VcpuSpec& spec);
+    /// `priority`: what the thread has of SCHED_FIFO; 0: nothing.
+    Result<void> start(const VcpuSpec& spec, int priority);
     /// Ends it. By the same thread.
     void stop();
     [[nodiscard]] bool running() const { return running_; }
@@ -55,6 +56,10 @@ class BudgetKeeper {
     /// The wait ended at `now`.
     void after_block(Instant now) {
         if (running_) shell_.after_wait(now);
+    }
+    /// The thread begins the release that was due at `nominal`.
+    void begin_release(Instant nominal) {
+        if (running_) shell_.begin_release(nominal);
     }
     /// Before the thread takes a lock, and after it has released it. Nests.
     void begin_hold() {
@@ -80,8 +85,10 @@ class BudgetKeeper {
         [[nodiscard]] Nanoseconds cpu() const;
         void set_timer(const sched::BudgetEffect& effect);
         void sleep_until(Instant t);
+        void step_back(bool back) const;
 
         timer_t timer{};
+        int priority = 0;
         std::uint64_t throttled = 0;
     };
     static void on_timer(int, siginfo_t*, void*);

@@ -42,9 +42,14 @@ namespace {
 /// kernel would run them in turns, and admission has them in order.
 using Rank = std::pair<Nanoseconds, std::ptrdiff_t>;
 
+Nanoseconds rank_period(const VcpuSpec& spec) {
+    return spec.client_period > Nanoseconds{0} ? spec.client_period : spec.period;
+}
+
 Rank rank_of(const VcpuSpec& spec, std::span<const VcpuSpec> all) {
-    return {spec.period, std::ranges::count_if(all, [&](const VcpuSpec& other) {
-                return other.core == spec.core && other.period == spec.period && other.id < spec.id;
+    return {rank_period(spec), std::ranges::count_if(all, [&](const VcpuSpec& other) {
+                return other.core == spec.core && rank_period(other) == rank_period(spec) &&
+                       other.id < spec.id;
             })};
 }
 

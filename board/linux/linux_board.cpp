@@ -194,7 +194,12 @@ void LinuxBoard::request_stop() {
 
 sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
     if (!overheads_) overheads_ = measure_overheads();
-    return *overheads_;
+    sched::PlatformOverheads overheads = *overheads_;
+    if (config_.real_time) keep_for_ordinary_tasks(overheads);
+    overheads.priorities =
+        config_.real_time ? static_cast<std::size_t>(config_.priority_highest - config_.priority_lowest + 1)
+                          : 1;
+    return overheads;
 }
 
 GuaranteeReport LinuxBoard::guarantee() const {

@@ -123,11 +123,19 @@ class LinuxBoard final : public Board {
     /// Error: unsupported (not booted with nohz_full for this core); for `enabled` on such a core
     /// as well.
     Result<void> core_timer(int core, bool enabled) override { return cores_.core_timer(core, enabled); }
+    [[nodiscard]] Nanoseconds slept() const override {
+        const VcpuThread* const self = VcpuThread::current();
+        return self ? self->slept() : Nanoseconds{0};
+    }
     /// What wake-up and enforcement cost here: measured once, at the first call (some 10 ms).
     /// Setup-time.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
     /// What the supervisor takes for a sign of life.
-    void note_release() override { life_.promise(current_vcpu(), kEpoch); }
+    void note_release(Instant nominal) override {
+        life_.promise(current_vcpu(), kEpoch);
+        if (VcpuThread* const self = VcpuThread::current()) self->begin_release(nominal);
+    }
+    void note_body_end() override { life_.promise(current_vcpu(), kEpoch); }
 
     // ---- what this board has besides ------------------------------------------------------------
     /// Forces all safe states now. Async-signal-safe, once per board.

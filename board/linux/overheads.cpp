@@ -73,13 +73,26 @@ sched::PlatformOverheads measure_overheads() {
     return overheads;
 }
 
+namespace {
+
+double kernel_number(const std::string& root, const char* name) {
+    return std::strtod(text_of_file(root + "/proc/sys/kernel/" + name).c_str(), nullptr);
+}
+
+}  // namespace
+
+void keep_for_ordinary_tasks(sched::PlatformOverheads& overheads, const std::string& root) {
+    const double runtime_us = kernel_number(root, "sched_rt_runtime_us");
+    const double period_us = kernel_number(root, "sched_rt_period_us");
+    if (runtime_us < 0 || period_us <= runtime_us) return;
+    overheads.kept_period = from_seconds(period_us * 1e-6);
+    overheads.kept_budget = from_seconds((period_us - runtime_us) * 1e-6);
+}
+
 double real_time_share(const std::string& root) {
     constexpr double kMargin = 0.03;
-    const auto number = [&](const char* name) {
-        return std::strtod(text_of_file(root + "/proc/sys/kernel/" + name).c_str(), nullptr);
-    };
-    const double runtime_us = number("sched_rt_runtime_us");
-    const double period_us = number("sched_rt_period_us");
+    const double runtime_us = kernel_number(root, "sched_rt_runtime_us");
+    const double period_us = kernel_number(root, "sched_rt_period_us");
     if (runtime_us < 0 || period_us <= 0 || runtime_us >= period_us) return 1;
     return std::max(0.1, runtime_us / period_us - kMargin);
 }

@@ -8,11 +8,12 @@
 
 namespace qduino::board::linux {
 
-/// Medians over some 10 ms of sleeping and of timer signals on the calling thread. The kernel's
-/// fair server is left out. It runs above real-time threads only on a core where ordinary threads
-/// found no room for a second, and enforced budgets leave them that room: admission gives no shared
-/// core away to 100 % of all time.
+/// Medians over some 10 ms of sleeping and of timer signals on the calling thread.
 [[nodiscard]] sched::PlatformOverheads measure_overheads();
+
+/// Adds what the kernel keeps for ordinary tasks (its fair server, or RT throttling): by default 50
+/// ms in each second, where real-time threads leave less. `root` precedes /proc (tests).
+void keep_for_ordinary_tasks(sched::PlatformOverheads& overheads, const std::string& root = "");
 
 /// The share of a core's time that a real-time thread may spin without the kernel holding it for
 /// tens of milliseconds. 1 where RT throttling is lifted, else a little less than it grants. `root`

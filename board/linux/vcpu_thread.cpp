@@ -46,7 +46,7 @@ void VcpuThread::prepare() {
         }
     }
     if (options_.enforce_budget) {
-        const auto kept = keeper_.start(spec_);
+        const auto kept = keeper_.start(spec_, real_time_ ? options_.priority : 0);
         budget_kept_ = kept.ok();
         if (!kept) add_shortfall(kept.error().message);
     }
@@ -71,6 +71,7 @@ Instant VcpuThread::sleep(Instant now, Instant t) {
     const Instant woke = cycle_clock.now();
     keeper_.after_block(woke);
     if (spin_.limited()) spin_.slept(woke);
+    slept_ += woke - now;
     return woke;
 }
 

@@ -65,6 +65,10 @@ class VcpuThread {
     /// enforcement.
     void before_block() { keeper_.before_block(kForever); }
     void after_block() { keeper_.after_block(cycle_clock.now()); }
+    /// The calling thread begins the release that was due at `nominal`: tells its budget.
+    void begin_release(Instant nominal) {
+        if (spec_.deferrable) keeper_.begin_release(nominal);
+    }
     /// Call around the time in which the calling thread holds a lock (budget_keeper.h).
     void begin_hold() { keeper_.begin_hold(); }
     void end_hold() { keeper_.end_hold(); }
@@ -78,6 +82,8 @@ class VcpuThread {
     void sleep_towards(Instant t);
     [[nodiscard]] bool rests() const { return spin_.limited(); }
 
+    /// How long it has slept to known instants, so far. By itself.
+    [[nodiscard]] Nanoseconds slept() const { return slept_; }
     /// The VCPU of the calling thread; kNoVcpu on any other thread.
     [[nodiscard]] static VcpuId current_id() { return current_ ? current_->spec_.id : kNoVcpu; }
     [[nodiscard]] static VcpuThread* current() { return current_; }
@@ -102,6 +108,7 @@ class VcpuThread {
     BudgetKeeper keeper_;
     SpinAllowance spin_;
     TimerGravity gravity_;
+    Nanoseconds slept_{};
     FixedString<160> shortfall_;
     std::atomic<bool> finished_{false};
     static constinit thread_local VcpuThread* current_;

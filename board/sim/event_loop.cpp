@@ -54,6 +54,7 @@ void EventLoop::sleep_through_events(Instant t) {
     QDUINO_EXPECT(current_ != nullptr);
     current_->state = VcpuState::sleeping;
     current_->wake = t;
+    current_->slept += t - now_;
     current_->fiber->suspend();
 }
 

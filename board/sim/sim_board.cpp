@@ -52,6 +52,12 @@ GuaranteeReport SimBoard::guarantee() const {
     return report;
 }
 
+/// Random arrivals have no least distance. They are counted at twice their rate, and a burst before
+/// that: in any window of any length there are more of them with a probability below e^(−θ·burst),
+/// where e^θ − 1 = 2θ, θ = 1.256 (Lundberg's inequality; F. Lundberg 1903, H. Cramér 1930): 1e−9.
+constexpr double kPoissonMargin = 2;
+constexpr int kPoissonBurst = 17;
+
 sched::PlatformOverheads SimBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
     // To it, and back to what it preempted.
@@ -61,10 +67,12 @@ sched::PlatformOverheads SimBoard::platform_overheads(int core) {
         const bool tick = source.device == DeviceClass::all;
         if (!tick && loop_.interrupts().server_of(source.device) == kNoVcpu) cost += source.bottom_half;
         if (cost <= Nanoseconds{0} || overheads.interferers.full()) continue;
+        const bool random = !tick && source.arrival == Arrival::poisson;
+        const Nanoseconds interval = from_seconds(1.0 / source.rate_hz / (random ? kPoissonMargin : 1));
         overheads.interferers.push_back({.name = tick ? "tick" : "interrupts",
                                          .cost = cost,
-                                         .interval = from_seconds(1.0 / source.rate_hz),
-                                         .jitter = Nanoseconds{0}});
+                                         .interval = interval,
+                                         .jitter = random ? kPoissonBurst * interval : Nanoseconds{0}});
     }
     return overheads;
 }

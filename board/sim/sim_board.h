@@ -67,7 +67,8 @@ class SimBoard final : public SimPins {
     /// All entries have returned, after a stop was requested: the pins are in their safe states.
     [[nodiscard]] bool stopped() const { return loop_.stopped(); }
     [[nodiscard]] GuaranteeReport guarantee() const override;
-    /// What SimConfig takes of `core`: context switches, interrupts at their mean rate, the tick.
+    /// What SimConfig takes of `core`: context switches, interrupts at the most that they come, the
+    /// tick.
     [[nodiscard]] sched::PlatformOverheads platform_overheads(int core) override;
     /// Bottom halves of `device` become the work of I/O VCPU `io`; kNoVcpu: they run at once, above
     /// every loop.
@@ -77,10 +78,17 @@ class SimBoard final : public SimPins {
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override;
     /// Error: not_permitted when the board runs and no loop owns the core.
     Result<void> core_timer(int core, bool enabled) override;
-    void note_release() override { loop_.note(TraceKind::release); }
+    void note_release(Instant nominal) override {
+        loop_.note(TraceKind::release);
+        if (const Vcpu* self = loop_.current()) self->core->release(*self, nominal, loop_.now());
+    }
     void note_overrun() override { loop_.note(TraceKind::overrun); }
     /// A body that let no time pass since it last returned is charged SimConfig::body_cost.
     void note_body_end() override { loop_.note_body_end(); }
+
+    [[nodiscard]] Nanoseconds slept() const override {
+        return loop_.current() ? loop_.current()->slept : Nanoseconds{0};
+    }
 
     // ---- looking at a run -----------------------------------------------------------------------
     /// The core that the calling VCPU runs on; -1 outside of VCPUs.

@@ -9,9 +9,13 @@ namespace qduino::board::sim {
 
 bool SimCore::add(Vcpu& vcpu, Instant now) {
     const VcpuSpec& spec = vcpu.spec;
-    const bool added = spec.is_io()
-                           ? scheduler_.add_io(spec.id, spec.parameters(), now)
-                           : scheduler_.add(spec.id, spec.parameters(), now, {.owns_core = spec.owns_core});
+    // A bottom half takes the core for its top half, for the switch to it and for the one back.
+    const Nanoseconds activation = config_.edge_top_half + 2 * config_.costs.context_switch;
+    const bool added =
+        spec.is_io() ? scheduler_.add_io(spec.id, spec.parameters(), now,
+                                         {.activation = activation, .client_period = spec.client_period})
+                     : scheduler_.add(spec.id, spec.parameters(), now,
+                                      {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
     if (!added) return false;
     vcpu.core = this;
     const auto place = std::find_if(vcpus_.begin(), vcpus_.end(),
@@ -52,7 +56,10 @@ void SimCore::account(Instant now) {
 
 void SimCore::give_up(Vcpu& vcpu, Instant now) {
     account(now);
-    scheduler_.block(vcpu.spec.id, now);
+    if (vcpu.waits_for)
+        scheduler_.wait_for_lock(vcpu.spec.id, true, now);
+    else
+        scheduler_.block(vcpu.spec.id, now);
     loop_.emit(number_, vcpu.spec.id,
                vcpu.state == VcpuState::finished ? TraceKind::finish : TraceKind::block);
     running_ = nullptr;
@@ -60,13 +67,15 @@ void SimCore::give_up(Vcpu& vcpu, Instant now) {
     settle_soon(now);
 }
 
-void SimCore::set_holding(const Vcpu& vcpu, bool holding, Instant now) {
+void SimCore::release(const Vcpu& vcpu, Instant nominal, Instant now) {
+    if (!vcpu.spec.deferrable) return;
     account(now);
-    scheduler_.set_holding(vcpu.spec.id, holding, now);
+    scheduler_.release(vcpu.spec.id, nominal, now);
+    settle_soon(now);
 }
 
 void SimCore::inherit(const Vcpu& vcpu, Instant now) {
-    scheduler_.inherit(vcpu.spec.id, vcpu.rank);
+    scheduler_.inherit(vcpu.spec.id, vcpu.inherited);
     settle_soon(now);
 }
 
@@ -107,9 +116,11 @@ void SimCore::wake_sleepers(Instant now) {
     for (Vcpu* vcpu : vcpus_) {
         if (vcpu->state != VcpuState::sleeping || vcpu->wake > now) continue;
         vcpu->state = VcpuState::ready;
+        if (std::exchange(vcpu->handed_lock, false)) {
+            scheduler_.wait_for_lock(vcpu->spec.id, false, now);
+            continue;
+        }
         scheduler_.wake(vcpu->spec.id, now);
-        const bool goes_on = std::exchange(vcpu->handed_lock, false);
-        if (goes_on) continue;
         if (vcpu->has_fault) apply_faults(*vcpu, now);
         if (vcpu->spec.is_io()) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
     }

@@ -47,14 +47,10 @@ class SimCore {
     /// A VCPU of this core was given work: settle() is to be called at `now`.
     void settle_soon(Instant now) { disturbed_at_ = std::min(disturbed_at_, now); }
 
-    /// The VCPU holds a lock, or none any more: charged up to `now`.
-    void set_holding(const Vcpu& vcpu, bool holding, Instant now);
-    /// The VCPU ranks as vcpu.rank says: decided at `now`.
+    /// The running VCPU begins the release that was due at `nominal`.
+    void release(const Vcpu& vcpu, Instant nominal, Instant now);
+    /// The VCPU inherits what vcpu.inherited says: decided at `now`.
     void inherit(const Vcpu& vcpu, Instant now);
-    /// It may run on, as far as its budget goes.
-    [[nodiscard]] bool has_budget(const Vcpu& vcpu, Instant now) const {
-        return scheduler_.available(vcpu.spec.id, now) > Nanoseconds{0};
-    }
 
     /// The next instant at which settle() is due.
     [[nodiscard]] Instant next_due() const { return ready_ ? kForever : std::min(disturbed_at_, done_at_); }

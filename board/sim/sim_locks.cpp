@@ -15,15 +15,9 @@ Vcpu* SimLocks::holder_of(const LockWord& word) const {
     return value == 0 ? nullptr : loop_.cpus().vcpu(static_cast<VcpuId>(value - 1));
 }
 
-void SimLocks::count_lock(Vcpu& vcpu, int change) {
-    vcpu.locks_held += change;
-    vcpu.core->set_holding(vcpu, vcpu.locks_held > 0, loop_.now());
-}
-
 bool SimLocks::take(LockWord& word) {
     if (word.value.load(std::memory_order_relaxed) != 0) return false;
     word.value.store(own_value(), std::memory_order_relaxed);
-    if (Vcpu* const self = loop_.current()) count_lock(*self, 1);
     return true;
 }
 
@@ -50,16 +44,10 @@ void SimLocks::unlock(LockWord& word) {
     QDUINO_EXPECT(word.value.load(std::memory_order_relaxed) == own_value());
     Vcpu* const next = first_waiter_for(word);
     word.value.store(next ? std::uint32_t{next->spec.id} + 1 : 0, std::memory_order_relaxed);
-    if (Vcpu* const self = loop_.current()) {
-        count_lock(*self, -1);
-        // It overran, and is stopped here.
-        if (!self->core->has_budget(*self, loop_.now())) loop_.look_up();
-    }
     if (!next) return;
     next->waits_for = nullptr;
     next->wake = loop_.now();
     next->handed_lock = true;
-    count_lock(*next, 1);
     renew_ranks();
     loop_.look_up();
 }
@@ -82,13 +70,17 @@ bool SimLocks::closes_a_cycle(const LockWord& word) const {
 /// are long).
 void SimLocks::renew_ranks() {
     const SimCpus& cpus = loop_.cpus();
-    cpus.each([](Vcpu& vcpu) { vcpu.rank = {vcpu.spec.period, vcpu.spec.id}; });
+    cpus.each([](Vcpu& vcpu) {
+        vcpu.rank = {vcpu.spec.period, vcpu.spec.id};
+        vcpu.inherited = {};
+    });
     for (bool changed = true; changed;) {
         changed = false;
         cpus.each([&](Vcpu& vcpu) {
             Vcpu* const holder = vcpu.waits_for ? holder_of(*vcpu.waits_for) : nullptr;
-            if (!holder || holder->rank <= vcpu.rank) return;
-            holder->rank = vcpu.rank;
+            if (!holder || holder->inherited <= vcpu.rank) return;
+            holder->inherited = vcpu.rank;
+            holder->rank = std::min(holder->rank, vcpu.rank);
             changed = true;
         });
     }

@@ -30,7 +30,6 @@ class SimLocks {
     [[nodiscard]] Vcpu* holder_of(const LockWord& word) const;
     [[nodiscard]] Vcpu* first_waiter_for(const LockWord& word) const;
     [[nodiscard]] bool closes_a_cycle(const LockWord& word) const;
-    void count_lock(Vcpu& vcpu, int change);
     void renew_ranks();
 
     EventLoop& loop_;

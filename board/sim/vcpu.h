@@ -58,17 +58,18 @@ struct Vcpu {
     std::unique_ptr<Fiber> fiber;
     VcpuState state = VcpuState::sleeping;
     Instant wake = kEpoch;
+    Nanoseconds slept{};                  ///< in sleeps that it asked for
     Nanoseconds work_left{};              ///< CPU time to be consumed before its code goes on
     Instant spin_until = kEpoch;          ///< its code does not go on before
     Instant body_ended = Instant::min();  ///< when its body last returned
     const LockWord* waits_for = nullptr;  ///< a lock that another VCPU holds
     bool handed_lock = false;             ///< woken by unlock(): no release of a loop
-    int locks_held = 0;
-    sched::Rank rank;                  ///< its own, or the highest of those who wait for it
-    std::uint32_t polls = 0;           ///< of the time or of a pin since it last let time pass
-    bool throttled = false;            ///< ready, without budget; for the trace
-    bool has_fault = false;            ///< SimConfig::loop_faults names it
-    std::unique_ptr<WorkQueue> queue;  ///< I/O VCPUs that serve handlers
+    sched::Rank rank;                     ///< its own, or what it inherits
+    sched::Rank inherited;                ///< the highest of those that wait for it
+    std::uint32_t polls = 0;              ///< of the time or of a pin since it last let time pass
+    bool throttled = false;               ///< ready, without budget; for the trace
+    bool has_fault = false;               ///< SimConfig::loop_faults names it
+    std::unique_ptr<WorkQueue> queue;     ///< I/O VCPUs that serve handlers
 
     /// The code of this VCPU goes on at the earliest, if it has the CPU from `now` on.
     [[nodiscard]] Instant done_at(Instant now) const {

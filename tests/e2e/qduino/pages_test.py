@@ -78,7 +78,8 @@ class Pages(unittest.TestCase):
     def test_bash_completes_commands_options_and_words(self):
         self.assertEqual(self.complete(""), [*COMMANDS, "-h", "--help", "--version"])
         self.assertEqual(self.complete("re"), ["restore"])
-        self.assertEqual(self.complete("check", "--"), ["--help", "--verbose", "--json", "--board", "--cores", "--seed"])
+        self.assertEqual(self.complete("check", "--"), ["--help", "--verbose", "--json", "--certificate", "--board", "--cores",
+                                                            "--seed"])
         self.assertEqual(self.complete("build", "--only", ""), ["sim", "linux"])
         self.assertEqual(self.complete("completion", "z"), ["zsh"])
         self.assertEqual(self.complete("run", "/usr/bi"), ["/usr/bin"])

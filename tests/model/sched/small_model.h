@@ -1,10 +1,9 @@
 // Every schedule that a small core can have, one tick at a time.
 //
 // A simulation tries the phasings that somebody thought of. Here each loop may be released at any
-// tick that its period allows, and each device may ask for its bottom half at any tick and for any
-// client. All of it is tried; states that were seen before are not followed twice. That is possible
-// for periods up to 10 and three loops. The loops only compute: none sleeps within a release, and
-// there are no locks.
+// tick that its period allows, each suspension may be as long as it likes, and each device may ask
+// for its bottom half at any tick and for any client. All of it is tried; states that were seen
+// before are not followed twice. That is possible for periods up to 10 and three loops.
 //
 // This model shares no code with sched/. Its servers are lists of single ticks of budget, its
 // scheduler looks at everything anew in each tick. What of it a mutant may break is in `Rules`.
@@ -20,12 +19,23 @@
 
 namespace qduino::sched::model {
 
+enum class Do : std::uint8_t { run, lock, unlock, suspend };
+
+/// One step of a loop's body: `run` n ticks, `suspend` for 0 to n ticks, take or give back lock n.
+struct Step {
+    Do what;
+    int n;
+};
+
 /// A loop; its place in the list is its rank among equal periods.
 struct Loop {
     int budget;
     int period;
-    int demand;             ///< ticks that each release computes
+    std::vector<Step> body;
     bool may_miss = false;  ///< its own lateness is no miss: it asks for more than its budget
+    /// The whole budget comes back at each release (deferrable server), and not one period after
+    /// each use (sporadic server).
+    bool deferrable = false;
 };
 
 /// A device and the server of its bottom half (PIBS, E. Missimer et al., ECRTS 2016).
@@ -44,15 +54,20 @@ struct Rules {
     /// Idle budget is not saved up (Stanovich et al., RTAS 2010).
     bool waking_moves_refills = true;
     bool shorter_period_first = true;
+    bool inheritance = true;        ///< a lock's holder has the rank of its highest waiter
     bool one_replenishment = true;  ///< a bottom half waits for used/U, even with budget left
 };
 
-inline constexpr int kLoops = 3, kIos = 1, kBudget = 10;
+inline constexpr int kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
+inline constexpr std::uint8_t kNobody = 0xff;
 
 /// All times are ticks from now on, so that equal situations at different times are one state.
 struct LoopState {
-    std::uint8_t since = 0;                      ///< ticks since its release, at most its period
-    std::uint8_t left = 0;                       ///< of its release; 0: it waits for the next
+    std::uint8_t since = 0;  ///< ticks since its release, at most its period
+    std::uint8_t active = 0;
+    std::uint8_t step = 0;
+    std::uint8_t left = 0;                       ///< of `run` and `suspend`
+    std::uint8_t waits_for = kNobody;            ///< a lock
     std::array<std::int8_t, kBudget> refills{};  ///< when each tick of budget may be spent, sorted
 };
 struct IoState {
@@ -66,6 +81,7 @@ struct IoState {
 struct State {
     std::array<LoopState, kLoops> loops{};
     std::array<IoState, kIos> ios{};
+    std::array<std::uint8_t, kLocks> holder{kNobody, kNobody};
 };
 
 /// Follows every schedule of one set.
@@ -105,7 +121,7 @@ class Explorer {
         if (chooser < loops()) {
             choose(state, chooser + 1);
             const LoopState& loop = state.loops[index(chooser)];
-            if (loop.left > 0 || loop.since < set_.loops[index(chooser)].period) return;
+            if (loop.active || loop.since < set_.loops[index(chooser)].period) return;
             State released = state;
             release(released, chooser);
             choose(released, chooser + 1);
@@ -119,19 +135,36 @@ class Explorer {
                 choose(asked, chooser + 1);
             }
         } else {
-            tick(state);
+            State next = state;
+            settle(next);
         }
     }
 
     void release(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
+        loop.active = 1;
+        begin_step(loop, i, 0);
+        wake(loop, i);
+        begin_period(loop, i);
+    }
+    void begin_period(LoopState& loop, int i) {
         loop.since = 0;
-        loop.left = static_cast<std::uint8_t>(set_.loops[index(i)].demand);
-        if (!rules_.waking_moves_refills) return;
+        if (set_.loops[index(i)].deferrable) loop.refills.fill(0);
+    }
+    void wake(LoopState& loop, int i) {
+        if (!rules_.waking_moves_refills || set_.loops[index(i)].deferrable) return;
         for (int k = 0; k < set_.loops[index(i)].budget; ++k) {
             std::int8_t& refill = loop.refills[index(k)];
             refill = std::max(refill, static_cast<std::int8_t>(k));
         }
+    }
+    void begin_step(LoopState& loop, int i, int step) {
+        const auto& body = set_.loops[index(i)].body;
+        loop.step = static_cast<std::uint8_t>(step);
+        if (index(step) == body.size())
+            loop.active = 0;
+        else
+            loop.left = static_cast<std::uint8_t>(body[index(step)].n);
     }
     [[nodiscard]] int share(int io, int client) const {
         const Io& server = set_.ios[index(io)];
@@ -150,11 +183,93 @@ class Explorer {
         if (!rules_.one_replenishment) io.wait = 0;
     }
 
+    // ---- what takes no time: locks, and the begin of a suspension -------------------------------
+
+    /// Lets the one that would run do what takes no time, as often as there is something; then one
+    /// tick passes.
+    void settle(State& state) {
+        while (!missed_) {
+            // Behind a run a suspension begins at once: it needs no budget.
+            for (int i = 0; i < loops(); ++i) {
+                const LoopState& loop = state.loops[index(i)];
+                if (!loop.active || loop.waits_for != kNobody || loop.step == 0) continue;
+                const Step& step = set_.loops[index(i)].body[loop.step];
+                if (step.what == Do::suspend) return suspend(state, i, step.n);
+            }
+            const int runs = chosen(state);
+            if (runs < 0 || runs >= loops()) return tick(state, runs);
+            LoopState& loop = state.loops[index(runs)];
+            const Step& step = set_.loops[index(runs)].body[loop.step];
+            if (step.what == Do::run) return tick(state, runs);
+            if (step.what == Do::suspend) return suspend(state, runs, step.n);
+            if (std::uint8_t& holder = state.holder[index(step.n)]; holder != kNobody) {
+                loop.waits_for = static_cast<std::uint8_t>(step.n);
+            } else {
+                holder = static_cast<std::uint8_t>(runs);
+                begin_step(loop, runs, loop.step + 1);
+                unlock_all(state, runs);
+            }
+        }
+    }
+    /// Giving back takes no time, and so no budget.
+    void unlock_all(State& state, int i) {
+        LoopState& loop = state.loops[index(i)];
+        const auto& body = set_.loops[index(i)].body;
+        while (loop.active && body[loop.step].what == Do::unlock) {
+            give_back(state, body[loop.step].n);
+            begin_step(loop, i, loop.step + 1);
+        }
+    }
+    void give_back(State& state, int lock) {
+        state.holder[index(lock)] = kNobody;
+        int next = -1;
+        for (int i = 0; i < loops(); ++i) {
+            if (state.loops[index(i)].waits_for == lock && (next < 0 || rank(state, i) < rank(state, next)))
+                next = i;
+        }
+        if (next < 0) return;
+        state.holder[index(lock)] = static_cast<std::uint8_t>(next);
+        LoopState& loop = state.loops[index(next)];
+        loop.waits_for = kNobody;
+        begin_step(loop, next, loop.step + 1);
+    }
+    /// Each length of a suspension is a schedule of its own.
+    void suspend(const State& state, int i, int longest) {
+        for (int length = 0; length <= longest; ++length) {
+            State next = state;
+            LoopState& loop = next.loops[index(i)];
+            if (length == 0) {
+                begin_step(loop, i, loop.step + 1);
+                unlock_all(next, i);
+            } else {
+                loop.left = static_cast<std::uint8_t>(length);
+                loop.waits_for = kSuspended;
+            }
+            settle(next);
+        }
+    }
+
     // ---- who runs -------------------------------------------------------------------------------
 
-    /// Of the loop or bottom half `who`, for a loop of `period`; smaller goes first.
-    [[nodiscard]] int rank(int who, int period) const {
-        return (rules_.shorter_period_first ? period : 100 - period) * 16 + who;
+    /// Smaller goes first.
+    [[nodiscard]] int own_rank(int i) const {
+        const int period = i < loops() ? set_.loops[index(i)].period : 0;
+        return (rules_.shorter_period_first ? period : 100 - period) * 16 + i;
+    }
+    [[nodiscard]] int rank(const State& state, int i) const {
+        int best = own_rank(i);
+        if (!rules_.inheritance) return best;
+        for (int lock = 0; lock < kLocks; ++lock) {
+            if (state.holder[index(lock)] != i) continue;
+            for (int j = 0; j < loops(); ++j) {
+                if (j != i && state.loops[index(j)].waits_for == lock) best = std::min(best, rank(state, j));
+            }
+        }
+        return best;
+    }
+    [[nodiscard]] int io_rank(const State& state, int io) const {
+        const int period = state.ios[index(io)].client;
+        return (rules_.shorter_period_first ? period : 100 - period) * 16 + loops() + io;
     }
     /// The loop, or loops() + the bottom half, that has the core; −1: it idles.
     [[nodiscard]] int chosen(const State& state) const {
@@ -164,40 +279,54 @@ class Explorer {
         };
         for (int i = 0; i < loops(); ++i) {
             const LoopState& loop = state.loops[index(i)];
-            if (loop.left > 0 && loop.refills[0] <= 0) offer(i, rank(i, set_.loops[index(i)].period));
+            if (loop.active && loop.waits_for == kNobody && loop.refills[0] <= 0) offer(i, rank(state, i));
         }
         for (int k = 0; k < ios(); ++k) {
             const IoState& io = state.ios[index(k)];
-            if (io.work > 0 && io.wait == 0) offer(loops() + k, rank(loops() + k, io.client));
+            if (io.work > 0 && io.wait == 0) offer(loops() + k, io_rank(state, k));
         }
         return best;
     }
 
     // ---- one tick -------------------------------------------------------------------------------
 
-    void tick(State state) {
-        const int runs = chosen(state);
+    void tick(State& state, int runs) {
         if (runs >= 0 && runs < loops()) run_loop(state, runs);
         for (int k = 0; k < ios(); ++k) pass(state.ios[index(k)], k, runs == loops() + k);
-        for (int i = 0; i < loops(); ++i) pass(state.loops[index(i)], i);
+        for (int i = 0; i < loops(); ++i) pass(state, i);
         push(state);
     }
-    void pass(LoopState& loop, int i) {
+    void pass(State& state, int i) {
+        LoopState& loop = state.loops[index(i)];
         const int period = set_.loops[index(i)].period;
         // Of an idle loop only what is still to come counts: waking moves the rest.
-        const int oldest = loop.left > 0 || !rules_.waking_moves_refills ? -period : 0;
+        const bool deferrable = set_.loops[index(i)].deferrable;
+        const int oldest = !deferrable && (loop.active || !rules_.waking_moves_refills) ? -period : 0;
         for (std::int8_t& refill : loop.refills)
-            refill = static_cast<std::int8_t>(std::max(refill - 1, oldest));
+            if (refill != kSpent) refill = static_cast<std::int8_t>(std::max(refill - 1, oldest));
         if (loop.since < period) ++loop.since;
-        const bool late = loop.left > 0 && loop.since == period;
-        if (late && !set_.loops[index(i)].may_miss) missed_ = i;
+        if (loop.active && loop.waits_for == kSuspended && --loop.left == 0) {
+            loop.waits_for = kNobody;
+            begin_step(loop, i, loop.step + 1);
+            unlock_all(state, i);
+            if (loop.active) wake(loop, i);
+        }
+        if (!loop.active || loop.since < period) return;
+        if (set_.loops[index(i)].may_miss)
+            begin_period(loop, i);
+        else
+            missed_ = i;
     }
     void run_loop(State& state, int i) {
         LoopState& loop = state.loops[index(i)];
         const auto budget = loop.refills.begin() + set_.loops[index(i)].budget;
         std::rotate(loop.refills.begin(), loop.refills.begin() + 1, budget);
-        *(budget - 1) = static_cast<std::int8_t>(*(budget - 1) + set_.loops[index(i)].period);
-        --loop.left;
+        *(budget - 1) = set_.loops[index(i)].deferrable
+                            ? kSpent
+                            : static_cast<std::int8_t>(*(budget - 1) + set_.loops[index(i)].period);
+        if (--loop.left > 0) return;
+        begin_step(loop, i, loop.step + 1);
+        unlock_all(state, i);
     }
     /// What was used comes back at (begin of the service) + used/U.
     void pass(IoState& io, int i, bool runs) {
@@ -228,6 +357,8 @@ class Explorer {
         if (seen_.size() < limit_ && seen_.insert(key).second) todo_.push_back(state);
     }
 
+    static constexpr std::uint8_t kSuspended = 0xfe;
+    static constexpr std::int8_t kSpent = 100;  // until the next release
     Set set_;
     Rules rules_;
     std::size_t limit_;

@@ -129,7 +129,7 @@ class NaiveBudgetAccount {
             return {.kind = Kind::arm_in, .in = Nanoseconds{left}};
         }
         overruns_ = locks_ > 0 && grace_ > 0 && kRules.finish_with_lock;
-        if (overruns_) return {.kind = Kind::arm_in, .in = Nanoseconds{grace_}};
+        if (overruns_) return {.kind = Kind::arm_in, .in = Nanoseconds{grace_}, .steps_back = true};
         const std::int64_t next = tokens_.tokens().front() + kRules.sleep_longer_by * period_;
         return {.kind = Kind::sleep_until, .at = instant_from_ns(next)};
     }

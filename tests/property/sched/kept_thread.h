@@ -102,7 +102,9 @@ class KeptThread {
         if (effect.kind == BudgetEffect::Kind::arm_at) due_ = to_ns(effect.at);
         dawdle();
     }
+    void step_back(bool back) { stepped_back_ = back; }
     void sleep_until(Instant until) {
+        if (stepped_back_) break_rule("it sleeps without a rank");
         check_throttling(to_ns(until));
         sleep_to(to_ns(until));
         dawdle();
@@ -224,6 +226,8 @@ class KeptThread {
     void check_run() {
         const std::int64_t lent = static_cast<std::int64_t>(lent_.size());
         if (locks_ == 0 && lent > slack()) break_rule("ran on without budget");
+        if (locks_ == 0 && stepped_back_) break_rule("has no rank, and no lock");
+        if (lent > slack() && !stepped_back_) break_rule("ran on without budget, at its rank");
         if (lent > shape_.budget + slack()) break_rule("ran on with a lock for more than a budget");
     }
     void check_throttling(std::int64_t until) {
@@ -243,6 +247,7 @@ class KeptThread {
     std::int64_t now_ = 0, cpu_ = 0, switches_ = 0;
     std::optional<std::int64_t> due_;  // the timer
     bool in_handler_ = false;
+    bool stepped_back_ = false;
     int locks_ = 0;
 
     std::int64_t last_now_ = 0;  // that the account was told

@@ -34,7 +34,7 @@ class RealServer {
     void activate(std::int64_t now, std::int64_t client) {
         server_.activate(instant_from_ns(now), Nanoseconds{client});
     }
-    void finish(std::int64_t now) { server_.finish(instant_from_ns(now)); }
+    void block(std::int64_t now) { server_.block(instant_from_ns(now)); }
     void consume(std::int64_t end, std::int64_t used) {
         server_.consume(instant_from_ns(end), Nanoseconds{used});
     }
@@ -70,7 +70,7 @@ class Variant {
             used_ = 0;
         }
     }
-    void finish(std::int64_t) {
+    void block(std::int64_t) {
         if (!active_) return;
         active_ = false;
         close();
@@ -165,7 +165,7 @@ class LoneRun {
         --work_;
         ++uncharged_;
         if (work_ == 0 || uncharged_ == enforced_after_) charge(now + 1);
-        if (work_ == 0) server_.finish(now + 1);
+        if (work_ == 0) server_.block(now + 1);
     }
     void charge(std::int64_t now) {
         if (uncharged_ > 0) server_.consume(now, uncharged_);

@@ -79,14 +79,19 @@ TEST_P(ARunaway, TakesNotOnePeriodFromTheOtherLoop) {
     }
 }
 
-TEST_P(ARunaway, GetsNoMoreThanItsBudgetInAnyWindowOfAPeriod) {
-    // Alone on its core: with nothing of higher rank to hold it up, no window may have more.
+TEST_P(ARunaway, GetsNoMoreThanItsBudgetInAnyWindowOfAPeriodAndOneMoreWhenItSleeps) {
+    // Alone on its core: with nothing of higher rank to hold it up, no window may have more. One
+    // that sleeps may use a budget late in a period, and the next one early: admission counts that.
     sketch_.add_loop(1, budget(), GetParam().period, 0, runaway());
     ASSERT_TRUE(sketch_.begin());
     sketch_.run(kMinute);
     const auto bursts = sketch_.trace().bursts(1);
     ASSERT_GT(bursts.size(), 100u);
-    EXPECT_EQ(most_in_a_window(bursts, GetParam().period), budget());
+    const Nanoseconds most = most_in_a_window(bursts, GetParam().period);
+    if (GetParam().way == Runaway::spins_and_naps)
+        EXPECT_LE(most, 2 * budget());
+    else
+        EXPECT_EQ(most, budget());
 }
 
 INSTANTIATE_TEST_SUITE_P(AboveAndBelow, ARunaway,

@@ -38,9 +38,12 @@ class SketchBench {
     SketchBench(const SketchBench&) = delete;
     SketchBench& operator=(const SketchBench&) = delete;
 
-    void add_loop(VcpuId id, Nanoseconds budget, Nanoseconds period, int core, Body body) {
+    void add_loop(VcpuId id, Nanoseconds budget, Nanoseconds period, int core, Body body,
+                  Nanoseconds sleep = {}) {
         bodies_.at(id) = std::move(body);
         table_.loops.push_back(declaration(id, budget, period, core, kCalls.at(id)));
+        table_.loops.back().suspension = sleep;
+        table_.loops.back().deferrable = sleep > Nanoseconds{0};
     }
     /// A loop whose body is a sketch's own.
     void add_loop(VcpuId id, Nanoseconds budget, Nanoseconds period, int core, void (*body)()) {

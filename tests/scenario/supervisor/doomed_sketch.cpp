@@ -67,14 +67,14 @@ void loop_body(void*) {
     for (int release = 0; !g_board->stop_requested(); ++release) {
         if (release == 5) g_board->pin_write(kReady, Level::high);
         if (release == 20) come_to_the_end();
-        g_board->note_release();
+        g_board->note_release(g_board->now());
         g_board->sleep_until(g_board->now() + 5ms);
     }
 }
 
 void heartless_body(void*) {
     while (!g_board->stop_requested()) {
-        g_board->note_release();
+        g_board->note_release(g_board->now());
         g_board->sleep_until(g_board->now() + 5ms);
     }
 }

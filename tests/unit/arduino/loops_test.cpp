@@ -1,7 +1,6 @@
 // The table after the loop declarations of loops_ms, loops_us and loops_cycles, and the calls
 // around them.
 #include <algorithm>
-#include <map>
 
 #include "arduino/core/constants.h"
 #include "arduino/core/interrupts.h"
@@ -32,11 +31,8 @@ class ArduinoLoops : public ArduinoTest {
     /// The I/O VCPUs that were asked for: "number: budget/period core N".
     std::vector<std::string> io_vcpus() {
         std::vector<std::string> asked;
-        std::map<int, qduino::sched::Vcpu> by_id;
-        for (const auto& load : runtime_.plan().admission().loads) {
-            for (const auto& io : load.ios) by_id[io.id] = io;
-        }
-        for (const auto& [id, request] : by_id) {
+        for (const auto& request : runtime_.plan().specs()) {
+            if (!request.is_io()) continue;
             asked.push_back(
                 std::to_string(request.id) + ": " + std::to_string(qduino::to_ns(request.budget)) + "/" +
                 std::to_string(qduino::to_ns(request.period)) + " core " + std::to_string(request.core));
@@ -105,7 +101,7 @@ TEST_F(ArduinoLoops, IoVcpusTakeTheUnitToo) {
     routed_in_microseconds();
     EXPECT_EQ(board().calls, (std::vector<std::string>{"device 1 io 33", "device 2 io 34", "attach"}));
     EXPECT_EQ(io_vcpus(),
-              (std::vector<std::string>{"33: 200000/1000000 core -1", "34: 1000000/100000000 core 0",
+              (std::vector<std::string>{"33: 200000/1000000 core 0", "34: 1000000/100000000 core 0",
                                         "35: 50000/500000 core 1"}));
     ASSERT_EQ(board().attached.size(), 1U);
     EXPECT_EQ(board().attached[0].io, 35);
@@ -114,7 +110,7 @@ TEST_F(ArduinoLoops, IoVcpusTakeTheUnitToo) {
 
 TEST_F(ArduinoLoops, DevicesAreWordsAndDoNotCollide) {
     routed_with_an_spi_object();
-    EXPECT_EQ(io_vcpus(), std::vector<std::string>{"33: 1000/2000 core -1"});
+    EXPECT_EQ(io_vcpus(), std::vector<std::string>{"33: 1000/2000 core 0"});
     EXPECT_EQ(board().calls, (std::vector<std::string>{"device 2 io 33", "route 6 core 1 off",
                                                        "route 4 core 1 on", "timer core 1 on"}));
     EXPECT_EQ(errors(), std::vector<std::string>{"noTimer(1)"}) << "no loop owns core 1";

@@ -54,7 +54,7 @@ class BareBoard final : public Board {
     void request_stop() override { stop_ = true; }
     bool stop_requested() override { return stop_; }
     GuaranteeReport guarantee() const override { return {}; }
-    void note_release() override { ++releases; }
+    void note_release(Instant) override { ++releases; }
 
   private:
     Instant now_ = kEpoch;

@@ -37,11 +37,5 @@ TEST(BoardCapabilities, WhatABoardLacksIsUnsupported) {
     board.note_overrun();
 }
 
-TEST(BoardCapabilities, TheEndOfABodyIsASignOfLifeUnlessABoardAsksForMore) {
-    test::BareBoard bare;
-    static_cast<Board&>(bare).note_body_end();
-    EXPECT_EQ(bare.releases, 1);
-}
-
 }  // namespace
 }  // namespace qduino::board

@@ -26,7 +26,7 @@ void keep(const std::function<void(BudgetKeeper& keeper)>& body, Nanoseconds bud
         VcpuSpec spec;
         spec.budget = budget;
         spec.period = period;
-        ASSERT_TRUE(keeper.start(spec).ok());
+        ASSERT_TRUE(keeper.start(spec, 0).ok());
         body(keeper);
         keeper.stop();
     }}.join();

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "runtime/lock_declaration.h"
+
 namespace qduino::runtime {
 namespace {
 
@@ -20,7 +22,18 @@ LoopDeclaration loop(board::VcpuId id, Nanoseconds budget, Nanoseconds period, i
     return {{id, budget, period, core}, &nothing, "a.ino", 10 + id};
 }
 
-Plan plan_for(std::size_t cores) { return Plan(std::vector<sched::PlatformOverheads>(cores), true); }
+using Overheads = std::vector<sched::PlatformOverheads>;
+
+/// The loops declared, and all of it judged on `cores` cores.
+Result<void> admit(Plan& plan, std::size_t cores, const SketchTable& table) {
+    QDUINO_TRY(plan.add_loops(table));
+    return plan.admit(Overheads(cores));
+}
+
+std::string refusal_of(std::size_t cores, const SketchTable& table) {
+    Plan plan(true);
+    return std::string(admit(plan, cores, table).error().message.view());
+}
 
 const board::VcpuSpec& spec_of(const std::vector<board::VcpuSpec>& specs, board::VcpuId id) {
     for (const board::VcpuSpec& spec : specs) {
@@ -29,15 +42,14 @@ const board::VcpuSpec& spec_of(const std::vector<board::VcpuSpec>& specs, board:
     throw std::out_of_range("no such VCPU");
 }
 
-std::string message_of(const Result<void>& result) { return std::string(result.error().message.view()); }
-
 TEST(Plan, ThePrintersLoopsAreAdmittedAndPlaced) {
-    Plan plan = plan_for(2);
+    Plan plan(true);
     ASSERT_TRUE(
         plan.add_loops(sketch({loop(1, 30ms, 100ms, 0), loop(2, 100us, 100us, 1), loop(3, 1ms, 8ms, 0)})));
     const auto i2c = plan.add_io(1ms, 100ms, 0);
     ASSERT_TRUE(i2c);
     EXPECT_EQ(i2c.value(), 33);
+    ASSERT_TRUE(plan.admit(Overheads(2)));
     const auto specs = plan.specs();
     ASSERT_EQ(specs.size(), 4u);
     EXPECT_TRUE(spec_of(specs, 2).owns_core);
@@ -45,6 +57,7 @@ TEST(Plan, ThePrintersLoopsAreAdmittedAndPlaced) {
     EXPECT_EQ(spec_of(specs, 1).core, 0);
     EXPECT_EQ(spec_of(specs, 3).core, 0);
     EXPECT_EQ(spec_of(specs, 33).kind, board::VcpuKind::io);
+    EXPECT_EQ(spec_of(specs, 33).client_period, 8ms);  // it works for loop 3, the first on its core
     EXPECT_EQ(plan.owner_of(1), 2);
     EXPECT_EQ(plan.owner_of(0), board::kNoVcpu);
     EXPECT_EQ(vcpu_name(3), "loop 3");
@@ -52,64 +65,88 @@ TEST(Plan, ThePrintersLoopsAreAdmittedAndPlaced) {
 }
 
 TEST(Plan, LoopsWithoutACoreGoWhereTheyFit) {
-    Plan plan = plan_for(2);
-    ASSERT_TRUE(plan.add_loops(sketch({loop(1, 80ms, 100ms), loop(2, 50ms, 100ms)})));
+    Plan plan(true);
+    ASSERT_TRUE(admit(plan, 2, sketch({loop(1, 80ms, 100ms), loop(2, 50ms, 100ms)})));
     const auto specs = plan.specs();
     EXPECT_NE(spec_of(specs, 1).core, spec_of(specs, 2).core);
 }
 
 TEST(Plan, ARefusalSaysWhereTheLoopIsDeclaredAndWhy) {
-    Plan plan = plan_for(1);
-    const Result<void> refused = plan.add_loops(sketch({loop(1, 30ms, 100ms, 0), loop(2, 20ms, 100ms, 0),
-                                                        loop(3, 4ms, 10ms, 0), loop(4, 10001us, 100ms, 0)}));
+    Plan plan(true);
+    const Result<void> refused = admit(plan, 1,
+                                       sketch({loop(1, 30ms, 100ms, 0), loop(2, 20ms, 100ms, 0),
+                                               loop(3, 4ms, 10ms, 0), loop(4, 10001us, 100ms, 0)}));
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::out_of_range);
-    EXPECT_THAT(message_of(refused), HasSubstr("a.ino:14: loop 4"));
+    EXPECT_THAT(std::string(refused.error().message.view()), HasSubstr("a.ino:14: loop 4"));
     EXPECT_THAT(std::string(plan.explanation().view()), HasSubstr("loop 4"));
-    EXPECT_TRUE(plan.specs().empty());
 }
 
 TEST(Plan, MistakesInDeclarationsAreNamed) {
-    EXPECT_THAT(message_of(plan_for(1).add_loops(sketch({}))), HasSubstr("declares no loop"));
-    EXPECT_THAT(message_of(plan_for(1).add_loops(sketch({loop(1, 1ms, 10ms), loop(1, 1ms, 10ms)}))),
+    EXPECT_THAT(refusal_of(1, sketch({})), HasSubstr("declares no loop"));
+    EXPECT_THAT(refusal_of(1, sketch({loop(1, 1ms, 10ms), loop(1, 1ms, 10ms)})),
                 HasSubstr("a.ino:11: loop 1 was declared before"));
-    EXPECT_THAT(message_of(plan_for(1).add_loops(sketch({loop(33, 1ms, 10ms)}))), HasSubstr("1…32"));
-    EXPECT_THAT(message_of(plan_for(1).add_loops(sketch({loop(1, 11ms, 10ms)}))), HasSubstr("a.ino:11"));
-    EXPECT_THAT(message_of(plan_for(2).add_loops(sketch({loop(1, 1ms, 10ms, 2)}))), HasSubstr("a.ino:11"));
+    EXPECT_THAT(refusal_of(1, sketch({loop(33, 1ms, 10ms)})), HasSubstr("1…32"));
+    EXPECT_THAT(refusal_of(1, sketch({loop(1, 11ms, 10ms)})), HasSubstr("a.ino:11"));
+    EXPECT_THAT(refusal_of(2, sketch({loop(1, 1ms, 10ms, 2)})), HasSubstr("a.ino:11"));
     SketchTable many = sketch({loop(1, 1ms, 10ms)});
     many.dropped = 2;
-    EXPECT_THAT(message_of(plan_for(1).add_loops(many)), HasSubstr("32 is the most"));
+    EXPECT_THAT(refusal_of(1, many), HasSubstr("32 is the most"));
 }
 
-TEST(Plan, AnIoVcpuThatDoesNotFitLeavesThePlanAsItWas) {
-    Plan plan = plan_for(1);
+TEST(Plan, AnIoVcpuThatDoesNotFitRefusesThePlan) {
+    Plan plan(true);
     ASSERT_TRUE(plan.add_loops(sketch({loop(1, 60ms, 100ms, 0)})));
-    EXPECT_FALSE(plan.add_io(50ms, 100ms, 0));
-    EXPECT_TRUE(plan.admitted());
-    ASSERT_EQ(plan.refused_ios().size(), 1u);
-    EXPECT_EQ(plan.refused_ios()[0].vcpu.budget, 50ms);
-    EXPECT_EQ(plan.refused_ios()[0].refusal.vcpu.id, 1);  // who would be late
-    EXPECT_EQ(plan.refused_ios()[0].core, 0);
-    ASSERT_EQ(plan.specs().size(), 1u);
-    const auto fits = plan.add_io(1ms, 100ms, 0);
-    ASSERT_TRUE(fits);
-    EXPECT_EQ(fits.value(), 33);
+    ASSERT_TRUE(plan.add_io(50ms, 100ms, 0));
+    EXPECT_FALSE(plan.admit(Overheads(1)));
+    EXPECT_EQ(plan.admission().refusal.vcpu.id, 1);  // who would be late
     plan.remove_io(33);
-    EXPECT_EQ(plan.specs().size(), 1u);
-    EXPECT_TRUE(plan.admitted());
+    EXPECT_TRUE(plan.admit(Overheads(1)));
 }
 
 TEST(Plan, NothingElseMayRunOnAnOwnedCore) {
-    Plan plan = plan_for(2);
-    EXPECT_FALSE(plan.add_loops(sketch({loop(1, 1ms, 1ms, 1), loop(2, 1ms, 10ms, 1)})));
-    ASSERT_TRUE(plan.add_loops(sketch({loop(1, 1ms, 1ms, 1), loop(2, 1ms, 10ms)})));
+    EXPECT_THAT(refusal_of(2, sketch({loop(1, 1ms, 1ms, 1), loop(2, 1ms, 10ms, 1)})), HasSubstr("loop 2"));
+    Plan plan(true);
+    ASSERT_TRUE(admit(plan, 2, sketch({loop(1, 1ms, 1ms, 1), loop(2, 1ms, 10ms)})));
     EXPECT_EQ(spec_of(plan.specs(), 2).core, 0);
-    EXPECT_FALSE(plan.add_io(1ms, 100ms, 1));
+    ASSERT_TRUE(plan.add_io(1ms, 100ms, 1));
+    EXPECT_FALSE(plan.admit(Overheads(2)));
+}
+
+TEST(Plan, ALockThatSaysNothingCountsWithWholeBudgets) {
+    Plan plan(true);
+    const SketchTable table = sketch({loop(1, 2ms, 10ms, 0), loop(2, 20ms, 100ms, 0)});
+    ASSERT_TRUE(plan.add_loops(table));
+    LockDeclaration lock;
+    const auto add = [&](const sched::CriticalSection& section) { plan.add_section(section); };
+    LockDeclaration::each_section(table, add);
+    EXPECT_FALSE(plan.admit(Overheads(1)));  // loop 1 may wait for 20 ms
+}
+
+TEST(Plan, ALockIsCountedAsItIsDeclared) {
+    Plan plan(true);
+    const SketchTable table = sketch({loop(1, 2ms, 10ms, 0), loop(2, 20ms, 100ms, 0)});
+    ASSERT_TRUE(plan.add_loops(table));
+    LockDeclaration lock;
+    lock.held_by(1, 1ms);
+    lock.held_by(2, 5ms);
+    LockDeclaration::each_section(table, [&](const sched::CriticalSection& s) { plan.add_section(s); });
+    ASSERT_TRUE(plan.admit(Overheads(1)));
+    EXPECT_EQ(plan.admission().cores[0].loops[0].response, 7ms);
+}
+
+TEST(Plan, ALoopIsDeferrableWhereTheOthersCanBearIt) {
+    Plan plan(true);
+    ASSERT_TRUE(admit(plan, 1, sketch({loop(1, 6ms, 20ms, 0), loop(2, 8ms, 30ms, 0)})));
+    EXPECT_TRUE(spec_of(plan.specs(), 2).deferrable);  // nobody is below it
+    Plan full(true);
+    ASSERT_TRUE(admit(full, 1, sketch({loop(1, 10ms, 20ms, 0), loop(2, 20ms, 40ms, 0)})));
+    EXPECT_FALSE(spec_of(full.specs(), 1).deferrable);
 }
 
 TEST(Plan, NotEnforcedEverythingIsPlaced) {
-    Plan plan(std::vector<sched::PlatformOverheads>(1), false);
-    ASSERT_TRUE(plan.add_loops(sketch({loop(1, 90ms, 100ms, 0), loop(2, 90ms, 100ms)})));
+    Plan plan(false);
+    ASSERT_TRUE(admit(plan, 1, sketch({loop(1, 90ms, 100ms, 0), loop(2, 90ms, 100ms)})));
     EXPECT_FALSE(plan.admitted());
     const auto specs = plan.specs();
     ASSERT_EQ(specs.size(), 2u);
@@ -123,9 +160,11 @@ TEST(Plan, WhatThePlatformTakesCounts) {
     std::vector<sched::PlatformOverheads> overheads(1);
     overheads[0].interferers.push_back(
         {.name = "fair server", .cost = 50ms, .interval = 1s, .jitter = Nanoseconds{0}});
-    Plan plan(overheads, true);
-    EXPECT_FALSE(plan.add_loops(sketch({loop(1, 10ms, 50ms, 0)})));
-    EXPECT_TRUE(plan.add_loops(sketch({loop(1, 10ms, 70ms, 0)})));
+    Plan late(true), in_time(true);
+    ASSERT_TRUE(late.add_loops(sketch({loop(1, 10ms, 50ms, 0)})));
+    EXPECT_FALSE(late.admit(overheads));
+    ASSERT_TRUE(in_time.add_loops(sketch({loop(1, 10ms, 70ms, 0)})));
+    EXPECT_TRUE(in_time.admit(overheads));
 }
 
 }  // namespace

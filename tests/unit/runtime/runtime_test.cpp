@@ -229,16 +229,39 @@ TEST_F(RuntimeOverrun, StopStopsTheSketchThroughItsSafeStates) {
 
 // ---- begin --------------------------------------------------------------------------------------
 
-TEST_F(RuntimeTest, ARefusedSketchRunsNothingNotEvenSetup) {
-    bool set_up = false;
-    setup([&] { set_up = true; });
-    loop(1, 60ms, 100ms, 0, [] {});
-    loop(2, 60ms, 100ms, 0, [] {});
+TEST_F(RuntimeTest, OfARefusedSketchSetupRunsAndNoLoop) {
+    bool ran = false;
+    setup([] {});
+    loop(1, 60ms, 100ms, 0, [&] { ran = true; });
+    loop(2, 60ms, 100ms, 0, [&] { ran = true; });
     const Result<void> begun = begin();
     ASSERT_FALSE(begun);
     EXPECT_THAT(std::string(begun.error().message.view()), HasSubstr("test.ino:2"));
     EXPECT_THAT(std::string(runtime_->explanation().view()), HasSubstr("loop 2"));
-    EXPECT_FALSE(set_up);
+    EXPECT_FALSE(ran);
+}
+
+TEST_F(RuntimeTest, InterruptsThatAreRoutedLaterAreAdmittedAgain) {
+    SimConfig config;
+    config.interrupts.push_back({.device = DeviceClass::nic,
+                                 .rate_hz = 2000,
+                                 .arrival = board::sim::Arrival::periodic,
+                                 .core = 1,
+                                 .top_half = 150us});
+    Result<void> routed, without;
+    loop(1, 80ms, 100ms, 0, [&] {
+        routed = runtime_->route_interrupts(DeviceClass::nic, 1, false);  // to core 0
+        without = runtime_->route_interrupts(DeviceClass::disk, 1, false);
+        wait();
+    });
+    loop(2, 1ms, 100ms, 1, [&] { wait(); });
+    ASSERT_TRUE(begin(config));
+    run(150ms);
+    ASSERT_FALSE(routed);
+    EXPECT_THAT(std::string(routed.error().message.view()),
+                HasSubstr("with these interrupts routed so, loop 1 on core 0"));
+    EXPECT_EQ(board_->stolen_time(0), Nanoseconds{0}) << "the change was undone";
+    EXPECT_TRUE(without);
 }
 
 TEST_F(RuntimeTest, WithoutEnforcementItRunsAllTheSame) {

@@ -196,5 +196,24 @@ TEST(Admission, FullTablesAreStillExact) {
     EXPECT_EQ(admit(load).loops.back().response, 32ms + 31 * 2 * 64us);
 }
 
+TEST(Admission, ABottomHalfHasAResponseTime) {
+    // It works for loop 1: 1 of its 10 ms; below loop 1, above loop 2, beside the other bottom
+    // half.
+    const CoreLoad load = load_of(
+        {loop_of(1, 2ms, 10ms), loop_of(2, 50ms, 100ms), io_of(33, 10ms, 100ms), io_of(34, 1ms, 20ms)});
+    const Admission admission = admit(load);
+    ASSERT_EQ(admission.ios.size(), 2u);
+    EXPECT_EQ(admission.ios[0].id, 33);
+    EXPECT_EQ(admission.ios[0].response, 1ms + 2ms + 2 * 500us);
+    EXPECT_EQ(admission.ios[0].replenishment, 10ms);
+    EXPECT_EQ(admission.ios[1].response, 500us + 2ms + 2 * 1ms);
+    EXPECT_TRUE(admit(load_of({io_of(33, 10ms, 100ms)})).ios.empty());
+}
+
+TEST(Admission, ABottomHalfBelowAFullCoreIsNeverServed) {
+    const Admission admission = admit(load_of({loop_of(1, 10ms, 10ms, kAnyCore), io_of(33, 1ms, 100ms)}));
+    EXPECT_GT(admission.ios[0].response, kResponseLimit * 10ms);
+}
+
 }  // namespace
 }  // namespace qduino::sched

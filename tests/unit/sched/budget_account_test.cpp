@@ -12,6 +12,9 @@ using Phase = BudgetAccount::Phase;
 using Kind = BudgetEffect::Kind;
 
 constexpr BudgetEffect arm_in(Nanoseconds in) { return {.kind = Kind::arm_in, .in = in}; }
+constexpr BudgetEffect step_back_for(Nanoseconds in) {
+    return {.kind = Kind::arm_in, .in = in, .steps_back = true};
+}
 constexpr BudgetEffect arm_at(std::int64_t at) { return {.kind = Kind::arm_at, .at = at_ns(at)}; }
 constexpr BudgetEffect sleep_until(std::int64_t at) { return {.kind = Kind::sleep_until, .at = at_ns(at)}; }
 constexpr BudgetEffect kDisarm{.kind = Kind::disarm};
@@ -97,7 +100,7 @@ TEST(BudgetAccount, PutsTheSleepOffUntilTheLastUnlock) {
     BudgetAccount account = make_account();
     account.holds();
     account.holds();
-    EXPECT_EQ(account.timer(at(10, 10)), arm_in(10ns));
+    EXPECT_EQ(account.timer(at(10, 10)), step_back_for(10ns));
     EXPECT_EQ(account.phase(), Phase::overrunning);
     EXPECT_FALSE(account.releases());
     EXPECT_TRUE(account.releases());
@@ -107,10 +110,10 @@ TEST(BudgetAccount, PutsTheSleepOffUntilTheLastUnlock) {
 TEST(BudgetAccount, PutsItOffByOneBudgetAtMost) {
     BudgetAccount account = make_account();
     account.holds();
-    EXPECT_EQ(account.timer(at(10, 10)), arm_in(10ns));
-    EXPECT_EQ(account.timer(at(20, 16)), arm_in(4ns)) << "it was preempted for 4";
+    EXPECT_EQ(account.timer(at(10, 10)), step_back_for(10ns));
+    EXPECT_EQ(account.timer(at(20, 16)), step_back_for(4ns)) << "it was preempted for 4";
     EXPECT_EQ(account.blocks(at(21, 17), kForever), kDisarm);
-    EXPECT_EQ(account.woke(at_ns(30), 17ns), arm_in(3ns)) << "a wait renews nothing";
+    EXPECT_EQ(account.woke(at_ns(30), 17ns), step_back_for(3ns)) << "a wait renews nothing";
     EXPECT_EQ(account.timer(at(33, 20, 1)).kind, Kind::sleep_until);
     EXPECT_FALSE(account.releases());
 }
@@ -125,12 +128,12 @@ TEST(BudgetAccount, ALockWithinTheBudgetChangesNothing) {
 TEST(BudgetAccount, EachHoldHasABudgetOfItsOwn) {
     BudgetAccount account = make_account();
     account.holds();
-    EXPECT_EQ(account.timer(at(16, 16)), arm_in(4ns));
+    EXPECT_EQ(account.timer(at(16, 16)), step_back_for(4ns));
     ASSERT_TRUE(account.releases());
     EXPECT_EQ(account.timer(at(16, 16)), sleep_until(106));
     EXPECT_EQ(account.resumed(at(106, 16, 1)), arm_in(4ns));
     account.holds();
-    EXPECT_EQ(account.timer(at(110, 20, 1)), arm_in(10ns));
+    EXPECT_EQ(account.timer(at(110, 20, 1)), step_back_for(10ns));
 }
 
 TEST(BudgetAccount, WhatTheWayThroughAWaitOverranIsNotTheLocks) {
@@ -142,7 +145,7 @@ TEST(BudgetAccount, WhatTheWayThroughAWaitOverranIsNotTheLocks) {
     EXPECT_EQ(account.blocks(at(11, 9, 2), at_ns(20)), arm_at(21));
     EXPECT_EQ(account.woke(at_ns(20), 12ns), kNothing);  // the way took 3, and 1 was left
     account.holds();
-    EXPECT_EQ(account.timer(at(21, 13, 3)), arm_in(9ns));
+    EXPECT_EQ(account.timer(at(21, 13, 3)), step_back_for(9ns));
 }
 
 // ---- I/O VCPUs ----------------------------------------------------------------------------------

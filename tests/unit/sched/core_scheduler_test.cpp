@@ -162,45 +162,65 @@ TEST(CoreScheduler, AnInheritedRankGoesBeforeThoseBetween) {
     EXPECT_EQ(core.decide(at_ns(0)), run(2, 5));
     core.inherit(1, {10ns, 3});  // a VCPU of period 10, perhaps of another core, waits for 1
     EXPECT_EQ(core.decide(at_ns(1)), run(1, 6));
-    core.inherit(1, {100ns, 1});  // its own rank: no more
+    core.inherit(1, Rank{});  // no more
     EXPECT_EQ(core.decide(at_ns(2)), run(2, 6));
     core.inherit(1, {200ns, 9});  // below its own: it keeps its own
     core.block(2, at_ns(3));
     EXPECT_EQ(core.decide(at_ns(3)), run(1, 7));
 }
 
-TEST(CoreScheduler, WhoHoldsALockOverrunsByOneBudgetAtMostAndGivesItBack) {
+TEST(CoreScheduler, AHolderWithoutBudgetRunsOnItsWaitersAndAtItsRank) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}));   // holds the lock
+    ASSERT_TRUE(core.add(2, {5ns, 20ns}));   // has no part in it
+    ASSERT_TRUE(core.add(3, {4ns, 100ns}));  // waits for it
+    core.wake(3, at_ns(0));
+    core.wait_for_lock(3, true, at_ns(0));
+    core.inherit(1, {100ns, 3});
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 3));
+    core.wake(2, at_ns(3));
+    EXPECT_EQ(core.decide(at_ns(3)), run(2, 8));  // above 3, and so above 1
+    core.block(2, at_ns(8));
+    EXPECT_EQ(core.decide(at_ns(8)), run(1, 10));
+    EXPECT_EQ(core.decide(at_ns(10)), run(1, 13));  // its own again
+    EXPECT_EQ(core.consumed(3), 2ns);
+    core.inherit(1, Rank{});  // it gave the lock back
+    core.wait_for_lock(3, false, at_ns(11));
+    EXPECT_EQ(core.decide(at_ns(11)), run(1, 13));
+    EXPECT_EQ(core.decide(at_ns(13)), run(3, 15));
+    EXPECT_EQ(core.consumed(1), 6ns);
+}
+
+TEST(CoreScheduler, AHolderWithoutBudgetForWhomNobodyWaitsIsThrottled) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(1, {3ns, 10ns}));
     core.wake(1, at_ns(0));
     EXPECT_EQ(core.decide(at_ns(0)), run(1, 3));
-    core.set_holding(1, true, at_ns(2));
-    EXPECT_EQ(core.decide(at_ns(2)), run(1, 3));
-    EXPECT_EQ(core.decide(at_ns(3)), run(1, 6));
-    EXPECT_EQ(core.decide(at_ns(5)), run(1, 6));
-    core.set_holding(1, false, at_ns(5));
-    EXPECT_EQ(core.available(1, at_ns(5)), 0ns);
-    EXPECT_EQ(core.decide(at_ns(5)), idle(at_ns(12)));  // two of the next period's three are gone
-    EXPECT_EQ(core.decide(at_ns(12)), run(1, 13));
-    EXPECT_EQ(core.decide(at_ns(13)), idle(at_ns(20)));
-    core.set_holding(1, true, at_ns(20));
-    EXPECT_EQ(core.decide(at_ns(20)), run(1, 23));
-    EXPECT_EQ(core.decide(at_ns(23)), run(1, 26));
-    EXPECT_FALSE(core.decide(at_ns(26)).vcpu);  // it still holds it
-    EXPECT_EQ(core.consumed(1), 12ns);
+    core.inherit(1, {20ns, 9});  // of another core: it pays for nothing here
+    EXPECT_EQ(core.decide(at_ns(3)), idle(at_ns(10)));
 }
 
-TEST(CoreScheduler, AnIoVcpuThatHoldsALockOverrunsToo) {
+TEST(CoreScheduler, AWaitForALockDelaysNoRefill) {
     CoreScheduler core;
-    ASSERT_TRUE(core.add_io(33, {2ns, 10ns}));
-    core.wake(33, at_ns(0));
-    core.set_holding(33, true, at_ns(0));
-    EXPECT_EQ(core.decide(at_ns(0)), run(33, 2));
-    EXPECT_EQ(core.decide(at_ns(2)), run(33, 4));
-    core.set_holding(33, false, at_ns(4));
-    EXPECT_FALSE(core.decide(at_ns(4)).vcpu);
-    EXPECT_GE(core.next_replenishment(33), at_ns(10));
-    EXPECT_EQ(core.consumed(33), 4ns);
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}));
+    core.wake(1, at_ns(0));
+    core.wait_for_lock(1, true, at_ns(0));
+    EXPECT_FALSE(core.decide(at_ns(0)).vcpu);
+    core.wait_for_lock(1, false, at_ns(6));
+    EXPECT_EQ(core.decide(at_ns(6)), run(1, 9));
+    EXPECT_EQ(core.decide(at_ns(9)), idle(at_ns(10)));  // and not at 16
+}
+
+TEST(CoreScheduler, ADeferrableLoopsBudgetComesBackAtOnce) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}, kEpoch, {.deferrable = true}));
+    core.wake(1, at_ns(0));
+    core.block(1, at_ns(0));
+    core.wake(1, at_ns(7));
+    EXPECT_EQ(core.decide(at_ns(7)), run(1, 10));
+    EXPECT_EQ(core.decide(at_ns(10)), run(1, 13));
+    EXPECT_EQ(core.decide(at_ns(13)), idle(at_ns(20)));
 }
 
 }  // namespace

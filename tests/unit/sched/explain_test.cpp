@@ -75,7 +75,7 @@ TEST(Explain, AWholeMachine) {
                                      loop_of(3, 6ms, 10ms, kAnyCore)};
     const std::vector<PlatformOverheads> overheads(2);
     const auto machine = std::make_unique<MulticoreAdmission>();
-    admit_all(requests, overheads, *machine);
+    admit_all(requests, overheads, {}, *machine);
     EXPECT_EQ(text_of(explain(*machine)),
               "core 0: admitted, utilisation 0.9000 <= bound 1.0000\n"
               "  loop 1   R = 9 ms <= T = 10 ms\n"

@@ -24,8 +24,8 @@ TEST(Pibs, UsedInPartComesBackSooner) {
     server.activate(at_ns(100), 16ns);
     server.consume(at_ns(101), 1ns);
     EXPECT_EQ(server.available(at_ns(101)), 3ns);
-    server.finish(at_ns(101));
-    EXPECT_TRUE(server.idle());
+    server.block(at_ns(101));
+    EXPECT_TRUE(server.blocked());
     server.activate(at_ns(102), 16ns);
     EXPECT_EQ(server.available(at_ns(103)), 0ns);
     EXPECT_EQ(server.next_replenishment(), at_ns(104));
@@ -82,7 +82,7 @@ TEST(Pibs, AnOverrunMovesTheReplenishment) {
     server.activate(at_ns(0), 16ns);
     server.consume(at_ns(7), 7ns);
     EXPECT_EQ(server.next_replenishment(), at_ns(28));
-    server.finish(at_ns(7));
+    server.block(at_ns(7));
     EXPECT_EQ(server.next_replenishment(), at_ns(28));
     server.consume(at_ns(8), 1ns);  // on its way to sleep
     EXPECT_EQ(server.next_replenishment(), at_ns(32));

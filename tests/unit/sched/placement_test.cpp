@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "tests/unit/sched/make.h"
@@ -14,7 +17,7 @@ namespace {
 std::unique_ptr<MulticoreAdmission> admit_on(std::size_t cores, const std::vector<Vcpu>& requests) {
     const std::vector<PlatformOverheads> overheads(cores);
     auto result = std::make_unique<MulticoreAdmission>();
-    admit_all(requests, overheads, *result);
+    admit_all(requests, overheads, {}, *result);
     return result;
 }
 
@@ -100,9 +103,47 @@ TEST(Placement, EachCoreHasItsOwnOverheads) {
     overheads[0].interferers.push_back(kernel_fair_server());
     const std::array<Vcpu, 1> requests{loop_of(1, 1ms, 8ms, kAnyCore)};
     const auto machine = std::make_unique<MulticoreAdmission>();
-    admit_all(requests, overheads, *machine);
+    admit_all(requests, overheads, {}, *machine);
     EXPECT_TRUE(machine->admitted);
     EXPECT_EQ(machine->core_of(1), 1);
+}
+
+/// Loops that fill one core to 95 % and are admitted there. Periods of 1 to 100 ms, log-uniform;
+/// shares by Stafford's way for n parts of a sum (UUniFast: E. Bini, G. Buttazzo, 2005).
+std::vector<Vcpu> loops_of_a_full_core(std::mt19937_64& random) {
+    std::uniform_real_distribution<double> part{0, 1};
+    for (;;) {
+        const int count = 3 + static_cast<int>(random() % 6);
+        CoreLoad load;
+        double left = 0.95;
+        for (int i = 0; i < count; ++i) {
+            const double next = i + 1 < count ? left * std::pow(part(random), 1.0 / (count - 1 - i)) : 0;
+            const auto period = static_cast<std::int64_t>(std::pow(10.0, 6 + 2 * part(random)));
+            const auto budget = static_cast<std::int64_t>((left - next) * static_cast<double>(period));
+            left = next;
+            static_cast<void>(
+                load.try_add({static_cast<VcpuId>(i + 1), Nanoseconds{std::max<std::int64_t>(budget, 1)},
+                              Nanoseconds{period}, kAnyCore}));
+        }
+        if (is_admissible(load)) return {load.mains.begin(), load.mains.end()};
+    }
+}
+
+TEST(Placement, RefusesFewOfTheSetsThatFit) {
+    std::mt19937_64 random{20261123};
+    int refused = 0;
+    constexpr int kSets = 120;
+    for (int set = 0; set < kSets; ++set) {
+        const std::size_t cores = 2 + static_cast<std::size_t>(set) % 3;
+        std::vector<Vcpu> all;
+        for (std::size_t core = 0; core < cores; ++core) {
+            for (const Vcpu& loop : loops_of_a_full_core(random)) all.push_back(loop);
+        }
+        std::shuffle(all.begin(), all.end(), random);
+        for (std::size_t i = 0; i < all.size(); ++i) all[i].id = static_cast<VcpuId>(i + 1);
+        refused += admit_on(cores, all)->admitted ? 0 : 1;
+    }
+    EXPECT_LE(refused, kSets / 20);
 }
 
 }  // namespace

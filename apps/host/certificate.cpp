@@ -1,0 +1,75 @@
+#include "apps/host/certificate.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/contract.h"
+
+namespace qduino::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json budget_claim(const sched::Vcpu& vcpu) {
+    return {{"id", vcpu.id}, {"budget_ns", vcpu.budget.count()}, {"period_ns", vcpu.period.count()}};
+}
+
+Json io_claim(const sched::Vcpu& io) {
+    Json claim = budget_claim(io);
+    claim["client_period_ns"] = io.client_period.count();
+    return claim;
+}
+
+Json loop_claim(const sched::Vcpu& loop, const sched::Admission& admission) {
+    const auto* const verdict = std::ranges::find(admission.loops, loop.id, &sched::LoopResponse::id);
+    QDUINO_EXPECT(verdict != admission.loops.end());
+    Json claim = budget_claim(loop);
+    claim["suspension_ns"] = loop.suspension.count();
+    claim["sleeps"] = loop.sleeps;
+    claim["deferrable"] = loop.deferrable;
+    claim["response_ns"] = verdict->response.count();
+    return claim;
+}
+
+Json core_claim(const sched::CoreLoad& load, const sched::Admission& admission) {
+    Json loops = Json::array(), ios = Json::array(), interferers = Json::array(), sections = Json::array();
+    for (const sched::Vcpu& loop : load.mains) loops.push_back(loop_claim(loop, admission));
+    for (const sched::Vcpu& io : load.ios) ios.push_back(io_claim(io));
+    for (const sched::PlatformInterferer& each : load.overheads.interferers) {
+        interferers.push_back({{"name", each.name.view()},
+                               {"cost_ns", each.cost.count()},
+                               {"interval_ns", each.interval.count()},
+                               {"jitter_ns", each.jitter.count()}});
+    }
+    for (const sched::CriticalSection& section : load.sections) {
+        if (std::ranges::count(load.mains, section.loop, &sched::Vcpu::id) == 0) continue;
+        sections.push_back(
+            {{"loop", section.loop}, {"lock", section.lock}, {"length_ns", section.length.count()}});
+    }
+    return {{"core", load.core},
+            {"owned", admission.by == sched::AdmittedBy::owned},
+            {"priorities", load.overheads.priorities},
+            {"activation_ns", load.overheads.per_activation().count()},
+            {"kept_ns", load.overheads.kept_budget.count()},
+            {"kept_period_ns", load.overheads.kept_period.count()},
+            {"interferers", interferers},
+            {"sections", sections},
+            {"ios", ios},
+            {"loops", loops}};
+}
+
+}  // namespace
+
+std::string certificate_json(const runtime::Plan& plan, const std::string& sketch) {
+    QDUINO_EXPECT(plan.admitted());
+    const sched::MulticoreAdmission& admission = plan.admission();
+    Json cores = Json::array();
+    for (const sched::CoreLoad& load : admission.loads) {
+        if (load.mains.empty() && load.ios.empty()) continue;
+        cores.push_back(core_claim(load, admission.cores[static_cast<std::size_t>(load.core)]));
+    }
+    const Json out{{"certificate", 1}, {"sketch", sketch}, {"cores", cores}};
+    return out.dump(2) + "\n";
+}
+
+}  // namespace qduino::apps

@@ -1,0 +1,64 @@
+#include "sched/deferrable_server.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "sched/exact.h"
+
+namespace qduino::sched {
+
+DeferrableServer::DeferrableServer(VcpuParameters parameters, Instant start)
+    : parameters_(parameters), period_{start, parameters.budget, start} {
+    QDUINO_EXPECT(parameters.valid());
+}
+
+DeferrableServer::Period DeferrableServer::period_at(Instant now) const {
+    const std::int64_t passed = std::max<std::int64_t>((now - period_.begin) / parameters_.period, 0);
+    // As many budgets as fill it up; a debt takes more than one.
+    const std::int64_t counted =
+        std::min(passed, div_ceil((parameters_.budget - period_.left).count(), parameters_.budget.count()));
+    if (passed == 0) return period_;
+    const Instant begin = period_.begin + passed * parameters_.period;
+    return {begin, std::min(period_.left + counted * parameters_.budget, parameters_.budget), begin};
+}
+
+Nanoseconds DeferrableServer::available(Instant now) const {
+    const Period period = period_at(now);
+    return std::clamp(period.left, Nanoseconds{0}, period.begin + parameters_.period - now);
+}
+
+Instant DeferrableServer::next_replenishment() const {
+    if (period_.left > Nanoseconds{0}) return period_.begin;
+    return period_.begin + (1 - period_.left / parameters_.budget) * parameters_.period;
+}
+
+Nanoseconds DeferrableServer::consume(Instant now_end, Nanoseconds used) {
+    QDUINO_EXPECT(used >= Nanoseconds{0});
+    period_ = period_at(now_end - used);
+    const Nanoseconds overrun = std::max(used - std::max(period_.left, Nanoseconds{0}), Nanoseconds{0});
+    period_.left -= used;
+    consumed_ += used;
+    return overrun;
+}
+
+void DeferrableServer::unblock(Instant now) {
+    if (!blocked_) return;
+    blocked_ = false;
+    const Period period = period_at(now);
+    // Whole periods went by: this one begins with the work.
+    if (period.begin != period_.begin) period_ = {now, period.left, period_.begin + parameters_.period};
+}
+
+void DeferrableServer::release(Instant nominal) {
+    if (nominal >= period_.begin + parameters_.period)
+        period_ = {nominal, period_at(nominal).left, nominal};
+    else if (nominal >= period_.earliest)
+        period_.begin = nominal;
+}
+
+void DeferrableServer::block(Instant now) {
+    period_ = period_at(now);
+    blocked_ = true;
+}
+
+}  // namespace qduino::sched

@@ -1,0 +1,90 @@
+#include "sched/deferrable_server.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace qduino::sched {
+namespace {
+
+constexpr Instant at(std::int64_t ns) { return instant_from_ns(ns); }
+constexpr Nanoseconds ns(std::int64_t count) { return Nanoseconds{count}; }
+
+TEST(DeferrableServer, TheDrawingOfItsHead) {
+    DeferrableServer server{{3ns, 10ns}};
+    server.unblock(at(0));
+    server.block(at(0));  // sleeps
+    server.unblock(at(7));
+    EXPECT_EQ(server.available(at(7)), 3ns);
+    EXPECT_EQ(server.consume(at(10), 3ns), 0ns);
+    EXPECT_EQ(server.available(at(10)), 3ns);  // at once
+    EXPECT_EQ(server.consume(at(13), 3ns), 0ns);
+    EXPECT_EQ(server.available(at(13)), 0ns);
+    EXPECT_EQ(server.next_replenishment(), at(20));
+}
+
+TEST(DeferrableServer, ItsPeriodsBeginWithTheLoopsReleases) {
+    DeferrableServer server{{3ns, 10ns}};
+    server.unblock(at(0));
+    server.consume(at(3), 3ns);
+    server.block(at(3));
+    server.unblock(at(14));
+    EXPECT_EQ(server.available(at(14)), 3ns);
+    server.consume(at(17), 3ns);
+    EXPECT_EQ(server.next_replenishment(), at(24));
+}
+
+TEST(DeferrableServer, WakingWithinAPeriodBringsNothing) {
+    DeferrableServer server{{3ns, 10ns}};
+    server.unblock(at(0));
+    server.consume(at(2), 2ns);
+    server.block(at(2));
+    server.unblock(at(9));
+    EXPECT_EQ(server.available(at(9)), 1ns);
+}
+
+TEST(DeferrableServer, BudgetIsAskedForAgainAtTheEndOfAPeriod) {
+    DeferrableServer server{{6ns, 10ns}};
+    server.unblock(at(0));
+    EXPECT_EQ(server.available(at(8)), 2ns);
+    EXPECT_EQ(server.consume(at(10), 2ns), 0ns);
+    EXPECT_EQ(server.available(at(10)), 6ns);
+}
+
+TEST(DeferrableServer, AnOverrunIsPaidOutOfThePeriodsToCome) {
+    DeferrableServer server{{3ns, 10ns}};
+    server.unblock(at(0));
+    EXPECT_EQ(server.consume(at(8), 8ns), 5ns);
+    EXPECT_EQ(server.available(at(8)), 0ns);
+    EXPECT_EQ(server.available(at(10)), 0ns);  // −5 + 3
+    EXPECT_EQ(server.next_replenishment(), at(20));
+    EXPECT_EQ(server.available(at(20)), 1ns);  // −5 + 6
+    EXPECT_EQ(server.available(at(30)), 3ns);
+    EXPECT_EQ(server.consumed(), 8ns);
+}
+
+/// Whatever a loop does, each of its periods gives it one budget, a window of a period at most two.
+TEST(DeferrableServer, NoWindowOfAPeriodHasMoreThanTwoBudgets) {
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+        std::mt19937_64 random{seed};
+        const auto pick = [&](std::int64_t low, std::int64_t high) {
+            return std::uniform_int_distribution<std::int64_t>{low, high}(random);
+        };
+        const std::int64_t period = pick(2, 20), budget = pick(1, period);
+        DeferrableServer server{{ns(budget), ns(period)}};
+        std::vector<std::int64_t> ran;
+        for (std::int64_t now = 0; now < 400; ++now) {
+            if (pick(0, 3) == 0) server.blocked() ? server.unblock(at(now)) : server.block(at(now));
+            if (server.blocked() || server.available(at(now)) == 0ns || pick(0, 2) == 0) continue;
+            EXPECT_EQ(server.consume(at(now + 1), 1ns), 0ns);
+            ran.push_back(now);
+        }
+        for (std::size_t first = 0; first < ran.size(); ++first) {
+            const auto end = std::lower_bound(ran.begin(), ran.end(), ran[first] + period);
+            ASSERT_LE(end - ran.begin() - static_cast<std::ptrdiff_t>(first), 2 * budget) << "seed " << seed;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace qduino::sched

@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Verifies what `qduino check --certificate FILE` wrote: that the times it claims for a sketch's loops are bounds.
+
+    tools/check_certificate.py FILE        exit 0: every claim holds; 1: one does not, and why
+    tools/check_certificate.py --self-test
+
+Shares no code with the scheduler's analysis, and does not look for a response time: it puts the claimed R into the equation.
+Where demand(R) <= R, the least solution of the equation is at most R (the demand never falls as the window grows), so R is a
+bound, however it was found. All in whole nanoseconds and exact fractions.
+
+  demand(i, w) = C_i + S_i + B_i + sum over loops j that can delay i of ceil((w + J_j)/T_j) C_j
+                 + sum over bottom halves of max over clients q (1 + ceil((w - U T_q)/T_q)) U T_q
+                 + sum over interferers of ceil((w + jitter)/interval) cost
+
+C with what an activation costs; B: Sha, Rajkumar, Lehoczky, IEEE ToC 1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom
+halves: Missimer, Missimer, West, ECRTS 2016. A core that the utilisation bound admits is held against that bound instead (Liu,
+Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
+"""
+import copy
+import json
+import sys
+from fractions import Fraction
+
+
+def ceil(a, b):
+    return -(-a // b)
+
+
+class Core:
+    def __init__(self, claim):
+        self.claim = claim
+        self.loops = sorted(claim["loops"], key=lambda loop: (loop["period_ns"], loop["id"]))
+        self.ios = claim["ios"]
+        self.overhead = claim["activation_ns"]
+        self.interferers = list(claim["interferers"])
+        self.sections = claim["sections"]
+        # The system takes this from the loops where they leave it less. Two pieces can meet.
+        if claim["kept_ns"] and self.loops and self.taken(claim["kept_period_ns"]) + claim["kept_ns"] > claim["kept_period_ns"]:
+            self.interferers.append({"cost_ns": claim["kept_ns"], "interval_ns": claim["kept_period_ns"],
+                                     "jitter_ns": claim["kept_period_ns"] - claim["kept_ns"]})
+
+    def cost(self, loop):
+        return loop["budget_ns"] + self.overhead
+
+    def last_priority(self, i):
+        """Loop i has the lowest priority that the core tells apart, and shares it."""
+        return i + 1 >= self.claim["priorities"]
+
+    def delaying(self, i):
+        return [loop for j, loop in enumerate(self.loops) if j != i and (j < i or self.last_priority(i))]
+
+    def clients(self, io, i):
+        periods = [io["client_period_ns"]] if io["client_period_ns"] else [loop["period_ns"] for loop in self.loops]
+        return [t for t in periods if t <= self.loops[i]["period_ns"] or self.last_priority(i)]
+
+    def blocking(self, i):
+        rank = {loop["id"]: j for j, loop in enumerate(self.loops)}
+        sections = [(rank[s["loop"]], s["lock"], s["length_ns"]) for s in self.sections]
+        locks = {lock for j, lock, _ in sections if j <= i}
+        while True:  # chains: a lower loop that holds one of these may wait for any other lock that it takes
+            holders = {j for j, lock, _ in sections if j > i and lock in locks}
+            more = locks | {lock for j, lock, _ in sections if j in holders}
+            if more == locks:
+                break
+            locks = more
+        lower = [(j, lock, length) for j, lock, length in sections if j > i and lock in locks]
+        by_loop = sum(max(length for j, _, length in lower if j == k) for k in {j for j, _, _ in lower})
+        by_lock = sum(max(length for _, lock, length in lower if lock == k) for k in {lock for _, lock, _ in lower})
+        return min(by_loop, by_lock)
+
+    def io_demand(self, io, i, window):
+        most = 0
+        for t in self.clients(io, i):
+            share = max(ceil(io["budget_ns"] * t, io["period_ns"]), self.overhead + 1)
+            most = max(most, (1 + ceil(max(window - share, 0), t)) * share)
+        return most
+
+    def releases(self, loop, window):
+        jitter = loop["period_ns"] - loop["budget_ns"] if loop["deferrable"] else 0
+        return ceil(window + jitter, loop["period_ns"])
+
+    def demand(self, i, window):
+        loop = self.loops[i]
+        blocked = self.blocking(i) * (1 + (loop["sleeps"] if loop["suspension_ns"] else 0))
+        total = self.cost(loop) + loop["suspension_ns"] + blocked
+        total += sum(self.releases(other, window) * self.cost(other) for other in self.delaying(i))
+        total += sum(self.io_demand(io, i, window) for io in self.ios)
+        return total + self.taken_by_platform(window)
+
+    def taken(self, window):
+        """By all of them, for one that has the lowest priority of all."""
+        last = len(self.loops) - 1
+        return (sum(self.releases(loop, window) * self.cost(loop) for loop in self.loops) + self.taken_by_platform(window)
+                + sum(self.io_demand(io, last, window) for io in self.ios))
+
+    def taken_by_platform(self, window):
+        return sum(ceil(window + each["jitter_ns"], each["interval_ns"]) * each["cost_ns"] for each in self.interferers)
+
+    def within_bound(self):
+        """(1 + u/n)^n <= 2, where the bound may be used at all."""
+        n = len(self.loops)
+        if self.sections or self.claim["kept_ns"] or n > self.claim["priorities"] or any(loop["deferrable"] for loop in self.loops):
+            return False
+        u = sum(Fraction(self.cost(loop), loop["period_ns"]) for loop in self.loops)
+        for io in self.ios:
+            share = Fraction(io["budget_ns"], io["period_ns"])
+            shortest = io["client_period_ns"] or min(loop["period_ns"] for loop in self.loops)
+            if self.overhead and share * shortest <= self.overhead:
+                return False
+            u += (2 - share) * share
+        u += max(Fraction(self.taken_by_platform(loop["period_ns"]), loop["period_ns"]) for loop in self.loops)
+        return (1 + u / n) ** n <= 2
+
+    def faults(self):
+        ids = [each["id"] for each in self.loops + self.ios]
+        if len(set(ids)) != len(ids):
+            yield "two VCPUs have one number"
+        for each in self.loops + self.ios:
+            if not 0 < each["budget_ns"] <= each["period_ns"]:
+                yield "VCPU %d: 0 < budget <= period does not hold" % each["id"]
+        for section in self.sections:
+            if section["loop"] not in [loop["id"] for loop in self.loops]:
+                yield "a critical section of loop %d, which is not on this core" % section["loop"]
+                return
+        if self.claim["owned"]:
+            if len(ids) != 1 or not self.loops or self.loops[0]["budget_ns"] != self.loops[0]["period_ns"]:
+                yield "claimed as owned by one loop, and is not"
+            return
+        by_bound = bool(self.loops) and self.within_bound()
+        for i, loop in enumerate(self.loops):
+            if loop["suspension_ns"] and not loop["deferrable"]:
+                yield "loop %d sleeps, and its budget does not come back at its releases" % loop["id"]
+            response = loop["response_ns"]
+            if response > loop["period_ns"]:
+                yield "loop %d: R = %d ns is beyond its period" % (loop["id"], response)
+            elif not by_bound and self.demand(i, response) > response:
+                yield "loop %d: claimed R = %d ns, but up to then %d ns are asked for" % (
+                    loop["id"], response, self.demand(i, response))
+
+
+def faults_of(certificate):
+    if certificate.get("certificate") != 1:
+        yield "not a certificate of this version"
+        return
+    for claim in certificate["cores"]:
+        for fault in Core(claim).faults():
+            yield "core %d: %s" % (claim["core"], fault)
+
+
+# ---- its own cases ------------------------------------------------------------------------------
+
+def loop(number, budget, period, response, **others):
+    return {"id": number, "budget_ns": budget, "period_ns": period, "response_ns": response, "suspension_ns": 0, "sleeps": 1,
+            "deferrable": False} | others
+
+
+def core(loops, **others):
+    return {"certificate": 1, "cores": [{"core": 0, "owned": False, "priorities": 32, "activation_ns": 0, "kept_ns": 0, "kept_period_ns": 0, "interferers": [],
+                                         "sections": [], "ios": [], "loops": loops} | others]}
+
+
+def self_test():
+    golden = core([loop(1, 30, 100, 50), loop(2, 20, 100, 86), loop(3, 4, 10, 4)])
+    locks = core([loop(1, 2, 12, 7), loop(2, 6, 35, 8)],
+                 sections=[{"loop": 1, "lock": 0, "length_ns": 1}, {"loop": 2, "lock": 0, "length_ns": 5}])
+    sleeps = core([loop(1, 6, 20, 6), loop(2, 8, 30, 29, suspension_ns=9, deferrable=True)])
+    io = core([loop(1, 6, 10, 8), loop(2, 5, 40, 37)],
+              ios=[{"id": 33, "budget_ns": 1, "period_ns": 10, "client_period_ns": 0}])
+    owned = core([loop(1, 10, 10, 10)], owned=True)
+    kept = core([loop(1, 50, 100, 50), loop(2, 39, 100, 99)], kept_ns=10, kept_period_ns=100)
+
+    def broken(certificate, change):
+        certificate = copy.deepcopy(certificate)
+        change(certificate["cores"][0])
+        return certificate
+
+    def less(number):
+        return lambda c: c["loops"][number].update(response_ns=c["loops"][number]["response_ns"] - 1)
+
+    good = [golden, locks, sleeps, io, owned, kept]
+    bad = [broken(golden, less(0)), broken(golden, less(1)), broken(golden, lambda c: c["loops"][2].update(budget_ns=5)),
+           broken(golden, lambda c: c["interferers"].append({"cost_ns": 15, "interval_ns": 100, "jitter_ns": 0})),
+           broken(golden, lambda c: c.update(activation_ns=2)), broken(golden, lambda c: c["loops"][0].update(id=2)),
+           broken(locks, less(0)), broken(locks, lambda c: c["sections"][1].update(length_ns=6)),
+           broken(sleeps, lambda c: c["loops"][1].update(deferrable=False)), broken(sleeps, lambda c: c["loops"][1].update(suspension_ns=11)),
+           broken(io, less(0)), broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))), {"certificate": 2}]
+    wrong = [number for number, each in enumerate(good) if list(faults_of(each))]
+    missed = [number for number, each in enumerate(bad) if not list(faults_of(each))]
+    for number in wrong:
+        print("good case %d: %s" % (number, list(faults_of(good[number]))))
+    for number in missed:
+        print("bad case %d is not seen" % number)
+    print("certificate: %d good cases, %d bad ones, %d wrong" % (len(good), len(bad), len(wrong) + len(missed)))
+    return 1 if wrong or missed else 0
+
+
+def main(arguments):
+    if arguments == ["--self-test"]:
+        return self_test()
+    if len(arguments) != 1:
+        print(__doc__.strip().splitlines()[2].strip(), file=sys.stderr)
+        return 2
+    with open(arguments[0], encoding="utf-8") as file:
+        certificate = json.load(file)
+    faults = list(faults_of(certificate))
+    for fault in faults:
+        print(fault)
+    print("certificate: %d cores, %d loops: %s" % (len(certificate.get("cores", [])),
+                                                   sum(len(c["loops"]) for c in certificate.get("cores", [])),
+                                                   "every claim holds" if not faults else "%d claims do not hold" % len(faults)))
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
