@@ -25,6 +25,8 @@ struct CoreGuarantee {
     int core = 0;
     double interrupts_per_second = -1;  ///< residual; -1: not measured
     Nanoseconds worst_gap{-1};          ///< worst gap that a bare spin saw; -1: not measured
+    double counted_per_second = -1;     ///< interrupts that admission counts; -1: none
+    Nanoseconds counted_cost{};         ///< and how long each is
     bool tick_stopped = false;
     bool throttling_lifted = false;
     FixedString<200> note;

@@ -149,6 +149,13 @@ board::VcpuId Plan::owner_of(int core) const {
     return found == requests_.end() ? board::kNoVcpu : found->id;
 }
 
+bool Plan::may_share(int core) const {
+    const auto comes_here = [core](const sched::Vcpu& vcpu) {
+        return vcpu.core == core || vcpu.core == sched::kAnyCore;
+    };
+    return owner_of(core) == board::kNoVcpu && std::ranges::any_of(requests_, comes_here);
+}
+
 /// The shortest period of a loop on the core: a bottom half works on behalf of that loop.
 Nanoseconds Plan::client_period(int core) const {
     Nanoseconds shortest{};

@@ -55,6 +55,8 @@ class Plan {
     /// The loop that has `core` for itself (budget == period, core named, nothing else there);
     /// kNoVcpu: none.
     [[nodiscard]] board::VcpuId owner_of(int core) const;
+    /// Several VCPUs may come to be on `core`, or one that leaves some of it.
+    [[nodiscard]] bool may_share(int core) const;
     /// What admit() said: the admission table, or the refusal at length.
     [[nodiscard]] const sched::Explanation& explanation() const { return explanation_; }
     /// The admission table of every core in use, as the plan stands.

@@ -13,9 +13,12 @@ constexpr Nanoseconds kSpinMargin = 1ms;
 /// A handler that is held back looks again so often.
 constexpr Nanoseconds kHeldRetry = 20us;
 
-std::vector<sched::PlatformOverheads> overheads_of(board::Board& board) {
-    std::vector<sched::PlatformOverheads> overheads;
-    for (int core = 0; core < board.core_count(); ++core) overheads.push_back(board.platform_overheads(core));
+/// Of the cores that are shared: elsewhere nothing is counted.
+std::vector<sched::PlatformOverheads> overheads_of(board::Board& board, const Plan& plan) {
+    std::vector<sched::PlatformOverheads> overheads(static_cast<std::size_t>(board.core_count()));
+    for (int core = 0; core < board.core_count(); ++core) {
+        if (plan.may_share(core)) overheads[static_cast<std::size_t>(core)] = board.platform_overheads(core);
+    }
     return overheads;
 }
 
@@ -49,7 +52,7 @@ Result<void> Runtime::begin(const SketchTable& table) {
     if (table.setup) table.setup();
     LockDeclaration::each_section(
         table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
-    QDUINO_TRY(plan_.admit(overheads_of(board_)));
+    QDUINO_TRY(plan_.admit(overheads_of(board_, plan_)));
     begun_ = true;
     return start_loops();
 }

@@ -30,6 +30,9 @@ std::string core_line(const board::CoreGuarantee& core) {
     std::string out = text<std::string>("  core ", core.core, ':');
     if (core.interrupts_per_second >= 0)
         write(out, ' ', Fixed{core.interrupts_per_second, 0}, " interrupts/s,");
+    if (core.counted_per_second >= 0)
+        write(out, " (admission counts ", Fixed{core.counted_per_second, 0}, " of ",
+              human_duration(core.counted_cost), "),");
     if (core.worst_gap.count() >= 0)
         write(out, " worst gap of a bare spin ", human_duration(core.worst_gap), ',');
     return write(out, core.tick_stopped ? " no tick," : " tick,",
@@ -63,10 +66,13 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
     for (const board::CoreGuarantee& core : report.cores) {
         const bool counted = core.interrupts_per_second >= 0;
         const bool spun = core.worst_gap.count() >= 0;
+        const bool admitted = core.counted_per_second >= 0;
         cores.push_back(
             {{"core", core.core},
              {"interrupts_per_second", counted ? Json(core.interrupts_per_second) : Json(nullptr)},
              {"worst_gap_us", spun ? Json(microseconds(core.worst_gap)) : Json(nullptr)},
+             {"counted_per_second", admitted ? Json(core.counted_per_second) : Json(nullptr)},
+             {"counted_us", admitted ? Json(microseconds(core.counted_cost)) : Json(nullptr)},
              {"tick_stopped", core.tick_stopped},
              {"throttling_lifted", core.throttling_lifted},
              {"note", core.note.view()}});

@@ -13,8 +13,9 @@ std::string guarantee_text(const board::GuaranteeReport& report);
 
 /// {"board":…,"simulated":…,"memory_locked":…,"loops":[{"id","core","budget_us","period_us",
 /// "priority_enforced","budget_enforced","core_owned","shortfall"}…],"cores":[{"core",
-/// "interrupts_per_second","worst_gap_us","tick_stopped","throttling_lifted","note"}…]}. A value
-/// that was not measured is null.
+/// "interrupts_per_second","worst_gap_us","counted_per_second","counted_us","tick_stopped",
+/// "throttling_lifted","note"}…]}; `counted…`: the interrupts that admission counts. A value that
+/// was not measured is null.
 std::string guarantee_json(const board::GuaranteeReport& report);
 
 /// Writes the JSON to `path`, whole or not at all: a reader meanwhile gets the old file. Error: it

@@ -16,6 +16,9 @@ namespace qduino::board::linux {
 
 namespace {
 
+/// Others share the core, and wait meanwhile.
+constexpr Nanoseconds kInterferenceProbe = 40ms;
+
 void join(FixedString<200>& text, std::string_view more) {
     if (more.empty()) return;
     write(text, text.empty() ? "" : "; ", more);
@@ -100,6 +103,14 @@ void CoreTaker::probe_owned_cores() {
         used.probe = probe_core(used.core, config_.probe_duration, config_.priority_highest, enter);
         used.interrupts_at_start = interrupts_of(used.core, config_.sysfs_root);
     }
+}
+
+const Interference& CoreTaker::interference(int core) {
+    const auto [known, is_new] = interference_.try_emplace(core);
+    const Nanoseconds duration = std::min(config_.probe_duration, kInterferenceProbe);
+    if (is_new && duration > Nanoseconds{0})
+        known->second = measure_interference(core, duration, config_.priority_highest);
+    return known->second;
 }
 
 void CoreTaker::serve_interrupts(DeviceClass device, VcpuId io) {
@@ -187,6 +198,18 @@ LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
     return loop;
 }
 
+/// Whether more interrupts came than were counted. On a core that a loop owns nothing is counted.
+void CoreTaker::compare_with_admission(CoreGuarantee& report) const {
+    const auto known = interference_.find(report.core);
+    if (known == interference_.end() || !known->second.measured) return;
+    const sched::PlatformInterferer counted = known->second.counted();
+    report.counted_per_second = 1 / to_seconds(counted.interval);
+    report.counted_cost = counted.cost;
+    if (report.worst_gap < known->second.worst) report.worst_gap = known->second.worst;
+    if (report.interrupts_per_second > report.counted_per_second)
+        join(report.note, "more interrupts came than admission counts: a loop's R may be longer");
+}
+
 CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
     CoreGuarantee report;
     report.core = used.core;
@@ -203,6 +226,7 @@ CoreGuarantee CoreTaker::describe(const UsedCore& used) const {
         report.interrupts_per_second =
             static_cast<double>(*interrupts - *used.interrupts_at_start) / to_seconds(running);
     }
+    compare_with_admission(report);
     if (config_.real_time && !awake_.valid())
         join(report.note, "idle cores may sleep deeply: late wake-ups (run as root)");
     if (!used.owned) return report;

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "board/linux/core_lock.h"
 #include "board/linux/core_probe.h"
 #include "board/linux/host_settings.h"
+#include "board/linux/interference.h"
 #include "board/linux/isolation.h"
 #include "board/linux/linux_config.h"
 #include "board/linux/vcpu_thread.h"
@@ -50,6 +52,10 @@ class CoreTaker {
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
     [[nodiscard]] Result<void> core_timer(int core, bool enabled) const;
 
+    /// What interrupts take of `core`, measured at the first call, which takes 40 ms. Not measured
+    /// where probes are turned off. Setup-time.
+    const Interference& interference(int core);
+
     /// What holds for the loop of `thread`, and what does not.
     [[nodiscard]] LoopGuarantee describe(const VcpuThread& thread) const;
     /// What holds on the cores in use.
@@ -69,6 +75,7 @@ class CoreTaker {
     void probe_owned_cores();
     void schedule_bottom_halves(std::span<const VcpuSpec> specs);
     [[nodiscard]] CoreGuarantee describe(const UsedCore& used) const;
+    void compare_with_admission(CoreGuarantee& report) const;
 
     const LinuxConfig& config_;
     int core_count_;
@@ -79,6 +86,7 @@ class CoreTaker {
     posix::UniqueFd awake_;  // keep_cores_awake()
     FixedString<200> isolation_shortfall_;
     std::vector<UsedCore> cores_;
+    std::map<int, Interference> interference_;  // by core, as far as admission asked
     Instant started_at_{};
     std::array<VcpuId, kDeviceClassCount> served_by_{};
     std::array<FixedString<160>, kDeviceClassCount> served_note_;

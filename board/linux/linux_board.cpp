@@ -192,10 +192,14 @@ void LinuxBoard::request_stop() {
 
 // ---- what holds ---------------------------------------------------------------------------------
 
-sched::PlatformOverheads LinuxBoard::platform_overheads(int) {
+sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
     if (!overheads_) overheads_ = measure_overheads();
     sched::PlatformOverheads overheads = *overheads_;
-    if (config_.real_time) keep_for_ordinary_tasks(overheads);
+    if (config_.real_time) {
+        keep_for_ordinary_tasks(overheads);
+        const Interference& interrupts = cores_.interference(core);
+        if (interrupts.measured) overheads.interferers.push_back(interrupts.counted());
+    }
     overheads.priorities =
         config_.real_time ? static_cast<std::size_t>(config_.priority_highest - config_.priority_lowest + 1)
                           : 1;

@@ -1,0 +1,31 @@
+// What interrupts take of a core on this computer: ticks, top halves, softirqs, and what a
+// hypervisor takes. No counter of the kernel has their cost, so a spin measures it: where its clock
+// jumps, something else ran.
+//
+//   spin  ▪▪▪▪▪▪▪▪▪▪▪      ▪▪▪▪▪▪▪▪▪▪▪▪▪▪   ▪▪▪▪▪▪▪▪       gaps above kGap count
+//                     └────┘              └─┘
+#pragma once
+
+#include <cstddef>
+
+#include "base/time.h"
+#include "sched/load.h"
+
+namespace qduino::board::linux {
+
+struct Interference {
+    bool measured = false;
+    double per_second = 0;  ///< of the gaps, or of the kernel's own count where that is higher
+    Nanoseconds usual{};    ///< nine in ten gaps are no longer
+    Nanoseconds worst{};
+
+    /// For admission: 1.5 times the rate and 1.5 times the usual length, two at once. The worst gap
+    /// is not counted: a stall of the host would refuse every sketch. It is reported.
+    [[nodiscard]] sched::PlatformInterferer counted() const;
+};
+
+/// Spins for `duration` on `core` at SCHED_FIFO `priority`, in a thread of its own; blocks for as
+/// long. Not measured: without that priority a gap may be any task's. Setup-time.
+[[nodiscard]] Interference measure_interference(int core, Nanoseconds duration, int priority);
+
+}  // namespace qduino::board::linux
