@@ -4,6 +4,7 @@
 //   void loop(id, budget, period [, core]) { … }      core/loops.h      up to 32 loops, each a VCPU
 //   TIME_UNIT(us)                                     core/macros.h     unit of their plain numbers
 //   waitForNextPeriod()  overrunPolicy()  safeState() core/releases.h
+//   promiseProgress(id, limit)  progress()            core/releases.h   what counts as a hang
 //   interruptsVcpu()  attachInterruptVcpu()           core/interrupts.h I/O VCPUs
 //   noInterrupts(device, core)  noTimer(core)  …      core/interrupts.h isolation of a core
 //   delayBusyNanoseconds()  delayBusyUntil()  …       core/timing.h     spins: a length, an instant

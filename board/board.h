@@ -122,6 +122,11 @@ class Board {
     /// Stops the scheduling tick of `core`, or starts it again. Setup-time.
     virtual Result<void> core_timer(int core, bool enabled);
 
+    // For a profile (runtime/profile.h); zero where the board cannot tell.
+    /// CPU time that the calling VCPU has consumed.
+    [[nodiscard]] virtual Nanoseconds cpu_time() { return {}; }
+    [[nodiscard]] virtual Incidents incidents() { return {}; }
+
     // Told by the runtime, which knows of releases: for traces, and for a supervisor.
     /// The calling loop begins the release that was due at `nominal`.
     virtual void note_release(Instant nominal) { static_cast<void>(nominal); }
@@ -130,6 +135,14 @@ class Board {
     /// The calling loop's body returned without having waited for its next period, and is called
     /// again.
     virtual void note_body_end() {}
+    /// setup() begins, or has ended. A supervisor bounds how long it may last.
+    virtual void note_setup([[maybe_unused]] bool running) {}
+    /// The caller (a loop, a handler, setup()) makes progress: more than the sign of life that each
+    /// wait is.
+    virtual void note_progress() {}
+    /// Loop `id` hangs when for `limit` it has neither begun a release nor made progress, however
+    /// often it is heard of; 0: it may wait as long as it likes. Setup-time, or by the loop itself.
+    virtual void promise_progress([[maybe_unused]] VcpuId id, [[maybe_unused]] Nanoseconds limit) {}
 
   protected:
     // Never deleted through this class: a board without a heap needs no `operator delete`.

@@ -1,5 +1,5 @@
-// The guarantee report: for each loop and core, how much of what a sketch asked for a board can
-// keep. A shortfall is said and never silent.
+// The guarantee report: for each loop, core and process tree, how much of what was asked for a
+// board can keep. A shortfall is said and never silent.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,16 @@ namespace qduino::board {
 struct LoopGuarantee : sched::Vcpu {
     /// Runs above everything but higher loops (SCHED_FIFO, or the simulator).
     bool priority_enforced = false;
-    bool budget_enforced = false;  ///< cannot take more than its budget
+    /// Cannot take more than its budget; at the end of a run: has not.
+    bool budget_enforced = false;
     bool core_owned = false;       ///< no other task, movable interrupt or throttling on its core
     FixedString<200> shortfall{};  ///< why not, and the fix; empty when everything holds
+
+    // Of a loop whose budget is watched from outside, on the kernel's clocks; used < 0: nobody has.
+    Nanoseconds used{-1};       ///< CPU time since the loops began …
+    Nanoseconds watched{};      ///< … and the time since then
+    std::uint32_t held = 0;     ///< how often it was stopped for having taken more
+    FixedString<160> escape{};  ///< what it did; empty: it kept to its budget
 };
 
 /// One line per core in use.
@@ -32,12 +39,29 @@ struct CoreGuarantee {
     FixedString<200> note;
 };
 
+/// One line per process tree that has a VCPU on a core in use (board/linux/core_promises.h).
+struct TreeGuarantee {
+    FixedString<40> name;
+    int core = 0;
+    Nanoseconds budget{};
+    Nanoseconds period{};
+    bool admitted = false;         ///< gets its budget in each period, below every loop
+    Nanoseconds response{};        ///< R when admitted
+    bool enforced = false;         ///< cannot take more than its budget
+    FixedString<400> shortfall{};  ///< why not, and the fix; empty when everything holds
+};
+
 struct GuaranteeReport {
+    /// CPU time that the watch over the budgets has used itself; < 0: nobody watches.
+    Nanoseconds watch_cost{-1};
+    /// Threads that the sketch made while its loops ran: ordinary ones, and nobody's budget.
+    std::uint32_t strange_threads = 0;
     FixedString<64> board;  ///< "linux, SCHED_FIFO" …
     bool simulated = false;
     bool memory_locked = false;
     FixedVector<LoopGuarantee, kVcpuLimit> loops;
     FixedVector<CoreGuarantee, 64> cores;
+    FixedVector<TreeGuarantee, 16> trees;
 };
 
 }  // namespace qduino::board

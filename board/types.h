@@ -65,6 +65,18 @@ inline constexpr VcpuId kMaxLoop = sched::kMainVcpuLimit;
 inline constexpr VcpuId kFirstIoVcpu = kMaxLoop + 1;
 inline constexpr VcpuId kVcpuLimit = kFirstIoVcpu + sched::kIoVcpuLimit;
 
+/// What makes an execution slower than others: counts of the calling VCPU since it began.
+struct Incidents {
+    std::int64_t page_faults = 0;
+    std::int64_t preemptions = 0;  ///< another took the core, or the scheduler moved the VCPU
+    std::int64_t throttles = 0;    ///< its budget ended
+
+    constexpr Incidents operator-(const Incidents& other) const {
+        return {page_faults - other.page_faults, preemptions - other.preemptions,
+                throttles - other.throttles};
+    }
+};
+
 /// A lock between VCPUs. 0 is free; the board decides what other values mean. It must not move
 /// while it is in use.
 struct LockWord {

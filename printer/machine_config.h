@@ -142,6 +142,9 @@ struct MachineConfig {
     Nanoseconds step_pulse = 1us;         ///< STEP high at least
     Nanoseconds step_low = 1us;           ///< … and low at least
     Nanoseconds direction_setup = 200ns;  ///< DIR unchanged before and after the rising edge
+    /// What one step takes of loop 2's core on this computer, measured (step/step_cost.h); 0: not
+    /// known, and no limit.
+    Nanoseconds step_cost{};
     Millimetres filament_diameter{1.75};
     Millimetres nozzle_diameter{0.4};
 };
@@ -159,6 +162,16 @@ constexpr PerAxis<Millimetres> home_positions(const MachineConfig& machine) {
 constexpr Nanoseconds step_interval(const MachineConfig& machine) {
     return std::max(machine.step_pulse, machine.direction_setup) +
            std::max(machine.step_low, machine.direction_setup);
+}
+
+/// The share of its core that the player may fill with steps. The rest is for interrupts, for the
+/// looks at the ring, and for catching up.
+inline constexpr double kStepShare = 0.7;
+
+/// All motors together: the most steps in a second that the core plays without falling behind. 0:
+/// not known.
+constexpr double step_rate_limit_hz(Nanoseconds step_cost) {
+    return step_cost > Nanoseconds{0} ? kStepShare / to_seconds(step_cost) : 0;
 }
 
 }  // namespace qduino::printer

@@ -14,9 +14,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 
 #include "base/histogram.h"
 #include "base/time.h"
+#include "runtime/profile.h"
 #include "runtime/release_clock.h"
 #include "runtime/sketch.h"
 
@@ -43,10 +45,13 @@ struct LoopStatistics {
     Counter passes;  ///< times the body was called
     /// Releases begun; under keep_phase without those that ended late.
     Counter releases;
-    Counter overruns;              ///< releases that ended after the next was due
-    Counter dropped;               ///< releases that were never run
-    Counter lateness_ns_max;       ///< worst end after the next was due
-    Counter slept_ns_max;          ///< longest sleep within a release
+    Counter overruns;         ///< releases that ended after the next was due
+    Counter dropped;          ///< releases that were never run
+    Counter lateness_ns_max;  ///< worst end after the next was due
+    Counter slept_ns_max;     ///< longest sleep within a release
+    /// When the release in hand began, on the board's clock; 0: none has.
+    Counter release_began_ns;
+    Counter ended;                 ///< 1: the board stopped, and the loop's last pass is over
     Histogram release_latency_ns;  ///< from when a release was due to when its code went on
 };
 
@@ -64,7 +69,10 @@ struct Loop {
     Nanoseconds slept_before{};       ///< this release: board::Board::slept()
     /// wait_for_next_period() was called in this pass of the body.
     bool waited = false;
+    /// The board knows how long a release may last: the sketch said so, or the default holds.
+    bool progress_promised = false;
     LoopStatistics statistics;
+    std::unique_ptr<ExecutionProfile> profile;  ///< null: none is asked for
 };
 
 }  // namespace qduino::runtime

@@ -1,5 +1,6 @@
 #include "runtime/runtime.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "base/contract.h"
@@ -49,7 +50,9 @@ Result<void> Runtime::begin(const SketchTable& table) {
     QDUINO_EXPECT(!begun_);
     QDUINO_TRY(plan_.add_loops(table));
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
+    board_.note_setup(true);
     if (table.setup) table.setup();
+    board_.note_setup(false);
     LockDeclaration::each_section(
         table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
     QDUINO_TRY(plan_.admit(overheads_of(board_, plan_)));
@@ -64,6 +67,7 @@ Result<void> Runtime::start_loops() {
         if (spec.is_io()) continue;
         Loop& loop = loop_at(spec.id);
         loop.owns_core = spec.owns_core;
+        if (options_.profile) loop.profile = std::make_unique<ExecutionProfile>();
         spec.classic = loop.declaration.classic;
         spec.entry = &Runtime::loop_entry;
         spec.context = &loop;
@@ -95,13 +99,22 @@ void Runtime::repeat(Loop& loop) {
     const Instant now = board_.now();
     loop.clock = ReleaseClock(origin(now), loop.declaration.period, now);
     begin_release(loop, {.nominal = loop.clock.nominal()});
+    if (loop.profile) loop.profile->begin(board_);
     while (!board_.stop_requested()) {
         loop.waited = false;
         loop.statistics.passes.add(1);
         loop.declaration.body();
         record_latency(loop);
-        if (!loop.waited) board_.note_body_end();
+        if (!loop.waited) end_pass(loop);
     }
+    loop.statistics.ended.add(1);
+}
+
+/// A body that has not waited ends no release. Its passes are profiled one by one.
+void Runtime::end_pass(Loop& loop) {
+    if (loop.profile) loop.profile->end(board_);
+    board_.note_body_end();
+    if (loop.profile) loop.profile->begin(board_);
 }
 
 /// The instant that all loops count their releases from: when the first of them came up.
@@ -114,7 +127,10 @@ Instant Runtime::origin(Instant now) {
 void Runtime::wait_for_next_period() {
     Loop* loop = current_loop();
     if (!loop) return;
+    if (loop->profile) loop->profile->end(board_);
     const Instant ended = board_.now();
+    if (!loop->progress_promised) [[unlikely]]
+        promise_by_default(*loop);
     record_latency(*loop);
     loop->statistics.slept_ns_max.raise_to((board_.slept() - loop->slept_before).count());
     const Release release = loop->clock.next(ended, loop->policy);
@@ -122,6 +138,7 @@ void Runtime::wait_for_next_period() {
     if (release.nominal > ended) wait_until(*loop, release.nominal);
     loop->waited = true;
     begin_release(*loop, release);
+    if (loop->profile) loop->profile->begin(board_);
 }
 
 /// An owning loop spins through the end of its wait: nobody else wants its core, and a wake-up
@@ -133,7 +150,9 @@ void Runtime::wait_until(const Loop& loop, Instant t) {
 }
 
 void Runtime::begin_release(Loop& loop, const Release& release) {
-    loop.latency = board_.now() - release.nominal;
+    const Instant now = board_.now();
+    loop.latency = now - release.nominal;
+    loop.statistics.release_began_ns.raise_to(to_ns(now));
     if (!release.overrun() || loop.policy != OverrunPolicy::keep_phase) loop.statistics.releases.add(1);
     loop.slept_before = board_.slept();
     board_.note_release(release.nominal);
@@ -167,10 +186,32 @@ void Runtime::yield() {
     }
 }
 
+bool Runtime::is_no_loop(board::VcpuId id) const {
+    return id < 1 || id > board::kMaxLoop || (begun_ && !loops_[id]);
+}
+
 void Runtime::set_overrun_policy(board::VcpuId id, OverrunPolicy policy, OverrunHandler handler) {
-    if (id < 1 || id > board::kMaxLoop || (begun_ && !loops_[id])) return;
+    if (is_no_loop(id)) return;
     loop_at(id).policy = policy;
     loop_at(id).on_overrun = handler;
+}
+
+// ---- progress -----------------------------------------------------------------------------------
+
+void Runtime::promise_progress(board::VcpuId id, Nanoseconds limit) {
+    if (is_no_loop(id)) return;
+    loop_at(id).progress_promised = true;
+    board_.promise_progress(id, std::max(limit, Nanoseconds{0}));
+}
+
+/// A loop that has waited for a period lives by its periods: a release that lasts for many of them
+/// hangs, though it may poll or sleep meanwhile. One that has never waited may take its time, and
+/// so may Arduino's own loop(): there a wait for a button is legal.
+void Runtime::promise_by_default(Loop& loop) {
+    loop.progress_promised = true;
+    if (loop.declaration.classic) return;
+    board_.promise_progress(loop.declaration.id,
+                            std::max(options_.release_limit, 10 * loop.declaration.period));
 }
 
 // ---- interrupts ---------------------------------------------------------------------------------
@@ -200,7 +241,10 @@ Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void 
         QDUINO_TRY_ASSIGN(io, plan_.add_io(options_.default_io_budget, options_.default_io_period, core));
         gpio_io_ = io;
     }
-    handlers_[pin.number] = {.runtime = this, .function = handler};
+    handlers_[pin.number] = {.runtime = this,
+                             .function = handler,
+                             .io = io,
+                             .profile = options_.profile ? std::make_unique<ExecutionProfile>() : nullptr};
     return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io);
 }
 
@@ -233,12 +277,16 @@ Result<void> Runtime::keep_if_admitted(const char* change, Undo undo) {
 }
 
 void Runtime::run_handler(void* context) {
-    const Handler& handler = *static_cast<Handler*>(context);
+    Handler& handler = *static_cast<Handler*>(context);
     board::Board& board = handler.runtime->board_;
     while (handler.runtime->handlers_held_.load(std::memory_order_acquire) && !board.stop_requested()) {
+        // Held back on purpose: no handler hangs.
+        board.note_progress();
         board.sleep_until(board.now() + kHeldRetry);
     }
+    if (handler.profile) handler.profile->begin(board);
     handler.function();
+    if (handler.profile) handler.profile->end(board);
 }
 
 }  // namespace qduino::runtime

@@ -30,6 +30,12 @@ struct RuntimeOptions {
     /// The I/O VCPU of handlers that were attached without one.
     Nanoseconds default_io_budget = 1ms;
     Nanoseconds default_io_period = 100ms;
+    /// A loop that waits for its periods hangs when a release lasts so long, and 10 periods at
+    /// least; unless the sketch promised otherwise.
+    Nanoseconds release_limit = 5s;
+    /// Measure the CPU time of each release and each run of a handler: two system calls before it,
+    /// and two behind.
+    bool profile = false;
 };
 
 class Runtime {
@@ -63,6 +69,12 @@ class Runtime {
         return id < loops_.size() ? loops_[id].get() : nullptr;
     }
 
+    /// Of the handler of `pin`; null: it has none, or no profile was asked for.
+    [[nodiscard]] const ExecutionProfile* handler_profile(board::PinId pin) const {
+        return pin.number < board::kPinCount ? handlers_[pin.number].profile.get() : nullptr;
+    }
+    [[nodiscard]] board::VcpuId handler_vcpu(board::PinId pin) const { return handlers_[pin.number].io; }
+
     // ---- called by loops ------------------------------------------------------------------------
 
     /// Ends this release of the calling loop; returns at the nominal start of the next, never early
@@ -72,6 +84,10 @@ class Runtime {
     void yield();
     /// Setup-time, or from the loop itself. Unknown loops are ignored. `handler` may be null.
     void set_overrun_policy(board::VcpuId id, OverrunPolicy policy, OverrunHandler handler);
+    /// Loop `id` hangs when for `limit` it has neither begun a release nor called note_progress();
+    /// 0 or less: it may take as long as it likes. Setup-time, or from the loop itself. Unknown
+    /// loops are ignored.
+    void promise_progress(board::VcpuId id, Nanoseconds limit);
 
     // ---- interrupts -----------------------------------------------------------------------------
 
@@ -94,6 +110,8 @@ class Runtime {
     struct Handler {
         Runtime* runtime = nullptr;
         void (*function)() = nullptr;
+        board::VcpuId io = board::kNoVcpu;
+        std::unique_ptr<ExecutionProfile> profile;
     };
 
     Loop& loop_at(board::VcpuId id);
@@ -104,6 +122,9 @@ class Runtime {
     static void loop_entry(void* context);
     void repeat(Loop& loop);
     [[nodiscard]] Instant origin(Instant now);
+    [[nodiscard]] bool is_no_loop(board::VcpuId id) const;
+    void promise_by_default(Loop& loop);
+    void end_pass(Loop& loop);
     void begin_release(Loop& loop, const Release& release);
     static void record_latency(Loop& loop);
     void count_overrun(Loop& loop, const Release& release);

@@ -72,11 +72,6 @@ void CoreScheduler::wake_io(VcpuId id, Instant now, Nanoseconds client_period) {
     at(id).server.wake_for(now, client_period);
 }
 
-void CoreScheduler::wake_io_for(VcpuId id, VcpuId client, Instant now) {
-    QDUINO_EXPECT(!at(client).server.is_io());
-    wake_io(id, now, at(client).server.parameters().period);
-}
-
 void CoreScheduler::release(VcpuId id, Instant nominal, Instant now) {
     account(now);
     at(id).server.release(nominal);

@@ -90,8 +90,6 @@ class CoreScheduler {
     /// I/O VCPU `id` has work on behalf of a main VCPU of period `client_period`, of this core or
     /// another.
     void wake_io(VcpuId id, Instant now, Nanoseconds client_period);
-    /// As above, for a client on this core.
-    void wake_io_for(VcpuId id, VcpuId client, Instant now);
     /// Main VCPU `id` begins the release that was due at `nominal` (server.h).
     void release(VcpuId id, Instant nominal, Instant now);
     /// VCPU `id`, main or I/O, has no work left.

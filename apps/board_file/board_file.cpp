@@ -116,6 +116,7 @@ void read_linux(TomlSection& s, LinuxConfig& config) {
     s.integer("stack_bytes", config.stack_bytes, kSmallestStack, kLargestStack);
     s.flag("handle_signals", config.handle_signals);
     s.duration("heartbeat_bound", config.heartbeat_bound, 1ms);
+    s.duration("setup_bound", config.setup_bound, 0ms);
     s.flag("isolate", config.isolate);
     s.flag("lift_throttling", config.lift_throttling);
     s.text("settings_state", config.settings_state);

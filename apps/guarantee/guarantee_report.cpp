@@ -1,5 +1,6 @@
 #include "apps/guarantee/guarantee_report.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "apps/terminal/human.h"
@@ -23,7 +24,21 @@ std::string loop_line(const board::LoopGuarantee& loop) {
         "  ", column(loop.id, -4), ' ', column(loop.core, -4), ' ', column(human_duration(loop.budget), 9),
         " / ", column(human_duration(loop.period), -9), "    ", column(yes_no(loop.priority_enforced), -9),
         ' ', column(yes_no(loop.budget_enforced), -9), loop.core_owned ? " owned\n" : " shared\n",
-        remark(loop.shortfall));
+        remark(loop.escape), remark(loop.shortfall));
+}
+
+double percent(Nanoseconds part, Nanoseconds whole) {
+    return 100 * to_seconds(part) / std::max(to_seconds(whole), 1e-9);
+}
+
+/// "10.9 % of its core, and 10 % are its own".
+std::string share_of(const board::LoopGuarantee& loop) {
+    return text<std::string>(Fixed{percent(loop.used, loop.watched), 1}, " % of its core, and ",
+                             Fixed{percent(loop.budget, loop.period), 1}, " % are its own");
+}
+
+Json measured(Nanoseconds duration) {
+    return duration < Nanoseconds{0} ? Json(nullptr) : Json(microseconds(duration));
 }
 
 std::string core_line(const board::CoreGuarantee& core) {
@@ -39,7 +54,32 @@ std::string core_line(const board::CoreGuarantee& core) {
                  core.throttling_lifted ? " no throttling\n" : " RT throttling\n", remark(core.note));
 }
 
+Json json_of(const board::TreeGuarantee& tree) {
+    return {{"name", tree.name.view()},
+            {"core", tree.core},
+            {"budget_us", microseconds(tree.budget)},
+            {"period_us", microseconds(tree.period)},
+            {"admitted", tree.admitted},
+            {"response_us", tree.admitted ? Json(microseconds(tree.response)) : Json(nullptr)},
+            {"enforced", tree.enforced},
+            {"shortfall", tree.shortfall.view()}};
+}
+
+/// A line for each process tree, and its shortfall below it; empty without one.
+std::string tree_table(const auto& trees) {
+    if (trees.empty()) return "";
+    std::string out = "  process tree     core    budget / period       admitted  budget\n";
+    for (const board::TreeGuarantee& tree : trees) {
+        write(out, "  ", column(tree.name.view(), -16), ' ', column(tree.core, -4), ' ',
+              column(human_duration(tree.budget), 9), " / ", column(human_duration(tree.period), -9), "    ",
+              column(yes_no(tree.admitted), -9), ' ', yes_no(tree.enforced), '\n', remark(tree.shortfall));
+    }
+    return out;
+}
+
 }  // namespace
+
+std::string tree_json(const board::TreeGuarantee& tree) { return json_of(tree).dump(); }
 
 std::string guarantee_text(const board::GuaranteeReport& report) {
     std::string out = text<std::string>("What holds on this board (", report.board, ", memory ",
@@ -47,6 +87,29 @@ std::string guarantee_text(const board::GuaranteeReport& report) {
                                         "  loop core    budget / period       priority  budget    core\n");
     for (const board::LoopGuarantee& loop : report.loops) out += loop_line(loop);
     for (const board::CoreGuarantee& core : report.cores) out += core_line(core);
+    return out += tree_table(report.trees);
+}
+
+std::string budgets_kept(const board::GuaranteeReport& report) {
+    std::string out;
+    int watched = 0;
+    Nanoseconds longest{};
+    for (const board::LoopGuarantee& loop : report.loops) {
+        if (loop.used < Nanoseconds{0}) continue;
+        ++watched;
+        longest = std::max(longest, loop.watched);
+        if (!loop.escape.empty())
+            out += wrapped(text<std::string>("Budget of loop ", loop.id, " NOT KEPT: ", loop.escape,
+                                             ". It had ", share_of(loop), "."),
+                           "");
+    }
+    if (watched == 0) return out;
+    if (out.empty()) write(out, "Budgets: every one was kept (", counted(watched, "loop"), ").\n");
+    write(out, "Watching them took ", Fixed{percent(report.watch_cost, longest), 2}, " % of a core.\n");
+    if (report.strange_threads > 0) {
+        write(out, "The sketch made ", counted(report.strange_threads, "thread"),
+              " while it ran: ordinary, and in nobody's budget.\n");
+    }
     return out;
 }
 
@@ -60,7 +123,11 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
                          {"priority_enforced", loop.priority_enforced},
                          {"budget_enforced", loop.budget_enforced},
                          {"core_owned", loop.core_owned},
-                         {"shortfall", loop.shortfall.view()}});
+                         {"shortfall", loop.shortfall.view()},
+                         {"cpu_used_us", measured(loop.used)},
+                         {"watched_us", measured(loop.used < Nanoseconds{0} ? loop.used : loop.watched)},
+                         {"held_from_outside", loop.held},
+                         {"escape", loop.escape.view()}});
     }
     Json cores = Json::array();
     for (const board::CoreGuarantee& core : report.cores) {
@@ -77,11 +144,16 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
              {"throttling_lifted", core.throttling_lifted},
              {"note", core.note.view()}});
     }
+    Json trees = Json::array();
+    for (const board::TreeGuarantee& tree : report.trees) trees.push_back(json_of(tree));
     const Json out{{"board", report.board.view()},
                    {"simulated", report.simulated},
                    {"memory_locked", report.memory_locked},
+                   {"watch_cost_us", measured(report.watch_cost)},
+                   {"strange_threads", report.strange_threads},
                    {"loops", loops},
-                   {"cores", cores}};
+                   {"cores", cores},
+                   {"trees", trees}};
     return out.dump();
 }
 

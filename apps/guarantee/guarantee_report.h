@@ -11,12 +11,22 @@ namespace qduino::apps {
 /// For each loop, what is enforced and what is not, with the reason and the fix on the next line.
 std::string guarantee_text(const board::GuaranteeReport& report);
 
-/// {"board":…,"simulated":…,"memory_locked":…,"loops":[{"id","core","budget_us","period_us",
-/// "priority_enforced","budget_enforced","core_owned","shortfall"}…],"cores":[{"core",
+/// At the end of a run: whether each loop kept to its budget, as the watch outside of it has
+/// measured. Names each that did not, what it did and what it had. Lines of text; none where no
+/// budget was watched.
+std::string budgets_kept(const board::GuaranteeReport& report);
+
+/// {"board":…,"simulated":…,"memory_locked":…,"watch_cost_us","strange_threads","loops":[{"id",
+/// "core","budget_us","period_us","priority_enforced","budget_enforced","core_owned","shortfall",
+/// "cpu_used_us","watched_us","held_from_outside","escape"}…],"cores":[{"core",
 /// "interrupts_per_second","worst_gap_us","counted_per_second","counted_us","tick_stopped",
-/// "throttling_lifted","note"}…]}; `counted…`: the interrupts that admission counts. A value that
-/// was not measured is null.
+/// "throttling_lifted","note"}…],"trees":[tree_json()…]}; `counted…`: the interrupts that admission
+/// counts. A value that was not measured is null.
 std::string guarantee_json(const board::GuaranteeReport& report);
+
+/// {"name","core","budget_us","period_us","admitted","response_us","enforced","shortfall"};
+/// "response_us" is null when it is not admitted.
+std::string tree_json(const board::TreeGuarantee& tree);
 
 /// Writes the JSON to `path`, whole or not at all: a reader meanwhile gets the old file. Error: it
 /// cannot be written there.

@@ -1,12 +1,16 @@
 // main() of a sketch on the Linux board: runs the sketch in real time until Ctrl-C, and reports
 // what is guaranteed.
+#include <filesystem>
+
 #include "apps/board_file/board_file.h"
 #include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
+#include "apps/host/admission_report.h"
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
 #include "apps/terminal/program.h"
 #include "board/linux/linux_board.h"
+#include "posix/small_file.h"
 
 namespace {
 
@@ -17,26 +21,45 @@ constexpr apps::Fail fail{""};
 
 struct Options : apps::SketchOptions {  // length_s 0: until Ctrl-C
     std::string pins_path;
+    std::string admission_path;
     bool isolate = false;
     bool best_effort = false;
 };
+
+/// For `qduino trace --picture`, which knows nothing else of the loops.
+void write_admission(const Options& options, Runtime& runtime) {
+    if (options.admission_path.empty()) return;
+    const apps::CheckedBoard checked{.sketch = {},
+                                     .board_file = options.board_path,
+                                     .cores = runtime.board().core_count(),
+                                     .setup_ran = true};
+    const std::string json = apps::admission_json(runtime.plan(), runtime::sketch_table(), checked);
+    if (const auto written = posix::write_file(options.admission_path, json); !written) fail(written.error());
+}
+
+/// A profile without real-time scheduling cuts nobody: the budgets are what it is to find.
+bool is_measured_freely(const Options& options) { return options.profiles() && options.best_effort; }
 
 int run(const Options& options, board::linux::LinuxConfig config) {
     auto opened = board::linux::LinuxBoard::open(std::move(config));
     if (!opened) return fail(opened.error());
     board::linux::LinuxBoard& board = **opened;
     apps::SketchCourse course;
+    // A budget that is to be found must not refuse the sketch.
+    course.runtime.enforce_admission = !is_measured_freely(options);
     course.opening = [&] { return apps::guarantee_text(board.guarantee()); };
     course.play = [&](Runtime& runtime) {
+        write_admission(options, runtime);
         runtime.run(options.length_s > 0 ? board.now() + from_seconds(options.length_s) : kForever);
     };
     course.stop = [&](Runtime& runtime) {
         board.request_stop();
         runtime.run(board.now() + 2s);
     };
-    course.report = [](const auto& loops) {
-        apps::report_beside_sketch(
-            text<std::string>(apps::loop_table(loops), "Periods: ", apps::periods_kept(loops), ".\n\n"));
+    course.report = [&](const auto& loops) {
+        apps::report_beside_sketch(text<std::string>(apps::loop_table(loops),
+                                                     "Periods: ", apps::periods_kept(loops, board.now()),
+                                                     ".\n", apps::budgets_kept(board.guarantee()), '\n'));
         return 0;
     };
     return apps::run_sketch(board, options, course);
@@ -52,6 +75,7 @@ std::string read_config(const Options& options, board::linux::LinuxConfig& confi
     if (!options.pins_path.empty()) config.pins_path = options.pins_path;
     if (options.isolate) config.isolate = true;
     if (options.best_effort) config.real_time = false;
+    if (is_measured_freely(options)) config.enforce_budgets = false;
     return {};
 }
 
@@ -66,9 +90,13 @@ int main(int argc, char** argv) {
     apps::add_sketch_options(app, options, "Seconds to run; 0: until Ctrl-C", CLI::NonNegativeNumber,
                              "Board file: [linux], [[gpio]] and so on");
     apps::add_option(app, "--pins", options.pins_path, "File of virtual pins, of virtual-machine", "FILE");
+    apps::add_option(app, "--admission", options.admission_path, "Write admission's answer here, as JSON",
+                     "FILE");
     app.add_flag("--isolate", options.isolate, "Empty the cores that loops own; undone at the end");
     app.add_flag("--best-effort", options.best_effort, "Do not ask for real-time scheduling");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    options.name = std::filesystem::path(argv[0]).filename().string();
+    if (options.name.ends_with("-linux")) options.name.resize(options.name.size() - 6);
     board::linux::LinuxConfig config;
     if (const std::string wrong = read_config(options, config); !wrong.empty()) return fail(wrong);
     return run(options, std::move(config));

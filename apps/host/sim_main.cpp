@@ -13,8 +13,13 @@
 #include "apps/host/admission_report.h"
 #include "apps/host/certificate.h"
 #include "apps/host/chrome_trace.h"
+#include "apps/host/plan_picture.h"
+#include "apps/host/schedule_trace.h"
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
+#include "apps/picture/page.h"
+#include "apps/picture/picture_file.h"
+#include "apps/picture/strip.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "board/sim/sim_board.h"
@@ -31,13 +36,14 @@ constexpr unsigned kSetupSeconds = 10;
 struct Options : apps::SketchOptions {
     double speed = 0;  // virtual seconds per second; 0: as fast as it goes
     std::string trace_path;
+    std::string picture_path;
+    apps::PictureWindow picture;
     std::optional<int> cores;           // these two overrule the board file
     std::optional<std::uint64_t> seed;  //
     bool enforce_admission = true;
     bool check = false;
     bool json = false;
     std::string certificate_path;  // empty: none
-    std::string sketch;            // its name
     board::sim::SimConfig computer;
 };
 
@@ -57,42 +63,86 @@ void run_paced(Runtime& runtime, board::sim::SimBoard& board, const Options& opt
     }
 }
 
+/// Writes the picture, if one is asked for. Returns what to say of it.
+Result<std::string> draw_to(const std::string& path, const apps::picture::Schedule& schedule) {
+    if (path.empty()) return std::string{};
+    if (schedule.until - schedule.from == Nanoseconds{1})
+        return make_error(ErrorCode::out_of_range,
+                          "there is nothing to draw: the run ended before the picture begins");
+    if (schedule.cores.empty()) return std::string{"no picture: no loop stands on a core\n"};
+    QDUINO_TRY(apps::picture::write_picture(path, apps::picture::svg_page(schedule)));
+    return "picture: " + path + "\n";
+}
+
+/// What is recorded of a run, for files and for the terminal.
+struct Records {
+    std::unique_ptr<apps::ChromeTrace> trace;  // null: none is asked for
+    apps::ScheduleTrace schedule;
+};
+
+/// The run's schedule, with R against T. Its title and its remark say what it is.
+apps::picture::Schedule schedule_of(const Options& options, Records& records, const runtime::Plan& plan,
+                                    Instant now) {
+    apps::picture::Schedule schedule = records.schedule.finish(now);
+    schedule.title = options.name + " in the simulator";
+    const Nanoseconds from = schedule.from - kEpoch, until = schedule.until - kEpoch;
+    schedule.remark = from == Nanoseconds{0} ? text<std::string>("The first ", until)
+                                             : text<std::string>("From ", from, " to ", until);
+    write(schedule.remark, " of ", now - kEpoch, " of virtual time, with seed ", options.computer.seed,
+          ". The longest responses are those of the whole run.");
+    schedule.responses = apps::responses_of(plan);
+    apps::add_seen(schedule, schedule.responses);
+    return schedule;
+}
+
 int report_end(const Options& options, board::sim::SimBoard& board,
-               const std::vector<const runtime::Loop*>& loops, apps::ChromeTrace* trace) {
+               const std::vector<const runtime::Loop*>& loops, Records& records) {
     std::string report = apps::loop_table(loops);
+    const runtime::Plan& plan = Runtime::current()->plan();
+    const apps::picture::Schedule schedule = schedule_of(options, records, plan, board.now());
+    const std::string strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal());
+    if (!strip.empty()) report += "\n" + strip;
     char hash[20];
     std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(board.trace_hash()));
     write(report, "\n", Fixed{to_seconds(board.now() - kEpoch), 6}, " s, trace hash ", hash, "\n");
-    const bool written = !trace || trace->finish(board.now()).ok();
-    if (trace && written)
+    const bool written = !records.trace || records.trace->finish(board.now()).ok();
+    if (records.trace && written)
         write(report, "trace: ", options.trace_path,
               "\n  (open it in ui.perfetto.dev or chrome://tracing)\n");
+    const Result<std::string> picture = draw_to(options.picture_path, schedule);
+    if (picture) report += *picture;
     apps::report_beside_sketch(report);
     if (!written) return fail("the trace could not be written");
-    apps::say(apps::verdict(options.sketch + ": " + apps::periods_kept(loops) + "."));
+    if (!picture) return fail(picture.error());
+    apps::say(apps::verdict(options.name + ": " + apps::periods_kept(loops, board.now()) + "."));
     return 0;
 }
 
 int run(const Options& options) {
-    std::unique_ptr<apps::ChromeTrace> trace;
+    Records records;
     if (!options.trace_path.empty()) {
         auto created = apps::ChromeTrace::create(options.trace_path);
         if (!created) return fail(created.error());
-        trace = std::move(*created);
+        records.trace = std::move(*created);
     }
+    apps::TwoSinks sinks(records.trace.get(), &records.schedule);
     board::NoPeripherals nothing_wired;
-    board::sim::SimBoard board(options.computer, nothing_wired, trace.get());
+    board::sim::SimBoard board(options.computer, nothing_wired, &sinks);
     apps::SketchCourse course;
-    course.refused = apps::verdict(options.sketch + " is REFUSED: no loop of it ran.");
+    course.refused = apps::verdict(options.name + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
     course.opening = [] { return std::string{}; };
-    course.play = [&](Runtime& runtime) { run_paced(runtime, board, options); };
+    course.play = [&](Runtime& runtime) {
+        const Instant from = kEpoch + from_seconds(options.picture.from_s);
+        records.schedule.follow(runtime, from, from + apps::length_for(runtime.plan(), options.picture));
+        run_paced(runtime, board, options);
+    };
     course.stop = [&](Runtime& runtime) {
         board.request_stop();
         runtime.run(board.now() + 1s);  // what has not ended by then is hung
         if (!board.stopped()) board.force_safe_states();
     };
-    course.report = [&](const auto& loops) { return report_end(options, board, loops, trace.get()); };
+    course.report = [&](const auto& loops) { return report_end(options, board, loops, records); };
     return apps::run_sketch(board, options, course);
 }
 
@@ -112,6 +162,36 @@ void give_up_on_setup(int) {
     ::_exit(1);
 }
 
+/// The worst schedule, for a picture or for the terminal. Empty where nobody asks for it and it
+/// would take more than some milliseconds. Error: it would take minutes.
+Result<apps::picture::Schedule> worst_schedule(const Options& options, const runtime::Plan& plan) {
+    constexpr std::int64_t kQuick = 10'000, kMost = 1'000'000;
+    const std::int64_t periods = apps::periods_until_end(plan, options.picture);
+    const bool asked = !options.picture_path.empty();
+    if (asked && periods > kMost) {
+        return make_error(ErrorCode::out_of_range,
+                          "the picture of a check ends after a million periods of the shortest "
+                          "loop at most, and this would end after ",
+                          periods,
+                          ": take an earlier --from or a shorter "
+                          "--length");
+    }
+    const bool shown =
+        !options.json && periods <= kQuick && plan.admission().placed.size() <= apps::picture::kStripRows;
+    if (!asked && !shown) return apps::picture::Schedule{};
+    return apps::critical_schedule(plan, options.name, options.picture);
+}
+
+/// The whole answer of --check.
+std::string verdict_text(const Options& options, const runtime::Plan& plan, const runtime::SketchTable& table,
+                         const apps::CheckedBoard& checked, const apps::picture::Schedule& schedule) {
+    if (options.json) return apps::admission_json(plan, table, checked) + "\n";
+    std::string strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal());
+    if (!strip.empty()) strip = "\nThe worst case, all released together:\n" + strip;
+    return apps::admission_text(plan, table, checked) + strip + "\n" +
+           apps::verdict(apps::admission_verdict(plan, checked));
+}
+
 /// Admission alone: no loop runs. setup() runs where it may declare I/O VCPUs.
 int check(const Options& options) {
     std::FILE* const report = take_stdout();
@@ -128,21 +208,23 @@ int check(const Options& options) {
     apps::settle_sketch_output();
 
     const runtime::Plan& plan = runtime.plan();
-    const apps::CheckedBoard checked{.sketch = options.sketch,
+    const apps::CheckedBoard checked{.sketch = options.name,
                                      .board_file = options.board_path,
                                      .cores = options.computer.cores,
                                      .setup_ran = table.setup != nullptr};
-    const std::string text = options.json ? apps::admission_json(plan, table, checked) + "\n"
-                                          : apps::admission_text(plan, table, checked) + "\n" +
-                                                apps::verdict(apps::admission_verdict(plan, checked));
-    std::fputs(text.c_str(), report);
+    const Result<apps::picture::Schedule> schedule = worst_schedule(options, plan);
+    if (!schedule) return fail(schedule.error());
+    const Result<std::string> picture = draw_to(options.picture_path, *schedule);
+    std::fputs(verdict_text(options, plan, table, checked, *schedule).c_str(), report);
     if (std::fclose(report) != 0) return fail("the table could not be written");
+    if (!picture) return fail(picture.error());
+    if (!picture->empty()) std::fputs(picture->c_str(), stderr);
     // Admission agreed, and the board refused.
     if (plan.admitted() && !begun) return fail(begun.error());
     if (!plan.admitted()) return 2;
     if (options.certificate_path.empty()) return 0;
     const Result<void> written =
-        posix::write_file(options.certificate_path, apps::certificate_json(plan, options.sketch));
+        posix::write_file(options.certificate_path, apps::certificate_json(plan, options.name));
     return written ? 0 : fail(written.error());
 }
 
@@ -169,6 +251,11 @@ void add_options(CLI::App& app, Options& options) {
         ->check(CLI::Range(1, 64));
     apps::add_option(app, "--seed", options.seed, "Seed of what is random (default 1)", "N");
     apps::add_option(app, "--trace", options.trace_path, "Write a Chrome/Perfetto trace here", "FILE");
+    apps::add_option(app, "--picture", options.picture_path, "Draw the schedule here (.svg)", "FILE");
+    apps::add_option(app, "--from", options.picture.from_s, "It begins at this second", "S")
+        ->check(CLI::Range(0.0, apps::picture::kLatestStart));
+    apps::add_option(app, "--length", options.picture.length_s, "It shows so many seconds", "S")
+        ->check(CLI::Range(1e-6, apps::picture::kLongest));
     app.add_flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
     CLI::Option* only_check = app.add_flag("--check", options.check, "Say what admission makes of it");
     app.add_flag("--json", options.json, "With --check: as JSON")->needs(only_check);
@@ -187,9 +274,13 @@ int main(int argc, char** argv) {
         "Ends with 2 when admission refuses the sketch.");
     add_options(app, options);
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
-    options.sketch = std::filesystem::path(argv[0]).filename().string();
-    if (options.sketch.ends_with("-sim")) options.sketch.resize(options.sketch.size() - 4);
+    options.name = std::filesystem::path(argv[0]).filename().string();
+    if (options.name.ends_with("-sim")) options.name.resize(options.name.size() - 4);
     if (const std::string wrong = read_computer(options); !wrong.empty()) return fail(wrong);
+    if (!options.picture_path.empty()) {
+        if (const auto named = apps::picture::check_picture_name(options.picture_path); !named)
+            return fail(named.error());
+    }
     if (options.check) return check(options);
     apps::stop_on_signals();
     return run(options);

@@ -4,10 +4,12 @@
 
 #include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
+#include "apps/host/profile_report.h"
 #include "apps/host/sketch_report.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "arduino/core/interrupts.h"
+#include "posix/durable_file.h"
 #include "runtime/lock_declaration.h"
 
 // A weak reference takes no member out of the Arduino archive. It is null unless the sketch, or a
@@ -62,6 +64,16 @@ bool report_to(const std::string& path, const board::Board& board) {
     return written.ok();
 }
 
+/// Reports what was measured, where that was asked for.
+bool profile_to(const SketchOptions& options, const runtime::Runtime& runtime, Instant end) {
+    if (!options.profiles()) return true;
+    const ProfiledRun run{.sketch = options.name, .margin = options.margin_percent / 100, .end = end};
+    report_beside_sketch(profile_text(runtime, run) + "\n");
+    const Result<void> written = posix::write_durably(options.profile_path, profile_json(runtime, run), 0666);
+    if (!written) fail(written.error());
+    return written.ok();
+}
+
 }  // namespace
 
 void add_sketch_options(CLI::App& app, SketchOptions& options, const char* length,
@@ -69,10 +81,16 @@ void add_sketch_options(CLI::App& app, SketchOptions& options, const char* lengt
     add_option(app, "--for", options.length_s, length, "S")->check(lengths);
     add_option(app, "--board", options.board_path, board, "FILE");
     add_option(app, "--report", options.report_path, "Write the guarantee report here, as JSON", "FILE");
+    add_option(app, "--profile", options.profile_path, "Measure execution times; write them here, as JSON",
+               "FILE");
+    add_option(app, "--margin", options.margin_percent, "Of suggested budgets, in % (default 20)", "P")
+        ->check(CLI::Range(0.0, 1000.0));
 }
 
 int run_sketch(board::Board& board, const SketchOptions& options, const SketchCourse& course) {
-    runtime::Runtime runtime(board, course.runtime);
+    runtime::RuntimeOptions runtime_options = course.runtime;
+    runtime_options.profile = options.profiles();
+    runtime::Runtime runtime(board, runtime_options);
     if (Result<void> begun = runtime.begin(quiet_sketch()); !begun)
         return refuse(runtime, begun.error(), course.refused);
     report_beside_sketch(text<std::string>(runtime.plan().admission_table(), course.opening(), '\n'));
@@ -84,7 +102,8 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     settle_sketch_output();
     if (const std::string notes = sleep_notes(runtime); !notes.empty()) report_beside_sketch(notes);
     const int status = course.report(loops_of(runtime));
-    return reported ? status : 1;
+    const bool profiled = profile_to(options, runtime, board.now());
+    return reported && profiled ? status : 1;
 }
 
 bool setup_may_declare() {

@@ -25,8 +25,14 @@ struct SketchOptions {
     double length_s = 0;
     std::string board_path;   ///< board file; empty: the default board
     std::string report_path;  ///< where the guarantees go; empty: nowhere
+    /// Measure execution times, and write them here, as JSON; empty: do not.
+    std::string profile_path;
+    double margin_percent = 20;  ///< of the suggestions, above the worst observed
+    std::string name;            ///< of the sketch, for a profile
+
+    [[nodiscard]] bool profiles() const { return !profile_path.empty(); }
 };
-/// Adds --for, which must be among `lengths`, --board and --report.
+/// Adds --for, which must be among `lengths`, --board, --report, --profile and --margin.
 void add_sketch_options(CLI::App& app, SketchOptions& options, const char* length,
                         const CLI::Validator& lengths, const char* board);
 

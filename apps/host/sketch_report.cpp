@@ -16,6 +16,22 @@ long long sum_of(const std::vector<const runtime::Loop*>& loops,
     return sum;
 }
 
+/// Of loops that wait for their periods: one that is still in a release, in a delay() or a poll,
+/// has missed all the others, and no overrun has counted them yet.
+std::string stuck_loops(const std::vector<const runtime::Loop*>& loops, Instant now) {
+    std::string out;
+    for (const runtime::Loop* loop : loops) {
+        const runtime::LoopStatistics& was = loop->statistics;
+        if (was.ended.get() > 0 || was.releases.get() < 2) continue;
+        const Nanoseconds length = now - instant_from_ns(was.release_began_ns.get());
+        const long long missed = length / loop->declaration.period;
+        if (missed < 1) continue;
+        write(out, "; loop ", loop->declaration.id, " has not ended a release for ", human_duration(length),
+              " and missed ", counted(missed, "period"));
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
@@ -50,11 +66,15 @@ std::string sleep_notes(const runtime::Runtime& runtime) {
     return notes;
 }
 
-std::string periods_kept(const std::vector<const runtime::Loop*>& loops) {
+std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now) {
     const long long overruns = sum_of(loops, &runtime::LoopStatistics::overruns);
-    return text<std::string>(overruns == 0 ? "every period was kept" : counted(overruns, "OVERRUN"), " (",
-                             counted(static_cast<long long>(loops.size()), "loop"), ", ",
-                             counted(sum_of(loops, &runtime::LoopStatistics::releases), "release"), ')');
+    const std::string stuck = stuck_loops(loops, now);
+    return text<std::string>(overruns > 0     ? counted(overruns, "OVERRUN")
+                             : !stuck.empty() ? "NOT every period was kept"
+                                              : "every period was kept",
+                             " (", counted(static_cast<long long>(loops.size()), "loop"), ", ",
+                             counted(sum_of(loops, &runtime::LoopStatistics::releases), "release"), ')',
+                             stuck);
 }
 
 std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime) {

@@ -18,8 +18,9 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops);
 /// fit; or nothing.
 std::string sleep_notes(const runtime::Runtime& runtime);
 
-/// A few words: "every period was kept (2 loops, 1200 releases)", or how many loops overran.
-std::string periods_kept(const std::vector<const runtime::Loop*>& loops);
+/// A few words: "every period was kept (2 loops, 1200 releases)", or how many releases overran and
+/// which loop has not ended its last one. At `now` every loop has been told to end.
+std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now);
 
 /// The loops of a runtime, in order of id.
 std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime);

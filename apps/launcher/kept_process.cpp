@@ -27,7 +27,7 @@ constexpr Nanoseconds kLookEvery = 20ms;
 constexpr std::size_t kLineMax = 4096;
 
 /// Runs in the child. `output` −1: the launcher's output.
-[[noreturn]] void become(const std::vector<std::string>& command, pid_t launcher, int output) {
+[[noreturn]] void become(const ProcessPlan& plan, pid_t launcher, int output) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != launcher) ::_exit(1);  // it died before the request above took hold
     ::setpgid(0, 0);
@@ -36,8 +36,9 @@ constexpr std::size_t kLineMax = 4096;
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
     if (const int nothing = ::open("/dev/null", O_RDONLY); nothing > 0) ::dup2(nothing, STDIN_FILENO);
     if (output >= 0) ::dup2(output, STDOUT_FILENO);
+    plan.in_child();
     std::vector<char*> arguments;
-    for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
+    for (const std::string& word : plan.command) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);
     ::execv(arguments[0], arguments.data());
     std::fprintf(stderr, "%s cannot be run: %s\n", arguments[0], std::strerror(errno));
@@ -62,7 +63,7 @@ Result<void> KeptProcess::start(Instant now) {
     const pid_t launcher = ::getpid();
     pid_ = ::fork();
     if (pid_ < 0) return system_error("start", plan_.command[0]);
-    if (pid_ == 0) become(plan_.command, launcher, to_child.get());
+    if (pid_ == 0) become(plan_, launcher, to_child.get());
     started_ = now;
     state_ = State::running;
     return {};

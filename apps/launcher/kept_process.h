@@ -33,6 +33,8 @@ struct ProcessPlan {
     std::filesystem::path locks;
     std::function<bool()> may_start = [] { return true; };  ///< what it needs is there
     std::function<void()> after_end = [] {};
+    /// In the child, before it becomes the program: what it enters.
+    std::function<void()> in_child = [] {};
 };
 
 class KeptProcess {

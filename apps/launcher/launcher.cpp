@@ -118,6 +118,11 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
     if (const int swept = MemoryFolder::sweep(MemoryFolder::kParent); swept > 0)
         say("removed what " + apps::counted(swept, "killed run") + " had left in memory");
     QDUINO_TRY_ASSIGN(made->memory_, MemoryFolder::make(MemoryFolder::kParent, o.service_user));
+    // Before the sketch: its guarantee report then has the service's VCPU.
+    made->service_vcpu_ = std::make_unique<ServiceVcpu>(
+        o.speed > 0 ? std::nullopt : o.service_budget,
+        o.speed > 0 ? "the printer is simulated" : "lifted with --service-budget max",
+        made->memory_.file("service-vcpu"));
     if (o.speed > 0) {
         made->plan_simulator();
     } else {
@@ -173,10 +178,12 @@ void Launcher::plan_simulator() {
 }
 
 void Launcher::plan_service() {
-    ProcessPlan plan = plan_of(
-        "print service", "printd",
-        {"--state", options_.state, "--link", memory_.file("link"), "--inspect", memory_.file("inspect"),
-         "--listen", text<std::string>("127.0.0.1:", options_.port), "--ui", options_.ui, "--print-link"});
+    ProcessPlan plan =
+        plan_of("print service", "printd",
+                {"--state", options_.state, "--link", memory_.file("link"), "--inspect",
+                 memory_.file("inspect"), "--listen", text<std::string>("127.0.0.1:", options_.port), "--ui",
+                 options_.ui, "--print-link", "--vcpu", service_vcpu_->file()});
+    plan.in_child = [this] { service_vcpu_->enter(); };
     if (!options_.service_user.empty())
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");
@@ -197,6 +204,7 @@ void Launcher::put_settings_back() const {
 /// Advances the first `started` processes once. False: one has failed for good, and was named.
 bool Launcher::advance_all(std::size_t started) {
     const Instant now = monotonic_now();
+    service_vcpu_->look(now, processes_.back()->alive());
     for (const auto& process : std::span{processes_}.first(started)) {
         process->advance(now);
         if (process->state() != KeptProcess::State::given_up) continue;
@@ -230,6 +238,11 @@ void Launcher::say_changes() const {
                                             : "Changed until the printer ends: " + changes +
                                                   " (each one in " + options_.settings_state + ").",
                             ""));
+}
+
+void Launcher::say_service_vcpu() {
+    service_vcpu_->admit_again();
+    apps::say(apps::wrapped(service_vcpu_->words(), ""));
 }
 
 void Launcher::say_open() {
@@ -274,6 +287,7 @@ int Launcher::run(int signals) {
     const bool up = come_up(signals);
     if (up) {
         say_changes();
+        say_service_vcpu();
         say_open();
     }
     const bool asked = up ? keep(signals) : is_asked_to_stop(signals, 0);

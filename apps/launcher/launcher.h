@@ -19,11 +19,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/launcher/kept_process.h"
 #include "apps/launcher/run_lock.h"
+#include "apps/launcher/service_vcpu.h"
 #include "base/result.h"
 #include "posix/unique_fd.h"
 
@@ -40,6 +42,8 @@ struct Options {
     double speed = 0;  ///< of the simulator; 0: in real time, on this machine
     bool isolate = false;
     bool confirm_bed = true;
+    /// Of the service in each 100 ms of core 0; nothing: it is an ordinary process.
+    std::optional<Nanoseconds> service_budget = kServiceBudget;
     std::string settings_state;  ///< where the sketch notes what it changed on this machine
 };
 
@@ -62,6 +66,7 @@ class Launcher {
     void plan_sketch();
     void plan_simulator();
     void plan_service();
+    void say_service_vcpu();
     void put_settings_back() const;
     [[nodiscard]] bool come_up(int signals);
     [[nodiscard]] bool keep(int signals);
@@ -73,6 +78,7 @@ class Launcher {
     Options options_;
     posix::UniqueFd state_lock_;
     MemoryFolder memory_;
+    std::unique_ptr<ServiceVcpu> service_vcpu_;
     std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start
 };
 

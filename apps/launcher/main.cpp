@@ -8,6 +8,7 @@
 #include "apps/command_line/command_line.h"
 #include "apps/launcher/launcher.h"
 #include "apps/terminal/program.h"
+#include "base/whole_number.h"
 #include "board/linux/host_settings.h"
 
 namespace {
@@ -18,6 +19,16 @@ using namespace qduino;
 /// 90 µs on the development machine, and a tenth of all steps was late.
 bool isolates(bool refused, double speed) {
     return !refused && speed == 0 && ::geteuid() == 0 && std::thread::hardware_concurrency() >= 2;
+}
+
+/// 1 to 100 ms; nothing for "max".
+std::optional<Nanoseconds> service_budget(const std::string& words) {
+    if (words == "max") return std::nullopt;
+    const auto milliseconds = whole_number<int>(words);
+    if (!milliseconds || *milliseconds < 1 || *milliseconds > launcher::kServicePeriod / 1ms)
+        throw CLI::ValidationError("--service-budget",
+                                   "give 1 to 100 (ms in each 100 ms) or max, not '" + words + "'");
+    return *milliseconds * 1ms;
 }
 
 }  // namespace
@@ -39,6 +50,11 @@ int main(int argc, char** argv) {
     app.add_flag("--no-isolate", no_isolate, "as root: leave this machine's cores as they are");
     app.add_flag("!--no-confirm-bed", options.confirm_bed,
                  "do not wait for \"Bed is clear\" after a job (an ejector does)");
+    app.add_option_function<std::string>(
+           "--service-budget",
+           [&options](const std::string& budget) { options.service_budget = service_budget(budget); },
+           "the print service's CPU time in each 100 ms of core 0; max: no budget (default 10)")
+        ->option_text("MS");
     app.add_option("--run-as", options.service_user, "user that the service becomes, as root");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
     options.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();

@@ -87,6 +87,7 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("step_pulse_s", m.step_pulse, 0, 1e-3);
     s.number("step_low_s", m.step_low, 0, 1e-3);
     s.number("direction_setup_s", m.direction_setup, 0, 1e-3);
+    s.number("step_cost_s", m.step_cost, 0, 1e-3);
     s.number("filament_diameter_mm", m.filament_diameter, 0.5, 5);
     s.number("nozzle_diameter_mm", m.nozzle_diameter, 0.05, 3);
 }

@@ -108,7 +108,9 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     printer::preflight::LayerPacker packer{machine_.filament_diameter.value(), packed};
     // On the heap: findings and parser state are too large for a thread's stack to be taken for
     // granted.
-    const auto preflight = std::make_unique<printer::preflight::Preflight>(machine_);
+    printer::MachineConfig machine = machine_;
+    machine.step_cost = step_cost();
+    const auto preflight = std::make_unique<printer::preflight::Preflight>(machine);
     preflight->add_sink(packer);
     std::array<char, 16 * 1024> bytes;
     for (;;) {

@@ -2,6 +2,9 @@
 // the job's.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+
 #include "printer/machine_config.h"
 #include "spool/analyzer.h"
 
@@ -9,13 +12,21 @@ namespace qduino::printd {
 
 class PreflightAnalyzer final : public spool::Analyzer {
   public:
-    explicit PreflightAnalyzer(const printer::MachineConfig& machine) : machine_(machine) {}
+    explicit PreflightAnalyzer(const printer::MachineConfig& machine)
+        : machine_(machine), step_cost_ns_(machine.step_cost.count()) {}
+
+    /// What a step costs, from now on. Any thread.
+    void set_step_cost(Nanoseconds cost) { step_cost_ns_.store(cost.count(), std::memory_order_relaxed); }
+    [[nodiscard]] Nanoseconds step_cost() const {
+        return Nanoseconds{step_cost_ns_.load(std::memory_order_relaxed)};
+    }
 
     Result<spool::Analysis> analyze(const std::filesystem::path& gcode,
                                     const std::filesystem::path& layers) override;
 
   private:
     printer::MachineConfig machine_;
+    std::atomic<std::int64_t> step_cost_ns_;
 };
 
 /// Judges one line of G-code on its own, for errors that no state of the machine could make right

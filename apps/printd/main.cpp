@@ -22,7 +22,9 @@
 #include "apps/printd/inspection.h"
 #include "apps/printd/options.h"
 #include "apps/printd/privileges.h"
+#include "apps/printd/step_cost_file.h"
 #include "base/version.h"
+#include "posix/small_file.h"
 #include "spool/link_source.h"
 #include "spool/recovery.h"
 #include "web/publisher.h"
@@ -136,9 +138,15 @@ Result<Ground> prepare(const printd::Options& options) {
     return ground;
 }
 
-web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& machine) {
-    return {spool, machine, config_json(machine), std::string{version()},
-            [machine](std::string_view line) { return printd::check_line(machine, line); }};
+web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& machine,
+                             const std::filesystem::path& vcpu) {
+    web::api::Context context{spool, machine, config_json(machine), std::string{version()},
+                              [machine](std::string_view line) { return printd::check_line(machine, line); }};
+    context.own_vcpu_json = [vcpu] {
+        const auto read = posix::read_small_file(vcpu);
+        return read ? *read : std::string{};
+    };
+    return context;
 }
 
 void say_where(const printd::Options& options, std::uint16_t port, const std::string& key) {
@@ -150,6 +158,11 @@ void say_where(const printd::Options& options, std::uint16_t port, const std::st
     if (!options.print_link) return;
     std::printf("%s%s%s\n", address.c_str(), key.empty() ? "" : "#key=", key.c_str());
     std::fflush(stdout);
+}
+
+void say_step_cost(Nanoseconds cost) {
+    spdlog::info("a step takes {} ns of its core: jobs above {:.0f} steps/s are refused", cost.count(),
+                 printer::step_rate_limit_hz(cost));
 }
 
 Result<void> serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
@@ -164,6 +177,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     spool_options.retention = {options.keep_jobs, options.keep_days, options.store_max_mib << 20};
     spool_options.opened_s = clock_now().now_s;
     printd::PreflightAnalyzer analyzer{machine};
+    printd::StepCostFile step_cost{options.state, analyzer};
     spool_options.analyzer = &analyzer;
     QDUINO_TRY_ASSIGN(const auto spool,
                       spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr));
@@ -178,7 +192,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     std::unique_ptr<web::Publisher> publisher;
     web::Threads threads;
     service = std::make_unique<web::Service>(
-        web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(*spool, machine),
+        web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(*spool, machine, options.vcpu),
         web::Authenticator{ground.key, std::move(sessions)}, std::move(files), analyzer, threads.executors());
     publisher = std::make_unique<web::Publisher>(*spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
@@ -191,6 +205,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
         publisher->tick(clock_now());
         if (link.trouble() != said && !link.trouble().empty()) spdlog::warn("{}", link.trouble());
         said = link.trouble();
+        if (step_cost.take(link.current())) say_step_cost(analyzer.step_cost());
     });
     threads.stop_on_signals([](int signal) { spdlog::info("stopping on signal {}", signal); });
     threads.run();
@@ -201,6 +216,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
 /// Offline: makes jobs out of their files (spool/recovery.h).
 Result<void> recover(const printd::Options& options, const printer::MachineConfig& machine) {
     printd::PreflightAnalyzer analyzer{machine};
+    const printd::StepCostFile step_cost{options.state, analyzer};
     const auto say = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };
     QDUINO_TRY_ASSIGN(const spool::Recovered done,
                       spool::recover_folder(options.state, analyzer, clock_now().now_s, say));

@@ -30,7 +30,7 @@ Result<void> run(const Arguments& arguments) {
     const auto started_s = static_cast<std::uint64_t>(std::time(nullptr));
     QDUINO_TRY_ASSIGN(const apps::LinkFile link, apps::create_link(arguments.link_path, started_s));
 
-    sketches::printer_wiring() = {machine, link.get()};
+    sketches::printer_wiring() = {.config = machine, .link = link.get(), .measure_steps = true};
     runtime::Runtime runtime(*board);
     QDUINO_TRY(runtime.begin(runtime::sketch_table()));
     const board::GuaranteeReport report = board->guarantee();
@@ -38,6 +38,7 @@ Result<void> run(const Arguments& arguments) {
     std::fflush(stdout);
     link.get()->guarantee.write({std::string_view{apps::guarantee_json(report)}});
     runtime.run(kForever);
+    std::fputs(apps::budgets_kept(board->guarantee()).c_str(), stdout);
     return {};
 }
 

@@ -1,6 +1,11 @@
 #include "apps/qduino/arguments.h"
 
+#include <algorithm>
+#include <string_view>
+
 #include "apps/command_line/command_line.h"
+#include "apps/picture/schedule.h"
+#include "apps/toml/toml_section.h"
 #include "base/version.h"
 #include "board/linux/host_settings.h"
 
@@ -45,6 +50,16 @@ void add_simulated_machine(CLI::App& sub, Arguments& arguments) {
     add_option(sub, "--seed", arguments.seed, "Seed of what is random (default 1)", "N");
 }
 
+void add_picture(CLI::App& sub, Arguments& arguments, const char* description) {
+    CLI::Option* picture = add_option(sub, "--picture", arguments.picture, description, "FILE");
+    add_option(sub, "--from", arguments.picture_from_s, "The picture begins at this second", "S")
+        ->check(CLI::Range(0.0, picture::kLatestStart))
+        ->needs(picture);
+    add_option(sub, "--length", arguments.picture_length_s, "It shows so many (default: it suits)", "S")
+        ->check(CLI::Range(1e-6, picture::kLongest))
+        ->needs(picture);
+}
+
 void add_new(CLI::App& app, Arguments& arguments) {
     CLI::App* sub = add_command(app, arguments, Command::make_new, "new", "Make a sketch to begin with",
                                 "Makes the folder NAME with NAME.ino: two loops, ready to run.\n"
@@ -87,12 +102,13 @@ void add_sim(CLI::App& app, Arguments& arguments) {
     CLI::App* sub = add_command(app, arguments, Command::sim, "sim", "Run a sketch in the simulator",
                                 "Virtual time: the same seed gives the same run, to the nanosecond. Ends\n"
                                 "with 2 when admission refuses the sketch.\n"
-                                "Example: qduino sim blinker --for 60 --board loaded.toml --seed 7");
+                                "Example: qduino sim blinker --for 60 --picture blinker.svg");
     add_sketch(*sub, arguments);
     add_length(*sub, arguments, "Virtual seconds (default 10)");
     add_option(*sub, "--speed", arguments.speed, "Virtual seconds per second (default: all)", "K")
         ->check(CLI::PositiveNumber);
     add_simulated_machine(*sub, arguments);
+    add_picture(*sub, arguments, "Draw the schedule, and R against T: .svg");
     add_report(*sub, arguments);
 }
 
@@ -110,6 +126,7 @@ void add_check(CLI::App& app, Arguments& arguments) {
     add_option(*sub, "--certificate", arguments.certificate,
                "Write what was assumed and derived, for tools/check_certificate.py", "FILE");
     add_simulated_machine(*sub, arguments);
+    add_picture(*sub, arguments, "Draw the worst case, and R against T: .svg");
 }
 
 void add_trace(CLI::App& app, Arguments& arguments) {
@@ -124,9 +141,67 @@ void add_trace(CLI::App& app, Arguments& arguments) {
     add_sketch(*sub, arguments);
     add_option(*sub, "-o,--output", arguments.output, "File to write (default: NAME-trace.json)", "FILE");
     add_length(*sub, arguments, "Seconds (default 10)");
+    add_picture(*sub, arguments, "Draw the schedule as well, as .svg");
     CLI::Option* on_linux = sub->add_flag("--linux", arguments.on_linux, "Trace a run on Linux (root)");
     add_simulated_machine(*sub, arguments);
     for (const char* simulated : {"--cores", "--seed"}) sub->get_option(simulated)->excludes(on_linux);
+}
+
+void add_profile(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub =
+        add_command(app, arguments, Command::profile, "profile", "Measure loops, and suggest budgets",
+                    "Runs the sketch and measures the CPU time of each release of a loop and each\n"
+                    "run of a handler. Suggests C = the worst observed and a margin, and T, shows\n"
+                    "the change of the sketch, and writes it with --write. Nothing is enforced\n"
+                    "meanwhile; with --real-time all is as in `qduino run`.\n"
+                    "Example: qduino profile blinker --for 60 --margin 50 --write");
+    add_sketch(*sub, arguments);
+    add_length(*sub, arguments, "Seconds (default 10)");
+    add_option(*sub, "--margin", arguments.margin_percent, "Above the worst, in % (default 20)", "P")
+        ->check(CLI::Range(0.0, 1000.0));
+    CLI::Option* write = sub->add_flag("--write", arguments.write, "Put the suggestions into the sketch");
+    add_option(*sub, "-o,--output", arguments.output, "Keep the profile here, as JSON", "FILE");
+    CLI::Option* real_time =
+        sub->add_flag("--real-time", arguments.real_time, "Real-time scheduling, budgets enforced");
+    sub->add_flag("--sim", arguments.in_simulator, "In the simulator: modelled times alone")
+        ->excludes(write)
+        ->excludes(real_time);
+    add_board(*sub, arguments);
+    add_option(*sub, "--pins", arguments.pins, "Virtual pins, as virtual-machine makes them", "FILE")
+        ->check(CLI::ExistingFile);
+}
+
+/// A duration in milliseconds, or with its unit: "10", "0.5", "500us", "1s".
+void add_duration(CLI::App& sub, const char* name, Nanoseconds& value, const char* description) {
+    const auto take = [name, &value](const std::string& words) {
+        const bool bare = words.find_first_not_of("0123456789.") == std::string::npos;
+        const std::optional<Nanoseconds> read = parse_duration(bare ? words + "ms" : words);
+        if (!read || *read <= Nanoseconds{0})
+            throw CLI::ValidationError(name,
+                                       "'" + words + "' is no duration above 0: write 10, 10ms, 500us or 1s");
+        value = *read;
+    };
+    sub.add_option_function<std::string>(name, take, description)->option_text("MS");
+}
+
+void add_vcpu(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub =
+        add_command(app, arguments, Command::vcpu, "vcpu", "Run any command in a VCPU",
+                    "COMMAND and all that it starts get the budget in each period, if the loops on\n"
+                    "that core leave it, and never more: the kernel's control groups keep it. Plain\n"
+                    "numbers are milliseconds; 500us and 1s work as well. Ends as COMMAND does,\n"
+                    "when its last process has ended; with 2 when admission refuses it.\n"
+                    "Example: qduino vcpu --budget 10 --period 100 --core 0 -- make -j4");
+    add_duration(*sub, "--budget", arguments.budget, "CPU time in each period (default 10 ms)");
+    add_duration(*sub, "--period", arguments.period, "The period, up to 1 s (default 100 ms)");
+    add_option(*sub, "--core", arguments.core, "The core (default: the first that admits it)", "N")
+        ->check(CLI::Range(0, 1023));
+    add_option(*sub, "--report", arguments.report, "Write guarantee and use here, as JSON", "FILE");
+    sub->add_flag("-q,--quiet", arguments.quiet, "Say nothing but errors");
+    sub->callback([&arguments] {
+        arguments.command = Command::vcpu;
+        if (arguments.program.empty()) throw CLI::RequiredError("COMMAND, what is to run in the VCPU,");
+    });
 }
 
 void add_machine_commands(CLI::App& app, Arguments& arguments) {
@@ -155,7 +230,27 @@ void add_machine_commands(CLI::App& app, Arguments& arguments) {
         ->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
+/// Where the command begins in the words behind "vcpu".
+int begin_of_program(const CLI::App& vcpu, int argc, const char* const* argv) {
+    int at = 2;
+    while (at < argc) {
+        const std::string word = argv[at];
+        if (word == "--" || word[0] != '-') break;
+        const CLI::Option* option = vcpu.get_option_no_throw(word);
+        at += option && option->get_items_expected_max() > 0 ? 2 : 1;
+    }
+    return std::min(at, argc);
+}
+
 }  // namespace
+
+int take_program(const CLI::App& parser, Arguments& arguments, int argc, const char* const* argv) {
+    if (argc < 2 || argv[1] != std::string_view{"vcpu"}) return argc;
+    const int at = begin_of_program(*parser.get_subcommand("vcpu"), argc, argv);
+    const int first = at < argc && argv[at] == std::string_view{"--"} ? at + 1 : at;
+    arguments.program.assign(argv + first, argv + argc);
+    return at;
+}
 
 std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
     auto app = std::make_unique<CLI::App>(
@@ -173,6 +268,8 @@ std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
     add_sim(*app, arguments);
     add_check(*app, arguments);
     add_trace(*app, arguments);
+    add_profile(*app, arguments);
+    add_vcpu(*app, arguments);
     add_machine_commands(*app, arguments);
     return app;
 }

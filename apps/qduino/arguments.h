@@ -6,10 +6,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "base/time.h"
 
 namespace qduino::apps {
 
-enum class Command { make_new, build, run, sim, check, trace, doctor, restore, completion };
+enum class Command { make_new, build, run, sim, check, trace, profile, vcpu, doctor, restore, completion };
 
 struct Arguments {
     Command command{};
@@ -17,29 +20,45 @@ struct Arguments {
     bool verbose = false;
     std::string name;    ///< new
     std::string only;    ///< build: "sim", "linux" or empty
-    std::string output;  ///< build: folder; trace: file
+    std::string output;  ///< build: folder; trace, profile: file
     std::optional<double> length_s;
     std::optional<double> speed;
     std::optional<int> cores;
     std::optional<std::uint64_t> seed;
     std::string board, pins, report;
+    std::string picture;  ///< sim, check, trace: file
+    std::optional<double> picture_from_s, picture_length_s;
+    std::string admission;  ///< where a run on Linux writes it; no option
     bool isolate = false, best_effort = false;
     bool on_linux = false;  ///< trace
+    // profile:
+    bool in_simulator = false, real_time = false, write = false;
+    double margin_percent = 20;
+    std::string profile;  ///< where the sketch's program writes it
     bool json = false;
-    std::string certificate;     ///< check: file
-    std::string settings_state;  ///< restore
-    std::string shell;           ///< completion
+    std::string certificate;  ///< check: file
+    // vcpu: the paper's default VCPU (RTAS 2017, section IV), unless others are named
+    Nanoseconds budget = 10ms, period = 100ms;
+    std::optional<int> core;
+    bool quiet = false;
+    std::vector<std::string> program;  ///< vcpu: the command and its arguments
+    std::string settings_state;        ///< restore
+    std::string shell;                 ///< completion
 };
 
 /// The parser, which fills in `arguments`; that outlives it.
 [[nodiscard]] std::unique_ptr<CLI::App> make_parser(Arguments& arguments);
+
+/// Takes the command of `qduino vcpu`, and all behind it, into `arguments`: it may look like
+/// options of `qduino`. Returns how many words are left to parse. Before the parsing.
+int take_program(const CLI::App& parser, Arguments& arguments, int argc, const char* const* argv);
 
 /// The completion script of `parser` for a shell, "bash", "zsh" or "fish"; anything else gives an
 /// empty text.
 [[nodiscard]] std::string completion_script(const CLI::App& parser, const std::string& shell);
 
 /// Carries out `arguments.command`. Returns the exit status: 0, 1 on failure, 2 when admission
-/// refuses the sketch. `parser` is for `completion`.
+/// refuses the sketch or the tree; that of the command, for `vcpu`. `parser` is for `completion`.
 int run_command(const Arguments& arguments, const CLI::App& parser);
 
 }  // namespace qduino::apps

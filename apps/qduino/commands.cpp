@@ -14,9 +14,13 @@
 #include "apps/board_file/board_file.h"
 #include "apps/doctor/doctor.h"
 #include "apps/launcher/run_lock.h"
+#include "apps/picture/picture_file.h"
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/kernel_trace.h"
+#include "apps/qduino/profile_result.h"
 #include "apps/qduino/sketch_build.h"
+#include "apps/qduino/traced_picture.h"
+#include "apps/qduino/vcpu_command.h"
 #include "apps/qduino/words.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
@@ -112,6 +116,14 @@ Words options_of(const Arguments& arguments) {
     if (arguments.cores) add("--cores", *arguments.cores);
     if (arguments.seed) add("--seed", *arguments.seed);
     if (!arguments.report.empty()) add("--report", arguments.report);
+    if (!arguments.picture.empty()) add("--picture", arguments.picture);
+    if (arguments.picture_from_s) add("--from", Shortest{*arguments.picture_from_s});
+    if (arguments.picture_length_s) add("--length", Shortest{*arguments.picture_length_s});
+    if (!arguments.admission.empty()) add("--admission", arguments.admission);
+    if (!arguments.profile.empty()) {
+        add("--profile", arguments.profile);
+        add("--margin", Shortest{arguments.margin_percent});
+    }
     if (arguments.json) words.emplace_back("--json");
     if (!arguments.certificate.empty()) add("--certificate", arguments.certificate);
     if (arguments.isolate) words.emplace_back("--isolate");
@@ -121,6 +133,7 @@ Words options_of(const Arguments& arguments) {
 
 /// Builds the simulator's program and becomes it; `words` stand before the options.
 Result<int> become_simulation(const Arguments& arguments, const Words& words) {
+    if (!arguments.picture.empty()) QDUINO_TRY(picture::check_picture_name(arguments.picture));
     if (const ReadBoardFile board = board_of(arguments); !board.ok()) return fail(board.error);
     QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {BoardKind::sim}));
     Words command{built.programs[0].string()};
@@ -222,13 +235,30 @@ Result<int> trace_on_linux(Arguments arguments, const std::string& output) {
     const ReadBoardFile read = board_of(arguments);
     if (!read.ok()) return fail(read.error);
     if (!arguments.length_s) arguments.length_s = kTraceSeconds;
+    const std::string picture = std::exchange(arguments.picture, {});
+    const TracedWindow window{std::exchange(arguments.picture_from_s, {}).value_or(0),
+                              std::exchange(arguments.picture_length_s, {})};
+    launcher::MemoryFolder folder;
+    if (!picture.empty()) {
+        QDUINO_TRY(picture::check_picture_name(picture));
+        QDUINO_TRY_ASSIGN(folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+        arguments.admission = folder.file("admission.json");
+    }
     QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {BoardKind::linux}));
     QDUINO_TRY_ASSIGN(KernelTracer tracer, KernelTracer::start());
     QDUINO_TRY_ASSIGN(const int status, run_on_linux(arguments, built, read.board.linux));
     if (status == 2) return 2;  // refused: there was nothing to record
     KernelTraceReader reader(board::linux::BudgetKeeper::signal_number(), ::getpid());
+    std::optional<TracedPicture> drawing;
+    if (!picture.empty()) {
+        drawing.emplace(built.sketch.name, admitted_loops(arguments.admission), window);
+        reader.draw_into(*drawing);
+    }
     QDUINO_TRY(tracer.stop(reader));
     QDUINO_TRY(write_trace(reader, output));
+    if (drawing) {
+        QDUINO_TRY(drawing->write(picture));
+    }
     return status;
 }
 
@@ -237,6 +267,41 @@ Result<int> trace(const Arguments& arguments) {
     return arguments.on_linux ? trace_on_linux(arguments, output)
                               : become_simulation(arguments, {"--trace", output});
 }
+
+constexpr double kProfileSeconds = 10;
+
+/// Runs the program that measures, and returns its status.
+Result<int> run_profile(const Arguments& arguments, const Built& built,
+                        const board::linux::LinuxConfig& board) {
+    if (!arguments.in_simulator) return run_on_linux(arguments, built, board);
+    Words command{built.programs[0].string(), "--no-admission"};
+    append(command, options_of(arguments));
+    return run_in_front(command);
+}
+
+Result<int> profile(const Arguments& given) {
+    Arguments arguments = given;
+    const ReadBoardFile read = board_of(arguments);
+    if (!read.ok()) return fail(read.error);
+    if (!arguments.length_s) arguments.length_s = kProfileSeconds;
+    arguments.best_effort = !arguments.real_time && !arguments.in_simulator;
+    QDUINO_TRY_ASSIGN(const Sketch sketch, find_sketch(arguments.sketch));
+    QDUINO_TRY_ASSIGN(const std::vector<TabText> tabs, read_tabs(sketch.tabs));
+    const BoardKind board = arguments.in_simulator ? BoardKind::sim : BoardKind::linux;
+    QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {board}));
+    QDUINO_TRY_ASSIGN(const auto folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    arguments.profile = arguments.output.empty() ? folder.file("profile").string() : arguments.output;
+    QDUINO_TRY_ASSIGN(const int status, run_profile(arguments, built, read.board.linux));
+    if (status != 0) {
+        say(verdict(end_of(built.sketch.name, status)));
+        return status;
+    }
+    QDUINO_TRY_ASSIGN(const std::string profile, posix::read_small_file(arguments.profile));
+    if (arguments.in_simulator) return 0;
+    return apply_profile(profile, tabs, arguments.write);
+}
+
+Result<int> vcpu(const Arguments& arguments) { return run_in_vcpu(arguments); }
 
 Result<int> doctor(const Arguments& arguments) {
     return run_doctor({.json = arguments.json, .root = {}}, stdout);
@@ -251,7 +316,7 @@ Result<int> restore(const Arguments& arguments) {
 }
 
 // In the order of Command.
-constexpr std::array kCommands{make_new, build, run, sim, check, trace, doctor, restore};
+constexpr std::array kCommands{make_new, build, run, sim, check, trace, profile, vcpu, doctor, restore};
 static_assert(kCommands.size() == static_cast<std::size_t>(Command::completion));
 
 }  // namespace

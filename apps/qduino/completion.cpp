@@ -28,11 +28,12 @@ std::vector<Flag> flags_of(const CLI::App& app) {
     return flags;
 }
 
-/// A sketch, or a name.
+/// A sketch, a name, or a command.
 bool takes_files(const CLI::App& command) {
-    return std::ranges::any_of(command.get_options(), [](const CLI::Option* option) {
-        return option->get_positional() && option->get_name() != "shell";
-    });
+    return command.get_name() == "vcpu" ||
+           std::ranges::any_of(command.get_options(), [](const CLI::Option* option) {
+               return option->get_positional() && option->get_name() != "shell";
+           });
 }
 
 std::string names_of(const std::vector<Flag>& flags) {

@@ -18,6 +18,7 @@ namespace qduino::apps {
 namespace {
 
 namespace fs = std::filesystem;
+using picture::Doing;
 
 constexpr const char* kOurThreads = "comm ~ \"loop *\" || comm ~ \"io *\"";
 constexpr const char* kOurSwitches =
@@ -156,17 +157,26 @@ void KernelTraceReader::switched(const Event& event) {
         const bool ready = field(event.fields, "prev_state=", " ").starts_with('R');
         const bool spent = in_handler_.contains(before);
         instant(event.core, before, event.us, ready ? "preempt" : spent ? "throttle" : "block");
+        tell(event, before, ready ? Doing::waits : spent ? Doing::throttled : Doing::nothing);
     }
     if (after == 0) return;
     Core& core = cores_[event.core];
     core.has_loops = true;
     core.running = {after, event.us};
+    tell(event, after, Doing::runs);
 }
 
 void KernelTraceReader::woken(const Event& event) {
     const int vcpu = vcpu_of(field(event.fields, "comm=", " pid="), field(event.fields, " pid=", " "));
     const auto core = number_at<int>(field(event.fields, "target_cpu=", " "));
-    if (vcpu != 0 && core) instant(*core, vcpu, event.us, "wake");
+    if (vcpu == 0 || !core) return;
+    instant(*core, vcpu, event.us, "wake");
+    if (!picture_) return;
+    picture_->woke(*core, static_cast<sched::VcpuId>(vcpu), event.us, in_handler_.contains(vcpu));
+}
+
+void KernelTraceReader::tell(const Event& event, int vcpu, picture::Doing doing) {
+    if (picture_) picture_->does(event.core, static_cast<sched::VcpuId>(vcpu), doing, event.us);
 }
 
 void KernelTraceReader::signalled(const Event& event, int vcpu) {
@@ -187,6 +197,7 @@ void KernelTraceReader::interrupt_ends(const Event& event) {
     core.records.push_back(chrome::stretch("interrupt", event.core, chrome::kInterruptThread,
                                            core.interrupt_since_us, event.us - core.interrupt_since_us,
                                            chrome::device(core.interrupt)));
+    if (picture_) picture_->taken(event.core, core.interrupt_since_us, event.us, core.interrupt);
     core.interrupt_since_us = -1;
 }
 

@@ -23,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/qduino/traced_picture.h"
 #include "base/result.h"
 
 namespace qduino::apps {
@@ -34,6 +35,8 @@ class KernelTraceReader {
     /// descendants' loops are recorded (there may be other sketches on this computer).
     KernelTraceReader(int budget_signal, int ancestor) : budget_signal_(budget_signal), family_{ancestor} {}
 
+    /// What the lines to come tell goes to `picture`, too, which outlives the reader.
+    void draw_into(TracedPicture& picture) { picture_ = &picture; }
     /// One line, without its end. A line that is no event, or none of ours, is skipped.
     void line(std::string_view text);
     /// The trace as JSON, of cores on which a loop has run. Stretches that have not ended end with
@@ -68,6 +71,7 @@ class KernelTraceReader {
     [[nodiscard]] int vcpu_of(std::string_view comm, std::string_view pid) const;
     [[nodiscard]] int vcpu_of(std::string_view task) const;
     void switched(const Event& event);
+    void tell(const Event& event, int vcpu, picture::Doing doing);
     void woken(const Event& event);
     void signalled(const Event& event, int vcpu);
     void interrupt_begins(const Event& event, std::string_view name);
@@ -84,6 +88,7 @@ class KernelTraceReader {
     std::int64_t last_us_ = 0;
     std::int64_t lost_ = 0;
     int stretches_ = 0;
+    TracedPicture* picture_ = nullptr;
 };
 
 /// A tracer of the kernel; it records until it is destroyed.

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
         return 0;
     }
     if (is_unknown_command(*parser, argv[1])) return qduino::apps::explain_unknown_command(*parser, argv[1]);
-    if (const auto status = qduino::apps::parse_command_line(*parser, argc, argv)) return *status;
+    const int count = qduino::apps::take_program(*parser, arguments, argc, argv);
+    if (const auto status = qduino::apps::parse_command_line(*parser, count, argv)) return *status;
     return qduino::apps::run_command(arguments, *parser);
 }

@@ -83,7 +83,10 @@ int Supervisor::keep_running(int signals) {
         layout.heartbeat_bound_ns.store(to_ns(options_.heartbeat_timeout));
         layout.witness.store(0);
         // Forgets the promises of an earlier sketch.
-        for (auto& beat : layout.heartbeats) beat.expected_by_ns.store(0);
+        for (auto& beat : layout.heartbeats) {
+            beat.expected_by_ns.store(0);
+            beat.progress_by_ns.store(0);
+        }
         // The new sketch needs the lines.
         hands_.release_lines();
         auto sketch = SketchProcess::start(options_.command);
@@ -106,15 +109,6 @@ int Supervisor::keep_running(int signals) {
         block_until(next);
         backoff = std::min(2 * backoff, kLastBackoff);
     }
-}
-
-board::VcpuId Supervisor::overdue_loop(Instant now) const {
-    for (board::VcpuId vcpu = 1; vcpu < board::kVcpuLimit; ++vcpu) {
-        const std::int64_t by_ns =
-            file_.layout().heartbeats[vcpu].expected_by_ns.load(std::memory_order_relaxed);
-        if (by_ns != 0 && to_ns(now) > by_ns) return vcpu;
-    }
-    return board::kNoVcpu;
 }
 
 // The witness counts only when it belongs to the very process that was started. If that is a
@@ -153,12 +147,10 @@ Supervisor::Watched Supervisor::watch(const SketchProcess& sketch, int signals) 
         if ((events[1].revents & POLLIN) != 0) hand_on_signal(sketch, signals, kill_at);
         if ((events[2].revents & POLLIN) != 0) renew_heat_watch();
         const Instant now = monotonic_now();
-        if (options_.heartbeat_timeout > Nanoseconds{0}) watched.hung_loop = overdue_loop(now);
-        if (watched.hung_loop == board::kNoVcpu && now < kill_at) continue;
-        if (watched.hung_loop != board::kNoVcpu) {
-            const auto& beat = file_.layout().heartbeats[watched.hung_loop];
-            watched.overdue = now - instant_from_ns(beat.expected_by_ns.load(std::memory_order_relaxed));
-        }
+        if (options_.heartbeat_timeout > Nanoseconds{0})
+            watched.hang = find_hang(file_.layout(), now, options_.heartbeat_timeout);
+        if (!watched.hang.found() && now < kill_at) continue;
+        watched.ended_at = now;
         watched.outcome = Outcome::hung;
         system_->kill(sketch.descriptor(), SIGKILL);
         return watched;
@@ -197,11 +189,7 @@ void Supervisor::put_computer_back() const {
 }
 
 std::string Supervisor::how_it_ended(const Watched& watched) {
-    if (watched.outcome == Outcome::hung && watched.hung_loop != board::kNoVcpu) {
-        return text<std::string>("loop ", watched.hung_loop, " hung (noticed ",
-                                 apps::human_duration(watched.overdue),
-                                 " after its heartbeat was due); the sketch was killed");
-    }
+    if (watched.hang.found()) return hang_text(watched.hang, watched.ended_at) + "; the sketch was killed";
     if (watched.outcome == Outcome::hung) return "it did not stop when asked to, and was killed";
     const int status = watched.ending.status;
     if (!watched.ending.by_signal) return text<std::string>("it ended with status ", status);
@@ -214,9 +202,9 @@ std::string Supervisor::how_it_ended(const Watched& watched) {
 void Supervisor::explain(const Watched& watched, pid_t sketch) const {
     if (options_.link.empty()) return;
     std::string note = how_it_ended(watched);
-    if (watched.hung_loop != board::kNoVcpu) {
+    if (watched.hang.kind == Hang::Kind::silent) {
         const std::string taken =
-            board::linux::who_took_the_core_of(watched.hung_loop, file_.layout(), sketch);
+            board::linux::who_took_the_core_of(watched.hang.vcpu, file_.layout(), sketch);
         if (!taken.empty()) note += ": " + taken;
     }
     write_death_note(options_.link, sketch, note);

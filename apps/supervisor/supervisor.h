@@ -7,7 +7,7 @@
 //       │  every 10 ms, or woken by its pidfd: is the sketch dying (its death witness in the pins
 //       │  file)? dead? has a loop broken its promise (heartbeats)?
 //       │
-//       ├─ a promise is broken ──► SIGKILL: a sketch that hangs cannot be reasoned with
+//       ├─ a promise is broken (hang.h) ──► SIGKILL: a sketch that hangs cannot be reasoned with
 //       └─ it is dead or dying ──► at real-time priority:
 //                                  1. force every output that has a safe state
 //                                  2. set sketch_dead in the pins file and in the service's link
@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/supervisor/hang.h"
 #include "apps/supervisor/heat_watch.h"
 #include "apps/supervisor/safe_hands.h"
 #include "apps/supervisor/sketch_process.h"
@@ -70,8 +71,8 @@ class Supervisor {
     struct Watched {
         Outcome outcome = Outcome::ended;
         Ending ending;
-        board::VcpuId hung_loop = 0;
-        Nanoseconds overdue{};  ///< of the hung loop, when it was noticed
+        Hang hang;
+        Instant ended_at;  ///< when the hang, or the end, was noticed
         SafeHands::Cut cut;
     };
 
@@ -83,8 +84,6 @@ class Supervisor {
     void hand_on_signal(const SketchProcess& sketch, int signals, Instant& kill_at);
     /// True when it is dead, or all its threads are about to be.
     [[nodiscard]] bool is_dying(const SketchProcess& sketch) const;
-    /// The loop whose promise is overdue; kNoVcpu: none.
-    [[nodiscard]] board::VcpuId overdue_loop(Instant now) const;
     void outlive(Watched& watched, const SketchProcess& sketch);
     [[nodiscard]] static std::string how_it_ended(const Watched& watched);
     void explain(const Watched& watched, pid_t sketch) const;

@@ -67,6 +67,7 @@
 #define interruptsVcpu(device, ...) \
     interruptsVcpu(qduino_time_unit(0), ::qduino::arduino::device_class::device, __VA_ARGS__)
 #define attachInterruptVcpu(...) attachInterruptVcpu(qduino_time_unit(0), __VA_ARGS__)
+#define promiseProgress(...) promiseProgress(qduino_time_unit(0), __VA_ARGS__)
 
 // ---- round, word -------------------------------------------------------------------------------
 #define round(x) round(::qduino::arduino::RoundArgument(x))

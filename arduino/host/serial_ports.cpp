@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <system_error>
 #include <utility>
 
 #include "posix/system_error.h"
@@ -36,7 +37,14 @@ Result<void> DescriptorPort::start(int read_descriptor, int write_descriptor) {
     stopping_ = false;
     carried_ = ring_->pushed();
     if (sem_init(&wake_, 0, 0) != 0) return posix::system_error("carry", "a serial port");
-    carrier_ = std::thread([this] { carry(); });
+    try {
+        carrier_ = std::thread([this] { carry(); });
+    } catch (const std::system_error&) {
+        return make_error(
+            ErrorCode::unavailable,
+            "no thread to carry a serial port: call Serial.begin() in setup(), as a loop with a "
+            "budget may make none");
+    }
     return {};
 }
 

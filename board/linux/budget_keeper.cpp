@@ -40,7 +40,7 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority) {
     ::sigaction(signal_number(), &action, nullptr);
 
     QDUINO_TRY_ASSIGN(host_.timer, make_thread_timer(signal_number()));
-    host_.priority = priority;
+    host_.own_rank.sched_priority = priority;
     const Instant now = monotonic_now();
     mine_ = this;
     running_ = true;
@@ -61,6 +61,18 @@ void BudgetKeeper::stop() {
     running_ = false;
     ::timer_delete(host_.timer);
     mine_ = nullptr;
+}
+
+std::string_view BudgetKeeper::tampering() const {
+    if (!running_) return {};
+    struct sigaction now {};
+    ::sigaction(signal_number(), nullptr, &now);
+    if (now.sa_handler == SIG_IGN) return "the signal of its budget's timer is ignored";
+    if (now.sa_sigaction != &BudgetKeeper::on_timer)
+        return "the signal of its budget's timer has another handler";
+    itimerspec left{};
+    if (::timer_gettime(host_.timer, &left) != 0) return "its budget's timer was deleted";
+    return {};
 }
 
 // ---- the system ---------------------------------------------------------------------------------
@@ -99,9 +111,10 @@ void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
 
 /// An ordinary task, to which the kernel still lends the priority of whoever waits for its lock.
 void BudgetKeeper::Host::step_back(bool back) const {
-    if (priority == 0) return;
-    const sched_param rank{.sched_priority = back ? 0 : priority};
-    ::sched_setscheduler(0, back ? SCHED_OTHER : SCHED_FIFO, &rank);
+    if (own_rank.sched_priority == 0) return;
+    const sched_param none{};
+    ::sched_setscheduler(0, (back ? SCHED_OTHER : SCHED_FIFO) | SCHED_RESET_ON_FORK,
+                         back ? &none : &own_rank);
 }
 
 }  // namespace qduino::board::linux

@@ -10,6 +10,9 @@
 // patch. (Timers on the thread's CPU clock would spare the shots that come early, but stock kernels
 // look at them at the tick, 1–10 ms apart; so does SCHED_DEADLINE, without its HRTICK feature.)
 //
+// The sketch can take the signal, its handler or the timer from it. Then the warden keeps the
+// thread to its budget from outside (warden.h).
+//
 // Time that a hypervisor takes from a virtual machine and does not report looks like the thread's
 // own: it is charged, and paid back like any overrun.
 //
@@ -21,10 +24,12 @@
 // µs); charged to the loop itself. Hence no budget under 100 µs on a shared core.
 #pragma once
 
+#include <sched.h>
 #include <time.h>
 
 #include <csignal>
 #include <cstdint>
+#include <string_view>
 
 #include "base/result.h"
 #include "base/time.h"
@@ -73,8 +78,14 @@ class BudgetKeeper {
     /// decides at run time.
     [[nodiscard]] static int signal_number() { return SIGRTMIN + 3; }
 
+    /// What confinement.h is to let the thread have again; null: it has no priority.
+    [[nodiscard]] const void* own_rank() const {
+        return host_.own_rank.sched_priority > 0 ? &host_.own_rank : nullptr;
+    }
     /// How often the budget was spent and the thread slept for it.
     [[nodiscard]] std::uint64_t throttled() const { return host_.throttled; }
+    /// What others have done to the signal or the timer; empty: nothing. Any thread.
+    [[nodiscard]] std::string_view tampering() const;
     /// CPU time charged so far.
     [[nodiscard]] Nanoseconds charged() const { return shell_.account().server().consumed(); }
 
@@ -88,7 +99,7 @@ class BudgetKeeper {
         void step_back(bool back) const;
 
         timer_t timer{};
-        int priority = 0;
+        sched_param own_rank{};  // priority 0: none
         std::uint64_t throttled = 0;
     };
     static void on_timer(int, siginfo_t*, void*);

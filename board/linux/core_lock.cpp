@@ -7,76 +7,30 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <ctime>
 #include <utility>
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/kernel_text.h"
+#include "board/linux/shared_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
 
 using posix::system_error;
 using posix::UniqueFd;
+
 namespace {
 
 constexpr Nanoseconds kLookAgain = 20ms;
 constexpr std::size_t kCommandShown = 60;
 
-/// The first folder in which every user may make files; else the first in which this process may.
-/// Empty: none.
-std::string shared_folder(const std::string& root) {
-    std::string ours;
-    for (const char* name : {"/run/lock", "/dev/shm", "/tmp"}) {
-        const std::string folder = root + name;
-        struct stat status {};
-        if (::stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) continue;
-        if (::access(folder.c_str(), W_OK | X_OK) != 0) continue;
-        if ((status.st_mode & S_IWOTH) != 0) return folder;
-        if (ours.empty()) ours = folder;
-    }
-    return ours;
-}
-
-/// Opens the file if it is there, else makes it, for all users. (In a folder with the sticky bit,
-/// O_CREAT must not be used on another user's file.)
-UniqueFd open_or_make(const std::string& path) {
-    constexpr int kFlags = O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK;
-    for (int attempt = 0; attempt < 100; ++attempt) {
-        UniqueFd file{::open(path.c_str(), O_RDWR | kFlags)};
-        if (!file.valid() && errno == EACCES) file.reset(::open(path.c_str(), O_RDONLY | kFlags));
-        if (file.valid() || errno != ENOENT) return file;
-        file.reset(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | kFlags, 0666));
-        if (file.valid()) static_cast<void>(::fchmod(file.get(), 0666));  // whatever the umask
-        if (file.valid() || errno != EEXIST) return file;
-    }
-    return {};
-}
-
-/// True while `path` still names this file: a holder that left has removed it.
-bool is_current(int file, const std::string& path) {
-    struct stat here {
-    }, there{};
-    return ::fstat(file, &here) == 0 && ::lstat(path.c_str(), &there) == 0 && here.st_ino == there.st_ino &&
-           here.st_dev == there.st_dev;
-}
-
-/// Printable, one line, of bounded length: others may have written it.
-std::string tidy(std::string_view raw, std::size_t longest) {
-    std::string text{trimmed(raw)};
-    std::ranges::replace_if(
-        text, [](unsigned char c) { return std::isprint(c) == 0; }, ' ');
-    if (text.size() > longest) text = text.substr(0, longest - 3) + "...";
-    return text;
-}
-
 /// Without the folder of its program, which is long and says little.
 std::string command_of(const std::string& pid) {
     const std::string text = text_of_file("/proc/" + pid + "/cmdline");
     const std::size_t slash = text.substr(0, text.find('\0')).rfind('/');
-    return tidy(text.substr(slash + 1), 200);  // of all, where there is no slash
+    return printable(text.substr(slash + 1), 200);  // of all, where there is no slash
 }
 
 struct Holder {
@@ -93,9 +47,9 @@ Holder read_holder(int file) {
         std::string_view value = cut(lines, '\n');
         const std::string_view key = cut(value, ' ');
         if (key == "pid" && whole_number<unsigned>(value)) holder.pid = value;
-        if (key == "since") holder.since = tidy(value, 24);
-        if (key == "program") holder.program = tidy(value, 15);
-        if (key == "command") holder.command = tidy(value, kCommandShown);
+        if (key == "since") holder.since = printable(value, 24);
+        if (key == "program") holder.program = printable(value, 15);
+        if (key == "command") holder.command = printable(value, kCommandShown);
     }
     return holder;
 }
@@ -129,13 +83,13 @@ Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::strin
     const auto path = text<std::string>(folder, "/qduino-core", core, ".lock");
     const Instant until = monotonic_now() + patience;
     for (;;) {
-        UniqueFd file = open_or_make(path);
+        UniqueFd file = open_shared_file(path);
         struct stat status {};
         if (!file.valid() || ::fstat(file.get(), &status) != 0) return system_error("open", path);
         if (!S_ISREG(status.st_mode))
             return make_error(ErrorCode::not_permitted, path, " is no file: remove it");
         if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
-            if (!is_current(file.get(), path)) continue;
+            if (!is_still_named(file.get(), path)) continue;
             CoreLock lock;
             lock.path_ = path;
             lock.file_ = std::move(file);
@@ -156,7 +110,7 @@ void CoreLock::write_holder() const {
     std::array<char, 32> since{};
     std::strftime(since.data(), since.size(), "%Y-%m-%d %H:%M:%S UTC", &utc);
     const auto lines = text<std::string>("pid ", pid, "\nsince ", since.data(), "\nprogram ",
-                                         tidy(text_of_file("/proc/" + pid + "/comm"), 15), "\ncommand ",
+                                         printable(text_of_file("/proc/" + pid + "/comm"), 15), "\ncommand ",
                                          command_of(pid), '\n');
     // For people alone: if they cannot be written (another user's file), a message lacks them.
     static_cast<void>(::ftruncate(file_.get(), 0) == 0 &&
@@ -164,7 +118,7 @@ void CoreLock::write_holder() const {
 }
 
 void CoreLock::release() {
-    if (file_.valid() && is_current(file_.get(), path_)) ::unlink(path_.c_str());
+    if (file_.valid() && is_still_named(file_.get(), path_)) ::unlink(path_.c_str());
     file_.reset();
 }
 

@@ -76,11 +76,10 @@ Result<void> Crew::add(const VcpuSpec& spec, VcpuThreadOptions options) {
     return made;
 }
 
-void Crew::go() {
+void Crew::wait_until_ready() {
     for (std::uint32_t ready = 0; (ready = gate_.ready.load()) < threads_.size();) {
         futex_wait_until(gate_.ready, ready, kForever);
     }
-    open_gate(1);
 }
 
 void Crew::open_gate(std::uint32_t state) {

@@ -3,7 +3,7 @@
 //   add() ► thread ▒▒▒│           ▒ prepares itself: core, priority, stack, budget
 //   add() ► thread ▒▒▒│████···██
 //   add() ► thread ▒▒ │██··███··  … request_stop() … entries return … wait_until() says so
-//                     go()
+//                     go()            wait_until_ready() before it
 #pragma once
 
 #include <atomic>
@@ -37,8 +37,10 @@ class Crew {
     /// Makes a thread, which waits at the gate. After an error all are gone again. Setup-time.
     /// Error: unavailable.
     Result<void> add(const VcpuSpec& spec, VcpuThreadOptions options);
-    /// Waits until all are ready, and lets them go at once.
-    void go();
+    /// Waits until all are at the gate.
+    void wait_until_ready();
+    /// Lets them go at once.
+    void go() { open_gate(1); }
     /// Returns true when a stop was requested and all entries have returned; false at `until`.
     bool wait_until(Instant until);
     /// Async-signal-safe.

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <pthread.h>
+#include <sys/types.h>
 
 #include <atomic>
 #include <cstdint>
@@ -37,6 +38,8 @@ class DeathWitness {
     /// every loop, where that is allowed and `real_time` asks for it. If no thread can be made,
     /// `word` stays 0. Setup-time; a second call does nothing.
     void call(std::atomic<std::uint32_t>& word, bool real_time);
+    /// Its thread's number; 0: there is none.
+    [[nodiscard]] pid_t tid() const { return word_ ? static_cast<pid_t>(word_->load()) : 0; }
     /// Ends the thread; `word` becomes 0.
     void dismiss();
 

@@ -81,10 +81,10 @@ void EdgeServer::serve(VcpuId io, const std::atomic<bool>& stop) {
         // Before the look, and before the next question for a stop: neither an edge nor a bell is
         // slept over.
         const std::uint32_t seen = shared.attached() ? shared.input_changes() : 0;
-        life_.promise(io, kEpoch);
+        life_.progressed(io);
         run_handlers(io);
         if (stop.load(std::memory_order_acquire)) return;
-        life_.promise(io, kForever);
+        life_.idle(io);
         wait(io, seen);
     }
 }

@@ -1,9 +1,12 @@
 #include "board/linux/linux_board.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstdlib>
 
 #include "base/contract.h"
+#include "board/linux/budget_findings.h"
 #include "board/linux/overheads.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"
@@ -65,6 +68,7 @@ Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(LinuxConfig config) {
 LinuxBoard::~LinuxBoard() {
     request_stop();
     crew_.join();
+    warden_.dismiss();
     force_safe_states();
     witness_.dismiss();
     cores_.give_back();
@@ -137,8 +141,12 @@ Result<void> LinuxBoard::start(std::span<const VcpuSpec> specs) {
     QDUINO_TRY(check_specs(specs, config_, core_count_));
     QDUINO_TRY(cores_.lock(specs));
     QDUINO_TRY(open_writers(specs));
+    hire_warden(specs);
     if (config_.lock_memory) memory_locked_ = lock_memory().ok();
     cores_.take(specs);
+    if (config_.real_time)
+        promise_.make(
+            specs, [this](int core) { return platform_overheads(core); }, config_.sysfs_root);
     return make_threads(specs);
 }
 
@@ -169,11 +177,47 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
         options.stack_bytes = config_.stack_bytes;
         options.enforce_budget = config_.enforce_budgets && !spec.owns_core;
         if (spec.owns_core) options.spin_share = real_time_share(config_.sysfs_root);
+        if (config_.enforce_budgets && config_.warden)
+            options.confinement = Confinement{.warden = warden_.pid()};
         options.isolation = cores_.isolation_of(spec);
         QDUINO_TRY(crew_.add(mine, options));
     }
+    crew_.wait_until_ready();
+    instruct_warden();
     crew_.go();
     return {};
+}
+
+void LinuxBoard::hire_warden(std::span<const VcpuSpec> specs) {
+    // Above every loop, below the witness.
+    constexpr int kUsualPriority = 88;
+    if (!config_.enforce_budgets || !config_.warden || std::ranges::all_of(specs, &VcpuSpec::owns_core))
+        return;
+    WardenTask task;
+    if (config_.real_time) task.priority = std::clamp(config_.priority_highest + 1, kUsualPriority, 98);
+    if (overheads_) task.wait = 2 * overheads_->release_cost;
+    task.cores = CpuList::first(core_count_);
+    for (const VcpuSpec& spec : specs) {
+        if (spec.owns_core) task.cores.remove(spec.core);
+    }
+    if (const auto hired = warden_.hire(task); !hired) warden_shortfall_ = hired.error().message.view();
+}
+
+void LinuxBoard::instruct_warden() {
+    if (warden_.pid() == 0) return;
+    FixedVector<Ward, kVcpuLimit> wards;
+    for (const auto& thread : crew_.threads()) {
+        const VcpuSpec& spec = thread->spec();
+        wards.push_back({.id = spec.id,
+                         .tid = thread->tid(),
+                         .core = spec.core,
+                         .priority = thread->priority(),
+                         .budget = spec.budget,
+                         .period = spec.period,
+                         .watched = thread->budget_kept()});
+    }
+    const auto watching = warden_.watch(wards, witness_.tid());
+    if (!watching) warden_shortfall_ = watching.error().message.view();
 }
 
 void LinuxBoard::edge_entry(void* self) {
@@ -190,11 +234,24 @@ void LinuxBoard::request_stop() {
     edges_.ring_all();
 }
 
+Incidents LinuxBoard::incidents() {
+    rusage usage{};
+    ::getrusage(RUSAGE_THREAD, &usage);
+    const VcpuThread* thread = VcpuThread::current();
+    return {.page_faults = usage.ru_minflt + usage.ru_majflt,
+            .preemptions = usage.ru_nivcsw,
+            .throttles = thread ? thread->throttled() : 0};
+}
+
 // ---- what holds ---------------------------------------------------------------------------------
 
 sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
     if (!overheads_) overheads_ = measure_overheads();
     sched::PlatformOverheads overheads = *overheads_;
+    if (config_.enforce_budgets && config_.warden) {
+        if (!warden_looks_) warden_looks_ = warden_looks(overheads.release_cost);
+        overheads.interferers.push_back(*warden_looks_);
+    }
     if (config_.real_time) {
         keep_for_ordinary_tasks(overheads);
         const Interference& interrupts = cores_.interference(core);
@@ -216,9 +273,12 @@ GuaranteeReport LinuxBoard::guarantee() const {
         LoopGuarantee loop = cores_.describe(*thread);
         if (const std::string_view note = edges_.note_of(loop.id); !note.empty())
             write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", note);
+        if (thread->budget_kept()) describe_budget(loop, *thread, warden_, warden_shortfall_);
         report.loops.push_back(loop);
     }
     cores_.describe_cores(report);
+    describe_watch(report, warden_);
+    promise_.describe_trees(report);
     return report;
 }
 

@@ -57,6 +57,8 @@ struct LinuxConfig {
     bool lock_memory = true;  ///< mlockall: no page fault after start
     /// A loop that has spent its budget sleeps until its replenishment.
     bool enforce_budgets = true;
+    /// A warden keeps those to their budgets that escape (warden.h). Tests alone switch it off.
+    bool warden = true;
     int priority_highest = 80;  ///< of the shortest period; 1…99
     int priority_lowest = 40;   ///< longer periods than there are priorities share this one
     std::size_t stack_bytes = std::size_t{1} << 20;  ///< of each VCPU, faulted in before it starts
@@ -66,6 +68,9 @@ struct LinuxConfig {
     /// A loop counts as hung when it was not heard of for so long, and has not announced a longer
     /// sleep or spin.
     Nanoseconds heartbeat_bound = 500ms;
+    /// setup() counts as hung when it has lasted so long without progress(); 0: it may take as long
+    /// as it likes.
+    Nanoseconds setup_bound = 10s;
 
     /// Take everything else off the cores that loops own (isolation.h). Changes the computer;
     /// undone at the end.

@@ -1,6 +1,8 @@
 #include "board/linux/overheads.h"
 
+#include <fcntl.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -10,12 +12,15 @@
 #include "board/linux/clock.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
+#include "posix/unique_fd.h"
+#include "sched/budget_watch.h"
 
 namespace qduino::board::linux {
 
 namespace {
 
 constexpr std::size_t kSamples = 33;
+using posix::UniqueFd;
 using Samples = std::array<Nanoseconds, kSamples>;
 
 Nanoseconds median(Samples& samples) {
@@ -87,6 +92,23 @@ void keep_for_ordinary_tasks(sched::PlatformOverheads& overheads, const std::str
     if (runtime_us < 0 || period_us <= runtime_us) return;
     overheads.kept_period = from_seconds(period_us * 1e-6);
     overheads.kept_budget = from_seconds((period_us - runtime_us) * 1e-6);
+}
+
+sched::PlatformInterferer warden_looks(Nanoseconds wait) {
+    constexpr int kLoops = 8;  // that are due at one look
+    const UniqueFd times{::open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC)};
+    Samples samples;
+    for (Nanoseconds& sample : samples) {
+        std::array<char, 128> text;
+        const Nanoseconds before = thread_cpu_time();
+        for (int i = 0; i < kLoops; ++i)
+            static_cast<void>(!::pread(times.get(), text.data(), text.size(), 0));
+        sample = thread_cpu_time() - before;
+    }
+    return {.name = "warden",
+            .cost = wait + median(samples),
+            .interval = sched::BudgetWatch::kTick,
+            .jitter = {}};
 }
 
 double real_time_share(const std::string& root) {

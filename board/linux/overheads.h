@@ -15,6 +15,10 @@ namespace qduino::board::linux {
 /// ms in each second, where real-time threads leave less. `root` precedes /proc (tests).
 void keep_for_ordinary_tasks(sched::PlatformOverheads& overheads, const std::string& root = "");
 
+/// The warden's looks at the loops of a sketch (warden.h), as measured by waits and readings of the
+/// calling thread: above every loop, on any core that no loop owns.
+[[nodiscard]] sched::PlatformInterferer warden_looks(Nanoseconds wait);
+
 /// The share of a core's time that a real-time thread may spin without the kernel holding it for
 /// tens of milliseconds. 1 where RT throttling is lifted, else a little less than it grants. `root`
 /// precedes /proc (tests).

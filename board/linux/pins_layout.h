@@ -60,7 +60,7 @@
 namespace qduino::board::linux {
 
 inline constexpr std::uint32_t kPinsMagic = 0x51445049;  // "QDPI"
-inline constexpr std::uint32_t kPinsVersion = 5;
+inline constexpr std::uint32_t kPinsVersion = 6;
 
 enum class PinEventKind : std::uint8_t { level = 1, pwm = 2, pwm_period = 3 };
 
@@ -166,9 +166,12 @@ struct LoopPlace {
     }
 };
 
-/// A promise of a loop: "you will hear of me by then".
+/// Two promises of a loop: "you will hear of me by then", and "I shall have got on by then". That
+/// of VCPU 0 is setup()'s, which makes the second alone.
 struct alignas(channel::kCacheLine) Heartbeat {
-    std::atomic<std::int64_t> expected_by_ns{0};  ///< CLOCK_MONOTONIC; 0: this loop is not watched
+    std::atomic<std::int64_t> expected_by_ns{0};     ///< CLOCK_MONOTONIC; 0: not watched
+    std::atomic<std::int64_t> progress_by_ns{0};     ///< CLOCK_MONOTONIC; 0: not promised
+    std::atomic<std::int64_t> progress_limit_ns{0};  ///< the time between two, at most
     std::atomic<std::uint64_t> count{0};
     std::atomic<std::uint32_t> place{0};  ///< LoopPlace::word(), or 0
 };

@@ -40,10 +40,8 @@ Result<void> pin_to_core(int core) {
 Result<void> become_real_time(int priority) {
     sched_param parameters{};
     parameters.sched_priority = priority;
-    if (const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters); error != 0) {
-        return system_error("get SCHED_FIFO priority", std::to_string(priority), error);
-    }
-    return {};
+    if (::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) == 0) return {};
+    return system_error("get SCHED_FIFO priority", std::to_string(priority));
 }
 
 Result<pthread_t> make_thread(std::string_view what, std::size_t stack_bytes, void* (*main)(void*),

@@ -18,8 +18,8 @@ namespace qduino::board::linux {
 
 /// Error: invalid_argument when the core does not exist or this process may not use it.
 Result<void> pin_to_core(int core);
-/// SCHED_FIFO at `priority` (1…99). Error: not_permitted without CAP_SYS_NICE and without
-/// RLIMIT_RTPRIO.
+/// SCHED_FIFO at `priority` (1…99). The threads and children that the caller makes are ordinary
+/// ones. Error: not_permitted without CAP_SYS_NICE and without RLIMIT_RTPRIO.
 Result<void> become_real_time(int priority);
 /// Makes a thread of `stack_bytes` that runs `main(self)`. Error: unavailable, of `what`.
 Result<pthread_t> make_thread(std::string_view what, std::size_t stack_bytes, void* (*main)(void*),

@@ -52,6 +52,15 @@ void VcpuThread::prepare() {
     }
 }
 
+/// A kernel that cannot confine it leaves more to the warden.
+void VcpuThread::become_confined() const {
+    if (!options_.confinement) return;
+    Confinement mine = *options_.confinement;
+    mine.may_make_threads = spec_.classic;
+    mine.own_rank = keeper_.own_rank();
+    static_cast<void>(confine(mine));
+}
+
 void VcpuThread::rest(Instant t) {
     const Instant now = monotonic_now();
     if (const Instant until = spin_.sleep_first(now, t); until > now) sleep(now, until);
@@ -91,6 +100,7 @@ void* VcpuThread::main(void* self) {
     while (gate.state.load(std::memory_order_acquire) == 0) futex_wait_until(gate.state, 0, kForever);
     thread.after_block();
     if (gate.state.load() == 1) {
+        thread.become_confined();
         const RealTimeSection begun{thread.spec_.classic ? kNoVcpu : thread.spec_.id};
         thread.spec_.entry(thread.spec_.context);
     }

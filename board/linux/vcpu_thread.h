@@ -10,11 +10,13 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "base/fixed_string.h"
 #include "base/result.h"
 #include "board/linux/budget_keeper.h"
+#include "board/linux/confinement.h"
 #include "board/linux/cycle_clock.h"
 #include "board/linux/isolation.h"
 #include "board/linux/spin_allowance.h"
@@ -35,8 +37,9 @@ struct VcpuThreadOptions {
     std::size_t stack_bytes = std::size_t{1} << 20;
     bool enforce_budget = false;
     double spin_share = 1;  ///< of its core, for a loop that spins; 1: all of it (spin_allowance.h)
-    const Isolation* isolation = nullptr;  ///< whose core it enters; null: none
-    StartGate* gate = nullptr;             ///< outlives the thread
+    std::optional<Confinement> confinement;  ///< of its system calls, once it runs
+    const Isolation* isolation = nullptr;    ///< whose core it enters; null: none
+    StartGate* gate = nullptr;               ///< outlives the thread
     /// Futex; counted up when the entry has returned.
     std::atomic<std::uint32_t>* returned = nullptr;
 };
@@ -59,6 +62,9 @@ class VcpuThread {
     [[nodiscard]] bool pinned() const { return pinned_; }
     [[nodiscard]] bool real_time() const { return real_time_; }
     [[nodiscard]] bool budget_kept() const { return budget_kept_; }
+    [[nodiscard]] int priority() const { return real_time_ ? options_.priority : 0; }
+    /// What the sketch has done to the timer of its budget; empty: nothing. Any thread.
+    [[nodiscard]] std::string_view tampering() const { return keeper_.tampering(); }
     [[nodiscard]] const FixedString<160>& shortfall() const { return shortfall_; }
 
     /// Call before and after a wait of the calling thread: tells its budget. No effect without
@@ -72,6 +78,9 @@ class VcpuThread {
     /// Call around the time in which the calling thread holds a lock (budget_keeper.h).
     void begin_hold() { keeper_.begin_hold(); }
     void end_hold() { keeper_.end_hold(); }
+
+    /// How often its budget has ended.
+    [[nodiscard]] std::int64_t throttled() const { return static_cast<std::int64_t>(keeper_.throttled()); }
 
     /// Call before a spin until `t`: sleeps first, where the thread may not fill its core.
     void rest_before_spin(Instant t) {
@@ -93,6 +102,7 @@ class VcpuThread {
   private:
     static void* main(void* self);
     void prepare();
+    void become_confined() const;
     void rest(Instant t);
     Instant sleep(Instant now, Instant t);
     void add_shortfall(std::string_view text);

@@ -59,6 +59,7 @@ Result<void> VirtualPins::attach(const std::string& path) {
     for (auto& slot : layout.writers) slot.lost.store(0, std::memory_order_relaxed);
     for (auto& beat : layout.heartbeats) {
         beat.expected_by_ns.store(0, std::memory_order_relaxed);
+        beat.progress_by_ns.store(0, std::memory_order_relaxed);
         beat.place.store(0, std::memory_order_relaxed);
     }
     for (auto& output : layout.outputs) {  // as after a reset: all pins are inputs
@@ -263,6 +264,12 @@ void VirtualPins::promise(VcpuId vcpu, Instant expected_by) {
     Heartbeat& beat = layout().heartbeats[vcpu];
     beat.expected_by_ns.store(to_ns(expected_by), std::memory_order_relaxed);
     beat.count.store(beat.count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void VirtualPins::promise_progress(VcpuId vcpu, Instant by, Nanoseconds limit) {
+    Heartbeat& beat = layout().heartbeats[vcpu];
+    beat.progress_limit_ns.store(to_ns(limit), std::memory_order_relaxed);
+    beat.progress_by_ns.store(to_ns(by), std::memory_order_relaxed);
 }
 
 void VirtualPins::publish_place(VcpuId vcpu, LoopPlace place) {

@@ -72,6 +72,9 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     // ---- being watched --------------------------------------------------------------------------
     /// Promises that `vcpu` will be heard of again by `expected_by`. One relaxed store.
     void promise(VcpuId vcpu, Instant expected_by);
+    /// Promises that `vcpu` (kNoVcpu: setup()) will have made progress by `by`, which is `limit`
+    /// after it made some; kEpoch: it promises nothing.
+    void promise_progress(VcpuId vcpu, Instant by, Nanoseconds limit);
     /// Publishes where this loop runs, to find out later why it did not (core_rivals.h).
     /// Setup-time.
     void publish_place(VcpuId vcpu, LoopPlace place);

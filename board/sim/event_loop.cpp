@@ -86,15 +86,40 @@ void EventLoop::vcpu_main(void* vcpu) {
 }
 
 void EventLoop::serve(Vcpu& io) {
-    while (!stop_requested_) {
+    for (;;) {
         if (io.queue->empty()) {
+            if (stop_requested_) return;
             wait();
             continue;
         }
         const Work work = io.queue->pop();
-        consume(work.cost);
-        if (work.handler) work.handler(work.context);
+        if (!stop_requested_) {
+            consume(work.cost);
+            if (work.handler) work.handler(work.context);
+        }
+        if (work.waits) wake_up(*work.waits);  // also at the end: nobody else would
     }
+}
+
+void EventLoop::wake_up(Vcpu& vcpu) {
+    vcpu.wake = now_;
+    vcpu.core->settle_soon(now_);
+    look_up();
+}
+
+void EventLoop::work_of_device(DeviceClass device, Nanoseconds cost) {
+    if (cost <= Nanoseconds{0}) return;
+    Vcpu* const server = cpus_.vcpu(interrupts_.server_of(device));
+    const bool served = server && server->queue && current_ && !current_->spec.is_io() && !stop_requested_;
+    Vcpu* const caller = current_;
+    if (!served || !server->queue->try_push({.cost = cost, .waits = caller})) return consume(cost);
+    // Of a client on another core the analysis knows no period: there it works for the usual one.
+    server->core->work_came(*server, caller->core == server->core ? caller->spec.period : Nanoseconds{0},
+                            now_);
+    look_up();
+    const Instant asked = now_;
+    wait();
+    caller->slept += now_ - asked;
 }
 
 void EventLoop::give_work(VcpuId io, Work work) {
@@ -103,11 +128,8 @@ void EventLoop::give_work(VcpuId io, Work work) {
         ++lost_work_;
         return;
     }
-    if (vcpu->state == VcpuState::sleeping && vcpu->wake == kForever && !vcpu->waits_for) {
-        vcpu->wake = now_;
-        vcpu->core->settle_soon(now_);
-        look_up();
-    }
+    vcpu->core->work_came(*vcpu, Nanoseconds{0}, now_);
+    look_up();
 }
 
 // ---- from instant to instant --------------------------------------------------------------------
@@ -186,7 +208,9 @@ void EventLoop::execute(SimCore& core) {
 void EventLoop::emit(int core, VcpuId vcpu, TraceKind kind) {
     const TraceEvent event{.time = now_, .core = static_cast<std::uint8_t>(core), .vcpu = vcpu, .kind = kind};
     hash_.event(event);
-    if (trace_) trace_->on_event(event);
+    if (!trace_) return;
+    if (kind != TraceKind::interrupt) trace_->on_budget(cpus_.core(core).budget_left(vcpu, now_));
+    trace_->on_event(event);
 }
 
 void EventLoop::note(TraceKind kind) {

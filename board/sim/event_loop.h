@@ -104,9 +104,18 @@ class EventLoop {
     void wait();
     /// False, and counted, when I/O VCPU `io` is not there, has ended, or has no room.
     void give_work(VcpuId io, Work work);
+    /// `cost` of CPU time for a device that the calling VCPU uses: its own time, or, where an I/O
+    /// VCPU serves the class, that one's, for which a loop waits asleep.
+    void work_of_device(DeviceClass device, Nanoseconds cost);
 
     // ---- trace ----------------------------------------------------------------------------------
     void emit(int core, VcpuId vcpu, TraceKind kind);
+    void tell_ready(int core, VcpuId vcpu) {
+        if (trace_) trace_->on_ready(now_, core, vcpu);
+    }
+    void tell_taken(int core, Instant from, Instant until) {
+        if (trace_) trace_->on_taken(now_, core, from, until);
+    }
     /// Of the calling VCPU.
     void note(TraceKind kind);
     void note_body_end() {
@@ -131,6 +140,7 @@ class EventLoop {
     void sleep_through_events(Instant t);
     static void vcpu_main(void* vcpu);
     void serve(Vcpu& io);
+    void wake_up(Vcpu& vcpu);
     [[nodiscard]] Instant next_due() const;
     void process_due();
     void fire_interrupts();

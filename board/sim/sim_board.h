@@ -89,6 +89,10 @@ class SimBoard final : public SimPins {
     [[nodiscard]] Nanoseconds slept() const override {
         return loop_.current() ? loop_.current()->slept : Nanoseconds{0};
     }
+    /// In virtual time: what spins, and what SimConfig says that calls cost.
+    [[nodiscard]] Nanoseconds cpu_time() override {
+        return loop_.current() ? loop_.current()->core->running_time(loop_.now()) : Nanoseconds{0};
+    }
 
     // ---- looking at a run -----------------------------------------------------------------------
     /// The core that the calling VCPU runs on; -1 outside of VCPUs.

@@ -40,8 +40,10 @@ Vcpu* SimCore::find(VcpuId id) const {
 void SimCore::steal(Instant now, Nanoseconds cost) {
     if (cost <= Nanoseconds{0}) return;
     account(now);
-    stolen_until_ = std::max(stolen_until_, now) + cost;
+    const Instant from = std::max(stolen_until_, now);
+    stolen_until_ = from + cost;
     stolen_total_ += cost;
+    loop_.tell_taken(number_, from, stolen_until_);
     static_cast<void>(interrupted(now));
 }
 
@@ -52,6 +54,13 @@ void SimCore::account(Instant now) {
     scheduler_.account(now, config_.charge_interrupts_to_victim ? Nanoseconds{0} : stolen);
     if (running_) running_->work_left = std::max(running_->work_left - (passed - stolen), Nanoseconds{0});
     accounted_ = now;
+}
+
+Nanoseconds SimCore::running_time(Instant now) const {
+    const Nanoseconds passed = std::max(now - accounted_, Nanoseconds{0});
+    const Nanoseconds stolen = std::clamp(stolen_until_ - accounted_, Nanoseconds{0}, passed);
+    return scheduler_.consumed(running_->spec.id) +
+           (config_.charge_interrupts_to_victim ? passed : passed - stolen);
 }
 
 void SimCore::give_up(Vcpu& vcpu, Instant now) {
@@ -71,6 +80,17 @@ void SimCore::release(const Vcpu& vcpu, Instant nominal, Instant now) {
     if (!vcpu.spec.deferrable) return;
     account(now);
     scheduler_.release(vcpu.spec.id, nominal, now);
+    settle_soon(now);
+}
+
+void SimCore::work_came(Vcpu& io, Nanoseconds client_period, Instant now) {
+    if (io.state == VcpuState::sleeping && io.wake == kForever && !io.waits_for) {
+        io.client_period = client_period;
+        io.wake = now;
+    } else if (client_period > Nanoseconds{0} && io.state == VcpuState::ready) {
+        account(now);
+        scheduler_.wake_io(io.spec.id, now, client_period);  // which may raise it
+    }
     settle_soon(now);
 }
 
@@ -116,11 +136,15 @@ void SimCore::wake_sleepers(Instant now) {
     for (Vcpu* vcpu : vcpus_) {
         if (vcpu->state != VcpuState::sleeping || vcpu->wake > now) continue;
         vcpu->state = VcpuState::ready;
+        loop_.tell_ready(number_, vcpu->spec.id);
         if (std::exchange(vcpu->handed_lock, false)) {
             scheduler_.wait_for_lock(vcpu->spec.id, false, now);
             continue;
         }
-        scheduler_.wake(vcpu->spec.id, now);
+        if (vcpu->client_period > Nanoseconds{0})
+            scheduler_.wake_io(vcpu->spec.id, now, vcpu->client_period);
+        else
+            scheduler_.wake(vcpu->spec.id, now);
         if (vcpu->has_fault) apply_faults(*vcpu, now);
         if (vcpu->spec.is_io()) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
     }

@@ -49,8 +49,14 @@ class SimCore {
 
     /// The running VCPU begins the release that was due at `nominal`.
     void release(const Vcpu& vcpu, Instant nominal, Instant now);
+    /// I/O VCPU `io` has more work, for a client of `client_period`; 0: for the usual one.
+    void work_came(Vcpu& io, Nanoseconds client_period, Instant now);
     /// The VCPU inherits what vcpu.inherited says: decided at `now`.
     void inherit(const Vcpu& vcpu, Instant now);
+
+    [[nodiscard]] Nanoseconds budget_left(VcpuId id, Instant now) const {
+        return scheduler_.available(id, now);
+    }
 
     /// The next instant at which settle() is due.
     [[nodiscard]] Instant next_due() const { return ready_ ? kForever : std::min(disturbed_at_, done_at_); }
@@ -66,6 +72,8 @@ class SimCore {
     [[nodiscard]] int number() const { return number_; }
     [[nodiscard]] Nanoseconds stolen_total() const { return stolen_total_; }
     [[nodiscard]] Nanoseconds cpu_time(VcpuId id) const { return scheduler_.consumed(id); }
+    /// CPU time of the running VCPU up to `now`, which is not charged yet.
+    [[nodiscard]] Nanoseconds running_time(Instant now) const;
 
   private:
     [[nodiscard]] bool interrupted(Instant now);

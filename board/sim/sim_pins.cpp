@@ -91,7 +91,7 @@ Result<void> SimPins::i2c_transfer(I2cBus bus, I2cAddress address, std::span<con
                                    std::span<std::uint8_t> in) {
     loop_.charge(ApiCall::i2c);
     const auto bytes = static_cast<std::int64_t>(out.size() + in.size() + 1);  // and the address
-    loop_.consume(config_.costs.i2c_per_byte * bytes);
+    loop_.work_of_device(DeviceClass::i2c, config_.costs.i2c_per_byte * bytes);
     for (const SilentChip& chip : config_.silent_chips) {
         if (chip.bus.number == bus.number && chip.address.value == address.value &&
             active(loop_.now(), chip.from, chip.until)) {
@@ -103,7 +103,8 @@ Result<void> SimPins::i2c_transfer(I2cBus bus, I2cAddress address, std::span<con
 
 Result<void> SimPins::spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) {
     loop_.charge(ApiCall::spi);
-    loop_.consume(config_.costs.spi_per_byte * static_cast<std::int64_t>(data.size()));
+    loop_.work_of_device(DeviceClass::spi,
+                         config_.costs.spi_per_byte * static_cast<std::int64_t>(data.size()));
     return peripherals_.spi_transfer(loop_.now(), bus, settings, data);
 }
 

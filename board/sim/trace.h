@@ -33,6 +33,15 @@ class TraceSink {
   public:
     virtual ~TraceSink() = default;
     virtual void on_event(const TraceEvent& event) = 0;
+
+    // What only a picture needs; it is not part of the hash.
+    /// The budget that the VCPU of the event to come has left, Nanoseconds::max() for one that is
+    /// never throttled. Not told of interrupts.
+    virtual void on_budget(Nanoseconds /*left*/) {}
+    /// The VCPU wants its core from `now` on: it woke, or was given work or a lock.
+    virtual void on_ready(Instant /*now*/, int /*core*/, VcpuId /*vcpu*/) {}
+    /// At `now` it was settled that an interrupt or a switch takes [from, until) of `core`.
+    virtual void on_taken(Instant /*now*/, int /*core*/, Instant /*from*/, Instant /*until*/) {}
 };
 
 /// A running 64-bit hash: one exclusive-or, rotation and multiplication for each event. Equal runs

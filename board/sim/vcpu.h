@@ -17,11 +17,14 @@ namespace qduino::board::sim {
 class EventLoop;
 class SimCore;
 
+struct Vcpu;
+
 /// A handler to call, or CPU time to take, or both, in this order of arrival.
 struct Work {
     EdgeHandler handler = nullptr;
     void* context = nullptr;
     Nanoseconds cost{};
+    Vcpu* waits = nullptr;  ///< a loop that sleeps until this is done, and on whose behalf it is
 };
 
 /// What an I/O VCPU has to do, first come first served. Bounded, like a device's own queue.
@@ -58,7 +61,8 @@ struct Vcpu {
     std::unique_ptr<Fiber> fiber;
     VcpuState state = VcpuState::sleeping;
     Instant wake = kEpoch;
-    Nanoseconds slept{};                  ///< in sleeps that it asked for
+    Nanoseconds slept{};                  ///< in sleeps that it asked for, and waits for a bus
+    Nanoseconds client_period{};          ///< of the client of a waking I/O VCPU; 0: usual
     Nanoseconds work_left{};              ///< CPU time to be consumed before its code goes on
     Instant spin_until = kEpoch;          ///< its code does not go on before
     Instant body_ended = Instant::min();  ///< when its body last returned

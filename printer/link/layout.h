@@ -33,7 +33,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 6;
+inline constexpr std::uint32_t kVersion = 7;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -189,6 +189,8 @@ struct LinkLayout {
     /// How many of the printer's seconds pass in a second of the wall clock. Set by the process
     /// that runs the sketch; 0 and 1: real time.
     std::atomic<double> time_factor{1};
+    /// What a step takes of loop 2's core, measured by it before anything moves; 0: not measured.
+    std::atomic<std::int64_t> step_cost_ns{0};
     /// How the sketch came to its end; written by the supervisor, ends with a 0.
     std::array<char, 236> death_note{};
 

@@ -162,14 +162,22 @@ void Preflight::check_step_rate(const gcode::Move& move) {
     for (const Axis axis : gcode::kAllAxes)
         duration_s = std::max(duration_s, distance_mm(axis) / speed_max_[axis].value());
     const double rate_max_hz = 1 / to_seconds(step_interval(machine_));
+    double together_hz = 0;
     for (const Axis axis : gcode::kAllAxes) {
         const double rate_hz = distance_mm(axis) * machine_.axes[axis].steps_per_mm / duration_s;
+        together_hz += rate_hz;
         facts_.step_rate_maximum_hz = std::max(facts_.step_rate_maximum_hz, rate_hz);
         if (rate_hz <= rate_max_hz * (1 + 1e-9)) continue;
         add_error(text(kAxisLetter[axis], " would need ", std::llround(rate_hz),
                        " steps/s; this board plays at most ", std::llround(rate_max_hz)),
                   "Lower the speed in the slicer, or the axis' largest speed with M203.");
     }
+    const double limit_hz = step_rate_limit_hz(machine_.step_cost);
+    if (limit_hz <= 0 || together_hz <= limit_hz) return;
+    add_error(text("the motors together would need ", std::llround(together_hz),
+                   " steps/s; this computer plays at most ", std::llround(limit_hz), " (one takes ",
+                   machine_.step_cost, ", measured)"),
+              "Lower the speed in the slicer, or take coarser microsteps.");
 }
 
 Result<void> Preflight::dwell(Seconds duration) {

@@ -6,6 +6,7 @@
 #include "PrinterWiring.h"
 #include "board/board.h"
 #include "device/ads7828.h"
+#include "printer/step/step_cost.h"
 
 namespace qduino::sketches {
 
@@ -83,6 +84,7 @@ void Printer::begin() {
     }
     Wire.begin();
     parts_ = std::make_shared<Parts>(wiring);
+    measures_steps_ = wiring.measure_steps;
 }
 
 // ---- loop 1 -------------------------------------------------------------------------------------
@@ -95,7 +97,17 @@ void Printer::plan() {
 
 // ---- loop 2 -------------------------------------------------------------------------------------
 
-void Printer::step() { parts_->stepper.step(); }
+void Printer::step() {
+    if (measures_steps_) [[unlikely]]
+        measure_steps();
+    parts_->stepper.step();
+}
+
+void Printer::measure_steps() {
+    measures_steps_ = false;
+    const Nanoseconds cost = printer::step::measure_step_cost(parts_->stepper_pins);
+    printer_wiring().link->step_cost_ns.store(cost.count(), std::memory_order_relaxed);
+}
 
 // ---- loop 3 -------------------------------------------------------------------------------------
 

@@ -59,7 +59,10 @@ class Printer {
     [[nodiscard]] std::optional<Celsius> read_thermistor(std::uint8_t channel);
     void drive_heaters(const printer::heat::HeatDuties& duties);
 
+    void measure_steps();
+
     std::shared_ptr<Parts> parts_;
+    bool measures_steps_ = false;  ///< loop 2 has yet to
     device::Thermistor thermistor_;
 };
 

@@ -10,6 +10,8 @@ namespace qduino::sketches {
 struct PrinterWiring {
     printer::MachineConfig config;
     printer::link::LinkLayout* link = nullptr;
+    /// Measure what a step costs before anything moves. In the simulator a step costs nothing.
+    bool measure_steps = false;
 };
 
 /// Set by the app before setup() runs; read by Printer::begin().

@@ -10,8 +10,13 @@ Printer printer;
 
 void setup() {
     printer.begin();
+    interruptsVcpu(I2C, 1, 100, 0);  // the thermistors' bus
+    interruptsVcpu(NIC, 1, 100, 0);  // what the web brings
     noInterrupts(ALL, 1);  // core 1 is for the stepper pulses alone
     noTimer(1);
+    promiseProgress(1, 2000);
+    promiseProgress(2, 1000);
+    promiseProgress(3, 1000);
 }
 
 // G-code in, steps out, a few seconds ahead of the motors.

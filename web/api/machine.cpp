@@ -163,9 +163,11 @@ Response gcode(Context& context, const Call& call) {
 
 Response guarantee(Context& context, const Call&) {
     const std::string report = context.spool.guarantee();
-    const Json json = Json::parse(report, nullptr, false);
-    if (json.is_discarded())
+    Json json = Json::parse(report, nullptr, false);
+    if (!json.is_object())
         return refused(ErrorCode::unavailable, "the machine has published no guarantee report");
+    const Json own = Json::parse(context.own_vcpu_json ? context.own_vcpu_json() : "", nullptr, false);
+    json["service"] = own.is_object() ? own : Json(nullptr);
     return json_response(json);
 }
 

@@ -38,6 +38,8 @@ struct Context {
     std::function<Result<void>(std::string_view)> check_line;
     Authenticator* authenticator = nullptr;  ///< the service's own, for routes of the I/O thread
     Metrics* metrics = nullptr;              ///< the service's own
+    /// What holds this service to its budget, and what it has used, JSON; empty: nobody knows.
+    std::function<std::string()> own_vcpu_json = nullptr;
 };
 
 /// The second half of an answer, run on the spool's thread: its response is the one that is sent.

@@ -91,6 +91,43 @@ class RealTime(Simulated):
             wait_until(lambda: self.stack.pid_of(name) not in (None, killed), "the %s was started again" % name)
             self.becomes_idle()
 
+    def service_vcpu(self):
+        status, report = self.stack.request("GET", "/api/v1/guarantee")
+        return report["service"] if status == 200 else None
+
+    @staticmethod
+    def cpu_time(pid):
+        with open("/proc/%d/stat" % pid, encoding="utf-8") as file:
+            fields = file.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def test_the_service_is_held_to_its_vcpu(self):
+        wait_until(self.service_vcpu, "the service says what it is held to")
+        vcpu = self.service_vcpu()
+        if not vcpu["enforced"]:
+            self.assertNotEqual(vcpu["shortfall"], "")
+            self.assertIn("no budget", self.stack.said)
+            self.skipTest(vcpu["shortfall"])
+        self.assertEqual((vcpu["budget_us"], vcpu["period_us"], vcpu["core"]), (10000, 100000, 0))
+        wait_until(lambda: "print service" in self.stack.said.split("process tree")[-1], "the sketch's guarantee report names it")
+        # 30 MB take 0.5 s of CPU time to be taken in and looked through: five s of its budget.
+        # 50 ms more for the clock of /proc, and for the ticks that are taken back later.
+        part = b"G28\nM109 S200\n" + b"".join(b"G1 X%d.5 Y%d E%d.02\n" % (50 + i % 50, 50 + i // 50 % 50, i) for i in range(1500000))
+        service, start = self.stack.pid_of("printd"), time.monotonic()
+        before = self.cpu_time(service)
+        form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="part.gcode"\r\n\r\n' + part + b"\r\n--x--\r\n"
+        status, answer = self.stack.request("POST", "/api/v1/jobs", form, {"Content-Type": "multipart/form-data; boundary=x"}, timeout_s=120)
+        used, lasted = self.cpu_time(service) - before, time.monotonic() - start
+        self.assertIn(status, (200, 201), answer)
+        self.assertGreater(used, 0.1, "there was something to hold back")
+        self.assertLess(used, 0.1 * lasted + 0.010 + 0.050)
+        wait_until(lambda: self.service_vcpu()["throttled"] > 0, "the page shows that it was held back")
+        killed = self.stack.pid_of("printd")
+        os.kill(killed, signal.SIGKILL)
+        wait_until(lambda: self.stack.pid_of("printd") not in (None, killed), "the service was started again")
+        with open("/proc/%d/cgroup" % self.stack.pid_of("printd"), encoding="utf-8") as file:
+            self.assertIn("qduino-vcpu.", file.read(), "the next one is held, too")
+
     def test_what_was_changed_on_this_machine_is_put_back(self):
         if os.geteuid() != 0:
             self.skipTest("only root changes a machine")

@@ -112,9 +112,9 @@ class Stack:
         found = [pid for pid, each in self.processes().items() if each == name[:15]]
         return found[0] if found else None
 
-    def request(self, method, path, body=None, headers=None):
+    def request(self, method, path, body=None, headers=None, timeout_s=20):
         """(status, content); (0, reason) when nobody answers."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout_s)
         fields = {"X-Api-Key": read(os.path.join(self.state, "api-key")).strip(), **(headers or {})}
         try:
             connection.request(method, path, body=json.dumps(body).encode() if isinstance(body, dict) else body, headers=fields)

@@ -59,7 +59,11 @@ class Printer:
         wait_until(lambda: os.path.exists(self.link), "the sketch made its link")
         os.symlink(self.link, os.path.join(self.folder, "link"))
         self.printd = Printd(self.folder, ["--inspect", self.inspect])
-        self.wait_for_state("idle")
+        try:
+            self.wait_for_state("idle")
+        except BaseException:
+            self.stop()  # or its processes outlive the test, and keep the core from the next one
+            raise
 
     def program(self, name, *arguments):
         process = subprocess.Popen([os.path.join(self.programs, name), *arguments], stdout=self.log, stderr=self.log)

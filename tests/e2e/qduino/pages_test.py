@@ -7,7 +7,7 @@ import sys
 import unittest
 
 PROGRAM, PAGE = sys.argv.pop(1), sys.argv.pop(1)
-COMMANDS = ["new", "build", "run", "sim", "check", "trace", "doctor", "restore", "completion"]
+COMMANDS = ["new", "build", "run", "sim", "check", "trace", "profile", "vcpu", "doctor", "restore", "completion"]
 
 
 def run(*command, **options):
@@ -79,7 +79,7 @@ class Pages(unittest.TestCase):
         self.assertEqual(self.complete(""), [*COMMANDS, "-h", "--help", "--version"])
         self.assertEqual(self.complete("re"), ["restore"])
         self.assertEqual(self.complete("check", "--"), ["--help", "--verbose", "--json", "--certificate", "--board", "--cores",
-                                                            "--seed"])
+                                                            "--seed", "--picture", "--from", "--length"])
         self.assertEqual(self.complete("build", "--only", ""), ["sim", "linux"])
         self.assertEqual(self.complete("completion", "z"), ["zsh"])
         self.assertEqual(self.complete("run", "/usr/bi"), ["/usr/bin"])

@@ -18,7 +18,7 @@ import unittest
 PROGRAM = sys.argv.pop(1)
 PROGRAMS = os.path.dirname(os.path.abspath(PROGRAM))
 COLUMNS = 80
-COMMANDS = ["new", "build", "run", "sim", "check", "trace", "doctor", "restore", "completion"]
+COMMANDS = ["new", "build", "run", "sim", "check", "trace", "profile", "doctor", "restore", "completion"]
 OTHERS = ["printd", "printer", "printer-sim", "virtual-machine", "qduino-supervisor"]
 LATE = """
 void setup() {}

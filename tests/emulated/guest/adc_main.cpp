@@ -1,4 +1,4 @@
-// The sketch adc/ on /dev/i2c-0, and then the doctor.
+// A process tree in a VCPU; then the sketch adc/ on /dev/i2c-0, and then the doctor.
 //
 // On that bus the kernel's i2c-stub plays a chip: what the ADS7828 would answer to each command is
 // put into the stub first, past the board. The readings come from outside: "adc=291,1023,…" on the
@@ -17,6 +17,7 @@
 #include "device/ads7828.h"
 #include "tests/emulated/guest/guest_init.h"
 #include "tests/emulated/guest/run_sketch.h"
+#include "tests/emulated/guest/run_spinners.h"
 
 namespace {
 
@@ -47,8 +48,10 @@ bool fill_stub() {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+    if (emulated::is_spinner(argc, argv)) return 0;
     return emulated::run_as_init([] {
+        if (emulated::run_spinners() != 0) return 2;
         if (!fill_stub()) {
             std::perror("emulated: no i2c-stub to fill at /dev/i2c-0");
             return 2;

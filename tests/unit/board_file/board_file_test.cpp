@@ -111,6 +111,7 @@ TEST(BoardFile, TheExampleOfThePageSaysEverythingThatCanBeSaidOfLinux) {
     EXPECT_EQ(config.stack_bytes, 524288u);
     EXPECT_FALSE(config.handle_signals);
     EXPECT_EQ(config.heartbeat_bound, 300ms);
+    EXPECT_EQ(config.setup_bound, 20s);
     EXPECT_TRUE(config.isolate);
     EXPECT_FALSE(config.lift_throttling);
     EXPECT_EQ(config.settings_state, "/run/qduino/settings.state");

@@ -125,6 +125,22 @@ TEST(Preflight, StepRate) {
     EXPECT_NEAR(read(kStart + "G1 X2 Z.1 F60000\n").step_rate_maximum_hz, 10100, 1e-6);
 }
 
+TEST(Preflight, TheMotorsTogetherStayWithinWhatTheComputerPlays) {
+    MachineConfig machine;
+    // 0.7 / 40 µs: 17,500 steps/s. X and Y at 100 mm/s each are 16,000, at 125 mm/s 20,000.
+    machine.step_cost = 40us;
+    EXPECT_TRUE(read(kStart + "G1 X100 Y100 F8485\n", machine).accepted());
+    const Facts fast = read(kStart + "G1 X1 Y1 F600\nG1 X100 Y100 F60000\n", machine);
+    EXPECT_NE(first_error(fast).find("the motors together would need 20000 steps/s; this computer plays at "
+                                     "most 17500 (one takes 40 us, measured)"),
+              std::string::npos)
+        << first_error(fast);
+    EXPECT_NE(fast.errors[0].line, 0u);
+    EXPECT_TRUE(read(kStart + "G1 X100 F60000\n", machine).accepted()) << "one axis alone is slow enough";
+    machine.step_cost = Nanoseconds{0};
+    EXPECT_TRUE(read(kStart + "G1 X100 Y100 F60000\n", machine).accepted()) << "not measured: no limit";
+}
+
 TEST(Preflight, ADwellLongerThanTheIdleTimeOutIsWarnedOf) {
     Facts facts = read("G28\nM109 S200\nG1 X10 F600\nG4 S601\n");
     EXPECT_TRUE(facts.accepted());

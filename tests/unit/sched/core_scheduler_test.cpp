@@ -92,10 +92,10 @@ TEST(CoreScheduler, AnIoVcpuHasThePriorityOfItsClient) {
     ASSERT_TRUE(core.add(2, {200ns, 1000ns}));
     ASSERT_TRUE(core.add_io(33, {1ns, 10ns}));
     core.wake(1, at_ns(0));
-    core.wake_io_for(33, 2, at_ns(0));
+    core.wake_io(33, at_ns(0), 1000ns);
     EXPECT_EQ(core.decide(at_ns(0)), run(1, 20));
     EXPECT_EQ(core.decide(at_ns(20)), run(33, 100));  // U·T = 100, until loop 1 comes back
-    core.wake_io_for(33, 1, at_ns(30));               // raised above, clamped to U·100
+    core.wake_io(33, at_ns(30), 100ns);               // raised above, clamped to U·100
     EXPECT_EQ(core.available(33, at_ns(30)), 10ns);
     EXPECT_EQ(core.decide(at_ns(30)), run(33, 40));
     core.block(33, at_ns(35));
@@ -146,7 +146,6 @@ TEST(CoreSchedulerDeathTest, ContractsHold) {
     static_cast<void>(core.decide(at_ns(5)));
     EXPECT_DEATH(core.wake(2, at_ns(6)), "contract broken");
     EXPECT_DEATH(core.wake_io(1, at_ns(6), 10ns), "contract broken");
-    EXPECT_DEATH(core.wake_io_for(33, 33, at_ns(6)), "contract broken");
     EXPECT_DEATH(static_cast<void>(core.decide(at_ns(4))), "contract broken");
     EXPECT_DEATH(core.account(at_ns(6), 2ns), "contract broken");
 }

@@ -108,6 +108,52 @@ TEST(SimInterrupts, ABottomHalfRunsOnItsIoVcpuWithinItsBudget) {
     for (const Burst& burst : trace.bursts(40)) EXPECT_LE(burst.end - burst.begin, Nanoseconds{1ms + 10us});
 }
 
+/// Loop 1 (10 ms) reads a chip: 1 ms of bus. Loop 2 (20 ms) computes. The bus's I/O VCPU has a
+/// tenth.
+struct ALoopOnABus : ::testing::Test {
+    void run(bool served) {
+        SimConfig config;
+        config.costs.i2c_per_byte = 500us;
+        NoPeripherals wires;
+        SimBoard board(config, wires);
+        Program program;
+        program.io(40, 5ms, 50ms, 0)
+            .loop(1, 4ms, 10ms, 0,
+                  [&] {
+                      std::array<std::uint8_t, 1> byte{};
+                      static_cast<void>(board.i2c_transfer({1}, {0x48}, byte, {}));
+                      done = board.now();
+                      slept = board.slept();
+                      board.sleep_until(kForever);
+                  })
+            .loop(2, 15ms, 20ms, 0, [&] { board.compute(15ms); });
+        const VcpuId server = served ? VcpuId{40} : kNoVcpu;
+        EXPECT_TRUE(board.serve_interrupts(DeviceClass::i2c, server));
+        ASSERT_TRUE(board.start(program.specs()));
+        board.run(at(100ms));
+        by_loop = board.cpu_time(1);
+        by_io = board.cpu_time(40);
+    }
+    Instant done;
+    Nanoseconds slept{}, by_loop{}, by_io{};
+};
+
+TEST_F(ALoopOnABus, PaysForItItselfWhereNobodyServesTheBus) {
+    run(false);
+    EXPECT_EQ(done, at(1ms));
+    EXPECT_EQ(by_loop, 1ms);
+    EXPECT_EQ(by_io, Nanoseconds{0});
+}
+
+TEST_F(ALoopOnABus, HasItDoneAtItsOwnRankByTheIoVcpuAndSleepsMeanwhile) {
+    run(true);
+    // At its own 50 ms the I/O VCPU would wait for the 15 ms of loop 2.
+    EXPECT_EQ(done, at(1ms));
+    EXPECT_EQ(by_loop, Nanoseconds{0});
+    EXPECT_EQ(by_io, 1ms) << "U·T of the client: a tenth of 10 ms";
+    EXPECT_EQ(slept, 1ms) << "which admission counts as a sleep";
+}
+
 TEST(SimInterrupts, WithoutAnIoVcpuTheBottomHalfRunsAboveEveryLoop) {
     NoPeripherals wires;
     SimBoard board(with_source(timer_like(10us, 900us)), wires);

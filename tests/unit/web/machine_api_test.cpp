@@ -178,7 +178,7 @@ TEST_F(MachineApiTest, TheEmergencyStopIsServedAtOnce) {
 TEST_F(MachineApiTest, TheGuaranteeIsWhatTheSketchPublished) {
     EXPECT_EQ(request("GET /api/v1/guarantee").status, 503);
     layout_->guarantee.write({R"({"loops":[]})"});
-    EXPECT_EQ(request("GET /api/v1/guarantee").body, R"({"loops":[]})");
+    EXPECT_EQ(request("GET /api/v1/guarantee").body, R"({"loops":[],"service":null})");
     layout_->guarantee.write({"not json"});
     EXPECT_EQ(request("GET /api/v1/guarantee").status, 503);
 }

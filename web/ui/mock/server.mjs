@@ -44,6 +44,11 @@ const HELD = {
     { core: 0, interrupts_per_second: 312, worst_gap_us: null, tick_stopped: false, throttling_lifted: false, note: '' },
     { core: 1, interrupts_per_second: 251, worst_gap_us: 21.4, tick_stopped: false, throttling_lifted: true, note: '' },
   ],
+  trees: [],
+  service: {
+    name: 'print service', core: 0, budget_us: 10000, period_us: 100000, admitted: true, response_us: 46000, enforced: true, shortfall: '',
+    enforced_by: 'cgroup v2', used_us: 812000, lasted_us: 30e6, used_share: 0.024, periods: 290, throttled: 3, throttled_us: 40000,
+  },
 };
 
 class Printer {

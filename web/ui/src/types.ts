@@ -167,6 +167,17 @@ export interface LayerIndex {
   first_byte: number;
 }
 
+/** A process tree that is held to a budget. */
+export interface TreeGuarantee {
+  name: string; core: number; budget_us: number; period_us: number;
+  admitted: boolean; response_us: number | null; enforced: boolean; shortfall: string;
+}
+
+/** The print service's own VCPU; `used_share` is of a core, over the last seconds. */
+export interface ServiceVcpu extends TreeGuarantee {
+  enforced_by: string | null; used_share: number; periods: number; throttled: number;
+}
+
 export interface Guarantee {
   board: string;
   loops: {
@@ -177,6 +188,8 @@ export interface Guarantee {
     core: number; interrupts_per_second: number | null; worst_gap_us: number | null;
     note: string;
   }[];
+  trees?: TreeGuarantee[];
+  service?: ServiceVcpu | null;
 }
 
 export type LiveMessage =

@@ -1,7 +1,9 @@
+import type { JSX } from 'preact';
 import { useRef, useEffect } from 'preact/hooks';
+import { loadGuarantee } from '../api';
 import * as format from '../format';
 import { useStore, useStoreSlowly } from '../hooks';
-import type { Guarantee, Timing as TimingData } from '../types';
+import type { Guarantee, ServiceVcpu, Timing as TimingData, TreeGuarantee } from '../types';
 
 /**
  * Steps by their lateness, one bar for each power of two; heights are logarithmic, or nobody would
@@ -42,6 +44,40 @@ function Histogram({ buckets }: { buckets: [number, number][] }) {
   );
 }
 
+const PERCENT = (share: number) => `${(share * 100).toFixed(share < 0.1 ? 1 : 0)} %`;
+
+/** What process trees are promised on the loops' cores; the print service with what it uses. */
+function Trees({ guarantee, mark }: { guarantee: Guarantee; mark: (yes: boolean) => JSX.Element }) {
+  const { service, trees = [] } = guarantee;
+  const others = trees.filter((tree) => tree.name !== service?.name);
+  const rows: (TreeGuarantee | ServiceVcpu)[] = service ? [service, ...others] : others;
+  const held = rows.filter((tree) => tree.budget_us > 0);
+  return (
+    <div data-testid="trees">
+      {held.length > 0 && (
+        <div class="table-wrap">
+          <table>
+            <thead><tr><th>Process</th><th>Core</th><th>Budget / period</th><th>Held</th><th>Uses</th></tr></thead>
+            <tbody>
+              {held.map((tree) => (
+                <tr key={tree.name}>
+                  <td>{tree.name}</td><td>{tree.core}</td>
+                  <td>{format.nanoseconds(tree.budget_us * 1000)} / {format.nanoseconds(tree.period_us * 1000)}</td>
+                  <td title={'enforced_by' in tree ? tree.enforced_by ?? '' : ''}>{mark(tree.admitted && tree.enforced)}</td>
+                  <td>{'used_share' in tree ? PERCENT(tree.used_share) : '–'}</td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+      {rows.filter((tree) => tree.shortfall).map((tree) => (
+        <p class="muted shortfall" key={tree.name}>{tree.budget_us > 0 ? `${tree.name}: ` : `The ${tree.name} has no budget: `}{tree.shortfall}</p>
+      ))}
+    </div>
+  );
+}
+
 function Held({ guarantee }: { guarantee: Guarantee | null }) {
   if (!guarantee) return null;
   const mark = (yes: boolean) => <span class={yes ? 'yes' : 'no'} role="img" aria-label={yes ? 'enforced' : 'not enforced'}>{yes ? '✓' : '✗'}</span>;
@@ -63,6 +99,7 @@ function Held({ guarantee }: { guarantee: Guarantee | null }) {
           </tbody>
         </table>
       </div>
+      <Trees guarantee={guarantee} mark={mark} />
       {shortfalls.map((loop) => <p class="muted shortfall" key={loop.id}>Loop {loop.id}: {loop.shortfall}</p>)}
       {guarantee.cores.map((core) => (
         <p class="muted shortfall" key={core.core}>
@@ -97,6 +134,12 @@ function Figures({ timing }: { timing: TimingData }) {
 export function Timing() {
   const timing = useStoreSlowly(500, (s) => (s.status?.connected ? s.status.timing : null));
   const guarantee = useStore((s) => s.guarantee);
+  const measured = Boolean(guarantee?.service?.enforced);
+  useEffect(() => {
+    if (!measured) return;
+    const timer = setInterval(() => void loadGuarantee(), 5000);
+    return () => clearInterval(timer);
+  }, [measured]);
   const absent = useStore((s) => s.status?.connected === false);
   return (
     <div class="card timing" data-testid="timing">

@@ -1,0 +1,99 @@
+#include "apps/launcher/service_vcpu.h"
+
+#include <cstdio>
+
+#include "apps/vcpu/vcpu_report.h"
+#include "board/linux/clock.h"
+#include "posix/small_file.h"
+
+namespace qduino::launcher {
+namespace {
+
+constexpr Nanoseconds kWriteEvery = 2s;
+/// The service may take this long to end when the launcher was killed: the kernel has asked it.
+constexpr Nanoseconds kServiceGrace = 8s;
+
+}  // namespace
+
+ServiceVcpu::ServiceVcpu(std::optional<Nanoseconds> budget, const std::string& why_none,
+                         std::filesystem::path file)
+    : file_(std::move(file)), started_(board::linux::monotonic_now()) {
+    if (!budget) {
+        why_none_ = why_none;
+        return;
+    }
+    apps::ProcessVcpuOptions options;
+    options.tree = {
+        .name = "print service", .core = kServiceCore, .budget = *budget, .period = kServicePeriod};
+    options.also_when_refused = true;
+    options.witness_asks = false;
+    options.witness_grace = kServiceGrace;
+    if (auto made = apps::ProcessVcpu::make(options)) {
+        vcpu_.emplace(std::move(*made));
+    } else {
+        why_none_ = made.error().message.view();
+    }
+}
+
+void ServiceVcpu::enter() const {
+    if (!vcpu_) return;
+    if (const Result<void> entered = vcpu_->group().enter(kServiceCore); !entered)
+        std::fprintf(stderr, "run: the print service is not in its VCPU: %s\n",
+                     std::string{entered.error().message.view()}.c_str());
+}
+
+void ServiceVcpu::admit_again() {
+    if (vcpu_) vcpu_->admit_again();
+}
+
+board::TreeGuarantee ServiceVcpu::guarantee() const {
+    if (vcpu_) {
+        board::TreeGuarantee line = apps::guarantee_of(*vcpu_);
+        line.enforced = !outside_;
+        if (outside_)
+            line.shortfall = decltype(line.shortfall){"the kernel did not let it into its control group"};
+        return line;
+    }
+    board::TreeGuarantee line;
+    line.name = decltype(line.name){"print service"};
+    line.core = kServiceCore;
+    line.shortfall = decltype(line.shortfall){why_none_};
+    return line;
+}
+
+std::string ServiceVcpu::words() const {
+    if (!vcpu_) return "The print service has no budget of its own: " + why_none_ + ".\n";
+    const board::TreeGuarantee line = guarantee();
+    auto out = text<std::string>("The print service has ", line.budget, " in ", line.period, " of core ",
+                                 line.core, ", kept by ", vcpu_->enforced_by(),
+                                 line.shortfall.empty() ? "" : ", but not surely: ");
+    return qduino::write(out, line.shortfall.view(), ".\n");
+}
+
+void ServiceVcpu::look(Instant now, bool lives) {
+    if (now - written_at_ < kWriteEvery) return;
+    if (vcpu_) {
+        vcpu_->admit_again();
+        outside_ = lives && board::linux::members_of_group(vcpu_->group().folders()[0]).empty();
+    }
+    write(now);
+}
+
+void ServiceVcpu::write(Instant now) {
+    board::linux::CpuGroupUse use;
+    if (vcpu_) {
+        if (const auto read = vcpu_->group().use()) use = *read;
+    }
+    const double share = apps::share_of(use.used - use_.used, now - written_at_);
+    const std::string json =
+        apps::vcpu_json(guarantee(), vcpu_ ? vcpu_->enforced_by() : "", use, now - started_, share);
+    use_ = use;
+    written_at_ = now;
+    // In one piece: a reader gets the old file or the new one.
+    const std::string beside = file_.native() + ".new";
+    if (!posix::write_file(beside, json + '\n')) return;
+    std::error_code ignored;
+    std::filesystem::rename(beside, file_, ignored);
+}
+
+}  // namespace qduino::launcher

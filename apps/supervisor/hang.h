@@ -1,0 +1,34 @@
+// Finds the hang of a sketch in the promises of its loops (board/linux/signs_of_life.h), and puts
+// it into words.
+//
+//   silent  a loop is not heard of although it said so: a spin without end, a lock, a SIGSTOP
+//   stuck   a loop, a handler or setup() is heard of and does not get on: a poll, a long delay()
+#pragma once
+
+#include <string>
+
+#include "base/time.h"
+#include "board/linux/pins_layout.h"
+
+namespace qduino::supervisor {
+
+struct Hang {
+    enum class Kind { none, silent, stuck };
+    Kind kind = Kind::none;
+    board::VcpuId vcpu = board::kNoVcpu;  ///< kNoVcpu of a stuck one: setup()
+    Nanoseconds overdue{};                ///< the promise, when the hang was noticed
+    // Of a stuck one:
+    Nanoseconds limit{};  ///< from progress to progress, as promised
+    Instant heard_of;     ///< the last sign of life, or the end of the sleep that it announced
+
+    [[nodiscard]] bool found() const { return kind != Kind::none; }
+};
+
+/// The first hang at `now`, silent ones first. `bound`: what the supervisor waits beyond what a
+/// loop announced.
+[[nodiscard]] Hang find_hang(const board::linux::PinsLayout& layout, Instant now, Nanoseconds bound);
+
+/// "loop 1 hung (…)", with what it does instead of getting on.
+[[nodiscard]] std::string hang_text(const Hang& hang, Instant now);
+
+}  // namespace qduino::supervisor

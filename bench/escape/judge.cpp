@@ -1,0 +1,167 @@
+#include "bench/escape/judge.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include "base/text.h"
+#include "base/whole_number.h"
+#include "board/linux/clock.h"
+#include "board/linux/kernel_text.h"
+#include "posix/small_file.h"
+#include "posix/unique_fd.h"
+
+namespace qduino::bench {
+namespace {
+
+using board::linux::block_until;
+using board::linux::monotonic_now;
+
+constexpr int kBeginsWithinMs = 8000;
+
+struct Process {
+    pid_t parent = 0;
+    std::string name;
+};
+
+/// All processes of the computer, of /proc/PID/stat: "PID (name) state parent …".
+std::map<pid_t, Process> all_processes() {
+    std::map<pid_t, Process> found;
+    for (const std::string& entry : board::linux::entries("/proc")) {
+        const auto pid = whole_number<pid_t>(entry);
+        if (!pid) continue;
+        const std::string stat = board::linux::text_of_file("/proc/" + entry + "/stat");
+        const auto fields = board::linux::stat_fields(stat);
+        if (fields.size() < 2) continue;
+        const std::size_t open = stat.find('(');
+        found[*pid] = {whole_number<pid_t>(fields[1]).value_or(0),
+                       stat.substr(open + 1, stat.rfind(')') - open - 1)};
+    }
+    return found;
+}
+
+/// Those that come from this process.
+std::map<pid_t, Process> descendants() {
+    const auto all = all_processes();
+    std::map<pid_t, Process> ours;
+    for (const auto& [pid, process] : all) {
+        pid_t ancestor = pid;
+        while (all.contains(ancestor) && ancestor != ::getpid()) ancestor = all.at(ancestor).parent;
+        if (ancestor == ::getpid() && pid != ::getpid()) ours[pid] = process;
+    }
+    return ours;
+}
+
+/// Of all threads that a process has or had: the kernel's own sum.
+double cpu_of(pid_t process) {
+    clockid_t clock{};
+    timespec used{};
+    if (::clock_getcpuclockid(process, &clock) != 0 || ::clock_gettime(clock, &used) != 0) return 0;
+    return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
+}
+
+/// Of the loop that keeps to its budget.
+double cpu_of_other_loop(pid_t sketch) {
+    const std::string tasks = "/proc/" + std::to_string(sketch) + "/task/";
+    for (const std::string& tid : board::linux::entries(tasks)) {
+        if (board::linux::text_of_file(tasks + tid + "/comm") != "loop 2") continue;
+        const std::string times = board::linux::text_of_file(tasks + tid + "/schedstat");
+        return static_cast<double>(whole_number<long long>(times.substr(0, times.find(' '))).value_or(0)) *
+               1e-9;
+    }
+    return 0;
+}
+
+struct Sample {
+    double escapee = 0;
+    double warden = 0;
+};
+
+Sample take_sample(pid_t sketch) {
+    Sample sample;
+    for (const auto& [pid, process] : descendants()) {
+        if (process.name == "waker") continue;
+        (process.name == "warden" ? sample.warden : sample.escapee) += cpu_of(pid);
+    }
+    sample.escapee -= cpu_of_other_loop(sketch);
+    return sample;
+}
+
+/// Whatever comes from this process ends, and is reaped.
+void end_all() {
+    for (;;) {
+        const auto left = descendants();
+        if (left.empty()) return;
+        for (const auto& [pid, process] : left) ::kill(pid, SIGKILL);
+        while (::waitpid(-1, nullptr, __WALL | WNOHANG) > 0) {
+        }
+        block_until(monotonic_now() + 2ms);
+    }
+}
+
+pid_t start(const std::vector<std::string>& command, int output) {
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    ::setsid();
+    ::dup2(output, STDOUT_FILENO);
+    std::vector<char*> words;
+    for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    ::execv(words[0], words.data());
+    ::_exit(127);
+}
+
+bool says_that_it_runs(int output) {
+    pollfd ready{output, POLLIN, 0};
+    char byte = 0;
+    return ::poll(&ready, 1, kBeginsWithinMs) > 0 && ::read(output, &byte, 1) == 1;
+}
+
+}  // namespace
+
+EscapeRun run_escape(const std::string& program, const std::string& pattern, Nanoseconds length,
+                     bool with_warden) {
+    EscapeRun run;
+    ::prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans stay ours
+    const std::string report = "/dev/shm/qduino-escape-" + std::to_string(::getpid());
+    ::unlink(report.c_str());
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) {
+        run.trouble = "no pipe";
+        return run;
+    }
+    const posix::UniqueFd said{ends[0]};
+    posix::UniqueFd to_say{ends[1]};
+    std::vector<std::string> command{program, pattern, text<std::string>(Fixed{to_seconds(length) + 0.3, 1}),
+                                     report};
+    if (!with_warden) command.emplace_back("--without-warden");
+    const pid_t sketch = start(command, to_say.get());
+    to_say.reset();
+    if (!says_that_it_runs(said.get())) {
+        run.trouble = "it did not begin";
+    } else {
+        const Instant begun = monotonic_now();
+        const Sample before = take_sample(sketch);
+        block_until(begun + length);
+        const Sample after = take_sample(sketch);
+        const double passed = to_seconds(monotonic_now() - begun);
+        run.share = (after.escapee - before.escapee) / passed;
+        run.warden_share = (after.warden - before.warden) / passed;
+        block_until(monotonic_now() + 1s);  // it writes its report
+        if (const auto written = posix::read_small_file(report)) run.report = *written;
+    }
+    end_all();
+    ::unlink(report.c_str());
+    return run;
+}
+
+}  // namespace qduino::bench

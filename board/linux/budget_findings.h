@@ -1,0 +1,20 @@
+// What the warden has found, as lines of the guarantee.
+#pragma once
+
+#include <string_view>
+
+#include "board/guarantee.h"
+#include "board/linux/vcpu_thread.h"
+#include "board/linux/warden.h"
+
+namespace qduino::board::linux {
+
+/// Fills in what `loop`, whose thread keeps itself to a budget, used, and whether it kept to it.
+/// `shortfall`: why there is no warden, or why it does not watch.
+void describe_budget(LoopGuarantee& loop, const VcpuThread& thread, const Warden& warden,
+                     std::string_view shortfall);
+
+/// What the watch has cost, and what it found besides the loops.
+void describe_watch(GuaranteeReport& report, const Warden& warden);
+
+}  // namespace qduino::board::linux

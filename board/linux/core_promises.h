@@ -1,0 +1,117 @@
+// What the programs of this computer have been promised on its cores: the loops of sketches, and
+// the VCPUs of process trees. Each program that holds a promise has a file, which it keeps locked:
+//
+//   /run/lock/qduino-promise.4711.0     (shared_file.h says which folder)
+//     program printer
+//     main 1 0 30120000 100000000         a loop: id, core, budget and period in ns. What an
+//     io 33 0 1000000 100000000           activation costs is in the budget. What else there is
+//                                         of a sched::Vcpu follows, in its order
+//     taker 0 5000 1000000 0 tick         core, cost, interval, jitter, name: the platform itself
+//     tree 0 10000000 100000000 printd    a process tree: core, budget, period, name
+//     group /sys/fs/cgroup/cpu/qduino-vcpu.4711.0    a control group that was made for the tree
+//
+// The lock (flock(2)) ends with its holder, however that dies. So a file that can be locked is a
+// dead program's: its promise counts no more, and the next program that makes a VCPU removes its
+// groups. A program writes its file before it makes a group: no group is without a record.
+//
+// Reading the promises, admitting another one and writing that down is one step, under the lock on
+// "qduino-promises.lock". The register is advisory, as core_lock.h is: other real-time programs do
+// not know of it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "posix/unique_fd.h"
+#include "sched/load.h"
+
+namespace qduino::board::linux {
+
+/// A process tree of ordinary tasks that is held to a budget, below every real-time loop.
+struct TreeVcpu {
+    std::string name;  ///< as a person reads it
+    int core = 0;
+    Nanoseconds budget{};
+    Nanoseconds period{};
+    /// Folder of the control group in which its own was made: siblings have equal shares.
+    std::string parent = {};
+};
+
+/// The promise of one program.
+struct Promise {
+    struct Taker {
+        int core = 0;
+        sched::PlatformInterferer interferer;
+    };
+
+    std::string program;             ///< as in /proc/PID/comm
+    int pid = 0;                     ///< of the holder
+    std::vector<sched::Vcpu> vcpus;  ///< real-time
+    std::vector<Taker> takers;       ///< above them
+    std::vector<TreeVcpu> trees;
+    std::vector<std::string> groups;  ///< folders, the deepest first
+    std::string path;                 ///< of its file
+    uid_t owner = 0;                  ///< of its file
+};
+
+/// A promise that holds as long as this object, or a process that inherited the descriptor, lives.
+class HeldPromise {
+  public:
+    HeldPromise() = default;  ///< holds nothing
+    HeldPromise(HeldPromise&&) = default;
+    HeldPromise& operator=(HeldPromise&& other) noexcept;
+    /// Takes it back; the file goes too.
+    ~HeldPromise() { release(); }
+    HeldPromise(const HeldPromise&) = delete;
+    HeldPromise& operator=(const HeldPromise&) = delete;
+
+    [[nodiscard]] bool held() const { return file_.valid(); }
+    [[nodiscard]] int descriptor() const { return file_.get(); }
+    [[nodiscard]] const std::string& path() const { return path_; }
+
+  private:
+    friend class PromiseRegister;
+    void release();
+
+    std::string path_;
+    posix::UniqueFd file_;
+};
+
+/// The register, locked: no other program reads or changes it meanwhile. Keep it for milliseconds.
+/// Setup-time only; allocates.
+class PromiseRegister {
+  public:
+    /// `root` precedes the folders (tests). Errors: not_permitted (no folder takes the file),
+    /// timed_out (a program holds the register for more than 5 s), and what the kernel says.
+    static Result<PromiseRegister> open(const std::string& root = "");
+
+    /// Of programs that live, this one's included.
+    [[nodiscard]] const std::vector<Promise>& living() const { return living_; }
+    /// What dead programs left, and this user may take away.
+    [[nodiscard]] const std::vector<Promise>& dead() const { return dead_; }
+    /// Removes the file of a dead program.
+    static void forget(const Promise& dead);
+    /// Where the next promise of this process will be written: the last part of the name is free.
+    [[nodiscard]] std::string free_name() const;
+    /// Writes `promise` down as file `name`, of free_name(). Error: what the kernel says.
+    [[nodiscard]] Result<HeldPromise> hold(const Promise& promise, const std::string& name) const;
+
+  private:
+    void read();
+
+    std::string folder_;
+    posix::UniqueFd lock_;
+    std::vector<Promise> living_, dead_;
+};
+
+/// The lines of a promise, as in its file.
+[[nodiscard]] std::string promise_text(const Promise& promise);
+/// Reads them; lines that are malformed, or out of range, are left out.
+[[nodiscard]] Promise read_promise(std::string_view text);
+
+}  // namespace qduino::board::linux

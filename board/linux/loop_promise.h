@@ -1,0 +1,36 @@
+// Tells the other programs of this computer which loops a sketch runs on which core, and the
+// sketch's guarantee report which process trees have a VCPU there (core_promises.h).
+//
+// The loops come first: no tree takes time from them, and no tree keeps them from starting. But a
+// tree that was admitted before the sketch came may get its budget too late from then on. The
+// report says so.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "board/guarantee.h"
+#include "board/linux/core_promises.h"
+#include "board/types.h"
+
+namespace qduino::board::linux {
+
+class LoopPromise {
+  public:
+    /// Promises what `specs` ask for, with what each activation costs. Where the register cannot be
+    /// written, trees are admitted without knowing of these loops. Setup-time. `root` precedes the
+    /// register's folders (tests).
+    void make(std::span<const VcpuSpec> specs,
+              const std::function<sched::PlatformOverheads(int core)>& overheads, const std::string& root);
+    /// Adds the trees on the cores of these loops, each with its verdict as of now.
+    void describe_trees(GuaranteeReport& report) const;
+
+  private:
+    std::string root_;
+    std::vector<int> cores_;
+    HeldPromise held_;
+};
+
+}  // namespace qduino::board::linux

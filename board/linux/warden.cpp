@@ -1,0 +1,89 @@
+#include "board/linux/warden.h"
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "board/linux/clock.h"
+#include "posix/system_error.h"
+
+namespace qduino::board::linux {
+
+namespace {
+
+/// It may be an ordinary process of a busy computer.
+constexpr Nanoseconds kBeginsWithin = 5s;
+
+#ifndef PR_SET_PTRACER
+#define PR_SET_PTRACER 0x59616d61
+#endif
+
+}  // namespace
+
+Result<void> Warden::hire(WardenTask task) {
+    if (pid_ != 0) return {};
+    QDUINO_TRY_ASSIGN(pages_of_orders_, posix::map_anonymous(sizeof(WardenOrders)));
+    QDUINO_TRY_ASSIGN(pages_of_findings_, posix::map_anonymous(sizeof(WardenFindings)));
+    task.sketch = ::getpid();
+    // No signal at its end: the sketch's own wait() knows nothing of this child (clone(2)).
+    const long child = ::syscall(SYS_clone, 0, nullptr, nullptr, nullptr, nullptr);
+    if (child < 0) return posix::system_error("start", "the warden of the budgets");
+    if (child == 0)
+        be_warden(task, *pages_of_orders_.as<WardenOrders>(), *pages_of_findings_.as<WardenFindings>());
+    pid_ = static_cast<pid_t>(child);
+    ended_ = false;
+    ::mprotect(pages_of_findings_.as<void>(), sizeof(WardenFindings), PROT_READ);
+    // Where only ancestors may stop a process (Yama), it is allowed to, too. Elsewhere refused.
+    ::prctl(PR_SET_PTRACER, static_cast<unsigned long>(pid_), 0, 0, 0);
+    return {};
+}
+
+Result<void> Warden::watch(std::span<const Ward> wards, pid_t witness) {
+    if (pid_ == 0) return make_error(ErrorCode::unavailable, "no warden");
+    WardenOrders& orders = *pages_of_orders_.as<WardenOrders>();
+    std::ranges::copy(wards, orders.wards.begin());
+    orders.count = static_cast<std::uint32_t>(wards.size());
+    orders.witness = witness;
+    orders.given = 1;
+    ring();
+    const Instant give_up = monotonic_now() + kBeginsWithin;
+    while (findings()->state == WardenState::waiting && monotonic_now() < give_up && !has_ended())
+        block_until(monotonic_now() + 200us);
+    if (watches()) return {};
+    if (findings()->state == WardenState::blind) {
+        return make_error(ErrorCode::unavailable,
+                          "this kernel does not tell the CPU time of threads (CONFIG_SCHED_INFO)");
+    }
+    return make_error(ErrorCode::unavailable, "the warden of the budgets did not begin");
+}
+
+bool Warden::watches() const {
+    if (pid_ == 0 || has_ended()) return false;
+    const WardenState state = findings()->state;
+    return state == WardenState::watching || state == WardenState::only_rank;
+}
+
+/// It sleeps for this signal.
+void Warden::ring() const { ::kill(pid_, SIGCHLD); }
+
+bool Warden::has_ended() const {
+    if (!ended_) ended_ = ::waitpid(pid_, nullptr, __WALL | WNOHANG) != 0;
+    return ended_;
+}
+
+void Warden::dismiss() {
+    if (pid_ == 0) return;
+    pages_of_orders_.as<WardenOrders>()->go = 1;
+    pages_of_orders_.as<WardenOrders>()->given = 1;
+    ring();
+    if (!ended_) ::waitpid(pid_, nullptr, __WALL);
+    pid_ = 0;
+}
+
+}  // namespace qduino::board::linux

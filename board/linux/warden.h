@@ -1,0 +1,72 @@
+// The warden: a process beside the sketch that keeps each loop to its budget when the loop does not
+// do so itself.
+//
+// A loop keeps itself to its budget in the handler of a signal (budget_keeper.h). That costs little
+// and is exact, and a sketch can end it with one line: it blocks the signal, replaces the handler,
+// deletes the timer. So somebody looks at the loop's CPU time from outside, without its help.
+//
+//   sketch ──clone, before the loops──► warden    at a priority above every loop; sleeps
+//     │ loop 1 ──blocks its signals, spins──►        │
+//     │        ◄── stopped (held_thread.h) ──────────┤ it took more than a server can give
+//     │        ◄── goes on at its priority ──────────┘ it has earned a budget (budget_watch.h)
+//
+// Why a process: a thread of the sketch shares its memory with those that it watches, and the
+// kernel lets no thread stop another one of its own process. Why not the supervisor: a sketch must
+// not need one, and the warden needs no privilege that the sketch has not. It is a copy of the
+// sketch and not a program of its own, so that there is no second program to be found.
+//
+// It ends with the sketch. A sketch that kills it (confinement.h refuses that to loops) is left
+// without: the guarantee says so.
+//
+// Cost, measured on a 2-core VM (kernel 6.18): 30 to 40 µs for a look, every 4 ms at most, and
+// 0.4 % of a core for two loops. Admission counts it above every loop (overheads.h).
+#pragma once
+
+#include <sys/types.h>
+
+#include <span>
+
+#include "base/result.h"
+#include "board/linux/warden_pages.h"
+#include "board/linux/warden_process.h"
+#include "posix/mapping.h"
+
+namespace qduino::board::linux {
+
+class Warden {
+  public:
+    Warden() = default;
+    ~Warden() { dismiss(); }
+    Warden(const Warden&) = delete;
+    Warden& operator=(const Warden&) = delete;
+
+    /// Starts the process. Before there are loops, and before memory is locked: from then on the
+    /// two share no page that the sketch writes. The calling thread lives as long as the warden.
+    /// Error: the system's.
+    Result<void> hire(WardenTask task);
+    /// Gives it its wards, which have not begun yet; `witness` is another thread of the board's.
+    /// Waits until it watches. Error: unavailable.
+    Result<void> watch(std::span<const Ward> wards, pid_t witness);
+    /// Ends it. All wards have ended.
+    void dismiss();
+
+    /// 0: there is none.
+    [[nodiscard]] pid_t pid() const { return pid_; }
+    /// It was hired and watches.
+    [[nodiscard]] bool watches() const;
+    /// Null: none was hired. Read-only.
+    [[nodiscard]] const WardenFindings* findings() const {
+        return pages_of_findings_.valid() ? pages_of_findings_.as<const WardenFindings>() : nullptr;
+    }
+
+  private:
+    void ring() const;
+    [[nodiscard]] bool has_ended() const;
+
+    posix::Mapping pages_of_orders_;
+    posix::Mapping pages_of_findings_;
+    pid_t pid_ = 0;
+    mutable bool ended_ = false;  // reaped when that is noticed
+};
+
+}  // namespace qduino::board::linux

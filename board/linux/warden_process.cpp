@@ -1,0 +1,332 @@
+#include "board/linux/warden_process.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include "base/fixed_vector.h"
+#include "base/text.h"
+#include "base/whole_number.h"
+#include "board/linux/budget_keeper.h"
+#include "board/linux/clock.h"
+#include "board/linux/held_thread.h"
+#include "board/linux/real_time_thread.h"
+#include "sched/budget_watch.h"
+
+namespace qduino::board::linux {
+
+namespace {
+
+constexpr Nanoseconds kSweepEvery = 200ms;
+/// Whatever its wards ask for: what it costs is counted so (LinuxBoard::platform_overheads()).
+constexpr Nanoseconds kLookEvery = sched::BudgetWatch::kTick;
+/// If it ever consumes so much without sleeping, the kernel ends it.
+constexpr rlim_t kRealTimeLimitUs = 200'000;
+constexpr std::size_t kTasksMax = 256;  // looked at in a sweep
+
+using Buffer = std::array<char, 4096>;
+
+/// The kernel's newest text of a file in /proc that is open; empty when the task has ended.
+std::string_view read_anew(int file, Buffer& buffer) {
+    const ssize_t bytes = ::pread(file, buffer.data(), buffer.size(), 0);
+    return {buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(bytes, 0))};
+}
+
+std::int64_t next_number(std::string_view& text) {
+    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
+    const auto number = whole_number<std::int64_t>(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    return number.value_or(0);
+}
+
+/// The signals of one line of /proc/PID/task/TID/status, "SigBlk:\t0000000000000004".
+bool names_signal(std::string_view status, std::string_view line, int signal) {
+    const std::size_t at = status.find(line);
+    if (at == std::string_view::npos) return false;
+    std::uint64_t mask = 0;
+    const std::string_view digits = status.substr(at + line.size(), 16);
+    std::from_chars(digits.data(), digits.data() + digits.size(), mask, 16);
+    return (mask >> (signal - 1) & 1) != 0;
+}
+
+// ---- one ward -----------------------------------------------------------------------------------
+
+class WatchedThread {
+  public:
+    /// False: this kernel does not tell its CPU time.
+    bool open(const WardenTask& task, const Ward& ward, WardFindings& findings) {
+        thread_ = HeldThread{{ward.tid, ward.core, ward.priority}};
+        findings_ = &findings;
+        watched_ = ward.watched;
+        times_file_ = open_of(task.sketch, ward.tid, "schedstat");
+        status_file_ = open_of(task.sketch, ward.tid, "status");
+        sched::ThreadTimes times;
+        if (!read(times)) return false;
+        watch_ = sched::BudgetWatch{{ward.budget, ward.period}, task.wait, monotonic_now(), times};
+        return true;
+    }
+
+    [[nodiscard]] pid_t tid() const { return thread_.place().tid; }
+    [[nodiscard]] HeldThread& thread() { return thread_; }
+    [[nodiscard]] Instant next_look() const { return watched_ && !ended_ ? watch_.next_look() : kForever; }
+
+    /// Or soon due: it would wake the warden again.
+    void look_if_due(Instant now) {
+        if (next_look() <= now + kLookEvery / 2) look(now);
+    }
+    void look(Instant now) {
+        sched::ThreadTimes times;
+        if (ended_ || !watched_) return;
+        if (!read(times)) {
+            ended_ = true;
+            return;
+        }
+        const bool hold = watch_.look(now, times) == sched::BudgetWatch::Verdict::hold;
+        if (hold && !thread_.held()) explain();
+        hold ? thread_.hold() : thread_.release();
+        findings_->used_ns = to_ns(watch_.used());
+        findings_->watched_ns = to_ns(watch_.watched());
+        findings_->holds = watch_.holds();
+    }
+    void sweep(Instant now) {
+        look(now);
+        if (!ended_ && !thread_.held() && thread_.put_back()) ++findings_->changes;
+    }
+
+  private:
+    static int open_of(pid_t sketch, pid_t tid, std::string_view file) {
+        const auto path = text<FixedString<64>>("/proc/", sketch, "/task/", tid, "/", file, '\0');
+        return ::open(path.view().data(), O_RDONLY | O_CLOEXEC);
+    }
+    [[nodiscard]] bool read(sched::ThreadTimes& times) const {
+        Buffer buffer;
+        std::string_view told = read_anew(times_file_, buffer);
+        if (told.empty()) return false;
+        times.cpu = Nanoseconds{next_number(told)};
+        times.delayed = Nanoseconds{next_number(told)};
+        return true;
+    }
+    /// Why its own timer did not do it. Once: it is held a moment later.
+    void explain() {
+        if (findings_->way != EscapeWay::none) return;
+        Buffer buffer;
+        const std::string_view status = read_anew(status_file_, buffer);
+        const int signal = BudgetKeeper::signal_number();
+        findings_->way = names_signal(status, "SigBlk:\t", signal)    ? EscapeWay::signal_blocked
+                         : !names_signal(status, "SigCgt:\t", signal) ? EscapeWay::signal_ignored
+                                                                      : EscapeWay::unknown;
+    }
+
+    HeldThread thread_;
+    sched::BudgetWatch watch_;
+    WardFindings* findings_ = nullptr;
+    int times_file_ = -1;
+    int status_file_ = -1;
+    bool watched_ = false;
+    bool ended_ = false;
+};
+
+// ---- threads that the board does not know -------------------------------------------------------
+
+class Strangers {
+  public:
+    void open(pid_t sketch) {
+        sketch_ = sketch;
+        const auto path = text<FixedString<64>>("/proc/", sketch, "/task", '\0');
+        folder_ = ::open(path.view().data(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    }
+    /// The threads that were there before the loops began are known, however they got there.
+    void note_first() {
+        for_each([&](pid_t tid) { static_cast<void>(known_.try_push_back(tid)); });
+    }
+    /// `is_own`: tells the board's threads.
+    template <typename IsOwn>
+    void sweep(WardenFindings& findings, const IsOwn& is_own) {
+        std::uint32_t strangers = 0;
+        for_each([&](pid_t tid) {
+            if (is_own(tid)) return;
+            if (std::ranges::find(known_, tid) == known_.end()) ++strangers;
+            const int policy = ::sched_getscheduler(tid) & ~SCHED_RESET_ON_FORK;
+            if (policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE) depose(tid, findings);
+        });
+        findings.strangers = std::max(findings.strangers.load(), strangers);
+    }
+    void changed(pid_t tid, int status) {
+        for (HeldThread& usurper : usurpers_) {
+            if (usurper.place().tid == tid) usurper.changed(status);
+        }
+    }
+
+  private:
+    /// It loses its priority, and is stopped for good: it would take the priority again. The first
+    /// thread is the process to others, and is not stopped.
+    void depose(pid_t tid, WardenFindings& findings) {
+        ++findings.usurpers;
+        if (tid == sketch_ || !usurpers_.try_push_back(HeldThread{{tid, 0, 0}}))
+            return HeldThread::demote(tid);
+        usurpers_.back().hold();
+    }
+
+    template <typename Function>
+    void for_each(const Function& function) const {
+        alignas(8) std::array<std::byte, kTasksMax * 24> entries;
+        ::lseek(folder_, 0, SEEK_SET);
+        const long bytes = ::syscall(SYS_getdents64, folder_, entries.data(), entries.size());
+        for (long at = 0; at < bytes;) {
+            // linux_dirent64 of getdents64(2): inode, offset, the length of the entry, type, name.
+            const std::byte* entry = entries.data() + at;
+            const auto* name = reinterpret_cast<const char*>(entry + 19);
+            if (const auto tid = whole_number<pid_t>(std::string_view{name})) function(*tid);
+            at += *reinterpret_cast<const std::uint16_t*>(entry + 16);
+        }
+    }
+
+    pid_t sketch_ = 0;
+    int folder_ = -1;
+    FixedVector<pid_t, kTasksMax> known_;
+    FixedVector<HeldThread, 32> usurpers_;
+};
+
+// ---- the process --------------------------------------------------------------------------------
+
+class WardenProcess {
+  public:
+    WardenProcess(const WardenTask& task, WardenOrders& orders, WardenFindings& findings)
+        : task_(task), orders_(orders), findings_(findings) {}
+
+    void run() {
+        prepare();
+        while (orders_.given == 0) {
+            sleep_until(monotonic_now() + kSweepEvery);
+            if (is_over()) return;
+        }
+        if (!begin()) {
+            findings_.state = WardenState::blind;
+            return;
+        }
+        while (!is_over()) watch_on();
+    }
+
+  private:
+    void prepare() const {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        ::setsid();  // a terminal's Ctrl-C is the sketch's business
+        struct sigaction none {};
+        none.sa_handler = SIG_DFL;
+        for (int signal = 1; signal < NSIG; ++signal) ::sigaction(signal, &none, nullptr);
+        sigset_t all;
+        sigfillset(&all);
+        ::sigprocmask(SIG_SETMASK, &all, nullptr);
+        ::prctl(PR_SET_NAME, "warden");
+        ::syscall(SYS_close_range, 0U, ~0U, 0U);  // locks and pipes are the sketch's
+        ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
+        choose_cores();
+        if (task_.priority == 0) return;
+        const rlimit limit{kRealTimeLimitUs, kRealTimeLimitUs};
+        ::setrlimit(RLIMIT_RTTIME, &limit);
+        static_cast<void>(become_real_time(task_.priority));
+    }
+
+    void choose_cores() const {
+        if (task_.cores.empty()) return;
+        cpu_set_t cores;
+        CPU_ZERO(&cores);
+        for (int core = 0; core < CPU_SETSIZE; ++core) {
+            if (task_.cores.has(core)) CPU_SET(static_cast<std::size_t>(core), &cores);
+        }
+        ::sched_setaffinity(0, sizeof cores, &cores);
+    }
+
+    bool begin() {
+        strangers_.open(task_.sketch);
+        strangers_.note_first();
+        witness_ = orders_.witness;
+        const std::uint32_t count = std::min<std::uint32_t>(orders_.count, kVcpuLimit);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const Ward ward = orders_.wards[i];
+            if (ward.id >= kVcpuLimit || !wards_.try_push_back(WatchedThread{})) return false;
+            if (!wards_.back().open(task_, ward, findings_.wards[ward.id])) return false;
+        }
+        const bool can_stop = wards_.empty() || wards_[0].thread().can_be_stopped();
+        next_sweep_ = monotonic_now();
+        findings_.state = can_stop ? WardenState::watching : WardenState::only_rank;
+        return true;
+    }
+
+    void watch_on() {
+        const Instant now = monotonic_now();
+        take_changes();
+        for (WatchedThread& ward : wards_) ward.look_if_due(now);
+        if (now >= next_sweep_) sweep(now);
+        ++findings_.looks;
+        Instant next = next_sweep_;
+        for (const WatchedThread& ward : wards_) next = std::min(next, ward.next_look());
+        sleep_until(std::max(next, now + kLookEvery));
+    }
+
+    void sweep(Instant now) {
+        next_sweep_ = now + kSweepEvery;
+        for (WatchedThread& ward : wards_) ward.sweep(now);
+        strangers_.sweep(findings_, [&](pid_t tid) {
+            return tid == witness_ || std::ranges::find(wards_, tid, &WatchedThread::tid) != wards_.end();
+        });
+        findings_.cpu_ns = read_clock_ns(CLOCK_PROCESS_CPUTIME_ID);
+    }
+
+    void take_changes() {
+        int status = 0;
+        for (pid_t tid = 0; (tid = ::waitpid(-1, &status, __WALL | WNOHANG)) > 0;) {
+            for (WatchedThread& ward : wards_) {
+                if (ward.tid() == tid) ward.thread().changed(status);
+            }
+            strangers_.changed(tid, status);
+        }
+    }
+
+    /// Until `t`, or until a thread that is held changes, or the sketch rings.
+    static void sleep_until(Instant t) {
+        const Nanoseconds length = std::max<Nanoseconds>(t - monotonic_now(), 1us);
+        const timespec wait = to_timespec(to_ns(length));
+        sigset_t child;
+        sigemptyset(&child);
+        sigaddset(&child, SIGCHLD);
+        ::sigtimedwait(&child, nullptr, &wait);
+    }
+
+    [[nodiscard]] bool is_over() const {
+        if (::getppid() != task_.sketch) return true;
+        // Its wards first: a sketch could ask for this.
+        return orders_.go != 0 &&
+               std::ranges::all_of(wards_, [&](const WatchedThread& ward) { return has_left(ward.tid()); });
+    }
+    [[nodiscard]] bool has_left(pid_t tid) const { return ::syscall(SYS_tgkill, task_.sketch, tid, 0) != 0; }
+
+    const WardenTask& task_;
+    WardenOrders& orders_;
+    WardenFindings& findings_;
+    FixedVector<WatchedThread, kVcpuLimit> wards_;
+    Strangers strangers_;
+    pid_t witness_ = 0;
+    Instant next_sweep_{};
+};
+
+}  // namespace
+
+void be_warden(const WardenTask& task, WardenOrders& orders, WardenFindings& findings) {
+    WardenProcess{task, orders, findings}.run();
+    ::_exit(0);
+}
+
+}  // namespace qduino::board::linux

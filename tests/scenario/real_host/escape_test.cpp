@@ -1,0 +1,85 @@
+// A loop that does not want to keep to its budget gets no more, by the kernel's own account; and
+// the report names it. One second for each of some ways; bench-escape has all of them, for longer.
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "bench/escape/judge.h"
+#include "board/linux/real_time_thread.h"
+
+namespace qduino::board::linux::test {
+namespace {
+
+using bench::EscapeRun;
+using bench::kEscapeeShare;
+
+/// In a second, an account that begins full and a reading that is a tick old are 2 %; a busy
+/// computer's late looks, the same again.
+constexpr double kMargin = 0.06;
+
+bool has_real_time() {
+    const sched_param lowest{.sched_priority = 1};
+    const bool granted = ::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &lowest) == 0;
+    const sched_param ordinary{};
+    ::sched_setscheduler(0, SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary);
+    return granted;
+}
+
+class AnEscape : public ::testing::TestWithParam<const char*> {
+  protected:
+    void SetUp() override {
+        if (!has_real_time() || cpu_count() < 2) GTEST_SKIP() << "needs real-time priorities and two cores";
+    }
+    static nlohmann::json loops_in(const EscapeRun& run) {
+        const auto report = nlohmann::json::parse(run.report, nullptr, false);
+        return report.is_object() ? report["loops"] : nlohmann::json::array();
+    }
+};
+
+TEST_P(AnEscape, GetsNoMoreThanItsBudgetAndIsNamed) {
+    const EscapeRun run = bench::run_escape(ESCAPE_PATTERNS, GetParam(), 1s, true);
+    ASSERT_EQ(run.trouble, "");
+    EXPECT_LE(run.share, kEscapeeShare + kMargin);
+    const auto loops = loops_in(run);
+    ASSERT_EQ(loops.size(), 2u) << run.report;
+    if (loops[0]["shortfall"].get<std::string>().find("ptrace") != std::string::npos)
+        GTEST_SKIP() << "threads cannot be stopped here: " << loops[0]["shortfall"];
+    EXPECT_NE(loops[0]["escape"], "") << run.report;
+    EXPECT_EQ(loops[0]["budget_enforced"], false) << run.report;
+    EXPECT_EQ(loops[1]["escape"], "") << run.report;
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, AnEscape,
+                         ::testing::Values("blocked_signals", "own_handler", "deleted_timers", "jump_out",
+                                           "raised_priority", "another_core", "killed_warden",
+                                           "long_system_calls"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+class ARefusal : public AnEscape {};
+
+TEST_P(ARefusal, LeavesALoopThatKeepsToItsBudget) {
+    const EscapeRun run = bench::run_escape(ESCAPE_PATTERNS, GetParam(), 1s, true);
+    ASSERT_EQ(run.trouble, "");
+    EXPECT_LE(run.share, kEscapeeShare + kMargin);
+    const auto loops = loops_in(run);
+    ASSERT_EQ(loops.size(), 2u) << run.report;
+    EXPECT_EQ(loops[0]["escape"], "") << run.report;
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, ARefusal, ::testing::Values("new_threads", "fork", "vfork_exec"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+TEST_F(AnEscape, WithoutTheWardenIsSeenByTheJudge) {
+    const EscapeRun run = bench::run_escape(ESCAPE_PATTERNS, "blocked_signals", 1s, false);
+    ASSERT_EQ(run.trouble, "");
+    EXPECT_GT(run.share, kEscapeeShare + kMargin);
+    const auto loops = loops_in(run);
+    ASSERT_EQ(loops.size(), 2u) << run.report;
+    EXPECT_EQ(loops[0]["budget_enforced"], false) << run.report;
+}
+
+}  // namespace
+}  // namespace qduino::board::linux::test

@@ -1,0 +1,156 @@
+// The register of promises: what a program writes another one reads, the dead count no more, and
+// what somebody else put there does no harm.
+#include "board/linux/core_promises.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <optional>
+
+#include "board/linux/loop_promise.h"
+#include "tests/unit/linux/fake_machine.h"
+
+namespace qduino::board::linux::test {
+namespace {
+
+Promise sample_promise() {
+    Promise promise;
+    promise.program = "printer";
+    promise.vcpus = {{.id = 1, .budget = 30ms, .period = 100ms, .core = 0, .kind = sched::VcpuKind::main},
+                     {.id = 33, .budget = 1ms, .period = 100ms, .core = 0, .kind = sched::VcpuKind::io}};
+    promise.vcpus[0].suspension = 2ms;
+    promise.vcpus[0].sleeps = 3;
+    promise.vcpus[0].deferrable = true;
+    promise.vcpus[1].client_period = 100ms;
+    promise.takers = {
+        {0, {.name = FixedString<23>{"the tick"}, .cost = 5us, .interval = 4ms, .jitter = 0ns}}};
+    promise.trees = {{.name = "print service", .core = 0, .budget = 10ms, .period = 100ms}};
+    promise.groups = {"/sys/fs/cgroup/cpu/qduino-vcpu.1.0"};
+    return promise;
+}
+
+PromiseRegister open_register(const FakeMachine& machine) {
+    auto opened = PromiseRegister::open(machine.root());
+    EXPECT_TRUE(opened);
+    return std::move(*opened);
+}
+
+TEST(CorePromises, AnotherProgramReadsWhatOneHasWritten) {
+    const FakeMachine machine;
+    std::optional<HeldPromise> held;
+    {
+        const PromiseRegister promises = open_register(machine);
+        auto made = promises.hold(sample_promise(), promises.free_name());
+        ASSERT_TRUE(made) << made.error().message.view();
+        held = std::move(*made);
+    }
+    {
+        const PromiseRegister promises = open_register(machine);
+        ASSERT_EQ(promises.living().size(), 1u);
+        const Promise& read = promises.living()[0];
+        EXPECT_EQ(read.pid, ::getpid());
+        EXPECT_EQ(promise_text(read), promise_text(sample_promise()));
+        EXPECT_EQ(read.vcpus.size(), 2u);
+        EXPECT_TRUE(read.vcpus[1].is_io());
+        EXPECT_EQ(read.vcpus[0].suspension, 2ms);
+        EXPECT_EQ(read.vcpus[0].sleeps, 3);
+        EXPECT_TRUE(read.vcpus[0].deferrable);
+        EXPECT_EQ(read.vcpus[1].client_period, 100ms);
+        EXPECT_EQ(read.takers[0].interferer.name.view(), "the tick");
+        EXPECT_EQ(read.trees[0].name, "print service");
+        EXPECT_NE(promises.free_name(), std::to_string(::getpid()) + ".0") << "that one is taken";
+    }
+    held.reset();
+    EXPECT_TRUE(open_register(machine).living().empty()) << "taken back";
+}
+
+TEST(CorePromises, AKilledHoldersPromiseCountsNoMore) {
+    const FakeMachine machine;
+    const pid_t holder = ::fork();
+    if (holder == 0) {
+        const PromiseRegister promises = open_register(machine);
+        const auto held = promises.hold(sample_promise(), promises.free_name());
+        ::_exit(held ? 0 : 1);  // as a kill: nothing is taken back
+    }
+    int status = -1;
+    ::waitpid(holder, &status, 0);
+    ASSERT_EQ(status, 0);
+    {
+        const PromiseRegister promises = open_register(machine);
+        EXPECT_TRUE(promises.living().empty());
+        ASSERT_EQ(promises.dead().size(), 1u);
+        EXPECT_EQ(promises.dead()[0].groups, sample_promise().groups);
+        PromiseRegister::forget(promises.dead()[0]);
+    }
+    EXPECT_TRUE(open_register(machine).dead().empty());
+}
+
+TEST(CorePromises, LinesThatCannotBeAreLeftOut) {
+    const Promise read = read_promise(
+        "program x\x1b[31m\nmain 1 0 5 10\nmain 2 0 11 10\nmain 3 0 -5 10\nmain 4 99999 5 10\nmain 300 0 5 "
+        "10\n"
+        "main 5 0 5\nio 33 0 1 99999999999999999999\ntaker 0 5 0 0 zero interval\ntree 0 0 100 none\n"
+        "tree 0 5 3 more\ntree 0 5 10 good\nmain\n\nnonsense 1 2 3\n");
+    EXPECT_EQ(read.program, "x [31m");
+    ASSERT_EQ(read.vcpus.size(), 1u);
+    EXPECT_EQ(read.vcpus[0].id, 1);
+    EXPECT_TRUE(read.takers.empty());
+    ASSERT_EQ(read.trees.size(), 1u);
+    EXPECT_EQ(read.trees[0].name, "good");
+}
+
+TEST(CorePromises, AFileThatNobodyHoldsAndNoFileDoNoHarm) {
+    FakeMachine machine;
+    machine.put("/run/lock/qduino-promise.1.0", "tree 0 5000000 10000000 dead");
+    std::filesystem::create_directories(machine.path("/run/lock/qduino-promise.2.0"));
+    std::filesystem::create_symlink("/etc/passwd", machine.path("/run/lock/qduino-promise.3.0"));
+    const PromiseRegister promises = open_register(machine);
+    EXPECT_TRUE(promises.living().empty());
+    EXPECT_EQ(promises.dead().size(), 1u);
+}
+
+TEST(LoopPromise, ASketchTellsItsLoopsAndNamesTheTreesOnItsCores) {
+    const FakeMachine machine;
+    Promise tree;
+    tree.trees = {{.name = "print service", .core = 0, .budget = 10ms, .period = 100ms}};
+    tree.groups = {"/g/qduino-vcpu.1.0"};
+    Promise elsewhere;
+    elsewhere.trees = {{.name = "far away", .core = 5, .budget = 10ms, .period = 100ms}};
+    std::vector<HeldPromise> held;
+    for (const Promise& each : {tree, elsewhere}) {
+        const PromiseRegister promises = open_register(machine);
+        auto made = promises.hold(each, promises.free_name());
+        ASSERT_TRUE(made);
+        held.push_back(std::move(*made));
+    }
+    VcpuSpec first, owner;
+    static_cast<sched::Vcpu&>(first) = {.id = 1, .budget = 95ms, .period = 100ms, .core = 0};
+    static_cast<sched::Vcpu&>(owner) = {.id = 2, .budget = 1ms, .period = 1ms, .core = 1};
+    owner.owns_core = true;
+    sched::PlatformOverheads overheads;
+    overheads.release_cost = 100us;
+    LoopPromise loops;
+    loops.make(
+        std::vector{first, owner}, [&](int) { return overheads; }, machine.root());
+    {
+        const PromiseRegister promises = open_register(machine);
+        ASSERT_EQ(promises.living().size(), 3u);
+        const auto sketch =
+            std::ranges::find_if(promises.living(), [](auto& each) { return !each.vcpus.empty(); });
+        EXPECT_EQ(sketch->vcpus[0].budget, 95100us) << "with what an activation costs";
+        EXPECT_TRUE(sketch->vcpus[1].parameters().whole_core());
+    }
+    GuaranteeReport report;
+    loops.describe_trees(report);
+    ASSERT_EQ(report.trees.size(), 1u);
+    EXPECT_EQ(report.trees[0].name.view(), "print service");
+    EXPECT_TRUE(report.trees[0].enforced);
+    EXPECT_FALSE(report.trees[0].admitted) << "the loop leaves 4.9 of 100 ms";
+    EXPECT_THAT(std::string{report.trees[0].shortfall.view()}, ::testing::HasSubstr("loop 1 of"));
+}
+
+}  // namespace
+}  // namespace qduino::board::linux::test
