@@ -85,20 +85,21 @@ add_custom_target(sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
 
-# A test is compiled once and run once. So the headers that every test includes are read once, and
-# nothing is optimised for long: that halves the build of the tests. With g++ alone: clang wants
+# A test is compiled once and run once. So the headers that every test includes are read once,
+# nothing is optimised for long, and no debugger is thought of (the preset dev has what one needs):
+# that halves the build of the tests. With g++ alone: clang wants
 # more flags to agree, and finds the includes that a test forgot.
 function(qduino_compile_quickly name)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL GNU OR QDUINO_SANITIZE)
     return()
   endif()
   # With a shared header g++ 12 raises its well-known false alarms about the inside of std::string.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1> -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1 -g0> -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow)
   if(NOT TARGET test_headers)
     file(WRITE ${CMAKE_BINARY_DIR}/test_headers.cpp "")
     add_executable(test_headers EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/test_headers.cpp)
     target_link_libraries(test_headers PRIVATE qduino_options GTest::gmock GTest::gtest_main)
-    target_compile_options(test_headers PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+    target_compile_options(test_headers PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1 -g0>)
     target_precompile_headers(test_headers PRIVATE <gtest/gtest.h> <gmock/gmock.h> <algorithm> <map> <random> <string> <vector>)
   endif()
   set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)

@@ -268,6 +268,7 @@ Result<void> Runtime::route_interrupts(board::DeviceClass device, int core, bool
 template <typename Undo>
 Result<void> Runtime::keep_if_admitted(const char* change, Undo undo) {
     for (int core = 0; begun_ && core < board_.core_count(); ++core) {
+        if (!plan_.may_share(core)) continue;
         const Result<void> admitted = plan_.admit_again(core, board_.platform_overheads(core), change);
         if (admitted) continue;
         static_cast<void>(undo());
