@@ -2,6 +2,7 @@
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/host/serial_ports.h"
+#include "board/board.h"
 
 using qduino::arduino::LockGuard;
 using qduino::arduino::SerialPort;
@@ -43,7 +44,11 @@ int HardwareSerial::ask(Answer (SerialPort::*what)(), int otherwise) {
 }
 
 int HardwareSerial::available() { return ask(&SerialPort::available, 0); }
-int HardwareSerial::read() { return ask(&SerialPort::read, -1); }
+int HardwareSerial::read() {
+    const int value = ask(&SerialPort::read, -1);
+    if (value >= 0) qduino::board::current().device_work(qduino::board::DeviceClass::uart, 1);
+    return value;
+}
 int HardwareSerial::peek() { return ask(&SerialPort::peek, -1); }
 int HardwareSerial::availableForWrite() { return ask(&SerialPort::room, 0); }
 void HardwareSerial::flush() {
@@ -64,5 +69,7 @@ void qduino::arduino::hold_console(bool held) { Serial.hold_output(held); }
 
 std::size_t HardwareSerial::write(const std::uint8_t* buffer, std::size_t size) {
     const LockGuard held{lock_};
-    return port_ ? port_->write({buffer, size}) : 0;
+    if (!port_) return 0;
+    qduino::board::current().device_work(qduino::board::DeviceClass::uart, size);
+    return port_->write({buffer, size});
 }

@@ -4,6 +4,7 @@
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/host/socket.h"
+#include "board/board.h"
 
 using qduino::Result;
 using qduino::arduino::report_error;
@@ -14,6 +15,16 @@ namespace host = qduino::arduino::host;
 namespace {
 
 constexpr std::size_t kClientsMax = 16;
+
+/// So many bytes went through the network card; an error, or nothing, did not.
+template <typename Count>
+Count moved(Count bytes) {
+    if (bytes > 0) {
+        qduino::board::current().device_work(qduino::board::DeviceClass::nic,
+                                             static_cast<std::size_t>(bytes));
+    }
+    return bytes;
+}
 
 /// The socket; null, and reported, when it could not be made.
 std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shared_ptr<Socket>> made) {
@@ -38,7 +49,7 @@ int NetClient::connect(const char* host_name, std::uint16_t port) {
 }
 
 std::size_t NetClient::write(const std::uint8_t* buffer, std::size_t size) {
-    const std::size_t sent = socket_ ? socket_->send({buffer, size}) : 0;
+    const std::size_t sent = socket_ ? moved(socket_->send({buffer, size})) : 0;
     if (sent < size) setWriteError();
     return sent;
 }
@@ -50,7 +61,7 @@ int NetClient::read() {
     return read(&value, 1) == 1 ? value : -1;
 }
 int NetClient::read(std::uint8_t* buffer, std::size_t size) {
-    return socket_ ? socket_->receive({buffer, size}) : -1;
+    return socket_ ? moved(socket_->receive({buffer, size})) : -1;
 }
 int NetClient::peek() {
     std::uint8_t value;
@@ -138,7 +149,9 @@ std::size_t NetUDP::write(const std::uint8_t* buffer, std::size_t size) {
 }
 
 int NetUDP::endPacket() {
-    return socket_ && socket_->send_to({to_address_, to_port_}, {out_.data(), out_size_}) ? 1 : 0;
+    const bool sent = socket_ && socket_->send_to({to_address_, to_port_}, {out_.data(), out_size_});
+    if (sent) moved(out_size_);
+    return sent ? 1 : 0;
 }
 
 int NetUDP::parsePacket() {
@@ -149,7 +162,7 @@ int NetUDP::parsePacket() {
     if (!size) return 0;
     remote_address_ = IPAddress(from.address);
     remote_port_ = from.port;
-    in_size_ = *size;
+    in_size_ = moved(*size);
     return static_cast<int>(in_size_);
 }
 

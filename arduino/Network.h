@@ -3,7 +3,8 @@
 //
 // The host brings the network up, not the sketch. Calls that may wait (connecting, resolving a
 // name, sending to a full socket) wait in the kernel: use them in setup() or in a loop without a
-// hard deadline. In the simulator they reach the real network and take no virtual time.
+// hard deadline. In the simulator they reach the real network, and each byte takes the virtual time
+// that the board file names: none by default.
 #pragma once
 
 #include <array>

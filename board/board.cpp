@@ -73,6 +73,9 @@ sched::PlatformOverheads Board::platform_overheads(int) { return {}; }
 Result<void> Board::serve_interrupts(DeviceClass, VcpuId) {
     return unsupported("cannot give a device's bottom half to an I/O VCPU");
 }
+Result<void> Board::change_io(VcpuId, sched::VcpuParameters) {
+    return unsupported("cannot change an I/O VCPU that runs");
+}
 Result<void> Board::route_interrupts(DeviceClass, int, bool) {
     return unsupported("cannot route a device's interrupts");
 }

@@ -91,6 +91,11 @@ class Board {
     /// Full duplex, in place.
     virtual Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
 
+    /// The calling VCPU moves `bytes` through a device that the board does not carry itself: a
+    /// serial port, a network card. Takes what that costs where devices are simulated; nothing
+    /// elsewhere.
+    virtual void device_work([[maybe_unused]] DeviceClass device, [[maybe_unused]] std::size_t bytes) {}
+
     // ---- locks ----------------------------------------------------------------------------------
     virtual void lock(LockWord& word) = 0;
     /// False when somebody holds it, perhaps the caller.
@@ -116,6 +121,9 @@ class Board {
     [[nodiscard]] virtual sched::PlatformOverheads platform_overheads(int core);
     /// The bottom halves of a device class become the work of I/O VCPU `io`. Setup-time.
     virtual Result<void> serve_interrupts(DeviceClass device, VcpuId io);
+    /// I/O VCPU `io` has another budget and period, from its next activation on at the latest; its
+    /// core and its rank stay. By one caller at a time. Error: not_found.
+    virtual Result<void> change_io(VcpuId io, sched::VcpuParameters parameters);
     /// Routes a device class's interrupts away from `core`, or lets them come there again.
     /// Setup-time.
     virtual Result<void> route_interrupts(DeviceClass device, int core, bool allowed);

@@ -25,6 +25,27 @@ struct LoopGuarantee : sched::Vcpu {
     Nanoseconds watched{};      ///< … and the time since then
     std::uint32_t held = 0;     ///< how often it was stopped for having taken more
     FixedString<160> escape{};  ///< what it did; empty: it kept to its budget
+
+    // Of an I/O VCPU: kernel threads that do bottom halves on its budget, and at its rank.
+    std::uint32_t kernel_threads = 0;
+    Nanoseconds kernel_used{-1};    ///< CPU time charged to its budget; < 0: nobody keeps them
+    std::uint32_t kernel_held = 0;  ///< how often their rank was taken from them for a while
+};
+
+/// One line per I/O VCPU that has run handlers; at the end of a run.
+struct BottomHalfGuarantee {
+    VcpuId id = kNoVcpu;
+    int core = 0;
+    std::uint64_t timed = 0;    ///< edges and interrupts whose instant is known …
+    std::uint64_t untimed = 0;  ///< … and those of which only the number is
+    // From the edge to the handler's first instruction, and at the worst to its end:
+    Nanoseconds begin_median{};
+    Nanoseconds begin_p999{};
+    Nanoseconds begin_worst{};
+    Nanoseconds end_worst{};
+    // What admission promises (sched::IoResponse); the board does not know it: < 0.
+    Nanoseconds response{-1};       ///< to the end, of one that finds budget …
+    Nanoseconds replenishment{-1};  ///< … and for how long one may wait for budget before
 };
 
 /// One line per core in use.
@@ -34,6 +55,7 @@ struct CoreGuarantee {
     Nanoseconds worst_gap{-1};          ///< worst gap that a bare spin saw; -1: not measured
     double counted_per_second = -1;     ///< interrupts that admission counts; -1: none
     Nanoseconds counted_cost{};         ///< and how long each is
+    Nanoseconds counted_longest{};      ///< and one of them
     bool tick_stopped = false;
     bool throttling_lifted = false;
     FixedString<200> note;
@@ -60,6 +82,7 @@ struct GuaranteeReport {
     bool simulated = false;
     bool memory_locked = false;
     FixedVector<LoopGuarantee, kVcpuLimit> loops;
+    FixedVector<BottomHalfGuarantee, kVcpuLimit> bottom_halves;
     FixedVector<CoreGuarantee, 64> cores;
     FixedVector<TreeGuarantee, 16> trees;
 };

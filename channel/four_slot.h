@@ -10,7 +10,9 @@
 //
 // The writer avoids the reader by pair, and the reader avoids the writer by slot: they never touch
 // the same slot. The argument needs a single order of the control variables. They are therefore
-// sequentially consistent atomics; the slots themselves are plain memory.
+// sequentially consistent atomics; the slots themselves are plain memory. What the writer says, the
+// pair and each pair's slot, is one byte: Simpson's writer says the slot first and then the pair,
+// and saying both at once is one of the orders that his proof allows.
 #pragma once
 
 #include <array>
@@ -31,27 +33,33 @@ class FourSlot {
   public:
     /// Writer only. Wait-free: one copy of T.
     void write(const T& value) {
+        const unsigned latest = latest_.load(std::memory_order_relaxed);  // the writer's own
         const unsigned pair = reading_.load() ? 0u : 1u;
-        const unsigned slot = latest_slot_[pair].load() ? 0u : 1u;
+        const unsigned slot = slot_of(pair, latest) ^ 1u;
         slots_[pair][slot] = value;
-        latest_slot_[pair].store(static_cast<std::uint8_t>(slot));
-        latest_pair_.store(static_cast<std::uint8_t>(pair));
+        latest_.store(static_cast<std::uint8_t>((latest & (2u << (pair ^ 1u))) | slot << (1 + pair) | pair));
     }
 
     /// Reader only. Wait-free: one copy of T.
     [[nodiscard]] T read() const {
-        // Masked: a damaged shared page must not index outside.
-        const unsigned pair = latest_pair_.load() & 1u;
-        reading_.store(static_cast<std::uint8_t>(pair));
-        const unsigned slot = latest_slot_[pair].load() & 1u;
-        return slots_[pair][slot];
+        const unsigned pair = latest_.load() & 1u;
+        // Said again, it would cost the writer a cache line, and tell it nothing.
+        if (reading_.load(std::memory_order_relaxed) != pair) reading_.store(static_cast<std::uint8_t>(pair));
+        return slots_[pair][slot_of(pair, latest_.load())];
     }
 
   private:
-    alignas(kCacheLine) std::atomic<std::uint8_t> latest_pair_{0};
-    std::array<std::atomic<std::uint8_t>, 2> latest_slot_{};
-    alignas(kCacheLine) mutable std::atomic<std::uint8_t> reading_{0};
-    alignas(kCacheLine) std::array<std::array<T, 2>, 2> slots_{};
+    /// Of `pair`, the slot written last. Masked: a damaged shared page must not index outside.
+    static unsigned slot_of(unsigned pair, unsigned latest) { return latest >> (1 + pair) & 1u; }
+
+    /// Small values lie in the line of the byte that tells of them: the reader fetches both.
+    static constexpr std::size_t kSlotsBegin =
+        4 * sizeof(T) + alignof(T) <= kCacheLine ? alignof(T) : kCacheLine;
+
+    alignas(kCacheLine) mutable std::atomic<std::uint8_t> reading_{0};  // the pair
+    /// Bit 0: the pair written last; bits 1 and 2: in pair 0 and in pair 1, the slot written last.
+    alignas(kLinePair) std::atomic<std::uint8_t> latest_{0};
+    alignas(kSlotsBegin) std::array<std::array<T, 2>, 2> slots_{};
 };
 
 }  // namespace qduino::channel

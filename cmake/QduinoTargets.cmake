@@ -42,8 +42,10 @@ if(QDUINO_SANITIZE)
                          -fno-sanitize-recover=all)
   target_link_options(qduino_options INTERFACE -fsanitize=${QDUINO_SANITIZE})
 endif()
+# Counts branches for the fuzzer; not in a target with QDUINO_IS_TEST, which it never runs.
 if(QDUINO_FUZZ)
-  target_compile_options(qduino_options INTERFACE -fsanitize=fuzzer-no-link)
+  target_compile_options(qduino_options INTERFACE
+                         $<$<NOT:$<BOOL:$<TARGET_PROPERTY:QDUINO_IS_TEST>>>:-fsanitize=fuzzer-no-link>)
 endif()
 
 function(qduino_compile_together name)
@@ -85,37 +87,58 @@ add_custom_target(sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
 
-# A test is compiled once and run once. So the headers that every test includes are read once,
-# nothing is optimised for long, and no debugger is thought of (the preset dev has what one needs):
-# that halves the build of the tests. With g++ alone: clang wants
-# more flags to agree, and finds the includes that a test forgot.
+# A test is compiled once and run once. So where files are compiled together, no debugger is thought
+# of (the preset dev has what one needs; a sanitizer names lines), and most tests, which take
+# milliseconds, are not optimised: that halves their build. The production code in them is optimised
+# as anywhere. OPTIMISED: so is the test.
 function(qduino_compile_quickly name)
-  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL GNU OR QDUINO_SANITIZE)
-    return()
+  cmake_parse_arguments(arg "OPTIMISED" "" "" ${ARGN})
+  if(QDUINO_TOGETHER)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:$<IF:$<BOOL:${arg_OPTIMISED}>,-O1,-O0>>)
+    if(NOT QDUINO_SANITIZE)
+      target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-g0>)
+    endif()
   endif()
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND NOT QDUINO_SANITIZE AND NOT arg_OPTIMISED)
+    qduino_share_test_headers(${name})
+  endif()
+endfunction()
+
+# The headers that every test includes are read once. With g++ alone: clang reads them in a second.
+function(qduino_share_test_headers name)
   # With a shared header g++ 12 raises its well-known false alarms about the inside of std::string.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1 -g0> -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow)
+  target_compile_options(${name} PRIVATE -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow)
   if(NOT TARGET test_headers)
     file(WRITE ${CMAKE_BINARY_DIR}/test_headers.cpp "")
     add_executable(test_headers EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/test_headers.cpp)
     target_link_libraries(test_headers PRIVATE qduino_options GTest::gmock GTest::gtest_main)
-    target_compile_options(test_headers PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1 -g0>)
+    if(QDUINO_TOGETHER)
+      target_compile_options(test_headers PRIVATE $<$<CONFIG:RelWithDebInfo>:-O0 -g0>)
+    endif()
     target_precompile_headers(test_headers PRIVATE <gtest/gtest.h> <gmock/gmock.h> <algorithm> <map> <random> <string> <vector>)
   endif()
   set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)
   target_precompile_headers(${name} REUSE_FROM test_headers)
 endfunction()
 
-# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL]): a GoogleTest program;
-# each TEST is one ctest test. SERIAL: runs alone (it takes the computer's cores, or changes its
-# settings).
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL] [APART] [OPTIMISED]): a
+# GoogleTest program; each TEST is one ctest test. SERIAL: runs alone (it takes the computer's
+# cores, or changes its settings). APART: its files are not compiled together. OPTIMISED: it
+# computes for seconds. What is lock-free is always optimised: the optimiser may reorder it.
 function(qduino_test name)
-  cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL;APART;OPTIMISED" "TIMEOUT" "LINK;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests QDUINO_IS_TEST ON)
   target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK} GTest::gmock GTest::gtest_main)
-  qduino_compile_quickly(${name})
+  if(arg_OPTIMISED OR name IN_LIST QDUINO_LOCK_FREE)
+    qduino_compile_quickly(${name} OPTIMISED)
+  else()
+    qduino_compile_quickly(${name})
+  endif()
+  if(NOT arg_APART)
+    qduino_compile_together(${name})
+  endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
@@ -135,6 +158,12 @@ function(qduino_test name)
                        PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL})
 endfunction()
 
+# Tests of processes last long and mostly wait. So they come first (COST), those that run alone
+# before all, while a compiler works beside them (./test). Left for the end, they would leave a core
+# idle.
+set(QDUINO_ALONE RUN_SERIAL TRUE COST 1000)
+set(QDUINO_EARLY COST 100)
+
 # qduino_python_cases(PREFIX SCRIPT TIMEOUT s [SERIAL]): each `test_` method of a unittest script is
 # one ctest test, PREFIX.Class.method. So they run apart, and a failure names itself. The script
 # gets printd, fake-sketch and the sanitizers (service.configure()).
@@ -150,9 +179,9 @@ function(qduino_python_cases prefix script)
       set(test ${prefix}.${class}.${CMAKE_MATCH_1})
       add_test(NAME ${test} COMMAND ${Python3_EXECUTABLE} -B ${script} $<TARGET_FILE:printd> $<TARGET_FILE:fake-sketch>
                                     "${QDUINO_SANITIZE}" ${class}.${CMAKE_MATCH_1})
-      set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS e2e)
+      set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS e2e ${QDUINO_EARLY})
       if(arg_SERIAL)
-        set_tests_properties(${test} PROPERTIES RUN_SERIAL TRUE)
+        set_tests_properties(${test} PROPERTIES ${QDUINO_ALONE})
       endif()
     endif()
   endforeach()

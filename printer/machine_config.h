@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "base/fixed_string.h"
+#include "base/fixed_vector.h"
 #include "base/quantity.h"
 #include "base/time.h"
 
@@ -76,6 +77,13 @@ struct ParkConfig {
     MillimetresPerSecond speed{80};  ///< sideways; up and down at Z's own largest speed
     MillimetresPerSecond retract_speed{25};
 };
+
+/// A word of a job, and the lines that it stands for (printer/gcode/expansion.h).
+struct Macro {
+    FixedString<32> name{};   ///< upper case
+    FixedString<768> text{};  ///< lines, with `{PARAMETER}` or `{PARAMETER=default}` in them
+};
+inline constexpr std::size_t kMacrosMax = 12;
 
 /// X and Y of the reference machine; `pin` is the first of the four.
 constexpr AxisConfig belt_axis(std::uint16_t pin) {
@@ -147,6 +155,7 @@ struct MachineConfig {
     Nanoseconds step_cost{};
     Millimetres filament_diameter{1.75};
     Millimetres nozzle_diameter{0.4};
+    FixedVector<Macro, kMacrosMax> macros{};
 };
 
 /// X, Y and Z at their endstops; E at 0.

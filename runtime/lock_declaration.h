@@ -23,8 +23,8 @@ class LockDeclaration {
     LockDeclaration(const LockDeclaration&) = delete;
     LockDeclaration& operator=(const LockDeclaration&) = delete;
 
-    /// `loop` holds it for at most `length` of its CPU time, once in a release; loops that are not
-    /// named never hold it. Beyond 32 loops nothing is added.
+    /// `loop` holds it for at most `length` of its CPU time, once in a release. Loops that are not
+    /// named never hold it, nor do those that hold it for no time. Beyond 32 nothing is added.
     void held_by(board::VcpuId loop, Nanoseconds length) {
         static_cast<void>(sections_.try_push_back({loop, 0, length}));
     }

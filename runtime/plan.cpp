@@ -1,10 +1,12 @@
 #include "runtime/plan.h"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 
 #include "sched/admission.h"
+#include "sched/completion_time.h"
+#include "sched/exact.h"
+#include "sched/remote_blocking.h"
 
 namespace qduino::runtime {
 
@@ -37,6 +39,27 @@ Result<void> check_declarations(const SketchTable& table) {
     return {};
 }
 
+void set_parameters(sched::Vcpu& vcpu, sched::VcpuParameters parameters) {
+    vcpu.budget = parameters.budget;
+    vcpu.period = parameters.period;
+}
+
+/// U of `a` > U of `b`.
+bool has_more(sched::VcpuParameters a, sched::VcpuParameters b) {
+    using sched::Int128;
+    return Int128{a.budget.count()} * b.period.count() > Int128{b.budget.count()} * a.period.count();
+}
+
+/// Why a change that came while the loops run is not made.
+Error refused_change(const char* change, int core, const sched::Refusal& refusal) {
+    if (refusal.because == RefusedBecause::completion_time) {
+        return make_error(ErrorCode::out_of_range, change, ", loop ", refusal.vcpu.id, " on core ", core,
+                          " would need ", refusal.response.response, " of its ", refusal.response.period);
+    }
+    return make_error(ErrorCode::out_of_range, change, ", core ", core,
+                      " would have more to do than it has time");
+}
+
 }  // namespace
 
 std::string vcpu_name(board::VcpuId id) {
@@ -66,6 +89,12 @@ Result<board::VcpuId> Plan::add_io(Nanoseconds budget, Nanoseconds period, int c
     return id;
 }
 
+void Plan::redeclare_io(board::VcpuId id, sched::VcpuParameters parameters, int core) {
+    sched::Vcpu& io = *std::ranges::find(requests_, id, &sched::Vcpu::id);
+    set_parameters(io, parameters);
+    io.core = core;
+}
+
 void Plan::remove_io(board::VcpuId id) {
     std::erase_if(requests_, [id](const sched::Vcpu& vcpu) { return vcpu.id == id; });
 }
@@ -93,6 +122,12 @@ Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads)
                       sched::explain(refusal, admission_->refused_core));
 }
 
+/// After a change of `load`. Where loops wait for each other's cores, it changes those, too.
+bool Plan::fits(const sched::CoreLoad& load) {
+    const bool alone = load.waits.empty();
+    return alone ? sched::is_admissible(load) : sched::are_admissible(admission_->loads);
+}
+
 /// A loop that sleeps within a release, and did not say so, makes its next release late. Where the
 /// others on its core can bear it, its budget comes back at once instead (deferrable_server.h);
 /// the lowest loops first, whose jitter delays the fewest.
@@ -101,32 +136,95 @@ void Plan::make_deferrable() {
         if (load.mains.empty() || owner_of(load.core) != board::kNoVcpu) continue;
         std::vector<sched::Vcpu*> by_rank;
         for (sched::Vcpu& loop : load.mains) by_rank.push_back(&loop);
-        std::ranges::sort(by_rank, [](const auto* a, const auto* b) {
-            return std::tie(a->period, a->id) > std::tie(b->period, b->id);
-        });
+        std::ranges::sort(by_rank, [](const auto* a, const auto* b) { return sched::ranks_above(*b, *a); });
         for (sched::Vcpu* loop : by_rank) {
             const bool before = std::exchange(loop->deferrable, true);
-            loop->deferrable = before || sched::is_admissible(load);
+            loop->deferrable = before || fits(load);
         }
         for (const sched::Vcpu* loop : by_rank)
             std::ranges::find(requests_, loop->id, &sched::Vcpu::id)->deferrable = loop->deferrable;
-        admission_->cores[static_cast<std::size_t>(load.core)] = sched::admit_without_remedy(load);
     }
+    // The last trial may have been one that did not fit.
+    sched::count_remote_waits(admission_->loads);
+    judge_all();
 }
 
-Result<void> Plan::admit_again(int core, const sched::PlatformOverheads& overheads, const char* change) {
-    const auto load = std::ranges::find(admission_->loads, core, &sched::CoreLoad::core);
-    if (!enforce_ || load == admission_->loads.end()) return {};
-    const sched::PlatformOverheads before = std::exchange(load->overheads, overheads);
-    const sched::Admission again = sched::admit_without_remedy(*load);
-    if (again.admitted) {
-        admission_->cores[static_cast<std::size_t>(core)] = again;
+void Plan::judge_all() {
+    for (const sched::CoreLoad& load : admission_->loads)
+        admission_->cores[static_cast<std::size_t>(load.core)] = sched::admit_without_remedy(load);
+}
+
+Result<void> Plan::judge(sched::CoreLoad& load, const sched::CoreLoad& asked, const char* change,
+                         Instant now) {
+    auto& loads = admission_->loads;
+    // Another core is concerned where its loops wait for this one.
+    const auto concerned = [&](const sched::CoreLoad& each) {
+        return each.core == asked.core || !each.waits.empty();
+    };
+    const auto refusal = [&]() -> Result<void> {
+        for (const sched::CoreLoad& each : loads) {
+            if (!enforce_ || !concerned(each)) continue;
+            const sched::Admission again = sched::admit_without_remedy(each);
+            if (!again.admitted) return refused_change(change, each.core, again.refusal);
+        }
         return {};
+    };
+    const sched::CoreLoad before = std::exchange(load, asked);
+    count_lowered(load, now);
+    sched::count_remote_waits(loads);
+    Result<void> judged = refusal();
+    if (judged) judge_all();
+    load = judged ? asked : before;
+    sched::count_remote_waits(loads);
+    return judged;
+}
+
+Result<void> Plan::admit_again(int core, const sched::PlatformOverheads& overheads, const char* change,
+                               Instant now) {
+    auto* const load = std::ranges::find(admission_->loads, core, &sched::CoreLoad::core);
+    if (!enforce_ || load == admission_->loads.end()) return {};
+    sched::CoreLoad asked = *load;
+    asked.overheads = overheads;
+    return judge(*load, asked, change, now);
+}
+
+Result<void> Plan::change_io(board::VcpuId id, sched::VcpuParameters parameters, Instant now) {
+    const auto request = std::ranges::find(requests_, id, &sched::Vcpu::id);
+    if (request == requests_.end() || !request->is_io())
+        return make_error(ErrorCode::not_found, "there is no I/O VCPU ", id);
+    if (!parameters.valid()) return make_error(ErrorCode::invalid_argument, "0 < budget <= period");
+    auto* const load = std::ranges::find(admission_->loads, admission_->core_of(id), &sched::CoreLoad::core);
+    if (load != admission_->loads.end()) {
+        sched::CoreLoad asked = *load;
+        set_parameters(*std::ranges::find(asked.ios, id, &sched::Vcpu::id), parameters);
+        QDUINO_TRY(judge(*load, asked, "with this budget", now));
+        note_lowered(*load, *request, now);
+        set_parameters(*std::ranges::find(admission_->placed, id, &sched::Vcpu::id), parameters);
     }
-    load->overheads = before;
-    return make_error(ErrorCode::out_of_range, change, ", loop ", again.refusal.vcpu.id, " on core ", core,
-                      " would need ", again.refusal.response.response, " of its ",
-                      again.refusal.response.period);
+    set_parameters(*request, parameters);
+    return {};
+}
+
+/// The greatest of what it had within the last longest period.
+void Plan::note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, Instant now) {
+    Nanoseconds longest{};
+    for (const sched::Vcpu& loop : load.mains) longest = std::max(longest, loop.period);
+    auto* noted = std::ranges::find(lowered_, before.id, &Lowered::id);
+    if (noted == lowered_.end()) {
+        lowered_.push_back({.id = before.id});
+        noted = &lowered_.back();
+    }
+    const bool had_more = now < noted->until && has_more(noted->had, before.parameters());
+    *noted = {before.id, had_more ? noted->had : before.parameters(), now + longest};
+}
+
+void Plan::count_lowered(sched::CoreLoad& load, Instant now) const {
+    for (const Lowered& lowered : lowered_) {
+        auto* const io = std::ranges::find(load.ios, lowered.id, &sched::Vcpu::id);
+        if (io == load.ios.end() || now >= lowered.until || !has_more(lowered.had, io->parameters()))
+            continue;
+        set_parameters(*io, lowered.had);
+    }
 }
 
 sched::LoopResponse Plan::response_with_sleep(board::VcpuId id, Nanoseconds sleep) const {
@@ -137,6 +235,22 @@ sched::LoopResponse Plan::response_with_sleep(board::VcpuId id, Nanoseconds slee
     loop.deferrable = true;
     const sched::Admission judged = sched::admit_without_remedy(load);
     return *std::ranges::find(judged.loops, id, &sched::LoopResponse::id);
+}
+
+Nanoseconds Plan::room_for_sleep(board::VcpuId id) const {
+    sched::CoreLoad load =
+        *std::ranges::find(admission_->loads, admission_->core_of(id), &sched::CoreLoad::core);
+    sched::Vcpu& loop = *std::ranges::find(load.mains, id, &sched::Vcpu::id);
+    if (!loop.deferrable) return Nanoseconds{0};
+    // The others have counted with it. A nanosecond stands for the sleep to come.
+    loop.sleeps = loop.times_asleep() + 1;
+    loop.suspension += Nanoseconds{1};
+    const Nanoseconds declared = loop.suspension;
+    const sched::CompletionTime analysis{load};
+    std::size_t i = 0;
+    while (analysis.loop(i).id != id) ++i;
+    const Nanoseconds room = analysis.room(i);
+    return room > Nanoseconds{0} ? declared + room : declared - Nanoseconds{1};
 }
 
 sched::Explanation Plan::admission_table() const { return sched::explain(*admission_); }

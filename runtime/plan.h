@@ -7,7 +7,16 @@
 //
 // One admission, after setup(): what a core has to bear is known only when setup() has routed the
 // interrupts and declared its bottom halves and critical sections. When that changes while the
-// loops run, the core is judged again where it stands: admit_again().
+// loops run, the core is judged again where it stands: admit_again(), change_io().
+//
+// A budget that is lowered while the loops run is not free at once. A release that began before may
+// have met the old budget already, and would now meet one that was raised in its place:
+//
+//   loop 1   |███   ▒▒▒   ███ ···    release ─► end
+//   io 33          old ▒       │ lowered
+//   io 34                      │ raised   ▒▒▒▒▒ new
+//
+// So the lowered one counts with its old budget for one longest period of a loop on that core.
 #pragma once
 
 #include <memory>
@@ -15,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "base/fixed_vector.h"
 #include "base/result.h"
 #include "board/types.h"
 #include "runtime/sketch.h"
@@ -36,6 +46,8 @@ class Plan {
     /// Beyond what the table holds nothing is added, and admit() refuses.
     void add_section(const sched::CriticalSection& section);
 
+    /// Declares I/O VCPU `id` anew. Before admit().
+    void redeclare_io(board::VcpuId id, sched::VcpuParameters parameters, int core);
     /// Takes an I/O VCPU back out: nothing will run on it.
     void remove_io(board::VcpuId id);
 
@@ -45,10 +57,20 @@ class Plan {
     /// Judges the VCPUs that run on `core` once more, with other overheads, which it keeps when
     /// they are admitted. Error: the refusal, in one line, which names `change`; nothing is kept.
     /// Allocates nothing.
-    Result<void> admit_again(int core, const sched::PlatformOverheads& overheads, const char* change);
+    Result<void> admit_again(int core, const sched::PlatformOverheads& overheads, const char* change,
+                             Instant now);
+
+    /// Gives I/O VCPU `id` another budget and period at `now`, when its core can bear that. Error:
+    /// not_found, invalid_argument, or the refusal, in one line; nothing is changed then. Allocates
+    /// nothing. Contract: admit() was called.
+    Result<void> change_io(board::VcpuId id, sched::VcpuParameters parameters, Instant now);
 
     /// R of the loop `id` if each release of it slept so long. Contract: admitted.
     [[nodiscard]] sched::LoopResponse response_with_sleep(board::VcpuId id, Nanoseconds sleep) const;
+
+    /// How long, at least, a release of the loop `id` may sleep in all, in one sleep more than it
+    /// declares; 0: not at all. Contract: admitted.
+    [[nodiscard]] Nanoseconds room_for_sleep(board::VcpuId id) const;
 
     /// What the board is to be given, without entries and contexts, loops first.
     [[nodiscard]] std::vector<board::VcpuSpec> specs() const;
@@ -65,7 +87,23 @@ class Plan {
     [[nodiscard]] const sched::MulticoreAdmission& admission() const { return *admission_; }
 
   private:
+    /// An I/O VCPU that had more until lately.
+    struct Lowered {
+        board::VcpuId id = board::kNoVcpu;
+        sched::VcpuParameters had{};
+        Instant until{};
+    };
+
     void make_deferrable();
+    [[nodiscard]] bool fits(const sched::CoreLoad& load);
+    /// Writes the verdict on each core, as it is loaded now.
+    void judge_all();
+    /// Gives `load` the content of `asked` when its core, and every core whose loops wait for
+    /// others, can bear that; else the refusal of the first that cannot, and nothing is changed.
+    /// What was lowered lately counts with what it had. Allocates nothing.
+    Result<void> judge(sched::CoreLoad& load, const sched::CoreLoad& asked, const char* change, Instant now);
+    void note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, Instant now);
+    void count_lowered(sched::CoreLoad& load, Instant now) const;
     [[nodiscard]] Nanoseconds client_period(int core) const;
 
     bool enforce_;
@@ -73,6 +111,7 @@ class Plan {
     std::vector<LoopDeclaration> declarations_;
     sched::CriticalSections sections_;
     std::vector<sched::Vcpu> requests_;
+    FixedVector<Lowered, sched::kIoVcpuLimit> lowered_;  // one for each I/O VCPU at the most
     std::unique_ptr<sched::MulticoreAdmission> admission_;
     sched::Explanation explanation_;
 };

@@ -18,6 +18,7 @@
 #include "base/histogram.h"
 #include "base/time.h"
 #include "board/board.h"
+#include "runtime/busiest_window.h"
 
 namespace qduino::runtime {
 
@@ -33,6 +34,9 @@ class ExecutionProfile {
   public:
     static constexpr std::size_t kWorstKept = 3;
 
+    /// `window`: for busiest(); 0: nothing.
+    explicit ExecutionProfile(Nanoseconds window = {}) : busiest_(window) {}
+
     void begin(board::Board& board) {
         met_ = board.incidents();
         const Instant now = board.now();
@@ -45,6 +49,7 @@ class ExecutionProfile {
         length_ns_.record((board.now() - began_).count());
         const board::Incidents met = board.incidents() - met_;
         cpu_ns_.record(cpu.count());
+        busiest_.add(began_, cpu);
         throttled_ += met.throttles > 0 ? 1 : 0;
         keep({cpu, count(), began_, met});
     }
@@ -57,6 +62,8 @@ class ExecutionProfile {
     [[nodiscard]] const std::array<Execution, kWorstKept>& worst() const { return worst_; }
     /// Executions in which the budget ended at least once.
     [[nodiscard]] std::int64_t throttled() const { return throttled_; }
+    /// The most CPU time of executions that began within one window.
+    [[nodiscard]] Nanoseconds busiest() const { return busiest_.most(); }
     /// From one begin to the next; Nanoseconds::max() when there were not two.
     [[nodiscard]] Nanoseconds least_gap() const { return least_gap_; }
 
@@ -69,6 +76,7 @@ class ExecutionProfile {
 
     Histogram cpu_ns_;
     Histogram length_ns_;
+    BusiestWindow busiest_;
     std::array<Execution, kWorstKept> worst_{};
     std::int64_t throttled_ = 0;
     Nanoseconds least_gap_ = Nanoseconds::max();

@@ -218,14 +218,37 @@ void Runtime::promise_by_default(Loop& loop) {
 
 Result<void> Runtime::interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period,
                                       int core) {
-    if (begun_) return too_late("interruptsVcpu");
-    QDUINO_TRY_ASSIGN(const board::VcpuId io, plan_.add_io(budget, period, core));
+    if (begun_) return change_io(device, {budget, period}, core);
+    board::VcpuId& known = io_of_device_[static_cast<std::size_t>(device)];
+    board::VcpuId io = known;
+    if (io == board::kNoVcpu) {
+        QDUINO_TRY_ASSIGN(io, plan_.add_io(budget, period, core));
+    } else {
+        plan_.redeclare_io(io, {budget, period}, core);
+    }
+    // Of the GPIO class the bottom halves are the attached handlers.
+    Result<void> served;
+    if (device != board::DeviceClass::gpio) served = board_.serve_interrupts(device, io);
+    if (!served) {
+        if (known == board::kNoVcpu) plan_.remove_io(io);
+        return served;
+    }
+    known = io;
     if (device == board::DeviceClass::gpio || device == board::DeviceClass::all) gpio_io_ = io;
-    // Its bottom halves are the attached handlers.
-    if (device == board::DeviceClass::gpio) return {};
-    Result<void> served = board_.serve_interrupts(device, io);
-    if (!served) plan_.remove_io(io);
-    return served;
+    return {};
+}
+
+Result<void> Runtime::change_io(board::DeviceClass device, sched::VcpuParameters parameters, int core) {
+    const board::VcpuId io = io_of_device_[static_cast<std::size_t>(device)];
+    if (io == board::kNoVcpu)
+        return make_error(ErrorCode::not_found, "interruptsVcpu: setup() gave this device no I/O VCPU");
+    if (const int own = plan_.admission().core_of(io); core != kAnyCore && core != own)
+        return make_error(ErrorCode::not_permitted, "interruptsVcpu: it stays on its core, ", own,
+                          ", while the loops run");
+    return one_at_a_time([&]() -> Result<void> {
+        QDUINO_TRY(plan_.change_io(io, parameters, board_.now()));
+        return board_.change_io(io, parameters);
+    });
 }
 
 Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void (*handler)(),
@@ -239,12 +262,13 @@ Result<void> Runtime::attach_interrupt(board::PinId pin, board::Edge edge, void 
         QDUINO_TRY_ASSIGN(io, plan_.add_io(budget, period, core));
     } else if (io == board::kNoVcpu) {
         QDUINO_TRY_ASSIGN(io, plan_.add_io(options_.default_io_budget, options_.default_io_period, core));
-        gpio_io_ = io;
+        gpio_io_ = io_of_device_[static_cast<std::size_t>(board::DeviceClass::gpio)] = io;
     }
-    handlers_[pin.number] = {.runtime = this,
-                             .function = handler,
-                             .io = io,
-                             .profile = options_.profile ? std::make_unique<ExecutionProfile>() : nullptr};
+    handlers_[pin.number] = {
+        .runtime = this,
+        .function = handler,
+        .io = io,
+        .profile = options_.profile ? std::make_unique<ExecutionProfile>(period) : nullptr};
     return board_.attach_edge(pin, edge, &Runtime::run_handler, &handlers_[pin.number], io);
 }
 
@@ -253,15 +277,30 @@ Result<void> Runtime::core_timer(int core, bool enabled) {
         return make_error(ErrorCode::not_permitted,
                           "noTimer: no loop owns this core; declare one there with budget == period");
     }
-    QDUINO_TRY(board_.core_timer(core, enabled));
-    return keep_if_admitted(enabled ? "with its tick back" : "without its tick",
-                            [&] { return board_.core_timer(core, !enabled); });
+    return one_at_a_time([&]() -> Result<void> {
+        QDUINO_TRY(board_.core_timer(core, enabled));
+        return keep_if_admitted(enabled ? "with its tick back" : "without its tick",
+                                [&] { return board_.core_timer(core, !enabled); });
+    });
 }
 
 Result<void> Runtime::route_interrupts(board::DeviceClass device, int core, bool allowed) {
-    QDUINO_TRY(board_.route_interrupts(device, core, allowed));
-    return keep_if_admitted("with these interrupts routed so",
-                            [&] { return board_.route_interrupts(device, core, !allowed); });
+    return one_at_a_time([&]() -> Result<void> {
+        QDUINO_TRY(board_.route_interrupts(device, core, allowed));
+        return keep_if_admitted("with these interrupts routed so",
+                                [&] { return board_.route_interrupts(device, core, !allowed); });
+    });
+}
+
+/// The plan has one owner at a time. A loop that finds it taken does not wait: admission counts no
+/// such wait.
+template <typename Change>
+Result<void> Runtime::one_at_a_time(Change change) {
+    if (!board_.try_lock(changing_))
+        return make_error(ErrorCode::unavailable, "another loop makes a change just now: call again");
+    const Result<void> made = change();
+    board_.unlock(changing_);
+    return made;
 }
 
 /// What a core has to bear has changed. Before the loops run, admission is still to come.
@@ -269,7 +308,8 @@ template <typename Undo>
 Result<void> Runtime::keep_if_admitted(const char* change, Undo undo) {
     for (int core = 0; begun_ && core < board_.core_count(); ++core) {
         if (!plan_.may_share(core)) continue;
-        const Result<void> admitted = plan_.admit_again(core, board_.platform_overheads(core), change);
+        const Result<void> admitted =
+            plan_.admit_again(core, board_.platform_overheads(core), change, board_.now());
         if (admitted) continue;
         static_cast<void>(undo());
         return admitted;

@@ -91,7 +91,12 @@ class Runtime {
 
     // ---- interrupts -----------------------------------------------------------------------------
 
-    /// Setup-time. Error: the refusal; unsupported when the board cannot serve the device class so.
+    /// In setup(): the I/O VCPU of the bottom halves of `device`. Error: unsupported when the board
+    /// cannot serve the device class so.
+    /// From a loop or a handler: that I/O VCPU has another budget and period from now on. `core` is
+    /// its own, or kAnyCore. Errors: out_of_range when the loops on its core would not be admitted
+    /// then, not_found when setup() declared none under this name, not_permitted for another core,
+    /// unavailable while another loop makes a change; nothing is changed then.
     Result<void> interrupts_vcpu(board::DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
     /// Setup-time. `handler` runs on an I/O VCPU of its own, or, with a zero budget, on that of the
     /// GPIO class.
@@ -117,8 +122,11 @@ class Runtime {
     Loop& loop_at(board::VcpuId id);
     [[nodiscard]] Loop* current_loop();
     Result<void> start_loops();
+    template <typename Change>
+    Result<void> one_at_a_time(Change change);
     template <typename Undo>
     Result<void> keep_if_admitted(const char* change, Undo undo);
+    Result<void> change_io(board::DeviceClass device, sched::VcpuParameters parameters, int core);
     static void loop_entry(void* context);
     void repeat(Loop& loop);
     [[nodiscard]] Instant origin(Instant now);
@@ -143,7 +151,10 @@ class Runtime {
     std::array<Handler, board::kPinCount> handlers_{};
     std::atomic<std::int64_t> origin_ns_{kNoOrigin};
     std::atomic<bool> handlers_held_{false};
+    board::LockWord changing_;  // held by the loop that has its core judged again
     board::VcpuId gpio_io_ = board::kNoVcpu;
+    // By the name in interruptsVcpu(); the last is `all`.
+    std::array<board::VcpuId, board::kDeviceClassCount + 1> io_of_device_{};
 };
 
 }  // namespace qduino::runtime

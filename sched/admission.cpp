@@ -5,6 +5,7 @@
 #include "sched/completion_time.h"
 #include "sched/exact.h"
 #include "sched/remedy.h"
+#include "sched/remote_blocking.h"
 
 namespace qduino::sched {
 namespace {
@@ -67,8 +68,8 @@ std::int64_t utilisation_of(const CoreLoad& load) {
         blocking = std::max(blocking, ratio_up(load.overheads.interference(period), period));
     }
     for (const Vcpu& io : load.ios) {
-        const std::int64_t share = ratio_up(io.budget, io.period);
-        sum = add_saturated(sum, mul_div_ceil(kTwo - std::min(share, kOne), std::min(share, kOne), kOne));
+        const std::int64_t share = std::min(kOne, ratio_up(io.budget, io.period));
+        sum = add_saturated(sum, mul_div_ceil(kTwo - share, share, kOne));
     }
     return add_saturated(sum, blocking);
 }
@@ -107,6 +108,13 @@ const Vcpu* owner_of(const CoreLoad& load) {
         if (owns_core(main)) return &main;
     }
     return nullptr;
+}
+
+/// The owner needs no test: it is alone, and waits for nobody. (With overheads, R of a whole core
+/// is beyond its period.)
+bool owned_without_waits(const CoreLoad& load) {
+    const auto waits = [](const RemoteWaits& each) { return each.requests > 0; };
+    return owner_of(load) && std::ranges::none_of(load.waits, waits);
 }
 
 const Vcpu& nth(const CoreLoad& load, std::size_t n) {
@@ -166,13 +174,14 @@ Admission admit_without_remedy(const CoreLoad& load) {
     const std::int64_t utilisation = utilisation_of(load);
     admission.utilisation_ppm = mul_div_floor(utilisation + kOne / 2'000'000, 1'000'000, kOne);
     admission.bound_ppm = bound_in_ppm(load.mains.size());
-    const bool owned = owner_of(load) != nullptr;
+    const bool owned = owned_without_waits(load);
     const bool by_bound = bound_applies(load) && within_bound(utilisation, load.mains.size());
     admission.by = owned ? AdmittedBy::owned : by_bound ? AdmittedBy::bound : AdmittedBy::completion_time;
 
     const CompletionTime analysis{load};
+    const auto verdicts = analysis.verdicts();
     for (std::size_t i = 0; i < analysis.size(); ++i) {
-        LoopResponse response = analysis.verdict(i);
+        LoopResponse response = verdicts[i];
         // Proven to meet its period, by other means than the equation: its R is then no more than
         // an upper limit.
         if (owned || by_bound) response.response = std::min(response.response, response.period);
@@ -190,14 +199,20 @@ Admission admit_without_remedy(const CoreLoad& load) {
 Admission admit(const CoreLoad& load) {
     Admission admission = admit_without_remedy(load);
     if (admission.refusal.because == RefusedBecause::completion_time) {
-        admission.refusal.remedy = smallest_change(load, admission.refusal.vcpu.id);
+        CoreLoad trial = load;
+        admission.refusal.remedy = smallest_change({&trial, 1}, 0, admission.refusal.vcpu.id);
     }
     return admission;
 }
 
 bool is_admissible(const CoreLoad& load) {
     if (refuse_by_shape(load).because != RefusedBecause::none) return false;
-    return owner_of(load) || admitted_by_bound(load) || CompletionTime{load}.every_loop_meets();
+    return owned_without_waits(load) || admitted_by_bound(load) || CompletionTime{load}.every_loop_meets();
+}
+
+bool are_admissible(std::span<CoreLoad> loads) {
+    count_remote_waits(loads);
+    return std::ranges::all_of(loads, is_admissible);
 }
 
 }  // namespace qduino::sched

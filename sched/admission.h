@@ -22,6 +22,8 @@
 // completion time says yes.
 #pragma once
 
+#include <span>
+
 #include "sched/load.h"
 #include "sched/verdict.h"
 
@@ -37,6 +39,10 @@ namespace qduino::sched {
 
 /// The answer alone, at the least cost.
 [[nodiscard]] bool is_admissible(const CoreLoad& load);
+
+/// The same of all cores of a computer: waits for locks of other cores are counted anew first
+/// (CoreLoad::waits).
+[[nodiscard]] bool are_admissible(std::span<CoreLoad> loads);
 
 /// Step 1 alone: utilisation against the bound.
 [[nodiscard]] bool admitted_by_bound(const CoreLoad& load);

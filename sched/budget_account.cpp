@@ -57,6 +57,13 @@ BudgetEffect BudgetAccount::resumed(const BudgetReading& reading) {
     return go_on();
 }
 
+BudgetEffect BudgetAccount::change(const BudgetReading& reading, VcpuParameters parameters) {
+    QDUINO_EXPECT(!waits() && phase_ != Phase::throttled);
+    settle(reading);
+    server_.change(settled_at_, parameters);
+    return go_on();
+}
+
 void BudgetAccount::release(Instant nominal) {
     take_up_work();
     server_.release(nominal);

@@ -19,7 +19,8 @@
 //
 // The way into an announced wait and out of it costs CPU time. Admission counts one such way in
 // each period beside the budget (admission.h). So the account leaves out one in each period, or two
-// after a period without, and charges the others.
+// after a period without, and charges the others. All else is charged, the way into and out of the
+// sleep for a spent budget as well: nothing of it is counted twice.
 //
 // Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
 // priority. If it went on at its rank instead, it would hold up those who want no lock. So a thread
@@ -102,6 +103,8 @@ class BudgetAccount {
     BudgetEffect woke(Instant now, Nanoseconds cpu);
     /// The sleep that the last effect asked for is over. Contract: throttled.
     BudgetEffect resumed(const BudgetReading& reading);
+    /// An I/O VCPU's thread has another budget and period from now on. Contract: as of timer().
+    BudgetEffect change(const BudgetReading& reading, VcpuParameters parameters);
     /// The thread begins the release that was due at `nominal`.
     void release(Instant nominal);
     /// The thread is about to take a lock. Nests.

@@ -45,6 +45,11 @@ class BudgetShell {
     }
     void after_wait(Instant now) { leave(account_.woke(now, host_.cpu())); }
 
+    /// The thread, an I/O VCPU's, has another budget and period from now on.
+    void change(VcpuParameters parameters) {
+        set_busy(true);
+        leave(account_.change(host_.read(), parameters));
+    }
     /// The thread begins the release that was due at `nominal`.
     void begin_release(Instant nominal) {
         set_busy(true);
@@ -63,14 +68,15 @@ class BudgetShell {
         leave(account_.releases() ? account_.timer(host_.read()) : BudgetEffect{});
     }
 
-    /// The timer came.
-    void on_timer() {
+    /// The timer came. False: it was noted, for the path is at work on the account.
+    bool on_timer() {
         if (busy_.load(std::memory_order_relaxed)) {
             missed_.store(true, std::memory_order_relaxed);
-            return;
+            return false;
         }
         set_busy(true);
         leave(account_.timer(host_.read()));
+        return true;
     }
 
     [[nodiscard]] const Account& account() const { return account_; }

@@ -16,11 +16,16 @@ constexpr int kWaitDivisor = 80;
 /// A longer time fills any account.
 constexpr Nanoseconds kLongest = 3 * kPeriodMax;
 
+Nanoseconds wait_of(Nanoseconds asked, VcpuParameters vcpu) {
+    return std::min(asked, std::max(vcpu.period / kWaitDivisor, kWaitInAnyPeriod));
+}
+
 }  // namespace
 
 BudgetWatch::BudgetWatch(VcpuParameters vcpu, Nanoseconds wait, Instant now, ThreadTimes times)
     : vcpu_(vcpu),
-      wait_(std::min(wait, std::max(vcpu.period / kWaitDivisor, kWaitInAnyPeriod))),
+      wait_asked_(wait),
+      wait_(wait_of(wait, vcpu)),
       started_at_(now),
       looked_at_(now),
       next_look_(now),
@@ -44,6 +49,9 @@ Nanoseconds BudgetWatch::patience() const {
 }
 
 void BudgetWatch::settle(Instant now, ThreadTimes times) {
+    now = std::max(now, looked_at_);
+    times.cpu = std::max(times.cpu, times_.cpu);
+    times.delayed = std::max(times.delayed, times_.delayed);
     const Nanoseconds used = times.cpu - times_.cpu;
     const Nanoseconds delayed = times.delayed - times_.delayed;
     const Nanoseconds full = std::max(2 * vcpu_.budget, 2 * kTick);
@@ -63,10 +71,16 @@ void BudgetWatch::settle(Instant now, ThreadTimes times) {
     times_ = times;
 }
 
+void BudgetWatch::change(Instant now, ThreadTimes times, VcpuParameters vcpu) {
+    settle(now, times);
+    vcpu_ = vcpu;
+    wait_ = wait_of(wait_asked_, vcpu);
+    level_ = std::max(level_, -patience());
+    next_look_ = looked_at_;
+}
+
 BudgetWatch::Verdict BudgetWatch::look(Instant now, ThreadTimes times) {
-    times.cpu = std::max(times.cpu, times_.cpu);
-    times.delayed = std::max(times.delayed, times_.delayed);
-    settle(std::max(now, looked_at_), times);
+    settle(now, times);
     const Nanoseconds enough = std::max(vcpu_.budget, kTick);
     const Nanoseconds least = escaped_ ? Nanoseconds{0} : -patience();
     if (held_ ? level_ < enough : level_ < least) {

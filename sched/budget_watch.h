@@ -56,6 +56,9 @@ class BudgetWatch {
 
     /// These are its times at `now`. An instant before the last one is taken as the last one.
     Verdict look(Instant now, ThreadTimes times);
+    /// It has this budget and period from `now` on, when its times are these. It owes no more than
+    /// it may by the new ones.
+    void change(Instant now, ThreadTimes times, VcpuParameters vcpu);
     /// Nothing can be found out before.
     [[nodiscard]] Instant next_look() const { return next_look_; }
 
@@ -71,6 +74,7 @@ class BudgetWatch {
     [[nodiscard]] Nanoseconds time_to_earn(Nanoseconds amount) const;
 
     VcpuParameters vcpu_;
+    Nanoseconds wait_asked_{};
     Nanoseconds wait_{};
     Instant started_at_{};
     Instant looked_at_{};

@@ -56,8 +56,14 @@ Rank CoreScheduler::rank_of(const Vcpu& vcpu, Instant now) const {
     return &payer(vcpu, now) == &vcpu ? std::min(own_rank(vcpu), vcpu.inherited) : vcpu.inherited;
 }
 
+bool CoreScheduler::overruns(const Vcpu& vcpu, Instant now) const {
+    return vcpu.grace > Nanoseconds{0} && vcpu.inherited != Rank{} && !contains(vcpu.inherited.id) &&
+           vcpu.server.available(now) == Nanoseconds{0};
+}
+
 Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) const {
-    return vcpu.owns_core ? Nanoseconds::max() : payer(vcpu, now).server.available(now);
+    if (vcpu.owns_core) return Nanoseconds::max();
+    return overruns(vcpu, now) ? vcpu.grace : payer(vcpu, now).server.available(now);
 }
 
 // ---- events -------------------------------------------------------------------------------------
@@ -70,6 +76,11 @@ void CoreScheduler::wake(VcpuId id, Instant now) {
 void CoreScheduler::wake_io(VcpuId id, Instant now, Nanoseconds client_period) {
     account(now);
     at(id).server.wake_for(now, client_period);
+}
+
+void CoreScheduler::change_io(VcpuId id, VcpuParameters parameters, Instant now) {
+    account(now);
+    at(id).server.change(now, parameters);
 }
 
 void CoreScheduler::release(VcpuId id, Instant nominal, Instant now) {
@@ -89,7 +100,11 @@ void CoreScheduler::wait_for_lock(VcpuId id, bool waits, Instant now) {
     if (waits && running_ == slots_[id]) running_ = kNoSlot;
 }
 
-void CoreScheduler::inherit(VcpuId id, Rank rank) { at(id).inherited = rank; }
+void CoreScheduler::inherit(VcpuId id, Rank rank) {
+    Vcpu& vcpu = at(id);
+    if (vcpu.inherited == Rank{}) vcpu.grace = vcpu.server.parameters().budget;
+    vcpu.inherited = rank;
+}
 
 void CoreScheduler::account(Instant now, Nanoseconds stolen) {
     QDUINO_EXPECT(now >= accounted_until_);
@@ -100,7 +115,7 @@ void CoreScheduler::account(Instant now, Nanoseconds stolen) {
         if (pays.owns_core)
             pays.owned_consumed += used;
         else if (used > Nanoseconds{0})
-            pays.server.consume(now, used);
+            pays.grace -= std::min(pays.grace, pays.server.consume(now, used));
     }
     accounted_until_ = now;
 }

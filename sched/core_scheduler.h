@@ -19,8 +19,10 @@
 // - inherit(): the holder of a lock takes the rank of its highest waiter (L. Sha, R. Rajkumar, J.
 //   Lehoczky, "Priority inheritance protocols", IEEE Trans. Computers, 1990).
 // - A holder whose budget is spent runs on the budget, and at the rank, of its highest waiter on
-//   this core. So nobody waits for its replenishment, and only those pay who share the lock with it
-//   (G. Lamastra, G. Lipari, L. Abeni, "A bandwidth inheritance algorithm", RTSS 2001).
+//   this core. So nobody waits for its replenishment, and only those pay who share the lock with
+//   it (G. Lamastra, G. Lipari, L. Abeni, "A bandwidth inheritance algorithm", RTSS 2001).
+// - Where the highest waiter is of another core, nobody here can pay. Such a holder overruns, by
+//   one budget at most, and its own replenishments come the later.
 //
 // The caller keeps the clock. It calls decide(now), runs the chosen VCPU until `until` at the
 // latest (or until something wakes or blocks), then calls again. Between two calls the chosen VCPU
@@ -90,6 +92,8 @@ class CoreScheduler {
     /// I/O VCPU `id` has work on behalf of a main VCPU of period `client_period`, of this core or
     /// another.
     void wake_io(VcpuId id, Instant now, Nanoseconds client_period);
+    /// I/O VCPU `id` has another budget and period from now on.
+    void change_io(VcpuId id, VcpuParameters parameters, Instant now);
     /// Main VCPU `id` begins the release that was due at `nominal` (server.h).
     void release(VcpuId id, Instant nominal, Instant now);
     /// VCPU `id`, main or I/O, has no work left.
@@ -125,6 +129,8 @@ class CoreScheduler {
         bool owns_core = false;
         bool waits_for_lock = false;
         Rank inherited{};
+        /// What it may overrun while a VCPU of another core waits for it.
+        Nanoseconds grace{};
         Nanoseconds owned_consumed{};  // an owning VCPU has no server to charge
         Server server{};
     };
@@ -136,6 +142,8 @@ class CoreScheduler {
     void insert(const Vcpu& vcpu);
     /// The one that pays for `vcpu` at `now`: itself, or while its budget is spent, its highest
     /// waiter on this core.
+    /// It has no budget, and goes on for a waiter of another core.
+    [[nodiscard]] bool overruns(const Vcpu& vcpu, Instant now) const;
     [[nodiscard]] const Vcpu& payer(const Vcpu& vcpu, Instant now) const;
     [[nodiscard]] static Rank own_rank(const Vcpu& vcpu);
     [[nodiscard]] Rank rank_of(const Vcpu& vcpu, Instant now) const;

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "base/time.h"
+
 namespace qduino::sched {
 
 __extension__ using Int128 = __int128;
@@ -15,10 +17,37 @@ constexpr std::int64_t mul_div_floor(std::int64_t a, std::int64_t b, std::int64_
 
 /// ⌈a·b/c⌉. Contract: as above.
 constexpr std::int64_t mul_div_ceil(std::int64_t a, std::int64_t b, std::int64_t c) {
+    std::int64_t product = 0;
+    // Most products fit, and a quotient of 64 bits takes a fraction of the time.
+    if (!__builtin_mul_overflow(a, b, &product) && product <= INT64_MAX - c) return (product + (c - 1)) / c;
     return static_cast<std::int64_t>((Int128{a} * b + (c - 1)) / c);
 }
 
 /// ⌈a/b⌉. Contract: a >= 0, b > 0.
 constexpr std::int64_t div_ceil(std::int64_t a, std::int64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
+
+/// A period that much is divided by: a multiplication gives the quotient but for the last unit, and
+/// whole numbers decide that one.
+class Divisor {
+  public:
+    constexpr Divisor() = default;
+    /// Contract: period > 0.
+    constexpr explicit Divisor(Nanoseconds period)
+        : period_(period.count()), inverse_(1.0 / static_cast<double>(period.count())) {}
+
+    [[nodiscard]] constexpr Nanoseconds period() const { return Nanoseconds{period_}; }
+    /// ⌈time/period⌉. Contract: time >= 0.
+    [[nodiscard]] constexpr std::int64_t ceil(Nanoseconds time) const {
+        const std::int64_t a = time.count();
+        auto quotient = static_cast<std::int64_t>(static_cast<double>(a) * inverse_);
+        while (quotient * period_ < a) ++quotient;
+        while ((quotient - 1) * period_ >= a) --quotient;
+        return quotient;
+    }
+
+  private:
+    std::int64_t period_ = 1;
+    double inverse_ = 1;
+};
 
 }  // namespace qduino::sched

@@ -1,5 +1,7 @@
 #include "sched/explain.h"
 
+#include <algorithm>
+
 #include "base/text.h"
 #include "base/words.h"
 
@@ -46,6 +48,8 @@ Phrase name_of(const Share& share) {
             return "its sleep"sv;
         case Share::Kind::blocking:
             return "locks of lower loops (heldBy)"sv;
+        case Share::Kind::remote:
+            return "locks of other cores (heldBy)"sv;
         case Share::Kind::main:
             return name_of(share.id);
         case Share::Kind::io:
@@ -67,6 +71,21 @@ void write_shares(Explanation& out, const Refusal& refusal) {
         write_amount(out, name_of(share), share.amount);
     }
     write_amount(out, "together"sv, sum);
+}
+
+/// Waits for other cores have a cure of their own.
+void write_sharers(Explanation& out, const Refusal& refusal) {
+    const bool waits = std::ranges::any_of(
+        refusal.shares, [](const Share& share) { return share.kind == Share::Kind::remote; });
+    if (!waits || refusal.sharers.empty()) return;
+    write(out, "  "sv, name_of(refusal.response.id), " waits for locks that it shares with "sv);
+    for (std::size_t i = 0; i < refusal.sharers.size(); ++i) {
+        const bool last = i + 1 == refusal.sharers.size();
+        write(out, i == 0 ? ""sv : last ? " and "sv : ", "sv, name_of(refusal.sharers[i]));
+    }
+    write(out,
+          ",\n  some on other cores. It would wait less with all of them on one core, or with\n"
+          "  shorter locks (heldBy), and not at all with a RingBuffer or a Channel.\n"sv);
 }
 
 void write_remedy(Explanation& out, const Refusal& refusal) {
@@ -131,6 +150,7 @@ void write_refusal(Explanation& out, const Refusal& refusal, int core) {
     write_reason(out, refusal);
     write(out, '\n');
     write_shares(out, refusal);
+    write_sharers(out, refusal);
     write_remedy(out, refusal);
 }
 

@@ -10,6 +10,8 @@
 
 namespace qduino::sched {
 
+inline constexpr std::size_t kCoreLimit = 64;
+
 /// What takes a core's time above every VCPU: an interrupt thread, the kernel's fair server, top
 /// halves.
 struct PlatformInterferer {
@@ -24,8 +26,12 @@ struct PlatformInterferer {
 
 /// Measured by a board; zero in the simulator unless configured.
 struct PlatformOverheads {
-    Nanoseconds release_cost{};      ///< wake-up and two context switches, per activation
-    Nanoseconds enforcement_cost{};  ///< budget timer and its handler, per activation
+    // Of each activation, beside what is charged to its budget:
+    Nanoseconds release_cost{};      ///< wake-up and two context switches
+    Nanoseconds enforcement_cost{};  ///< the budget's timer
+    /// Each further wait within a release, for a lock or asleep, where it is not charged to the
+    /// loop's budget.
+    Nanoseconds wait_cost{};
     FixedVector<PlatformInterferer, 8> interferers;
     /// What the system keeps for its ordinary tasks in each `kept_period`, above the loops, where
     /// these leave less; 0: nothing.
@@ -36,8 +42,22 @@ struct PlatformOverheads {
 
     /// Of one activation of a VCPU.
     [[nodiscard]] Nanoseconds per_activation() const { return release_cost + enforcement_cost; }
+    /// What is kept, as an interferer: in one piece, and two pieces can meet.
+    [[nodiscard]] PlatformInterferer kept() const {
+        return {"what the kernel keeps", kept_budget, kept_period, kept_period - kept_budget};
+    }
     /// What all interferers together take in a window.
     [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
+};
+
+/// What locks that are shared between cores cost one loop (remote_blocking.h).
+struct RemoteWaits {
+    VcpuId loop = 0;
+    int requests = 0;       ///< of such locks, in one release
+    Nanoseconds longest{};  ///< from one such request to the lock
+    Nanoseconds each{};     ///< how much of that the loop's own core has no part in
+    /// Once, by lower loops of its own core: they have the rank of a loop that waits elsewhere.
+    Nanoseconds lifted{};
 };
 
 /// All that is to run on one core.
@@ -46,7 +66,9 @@ struct CoreLoad {
     FixedVector<Vcpu, kMainVcpuLimit> mains;
     FixedVector<Vcpu, kIoVcpuLimit> ios;
     PlatformOverheads overheads;
-    CriticalSections sections{};  ///< of `mains`
+    CriticalSections sections{};  ///< of `mains`; those of other cores' loops do not count
+    /// Of those `mains` that have any; from count_remote_waits().
+    FixedVector<RemoteWaits, kMainVcpuLimit> waits{};
 
     /// False when the table is full.
     [[nodiscard]] bool try_add(const Vcpu& vcpu) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sched/admission.h"
+#include "sched/remote_blocking.h"
 
 namespace qduino::sched {
 namespace {
@@ -40,14 +41,16 @@ Partition::Partition(std::span<const Vcpu> requests, FixedVector<CoreLoad, kCore
 
 bool Partition::place() {
     bool first = true;
+    bool all_placed = false;
     for (const Order order : {Order::utilisation, Order::harmonic, Order::period}) {
         sort(order);
         for (const Fit fit : {Fit::first, Fit::fullest, Fit::emptiest}) {
             questions_ = 0;
-            if (greedy(fit)) return true;
-            if (std::exchange(first, false)) {
+            const bool placed = greedy(fit);
+            if (placed && fits_together()) return true;
+            all_placed |= placed;
+            if (std::exchange(first, false) && !placed)
                 first_left_over_ = *std::ranges::find_if(list_, [&](Index i) { return !core_of_[i]; });
-            }
             clear();
         }
     }
@@ -55,6 +58,19 @@ bool Partition::place() {
     questions_ = 0;
     if (search(0)) return true;
     clear();
+    stayed_ = all_placed && greedy(Fit::first);
+    if (stayed_)
+        count_remote_waits(loads_);
+    else
+        clear();
+    return false;
+}
+
+/// Cores that are admissible each, with what they wait for each other. The waits of an attempt that
+/// failed say nothing of the next one.
+bool Partition::fits_together() {
+    if (!locks_cross_cores(loads_) || are_admissible(loads_)) return true;
+    for (CoreLoad& load : loads_) load.waits.clear();
     return false;
 }
 
@@ -139,7 +155,7 @@ bool Partition::takes_the_place(CoreLoad& load, Index i, Index smaller) {
 // ---- search -------------------------------------------------------------------------------------
 
 bool Partition::search(std::size_t from) {
-    if (from == list_.size()) return true;
+    if (from == list_.size()) return fits_together();
     const Index i = list_[from];
     FixedVector<CoreLoad*, kCoreLimit> cores;
     sort_cores(Fit::fullest);

@@ -27,11 +27,13 @@ class Partition {
     /// `loads`: what is on the cores already, which stays there. Contract: both outlive it.
     Partition(std::span<const Vcpu> requests, FixedVector<CoreLoad, kCoreLimit>& loads);
 
-    /// Puts every request that names no core on one. False, and the loads as they were: nothing was
-    /// found.
+    /// Puts every request that names no core on one. False: nothing was found. Then the loads are
+    /// as they were, or, where waits for locks of other cores alone are in the way, one attempt
+    /// stays.
     [[nodiscard]] bool place();
-    /// After place() was false: what the first way that was tried could not place.
-    [[nodiscard]] const Vcpu& left_over() const { return requests_[first_left_over_]; }
+    /// After place() was false: what the first way that was tried could not place; null: there is
+    /// an attempt that places all.
+    [[nodiscard]] const Vcpu* left_over() const { return stayed_ ? nullptr : &requests_[first_left_over_]; }
 
   private:
     enum class Order : std::uint8_t { utilisation, harmonic, period };
@@ -42,6 +44,7 @@ class Partition {
 
     void sort(Order order);
     [[nodiscard]] bool greedy(Fit fit);
+    [[nodiscard]] bool fits_together();
     [[nodiscard]] bool put(Index i, Fit fit);
     [[nodiscard]] bool put_on(CoreLoad& load, Index i);
     [[nodiscard]] bool exchange(Index& left_over);
@@ -60,6 +63,7 @@ class Partition {
     std::array<double, kCoreLimit> filled_{};         // by core number
     int questions_ = 0;
     Index first_left_over_ = 0;
+    bool stayed_ = false;
 };
 
 }  // namespace qduino::sched

@@ -75,6 +75,14 @@ void Pibs::block(Instant) {
     close_service();
 }
 
+void Pibs::change(Instant now, VcpuParameters parameters) {
+    QDUINO_EXPECT(parameters.valid());
+    const bool begun = active_ && eligible_from_ < now;
+    if (begun) close_service();
+    parameters_ = parameters;
+    if (active_) open_service(now);
+}
+
 Nanoseconds Pibs::consume(Instant now_end, Nanoseconds used) {
     QDUINO_EXPECT(used >= Nanoseconds{0});
     const Nanoseconds overrun = std::max(used - available(now_end - used), Nanoseconds{0});

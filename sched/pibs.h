@@ -19,6 +19,9 @@
 //   the old priority would be replenished at once at the new one, and break the window bound there.
 // - Time used beyond the budget is part of `used`: an overrun moves the replenishment and is never
 //   forgiven.
+// - U may change. The service in hand then ends, what it used comes back at the old U, and the next
+//   service has the budget of the new one. So the services before the change and those after it
+//   together take no more than a server that always had the greater U.
 //
 // E. Missimer, K. Zhao, R. West, "Mixed-criticality scheduling with I/O", ECRTS 2016; M. Danish, Y.
 // Li, R. West, "Virtual-CPU scheduling in the Quest operating system", RTAS 2011. Charging from the
@@ -56,6 +59,8 @@ class Pibs {
     void activate(Instant now, Nanoseconds client_period);
     /// The bottom half has no work left. Charge it first.
     void block(Instant now);
+    /// U = budget / period from now on. Charge it first. Contract: parameters.valid().
+    void change(Instant now, VcpuParameters parameters);
     /// Charges `used` of CPU time that ended at `now_end`. Returns what exceeded the budget.
     /// Contract: used >= 0.
     Nanoseconds consume(Instant now_end, Nanoseconds used);

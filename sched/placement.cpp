@@ -6,6 +6,7 @@
 #include "sched/admission.h"
 #include "sched/partition.h"
 #include "sched/remedy.h"
+#include "sched/remote_blocking.h"
 
 namespace qduino::sched {
 namespace {
@@ -35,11 +36,6 @@ Refusal refuse_by_shape(std::span<const Vcpu> requests, std::size_t core_count) 
     return Refusal{};
 }
 
-bool takes(const CoreLoad& load, const Vcpu& request) {
-    CoreLoad trial = load;
-    return trial.try_add(request) && is_admissible(trial);
-}
-
 bool remove(CoreLoad& load, VcpuId id) {
     const auto drop = [id](auto& list) {
         for (std::size_t i = 0; i < list.size(); ++i) {
@@ -50,16 +46,40 @@ bool remove(CoreLoad& load, VcpuId id) {
     return drop(load.mains) || drop(load.ios);
 }
 
-/// The lowest other core that takes the refused VCPU, if its own core is admissible without it.
-std::optional<int> other_core_for(const MulticoreAdmission& result, const Vcpu& request) {
-    CoreLoad without = result.loads[static_cast<std::size_t>(request.core)];
-    if (!remove(without, request.id) || !is_admissible(without)) return std::nullopt;
+/// The refusal of the first core that is not admissible; false: each one is.
+bool refuse_first(MulticoreAdmission& result) {
     for (const CoreLoad& load : result.loads) {
-        Vcpu moved = request;
-        moved.core = load.core;
-        if (load.core != request.core && takes(load, moved)) return load.core;
+        if (is_admissible(load)) continue;
+        result.refusal = admit_without_remedy(load).refusal;
+        result.refusal.sharers = remote_sharers(result.loads, result.refusal.vcpu.id);
+        result.refused_core = load.core;
+        return true;
     }
-    return std::nullopt;
+    return false;
+}
+
+/// The lowest other core that takes the refused VCPU, if its own core is admissible without it.
+std::optional<int> other_core_for(MulticoreAdmission& result, const Vcpu& request) {
+    const std::span<CoreLoad> loads{result.loads.begin(), result.loads.size()};
+    CoreLoad& own = loads[static_cast<std::size_t>(request.core)];
+    const CoreLoad before = own;
+    std::optional<int> found;
+    if (remove(own, request.id) && is_admissible(own)) {
+        for (CoreLoad& load : loads) {
+            Vcpu moved = request;
+            moved.core = load.core;
+            if (&load == &own || !load.try_add(moved)) continue;
+            const bool fits = locks_cross_cores(loads) ? are_admissible(loads) : is_admissible(load);
+            remove(load, request.id);
+            if (fits) {
+                found = load.core;
+                break;
+            }
+        }
+    }
+    own = before;
+    count_remote_waits(loads);
+    return found;
 }
 
 /// Puts each VCPU that names a core there. False when a core refuses.
@@ -76,18 +96,16 @@ bool place_pinned(std::span<const Vcpu> requests, MulticoreAdmission& result) {
         }
         result.placed[i].core = request.core;
     }
-    for (const CoreLoad& load : result.loads) {
-        if (is_admissible(load)) continue;
-        result.refusal = admit(load).refusal;
-        result.refused_core = load.core;
-        for (const Vcpu& request : requests) {
-            if (request.id == result.refusal.vcpu.id) {
-                result.refusal.remedy.other_core = other_core_for(result, request);
-            }
-        }
-        return false;
+    count_remote_waits(result.loads);
+    if (!refuse_first(result)) return true;
+    Refusal& refusal = result.refusal;
+    if (refusal.because == RefusedBecause::completion_time)
+        refusal.remedy =
+            smallest_change(result.loads, static_cast<std::size_t>(result.refused_core), refusal.vcpu.id);
+    for (const Vcpu& request : requests) {
+        if (request.id == refusal.vcpu.id) refusal.remedy.other_core = other_core_for(result, request);
     }
-    return true;
+    return false;
 }
 
 /// No core takes `request`: the refusal of the one that would need the smallest cut of its budget.
@@ -96,7 +114,7 @@ void refuse_everywhere(const Vcpu& request, MulticoreAdmission& result) {
     for (const CoreLoad& load : result.loads) {
         CoreLoad trial = load;
         if (!trial.try_add(request)) continue;
-        const Remedy remedy = smallest_change(trial, request.id);
+        const Remedy remedy = smallest_change({&trial, 1}, 0, request.id);
         const bool nearer = remedy.budget_less_by && (!least || *remedy.budget_less_by < *least);
         if (result.refused_core != kAnyCore && !nearer) continue;
         if (remedy.budget_less_by) least = remedy.budget_less_by;
@@ -111,8 +129,9 @@ void refuse_everywhere(const Vcpu& request, MulticoreAdmission& result) {
 
 bool place_floating(std::span<const Vcpu> requests, MulticoreAdmission& result) {
     Partition partition{requests, result.loads};
-    if (!partition.place()) {
-        refuse_everywhere(partition.left_over(), result);
+    const bool placed = partition.place();
+    if (!placed && partition.left_over()) {
+        refuse_everywhere(*partition.left_over(), result);
         return false;
     }
     for (const CoreLoad& load : result.loads) {
@@ -122,7 +141,19 @@ bool place_floating(std::span<const Vcpu> requests, MulticoreAdmission& result) 
                 vcpu.core = load.core;
         }
     }
-    return true;
+    // Each core takes what was put there, but for waits for the others.
+    if (!placed) refuse_first(result);
+    return placed;
+}
+
+/// Budgets of loops that wait for other cores come back at each release: remote_blocking.h.
+void make_waiters_deferrable(MulticoreAdmission& result) {
+    for (CoreLoad& load : result.loads) {
+        for (Vcpu& loop : load.mains) {
+            const auto* const waits = std::ranges::find(load.waits, loop.id, &RemoteWaits::loop);
+            if (waits != load.waits.end() && waits->requests > 0) loop.deferrable = true;
+        }
+    }
 }
 
 }  // namespace
@@ -157,6 +188,7 @@ void admit_all(std::span<const Vcpu> requests, std::span<const PlatformOverheads
     result.refusal = refuse_by_shape(requests, overheads.size());
     result.admitted = result.refusal.because == RefusedBecause::none && place_pinned(requests, result) &&
                       place_floating(requests, result);
+    make_waiters_deferrable(result);
     for (const CoreLoad& load : result.loads) result.cores.push_back(admit_without_remedy(load));
 }
 

@@ -14,7 +14,6 @@
 
 namespace qduino::sched {
 
-inline constexpr std::size_t kCoreLimit = 64;
 inline constexpr std::size_t kRequestLimit = kMainVcpuLimit + kIoVcpuLimit;
 
 struct MulticoreAdmission {

@@ -9,13 +9,16 @@
 // bisected.
 #pragma once
 
+#include <span>
+
 #include "sched/load.h"
 #include "sched/verdict.h"
 
 namespace qduino::sched {
 
-/// The smallest changes to VCPU `id` of a refused `load` that make it admissible.
-/// Remedy::other_core is left to admit_all().
-[[nodiscard]] Remedy smallest_change(const CoreLoad& load, VcpuId id);
+/// The smallest changes to VCPU `id` of the refused `loads[core]` that make it admissible, and the
+/// others where locks cross cores. Remedy::other_core is left to admit_all(). `loads` is changed
+/// meanwhile, and at the end as it was.
+[[nodiscard]] Remedy smallest_change(std::span<CoreLoad> loads, std::size_t core, VcpuId id);
 
 }  // namespace qduino::sched

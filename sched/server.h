@@ -52,6 +52,11 @@ class Server {
         QDUINO_EXPECT(is_io());
         std::get_if<Pibs>(&server_)->activate(now, client_period);
     }
+    /// It has this budget and period from now on. Charge it first. Contract: is_io().
+    void change(Instant now, VcpuParameters parameters) {
+        QDUINO_EXPECT(is_io());
+        std::get_if<Pibs>(&server_)->change(now, parameters);
+    }
     /// A release of its loop was due at `nominal`. Tells a deferrable server where its period
     /// begins.
     void release(Instant nominal) {

@@ -63,6 +63,13 @@ struct Vcpu {
 
     [[nodiscard]] constexpr VcpuParameters parameters() const { return {budget, period}; }
     [[nodiscard]] constexpr bool is_io() const { return kind == VcpuKind::io; }
+    /// How often a release gives the core up before it ends, because it sleeps.
+    [[nodiscard]] constexpr int times_asleep() const { return suspension > Nanoseconds{0} ? sleeps : 0; }
 };
+
+/// Rate-monotonic, ties by id: the order of the loops of one core.
+[[nodiscard]] constexpr bool ranks_above(const Vcpu& a, const Vcpu& b) {
+    return a.period != b.period ? a.period < b.period : a.id < b.id;
+}
 
 }  // namespace qduino::sched

@@ -49,9 +49,9 @@ struct IoResponse {
 
 /// One taker's share of a loop's time, within one window.
 struct Share {
-    enum class Kind : std::uint8_t { own, sleep, blocking, main, io, platform, overhead };
+    enum class Kind : std::uint8_t { own, sleep, blocking, remote, main, io, platform, overhead };
     Kind kind = Kind::own;
-    VcpuId id = 0;         ///< own, sleep, blocking, main, io
+    VcpuId id = 0;         ///< own, sleep, blocking, remote, main, io
     FixedString<23> name;  ///< platform
     Nanoseconds amount{};
 };
@@ -73,6 +73,8 @@ struct Refusal {
     VcpuId other = 0;       ///< core_owned: who owns it; duplicate_id: the same id
     LoopResponse response;  ///< completion_time
     Shares shares;          ///< completion_time: in one period of that loop; their sum exceeds it
+    /// With which loops that loop shares locks across cores (remote_blocking.h).
+    FixedVector<VcpuId, kMainVcpuLimit> sharers;
     Remedy remedy;
 };
 

@@ -8,11 +8,13 @@ Shares no code with the scheduler's analysis, and does not look for a response t
 Where demand(R) <= R, the least solution of the equation is at most R (the demand never falls as the window grows), so R is a
 bound, however it was found. All in whole nanoseconds and exact fractions.
 
-  demand(i, w) = C_i + S_i + B_i + sum over loops j that can delay i of ceil((w + J_j)/T_j) C_j
+  demand(i, w) = C_i + S_i + B_i + V_i + sum over loops j that can delay i of ceil((w + J_j)/T_j) C_j
                  + sum over bottom halves of max over clients q (1 + ceil((w - U T_q)/T_q)) U T_q
                  + sum over interferers of ceil((w + jitter)/interval) cost
 
-C with what an activation costs; B: Sha, Rajkumar, Lehoczky, IEEE ToC 1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom
+C with what an activation and further waits cost; V: waits for locks of other cores, each no longer than the claimed longest one W, which is
+put into its own equation: what the cores of the holders can execute in W, at the waiter's rank or above, is less than W (the head of
+sched/remote_blocking.h has the argument); B: Sha, Rajkumar, Lehoczky, IEEE ToC 1990; S, J: Audsley et al., 1993; Chen et al., 2019; bottom
 halves: Missimer, Missimer, West, ECRTS 2016. A core that the utilisation bound admits is held against that bound instead (Liu,
 Layland, JACM 1973; the bottom halves' part: Danish, Li, West, RTAS 2011).
 """
@@ -26,21 +28,43 @@ def ceil(a, b):
     return -(-a // b)
 
 
+def rank(loop):
+    return (loop["period_ns"], loop["id"])
+
+
+def sleeps(loop):
+    return loop["sleeps"] if loop["suspension_ns"] else 0
+
+
 class Core:
-    def __init__(self, claim):
+    """One core. The `computer` says which locks cross cores."""
+
+    def __init__(self, claim, computer):
         self.claim = claim
-        self.loops = sorted(claim["loops"], key=lambda loop: (loop["period_ns"], loop["id"]))
+        self.computer = computer
+        self.loops = sorted(claim["loops"], key=rank)
         self.ios = claim["ios"]
         self.overhead = claim["activation_ns"]
         self.interferers = list(claim["interferers"])
         self.sections = claim["sections"]
-        # The system takes this from the loops where they leave it less. Two pieces can meet.
+
+    def keep_for_others(self):
+        """The system takes this from the loops where they leave it less. Two pieces can meet."""
+        claim = self.claim
         if claim["kept_ns"] and self.loops and self.taken(claim["kept_period_ns"]) + claim["kept_ns"] > claim["kept_period_ns"]:
             self.interferers.append({"cost_ns": claim["kept_ns"], "interval_ns": claim["kept_period_ns"],
                                      "jitter_ns": claim["kept_period_ns"] - claim["kept_ns"]})
 
+    def requests(self, loop):
+        return sum(1 for s in self.sections if s["loop"] == loop["id"] and s["length_ns"])
+
     def cost(self, loop):
-        return loop["budget_ns"] + self.overhead
+        return loop["budget_ns"] + self.overhead + (sleeps(loop) + self.requests(loop)) * self.claim["wait_ns"]
+
+    def locked(self, loop):
+        """What a release executes with locks."""
+        length = sum(s["length_ns"] for s in self.sections if s["loop"] == loop["id"])
+        return min(length, loop["budget_ns"]) + self.requests(loop) * self.claim["wait_ns"]
 
     def last_priority(self, i):
         """Loop i has the lowest priority that the core tells apart, and shares it."""
@@ -54,8 +78,9 @@ class Core:
         return [t for t in periods if t <= self.loops[i]["period_ns"] or self.last_priority(i)]
 
     def blocking(self, i):
-        rank = {loop["id"]: j for j, loop in enumerate(self.loops)}
-        sections = [(rank[s["loop"]], s["lock"], s["length_ns"]) for s in self.sections]
+        """By locks that stay on this core."""
+        place = {loop["id"]: j for j, loop in enumerate(self.loops)}
+        sections = [(place[s["loop"]], s["lock"], s["length_ns"]) for s in self.sections if not self.computer.waits(s["loop"])]
         locks = {lock for j, lock, _ in sections if j <= i}
         while True:  # chains: a lower loop that holds one of these may wait for any other lock that it takes
             holders = {j for j, lock, _ in sections if j > i and lock in locks}
@@ -68,24 +93,48 @@ class Core:
         by_lock = sum(max(length for _, lock, length in lower if lock == k) for k in {lock for _, lock, _ in lower})
         return min(by_loop, by_lock)
 
+    def service(self, io, period):
+        return max(ceil(io["budget_ns"] * period, io["period_ns"]), self.overhead + 1)
+
     def io_demand(self, io, i, window):
-        most = 0
-        for t in self.clients(io, i):
-            share = max(ceil(io["budget_ns"] * t, io["period_ns"]), self.overhead + 1)
-            most = max(most, (1 + ceil(max(window - share, 0), t)) * share)
-        return most
+        return max([(1 + ceil(max(window - self.service(io, t), 0), t)) * self.service(io, t) for t in self.clients(io, i)], default=0)
 
     def releases(self, loop, window):
-        jitter = loop["period_ns"] - loop["budget_ns"] if loop["deferrable"] else 0
+        jitter = loop["period_ns"] - loop["budget_ns"] if loop["deferrable"] or self.computer.waits(loop["id"]) else 0
         return ceil(window + jitter, loop["period_ns"])
 
     def demand(self, i, window):
         loop = self.loops[i]
-        blocked = self.blocking(i) * (1 + (loop["sleeps"] if loop["suspension_ns"] else 0))
-        total = self.cost(loop) + loop["suspension_ns"] + blocked
+        waits = self.requests(loop) if self.computer.waits(loop["id"]) else 0
+        begins = 1 + sleeps(loop) + waits
+        total = self.cost(loop) + loop["suspension_ns"] + begins * self.blocking(i) + min(begins, 2) * self.computer.lifted(self, loop)
+        total += waits * self.computer.executed(self, loop, loop["longest_wait_ns"], own_core=False)
         total += sum(self.releases(other, window) * self.cost(other) for other in self.delaying(i))
         total += sum(self.io_demand(io, i, window) for io in self.ios)
         return total + self.taken_by_platform(window)
+
+    def ends_within(self, loop):
+        """How long a release lasts at most: its R where that is verified without any wait for other cores, and no sleep can be longer."""
+        i, response = self.loops.index(loop), loop["response_ns"]
+        verified = not (loop["deferrable"] or self.computer.waits(loop["id"])) and self.demand(i, response) <= response
+        return min(response, loop["period_ns"]) if verified else loop["period_ns"]
+
+    def executed(self, waiter, lowest, window):
+        """At the rank of `waiter` or above, in any window, while `lowest` is the lowest that may hold one of its locks here."""
+        total = sum(ceil(window + each["jitter_ns"], each["interval_ns"]) * each["cost_ns"] + each["cost_ns"] for each in self.interferers)
+        above = (lambda t: True) if self.computer.few_priorities else (lambda t: t <= waiter["period_ns"])
+        for loop in self.loops:
+            if loop is waiter:
+                continue
+            if self.computer.holds_first(loop, waiter):
+                continue
+            higher = self.computer.above(loop, waiter)
+            amount = self.cost(loop) if higher and rank(loop) < rank(lowest) else self.locked(loop)
+            total += ceil(window + max(self.ends_within(loop) - amount, 0), loop["period_ns"]) * amount
+        for io in self.ios:
+            clients = [io["client_period_ns"]] if io["client_period_ns"] else [loop["period_ns"] for loop in self.loops]
+            total += max([(2 + ceil(max(window - self.service(io, t), 0), t)) * self.service(io, t) for t in clients if above(t)], default=0)
+        return total
 
     def taken(self, window):
         """By all of them, for one that has the lowest priority of all."""
@@ -111,6 +160,16 @@ class Core:
         u += max(Fraction(self.taken_by_platform(loop["period_ns"]), loop["period_ns"]) for loop in self.loops)
         return (1 + u / n) ** n <= 2
 
+    def faults_of_wait(self, loop):
+        longest = loop["longest_wait_ns"]
+        if not loop["deferrable"]:
+            yield "loop %d waits for other cores, and its budget does not come back at its releases" % loop["id"]
+        if longest <= 0 or longest > loop["period_ns"]:
+            yield "loop %d: a wait of %d ns for other cores is none, or beyond its period" % (loop["id"], longest)
+        elif self.computer.executed(self, loop, longest) >= longest:
+            yield "loop %d: claimed to wait %d ns for other cores at most, but %d ns may be executed meanwhile" % (
+                loop["id"], longest, self.computer.executed(self, loop, longest))
+
     def faults(self):
         ids = [each["id"] for each in self.loops + self.ios]
         if len(set(ids)) != len(ids):
@@ -125,11 +184,15 @@ class Core:
         if self.claim["owned"]:
             if len(ids) != 1 or not self.loops or self.loops[0]["budget_ns"] != self.loops[0]["period_ns"]:
                 yield "claimed as owned by one loop, and is not"
+            elif self.computer.waits(self.loops[0]["id"]):
+                yield "claimed as owned, by a loop that waits for other cores"
             return
         by_bound = bool(self.loops) and self.within_bound()
         for i, loop in enumerate(self.loops):
             if loop["suspension_ns"] and not loop["deferrable"]:
                 yield "loop %d sleeps, and its budget does not come back at its releases" % loop["id"]
+            if self.computer.waits(loop["id"]):
+                yield from self.faults_of_wait(loop)
             response = loop["response_ns"]
             if response > loop["period_ns"]:
                 yield "loop %d: R = %d ns is beyond its period" % (loop["id"], response)
@@ -138,24 +201,83 @@ class Core:
                     loop["id"], response, self.demand(i, response))
 
 
+class Computer:
+    """All cores, and the loops that locks connect across them."""
+
+    def __init__(self, claims):
+        self.cores = [Core(claim, self) for claim in claims]
+        self.few_priorities = any(sum(len(c["loops"]) + len(c["ios"]) for c in claims) > claim["priorities"] for claim in claims)
+        self.where = {loop["id"]: core for core in self.cores for loop in core.loops}
+        self.loop = {loop["id"]: loop for core in self.cores for loop in core.loops}
+        self.held = held = [(s["loop"], s["lock"]) for core in self.cores for s in core.sections if s["length_ns"] and s["loop"] in self.loop]
+        self.groups = {}
+        for one in {loop for loop, _ in held}:
+            group = {one}
+            while True:
+                locks = {lock for loop, lock in held if loop in group}
+                more = {loop for loop, lock in held if lock in locks}
+                if more == group:
+                    break
+                group = more
+            self.groups[one] = group
+        for core in self.cores:
+            core.keep_for_others()
+
+    def waits(self, number):
+        return len({id(self.where[each]) for each in self.groups.get(number, ())}) > 1
+
+    def executed(self, its_core, waiter, window, own_core=True):
+        total, first = 0, []
+        for core in self.cores:
+            holders = [self.loop[each] for each in self.groups.get(waiter["id"], ()) if self.where[each] is core and each != waiter["id"]]
+            if holders and (own_core or core is not its_core):
+                total += core.executed(waiter, max(holders, key=rank), window)
+                first += [core.locked(each) for each in holders if self.holds_first(each, waiter)]
+        return total + max(first, default=0)
+
+    def above(self, loop, waiter):
+        """Loops of one period on different cores may have one priority."""
+        if self.few_priorities:
+            return True
+        if self.where[loop["id"]] is self.where[waiter["id"]]:
+            return rank(loop) < rank(waiter)
+        return loop["period_ns"] <= waiter["period_ns"]
+
+    def holds_first(self, loop, waiter):
+        """Of one lock alone, a lower loop can have it before the waiter only if it has it already."""
+        group = self.groups[waiter["id"]]
+        return len({lock for each, lock in self.held if each in group}) == 1 and loop["id"] in group and not self.above(loop, waiter)
+
+    def lifted(self, core, loop):
+        """By lower loops of its core, at the rank of loops that wait elsewhere: at one time."""
+        total = 0
+        for lower in core.loops:
+            if rank(lower) <= rank(loop) or not self.waits(lower["id"]):
+                continue
+            for_whom = [self.loop[each] for each in self.groups[lower["id"]] if each != lower["id"]]
+            if self.few_priorities or any(each["period_ns"] <= loop["period_ns"] for each in for_whom):
+                total += core.locked(lower)
+        return total
+
+
 def faults_of(certificate):
-    if certificate.get("certificate") != 1:
+    if certificate.get("certificate") != 2:
         yield "not a certificate of this version"
         return
-    for claim in certificate["cores"]:
-        for fault in Core(claim).faults():
-            yield "core %d: %s" % (claim["core"], fault)
+    for core in Computer(certificate["cores"]).cores:
+        for fault in core.faults():
+            yield "core %d: %s" % (core.claim["core"], fault)
 
 
 # ---- its own cases ------------------------------------------------------------------------------
 
 def loop(number, budget, period, response, **others):
     return {"id": number, "budget_ns": budget, "period_ns": period, "response_ns": response, "suspension_ns": 0, "sleeps": 1,
-            "deferrable": False} | others
+            "deferrable": False, "longest_wait_ns": 0} | others
 
 
 def core(loops, **others):
-    return {"certificate": 1, "cores": [{"core": 0, "owned": False, "priorities": 32, "activation_ns": 0, "kept_ns": 0, "kept_period_ns": 0, "interferers": [],
+    return {"certificate": 2, "cores": [{"core": 0, "wait_ns": 0, "owned": False, "priorities": 32, "activation_ns": 0, "kept_ns": 0, "kept_period_ns": 0, "interferers": [],
                                          "sections": [], "ios": [], "loops": loops} | others]}
 
 
@@ -163,10 +285,14 @@ def self_test():
     golden = core([loop(1, 30, 100, 50), loop(2, 20, 100, 86), loop(3, 4, 10, 4)])
     locks = core([loop(1, 2, 12, 7), loop(2, 6, 35, 8)],
                  sections=[{"loop": 1, "lock": 0, "length_ns": 1}, {"loop": 2, "lock": 0, "length_ns": 5}])
-    sleeps = core([loop(1, 6, 20, 6), loop(2, 8, 30, 29, suspension_ns=9, deferrable=True)])
+    asleep = core([loop(1, 6, 20, 6), loop(2, 8, 30, 29, suspension_ns=9, deferrable=True)])
     io = core([loop(1, 6, 10, 8), loop(2, 5, 40, 37)],
               ios=[{"id": 33, "budget_ns": 1, "period_ns": 10, "client_period_ns": 0}])
     owned = core([loop(1, 10, 10, 10)], owned=True)
+    # Loop 1 waits for loop 2, and loop 2 for loop 1, and for loop 3 that may run meanwhile.
+    apart = core([loop(1, 2, 20, 7, deferrable=True, longest_wait_ns=6)], sections=[{"loop": 1, "lock": 0, "length_ns": 1}])
+    apart["cores"] += core([loop(2, 6, 50, 10, deferrable=True, longest_wait_ns=3), loop(3, 2, 10, 5)], core=1,
+                           sections=[{"loop": 2, "lock": 0, "length_ns": 3}])["cores"]
     kept = core([loop(1, 50, 100, 50), loop(2, 39, 100, 99)], kept_ns=10, kept_period_ns=100)
 
     def broken(certificate, change):
@@ -177,13 +303,15 @@ def self_test():
     def less(number):
         return lambda c: c["loops"][number].update(response_ns=c["loops"][number]["response_ns"] - 1)
 
-    good = [golden, locks, sleeps, io, owned, kept]
+    good = [golden, locks, asleep, io, owned, kept, apart]
     bad = [broken(golden, less(0)), broken(golden, less(1)), broken(golden, lambda c: c["loops"][2].update(budget_ns=5)),
            broken(golden, lambda c: c["interferers"].append({"cost_ns": 15, "interval_ns": 100, "jitter_ns": 0})),
            broken(golden, lambda c: c.update(activation_ns=2)), broken(golden, lambda c: c["loops"][0].update(id=2)),
            broken(locks, less(0)), broken(locks, lambda c: c["sections"][1].update(length_ns=6)),
-           broken(sleeps, lambda c: c["loops"][1].update(deferrable=False)), broken(sleeps, lambda c: c["loops"][1].update(suspension_ns=11)),
-           broken(io, less(0)), broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))), {"certificate": 2}]
+           broken(asleep, lambda c: c["loops"][1].update(deferrable=False)), broken(asleep, lambda c: c["loops"][1].update(suspension_ns=11)),
+           broken(io, less(0)), broken(kept, lambda c: c["loops"][1].update(budget_ns=41)), broken(owned, lambda c: c["loops"].append(loop(2, 1, 10, 1))), {"certificate": 1},
+           broken(apart, less(0)), broken(apart, lambda c: c["loops"][0].update(deferrable=False)),
+           broken(apart, lambda c: c["loops"][0].update(longest_wait_ns=5)), broken(apart, lambda c: c["loops"][0].update(longest_wait_ns=0))]
     wrong = [number for number, each in enumerate(good) if list(faults_of(each))]
     missed = [number for number, each in enumerate(bad) if not list(faults_of(each))]
     for number in wrong:

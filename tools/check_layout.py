@@ -164,7 +164,18 @@ def header_offences(path, text):
         yield 1, "a header's head says its purpose (begin with a comment)"
 
 
+def test_namespace_offences(path, text):
+    """Tests of a folder are compiled as one file, and each calls its bench `Bench`: so each has a namespace of its own."""
+    stem = pathlib.PurePosixPath(path).stem
+    if not stem.endswith("_test"):
+        return
+    opened = [(number, line[10:-2]) for number, line in enumerate(text.splitlines(), 1) if re.match(r"namespace qduino[\w:]* \{$", line)]
+    if opened and not any(name.endswith("::" + stem) for _, name in opened):
+        yield opened[-1][0], f"a test's namespace ends in its file's name ({opened[-1][1]}::{stem})"
+
+
 def offences(path, text):
+    yield from test_namespace_offences(path, text)
     yield from include_offences(path, text)
     yield from long_functions(text)
     yield from banned(path, text)
@@ -196,10 +207,12 @@ def self_test():
         ("runtime/a.cpp", "int f() { return errno; }\n", "without an operating system"),
         ("base/a.cpp", long_body, "has 82 lines"),
         ("base/a.h", "int x;\n", "#pragma once"),
+        ("tests/unit/base/time_test.cpp", "namespace qduino {\n", "qduino::time_test"),
     ]
     clean = [*offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "printer/machine_config.h"\n'),
              *offences("printer/machine/a.cpp", '#include "printer/heat/pid.h"\n#include "printer/machine/state.h"\n'),
-             *offences("board/linux/a.cpp", "#include <unistd.h>\n"), *offences("sched/a.cpp", "#include <cstdint>\n")]
+             *offences("board/linux/a.cpp", "#include <unistd.h>\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
+             *offences("tests/unit/base/time_test.cpp", "namespace qduino::time_test {\n")]
     return tree_check.failed_cases(cases, clean, offences)
 
 

@@ -6,156 +6,339 @@
 #include <optional>
 
 namespace qduino::twin {
+namespace {
+
+constexpr double kInchMm = 25.4;
+/// M428 takes a place for the switch's when it is no further from it.
+constexpr double kReferenceMm = 20;
+
+}  // namespace
+
+AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& machine)
+    : lines_(source, machine.macros),
+      extruder_steps_per_mm_(machine.axes[kExtruder].steps_per_mm),
+      program_(start),
+      machine_(start) {
+    filament_.programmed = filament_.peak_mm = start[kExtruder];
+    filament_.diameter_mm = machine.filament_diameter_mm;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) home_mm_[axis] = machine.axes[axis].home_mm;
+}
 
 AskedItem AskedPath::next() {
-    AskedItem item;
-    while (arc_.active) {
-        const int chord = ++arc_.chord;
-        if (chord >= arc_.chords) arc_.active = false;
-        if (emit(arc_point(chord), item)) return item;
+    for (;;) {
+        if (!given_.empty()) {
+            const AskedItem item = given_.front();
+            given_.pop_front();
+            return item;
+        }
+        if (curve_.active()) {
+            follow(curve_.next(), true);
+            continue;
+        }
+        const std::optional<CommandLine> command = lines_.next();
+        if (!command) return {AskedItem::Kind::end, 0, false, lines_.number(), machine_};
+        run(*command);
     }
-    while (const std::optional<CommandLine> command = lines_.next())
-        if (run(*command, item)) return item;
-    return {AskedItem::Kind::end, 0, lines_.number(), machine_};
 }
 
-bool AskedPath::run(const CommandLine& command, AskedItem& item) {
-    if (command.letter == 'G' && command.subcode == 0) return run_g(command, item);
-    // G92.1: the machine's own coordinates again.
-    if (command.letter == 'G' && command.number == 92 && command.subcode == 1) offset_ = {};
-    if (command.letter != 'M') return false;
-    if (command.number == 82 || command.number == 83) relative_e_ = command.number == 83;
-    if (command.number == 221 && command.has('S')) flow_ = command.value('S') / 100.0;
-    return false;
+void AskedPath::run(const CommandLine& command) {
+    if (command.letter == 'G') return run_g(command);
+    if (command.letter == 'M') run_m(command);
+    objects_.run(command);
+    if (command.word == "SET_GCODE_OFFSET") shift(command);
 }
 
-bool AskedPath::run_g(const CommandLine& command, AskedItem& item) {
+void AskedPath::run_g(const CommandLine& command) {
+    if (command.number == 92 && command.subcode == 1) {
+        // The machine's own coordinates again.
+        for (std::size_t axis = 0; axis < kSlideCount; ++axis) offsets_.total[axis] = -offsets_.home[axis];
+        offsets_.total[2] += retraction_.lifted_mm;
+    }
+    if (command.subcode != 0) return;
     switch (command.number) {
         case 0:
         case 1:
-            return emit(target(command), item);
+            return move(target(command));
         case 2:
         case 3:
-            return begin_arc(command, command.number == 2, item);
+        case 5:
+            return begin_curve(command);
+        case 10:
+            // With a tool's number it sets that tool's temperatures (RepRapFirmware).
+            if (!command.has('P')) draw_back();
+            return;
+        case 11:
+            return push_again();
+        case 17:
+        case 18:
+        case 19:
+            modes_.plane = command.number == 17 ? Plane::xy : command.number == 18 ? Plane::zx : Plane::yz;
+            return;
         case 20:
         case 21:
-            unit_mm_ = command.number == 20 ? 25.4 : 1;
-            return false;
+            modes_.unit_mm = command.number == 20 ? kInchMm : 1;
+            return;
         case 28:
-            return home(command, item);
+            return home(command);
         case 90:
         case 91:
-            relative_ = relative_e_ = command.number == 91;
-            return false;
+            modes_.relative = modes_.relative_e = command.number == 91;
+            return;
         case 92:
-            rename(command);
-            return false;
+            return rename(command);
         default:
-            return false;
+            return;
     }
 }
 
+void AskedPath::run_m(const CommandLine& command) {
+    switch (command.number) {
+        case 82:
+        case 83:
+            modes_.relative_e = command.number == 83;
+            return;
+        case 92:
+            if (command.value('E') > 0) filament_.scale = command.value('E') / extruder_steps_per_mm_;
+            return;
+        case 200:
+            return volumetric(command);
+        case 206:
+            for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+                if (command.has(kAxisLetter[axis]))
+                    set_home_offset(axis, command.value(kAxisLetter[axis]) * modes_.unit_mm);
+            return;
+        case 207:
+            read_mm(command, 'S', retraction_.length_mm);
+            read_mm(command, 'Z', retraction_.lift_mm);
+            return;
+        case 208:
+            return read_mm(command, 'S', retraction_.extra_mm);
+        case 221:
+            if (command.has('S') && command.value('T') == 0) filament_.flow = command.value('S') / 100.0;
+            return;
+        case 428:
+            return centre_home();
+        default:
+            return;
+    }
+}
+
+void AskedPath::read_mm(const CommandLine& command, char letter, double& mm) const {
+    if (command.has(letter)) mm = command.value(letter) * modes_.unit_mm;
+}
+
+// ---- filament -----------------------------------------------------------------------------------
+
+/// Of a word of E: millimetres, or while extrusion is volumetric mm³.
+double AskedPath::e_unit() const {
+    return filament_.volumetric ? modes_.unit_mm * modes_.unit_mm * modes_.unit_mm : modes_.unit_mm;
+}
+
+/// Millimetres of filament, as this machine counts them, for one of a word's.
+double AskedPath::filament_per_word() const {
+    const double area_mm2 = std::numbers::pi / 4 * filament_.diameter_mm * filament_.diameter_mm;
+    return filament_.flow * filament_.scale / (filament_.volumetric ? area_mm2 : 1.0);
+}
+
+void AskedPath::volumetric(const CommandLine& command) {
+    if (command.value('T') != 0) return;  // of a tool that is not there
+    if (command.has('D')) {
+        const double diameter_mm = command.value('D') * modes_.unit_mm;
+        filament_.volumetric = diameter_mm > 0;
+        if (filament_.volumetric) filament_.diameter_mm = diameter_mm;
+    }
+    if (command.has('S')) filament_.volumetric = command.value('S') != 0;
+}
+
+void AskedPath::draw_back() {
+    Retraction& r = retraction_;
+    if (r.drawn) return;
+    r.drawn = true;
+    r.drawn_mm = r.length_mm * filament_.scale;
+    r.lifted_mm = r.lift_mm;
+    Position to = program_;
+    to[kExtruder] -= r.drawn_mm;
+    follow_retraction(to);
+    to[2] += r.lifted_mm;
+    offsets_.total[2] += r.lifted_mm;
+    follow_retraction(to);
+}
+
+void AskedPath::push_again() {
+    Retraction& r = retraction_;
+    if (!r.drawn) return;
+    Position to = program_;
+    to[2] -= r.lifted_mm;
+    offsets_.total[2] -= r.lifted_mm;
+    follow_retraction(to);
+    to[kExtruder] += r.drawn_mm + r.extra_mm * filament_.scale;
+    follow_retraction(to);
+    r.drawn = false;
+    r.drawn_mm = r.lifted_mm = 0;
+}
+
+// ---- moves --------------------------------------------------------------------------------------
+
 Position AskedPath::target(const CommandLine& command) {
-    Position to = machine_;
+    Position to = program_;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const char letter = kAxisLetter[axis];
         if (!command.has(letter)) continue;
-        const double word = command.value(letter) * unit_mm_;
-        to[axis] = relative_ ? machine_[axis] + word : word + offset_[axis];
+        const double word = command.value(letter) * modes_.unit_mm;
+        to[axis] = modes_.relative ? program_[axis] + word : word + offsets_.total[axis];
     }
     if (command.has('E')) {
-        const double word = command.value('E') * unit_mm_;
-        const double delta = relative_e_ ? word : word - logical_e_;
-        logical_e_ += delta;
-        to[kExtruder] += delta * flow_;
+        const double word = command.value('E') * e_unit();
+        const double delta = modes_.relative_e ? word : word - filament_.programmed;
+        filament_.programmed += delta;
+        to[kExtruder] += delta * filament_per_word();
     }
     return to;
 }
 
-bool AskedPath::emit(const Position& to, AskedItem& item) {
-    const double filament = to[kExtruder] - machine_[kExtruder];
-    filament_net_mm_ += filament;
-    filament_pushed_mm_ += std::max(filament, 0.0);
-    if (to == machine_) return false;
-    machine_ = to;
-    item = {AskedItem::Kind::move, 0, lines_.number(), to};
-    return true;
+void AskedPath::move(const Position& to) {
+    if (to[0] != program_[0] || to[1] != program_[1]) rejoin(to);
+    follow(to);
 }
 
-bool AskedPath::home(const CommandLine& command, AskedItem& item) {
+void AskedPath::begin_curve(const CommandLine& command) {
+    const Position to = target(command);
+    rejoin(program_);
+    if (command.number == 5) {
+        curve_.begin_spline(command, modes_.unit_mm, program_, to);
+    } else {
+        curve_.begin_arc(command, modes_.plane, modes_.unit_mm, program_, to);
+    }
+}
+
+/// The program goes to `to`, and the machine with it, unless an object is left out.
+void AskedPath::follow(const Position& to, bool curved) {
+    if (objects_.skipping() && !waiting_.active) {
+        waiting_.active = true;
+        waiting_.drawn_mm = filament_.peak_mm - program_[kExtruder];
+    }
+    if (!waiting_.active) {
+        Position there = to;
+        there[kExtruder] = machine_[kExtruder] + (to[kExtruder] - program_[kExtruder]);
+        give(there, curved);
+    }
+    program_ = to;
+    filament_.peak_mm = std::max(filament_.peak_mm, to[kExtruder]);
+}
+
+/// A firmware's retraction is made even where the head waits.
+void AskedPath::follow_retraction(const Position& to) {
+    if (!waiting_.active && !objects_.skipping()) return follow(to);
+    if (!waiting_.active) {
+        waiting_.active = true;
+        waiting_.drawn_mm = filament_.peak_mm - program_[kExtruder];
+    }
+    Position there = machine_;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) there[axis] += to[axis] - program_[axis];
+    waiting_.drawn_mm -= there[kExtruder] - machine_[kExtruder];
+    give(there, false);
+    program_ = to;
+    filament_.peak_mm = std::max(filament_.peak_mm, to[kExtruder]);
+}
+
+/// Brings a machine that waited to `to`, the place of the next move that goes sideways.
+void AskedPath::rejoin(const Position& to) {
+    if (!waiting_.active || objects_.skipping()) return;
+    const double owed = waiting_.drawn_mm - (filament_.peak_mm - program_[kExtruder]);
+    Position at = machine_;
+    at[kExtruder] += std::min(owed, 0.0);
+    give(at, false);
+    at[2] = std::max(at[2], to[2]);
+    give(at, false);
+    at[0] = to[0];
+    at[1] = to[1];
+    give(at, false);
+    at[2] = to[2];
+    give(at, false);
+    at[kExtruder] += std::max(owed, 0.0);
+    give(at, false);
+    waiting_.active = false;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = at[axis];
+}
+
+void AskedPath::give(const Position& to, bool curved) {
+    const double filament = to[kExtruder] - machine_[kExtruder];
+    filament_.net_mm += filament;
+    filament_.pushed_mm += std::max(filament, 0.0);
+    if (to == machine_) return;
+    machine_ = to;
+    given_.push_back({AskedItem::Kind::move, 0, curved, lines_.number(), to});
+}
+
+// ---- coordinates --------------------------------------------------------------------------------
+
+void AskedPath::home(const CommandLine& command) {
     std::uint8_t mask = 0;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis)
         if (command.has(kAxisLetter[axis])) mask = static_cast<std::uint8_t>(mask | 1u << axis);
+    // Axes that other machines have: nothing of this one is meant.
+    if (mask == 0 &&
+        (command.has('U') || command.has('V') || command.has('A') || command.has('B') || command.has('C')))
+        return;
     if (mask == 0) mask = 0b111;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         if ((mask >> axis & 1u) == 0) continue;
-        machine_[axis] = home_mm_[axis];
-        offset_[axis] = 0;
+        machine_[axis] = program_[axis] = home_mm_[axis];
+        offsets_.total[axis] = offsets_.code[axis] - offsets_.home[axis];
+        if (axis == 2) retraction_.lifted_mm = 0;
     }
-    item = {AskedItem::Kind::home, mask, lines_.number(), machine_};
-    return true;
+    // An axis that is not homed goes on from where the head is.
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = machine_[axis];
+    waiting_.active = false;
+    given_.push_back({AskedItem::Kind::home, mask, false, lines_.number(), machine_});
 }
 
 void AskedPath::rename(const CommandLine& command) {
     bool all = !command.has('E');  // without a letter: every axis, to 0
     for (const char letter : kAxisLetter) all = all && !command.has(letter);
-    const auto word_mm = [&](char letter) { return all ? 0.0 : command.value(letter) * unit_mm_; };
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const char letter = kAxisLetter[axis];
-        if (all || command.has(letter)) offset_[axis] = machine_[axis] - word_mm(letter);
+        if (all || command.has(letter))
+            offsets_.total[axis] = program_[axis] - command.value(letter) * modes_.unit_mm;
     }
-    if (all || command.has('E')) logical_e_ = word_mm('E');
+    if (all || command.has('E')) filament_.programmed = command.value('E') * e_unit();
 }
 
-// G2/G3 in the XY plane. I J: the centre relative to the start. R: of the two arcs with that
-// radius, the shorter (R > 0) or the longer (R < 0); its centre lies on the chord's bisector, at
-// sqrt(R² − (chord/2)²) from the middle.
-bool AskedPath::begin_arc(const CommandLine& command, bool clockwise, AskedItem& item) {
-    Arc arc;
-    arc.from = machine_;
-    arc.to = target(command);
-    const double dx = arc.to[0] - arc.from[0];
-    const double dy = arc.to[1] - arc.from[1];
-    if (command.has('R')) {
-        const double radius = command.value('R') * unit_mm_;
-        const double chord = std::hypot(dx, dy);
-        if (chord == 0) return emit(arc.to, item);
-        const double rise = std::sqrt(std::max(radius * radius - chord * chord / 4, 0.0));
-        const double side = clockwise == (radius > 0) ? -1.0 : 1.0;  // left of the chord is +1
-        arc.centre_x = arc.from[0] + dx / 2 - side * rise * dy / chord;
-        arc.centre_y = arc.from[1] + dy / 2 + side * rise * dx / chord;
-    } else {
-        arc.centre_x = arc.from[0] + command.value('I') * unit_mm_;
-        arc.centre_y = arc.from[1] + command.value('J') * unit_mm_;
-    }
-    arc.radius = std::hypot(arc.from[0] - arc.centre_x, arc.from[1] - arc.centre_y);
-    if (arc.radius == 0) return emit(arc.to, item);
-    arc.start_angle = std::atan2(arc.from[1] - arc.centre_y, arc.from[0] - arc.centre_x);
-    const double end_angle = std::atan2(arc.to[1] - arc.centre_y, arc.to[0] - arc.centre_x);
-    constexpr double kTurn = 2 * std::numbers::pi;
-    arc.sweep = end_angle - arc.start_angle;
-    if (dx == 0 && dy == 0) arc.sweep = 0;  // back to the start: a whole turn
-    if (clockwise && arc.sweep >= 0) arc.sweep -= kTurn;
-    if (!clockwise && arc.sweep <= 0) arc.sweep += kTurn;
-    // A chord over angle φ leaves its arc by r (1 − cos φ/2), about r φ²/8.
-    const double angle = std::sqrt(8 * kChordErrorMm / arc.radius);
-    arc.chords = std::clamp(static_cast<int>(std::ceil(std::abs(arc.sweep) / angle)), 1, 1'000'000);
-    arc.active = true;
-    arc_ = arc;
-    item = next();
-    return true;
+void AskedPath::set_home_offset(std::size_t axis, double mm) {
+    offsets_.total[axis] += offsets_.home[axis] - mm;
+    offsets_.home[axis] = mm;
 }
 
-Position AskedPath::arc_point(int chord) const {
-    if (chord >= arc_.chords) return arc_.to;
-    const double share = static_cast<double>(chord) / arc_.chords;
-    Position point;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        point[axis] = arc_.from[axis] + share * (arc_.to[axis] - arc_.from[axis]);
-    const double angle = arc_.start_angle + share * arc_.sweep;
-    point[0] = arc_.centre_x + arc_.radius * std::cos(angle);
-    point[1] = arc_.centre_y + arc_.radius * std::sin(angle);
-    return point;
+/// M428: the place where the machine stands is the switch's, provided that it is near it.
+void AskedPath::centre_home() {
+    Slides off{};
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        off[axis] = home_mm_[axis] - program_[axis];
+        if (std::abs(off[axis]) > kReferenceMm) return;
+    }
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) set_home_offset(axis, off[axis]);
+}
+
+/// SET_GCODE_OFFSET X= Y= Z= E=, or X_ADJUST= …: the coordinates shift by so much. MOVE=1 goes
+/// along.
+void AskedPath::shift(const CommandLine& command) {
+    constexpr std::array<const char*, kAxisCount> kAdjust{"X_ADJUST", "Y_ADJUST", "Z_ADJUST", "E_ADJUST"};
+    Position to = program_;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const std::optional<double> given = command.word_number({&kAxisLetter[axis], 1});
+        const std::optional<double> more = command.word_number(kAdjust[axis]);
+        if (!given && !more) continue;
+        const double asked = given ? *given : offsets_.code[axis] + *more;
+        const double change = asked - offsets_.code[axis];
+        offsets_.code[axis] = asked;
+        if (axis == kExtruder) {
+            filament_.programmed -= change;
+        } else {
+            offsets_.total[axis] += change;
+            to[axis] += change;
+        }
+    }
+    if (command.word_number("MOVE").value_or(0) != 0) move(to);
 }
 
 }  // namespace qduino::twin

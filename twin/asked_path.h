@@ -1,45 +1,51 @@
 // The asked path: what a G-code file demands of the machine, as straight pieces in machine
 // coordinates, read lazily.
 //
-// Geometry alone: G0 G1 G2 G3 (I J or R), G20 G21, G90 G91, G92, G28, M82 M83, M221. Feed rates,
-// heat and everything else change when a part is made, never which part. The dialect is Marlin's:
+// Geometry alone. Feed rates, heat and everything else change when a part is made, never which
+// part. The dialect is Marlin's, with Klipper's words where slicers write them (docs/sources.md):
 // - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards.
-// - M221 scales every E movement from then on; the words still mean unscaled filament.
-// - G92 renames the present position (nothing moves; without a letter every axis is 0). G28 also
-//   forgets the G92 of the axes that it homes.
-// - An arc becomes chords that stay within kChordErrorMm of it.
+// - M221 scales every E movement from then on; the words still mean unscaled filament. M200 makes
+//   them mm³. M92 E says how many steps a millimetre of filament takes: it scales what E must do.
+// - G92 renames the present position (nothing moves; without a letter every axis is 0, and so is an
+//   axis whose letter stands alone). G28 also forgets the G92 of the axes that it homes. M206, M428
+//   and SET_GCODE_OFFSET shift the coordinates, and outlast a G28.
+// - G10 draws the filament back by M207's length and lifts by its Z; G11 undoes both, and pushes
+//   M208's length on top. Neither changes what the words of E count from.
+// - Arcs and splines become chords: asked_curve.h. Words may be macros: asked_lines.h.
+// - While an object is left out (asked_objects.h), and then until a line goes sideways, the head
+//   waits where it was; firmware retractions are made there. That line first takes it to its own
+//   end: up, sideways, down. The filament is drawn back before, or pushed again after it, to where
+//   the program takes it to be.
 //
 // Invariant: each item starts where the one before it ended; items that move nothing are not given.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <deque>
 
+#include "twin/asked_curve.h"
+#include "twin/asked_lines.h"
+#include "twin/asked_objects.h"
 #include "twin/byte_source.h"
-#include "twin/line_reader.h"
 #include "twin/machine.h"
 
 namespace qduino::twin {
-
-/// In mm of machine coordinates. E: filament since the start, flow applied.
-using Position = std::array<double, kAxisCount>;
 
 struct AskedItem {
     enum class Kind : std::uint8_t { move, home, end };
     Kind kind = Kind::end;
     std::uint8_t homed = 0;  ///< home: bit per slide
+    bool curved = false;     ///< move: a chord of an arc or of a spline
     std::uint64_t line = 0;
     Position to{};  ///< where this item ends
 };
 
 class AskedPath {
   public:
-    static constexpr double kChordErrorMm = 0.0002;
-
-    /// `start`: the machine's position before the first line. `home_mm`: coordinates of the
-    /// switches.
-    AskedPath(ByteSource& source, const Position& start, const std::array<double, kSlideCount>& home_mm)
-        : lines_(source), home_mm_(home_mm), machine_(start), logical_e_(start[kExtruder]) {}
+    /// `start`: the machine's position before the first line. Of `machine` the coordinates of the
+    /// switches and what a step of E pushes count.
+    AskedPath(ByteSource& source, const Position& start, const Machine& machine);
 
     /// The next item; Kind::end for ever once the source has ended.
     [[nodiscard]] AskedItem next();
@@ -47,38 +53,80 @@ class AskedPath {
     [[nodiscard]] const Position& position() const { return machine_; }
 
     /// Sum of all E movements given out so far, and of the positive ones, in mm.
-    [[nodiscard]] double filament_net_mm() const { return filament_net_mm_; }
-    [[nodiscard]] double filament_pushed_mm() const { return filament_pushed_mm_; }
+    [[nodiscard]] double filament_net_mm() const { return filament_.net_mm; }
+    [[nodiscard]] double filament_pushed_mm() const { return filament_.pushed_mm; }
 
   private:
-    struct Arc {
+    /// M207, M208: Marlin's defaults.
+    struct Retraction {
+        double length_mm = 3, lift_mm = 0, extra_mm = 0;
+        bool drawn = false;
+        double drawn_mm = 0, lifted_mm = 0;  ///< by the G10 in force
+    };
+    using Slides = std::array<double, kSlideCount>;
+    /// Of words to coordinates: machine = word + total, for X, Y, Z.
+    struct Offsets {
+        Slides total{};   ///< G92 and the two below
+        Slides home{};    ///< M206: taken off, also after a G28
+        Position code{};  ///< SET_GCODE_OFFSET: added, also after a G28
+    };
+    struct Filament {
+        double programmed = 0;  ///< what the words of E have counted to
+        double flow = 1;
+        double scale = 1;           ///< M92 E
+        double diameter_mm = 1.75;  ///< M200 D
+        bool volumetric = false;
+        double peak_mm = 0;  ///< the furthest that E of the program has been
+        double net_mm = 0;
+        double pushed_mm = 0;
+    };
+    struct Modes {
+        double unit_mm = 1;
+        bool relative = false;
+        bool relative_e = false;
+        Plane plane = Plane::xy;
+    };
+    /// The head waits while an object is left out, and then until a line goes sideways.
+    struct Waiting {
         bool active = false;
-        double centre_x = 0, centre_y = 0, radius = 0, start_angle = 0, sweep = 0;
-        int chord = 0, chords = 0;
-        Position from{}, to{};
+        double drawn_mm = 0;  ///< filament drawn back when it began to wait
     };
 
-    bool run(const CommandLine& command, AskedItem& item);
-    bool run_g(const CommandLine& command, AskedItem& item);
-    bool begin_arc(const CommandLine& command, bool clockwise, AskedItem& item);
-    bool home(const CommandLine& command, AskedItem& item);
+    void run(const CommandLine& command);
+    void run_g(const CommandLine& command);
+    void run_m(const CommandLine& command);
+    void move(const Position& to);
+    void begin_curve(const CommandLine& command);
+    void home(const CommandLine& command);
+    void draw_back();
+    void push_again();
     void rename(const CommandLine& command);
+    void set_home_offset(std::size_t axis, double mm);
+    void centre_home();
+    void shift(const CommandLine& command);
+    void volumetric(const CommandLine& command);
+    void read_mm(const CommandLine& command, char letter, double& mm) const;
     [[nodiscard]] Position target(const CommandLine& command);
-    [[nodiscard]] Position arc_point(int chord) const;
-    bool emit(const Position& to, AskedItem& item);
+    [[nodiscard]] double e_unit() const;
+    [[nodiscard]] double filament_per_word() const;
+    void follow(const Position& to, bool curved = false);
+    void follow_retraction(const Position& to);
+    void rejoin(const Position& to);
+    void give(const Position& to, bool curved);
 
-    LineReader lines_;
-    std::array<double, kSlideCount> home_mm_;
-    Position machine_;
-    std::array<double, kSlideCount> offset_{};  // machine = word + offset (G92)
-    double logical_e_;
-    double unit_mm_ = 1;
-    double flow_ = 1;
-    bool relative_ = false;
-    bool relative_e_ = false;
-    double filament_net_mm_ = 0;
-    double filament_pushed_mm_ = 0;
-    Arc arc_{};
+    AskedLines lines_;
+    AskedObjects objects_;
+    Slides home_mm_{};
+    double extruder_steps_per_mm_;
+    Position program_;  // where the lines read so far lead
+    Position machine_;  // where the items lead: behind while the head waits
+    Waiting waiting_{};
+    Offsets offsets_{};
+    Filament filament_{};
+    Modes modes_{};
+    Retraction retraction_{};
+    AskedCurve curve_{};
+    std::deque<AskedItem> given_;  // of the line in hand
 };
 
 }  // namespace qduino::twin

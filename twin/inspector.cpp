@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 
 namespace qduino::twin {
 namespace {
@@ -10,10 +11,6 @@ namespace {
 // A path that ends this near to a half step may have been rounded either way: both are right.
 constexpr double kTieSteps = 0.01;
 constexpr std::size_t kNoAxis = kAxisCount;
-
-std::array<double, kSlideCount> home_coordinates(const Machine& machine) {
-    return {machine.axes[0].home_mm, machine.axes[1].home_mm, machine.axes[2].home_mm};
-}
 
 }  // namespace
 
@@ -29,7 +26,7 @@ InspectionStart InspectionStart::at_power_on(const std::array<std::int64_t, kAxi
 
 Inspector::Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start)
     : machine_(machine),
-      asked_(source, start.asked_mm, home_coordinates(machine)),
+      asked_(source, start.asked_mm, machine),
       origin_(start.origin),
       position_(start.built),
       pressed_(start.pressed) {
@@ -37,7 +34,7 @@ Inspector::Inspector(const Machine& machine, ByteSource& source, const Inspectio
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
     // A piece of no length: the place to start from.
-    pieces_.push_back({AskedItem::Kind::move, 0, 0, so_far_.at, so_far_.at});
+    pieces_.push_back({AskedItem::Kind::move, 0, false, 0, so_far_.at, so_far_.at});
 }
 
 Inspector::Point Inspector::to_steps(const Position& mm) const {
@@ -50,7 +47,8 @@ Inspector::Point Inspector::to_steps(const Position& mm) const {
 const Inspector::Piece& Inspector::piece(std::size_t index) {
     while (pieces_.size() <= index && pieces_.back().kind != AskedItem::Kind::end) {
         const AskedItem item = asked_.next();
-        pieces_.push_back({item.kind, item.homed, item.line, pieces_.back().to, to_steps(item.to)});
+        pieces_.push_back(
+            {item.kind, item.homed, item.curved, item.line, pieces_.back().to, to_steps(item.to)});
         ++pieces_read_;
         if (!remembered_.empty()) read_since_.push_back(pieces_.back());
     }
@@ -147,7 +145,8 @@ bool Inspector::is_clean_since(const Remembered& then) const {
         if (so_far_.findings.axes[axis].unexplained != then.so_far.findings.axes[axis].unexplained)
             return false;
     }
-    return so_far_.worst[kExtruder] <= std::max(then.so_far.worst[kExtruder], kCleanExtruderSteps);
+    return std::max(so_far_.worst[kExtruder], so_far_.worst_curved[kExtruder]) <=
+           std::max({then.so_far.worst[kExtruder], then.so_far.worst_curved[kExtruder], kCleanExtruderSteps});
 }
 
 void Inspector::remember() {
@@ -216,30 +215,32 @@ void Inspector::follow(std::size_t axis, int direction) {
                     kAstraySteps + static_cast<double>(so_far_.unexplained_run)};
     // The path has been beyond the step's boundary: the step is late. On the boundary itself, a
     // step the other way may just have put the cursor there, so the path ahead is asked first.
+    // On a curve crossings say nothing.
+    const bool curved = pieces_.front().curved;
     const double beyond = way * (so_far_.at[axis] - step.boundary);
-    const bool found =
-        beyond <= kTieSteps && (advance_in_piece(step) || (so_far_.unexplained_run < kGiveUp && walk(step)));
-    if (found || beyond >= -kTieSteps) {
-        if (!found) note(axis, std::abs(beyond) + 0.5, pieces_.front().line);
+    const bool ahead = curved || beyond <= kTieSteps;
+    const bool found = ahead && (advance_in_piece(step) || (so_far_.unexplained_run < kGiveUp && walk(step)));
+    if (found || (!curved && beyond >= -kTieSteps)) {
+        if (!found) note(axis, std::abs(beyond) + 0.5, pieces_.front().curved);
         so_far_.unexplained_run = 0;
         if (found) goes_on();
         return;
     }
     ++so_far_.unexplained_run;
     ++so_far_.findings.axes[axis].unexplained;
-    note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), pieces_.front().line);
+    note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), pieces_.front().curved);
 }
 
 // Nearly every step ends here: the boundary lies on the piece that the cursor is on.
 bool Inspector::advance_in_piece(const Step& step) {
     const Piece& here = pieces_.front();
-    if (here.kind != AskedItem::Kind::move) return false;
-    Cursor cursor{0, so_far_.share, so_far_.at, {}};
+    if (here.kind != AskedItem::Kind::move || here.curved) return false;
+    Cursor cursor{0, so_far_.share, so_far_.at, {}, false};
     if (step.direction * (here.to[step.axis] - step.boundary) < 0 || !creep(cursor, step)) return false;
     if (!others_near(cursor, step)) return false;
     so_far_.share = cursor.share;
     so_far_.at = cursor.at;
-    note_all();
+    note_all(false);
     return true;
 }
 
@@ -284,10 +285,11 @@ bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
 bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
     cursor.at = pieces_[cursor.piece].to;
     cursor.share = 1;
+    const bool curved = pieces_[cursor.piece].curved;  // commit_on_curve() notes what is beside it
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const double before_step = so_far_.built[axis] - (axis == step.axis ? step.direction : 0.0);
         const double deviation = std::abs(before_step - cursor.at[axis]);
-        cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
+        if (!curved) cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
         if (axis >= kSlideCount || deviation <= step.limit_steps) continue;
         if (deviation > step.limit_steps + std::max(std::abs(before_step - so_far_.at[axis]), 0.5))
             return false;
@@ -295,41 +297,60 @@ bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
     return true;
 }
 
-// Looks for the step's boundary on the pieces ahead, and meanwhile for a homing that would explain
-// the step.
+// Looks for the step's boundary on the pieces ahead, or for the place of a curve that the step
+// leads to, and meanwhile for a homing that would explain the step. At the end of a curve a step
+// beyond its last place may be the first one of what follows.
 bool Inspector::walk(const Step& step) {
-    Cursor cursor{0, so_far_.share, so_far_.at, {}};
+    Cursor cursor{0, so_far_.share, so_far_.at, {}, pieces_.front().curved};
+    std::optional<Cursor> on_curve;  // to take if nothing behind the curve explains the step
     while (cursor.piece < kLookAhead) {
-        if (cursor.share < 1 || cursor.piece == 0) {
-            if (pieces_[cursor.piece].kind == AskedItem::Kind::move && creep(cursor, step)) {
-                if (!others_near(cursor, step)) return false;
-                commit(cursor);
-                return true;
+        const Piece& here = pieces_[cursor.piece];
+        if (here.curved) {
+            const bool goes_on = project(cursor);
+            const bool reached =
+                cursor.share < 1 || step.direction * (cursor.at[step.axis] - step.boundary) >= -kTieSteps;
+            if (!goes_on && reached && is_near_curve(cursor, kOnCurveSteps))
+                return commit_on_curve(cursor), true;
+            if (is_near_curve(cursor, step.limit_steps)) on_curve = cursor;
+            if (!pass_end(cursor, step)) break;
+        } else if (cursor.share < 1 || cursor.piece == 0) {
+            if (here.kind == AskedItem::Kind::move && creep(cursor, step)) {
+                if (!others_near(cursor, step)) break;
+                return commit(cursor), true;
             }
-            if (!pass_end(cursor, step)) return false;
+            if (!pass_end(cursor, step)) break;
         }
         const Piece& next = piece(++cursor.piece);
         cursor.share = 0;
-        if (next.kind == AskedItem::Kind::end) return false;
+        cursor.curved = cursor.curved || next.curved;
+        if (next.kind == AskedItem::Kind::end) break;
         if (next.kind == AskedItem::Kind::home) {
-            if ((next.homed >> step.axis & 1u) == 0) return false;
-            so_far_.built[step.axis] -= step.direction;  // this step is homing's own
-            commit(cursor);
-            so_far_.at = pieces_.front().to;
-            so_far_.share = 1;
-            begin_homing();
-            return true;
+            if (begins_homing(cursor, step)) return true;
+            break;
         }
     }
-    return false;
+    if (on_curve) commit_on_curve(*on_curve);
+    return on_curve.has_value();
+}
+
+// The cursor stands at a G28: does the step belong to it?
+bool Inspector::begins_homing(Cursor& cursor, const Step& step) {
+    if ((pieces_[cursor.piece].homed >> step.axis & 1u) == 0) return false;
+    so_far_.built[step.axis] -= step.direction;  // this step is homing's own
+    commit(cursor);
+    so_far_.at = pieces_.front().to;
+    so_far_.share = 1;
+    begin_homing();
+    return true;
 }
 
 // The extruder moves the cursor at most to where a slide is due to step.
 void Inspector::follow_extruder(int direction) {
     const double way = direction;
     const Step step{kExtruder, way, so_far_.built[kExtruder] - 0.5 * way, 0};
-    note(kExtruder, std::abs(so_far_.at[kExtruder] - (so_far_.built[kExtruder] - way)), pieces_.front().line);
-    Cursor cursor{0, so_far_.share, so_far_.at, {}};
+    note(kExtruder, std::abs(so_far_.at[kExtruder] - (so_far_.built[kExtruder] - way)),
+         pieces_.front().curved);
+    Cursor cursor{0, so_far_.share, so_far_.at, {}, pieces_.front().curved};
     bool found = way * (so_far_.at[kExtruder] - step.boundary) > kTieSteps;
     while (!found && cursor.piece < kLookAhead) {
         const Piece& here = pieces_[cursor.piece];
@@ -347,9 +368,11 @@ void Inspector::follow_extruder(int direction) {
         }
         cursor.worst[kExtruder] = std::max(cursor.worst[kExtruder],
                                            std::abs(so_far_.built[kExtruder] - way - cursor.at[kExtruder]));
-        if (piece(cursor.piece + 1).kind != AskedItem::Kind::move) break;
+        const Piece& next = piece(cursor.piece + 1);
+        if (next.kind != AskedItem::Kind::move) break;
         ++cursor.piece;
         cursor.share = 0;
+        cursor.curved = cursor.curved || next.curved;
     }
     commit(cursor);
 }
@@ -367,25 +390,30 @@ double Inspector::slides_reach(const Piece& here, double share) const {
     return std::max(reach, share);
 }
 
-void Inspector::commit(const Cursor& cursor) {
+void Inspector::drop_passed(const Cursor& cursor) {
     pieces_.erase(pieces_.begin(), pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
     so_far_.share = cursor.share;
     so_far_.at = cursor.at;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        note(axis, cursor.worst[axis], pieces_.front().line);
-    note_all();
 }
 
-void Inspector::note(std::size_t axis, double deviation_steps, std::uint64_t line) {
-    if (deviation_steps <= so_far_.worst[axis]) return;
-    so_far_.worst[axis] = deviation_steps;
-    so_far_.findings.axes[axis].worst_line = line;
+void Inspector::commit(const Cursor& cursor) {
+    drop_passed(cursor);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) note(axis, cursor.worst[axis], cursor.curved);
+    note_all(cursor.curved);
 }
 
-void Inspector::note_all() {
-    const std::uint64_t line = pieces_.front().line;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), line);
+void Inspector::note(std::size_t axis, double deviation_steps, bool curved) {
+    double& worst = curved ? so_far_.worst_curved[axis] : so_far_.worst[axis];
+    if (deviation_steps <= worst) return;
+    worst = deviation_steps;
+    AxisFindings& found = so_far_.findings.axes[axis];
+    (curved ? found.worst_curve_line : found.worst_line) = pieces_.front().line;
+}
+
+// On a curve, what the slides are beside it is noted where they step: commit_on_curve().
+void Inspector::note_all(bool curved) {
+    for (std::size_t axis = curved ? kExtruder : 0; axis < kAxisCount; ++axis)
+        note(axis, std::abs(so_far_.built[axis] - so_far_.at[axis]), curved);
 }
 
 // ---- the end of a job ---------------------------------------------------------------------------
@@ -393,9 +421,10 @@ void Inspector::note_all() {
 // Passes the pieces that ask for no further step. True when that leads to the end of the path.
 bool Inspector::pass_rest() {
     const Step nobody{kNoAxis, 0, 0, kAstraySteps};
-    Cursor cursor{0, so_far_.share, so_far_.at, {}};
+    Cursor cursor{0, so_far_.share, so_far_.at, {}, pieces_.front().curved};
     for (; cursor.piece < kLookAhead; ++cursor.piece, cursor.share = 0) {
         const Piece& here = piece(cursor.piece);
+        cursor.curved = cursor.curved || here.curved;
         if (here.kind == AskedItem::Kind::end) break;
         // A homing that never began.
         if (here.kind == AskedItem::Kind::home && cursor.piece > 0) return false;
@@ -423,6 +452,7 @@ Findings Inspector::finish(Instant now, bool read_rest) {
         const double built = static_cast<double>(position_[axis]) - origin_[axis];
         AxisFindings& found = so_far_.findings.axes[axis];
         found.path_deviation_mm_max = so_far_.worst[axis] / steps_per_mm;
+        found.curve_deviation_mm_max = so_far_.worst_curved[axis] / steps_per_mm;
         found.final_asked_mm = final_asked_[axis];
         found.final_built_mm = built / steps_per_mm;
         found.final_exact = std::abs(built - final_asked_[axis] * steps_per_mm) <= 0.5 + kTieSteps;

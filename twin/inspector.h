@@ -25,6 +25,18 @@
 // contradicted. After an earlier job it is unknown where E's zero lies within a microstep, and one
 // microstep of filament is 25 of the slides.
 //
+// Curves. A firmware makes chords of its own of an arc. Near the place where the arc turns back, a
+// chord that is 5 µm beside it crosses a half step half a millimetre early, or never. So on curves
+// the cursor does not follow crossings. It moves forward to the place of the true curve that is
+// nearest to where the slides stand, and the distance from there, square to the curve, is noted:
+//
+//        built ●               deviation = the part of (built − asked(s)) square to the curve; at
+//          ´  ↕ ` .            most 0.71 steps and what the firmware's chord is off. How far along
+//      ´  asked(s)   `         the curve the slides stand is told by E alone.
+//
+// Deviations from curves are noted apart from those of straight pieces, with a tolerance of their
+// own (report.h).
+//
 // Homing: at a G28 the steps of its axes are skipped until homing_watch.h finds them home. The
 // place where the axis then stands gets the coordinate of the switch (home_mm).
 //
@@ -48,7 +60,8 @@
 // items) and one read buffer.
 //
 // It has more functions and members than other classes: the comparison, homing and excursions share
-// one place on the path and one set of counts, and an excursion puts all of them back at once.
+// one place on the path and one set of counts, and an excursion puts all of them back at once. What
+// concerns curves is in inspector_curve.cpp.
 #pragma once
 
 #include <array>
@@ -81,10 +94,12 @@ struct InspectionStart {
 
 /// The movements of one axis during a job. Deviations and positions in mm.
 struct AxisFindings {
-    std::uint64_t steps = 0;        ///< microsteps moved, either way, homing included
-    std::uint64_t unexplained = 0;  ///< steps that the path does not ask for
-    double path_deviation_mm_max = 0;
-    std::uint64_t worst_line = 0;  ///< line of the G-code at the largest deviation
+    std::uint64_t steps = 0;            ///< microsteps moved, either way, homing included
+    std::uint64_t unexplained = 0;      ///< steps that the path does not ask for
+    double path_deviation_mm_max = 0;   ///< from the straight pieces
+    std::uint64_t worst_line = 0;       ///< line of the G-code at the largest deviation
+    double curve_deviation_mm_max = 0;  ///< from the arcs and splines
+    std::uint64_t worst_curve_line = 0;
     double final_asked_mm = 0;
     double final_built_mm = 0;
     bool final_exact = false;  ///< built is the whole step nearest to asked
@@ -126,6 +141,10 @@ class Inspector {
     /// So far behind a rest nobody leaves the path: what goes wrong there is the machine's own
     /// error, and is followed.
     static constexpr std::uint64_t kAwayWithinSteps = 2000;
+    /// On top of the steps above: a firmware's chord may be so far from the true curve.
+    static constexpr double kChordMm = 0.006;
+    /// A place that is no further off than this and a chord needs no look behind the curve.
+    static constexpr double kOnCurveSteps = 0.75;
     /// This near to what was asked, the head is on the path; E by its tolerance.
     static constexpr double kCleanSteps = 1.0;
     static constexpr double kCleanExtruderSteps = 5.0;
@@ -158,6 +177,7 @@ class Inspector {
     struct Piece {
         AskedItem::Kind kind = AskedItem::Kind::end;
         std::uint8_t homed = 0;
+        bool curved = false;
         std::uint64_t line = 0;
         Point from{};
         Point to{};
@@ -167,7 +187,8 @@ class Inspector {
         std::size_t piece = 0;
         double share = 0;
         Point at{};
-        Point worst{};  // largest deviations met on the way here
+        Point worst{};        // largest deviations met on the way here
+        bool curved = false;  // the way here touched a curve
     };
     struct Step {
         std::size_t axis = 0;
@@ -184,7 +205,8 @@ class Inspector {
         std::int64_t net_steps = 0;  ///< of the extruder
         std::uint64_t pushed_steps = 0;
         std::uint64_t unexplained_run = 0;
-        Point worst{};
+        Point worst{};         ///< from straight pieces
+        Point worst_curved{};  ///< from curves
         Findings findings{};
     };
     /// The comparison as it stood at a rest on the path.
@@ -208,6 +230,12 @@ class Inspector {
     void follow(std::size_t axis, int direction);
     [[nodiscard]] bool advance_in_piece(const Step& step);
     [[nodiscard]] bool walk(const Step& step);
+    [[nodiscard]] bool begins_homing(Cursor& cursor, const Step& step);
+    [[nodiscard]] bool project(Cursor& cursor);
+    [[nodiscard]] double nearest_share(const Piece& here, double from) const;
+    [[nodiscard]] bool is_near_curve(const Cursor& cursor, double limit_steps) const;
+    void commit_on_curve(const Cursor& cursor);
+    void drop_passed(const Cursor& cursor);
     void follow_extruder(int direction);
     [[nodiscard]] double slides_reach(const Piece& here, double share) const;
     [[nodiscard]] static Point point_on(const Piece& piece, double share);
@@ -216,8 +244,8 @@ class Inspector {
     [[nodiscard]] bool others_near(const Cursor& cursor, const Step& step) const;
     [[nodiscard]] bool pass_rest();
     void commit(const Cursor& cursor);
-    void note(std::size_t axis, double deviation_steps, std::uint64_t line);
-    void note_all();
+    void note(std::size_t axis, double deviation_steps, bool curved);
+    void note_all(bool curved);
     void begin_homing();
     void end_homing(std::uint8_t homed);
     [[nodiscard]] const Piece& piece(std::size_t index);

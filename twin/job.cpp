@@ -23,11 +23,10 @@ void widen(TemperatureRange& range, double celsius) {
 }  // namespace
 
 Job::Job(Printer& printer, std::unique_ptr<ByteSource> asked, Instant now,
-         const std::optional<InspectionStart>& before, const Tolerances& tolerances)
+         const std::optional<InspectionStart>& before)
     : printer_(printer),
       asked_(std::move(asked)),
       began_(now),
-      tolerances_(tolerances),
       at_begin_(printer.state(now)),
       inspector_(printer.machine(), *asked_, start_for(printer, now, before)),
       deposit_(printer.machine(), at_begin_.position_steps[kExtruder]),
@@ -106,7 +105,7 @@ Report Job::finish(Instant now, bool read_rest, std::uint64_t excursions_told) {
             inspector_.homed_at()[axis] - printer_.axis(static_cast<int>(axis)).trigger();
         found.homing_error_mm = static_cast<double>(off) * mm_per_step_[axis];
     }
-    judge(report, tolerances_, printer_.machine().axes[kExtruder].steps_per_mm);
+    judge(report, printer_.machine());
     return report;
 }
 

@@ -29,7 +29,7 @@ class Job final : public MotionObserver {
     /// `before`: where the last job of the same session ended, if there was one. Without it the
     /// firmware is assumed to call the present place 0, as it does at power-on.
     Job(Printer& printer, std::unique_ptr<ByteSource> asked, Instant now,
-        const std::optional<InspectionStart>& before = std::nullopt, const Tolerances& tolerances = {});
+        const std::optional<InspectionStart>& before = std::nullopt);
     ~Job() override;
     Job(const Job&) = delete;
     Job& operator=(const Job&) = delete;
@@ -53,7 +53,6 @@ class Job final : public MotionObserver {
     Printer& printer_;
     std::unique_ptr<ByteSource> asked_;
     Instant began_;
-    Tolerances tolerances_;
     PrinterState at_begin_;
     Inspector inspector_;
     Deposit deposit_;

@@ -1,5 +1,6 @@
 #include "twin/line_reader.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -34,12 +35,62 @@ Word take_word(std::string_view& text) {
     return word;
 }
 
+char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
+
+bool is_of_word(char c) { return (upper(c) >= 'A' && upper(c) <= 'Z') || c == '_' || (c >= '0' && c <= '9'); }
+
+/// Two letters, or a letter and an underscore, begin a word.
+bool begins_word(std::string_view line) {
+    const auto letter = [](char c) { return upper(c) >= 'A' && upper(c) <= 'Z'; };
+    return line.size() >= 2 && letter(line[0]) && (letter(line[1]) || line[1] == '_');
+}
+
+CommandLine word_line(std::string_view line) {
+    CommandLine command;
+    while (!line.empty() && is_of_word(line.front())) {
+        command.word += upper(line.front());
+        line.remove_prefix(1);
+    }
+    command.tail = line;
+    return command;
+}
+
 }  // namespace
+
+std::optional<std::string_view> CommandLine::word_value(std::string_view key) const {
+    std::string_view rest = tail;
+    while (!rest.empty()) {
+        skip_blanks(rest);
+        const std::size_t equals = rest.find_first_of("= \t");
+        if (equals == std::string_view::npos) return std::nullopt;
+        const std::string_view name = rest.substr(0, equals);
+        rest.remove_prefix(equals);
+        if (rest.front() != '=') continue;
+        rest.remove_prefix(1);
+        const bool quoted = !rest.empty() && (rest.front() == '"' || rest.front() == '\'');
+        if (quoted) rest.remove_prefix(1);
+        const std::size_t end = std::min(rest.find_first_of(quoted ? "\"'" : " \t"), rest.size());
+        if (std::ranges::equal(name, key, {}, upper, upper)) return rest.substr(0, end);
+        rest.remove_prefix(std::min(end + (quoted ? 1 : 0), rest.size()));
+    }
+    return std::nullopt;
+}
+
+std::optional<double> CommandLine::word_number(std::string_view key) const {
+    std::optional<std::string_view> digits = word_value(key);
+    if (!digits) return std::nullopt;
+    if (!digits->empty() && digits->front() == '+') digits->remove_prefix(1);
+    double given = 0;
+    const auto [end, error] =
+        std::from_chars(digits->data(), digits->data() + digits->size(), given, std::chars_format::fixed);
+    return error == std::errc{} ? std::optional{given} : std::nullopt;
+}
 
 CommandLine LineReader::parse(std::string_view line) {
     CommandLine command;
     line = line.substr(0, line.find(';'));
     line = line.substr(0, line.find('*'));
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
     for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
         if (line.front() == '(') {  // a comment in the middle of a line
             const std::size_t end = line.find(')');
@@ -53,6 +104,7 @@ CommandLine LineReader::parse(std::string_view line) {
             line.remove_prefix(1);
             continue;
         }
+        if (command.letter == 0 && begins_word(line)) return word_line(line);
         const Word word = take_word(line);
         if (command.letter == 0) {
             if (word.letter == 'N' && word.has_number) continue;  // line number

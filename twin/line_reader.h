@@ -1,5 +1,5 @@
-// Lines of G-code, cut to the words that carry geometry: one command and its numbers, without
-// comments and check sums.
+// Lines of G-code, cut to the words that carry geometry: one command and its numbers, or a word
+// and its text, without comments and check sums.
 //
 //   "N12 G1 X10.5 E-.8 ; comment*37"  →  letter G, number 1, words {X: 10.5, E: −0.8}
 //
@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -22,16 +23,22 @@ namespace qduino::twin {
 /// One command: its letter and number, and for every letter of the alphabet the number that
 /// followed it.
 struct CommandLine {
-    char letter = 0;  ///< 'G' or 'M'; 0 when the line commands nothing
+    char letter = 0;  ///< 'G' or 'M'; 0 when the line commands nothing, or begins with a word
     int number = -1;
     int subcode = 0;            ///< the 1 of G92.1
     std::uint32_t present = 0;  ///< bit per letter, with or without a number
     std::array<double, 26> values{};
+    std::string word{};  ///< of a command that is a word (SET_GCODE_OFFSET), in upper case
+    std::string tail{};  ///< … and what follows it
 
-    [[nodiscard]] bool has(char word) const { return (present >> (word - 'A') & 1u) != 0; }
-    [[nodiscard]] double value(char word, double otherwise = 0) const {
-        return has(word) ? values[static_cast<std::size_t>(word - 'A')] : otherwise;
+    [[nodiscard]] bool has(char name) const { return (present >> (name - 'A') & 1u) != 0; }
+    [[nodiscard]] double value(char name, double otherwise = 0) const {
+        return has(name) ? values[static_cast<std::size_t>(name - 'A')] : otherwise;
     }
+    /// Of `KEY=VALUE` behind a word command, keys in any case. The value ends at a blank; quotes
+    /// around it are taken off.
+    [[nodiscard]] std::optional<std::string_view> word_value(std::string_view key) const;
+    [[nodiscard]] std::optional<double> word_number(std::string_view key) const;
 };
 
 class LineReader {

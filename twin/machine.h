@@ -5,13 +5,15 @@
 // see the printer's configuration. The defaults are the same reference machine (the paper's
 // Printrbot Simple Metal with the heated-bed kit), written down a second time: a wrong steps/mm in
 // either shows as a part of the wrong size. That check is lost where an app makes the twin from the
-// printer's own numbers (apps/machine_file/twin_machine.h): with a machine file, and in
-// printer-sim.
+// printer's own machine file (apps/machine_file/twin_machine.h); printer-sim's --twin-machine gives
+// the twin a file of its own.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "base/time.h"
 #include "device/thermistor.h"
@@ -68,6 +70,12 @@ struct HeaterSpec {
     device::Thermistor thermistor{};
 };
 
+/// A word of a file, and the lines that it stands for (asked_lines.h).
+struct MacroSpec {
+    std::string name;  ///< upper case
+    std::string text;
+};
+
 inline constexpr int kHeaterCount = 2;
 inline constexpr int kHotEnd = 0;
 inline constexpr int kBed = 1;
@@ -90,6 +98,7 @@ struct Machine {
     double ambient_celsius = 20;
     double filament_diameter_mm = 1.75;
     double nozzle_diameter_mm = 0.4;
+    std::vector<MacroSpec> macros{};
     /// Plastic pushed at less than this is counted as a violation.
     double minimum_extrude_celsius = 160;
 

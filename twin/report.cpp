@@ -17,12 +17,20 @@ void differ(Report& report, const Pieces&... pieces) {
     report.differences.push_back(text<std::string>(pieces...));
 }
 
-void judge_axis(Report& report, std::size_t axis, double tolerance_mm) {
+void judge_deviation(Report& report, std::size_t axis, std::string_view from, double deviation_mm,
+                     double allowed_mm, std::uint64_t line) {
+    if (deviation_mm <= allowed_mm) return;
+    differ(report, kAxisLetter[axis], " left the asked ", from, " by ", Fixed{deviation_mm, 6},
+           " mm (at most ", Fixed{allowed_mm, 6}, ") near line ", line);
+}
+
+void judge_axis(Report& report, std::size_t axis, const Tolerances& tolerances) {
     const AxisFindings& found = report.findings.axes[axis];
     const char letter = kAxisLetter[axis];
-    if (found.path_deviation_mm_max > tolerance_mm)
-        differ(report, letter, " left the asked path by ", Fixed{found.path_deviation_mm_max, 6},
-               " mm (at most ", Fixed{tolerance_mm, 6}, ") near line ", found.worst_line);
+    judge_deviation(report, axis, "path", found.path_deviation_mm_max, tolerances.path_mm[axis],
+                    found.worst_line);
+    judge_deviation(report, axis, "curve", found.curve_deviation_mm_max, tolerances.curve_mm[axis],
+                    found.worst_curve_line);
     if (!found.final_exact)
         differ(report, letter, " ended at ", Fixed{found.final_built_mm, 6}, " mm where ",
                Fixed{found.final_asked_mm, 6}, " was asked");
@@ -79,19 +87,34 @@ Json range_json(bool known, const TemperatureRange& range) {
 
 }  // namespace
 
-void judge(Report& report, const Tolerances& tolerances, double filament_steps_per_mm) {
+Tolerances tolerances_of(const Machine& machine) {
+    Tolerances allowed;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const double step_mm = 1 / machine.axes[axis].steps_per_mm;
+        const bool slide = axis < kSlideCount;
+        allowed.path_mm[axis] = slide
+                                    ? Tolerances::kSlideSteps * step_mm
+                                    : std::max(Tolerances::kExtruderSteps * step_mm, Tolerances::kExtruderMm);
+        allowed.curve_mm[axis] =
+            slide ? Tolerances::kCurveSteps * step_mm + Tolerances::kCurveMm : allowed.path_mm[axis];
+    }
+    return allowed;
+}
+
+void judge(Report& report, const Machine& machine) {
+    const Tolerances tolerances = tolerances_of(machine);
     report.differences.clear();
     report.completed = report.findings.path_consumed;
     if (!report.completed)
         differ(report, "the asked path was not built to its end: line ", report.findings.line,
                " was reached");
     judge_excursions(report);
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) judge_axis(report, axis, tolerances.path_mm[axis]);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) judge_axis(report, axis, tolerances);
     const double asked = report.findings.filament_asked_mm;
     const double built = report.findings.filament_built_mm;
     // Half a microstep at either end of the job is rounding.
-    const double allowed =
-        std::max(tolerances.filament_share * std::abs(asked), (1.0 + 1e-9) / filament_steps_per_mm);
+    const double allowed = std::max(tolerances.filament_share * std::abs(asked),
+                                    (1.0 + 1e-9) / machine.axes[kExtruder].steps_per_mm);
     if (std::abs(built - asked) > allowed)
         differ(report, Fixed{built, 4}, " mm of filament were pushed where ", Fixed{asked, 4},
                " were asked (within ", Fixed{allowed, 4}, ")");
@@ -123,6 +146,8 @@ std::string to_json(const Report& report, std::size_t layer_limit) {
     json["unexplained_steps"] = of_axes(&AxisFindings::unexplained);
     json["path_deviation_mm_max"] = of_axes(&AxisFindings::path_deviation_mm_max);
     json["path_deviation_line"] = of_axes(&AxisFindings::worst_line);
+    json["curve_deviation_mm_max"] = of_axes(&AxisFindings::curve_deviation_mm_max);
+    json["curve_deviation_line"] = of_axes(&AxisFindings::worst_curve_line);
     json["final_position_mm"] = {{"asked", of_axes(&AxisFindings::final_asked_mm)},
                                  {"built", of_axes(&AxisFindings::final_built_mm)}};
     json["homed"] = of_axes(&AxisFindings::homed);

@@ -13,12 +13,24 @@
 
 namespace qduino::twin {
 
-/// How far built may be from asked.
+/// How far built may be from asked. A perfect machine stands half a microstep from its path at
+/// most. The rest is for the order in which near-simultaneous steps were sent.
 struct Tolerances {
-    /// Largest path deviation. X, Y: one microstep; Z: one of its own; E: five (of filament).
-    std::array<double, kAxisCount> path_mm{0.0125, 0.0125, 0.0005, 0.052};
+    static constexpr double kSlideSteps = 1.0;
+    /// Of filament: where two moves meet, E may take its steps a little before the slides, or
+    /// behind.
+    static constexpr double kExtruderSteps = 5.0;
+    static constexpr double kExtruderMm = 0.052;
+    /// From a true curve the firmware's own chords may be this far, on top of so many microsteps.
+    static constexpr double kCurveMm = 0.006;
+    static constexpr double kCurveSteps = 0.75;
+
+    std::array<double, kAxisCount> path_mm{};
+    std::array<double, kAxisCount> curve_mm{};
     double filament_share = 0.0005;  ///< of the filament asked; never less than one microstep
 };
+/// From the microsteps of the machine's own axes.
+[[nodiscard]] Tolerances tolerances_of(const Machine& machine);
 
 struct TemperatureRange {
     double minimum_celsius = 0;
@@ -46,9 +58,9 @@ struct Report {
     std::vector<Layer> layers;
 };
 
-/// Fills `completed`, `matches` and `differences` from the rest of `report`. `steps_per_mm` is E's.
-/// An excursion that came back to the step is no difference, provided that the machine reports it.
-void judge(Report& report, const Tolerances& tolerances, double filament_steps_per_mm);
+/// Fills `completed`, `matches` and `differences` from the rest of `report` on `machine`. An
+/// excursion that came back to the step is no difference, provided that the machine reports it.
+void judge(Report& report, const Machine& machine);
 
 /// The report as one JSON object (keys as in docs/twin.md); at most `layer_limit` layers are
 /// listed.

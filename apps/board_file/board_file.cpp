@@ -37,6 +37,8 @@ void read_costs(TomlSection& s, board::sim::ApiCosts& costs) {
     }
     s.duration("i2c_per_byte", costs.i2c_per_byte);
     s.duration("spi_per_byte", costs.spi_per_byte);
+    s.duration("uart_per_byte", costs.uart_per_byte);
+    s.duration("nic_per_byte", costs.nic_per_byte);
     s.duration("context_switch", costs.context_switch);
 }
 

@@ -37,6 +37,17 @@ std::string share_of(const board::LoopGuarantee& loop) {
                              Fixed{percent(loop.budget, loop.period), 1}, " % are its own");
 }
 
+/// What kernel threads had of an I/O VCPU's budget.
+std::string kernel_threads_line(const board::LoopGuarantee& loop) {
+    return wrapped(text<std::string>("Bottom halves of io ", loop.id, ", with ",
+                                     counted(loop.kernel_threads, "kernel thread"), ": ",
+                                     Fixed{percent(loop.kernel_used, loop.watched), 1},
+                                     " % of its core was charged to its budget of ",
+                                     Fixed{percent(loop.budget, loop.period), 1}, " %; their rank was taken ",
+                                     counted(loop.kernel_held, "time"), "."),
+                   "");
+}
+
 Json measured(Nanoseconds duration) {
     return duration < Nanoseconds{0} ? Json(nullptr) : Json(microseconds(duration));
 }
@@ -46,8 +57,8 @@ std::string core_line(const board::CoreGuarantee& core) {
     if (core.interrupts_per_second >= 0)
         write(out, ' ', Fixed{core.interrupts_per_second, 0}, " interrupts/s,");
     if (core.counted_per_second >= 0)
-        write(out, " (admission counts ", Fixed{core.counted_per_second, 0}, " of ",
-              human_duration(core.counted_cost), "),");
+        write(out, " interrupts counted as ", Fixed{core.counted_per_second, 0}, "/s of ",
+              human_duration(core.counted_cost), " and one of ", human_duration(core.counted_longest), ',');
     if (core.worst_gap.count() >= 0)
         write(out, " worst gap of a bare spin ", human_duration(core.worst_gap), ',');
     return write(out, core.tick_stopped ? " no tick," : " tick,",
@@ -105,10 +116,56 @@ std::string budgets_kept(const board::GuaranteeReport& report) {
     }
     if (watched == 0) return out;
     if (out.empty()) write(out, "Budgets: every one was kept (", counted(watched, "loop"), ").\n");
+    for (const board::LoopGuarantee& loop : report.loops)
+        if (loop.kernel_used >= Nanoseconds{0}) out += kernel_threads_line(loop);
     write(out, "Watching them took ", Fixed{percent(report.watch_cost, longest), 2}, " % of a core.\n");
     if (report.strange_threads > 0) {
         write(out, "The sketch made ", counted(report.strange_threads, "thread"),
               " while it ran: ordinary, and in nobody's budget.\n");
+    }
+    return out;
+}
+
+namespace {
+
+/// What became of the promise: R from the edge to the handler's end, of one that finds budget.
+std::string verdict_on(const board::BottomHalfGuarantee& half) {
+    if (half.response < Nanoseconds{0}) return "Nothing was promised";
+    const std::string promise = "R is " + human_duration(half.response);
+    if (half.end_worst <= half.response) return promise + ": kept";
+    const std::string waits =
+        ", and it may wait " + human_duration(half.replenishment) + " for its budget before that";
+    if (half.end_worst <= half.response + half.replenishment) return promise + waits + ": kept";
+    return promise + waits + ": NOT kept. More came than its budget serves, or a handler took longer";
+}
+
+Json json_of(const board::BottomHalfGuarantee& half) {
+    return {{"id", half.id},
+            {"core", half.core},
+            {"timed", half.timed},
+            {"untimed", half.untimed},
+            {"begin_p50_us", microseconds(half.begin_median)},
+            {"begin_p999_us", microseconds(half.begin_p999)},
+            {"begin_worst_us", microseconds(half.begin_worst)},
+            {"end_worst_us", microseconds(half.end_worst)},
+            {"response_us", measured(half.response)},
+            {"replenishment_us", measured(half.replenishment)}};
+}
+
+}  // namespace
+
+std::string handlers_kept(const board::GuaranteeReport& report) {
+    std::string out;
+    for (const board::BottomHalfGuarantee& half : report.bottom_halves) {
+        auto line = text<std::string>("Handlers of io ", half.id, ": ",
+                                      counted(static_cast<long long>(half.timed + half.untimed), "edge"));
+        if (half.timed > 0)
+            write(line, ", begun ", human_duration(half.begin_median), " after it (50 %), ",
+                  human_duration(half.begin_p999), " (99.9 %), ", human_duration(half.begin_worst),
+                  " at worst; done ", human_duration(half.end_worst), " after it at worst. ",
+                  verdict_on(half));
+        if (half.untimed > 0) write(line, ". Of ", half.untimed, " nobody knows when they came");
+        out += wrapped(line + ".", "");
     }
     return out;
 }
@@ -127,7 +184,10 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
                          {"cpu_used_us", measured(loop.used)},
                          {"watched_us", measured(loop.used < Nanoseconds{0} ? loop.used : loop.watched)},
                          {"held_from_outside", loop.held},
-                         {"escape", loop.escape.view()}});
+                         {"escape", loop.escape.view()},
+                         {"kernel_threads", loop.kernel_threads},
+                         {"kernel_cpu_us", measured(loop.kernel_used)},
+                         {"kernel_held", loop.kernel_held}});
     }
     Json cores = Json::array();
     for (const board::CoreGuarantee& core : report.cores) {
@@ -140,10 +200,14 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
              {"worst_gap_us", spun ? Json(microseconds(core.worst_gap)) : Json(nullptr)},
              {"counted_per_second", admitted ? Json(core.counted_per_second) : Json(nullptr)},
              {"counted_us", admitted ? Json(microseconds(core.counted_cost)) : Json(nullptr)},
+             {"counted_longest_us", admitted ? Json(microseconds(core.counted_longest)) : Json(nullptr)},
              {"tick_stopped", core.tick_stopped},
              {"throttling_lifted", core.throttling_lifted},
              {"note", core.note.view()}});
     }
+    Json bottom_halves = Json::array();
+    for (const board::BottomHalfGuarantee& half : report.bottom_halves)
+        bottom_halves.push_back(json_of(half));
     Json trees = Json::array();
     for (const board::TreeGuarantee& tree : report.trees) trees.push_back(json_of(tree));
     const Json out{{"board", report.board.view()},
@@ -153,6 +217,7 @@ std::string guarantee_json(const board::GuaranteeReport& report) {
                    {"strange_threads", report.strange_threads},
                    {"loops", loops},
                    {"cores", cores},
+                   {"bottom_halves", bottom_halves},
                    {"trees", trees}};
     return out.dump();
 }

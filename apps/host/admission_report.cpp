@@ -28,7 +28,7 @@ constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kRefusedBeca
     "too_many", "io_overload",    "completion_time", "no_core_fits"};
 
 constexpr Words<sched::Share::Kind::own, sched::Share::Kind::overhead> kShares{
-    "own", "sleep", "blocking", "loop", "io", "platform", "overhead"};
+    "own", "sleep", "blocking", "remote", "loop", "io", "platform", "overhead"};
 
 const LoopDeclaration* declaration_of(const SketchTable& table, board::VcpuId id) {
     const auto* const at = std::ranges::find(table.loops, id, &LoopDeclaration::id);
@@ -111,15 +111,30 @@ std::string overheads_text(const Plan& plan) {
     return "Overheads counted, from the board file:\n" + out;
 }
 
-/// Those whose budget comes back at each release.
+/// Of a sleep that nobody declares R knows nothing: how long it may be. In lines of 78 columns.
 std::string sleepers_text(const Plan& plan) {
-    std::string out;
+    if (!plan.admitted()) return "";
+    constexpr std::size_t kColumns = 78;
+    constexpr Nanoseconds kGrain = 10us;
+    std::string out = "A sleep within a release (delay()) is in R only if it is declared. Room for it:";
+    std::size_t line = out.size();
+    bool first = true;
+    const auto add = [&](const std::string& piece) {
+        out += first ? "" : ",";
+        const bool breaks = first || line + 2 + piece.size() > kColumns;
+        out += breaks ? "\n  " : " ";
+        line = (breaks ? 2 : line + 2) + piece.size();
+        out += piece;
+        first = false;
+    };
     for (const sched::CoreLoad& load : plan.admission().loads) {
-        for (const sched::Vcpu& loop : load.mains)
-            if (loop.deferrable) write(out, out.empty() ? "" : ", ", runtime::vcpu_name(loop.id));
+        for (const sched::Vcpu& loop : load.mains) {
+            if (plan.owner_of(load.core) == loop.id) continue;
+            const Nanoseconds room = plan.room_for_sleep(loop.id) / kGrain * kGrain;
+            add(runtime::vcpu_name(loop.id) + (room > Nanoseconds{0} ? " " + text_of(room) : " none"));
+        }
     }
-    if (out.empty() || !plan.admitted()) return "";
-    return "May sleep within a release, at no cost to the others: " + out + ".\n";
+    return first ? "" : out + ".\n";
 }
 
 }  // namespace

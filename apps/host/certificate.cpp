@@ -20,20 +20,27 @@ Json io_claim(const sched::Vcpu& io) {
     return claim;
 }
 
-Json loop_claim(const sched::Vcpu& loop, const sched::Admission& admission) {
+/// How long a loop may wait for a lock of another core; 0: it never does.
+Nanoseconds longest_wait(const sched::Vcpu& loop, const sched::CoreLoad& load) {
+    const auto* const waits = std::ranges::find(load.waits, loop.id, &sched::RemoteWaits::loop);
+    return waits == load.waits.end() ? Nanoseconds{0} : waits->longest;
+}
+
+Json loop_claim(const sched::Vcpu& loop, const sched::CoreLoad& load, const sched::Admission& admission) {
     const auto* const verdict = std::ranges::find(admission.loops, loop.id, &sched::LoopResponse::id);
     QDUINO_EXPECT(verdict != admission.loops.end());
     Json claim = budget_claim(loop);
     claim["suspension_ns"] = loop.suspension.count();
     claim["sleeps"] = loop.sleeps;
     claim["deferrable"] = loop.deferrable;
+    claim["longest_wait_ns"] = longest_wait(loop, load).count();
     claim["response_ns"] = verdict->response.count();
     return claim;
 }
 
 Json core_claim(const sched::CoreLoad& load, const sched::Admission& admission) {
     Json loops = Json::array(), ios = Json::array(), interferers = Json::array(), sections = Json::array();
-    for (const sched::Vcpu& loop : load.mains) loops.push_back(loop_claim(loop, admission));
+    for (const sched::Vcpu& loop : load.mains) loops.push_back(loop_claim(loop, load, admission));
     for (const sched::Vcpu& io : load.ios) ios.push_back(io_claim(io));
     for (const sched::PlatformInterferer& each : load.overheads.interferers) {
         interferers.push_back({{"name", each.name.view()},
@@ -50,6 +57,7 @@ Json core_claim(const sched::CoreLoad& load, const sched::Admission& admission) 
             {"owned", admission.by == sched::AdmittedBy::owned},
             {"priorities", load.overheads.priorities},
             {"activation_ns", load.overheads.per_activation().count()},
+            {"wait_ns", load.overheads.wait_cost.count()},
             {"kept_ns", load.overheads.kept_budget.count()},
             {"kept_period_ns", load.overheads.kept_period.count()},
             {"interferers", interferers},
@@ -68,7 +76,7 @@ std::string certificate_json(const runtime::Plan& plan, const std::string& sketc
         if (load.mains.empty() && load.ios.empty()) continue;
         cores.push_back(core_claim(load, admission.cores[static_cast<std::size_t>(load.core)]));
     }
-    const Json out{{"certificate", 1}, {"sketch", sketch}, {"cores", cores}};
+    const Json out{{"certificate", 2}, {"sketch", sketch}, {"cores", cores}};
     return out.dump(2) + "\n";
 }
 

@@ -57,9 +57,9 @@ int run(const Options& options, board::linux::LinuxConfig config) {
         runtime.run(board.now() + 2s);
     };
     course.report = [&](const auto& loops) {
-        apps::report_beside_sketch(text<std::string>(apps::loop_table(loops),
-                                                     "Periods: ", apps::periods_kept(loops, board.now()),
-                                                     ".\n", apps::budgets_kept(board.guarantee()), '\n'));
+        apps::report_beside_sketch(text<std::string>(
+            apps::loop_table(loops), "Periods: ", apps::periods_kept(loops, board.now()),
+            apps::sleep_verdict(*Runtime::current()), ".\n", apps::budgets_kept(board.guarantee()), '\n'));
         return 0;
     };
     return apps::run_sketch(board, options, course);

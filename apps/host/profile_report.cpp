@@ -81,12 +81,27 @@ std::string row_of(const std::string& name, const ExecutionProfile& profile, con
                human_duration(duration_of(profile.cpu_ns().max())), change);
 }
 
-std::string change_of(const Loop& loop, const Suggestion& suggestion) {
-    const runtime::LoopDeclaration& declared = loop.declaration;
+std::string change_of(const sched::VcpuParameters& declared, const Suggestion& suggestion) {
     if (!suggestion.made()) return suggestion.why_not;
     std::string out = text<std::string>("C ", declared.budget, " -> ", suggestion.budget);
     if (suggestion.period != declared.period) write(out, ", T ", declared.period, " -> ", suggestion.period);
     return out;
+}
+
+/// As the sketch declared it. Contract: the pin has a handler.
+const sched::Vcpu& io_of(const Runtime& runtime, std::uint16_t pin) {
+    const auto& placed = runtime.plan().admission().placed;
+    const auto* const io = std::ranges::find(placed, runtime.handler_vcpu({pin}), &sched::Vcpu::id);
+    QDUINO_EXPECT(io != placed.end());
+    return *io;
+}
+
+template <typename Visit>
+void each_handler(const Runtime& runtime, Visit visit) {
+    for (std::uint16_t number = 0; number < board::kPinCount; ++number) {
+        const ExecutionProfile* profile = runtime.handler_profile({number});
+        if (profile && profile->count() > 0) visit(number, *profile);
+    }
 }
 
 /// The sketch as suggested, put to admission beside its I/O VCPUs, with the overheads that were
@@ -108,31 +123,31 @@ runtime::Plan plan_of(const Runtime& runtime, double margin) {
     // The plan says itself whether it is admitted.
     static_cast<void>(plan.add_loops(table));
     for (const sched::Vcpu& vcpu : was.placed) {
-        if (vcpu.is_io()) static_cast<void>(plan.add_io(vcpu.budget, vcpu.period, vcpu.core));
+        if (!vcpu.is_io()) continue;
+        Nanoseconds budget = vcpu.budget;
+        each_handler(runtime, [&](std::uint16_t pin, const ExecutionProfile&) {
+            if (runtime.handler_vcpu({pin}) != vcpu.id) return;
+            if (const Suggestion made = suggestion_for(runtime, {pin}, margin); made.made())
+                budget = made.budget;
+        });
+        static_cast<void>(plan.add_io(budget, vcpu.period, vcpu.core));
     }
     static_cast<void>(plan.admit(overheads));
     return plan;
 }
 
-template <typename Visit>
-void each_handler(const Runtime& runtime, Visit visit) {
-    for (std::uint16_t number = 0; number < board::kPinCount; ++number) {
-        const ExecutionProfile* profile = runtime.handler_profile({number});
-        if (profile && profile->count() > 0) visit(number, *profile);
-    }
-}
-
 std::string handlers_text(const Runtime& runtime, double margin) {
     std::string out;
     each_handler(runtime, [&](std::uint16_t pin, const ExecutionProfile& profile) {
-        auto advice = text<std::string>("C ", with_margin(duration_of(profile.cpu_ns().max()), margin));
-        if (profile.count() > 1) write(advice, "; gaps from ", human_duration(profile.least_gap()));
-        out += row_of(text<std::string>("pin ", pin), profile, advice);
+        const std::string change =
+            change_of(io_of(runtime, pin).parameters(), suggestion_for(runtime, {pin}, margin));
+        out += row_of(text<std::string>("pin ", pin), profile, change);
         out += worst_text(profile, "run", runtime.made_at());
+        write(out, "  busiest ", human_duration(profile.busiest()), " in one T");
+        if (profile.count() > 1) write(out, "; gaps from ", human_duration(profile.least_gap()));
+        out += '\n';
     });
-    return out.empty()
-               ? out
-               : "\nHandlers of interrupts, each run (C: of one run; gaps: from one to the next):\n" + out;
+    return out.empty() ? out : "\nHandlers of interrupts, each run (gaps: from one to the next):\n" + out;
 }
 
 std::string rule_text(const Runtime& runtime, const ProfiledRun& run) {
@@ -172,11 +187,7 @@ Json json_of(const ExecutionProfile& profile, Instant begin) {
             {"worst", std::move(worst)},      {"histogram", std::move(buckets)}};
 }
 
-Json json_of(const Loop& loop, const ProfiledRun& run, Instant begin) {
-    const runtime::LoopDeclaration& declared = loop.declaration;
-    const Suggestion suggestion = suggestion_for(loop, run.margin);
-    Json json{{"id", declared.id}, {"each", waits(loop) ? "release" : "pass"}};
-    json.update(json_of(*loop.profile, begin));
+void add_change(Json& json, const sched::VcpuParameters& declared, const Suggestion& suggestion) {
     json["declared"] = {{"budget_ns", declared.budget.count()}, {"period_ns", declared.period.count()}};
     json["suggested"] = nullptr;
     if (suggestion.made()) {
@@ -184,6 +195,14 @@ Json json_of(const Loop& loop, const ProfiledRun& run, Instant begin) {
                              {"period_ns", suggestion.period.count()}};
     }
     json["why_not"] = suggestion.why_not;
+}
+
+Json json_of(const Loop& loop, const ProfiledRun& run, Instant begin) {
+    const runtime::LoopDeclaration& declared = loop.declaration;
+    const Suggestion suggestion = suggestion_for(loop, run.margin);
+    Json json{{"id", declared.id}, {"each", waits(loop) ? "release" : "pass"}};
+    json.update(json_of(*loop.profile, begin));
+    add_change(json, {declared.budget, declared.period}, suggestion);
     json["file"] = declared.file;
     json["line"] = declared.line;
     return json;
@@ -217,12 +236,30 @@ Suggestion suggestion_for(const Loop& loop, double margin) {
     return suggestion;
 }
 
+Suggestion suggestion_for(const Runtime& runtime, board::PinId pin, double margin) {
+    const ExecutionProfile& profile = *runtime.handler_profile(pin);
+    const sched::Vcpu& io = io_of(runtime, pin.number);
+    Suggestion suggestion{io.budget, io.period, {}};
+    if (profile.busiest() == Nanoseconds{0}) {
+        suggestion.why_not = "has no VCPU of its own: see interruptsVcpu()";
+    } else if (profile.count() < kRunsAtLeast) {
+        suggestion.why_not = "too few: run longer";
+    } else {
+        suggestion.budget =
+            std::max(with_margin(profile.busiest(), margin), std::min(kBudgetAtLeast, io.budget));
+    }
+    if (suggestion.budget > io.period) suggestion.why_not = "needs more than its period";
+    return suggestion;
+}
+
 std::string profile_text(const Runtime& runtime, const ProfiledRun& run) {
     std::string out = "CPU time of each release (of each pass, where a loop waits for no period):\n\n";
     out += row("", "count", "median", "99 %", "worst", "suggested");
     for (const Loop* loop : loops_of(runtime)) {
         const Suggestion suggestion = suggestion_for(*loop, run.margin);
-        out += row_of(runtime::vcpu_name(loop->declaration.id), *loop->profile, change_of(*loop, suggestion));
+        const sched::VcpuParameters declared{loop->declaration.budget, loop->declaration.period};
+        out +=
+            row_of(runtime::vcpu_name(loop->declaration.id), *loop->profile, change_of(declared, suggestion));
         out += worst_text(*loop->profile, waits(*loop) ? "release" : "pass", runtime.made_at());
     }
     return out + handlers_text(runtime, run.margin) + rule_text(runtime, run);
@@ -236,6 +273,8 @@ std::string profile_json(const Runtime& runtime, const ProfiledRun& run) {
         Json json{{"pin", pin}, {"io", runtime.handler_vcpu({pin})}};
         json.update(json_of(profile, runtime.made_at()));
         if (profile.count() > 1) json["least_gap_ns"] = profile.least_gap().count();
+        json["busiest_ns"] = profile.busiest().count();
+        add_change(json, io_of(runtime, pin).parameters(), suggestion_for(runtime, {pin}, run.margin));
         handlers.push_back(std::move(json));
     });
     const bool enforced = std::ranges::any_of(board.loops, [](const auto& l) { return l.budget_enforced; });

@@ -5,6 +5,9 @@
 //       length that 99 % of them keep · (1 + margin), rounded up (not where a budget that was
 //       enforced and too short has made them long)
 //
+// Of a handler with an I/O VCPU of its own C is what its busiest stretch of one T took, by the same
+// rule, and T is as declared.
+//
 // What was not observed may take longer: a profile is no proof, and the margin is the user's.
 #pragma once
 
@@ -34,6 +37,9 @@ struct Suggestion {
 
 /// Of a loop that was profiled and has ended.
 [[nodiscard]] Suggestion suggestion_for(const runtime::Loop& loop, double margin);
+
+/// Of the handler of `pin`, which has a profile.
+[[nodiscard]] Suggestion suggestion_for(const runtime::Runtime& runtime, board::PinId pin, double margin);
 
 /// A table of loops and handlers, the worst executions with their causes, the suggestions, and
 /// whether they would be admitted. Call it when the loops have ended.

@@ -114,7 +114,8 @@ int report_end(const Options& options, board::sim::SimBoard& board,
     apps::report_beside_sketch(report);
     if (!written) return fail("the trace could not be written");
     if (!picture) return fail(picture.error());
-    apps::say(apps::verdict(options.name + ": " + apps::periods_kept(loops, board.now()) + "."));
+    apps::say(apps::verdict(options.name + ": " + apps::periods_kept(loops, board.now()) +
+                            apps::sleep_verdict(*Runtime::current()) + "."));
     return 0;
 }
 

@@ -56,10 +56,10 @@ int refuse(const runtime::Runtime& runtime, const Error& error, const std::strin
 }
 
 /// Writes the report: at the start, and again at the end, when residual interrupts have been
-/// counted.
-bool report_to(const std::string& path, const board::Board& board) {
+/// counted, and handlers timed.
+bool report_to(const std::string& path, const board::GuaranteeReport& guarantee) {
     if (path.empty()) return true;
-    const Result<void> written = write_guarantee(board.guarantee(), path);
+    const Result<void> written = write_guarantee(guarantee, path);
     if (!written) fail(written.error());
     return written.ok();
 }
@@ -95,11 +95,14 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
         return refuse(runtime, begun.error(), course.refused);
     report_beside_sketch(text<std::string>(runtime.plan().admission_table(), course.opening(), '\n'));
     hold_sketch_output(false);
-    bool reported = report_to(options.report_path, board);
+    bool reported = report_to(options.report_path, guarantee_of(runtime));
     course.play(runtime);
-    reported = report_to(options.report_path, board) && reported;
     course.stop(runtime);
     settle_sketch_output();
+    const board::GuaranteeReport guarantee = guarantee_of(runtime);
+    reported = report_to(options.report_path, guarantee) && reported;
+    if (const std::string handlers = handlers_kept(guarantee); !handlers.empty())
+        report_beside_sketch(handlers);
     if (const std::string notes = sleep_notes(runtime); !notes.empty()) report_beside_sketch(notes);
     const int status = course.report(loops_of(runtime));
     const bool profiled = profile_to(options, runtime, board.now());

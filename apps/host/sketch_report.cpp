@@ -1,5 +1,7 @@
 #include "apps/host/sketch_report.h"
 
+#include <algorithm>
+
 #include "apps/terminal/human.h"
 
 namespace qduino::apps {
@@ -50,20 +52,40 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops) {
     return table;
 }
 
+namespace {
+
+/// Calls `visit` with each loop that slept longer within a release than it declares, where that
+/// does not fit: for how long, and its R with that.
+template <typename Visit>
+void each_sleeper(const runtime::Runtime& runtime, Visit visit) {
+    if (!runtime.plan().admitted()) return;
+    for (const runtime::Loop* loop : loops_of(runtime)) {
+        const Nanoseconds slept{loop->statistics.slept_ns_max.get()};
+        if (loop->owns_core || slept <= loop->declaration.suspension) continue;
+        const sched::LoopResponse response = runtime.plan().response_with_sleep(loop->declaration.id, slept);
+        if (!response.meets()) visit(loop->declaration, slept, response);
+    }
+}
+
+}  // namespace
+
 std::string sleep_notes(const runtime::Runtime& runtime) {
     std::string notes;
-    for (const runtime::Loop* loop : loops_of(runtime)) {
-        const runtime::LoopDeclaration& declared = loop->declaration;
-        const Nanoseconds slept{loop->statistics.slept_ns_max.get()};
-        if (!runtime.plan().admitted() || loop->owns_core || slept <= declared.suspension) continue;
-        const sched::LoopResponse response = runtime.plan().response_with_sleep(declared.id, slept);
-        if (response.meets()) continue;
+    each_sleeper(runtime, [&](const auto& declared, Nanoseconds slept, const sched::LoopResponse& response) {
         write(notes, "loop ", declared.id, " slept up to ", human_duration(slept),
               " within a release and declares ", human_duration(declared.suspension),
               ".\n  With that, R = ", human_duration(response.response),
               " > T = ", human_duration(response.period), ": it would not be admitted.\n");
-    }
+    });
     return notes;
+}
+
+std::string sleep_verdict(const runtime::Runtime& runtime) {
+    std::string out;
+    each_sleeper(runtime, [&](const auto& declared, Nanoseconds, const sched::LoopResponse&) {
+        write(out, out.empty() ? "; undeclared sleep: " : ", ", "loop ", declared.id);
+    });
+    return out;
 }
 
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now) {
@@ -75,6 +97,23 @@ std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant
                              " (", counted(static_cast<long long>(loops.size()), "loop"), ", ",
                              counted(sum_of(loops, &runtime::LoopStatistics::releases), "release"), ')',
                              stuck);
+}
+
+board::GuaranteeReport guarantee_of(runtime::Runtime& runtime) {
+    board::GuaranteeReport report = runtime.board().guarantee();
+    if (!runtime.plan().admitted()) return report;
+    for (const sched::Admission& core : runtime.plan().admission().cores) {
+        for (const sched::IoResponse& promise : core.ios) {
+            auto* const half =
+                std::ranges::find(report.bottom_halves, promise.id, &board::BottomHalfGuarantee::id);
+            if (half == report.bottom_halves.end() ||
+                promise.response > sched::kResponseLimit * promise.replenishment)
+                continue;
+            half->response = promise.response;
+            half->replenishment = promise.replenishment;
+        }
+    }
+    return report;
 }
 
 std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime) {

@@ -18,9 +18,16 @@ std::string loop_table(const std::vector<const runtime::Loop*>& loops);
 /// fit; or nothing.
 std::string sleep_notes(const runtime::Runtime& runtime);
 
+/// The same in a few words, to follow those of periods_kept(): "; undeclared sleep: loop 2"; or
+/// nothing.
+std::string sleep_verdict(const runtime::Runtime& runtime);
+
 /// A few words: "every period was kept (2 loops, 1200 releases)", or how many releases overran and
 /// which loop has not ended its last one. At `now` every loop has been told to end.
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now);
+
+/// What its board guarantees, with what admission promises of the bottom halves that have run.
+board::GuaranteeReport guarantee_of(runtime::Runtime& runtime);
 
 /// The loops of a runtime, in order of id.
 std::vector<const runtime::Loop*> loops_of(const runtime::Runtime& runtime);

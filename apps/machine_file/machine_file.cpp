@@ -64,6 +64,22 @@ void read_park(Section& s, printer::ParkConfig& p) {
     s.number("retract_speed_mm_s", p.retract_speed, 0.1, 200);
 }
 
+/// [macros]: each key is a word of a job, its text the lines that it stands for.
+void read_macros(Section& s, MachineConfig& m) {
+    s.each_text([&](const std::string& name, const std::string& lines) -> std::string {
+        printer::Macro macro;
+        for (const char c : name)
+            macro.name.push_back(c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c);
+        macro.text.assign(lines);
+        if (macro.text.size() < lines.size())
+            return text<std::string>("has more than ", decltype(macro.text)::kCapacity, " bytes");
+        if (name.size() < 2 || name.size() > decltype(macro.name)::kCapacity)
+            return "is no word of 2 to 32 letters, digits and _";
+        const bool kept = m.macros.try_push_back(macro);
+        return kept ? "" : text<std::string>("is one macro more than ", printer::kMacrosMax);
+    });
+}
+
 void read_machine(Section& s, MachineConfig& m) {
     s.text("name", m.name);
     s.table("axes", [&](Section& axes) {
@@ -89,6 +105,7 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("direction_setup_s", m.direction_setup, 0, 1e-3);
     s.number("step_cost_s", m.step_cost, 0, 1e-3);
     s.number("filament_diameter_mm", m.filament_diameter, 0.5, 5);
+    s.table("macros", [&](Section& macros) { read_macros(macros, m); });
     s.number("nozzle_diameter_mm", m.nozzle_diameter, 0.05, 3);
 }
 

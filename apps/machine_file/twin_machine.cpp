@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "apps/machine_file/machine_file.h"
+
 namespace qduino::apps {
 
 twin::Machine twin_machine(const printer::MachineConfig& config) {
@@ -30,9 +32,23 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
     twin.heaters[twin::kHotEnd].adc_channel = config.hot_end.adc_channel;
     twin.heaters[twin::kBed].heater_pin = config.has_bed ? config.bed.heater_pin : twin::kNotWired;
     twin.heaters[twin::kBed].adc_channel = config.bed.adc_channel;
+    for (const printer::Macro& macro : config.macros)
+        twin.macros.push_back({std::string{macro.name.view()}, std::string{macro.text.view()}});
+    twin.filament_diameter_mm = config.filament_diameter.value();
     twin.fan_pin = config.fan_pin;
     twin.adc_address = config.adc_address;
     return twin;
+}
+
+Result<twin::Machine> read_twin_machine(const std::filesystem::path& twin_path,
+                                        const std::filesystem::path& machine_path,
+                                        const printer::MachineConfig& config) {
+    if (twin_path.empty()) return machine_path.empty() ? twin::Machine{} : twin_machine(config);
+    QDUINO_TRY_ASSIGN(const printer::MachineConfig metal, read_machine_file(twin_path));
+    twin::Machine machine = twin_machine(metal);
+    // What a job asks for, its macros too, comes from where the job does.
+    if (machine.macros.empty()) machine.macros = twin_machine(config).macros;
+    return machine;
 }
 
 Result<std::vector<twin::Fault>> parse_faults(const std::vector<std::string>& words) {

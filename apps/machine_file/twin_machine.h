@@ -4,6 +4,7 @@
 // (twin/machine.h).
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,14 @@ namespace qduino::apps {
 /// (where the carriage stands at power-on, heat capacities, the motors' torque) keep the reference
 /// machine's value. Motors are never weaker than the speeds that the file allows.
 twin::Machine twin_machine(const printer::MachineConfig& config);
+
+/// The twin that an app is to have. `twin_path`: a machine file of the twin's own, with the keys of
+/// docs/machine.md; where it differs from the printer's, the print shows it. Empty: the reference
+/// machine in the twin's own numbers, if the printer has no machine file (`machine_path`) either;
+/// else the one that fits `config`. Error: as read_machine_file().
+[[nodiscard]] Result<twin::Machine> read_twin_machine(const std::filesystem::path& twin_path,
+                                                      const std::filesystem::path& machine_path,
+                                                      const printer::MachineConfig& config);
 
 /// The faults of a command line (twin/fault.h). Error: that of the first that is none.
 Result<std::vector<twin::Fault>> parse_faults(const std::vector<std::string>& words);

@@ -1,6 +1,7 @@
 #include "apps/printd/inspection.h"
 
 #include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -14,12 +15,16 @@ constexpr std::size_t kAnswersKept = 16;
 
 }  // namespace
 
+Inspection::Inspection(const std::string& socket)
+    : client_(socket), thread_(std::make_unique<boost::asio::thread_pool>(1)) {}
+Inspection::~Inspection() = default;
+
 void Inspection::begin(std::uint64_t run, const std::filesystem::path& gcode) {
     const std::scoped_lock lock{mutex_};
     Answers& answers = answers_[run];
     if (std::exchange(answers.begin_asked, true)) return;
     while (answers_.size() > kAnswersKept) answers_.erase(answers_.begin());
-    boost::asio::post(thread_, [this, run, path = std::filesystem::absolute(gcode).string()] {
+    boost::asio::post(*thread_, [this, run, path = std::filesystem::absolute(gcode).string()] {
         // Whatever the answer: the job prints without an inspector, too.
         static_cast<void>(client_.job_begin(std::to_string(run), path, kBeginTimeout));
         const std::scoped_lock answered{mutex_};
@@ -36,7 +41,7 @@ bool Inspection::begun(std::uint64_t run) {
 void Inspection::end(std::uint64_t run, std::uint32_t excursions) {
     const std::scoped_lock lock{mutex_};
     if (std::exchange(answers_[run].end_asked, true)) return;
-    boost::asio::post(thread_, [this, run, excursions] {
+    boost::asio::post(*thread_, [this, run, excursions] {
         std::string report = ask_end(run, excursions);
         const std::scoped_lock answered{mutex_};
         answers_[run].report = std::move(report);

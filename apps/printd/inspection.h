@@ -4,9 +4,9 @@
 // Without a socket there is no inspection: printing never waits for an inspector that is not there.
 #pragma once
 
-#include <boost/asio/thread_pool.hpp>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -14,11 +14,16 @@
 #include "apps/inspect/inspect_server.h"
 #include "spool/inspector.h"
 
+namespace boost::asio {
+class thread_pool;  // its header costs seconds in each file that includes it
+}
+
 namespace qduino::printd {
 
 class Inspection final : public spool::Inspector {
   public:
-    explicit Inspection(const std::string& socket) : client_(socket) {}
+    explicit Inspection(const std::string& socket);
+    ~Inspection() override;
 
     void begin(std::uint64_t run, const std::filesystem::path& gcode) override;
     bool begun(std::uint64_t run) override;
@@ -36,7 +41,8 @@ class Inspection final : public spool::Inspector {
     apps::InspectClient client_;
     std::mutex mutex_;
     std::map<std::uint64_t, Answers> answers_;
-    boost::asio::thread_pool thread_{1};  // last: it ends before what its questions use
+    // Last: it ends before what its questions use.
+    std::unique_ptr<boost::asio::thread_pool> thread_;
 };
 
 }  // namespace qduino::printd

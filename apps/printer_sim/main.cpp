@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
         "Prints a G-code file in virtual time: the printer sketch, the simulated board and "
         "the virtual machine in one process. Ends with 0 only if what was built is what was asked."};
     apps::PrintOptions options;
-    std::string machine_path, report_path;
+    std::string machine_path, twin_path, report_path;
     std::vector<std::string> faults;
     apps::LiveOptions live;
     app.footer(
@@ -63,6 +63,9 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--machine", machine_path,
                    "Another printer than the reference machine (TOML, docs/machine.md)");
+    app.add_option("--twin-machine", twin_path,
+                   "The machine that stands there in truth (keys as of --machine); left out: the one that "
+                   "the printer takes it for");
     app.add_option("--report", report_path, "Write the report here, as JSON");
     app.add_option("--steps", options.steps_path, "Write every step here: time_ns,axis,direction");
     app.add_option("--fault", faults,
@@ -71,9 +74,12 @@ int main(int argc, char** argv) {
 
     const Result<printer::MachineConfig> machine = apps::read_machine_file(machine_path);
     if (!machine) return fail(machine.error());
+    const Result<twin::Machine> metal = apps::read_twin_machine(twin_path, machine_path, *machine);
+    if (!metal) return fail(metal.error());
     const auto parsed = apps::parse_faults(faults);
     if (!parsed) return fail(parsed.error());
     live.machine = options.machine = *machine;
+    live.metal = options.metal = *metal;
     options.faults = *parsed;
     if (!live.link_path.empty()) {
         const Result<void> ended = apps::run_live(live);

@@ -12,6 +12,7 @@
 #include "posix/small_file.h"
 #include "printer/gcode/content.h"
 #include "printer/link/frame.h"
+#include "printer/preflight/preflight.h"
 #include "spool/feeder.h"
 #include "twin/job.h"
 
@@ -59,6 +60,32 @@ Result<spool::Feeder> open_job(const std::string& path) {
     return spool::Feeder{std::move(file), kJobId, std::filesystem::file_size(path)};
 }
 
+/// What the print service asks before it takes a job: does it fit this machine?
+void check(const PrintOptions& options, PrintResult& result) {
+    // On the heap: findings and parser state are too large for a stack to be taken for granted.
+    const auto preflight = std::make_unique<printer::preflight::Preflight>(options.machine);
+    twin::FileSource file{options.file};
+    std::array<char, 16 * 1024> bytes;
+    while (const std::size_t count = file.read(bytes)) preflight->feed(std::span{bytes}.first(count));
+    const printer::preflight::Facts& facts = preflight->finish();
+    for (const auto& found : facts.warnings)
+        result.remarks.push_back(text<std::string>("line ", found.line, ": ", found.message));
+    if (facts.accepted()) return;
+    const printer::preflight::Finding& first = facts.errors[0];
+    result.refusal = Refusal{first.line, std::string{first.text.view()}, std::string{first.message.view()},
+                             std::string{first.advice.view()}};
+}
+
+/// A job that pauses by itself (M0, M600) waits for a person: this is the one. Asked twice before
+/// the machine looks, it goes on once.
+void resume(link::LinkLayout& to, const link::JobStatus& status, PrintResult& result) {
+    if (status.state != link::MachineState::paused) return;
+    const link::CommandText command{link::Command::resume, {}};
+    static_cast<void>(link::try_push(to.commands, link::encode(command)));
+    const auto told = text<std::string>("line ", status.line, ": the job paused, and was resumed");
+    if (result.remarks.empty() || result.remarks.back() != told) result.remarks.push_back(told);
+}
+
 /// Runs the job until it has an outcome.
 void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& options, PrintResult& result) {
     ReplyReader replies;
@@ -73,6 +100,7 @@ void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& opt
         status = printer.link().job_status.read();
         const bool over = status.job_id == kJobId && status.outcome != link::JobOutcome::running;
         if (over || status.state == link::MachineState::faulted) break;
+        resume(printer.link(), status, result);
         if (status.bytes_executed != executed) moved = printer.now();
         executed = status.bytes_executed;
         if (!running || !fed || printer.now() - moved > kStallLimit) {
@@ -97,11 +125,14 @@ void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& opt
 Result<PrintResult> print_file(const PrintOptions& options) {
     const auto wall_start = std::chrono::steady_clock::now();
     QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file));
+    PrintResult result;
+    check(options, result);
+    if (result.refusal) return result;
     const std::unique_ptr<link::LinkLayout> memory{new (std::nothrow) link::LinkLayout{}};
     if (!memory) return make_error(ErrorCode::unavailable, "not enough memory for the link (12 MB)");
 
     std::unique_ptr<StepLog> steps;  // before the printer, whose board writes to it until the end
-    SimPrinter printer(options.machine, *memory);
+    SimPrinter printer(options.machine, options.metal, *memory);
     if (!options.steps_path.empty()) {
         steps = std::make_unique<StepLog>(options.steps_path, options.machine, printer.twin());
         if (!steps->ok())
@@ -111,7 +142,6 @@ Result<PrintResult> print_file(const PrintOptions& options) {
     QDUINO_TRY(printer.begin(steps.get()));
     printer.run(instant_from_ns(0) + 1s);  // the sketch says that it is idle
 
-    PrintResult result;
     twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(options.file), printer.now());
     run_job(printer, feeder, options, result);
     printer.run(printer.now() + 500ms);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,18 @@
 
 namespace qduino::apps {
 
+/// Why a job is not even begun: what preflight found first.
+struct Refusal {
+    std::uint64_t line = 0;  ///< 0: the file as a whole
+    std::string text;        ///< the line as it stands
+    std::string why;
+    std::string cure;
+};
+
 struct PrintResult {
+    std::optional<Refusal> refusal;  ///< nothing was heated or moved; what follows is empty
+    /// What preflight would have people look at, each once, with its line.
+    std::vector<std::string> remarks;
     bool job_completed = false;  ///< by the sketch's own word
     std::string error;           ///< why not
     double print_time_s = 0;     ///< virtual, from the job's beginning to its end
@@ -37,6 +49,7 @@ std::string summary(const PrintResult& result);
 struct PrintOptions {
     std::string file;
     printer::MachineConfig machine;
+    twin::Machine metal;     ///< what the twin is
     std::string steps_path;  ///< CSV of every step; empty: none
     std::vector<twin::Fault> faults;
     /// Called now and then with the fraction of the file executed and the virtual time in seconds.
@@ -44,8 +57,9 @@ struct PrintOptions {
     std::function<void(double, double)> progress;
 };
 
-/// Error: the file cannot be read or is no G-code, the step file cannot be written, the sketch is
-/// refused. Once per process.
+/// A job that preflight refuses is not printed, as the print service would not. Error: the file
+/// cannot be read or is no G-code, the step file cannot be written, the sketch is refused. Once per
+/// process.
 Result<PrintResult> print_file(const PrintOptions& options);
 
 }  // namespace qduino::apps

@@ -29,6 +29,18 @@ Json range_json(const twin::Report& built, const twin::TemperatureRange& range) 
             {"max", built.extruded ? Json(range.maximum_celsius) : Json(nullptr)}};
 }
 
+Json refusal_json(const std::optional<Refusal>& refusal) {
+    if (!refusal) return nullptr;
+    return {{"line", refusal->line}, {"text", refusal->text}, {"why", refusal->why}, {"cure", refusal->cure}};
+}
+
+/// What a person reads of a job that was not begun.
+std::string summary_of(const Refusal& refusal) {
+    std::string out{"Refused before anything was heated.\n"};
+    if (refusal.line > 0) write(out, "  line ", refusal.line, "  ", refusal.text, '\n');
+    return write(out, "  why       ", refusal.why, "\n  cure      ", refusal.cure, '\n');
+}
+
 }  // namespace
 
 Json to_json(const PrintResult& result) {
@@ -40,6 +52,8 @@ Json to_json(const PrintResult& result) {
     Json out;
     out["completed"] = result.job_completed && built.completed;
     out["matches"] = result.success();
+    out["refused"] = refusal_json(result.refusal);
+    out["remarks"] = result.remarks;
     out["error"] = result.error.empty() ? Json(nullptr) : Json(result.error);
     out["print_time_s"] = result.print_time_s;
     out["wall_s"] = result.wall_s;
@@ -52,6 +66,7 @@ Json to_json(const PrintResult& result) {
                           {"asked_pushed", found.filament_asked_pushed_mm},
                           {"built_pushed", found.filament_built_pushed_mm}};
     out["path_deviation_mm_max"] = by_axis(&twin::AxisFindings::path_deviation_mm_max);
+    out["curve_deviation_mm_max"] = by_axis(&twin::AxisFindings::curve_deviation_mm_max);
     out["unexplained_steps"] = by_axis(&twin::AxisFindings::unexplained);
     out["homing_error_mm"] = by_axis(&twin::AxisFindings::homing_error_mm);
     out["lost_steps"] = total_lost(built);
@@ -75,6 +90,7 @@ Json to_json(const PrintResult& result) {
 }
 
 std::string summary(const PrintResult& result) {
+    if (result.refusal) return summary_of(*result.refusal);
     const twin::Report& built = result.built;
     const auto& axes = built.findings.axes;
     const auto late = [&](double share) {
@@ -94,6 +110,7 @@ std::string summary(const PrintResult& result) {
         "  max ", late(1), '\n');
     if (!result.error.empty()) out += "  error     " + result.error + "\n";
     for (const std::string& difference : built.differences) out += "  differs   " + difference + "\n";
+    for (const std::string& remark : result.remarks) out += "  remark    " + remark + "\n";
     for (const std::string& code : result.unknown_codes) out += "  unknown   " + code + "\n";
     return out;
 }

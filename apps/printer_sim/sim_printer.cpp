@@ -8,7 +8,6 @@
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/inspect/inspect_service.h"
 #include "apps/link/link_file.h"
-#include "apps/machine_file/twin_machine.h"
 #include "apps/terminal/program.h"
 
 namespace qduino::apps {
@@ -22,8 +21,9 @@ constexpr std::chrono::milliseconds kBehindMax{250};
 
 }  // namespace
 
-SimPrinter::SimPrinter(const printer::MachineConfig& config, printer::link::LinkLayout& link)
-    : config_(config), link_(link), twin_(twin_machine(config)) {}
+SimPrinter::SimPrinter(const printer::MachineConfig& config, const twin::Machine& metal,
+                       printer::link::LinkLayout& link)
+    : config_(config), link_(link), twin_(metal) {}
 
 SimPrinter::~SimPrinter() {
     if (board_) {
@@ -52,7 +52,7 @@ Result<void> run_live(const LiveOptions& options) {
     QDUINO_TRY_ASSIGN(const LinkFile link,
                       create_link(options.link_path, static_cast<std::uint64_t>(std::time(nullptr))));
     link.get()->time_factor.store(options.speed, std::memory_order_relaxed);
-    SimPrinter printer(options.machine, *link.get());
+    SimPrinter printer(options.machine, options.metal, *link.get());
     InspectService inspector(printer.twin(), [&printer] { return printer.now(); });
     QDUINO_TRY_ASSIGN(const auto socket, serve_inspector(options.inspect_path, inspector));
     QDUINO_TRY(printer.begin());

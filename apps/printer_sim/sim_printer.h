@@ -19,9 +19,9 @@ namespace qduino::apps {
 
 class SimPrinter {
   public:
-    /// `front` (may be null) stands between board and twin; it must forward to twin(). `link` is
-    /// zeroed or a fresh object.
-    SimPrinter(const printer::MachineConfig& config, printer::link::LinkLayout& link);
+    /// `metal`: the machine that stands there in truth. `link` is zeroed or a fresh object.
+    SimPrinter(const printer::MachineConfig& config, const twin::Machine& metal,
+               printer::link::LinkLayout& link);
     ~SimPrinter();
     SimPrinter(const SimPrinter&) = delete;
     SimPrinter& operator=(const SimPrinter&) = delete;
@@ -49,6 +49,7 @@ class SimPrinter {
 /// printer-sim as a live machine: linked to a running print service, paced at K times wall time.
 struct LiveOptions {
     printer::MachineConfig machine;
+    twin::Machine metal;       ///< what the twin is
     std::string link_path;     ///< made anew; the service opens it
     std::string inspect_path;  ///< unix socket of the twin's inspector; empty: none
     double speed = 1;          ///< virtual seconds per second of wall time; > 0

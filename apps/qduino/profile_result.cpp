@@ -9,26 +9,31 @@
 
 namespace qduino::apps {
 
-Result<std::vector<LoopEdit>> suggested_edits(const std::string& profile) {
+Result<std::vector<BudgetEdit>> suggested_edits(const std::string& profile) {
     using Json = nlohmann::json;
     const auto duration = [](const Json& json, const char* key) {
         return Nanoseconds{json.at(key).get<std::int64_t>()};
     };
-    std::vector<LoopEdit> edits;
+    std::vector<BudgetEdit> edits;
     try {
         const Json read = Json::parse(profile);
+        const auto add = [&](const Json& measured, BudgetEdit edit) {
+            const Json& declared = measured.at("declared");
+            const Json& suggested = measured.at("suggested");
+            if (suggested.is_null()) return;
+            edit.budget_was = duration(declared, "budget_ns");
+            edit.period_was = duration(declared, "period_ns");
+            edit.budget = duration(suggested, "budget_ns");
+            edit.period = duration(suggested, "period_ns");
+            edits.push_back(edit);
+        };
         for (const Json& loop : read.at("loops")) {
-            const Json& declared = loop.at("declared");
-            const Json& suggested = loop.at("suggested");
-            if (suggested.is_null()) continue;
-            edits.push_back({.id = loop.at("id").get<int>(),
-                             .file = loop.at("file").get<std::string>(),
-                             .line = loop.at("line").get<int>(),
-                             .budget_was = duration(declared, "budget_ns"),
-                             .period_was = duration(declared, "period_ns"),
-                             .budget = duration(suggested, "budget_ns"),
-                             .period = duration(suggested, "period_ns")});
+            add(loop, {.id = loop.at("id").get<int>(),
+                       .file = loop.at("file").get<std::string>(),
+                       .line = loop.at("line").get<int>()});
         }
+        for (const Json& handler : read.at("handlers"))
+            add(handler, {.id = handler.at("pin").get<int>(), .handler = true});
     } catch (const Json::exception& wrong) {
         return make_error(ErrorCode::corrupt, "the sketch's program wrote no profile: ", wrong.what());
     }
@@ -36,8 +41,8 @@ Result<std::vector<LoopEdit>> suggested_edits(const std::string& profile) {
 }
 
 Result<int> apply_profile(const std::string& profile, const std::vector<TabText>& tabs, bool write) {
-    QDUINO_TRY_ASSIGN(const std::vector<LoopEdit> edits, suggested_edits(profile));
-    const EditedSketch edited = edit_loops(tabs, edits);
+    QDUINO_TRY_ASSIGN(const std::vector<BudgetEdit> edits, suggested_edits(profile));
+    const EditedSketch edited = edit_budgets(tabs, edits);
     std::fputs(edited.diff.c_str(), stdout);
     std::fflush(stdout);
     for (const std::string& refusal : edited.refusals) say(refusal, "qduino: ");

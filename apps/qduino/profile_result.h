@@ -11,7 +11,7 @@
 namespace qduino::apps {
 
 /// The loops for which the profile (JSON) suggests something. Error: it is no profile.
-[[nodiscard]] Result<std::vector<LoopEdit>> suggested_edits(const std::string& profile);
+[[nodiscard]] Result<std::vector<BudgetEdit>> suggested_edits(const std::string& profile);
 
 /// Prints the change to standard output, and writes it into the tabs where `write` is true. Returns
 /// the exit status: 1 when `write` is true and a declaration cannot be changed. Error: a tab cannot

@@ -41,13 +41,17 @@ struct Span {
     [[nodiscard]] std::string_view in(std::string_view text) const { return text.substr(begin, end - begin); }
 };
 
-/// loop(id, budget, period …), with the unit that plain numbers have there.
+/// loop(id, budget, period …), or attachInterruptVcpu(pin, handler, mode, budget, period …), with
+/// the unit that plain numbers have there.
 struct Declaration {
+    bool handler = false;
     std::size_t tab = 0;
     int first_line = 0;
     int last_line = 0;
     std::vector<Span> arguments;
     Nanoseconds unit{};
+
+    [[nodiscard]] std::size_t budget_at() const { return handler ? 3 : 1; }
 };
 
 /// Walks over the code of a tab: neither comments, nor strings, nor the preprocessor's lines.
@@ -152,7 +156,7 @@ std::vector<Span> take_arguments(CodeWalk& walk, std::string_view text) {
     return arguments;
 }
 
-/// All that looks like the declaration of a loop with a budget.
+/// All that looks like the declaration of a loop, or of a handler, with a budget.
 std::vector<Declaration> declarations_in(const std::vector<TabText>& tabs) {
     std::vector<Declaration> found;
     std::int64_t unit = unit_of("ms");
@@ -162,14 +166,16 @@ std::vector<Declaration> declarations_in(const std::vector<TabText>& tabs) {
         for (walk.skip(); !walk.at_end(); walk.skip()) {
             const std::size_t begin = walk.at();
             const std::string_view word = walk.take();
-            if (word != "loop" && word != "TIME_UNIT") continue;
+            const bool handler = word == "attachInterruptVcpu";
+            if (word != "loop" && word != "TIME_UNIT" && !handler) continue;
             walk.skip();
             if (walk.look() != '(') continue;
             std::vector<Span> arguments = take_arguments(walk, text);
             if (word == "TIME_UNIT" && arguments.size() == 1) unit = unit_of(arguments[0].in(text));
-            if (word == "loop" && (arguments.size() == 3 || arguments.size() == 4))
-                found.push_back({tab, line_of(text, begin), line_of(text, walk.at()), std::move(arguments),
-                                 Nanoseconds{unit}});
+            const std::size_t least = handler ? 5 : 3, most = handler ? 6 : 5;
+            if (word != "TIME_UNIT" && arguments.size() >= least && arguments.size() <= most)
+                found.push_back({handler, tab, line_of(text, begin), line_of(text, walk.at()),
+                                 std::move(arguments), Nanoseconds{unit}});
         }
     }
     return found;
@@ -222,20 +228,30 @@ struct Replacement {
     std::string by;
 };
 
-const Declaration* declaration_of(const std::vector<Declaration>& all, const std::vector<TabText>& tabs,
-                                  const LoopEdit& edit) {
+bool is_of(const Declaration& declaration, const std::vector<TabText>& tabs, const BudgetEdit& edit) {
+    const TabText& tab = tabs[declaration.tab];
+    if (declaration.handler != edit.handler) return false;
+    if (declaration.arguments[0].in(tab.text) != std::to_string(edit.id)) return false;
+    if (edit.handler) return true;
     std::error_code failed;
-    for (const Declaration& declaration : all) {
-        const fs::path& path = tabs[declaration.tab].path;
-        if (!fs::equivalent(path, edit.file, failed) && path != fs::path{edit.file}) continue;
-        if (edit.line < declaration.first_line || edit.line > declaration.last_line) continue;
-        if (declaration.arguments[0].in(tabs[declaration.tab].text) == std::to_string(edit.id))
-            return &declaration;
-    }
-    return nullptr;
+    return (fs::equivalent(tab.path, edit.file, failed) || tab.path == fs::path{edit.file}) &&
+           edit.line >= declaration.first_line && edit.line <= declaration.last_line;
 }
 
-std::string place_of(const LoopEdit& edit) {
+/// The one that `edit` is about; null: there is none, or more than one.
+const Declaration* declaration_of(const std::vector<Declaration>& all, const std::vector<TabText>& tabs,
+                                  const BudgetEdit& edit) {
+    const Declaration* found = nullptr;
+    for (const Declaration& declaration : all) {
+        if (!is_of(declaration, tabs, edit)) continue;
+        if (found) return nullptr;
+        found = &declaration;
+    }
+    return found;
+}
+
+std::string place_of(const BudgetEdit& edit) {
+    if (edit.handler) return text<std::string>("the handler of pin ", edit.id);
     return text<std::string>("loop ", edit.id, " (", fs::path{edit.file}.filename().string(), ':', edit.line,
                              ')');
 }
@@ -247,7 +263,7 @@ std::string replace_number(const std::vector<TabText>& tabs, const Declaration& 
     if (was == to) return {};
     const Span span = declaration.arguments[argument];
     const auto word = std::string{span.in(tabs[declaration.tab].text)};
-    const char* const name = argument == 1 ? "budget" : "period";
+    const char* const name = argument == declaration.budget_at() ? "budget" : "period";
     const std::optional<Nanoseconds> value = value_of(word, declaration.unit);
     if (!value)
         return text<std::string>("its ", name, " is `", word, "`, not a number: make it ", to, " by hand");
@@ -315,17 +331,20 @@ Result<std::vector<TabText>> read_tabs(const std::vector<fs::path>& paths) {
     return tabs;
 }
 
-EditedSketch edit_loops(const std::vector<TabText>& tabs, const std::vector<LoopEdit>& edits) {
+EditedSketch edit_budgets(const std::vector<TabText>& tabs, const std::vector<BudgetEdit>& edits) {
     EditedSketch edited{.tabs = tabs, .refusals = {}, .diff = {}};
     const std::vector<Declaration> declarations = declarations_in(tabs);
     std::vector<Replacement> replacements;
-    for (const LoopEdit& edit : edits) {
+    for (const BudgetEdit& edit : edits) {
         if (edit.budget == edit.budget_was && edit.period == edit.period_was) continue;
         const Declaration* at = declaration_of(declarations, tabs, edit);
         std::string why =
-            at ? "" : "its declaration is in no tab as loop(id, budget, period): change it by hand";
-        if (at) why = replace_number(tabs, *at, 1, edit.budget_was, edit.budget, replacements);
-        if (at && why.empty()) why = replace_number(tabs, *at, 2, edit.period_was, edit.period, replacements);
+            edit.handler ? "no tab has one attachInterruptVcpu() with that number for it: change it by hand"
+                         : "its declaration is in no tab as loop(id, budget, period): change it by hand";
+        if (at) why = replace_number(tabs, *at, at->budget_at(), edit.budget_was, edit.budget, replacements);
+        if (at && why.empty()) {
+            why = replace_number(tabs, *at, at->budget_at() + 1, edit.period_was, edit.period, replacements);
+        }
         if (!why.empty()) edited.refusals.push_back(place_of(edit) + ": " + why);
     }
     // From the end, so that the places in front stay.

@@ -3,8 +3,9 @@
 //   void loop(1, 2, 10, 0) {          TIME_UNIT(us);
 //   void loop(1, 0.17, 10, 0) {       void loop(1, 170, 10ms) {
 //
-// Only the numbers change, in the unit that the sketch uses; every other byte stays. A declaration
-// is found by the file and line that the program was built from, and by its id. It is changed only
+// Only the numbers change, in the unit that the sketch uses; every other byte stays. A loop's
+// declaration is found by the file and line that the program was built from, and by its id; an
+// attachInterruptVcpu() by its pin, a number that stands in one such call alone. It is changed only
 // if its text says what the program had: both numbers plain, or with a unit of std::chrono. A name,
 // a sum or a macro is refused, and then nothing is changed at all.
 #pragma once
@@ -27,21 +28,23 @@ struct TabText {
 /// The tabs, in the order in which they are joined. Error: one cannot be read.
 [[nodiscard]] Result<std::vector<TabText>> read_tabs(const std::vector<std::filesystem::path>& paths);
 
-/// A loop as the program had it, and as it is to be.
-struct LoopEdit {
-    int id = 0;
-    std::string file;  ///< where it is declared
+/// A loop as the program had it, and as it is to be; or the VCPU of a pin's handler.
+struct BudgetEdit {
+    int id = 0;             ///< the loop's, or the pin
+    std::string file = {};  ///< where a loop is declared
     int line = 0;
     Nanoseconds budget_was{}, period_was{};
     Nanoseconds budget{}, period{};
+    bool handler = false;
 };
 
 struct EditedSketch {
     std::vector<TabText> tabs;          ///< all of them; unchanged when there are refusals
-    std::vector<std::string> refusals;  ///< why a loop cannot be changed, each a sentence
+    std::vector<std::string> refusals;  ///< why one cannot be changed, each a sentence
     std::string diff;                   ///< unified, without context; empty: nothing changes
 };
-[[nodiscard]] EditedSketch edit_loops(const std::vector<TabText>& tabs, const std::vector<LoopEdit>& edits);
+[[nodiscard]] EditedSketch edit_budgets(const std::vector<TabText>& tabs,
+                                        const std::vector<BudgetEdit>& edits);
 
 /// Writes the tabs that differ, each whole or not at all, with the permissions that it had. Error:
 /// a tab is no longer as it was `before`, and then none is written; or one cannot be written.

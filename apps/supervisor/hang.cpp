@@ -64,14 +64,15 @@ Hang find_hang(const PinsLayout& layout, Instant now, Nanoseconds bound) {
     return {};
 }
 
-std::string hang_text(const Hang& hang, Instant now) {
+std::string hang_text(const Hang& hang, Instant now, bool core_was_taken) {
     const std::string name = name_of(hang.vcpu);
     if (hang.kind == Hang::Kind::silent) {
         return text<std::string>(name, " hung (noticed ", apps::human_duration(hang.overdue),
                                  " after its heartbeat was due)");
     }
     return text<std::string>(name, " hung: no progress for ", apps::human_duration(hang.limit), " (noticed ",
-                             apps::human_duration(hang.overdue), " later); ", what_it_does(hang, now));
+                             apps::human_duration(hang.overdue), " later)",
+                             core_was_taken ? "" : "; " + what_it_does(hang, now));
 }
 
 }  // namespace qduino::supervisor

@@ -28,7 +28,8 @@ struct Hang {
 /// loop announced.
 [[nodiscard]] Hang find_hang(const board::linux::PinsLayout& layout, Instant now, Nanoseconds bound);
 
-/// "loop 1 hung (…)", with what it does instead of getting on.
-[[nodiscard]] std::string hang_text(const Hang& hang, Instant now);
+/// "loop 1 hung (…)", with what it does instead of getting on; or without, where its core was taken
+/// from it, and it did nothing.
+[[nodiscard]] std::string hang_text(const Hang& hang, Instant now, bool core_was_taken = false);
 
 }  // namespace qduino::supervisor

@@ -188,8 +188,11 @@ void Supervisor::put_computer_back() const {
     complain(text<std::string>("the machine's settings are not as before: ", restored.error().message));
 }
 
-std::string Supervisor::how_it_ended(const Watched& watched) {
-    if (watched.hang.found()) return hang_text(watched.hang, watched.ended_at) + "; the sketch was killed";
+std::string Supervisor::how_it_ended(const Watched& watched, const std::string& core_taken) {
+    if (watched.hang.found()) {
+        return hang_text(watched.hang, watched.ended_at, !core_taken.empty()) + "; the sketch was killed" +
+               (core_taken.empty() ? "" : ": " + core_taken);
+    }
     if (watched.outcome == Outcome::hung) return "it did not stop when asked to, and was killed";
     const int status = watched.ending.status;
     if (!watched.ending.by_signal) return text<std::string>("it ended with status ", status);
@@ -201,13 +204,11 @@ std::string Supervisor::how_it_ended(const Watched& watched) {
 /// machine is safe and before it is reaped. At most 235 bytes are kept.
 void Supervisor::explain(const Watched& watched, pid_t sketch) const {
     if (options_.link.empty()) return;
-    std::string note = how_it_ended(watched);
-    if (watched.hang.kind == Hang::Kind::silent) {
-        const std::string taken =
-            board::linux::who_took_the_core_of(watched.hang.vcpu, file_.layout(), sketch);
-        if (!taken.empty()) note += ": " + taken;
-    }
-    write_death_note(options_.link, sketch, note);
+    // A loop whose core was taken may have missed either promise first.
+    const bool of_a_loop = watched.hang.found() && watched.hang.vcpu != board::kNoVcpu;
+    const std::string taken =
+        of_a_loop ? board::linux::who_took_the_core_of(watched.hang.vcpu, file_.layout(), sketch) : "";
+    write_death_note(options_.link, sketch, how_it_ended(watched, taken));
 }
 
 void Supervisor::report(const Watched& watched, pid_t sketch) const {

@@ -85,7 +85,7 @@ class Supervisor {
     /// True when it is dead, or all its threads are about to be.
     [[nodiscard]] bool is_dying(const SketchProcess& sketch) const;
     void outlive(Watched& watched, const SketchProcess& sketch);
-    [[nodiscard]] static std::string how_it_ended(const Watched& watched);
+    [[nodiscard]] static std::string how_it_ended(const Watched& watched, const std::string& core_taken = {});
     void explain(const Watched& watched, pid_t sketch) const;
     void put_computer_back() const;
     void report(const Watched& watched, pid_t sketch) const;

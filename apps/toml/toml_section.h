@@ -129,6 +129,23 @@ class TomlSection {
         }
     }
 
+    /// Every key of the table, in alphabetical order; each must be a text. `take_text(key, text)`
+    /// returns what is wrong with it ("is too long"), or nothing.
+    template <typename Take>
+    void each_text(Take take_text) {
+        for (auto entry = table_.begin(); entry != table_.end(); ++entry) {
+            const toml::node& node = entry->second;
+            known_.emplace_back(entry->first.str());
+            const auto given = node.value_exact<std::string>();
+            if (!given) {
+                blame(node, known_.back(), "a text");
+                continue;
+            }
+            const std::string wrong = take_text(known_.back(), *given);
+            if (!wrong.empty()) say(node, "'" + known_.back() + "' " + wrong);
+        }
+    }
+
     /// Blames `key` (or the table, if it has no such key) in the words of `what`: a rule between
     /// keys is broken.
     void fault(const char* key, const std::string& what);

@@ -78,8 +78,9 @@ class Channel {
     qduino::channel::FourSlot<T> slots_;
 };
 
-/// Mutual exclusion between loops, recursive. A wait consumes no budget and lasts at most the
-/// critical sections of others; admission counts it (blocking.h). Tell it in setup() how long:
+/// Mutual exclusion between loops, recursive. A wait consumes no budget. On one core it lasts at
+/// most the critical sections of others; for a holder on another core also what ranks above both
+/// there. Admission counts it (blocking.h, remote_blocking.h). Tell it in setup() how long:
 ///
 ///   m.heldBy(1, 2ms);   m.heldBy(2, 500us);      loops 1 and 2 hold it so long at the most
 ///
@@ -88,7 +89,7 @@ class Channel {
 class Mutex {
   public:
     /// Setup-time. `length`: CPU time, a std::chrono duration or milliseconds; once in a release.
-    /// A loop that is not named must not lock it.
+    /// A loop that is not named must not lock it, nor one of no length.
     template <typename Duration>
     void heldBy(int loop, Duration length) {
         qduino::arduino::declare_section(declaration_, static_cast<qduino::board::VcpuId>(loop),

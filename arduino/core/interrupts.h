@@ -50,7 +50,9 @@ bool noTimer(int core);
 bool reTimer(int core);
 
 /// interruptsVcpu(device, budget, period [, core]): the I/O VCPU of a device class's bottom half.
-/// Setup-time. The unit of plain numbers is TIME_UNIT's (the macro passes it).
+/// In setup() it makes one. Called again from a loop or a handler, by the same name, it gives it
+/// another budget and period; its core stays. False when the loops there would not be admitted
+/// then: nothing is changed. The unit of plain numbers is TIME_UNIT's (the macro passes it).
 template <typename Budget, typename Period>
 bool interruptsVcpu(qduino::arduino::TimeUnit unit, qduino::arduino::DeviceClass device, Budget budget,
                     Period period, int core = qduino::runtime::kAnyCore) {

@@ -11,7 +11,10 @@
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
 #include "bench/rig/samples.h"
+#include "board/linux/budget_keeper.h"
+#include "board/linux/clock.h"
 #include "board/linux/linux_board.h"
+#include "board/linux/real_time_thread.h"
 
 namespace qduino::bench {
 namespace {
@@ -63,11 +66,15 @@ class BurstLog {
             bursts.failure = "never held back: " + std::to_string(count) + " bursts";
             return;
         }
-        for (std::size_t i = 1; i + 1 < count; ++i)
+        std::int64_t in_bursts = 0;
+        for (std::size_t i = 1; i + 1 < count; ++i) {
             bursts.lengths_ns.push_back(taken[3 * i + 1] - taken[3 * i]);
+            in_bursts += bursts.lengths_ns.back();
+        }
         const std::size_t first = 3, last = 3 * (count - 1);
-        bursts.utilisation = static_cast<double>(taken[last + 2] - taken[first + 2]) /
-                             static_cast<double>(taken[last] - taken[first]);
+        const std::int64_t cpu = taken[last + 2] - taken[first + 2];
+        bursts.utilisation = static_cast<double>(cpu) / static_cast<double>(taken[last] - taken[first]);
+        bursts.overhead_ns = static_cast<double>(cpu - in_bursts) / static_cast<double>(count - 2);
     }
 
   private:
@@ -106,6 +113,38 @@ int play_sporadic_server(BurstLog& log, BudgetCase budget, Nanoseconds length,
     return 0;
 }
 
+/// Its handler needs these; a process has one such thread.
+struct BareTimer {
+    timer_t timer{};
+    itimerspec budget{};
+    Instant next{};
+    Nanoseconds period{};
+};
+BareTimer bare_timer;
+
+void sleep_to_the_grid(int) {
+    while (bare_timer.next <= monotonic_now()) bare_timer.next += bare_timer.period;
+    block_until(bare_timer.next);
+    ::timer_settime(bare_timer.timer, 0, &bare_timer.budget, nullptr);
+}
+
+int play_bare_timer(BurstLog& log, BudgetCase budget, Nanoseconds length) {
+    static_cast<void>(::mlockall(MCL_CURRENT | MCL_FUTURE));
+    const LinuxConfig as_the_board{};
+    if (!pin_to_core(cpu_count() - 1) || !become_real_time(as_the_board.priority_highest)) return EPERM;
+    struct sigaction action {};
+    action.sa_handler = &sleep_to_the_grid;
+    ::sigaction(BudgetKeeper::signal_number(), &action, nullptr);
+    auto timer = make_thread_timer(BudgetKeeper::signal_number());
+    if (!timer) return EAGAIN;
+    bare_timer = {timer.value(), {}, monotonic_now(), budget.period};
+    bare_timer.budget.it_value = to_timespec(to_ns(budget.budget));
+    ::timer_settime(bare_timer.timer, 0, &bare_timer.budget, nullptr);
+    log.spin(monotonic_now() + length);
+    ::timer_delete(bare_timer.timer);
+    return 0;
+}
+
 int play_sched_deadline(BurstLog& log, BudgetCase budget, Nanoseconds length) {
     static_cast<void>(::mlockall(MCL_CURRENT | MCL_FUTURE));
     DeadlineAttributes attributes;
@@ -132,6 +171,11 @@ Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length) {
         log, run_child([&] { return play_sporadic_server(log, budget, length, guarantee); }, length + 5s));
     bursts.guarantee = guarantee.read();
     return bursts;
+}
+
+Bursts run_under_bare_timer(BudgetCase budget, Nanoseconds length) {
+    BurstLog log{budget, length};
+    return summary(log, run_child([&] { return play_bare_timer(log, budget, length); }, length + 5s));
 }
 
 Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length) {

@@ -25,6 +25,8 @@ struct Bursts {
     /// Lengths of whole bursts, by the wall clock: the time that another task has to wait.
     std::vector<std::int64_t> lengths_ns;
     double utilisation = 0;  ///< CPU time over wall time, from one burst's start to a later one's
+    /// CPU time of the thread outside of its bursts, for each of them: what being held back costs.
+    double overhead_ns = 0;
     Json guarantee;
     std::string failure;
 };
@@ -32,6 +34,9 @@ struct Bursts {
 /// SCHED_FIFO at the board's priority on the last core, its budget kept by sched/'s sporadic
 /// server.
 Bursts run_under_sporadic_server(BudgetCase budget, Nanoseconds length);
+/// The least that a thread can do to hold itself back: a timer of `budget`, in whose handler it
+/// sleeps to the next point of a grid, and no account of anything. What it costs is the computer's.
+Bursts run_under_bare_timer(BudgetCase budget, Nanoseconds length);
 /// The kernel's constant-bandwidth server, with the same budget and period. Needs root.
 Bursts run_under_sched_deadline(BudgetCase budget, Nanoseconds length);
 

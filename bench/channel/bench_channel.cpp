@@ -7,7 +7,7 @@
 // report has the mean of many short rounds. A virtual machine's two cores are near each other at
 // one time and far apart at another, and a median would show either the one or the other. Queue
 // figures are items received per second. Slot figures are reads and writes per second while the
-// other side goes on at full speed.
+// other side goes on at full speed, and how many different values the reader got.
 
 #include <sys/resource.h>
 
@@ -84,14 +84,20 @@ double items_in_batches(CpuPair cpus, std::chrono::milliseconds duration) {
         .second_per_s;
 }
 
+/// Writes and reads, or, when `fresh`, reads of a value that the reader has not seen before.
 template <typename Slot, typename T>
-Throughput writes_and_reads(CpuPair cpus, std::chrono::milliseconds duration) {
+Throughput writes_and_reads(CpuPair cpus, std::chrono::milliseconds duration, bool fresh) {
     const auto slot = std::make_unique<Slot>();
     alignas(kApart) T out{};
     alignas(kApart) T in{};
     return run_pair(
         cpus, duration, [&]() -> std::uint64_t { return ++out.words[0], slot->write(out), 1; },
-        [&]() -> std::uint64_t { return slot->read(in), keep(in), 1; });
+        [&]() -> std::uint64_t {
+            const std::uint64_t before = in.words[0];
+            slot->read(in);
+            keep(in);
+            return !fresh || in.words[0] != before ? 1 : 0;
+        });
 }
 
 // ---- all of them --------------------------------------------------------------------------------
@@ -128,14 +134,17 @@ void measure_queues(const Options& options, CpuPair cpus, std::vector<Row>& rows
 
 template <typename Slot, typename T>
 void measure_slot(const Options& options, CpuPair cpus, std::vector<Row>& rows) {
-    std::vector<double> writes, reads;
+    std::vector<double> writes, reads, fresh;
     for (int round = 0; round < options.rounds; ++round) {
-        const Throughput seen = writes_and_reads<Slot, T>(cpus, std::chrono::milliseconds{options.round_ms});
+        const std::chrono::milliseconds duration{options.round_ms};
+        const Throughput seen = writes_and_reads<Slot, T>(cpus, duration, false);
         writes.push_back(seen.first_per_s);
         reads.push_back(seen.second_per_s);
+        fresh.push_back(writes_and_reads<Slot, T>(cpus, duration, true).second_per_s);
     }
     rows.push_back({Slot::kName, "write", sizeof(T), mean(writes)});
     rows.push_back({Slot::kName, "read", sizeof(T), mean(reads)});
+    rows.push_back({Slot::kName, "handed_over", sizeof(T), mean(fresh)});
 }
 
 template <std::size_t Bytes>

@@ -1,5 +1,7 @@
 #include "board/linux/budget_findings.h"
 
+#include <algorithm>
+
 #include "base/text.h"
 
 namespace qduino::board::linux {
@@ -44,6 +46,19 @@ void describe_budget(LoopGuarantee& loop, const VcpuThread& thread, const Warden
         add_to(loop.shortfall, "ptrace is refused here: beyond its budget it runs on, without its priority");
     }
     if (!loop.escape.empty()) loop.budget_enforced = false;
+}
+
+void describe_kernel_threads(LoopGuarantee& loop, std::span<const KernelThread> threads,
+                             const Warden& warden) {
+    loop.kernel_threads = static_cast<std::uint32_t>(std::ranges::count(threads, loop.id, &KernelThread::io));
+    if (loop.kernel_threads == 0) return;
+    if (!warden.watches() || loop.used < Nanoseconds{0}) {
+        add_to(loop.shortfall, "nobody keeps them to its budget");
+        return;
+    }
+    const WardFindings& ward = warden.findings()->wards[loop.id];
+    loop.kernel_used = Nanoseconds{ward.kernel_used_ns};
+    loop.kernel_held = ward.kernel_holds;
 }
 
 void describe_watch(GuaranteeReport& report, const Warden& warden) {

@@ -1,6 +1,7 @@
 // What the warden has found, as lines of the guarantee.
 #pragma once
 
+#include <span>
 #include <string_view>
 
 #include "board/guarantee.h"
@@ -13,6 +14,11 @@ namespace qduino::board::linux {
 /// `shortfall`: why there is no warden, or why it does not watch.
 void describe_budget(LoopGuarantee& loop, const VcpuThread& thread, const Warden& warden,
                      std::string_view shortfall);
+
+/// Fills in what the kernel threads of `loop`, an I/O VCPU, used of its budget; nothing where it
+/// has none.
+void describe_kernel_threads(LoopGuarantee& loop, std::span<const KernelThread> threads,
+                             const Warden& warden);
 
 /// What the watch has cost, and what it found besides the loops.
 void describe_watch(GuaranteeReport& report, const Warden& warden);

@@ -105,7 +105,7 @@ void BudgetKeeper::on_timer(int, siginfo_t*, void*) {
     BudgetKeeper* self = mine_;
     if (!self || !self->running_) return;  // a shot that was on its way when the keeper stopped
     const int saved_errno = errno;
-    self->shell_.on_timer();
+    if (self->shell_.on_timer()) self->take_change();
     errno = saved_errno;
 }
 

@@ -29,10 +29,12 @@
 
 #include <csignal>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "base/result.h"
 #include "base/time.h"
+#include "board/linux/parameters_mail.h"
 #include "board/types.h"
 #include "sched/budget_shell.h"
 
@@ -60,7 +62,9 @@ class BudgetKeeper {
     }
     /// The wait ended at `now`.
     void after_block(Instant now) {
-        if (running_) shell_.after_wait(now);
+        if (!running_) return;
+        shell_.after_wait(now);
+        take_change();
     }
     /// The thread begins the release that was due at `nominal`.
     void begin_release(Instant nominal) {
@@ -72,6 +76,15 @@ class BudgetKeeper {
     }
     void end_hold() {
         if (running_) shell_.end_hold();
+    }
+
+    /// The thread, an I/O VCPU's, is to have another budget and period. From any one thread at a
+    /// time. Taken up when its next wait, or its budget, ends: no service begins with the old ones.
+    void change(sched::VcpuParameters parameters) { asked_.put(parameters); }
+    /// What was asked for last; nothing: no change was. Any thread.
+    [[nodiscard]] std::optional<sched::VcpuParameters> changed() const {
+        std::uint32_t none = 0;
+        return asked_.take(none);
     }
 
     /// The signal that a budget's end comes as. It is SIGRTMIN + 3, and what SIGRTMIN is glibc
@@ -103,9 +116,15 @@ class BudgetKeeper {
         std::uint64_t throttled = 0;
     };
     static void on_timer(int, siginfo_t*, void*);
+    void take_change() {
+        if (const auto parameters = asked_.take(asked_seen_)) [[unlikely]]
+            shell_.change(*parameters);
+    }
 
     Host host_;
     sched::BudgetShell<Host> shell_{host_};
+    ParametersMail asked_;
+    std::uint32_t asked_seen_ = 0;
     bool running_ = false;
     static thread_local BudgetKeeper* mine_;
 };

@@ -13,7 +13,6 @@
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/kernel_text.h"
-#include "board/linux/shared_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
@@ -66,14 +65,6 @@ Error taken(int core, const Holder& holder) {
 
 }  // namespace
 
-CoreLock& CoreLock::operator=(CoreLock&& other) noexcept {
-    if (this == &other) return *this;
-    release();
-    path_ = std::move(other.path_);
-    file_ = std::move(other.file_);
-    return *this;
-}
-
 Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::string& root) {
     const std::string folder = shared_folder(root);
     if (folder.empty()) {
@@ -91,8 +82,7 @@ Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::strin
         if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
             if (!is_still_named(file.get(), path)) continue;
             CoreLock lock;
-            lock.path_ = path;
-            lock.file_ = std::move(file);
+            lock.file_ = HeldFile{std::move(file), path};
             lock.write_holder();
             return lock;
         }
@@ -113,13 +103,8 @@ void CoreLock::write_holder() const {
                                          printable(text_of_file("/proc/" + pid + "/comm"), 15), "\ncommand ",
                                          command_of(pid), '\n');
     // For people alone: if they cannot be written (another user's file), a message lacks them.
-    static_cast<void>(::ftruncate(file_.get(), 0) == 0 &&
-                      ::pwrite(file_.get(), lines.data(), lines.size(), 0) > 0);
-}
-
-void CoreLock::release() {
-    if (file_.valid() && is_still_named(file_.get(), path_)) ::unlink(path_.c_str());
-    file_.reset();
+    static_cast<void>(::ftruncate(file_.descriptor(), 0) == 0 &&
+                      ::pwrite(file_.descriptor(), lines.data(), lines.size(), 0) > 0);
 }
 
 }  // namespace qduino::board::linux

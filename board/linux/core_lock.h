@@ -19,19 +19,14 @@
 
 #include "base/result.h"
 #include "base/time.h"
-#include "posix/unique_fd.h"
+#include "board/linux/shared_file.h"
 
 namespace qduino::board::linux {
 
+/// Gives the core back when it goes.
 class CoreLock {
   public:
     CoreLock() = default;  ///< holds nothing
-    CoreLock(CoreLock&&) = default;
-    CoreLock& operator=(CoreLock&& other) noexcept;
-    /// Gives the core back; the file goes too.
-    ~CoreLock() { release(); }
-    CoreLock(const CoreLock&) = delete;
-    CoreLock& operator=(const CoreLock&) = delete;
 
     /// Takes core `core`. Waits at most `patience` for a holder that is just dying, since a
     /// supervisor starts its sketch anew quickly. `root` precedes the folders (tests). Setup-time.
@@ -39,15 +34,13 @@ class CoreLock {
     /// not_permitted (no folder takes the file: nothing is held, and nobody is kept out).
     static Result<CoreLock> take(int core, Nanoseconds patience, const std::string& root = "");
 
-    [[nodiscard]] bool held() const { return file_.valid(); }
-    [[nodiscard]] const std::string& path() const { return path_; }
+    [[nodiscard]] bool held() const { return file_.held(); }
+    [[nodiscard]] const std::string& path() const { return file_.path(); }
 
   private:
-    void release();
     void write_holder() const;
 
-    std::string path_;
-    posix::UniqueFd file_;
+    HeldFile file_;
 };
 
 }  // namespace qduino::board::linux

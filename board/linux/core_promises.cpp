@@ -13,7 +13,6 @@
 #include "board/linux/clock.h"
 #include "board/linux/cpu_list.h"
 #include "board/linux/kernel_text.h"
-#include "board/linux/shared_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
@@ -130,19 +129,6 @@ Promise read_promise(std::string_view text) {
     return promise;
 }
 
-HeldPromise& HeldPromise::operator=(HeldPromise&& other) noexcept {
-    if (this == &other) return *this;
-    release();
-    path_ = std::move(other.path_);
-    file_ = std::move(other.file_);
-    return *this;
-}
-
-void HeldPromise::release() {
-    if (file_.valid() && is_still_named(file_.get(), path_)) ::unlink(path_.c_str());
-    file_.reset();
-}
-
 Result<PromiseRegister> PromiseRegister::open(const std::string& root) {
     PromiseRegister made;
     made.folder_ = shared_folder(root);
@@ -198,15 +184,20 @@ std::string PromiseRegister::free_name() const {
 }
 
 Result<HeldPromise> PromiseRegister::hold(const Promise& promise, const std::string& name) const {
-    HeldPromise held;
-    held.path_ = folder_ + "/" + std::string{kPromisePrefix} + name;
+    const std::string path = folder_ + "/" + std::string{kPromisePrefix} + name;
     constexpr int kFlags = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-    held.file_.reset(::open(held.path_.c_str(), kFlags, 0644));
-    if (!held.file_.valid()) return system_error("make", held.path_);
-    static_cast<void>(::fchmod(held.file_.get(), 0644));  // all read it, whatever the umask
-    if (::flock(held.file_.get(), LOCK_EX | LOCK_NB) != 0) return system_error("lock", held.path_);
-    QDUINO_TRY(posix::write_all(held.file_.get(), promise_text(promise), held.path_));
+    HeldPromise held{UniqueFd{::open(path.c_str(), kFlags, 0644)}, path};
+    if (!held.held()) return system_error("make", path);
+    static_cast<void>(::fchmod(held.descriptor(), 0644));  // all read it, whatever the umask
+    if (::flock(held.descriptor(), LOCK_EX | LOCK_NB) != 0) return system_error("lock", path);
+    QDUINO_TRY(posix::write_all(held.descriptor(), promise_text(promise), path));
     return held;
+}
+
+/// A program that is killed in the middle leaves a part of it, and nobody reads a dead one's.
+void PromiseRegister::rewrite(const HeldPromise& held, const Promise& promise) {
+    if (::ftruncate(held.descriptor(), 0) != 0 || ::lseek(held.descriptor(), 0, SEEK_SET) != 0) return;
+    static_cast<void>(posix::write_all(held.descriptor(), promise_text(promise), held.path()));
 }
 
 }  // namespace qduino::board::linux

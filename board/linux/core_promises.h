@@ -27,6 +27,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "board/linux/shared_file.h"
 #include "posix/unique_fd.h"
 #include "sched/load.h"
 
@@ -60,27 +61,7 @@ struct Promise {
 };
 
 /// A promise that holds as long as this object, or a process that inherited the descriptor, lives.
-class HeldPromise {
-  public:
-    HeldPromise() = default;  ///< holds nothing
-    HeldPromise(HeldPromise&&) = default;
-    HeldPromise& operator=(HeldPromise&& other) noexcept;
-    /// Takes it back; the file goes too.
-    ~HeldPromise() { release(); }
-    HeldPromise(const HeldPromise&) = delete;
-    HeldPromise& operator=(const HeldPromise&) = delete;
-
-    [[nodiscard]] bool held() const { return file_.valid(); }
-    [[nodiscard]] int descriptor() const { return file_.get(); }
-    [[nodiscard]] const std::string& path() const { return path_; }
-
-  private:
-    friend class PromiseRegister;
-    void release();
-
-    std::string path_;
-    posix::UniqueFd file_;
-};
+using HeldPromise = HeldFile;
 
 /// The register, locked: no other program reads or changes it meanwhile. Keep it for milliseconds.
 /// Setup-time only; allocates.
@@ -100,6 +81,8 @@ class PromiseRegister {
     [[nodiscard]] std::string free_name() const;
     /// Writes `promise` down as file `name`, of free_name(). Error: what the kernel says.
     [[nodiscard]] Result<HeldPromise> hold(const Promise& promise, const std::string& name) const;
+    /// Writes `promise` in the place of what is held.
+    static void rewrite(const HeldPromise& held, const Promise& promise);
 
   private:
     void read();

@@ -67,7 +67,7 @@ void CoreTaker::take(std::span<const VcpuSpec> specs) {
     }
     if (config_.isolate) isolate(specs);
     if (config_.real_time && config_.probe_duration > Nanoseconds{0}) probe_owned_cores();
-    schedule_bottom_halves(specs);
+    take_bottom_halves(specs);
     started_at_ = monotonic_now();
 }
 
@@ -119,30 +119,41 @@ void CoreTaker::serve_interrupts(DeviceClass device, VcpuId io) {
     }
 }
 
-void CoreTaker::schedule_bottom_halves(std::span<const VcpuSpec> specs) {
+void CoreTaker::take_bottom_halves(std::span<const VcpuSpec> specs) {
     for (std::size_t i = 0; i < served_by_.size(); ++i) {
-        if (served_by_[i] == kNoVcpu) continue;
         const auto spec = std::ranges::find(specs, served_by_[i], &VcpuSpec::id);
-        if (spec == specs.end()) continue;
-        const auto device = static_cast<DeviceClass>(i);
-        const auto threads = bottom_halves_of(device, config_.sysfs_root);
-        write(served_note_[i], name_of(device), ": ");
-        if (threads.empty()) {
-            write(served_note_[i], "its bottom halves are no threads of this kernel: boot with threadirqs",
-                  device == DeviceClass::nic ? ", or set threaded in /sys/class/net/DEV" : "");
-            continue;
-        }
-        Result<void> done = open_settings();
-        const int priority = std::max(1, priority_of(*spec, specs, config_));
-        for (const BottomHalf& thread : threads) {
-            if (done) done = settings_.schedule_thread(thread.tid, priority, spec->core);
-        }
-        if (done) {
-            write(served_note_[i], threads.size(), " kernel threads at its priority; budget not enforced");
-        } else {
-            write(served_note_[i], done.error().message);
-        }
+        if (served_by_[i] == kNoVcpu || spec == specs.end()) continue;
+        take_kernel_threads(static_cast<DeviceClass>(i), *spec,
+                            std::max(1, priority_of(*spec, specs, config_)));
     }
+}
+
+/// They get their rank later, when somebody watches them: at the rank of a loop, and with no limit,
+/// one could keep the threads of this board from coming up.
+void CoreTaker::take_kernel_threads(DeviceClass device, const VcpuSpec& io, int priority) {
+    FixedString<160>& note = served_note_[static_cast<std::size_t>(device)];
+    const auto threads = bottom_halves_of(device, config_.sysfs_root);
+    write(note, name_of(device), ": ");
+    if (threads.empty()) {
+        write(note, "its bottom halves are no threads of this kernel: boot with threadirqs",
+              device == DeviceClass::nic ? ", or set threaded in /sys/class/net/DEV" : "");
+        return;
+    }
+    Result<void> done = open_settings();
+    std::size_t taken = 0;
+    for (const BottomHalf& thread : threads) {
+        if (!done || kernel_threads_.full()) break;
+        done = settings_.take_thread(thread.tid, io.core);
+        if (!done) break;
+        kernel_threads_.push_back({.io = io.id, .tid = thread.tid, .priority = priority});
+        ++taken;
+    }
+    if (!done) {
+        write(note, done.error().message);
+        return;
+    }
+    write(note, taken, taken == 1 ? " kernel thread" : " kernel threads", " at its priority");
+    if (taken < threads.size()) write(note, ", and no more than that of ", threads.size());
 }
 
 Result<void> CoreTaker::route_interrupts(DeviceClass device, int core, bool allowed) {
@@ -175,6 +186,8 @@ Result<void> CoreTaker::core_timer(int core, bool enabled) const {
 LoopGuarantee CoreTaker::describe(const VcpuThread& thread) const {
     const VcpuSpec& spec = thread.spec();
     LoopGuarantee loop{spec};
+    loop.budget = thread.parameters().budget;
+    loop.period = thread.parameters().period;
     loop.priority_enforced = thread.real_time() && thread.pinned();
     loop.budget_enforced = thread.budget_kept() || spec.owns_core;
     const bool alone = isolation_.owns(spec.core) && isolation_.exclusive() && loop.priority_enforced;
@@ -205,9 +218,12 @@ void CoreTaker::compare_with_admission(CoreGuarantee& report) const {
     const sched::PlatformInterferer counted = known->second.counted();
     report.counted_per_second = 1 / to_seconds(counted.interval);
     report.counted_cost = counted.cost;
+    report.counted_longest = known->second.counted_once().cost;
     if (report.worst_gap < known->second.worst) report.worst_gap = known->second.worst;
     if (report.interrupts_per_second > report.counted_per_second)
         join(report.note, "more interrupts came than admission counts: a loop's R may be longer");
+    if (report.worst_gap > report.counted_longest)
+        join(report.note, "a gap was longer than the longest one that admission counts");
 }
 
 CoreGuarantee CoreTaker::describe(const UsedCore& used) const {

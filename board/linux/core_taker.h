@@ -25,6 +25,7 @@
 #include "board/linux/isolation.h"
 #include "board/linux/linux_config.h"
 #include "board/linux/vcpu_thread.h"
+#include "board/linux/warden_pages.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
@@ -52,6 +53,10 @@ class CoreTaker {
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
     [[nodiscard]] Result<void> core_timer(int core, bool enabled) const;
 
+    /// The kernel threads that work on the budget of an I/O VCPU, and are to have its rank. Known
+    /// after take(), which has recorded what they have, and bound them to its core.
+    [[nodiscard]] std::span<const KernelThread> kernel_threads() const { return kernel_threads_; }
+
     /// What interrupts take of `core`, measured at the first call, which takes 40 ms. Not measured
     /// where probes are turned off. Setup-time.
     const Interference& interference(int core);
@@ -73,7 +78,8 @@ class CoreTaker {
     Result<void> open_settings();
     void isolate(std::span<const VcpuSpec> specs);
     void probe_owned_cores();
-    void schedule_bottom_halves(std::span<const VcpuSpec> specs);
+    void take_bottom_halves(std::span<const VcpuSpec> specs);
+    void take_kernel_threads(DeviceClass device, const VcpuSpec& io, int priority);
     [[nodiscard]] CoreGuarantee describe(const UsedCore& used) const;
     void compare_with_admission(CoreGuarantee& report) const;
 
@@ -90,6 +96,7 @@ class CoreTaker {
     Instant started_at_{};
     std::array<VcpuId, kDeviceClassCount> served_by_{};
     std::array<FixedString<160>, kDeviceClassCount> served_note_;
+    FixedVector<KernelThread, kKernelThreadsMax> kernel_threads_;
 };
 
 }  // namespace qduino::board::linux

@@ -92,13 +92,20 @@ bool Crew::all_returned() const {
                        [](const auto& thread) { return thread->returned(); });
 }
 
-bool Crew::wait_until(Instant until) {
+bool Crew::wait_until(Instant until, const std::function<void()>& when_woken) {
     for (;;) {
         const std::uint32_t seen = returned_.load();
+        if (woken_.exchange(false)) when_woken();
         if (stop_.load(std::memory_order_acquire) && all_returned()) return true;
         if (cycle_clock.now() >= until) return false;
         futex_wait_until(returned_, seen, until);
     }
+}
+
+void Crew::wake() {
+    woken_.store(true, std::memory_order_release);
+    returned_.fetch_add(1);
+    futex_wake_all(returned_);
 }
 
 void Crew::request_stop() {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -42,7 +43,11 @@ class Crew {
     /// Lets them go at once.
     void go() { open_gate(1); }
     /// Returns true when a stop was requested and all entries have returned; false at `until`.
-    bool wait_until(Instant until);
+    /// Calls `when_woken` after each call of wake().
+    bool wait_until(Instant until, const std::function<void()>& when_woken);
+    /// Has the thread in wait_until(), or that comes there next, do what it is to do when woken.
+    /// Real-time safe.
+    void wake();
     /// Async-signal-safe.
     void request_stop();
     [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
@@ -56,8 +61,9 @@ class Crew {
     [[nodiscard]] bool all_returned() const;
 
     std::atomic<bool> stop_{false};
-    // futex of wait_until(): an entry has returned, or a stop was requested.
+    // futex of wait_until(): an entry has returned, or a stop or wake() was requested.
     std::atomic<std::uint32_t> returned_{0};
+    std::atomic<bool> woken_{false};
     StartGate gate_;
     Threads threads_;  // before what they use goes: joined first
 };

@@ -8,15 +8,10 @@
 #include <bit>
 
 #include "board/linux/announced_wait.h"
+#include "board/linux/cycle_clock.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
-namespace {
-
-/// Edges of one look that are each handed to the handler; a storm beyond that is one call.
-constexpr std::uint32_t kEdgeBurst = 64;
-
-}  // namespace
 
 template <typename Visit>
 void EdgeServer::PinSet::each(Visit visit) const {
@@ -58,6 +53,7 @@ void EdgeServer::detach(PinId pin) {
 Result<void> EdgeServer::open(VcpuId io) {
     bells_[io].reset(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (!bells_[io].valid()) return posix::system_error("make", "an event for an I/O VCPU");
+    times_[io] = std::make_unique<HandlerTimes>();
     return {};
 }
 
@@ -95,12 +91,25 @@ void EdgeServer::run_handlers(VcpuId io) {
         const EdgeHandler handler = watch.handler.load(std::memory_order_acquire);
         if (!handler) return;
         const EdgeCounts counts = pins_.at(pin).edges(pin);
-        std::uint32_t edges = 0;
-        if (watch.edge != Edge::falling) edges += counts.rising - watch.seen.rising;
-        if (watch.edge != Edge::rising) edges += counts.falling - watch.seen.falling;
+        Burst burst;
+        if (watch.edge != Edge::falling)
+            note_edges(burst, pin, Level::high, watch.seen.rising, counts.rising);
+        if (watch.edge != Edge::rising)
+            note_edges(burst, pin, Level::low, watch.seen.falling, counts.falling);
         watch.seen = counts;
-        for (std::uint32_t i = 0; i < std::min(edges, kEdgeBurst); ++i) handler(watch.context);
+        std::ranges::sort(burst);
+        for (const Instant came : burst) {
+            const Instant began = cycle_clock.now();
+            handler(watch.context);
+            times_[io]->record(came, began, cycle_clock.now());
+        }
     });
+}
+
+/// The edges that came behind the first `seen` of them.
+void EdgeServer::note_edges(Burst& burst, PinId pin, Level to, std::uint32_t seen, std::uint32_t count) {
+    PinDriver& driver = pins_.at(pin);
+    while (seen != count && !burst.full()) burst.push_back(driver.edge_instant(pin, to, ++seen));
 }
 
 /// Sleeps until a pin of `io` may have changed since input_changes() was `seen`, or until its bell.

@@ -17,9 +17,12 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 
+#include "base/fixed_vector.h"
 #include "base/result.h"
 #include "board/board.h"
+#include "board/handler_times.h"
 #include "board/linux/pin_table.h"
 #include "board/linux/signs_of_life.h"
 #include "posix/unique_fd.h"
@@ -44,6 +47,8 @@ class EdgeServer {
     /// Wakes everybody in serve(). Async-signal-safe.
     void ring_all();
 
+    /// How long the handlers of `io` took to come; null: it has none. Once its thread has ended.
+    [[nodiscard]] const HandlerTimes* times_of(VcpuId io) const { return times_[io].get(); }
     /// What is not as it should be with the pins of `io`; empty: nothing.
     [[nodiscard]] const char* note_of(VcpuId io) const;
 
@@ -68,7 +73,12 @@ class EdgeServer {
         static constexpr std::uint64_t bit(PinId pin) { return std::uint64_t{1} << (pin.number % 64); }
     };
 
+    /// Edges of one look that are each handed to the handler; a storm beyond that is one call.
+    static constexpr std::size_t kEdgeBurst = 64;
+    using Burst = FixedVector<Instant, kEdgeBurst>;
+
     void run_handlers(VcpuId io);
+    void note_edges(Burst& burst, PinId pin, Level to, std::uint32_t seen, std::uint32_t count);
     void wait(VcpuId io, std::uint32_t seen);
     void ring(VcpuId io);
 
@@ -77,6 +87,7 @@ class EdgeServer {
     std::array<Watch, kPinCount> watches_;
     std::array<PinSet, kVcpuLimit> of_vcpu_;
     std::array<posix::UniqueFd, kVcpuLimit> bells_;
+    std::array<std::unique_ptr<HandlerTimes>, kVcpuLimit> times_;
 };
 
 }  // namespace qduino::board::linux

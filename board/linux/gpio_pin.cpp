@@ -129,9 +129,18 @@ EdgeCounts GpioPin::edges(PinId) {
         const ssize_t bytes = ::read(fd_.get(), events.data(), sizeof events);
         if (bytes <= 0) return counts_;
         for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i) {
-            ++(events[i].id == GPIO_V2_LINE_EVENT_RISING_EDGE ? counts_.rising : counts_.falling);
+            const bool rising = events[i].id == GPIO_V2_LINE_EVENT_RISING_EDGE;
+            const std::uint32_t number = ++(rising ? counts_.rising : counts_.falling);
+            (rising ? rising_times_ : falling_times_)
+                .note(number, instant_from_ns(static_cast<std::int64_t>(events[i].timestamp_ns)));
         }
     }
+}
+
+/// The kernel's own, taken in the interrupt, on CLOCK_MONOTONIC.
+Instant GpioPin::edge_instant(PinId, Level to, std::uint32_t number) {
+    return to == Level::high ? rising_times_.at(number, counts_.rising)
+                             : falling_times_.at(number, counts_.falling);
 }
 
 UniqueFd take_over_line(unsigned chip, unsigned line, Level level) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "board/linux/edge_times.h"
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
 #include "posix/unique_fd.h"
@@ -31,6 +32,7 @@ class GpioPin final : public PinDriver {
     void force_safe_states() override;
     Result<void> watch_edges(PinId pin, Edge edge) override;
     EdgeCounts edges(PinId pin) override;
+    Instant edge_instant(PinId pin, Level to, std::uint32_t number) override;
     int edge_descriptor(PinId) override { return fd_.get(); }
 
     [[nodiscard]] const GpioLine& line() const { return line_; }
@@ -45,6 +47,8 @@ class GpioPin final : public PinDriver {
     std::atomic<Level> latch_{Level::low};
     bool watching_ = false;
     EdgeCounts counts_;
+    EdgeTimes rising_times_;
+    EdgeTimes falling_times_;
     std::atomic<int> safe_{-1};  // −1: none; else the level
 };
 

@@ -26,10 +26,10 @@ void HeldThread::demote(pid_t tid) {
     ::sched_setscheduler(tid, SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary);
 }
 
-void HeldThread::promote() const {
+void HeldThread::promote(const ThreadPlace& place) {
     sched_param parameters{};
-    parameters.sched_priority = place_.priority;
-    ::sched_setscheduler(place_.tid, (place_.priority > 0 ? SCHED_FIFO : SCHED_OTHER) | SCHED_RESET_ON_FORK,
+    parameters.sched_priority = place.priority;
+    ::sched_setscheduler(place.tid, (place.priority > 0 ? SCHED_FIFO : SCHED_OTHER) | SCHED_RESET_ON_FORK,
                          &parameters);
 }
 
@@ -49,7 +49,7 @@ void HeldThread::release() {
 }
 
 void HeldThread::let_go() {
-    promote();
+    promote(place_);
     if (state_ == State::stopped) ::ptrace(PTRACE_DETACH, place_.tid, nullptr, number_as_address(signal_));
     state_ = State::free;
 }
@@ -78,7 +78,7 @@ bool HeldThread::put_back() const {
     const bool rank = without_flag == SCHED_OTHER ||
                       (without_flag == SCHED_FIFO && parameters.sched_priority == place_.priority);
     const bool core = CPU_COUNT(&cores) == 1 && CPU_ISSET(static_cast<std::size_t>(place_.core), &cores);
-    if (!rank) promote();
+    if (!rank) promote(place_);
     if (!core) {
         CPU_ZERO(&cores);
         CPU_SET(static_cast<std::size_t>(place_.core), &cores);

@@ -42,6 +42,8 @@ class HeldThread {
 
     /// Takes the priority of a thread, of whatever process.
     static void demote(pid_t tid);
+    /// Gives a thread the priority that it belongs to.
+    static void promote(const ThreadPlace& place);
     /// Gives it its priority and its core, when somebody has changed them. True: somebody had.
     [[nodiscard]] bool put_back() const;
     /// The calling process may stop it: seizes it, waits for it to stop (50 ms at most), and lets
@@ -56,7 +58,6 @@ class HeldThread {
         stopped,
     };
     void let_go();
-    void promote() const;
 
     ThreadPlace place_;
     State state_ = State::free;

@@ -1,6 +1,7 @@
 #include "board/linux/host_settings.h"
 
 #include <fcntl.h>
+#include <linux/capability.h>
 #include <sched.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -12,6 +13,7 @@
 #include "base/contract.h"
 #include "base/whole_number.h"
 #include "board/linux/kernel_text.h"
+#include "board/linux/real_time_thread.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
@@ -208,7 +210,9 @@ Result<void> HostSettings::remember_affinity(pid_t tid) {
     return record_affinity(tid, bound);
 }
 
-Result<void> HostSettings::schedule_thread(pid_t tid, int priority, int core) {
+Result<void> HostSettings::take_thread(pid_t tid, int core) {
+    if (!has_capability(CAP_SYS_NICE))
+        return make_error(ErrorCode::not_permitted, "to rank a kernel thread, run as root");
     sched_param parameters{};
     const int policy = ::sched_getscheduler(tid);
     if (policy < 0 || ::sched_getparam(tid, &parameters) != 0)
@@ -219,9 +223,6 @@ Result<void> HostSettings::schedule_thread(pid_t tid, int priority, int core) {
     CpuList only;
     only.add(core);
     bind(tid, only);
-    parameters.sched_priority = priority;
-    if (::sched_setscheduler(tid, SCHED_FIFO, &parameters) != 0)
-        return system_error("schedule", "a kernel thread");
     return {};
 }
 

@@ -58,9 +58,10 @@ class HostSettings {
     /// before 6.2 forget that when the thread moves between cpusets.
     Result<void> remember_affinity(pid_t tid);
 
-    /// Gives the kernel thread `tid` SCHED_FIFO at `priority` and binds it to `core`, after
-    /// recording what it had. Error: not_permitted, not_found (it has ended).
-    Result<void> schedule_thread(pid_t tid, int priority, int core);
+    /// Binds the kernel thread `tid` to `core`, after recording its cores, its policy and its
+    /// priority: from now on these may be changed. Error: not_permitted (CAP_SYS_NICE), not_found
+    /// (it has ended).
+    Result<void> take_thread(pid_t tid, int core);
 
     /// Undoes everything now. The first change that cannot be undone is the error, and stays in the
     /// file.

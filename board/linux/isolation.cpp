@@ -249,11 +249,11 @@ void Isolation::stay_fast(HostSettings& settings) {
 void Isolation::lift_throttling(HostSettings& settings) {
     const bool needed = !kept_interrupts_.empty();
     if (needed && !release_at_least(text_of_file(at("/proc/sys/kernel/osrelease")), 6, 12)) {
-        notes_.push_back("RT throttling left on, for the threads that finish what that begins");
+        notes_.push_back("RT throttling left on for its threads");
         return;
     }
     if (needed) {
-        notes_.push_back("fair server left on, for the threads that finish what that begins");
+        notes_.push_back("fair server left on for its threads");
     } else {
         lift_fair_server(settings);
     }

@@ -7,6 +7,7 @@
 
 #include "base/contract.h"
 #include "board/linux/budget_findings.h"
+#include "board/linux/held_thread.h"
 #include "board/linux/overheads.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"
@@ -184,6 +185,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
     }
     crew_.wait_until_ready();
     instruct_warden();
+    rank_kernel_threads();
     crew_.go();
     return {};
 }
@@ -214,10 +216,21 @@ void LinuxBoard::instruct_warden() {
                          .priority = thread->priority(),
                          .budget = spec.budget,
                          .period = spec.period,
+                         .client_period = spec.client_period,
                          .watched = thread->budget_kept()});
     }
-    const auto watching = warden_.watch(wards, witness_.tid());
+    const auto watching = warden_.watch(wards, cores_.kernel_threads(), witness_.tid());
     if (!watching) warden_shortfall_ = watching.error().message.view();
+}
+
+/// The warden has done so where it keeps them to a budget.
+void LinuxBoard::rank_kernel_threads() {
+    for (const KernelThread& thread : cores_.kernel_threads()) {
+        const auto io = std::ranges::find_if(crew_.threads(),
+                                             [&](const auto& each) { return each->spec().id == thread.io; });
+        if (warden_.watches() && (*io)->budget_kept()) continue;
+        HeldThread::promote({thread.tid, (*io)->spec().core, thread.priority});
+    }
 }
 
 void LinuxBoard::edge_entry(void* self) {
@@ -226,7 +239,24 @@ void LinuxBoard::edge_entry(void* self) {
 }
 
 void LinuxBoard::run(Instant until) {
-    if (crew_.wait_until(until)) force_safe_states();
+    if (crew_.wait_until(until, [this] { renew_promise(); })) force_safe_states();
+}
+
+Result<void> LinuxBoard::change_io(VcpuId io, sched::VcpuParameters parameters) {
+    const auto thread = std::ranges::find_if(
+        crew_.threads(), [&](const auto& each) { return each->spec().is_io() && each->spec().id == io; });
+    if (thread == crew_.threads().end()) return make_error(ErrorCode::not_found, "there is no I/O VCPU ", io);
+    (*thread)->change(parameters);
+    warden_.change(io, parameters);
+    crew_.wake();
+    return {};
+}
+
+/// On the thread of run(): it takes a file.
+void LinuxBoard::renew_promise() {
+    for (const auto& thread : crew_.threads()) {
+        if (thread->spec().is_io()) promise_.change(thread->spec().id, thread->parameters());
+    }
 }
 
 void LinuxBoard::request_stop() {
@@ -255,7 +285,10 @@ sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
     if (config_.real_time) {
         keep_for_ordinary_tasks(overheads);
         const Interference& interrupts = cores_.interference(core);
-        if (interrupts.measured) overheads.interferers.push_back(interrupts.counted());
+        if (interrupts.measured) {
+            overheads.interferers.push_back(interrupts.counted());
+            overheads.interferers.push_back(interrupts.counted_once());
+        }
     }
     overheads.priorities =
         config_.real_time ? static_cast<std::size_t>(config_.priority_highest - config_.priority_lowest + 1)
@@ -274,7 +307,11 @@ GuaranteeReport LinuxBoard::guarantee() const {
         if (const std::string_view note = edges_.note_of(loop.id); !note.empty())
             write(loop.shortfall, loop.shortfall.empty() ? "" : "; ", note);
         if (thread->budget_kept()) describe_budget(loop, *thread, warden_, warden_shortfall_);
+        describe_kernel_threads(loop, cores_.kernel_threads(), warden_);
         report.loops.push_back(loop);
+        if (const HandlerTimes* times = edges_.times_of(loop.id);
+            times && thread->returned() && !times->empty())
+            report.bottom_halves.push_back(times->describe(loop.id, loop.core));
     }
     cores_.describe_cores(report);
     describe_watch(report, warden_);

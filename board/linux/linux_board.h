@@ -119,6 +119,9 @@ class LinuxBoard final : public Board {
         cores_.serve_interrupts(device, io);
         return {};
     }
+    /// Its thread, the warden and the promise to other programs take it up by themselves, within
+    /// milliseconds.
+    Result<void> change_io(VcpuId io, sched::VcpuParameters parameters) override;
     /// Undone at the end. Setup-time. Errors: not_permitted (needs root), not_found (the class has
     /// no interrupts here), unavailable.
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override {
@@ -168,6 +171,8 @@ class LinuxBoard final : public Board {
     Result<void> make_threads(std::span<const VcpuSpec> specs);
     void hire_warden(std::span<const VcpuSpec> specs);
     void instruct_warden();
+    void rank_kernel_threads();
+    void renew_promise();
     static void edge_entry(void* board);
 
     LinuxConfig config_;

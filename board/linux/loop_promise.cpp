@@ -22,29 +22,42 @@ TreeGuarantee describe_tree(const TreeVcpu& tree, const Promise& promise, std::s
     return line;
 }
 
+/// What admission counts of it: with what an activation costs.
+void promise_parameters(sched::Vcpu& vcpu, sched::VcpuParameters parameters, Nanoseconds activation) {
+    vcpu.budget = std::min(parameters.budget + activation, parameters.period - 1ns);
+    vcpu.period = parameters.period;
+}
+
 }  // namespace
 
 void LoopPromise::make(std::span<const VcpuSpec> specs,
                        const std::function<sched::PlatformOverheads(int)>& overheads,
                        const std::string& root) {
     root_ = root;
-    Promise promise;
-    promise.program = text_of_file("/proc/self/comm");
+    promise_.program = text_of_file("/proc/self/comm");
     for (const VcpuSpec& spec : specs) {
-        sched::Vcpu vcpu = spec;
-        if (!spec.owns_core)
-            vcpu.budget = std::min(spec.budget + overheads(spec.core).per_activation(), spec.period - 1ns);
-        promise.vcpus.push_back(vcpu);
-        if (std::ranges::find(cores_, spec.core) == cores_.end()) cores_.push_back(spec.core);
-    }
-    for (const int core : cores_) {
-        const sched::PlatformOverheads taken = overheads(core);
-        for (const sched::PlatformInterferer& each : taken.interferers)
-            promise.takers.push_back({core, each});
+        promise_.vcpus.push_back(spec);
+        activations_.emplace_back();
+        const bool is_new = std::ranges::find(cores_, spec.core) == cores_.end();
+        if (is_new) cores_.push_back(spec.core);
+        if (spec.owns_core) continue;  // no tree is admitted there, and no interrupts are counted
+        activations_.back() = overheads(spec.core).per_activation();
+        promise_parameters(promise_.vcpus.back(), spec.parameters(), activations_.back());
+        if (!is_new) continue;
+        for (const sched::PlatformInterferer& each : overheads(spec.core).interferers)
+            promise_.takers.push_back({spec.core, each});
     }
     const auto promises = PromiseRegister::open(root_);
     if (!promises) return;
-    if (auto held = promises->hold(promise, promises->free_name())) held_ = std::move(*held);
+    if (auto held = promises->hold(promise_, promises->free_name())) held_ = std::move(*held);
+}
+
+void LoopPromise::change(VcpuId id, sched::VcpuParameters parameters) {
+    for (std::size_t i = 0; i < promise_.vcpus.size(); ++i) {
+        if (promise_.vcpus[i].id == id) promise_parameters(promise_.vcpus[i], parameters, activations_[i]);
+    }
+    if (!held_.held()) return;
+    if (const auto promises = PromiseRegister::open(root_)) promises->rewrite(held_, promise_);
 }
 
 void LoopPromise::describe_trees(GuaranteeReport& report) const {

@@ -24,12 +24,16 @@ class LoopPromise {
     /// register's folders (tests).
     void make(std::span<const VcpuSpec> specs,
               const std::function<sched::PlatformOverheads(int core)>& overheads, const std::string& root);
+    /// VCPU `id` has another budget and period: the promise is written anew, in its place.
+    void change(VcpuId id, sched::VcpuParameters parameters);
     /// Adds the trees on the cores of these loops, each with its verdict as of now.
     void describe_trees(GuaranteeReport& report) const;
 
   private:
     std::string root_;
     std::vector<int> cores_;
+    Promise promise_;
+    std::vector<Nanoseconds> activations_;  // what each activation of its VCPUs costs
     HeldPromise held_;
 };
 

@@ -8,7 +8,13 @@
 
 namespace qduino::board::linux {
 
-/// Medians over some 10 ms of sleeping and of timer signals on the calling thread.
+/// Medians over some 10 ms of sleeping and of timer signals on the calling thread: what an
+/// activation costs beside its budget.
+///
+///   in the budget     all CPU time of the thread, the handler of the budget's timer and the sleep
+///                     in it as well, and every wait but one in each period
+///   release           that one wait
+///   enforcement       the timer's interrupt and signal: they may come while another loop runs
 [[nodiscard]] sched::PlatformOverheads measure_overheads();
 
 /// Adds what the kernel keeps for ordinary tasks (its fair server, or RT throttling): by default 50

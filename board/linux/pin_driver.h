@@ -42,6 +42,11 @@ class PinDriver {
     virtual Result<void> watch_edges(PinId, Edge) { return pin_cannot("interrupts"); }
     /// Edges counted so far. From one thread.
     [[nodiscard]] virtual EdgeCounts edges(PinId) { return {}; }
+    /// When rising (falling) edge `number` of them came, counted from 1; kForever: nobody knows.
+    /// From the same thread, after edges().
+    [[nodiscard]] virtual Instant edge_instant(PinId, Level, [[maybe_unused]] std::uint32_t number) {
+        return kForever;
+    }
     /// Becomes readable when edges() would change. −1: no descriptor;
     /// VirtualPins::wait_input_change() tells instead.
     [[nodiscard]] virtual int edge_descriptor(PinId) { return -1; }

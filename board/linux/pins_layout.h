@@ -54,13 +54,14 @@
 
 #include "base/contract.h"
 #include "base/time.h"
+#include "board/linux/edge_times.h"
 #include "board/types.h"
 #include "channel/ring_buffer.h"
 
 namespace qduino::board::linux {
 
 inline constexpr std::uint32_t kPinsMagic = 0x51445049;  // "QDPI"
-inline constexpr std::uint32_t kPinsVersion = 6;
+inline constexpr std::uint32_t kPinsVersion = 7;
 
 enum class PinEventKind : std::uint8_t { level = 1, pwm = 2, pwm_period = 3 };
 
@@ -150,6 +151,9 @@ struct InputPin {
     std::atomic<std::uint32_t> level{0};
     std::atomic<std::uint32_t> rising{0};  ///< edges ever published
     std::atomic<std::uint32_t> falling{0};
+    // When they were published; CLOCK_MONOTONIC.
+    EdgeTimes rising_times;
+    EdgeTimes falling_times;
 };
 
 /// The core and priority of a loop: to find out why it did not run (core_rivals.h).

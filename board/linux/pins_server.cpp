@@ -160,7 +160,10 @@ void PinsServer::publish_inputs(Peripherals& peripherals) {
         const auto level = static_cast<std::uint32_t>(peripherals.pin_level(horizon_, PinId{number}));
         if (input.level.load(std::memory_order_relaxed) == level) continue;
         input.level.store(level, std::memory_order_release);
-        (level ? input.rising : input.falling).fetch_add(1, std::memory_order_release);
+        std::atomic<std::uint32_t>& edges = level ? input.rising : input.falling;
+        (level ? input.rising_times : input.falling_times)
+            .note(edges.load(std::memory_order_relaxed) + 1, monotonic_now());
+        edges.fetch_add(1, std::memory_order_release);
         changed = true;
     }
     if (!changed) return;

@@ -48,6 +48,19 @@ bool is_still_named(int file, const std::string& path) {
            here.st_dev == there.st_dev;
 }
 
+HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
+    if (this == &other) return *this;
+    release();
+    path_ = std::move(other.path_);
+    file_ = std::move(other.file_);
+    return *this;
+}
+
+void HeldFile::release() {
+    if (file_.valid() && is_still_named(file_.get(), path_)) ::unlink(path_.c_str());
+    file_.reset();
+}
+
 std::string printable(std::string_view raw, std::size_t longest) {
     std::string text{trimmed(raw)};
     std::ranges::replace_if(

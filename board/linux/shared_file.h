@@ -8,6 +8,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "posix/unique_fd.h"
 
@@ -23,6 +24,31 @@ namespace qduino::board::linux {
 
 /// True while `path` still names the open file `file`: a holder that left has removed it.
 [[nodiscard]] bool is_still_named(int file, const std::string& path);
+
+/// A file that this process holds locked (flock(2)): what it stands for ends with this object, or
+/// with the last process that inherited the descriptor.
+class HeldFile {
+  public:
+    HeldFile() = default;  ///< holds nothing
+    /// `file` is open at `path`, and locked.
+    HeldFile(posix::UniqueFd file, std::string path) : path_(std::move(path)), file_(std::move(file)) {}
+    HeldFile(HeldFile&&) = default;
+    HeldFile& operator=(HeldFile&& other) noexcept;
+    /// Gives it back; the file goes too.
+    ~HeldFile() { release(); }
+    HeldFile(const HeldFile&) = delete;
+    HeldFile& operator=(const HeldFile&) = delete;
+
+    [[nodiscard]] bool held() const { return file_.valid(); }
+    [[nodiscard]] int descriptor() const { return file_.get(); }
+    [[nodiscard]] const std::string& path() const { return path_; }
+
+  private:
+    void release();
+
+    std::string path_;
+    posix::UniqueFd file_;
+};
 
 /// `raw` in printable characters, on one line, with at most `longest` of them.
 [[nodiscard]] std::string printable(std::string_view raw, std::size_t longest);

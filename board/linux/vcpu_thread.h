@@ -55,7 +55,14 @@ class VcpuThread {
     Result<void> create();
     void join();
 
+    /// As it was made.
     [[nodiscard]] const VcpuSpec& spec() const { return spec_; }
+    /// Its budget and period as of now. Any thread.
+    [[nodiscard]] sched::VcpuParameters parameters() const {
+        return keeper_.changed().value_or(spec_.parameters());
+    }
+    /// Gives it another budget and period: an I/O VCPU's thread. From any one thread at a time.
+    void change(sched::VcpuParameters parameters) { keeper_.change(parameters); }
     [[nodiscard]] bool returned() const { return finished_.load(std::memory_order_acquire); }
 
     // Known once the thread is at the gate:

@@ -253,6 +253,13 @@ Result<void> VirtualPins::watch_edges(PinId pin, Edge) {
     return set_mode(kNoVcpu, pin, PinMode::input);
 }
 
+Instant VirtualPins::edge_instant(PinId pin, Level to, std::uint32_t number) {
+    const InputPin& input = layout().inputs[index_of(pin)];
+    const bool rising = to == Level::high;
+    const EdgeTimes& times = rising ? input.rising_times : input.falling_times;
+    return times.at(number, (rising ? input.rising : input.falling).load(std::memory_order_acquire));
+}
+
 EdgeCounts VirtualPins::edges(PinId pin) {
     const InputPin& input = layout().inputs[index_of(pin)];
     return {input.rising.load(std::memory_order_acquire), input.falling.load(std::memory_order_acquire)};

@@ -52,6 +52,8 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     void force_safe_states() override;
     Result<void> watch_edges(PinId pin, Edge edge) override;
     EdgeCounts edges(PinId pin) override;
+    /// When the machine published it.
+    Instant edge_instant(PinId pin, Level to, std::uint32_t number) override;
 
     // ---- buses: each call waits for the machine's answer, at most kBusTimeout -------------------
     /// Error: what the chip answered; timed_out when no machine does; out_of_range above kMailBytes

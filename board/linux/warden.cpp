@@ -44,11 +44,14 @@ Result<void> Warden::hire(WardenTask task) {
     return {};
 }
 
-Result<void> Warden::watch(std::span<const Ward> wards, pid_t witness) {
+Result<void> Warden::watch(std::span<const Ward> wards, std::span<const KernelThread> kernel_threads,
+                           pid_t witness) {
     if (pid_ == 0) return make_error(ErrorCode::unavailable, "no warden");
     WardenOrders& orders = *pages_of_orders_.as<WardenOrders>();
     std::ranges::copy(wards, orders.wards.begin());
     orders.count = static_cast<std::uint32_t>(wards.size());
+    std::ranges::copy(kernel_threads, orders.kernel_threads.begin());
+    orders.kernel_count = static_cast<std::uint32_t>(kernel_threads.size());
     orders.witness = witness;
     orders.given = 1;
     ring();
@@ -61,6 +64,10 @@ Result<void> Warden::watch(std::span<const Ward> wards, pid_t witness) {
                           "this kernel does not tell the CPU time of threads (CONFIG_SCHED_INFO)");
     }
     return make_error(ErrorCode::unavailable, "the warden of the budgets did not begin");
+}
+
+void Warden::change(VcpuId io, sched::VcpuParameters parameters) {
+    if (pid_ != 0) pages_of_orders_.as<WardenOrders>()->changes[io].put(parameters);
 }
 
 bool Warden::watches() const {

@@ -44,9 +44,14 @@ class Warden {
     /// two share no page that the sketch writes. The calling thread lives as long as the warden.
     /// Error: the system's.
     Result<void> hire(WardenTask task);
-    /// Gives it its wards, which have not begun yet; `witness` is another thread of the board's.
-    /// Waits until it watches. Error: unavailable.
-    Result<void> watch(std::span<const Ward> wards, pid_t witness);
+    /// Gives it its wards, which have not begun yet, and kernel threads that work on the budgets of
+    /// some of them; `witness` is another thread of the board's. Waits until it watches. Error:
+    /// unavailable.
+    Result<void> watch(std::span<const Ward> wards, std::span<const KernelThread> kernel_threads,
+                       pid_t witness);
+    /// I/O VCPU `io` has another budget and period. From one thread at a time; no system call. The
+    /// warden takes it up at its next look at that ward.
+    void change(VcpuId io, sched::VcpuParameters parameters);
     /// Ends it. All wards have ended.
     void dismiss();
 

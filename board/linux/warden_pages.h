@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "board/linux/parameters_mail.h"
 #include "board/types.h"
 
 namespace qduino::board::linux {
@@ -20,7 +21,20 @@ struct Ward {
     int priority = 0;  ///< SCHED_FIFO; 0: it is an ordinary thread
     Nanoseconds budget{};
     Nanoseconds period{};
-    bool watched = false;  ///< false: known, but its budget is not enforced
+    Nanoseconds client_period{};  ///< of an I/O VCPU; 0: its own period
+    bool watched = false;         ///< false: known, but its budget is not enforced
+
+    [[nodiscard]] bool is_io() const { return id >= kFirstIoVcpu; }
+};
+
+/// The most kernel threads that the bottom halves of a sketch may have together.
+inline constexpr std::size_t kKernelThreadsMax = 128;
+
+/// A kernel thread that works on the budget of an I/O VCPU.
+struct KernelThread {
+    VcpuId io = kNoVcpu;
+    pid_t tid = 0;
+    int priority = 0;  ///< SCHED_FIFO
 };
 
 struct WardenOrders {
@@ -31,6 +45,11 @@ struct WardenOrders {
     pid_t witness;  ///< a thread of the board's with a higher priority; 0: none
     std::uint32_t count;
     std::array<Ward, kVcpuLimit> wards;
+    std::uint32_t kernel_count;
+    std::array<KernelThread, kKernelThreadsMax> kernel_threads;
+    /// Other budgets and periods of wards, by VCPU; of I/O VCPUs alone. A handler that forged one
+    /// would have a budget that nobody admitted; a loop has no such way.
+    std::array<ParametersMail, kVcpuLimit> changes;
 };
 
 enum class WardenState : std::uint32_t {
@@ -49,6 +68,9 @@ struct WardFindings {
     std::atomic<std::uint32_t> holds;      ///< how often it was stopped
     std::atomic<std::uint32_t> changes;    ///< of its priority or core, by somebody else
     std::atomic<EscapeWay> way;
+    // Of an I/O VCPU with kernel threads: of all that works on its budget.
+    std::atomic<std::int64_t> kernel_used_ns;
+    std::atomic<std::uint32_t> kernel_holds;  ///< how often their priority was taken
 };
 
 struct WardenFindings {

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -23,6 +24,8 @@
 #include "board/linux/clock.h"
 #include "board/linux/held_thread.h"
 #include "board/linux/real_time_thread.h"
+#include "board/linux/thread_times.h"
+#include "board/linux/watched_bottom_half.h"
 #include "sched/budget_watch.h"
 
 namespace qduino::board::linux {
@@ -44,13 +47,6 @@ std::string_view read_anew(int file, Buffer& buffer) {
     return {buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(bytes, 0))};
 }
 
-std::int64_t next_number(std::string_view& text) {
-    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
-    const auto number = whole_number<std::int64_t>(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-    return number.value_or(0);
-}
-
 /// The signals of one line of /proc/PID/task/TID/status, "SigBlk:\t0000000000000004".
 bool names_signal(std::string_view status, std::string_view line, int signal) {
     const std::size_t at = status.find(line);
@@ -66,14 +62,16 @@ bool names_signal(std::string_view status, std::string_view line, int signal) {
 class WatchedThread {
   public:
     /// False: this kernel does not tell its CPU time.
-    bool open(const WardenTask& task, const Ward& ward, WardFindings& findings) {
+    bool open(const WardenTask& task, const Ward& ward, const ParametersMail& changes,
+              WardFindings& findings) {
         thread_ = HeldThread{{ward.tid, ward.core, ward.priority}};
+        changes_ = ward.is_io() ? &changes : nullptr;
         findings_ = &findings;
         watched_ = ward.watched;
-        times_file_ = open_of(task.sketch, ward.tid, "schedstat");
-        status_file_ = open_of(task.sketch, ward.tid, "status");
+        const auto status = text<FixedString<64>>("/proc/", task.sketch, "/task/", ward.tid, "/status", '\0');
+        status_file_ = ::open(status.view().data(), O_RDONLY | O_CLOEXEC);
         sched::ThreadTimes times;
-        if (!read(times)) return false;
+        if (!times_.open(task.sketch, ward.tid) || !times_.read(times)) return false;
         watch_ = sched::BudgetWatch{{ward.budget, ward.period}, task.wait, monotonic_now(), times};
         return true;
     }
@@ -89,10 +87,13 @@ class WatchedThread {
     void look(Instant now) {
         sched::ThreadTimes times;
         if (ended_ || !watched_) return;
-        if (!read(times)) {
+        if (!times_.read(times)) {
             ended_ = true;
             return;
         }
+        if (const auto parameters = changes_ ? changes_->take(changes_seen_) : std::nullopt;
+            parameters && parameters->valid())
+            watch_.change(now, times, *parameters);
         const bool hold = watch_.look(now, times) == sched::BudgetWatch::Verdict::hold;
         if (hold && !thread_.held()) explain();
         hold ? thread_.hold() : thread_.release();
@@ -106,18 +107,6 @@ class WatchedThread {
     }
 
   private:
-    static int open_of(pid_t sketch, pid_t tid, std::string_view file) {
-        const auto path = text<FixedString<64>>("/proc/", sketch, "/task/", tid, "/", file, '\0');
-        return ::open(path.view().data(), O_RDONLY | O_CLOEXEC);
-    }
-    [[nodiscard]] bool read(sched::ThreadTimes& times) const {
-        Buffer buffer;
-        std::string_view told = read_anew(times_file_, buffer);
-        if (told.empty()) return false;
-        times.cpu = Nanoseconds{next_number(told)};
-        times.delayed = Nanoseconds{next_number(told)};
-        return true;
-    }
     /// Why its own timer did not do it. Once: it is held a moment later.
     void explain() {
         if (findings_->way != EscapeWay::none) return;
@@ -131,8 +120,10 @@ class WatchedThread {
 
     HeldThread thread_;
     sched::BudgetWatch watch_;
+    const ParametersMail* changes_ = nullptr;  // null: of a loop, which has none
+    std::uint32_t changes_seen_ = 0;
     WardFindings* findings_ = nullptr;
-    int times_file_ = -1;
+    ThreadTimesFile times_;
     int status_file_ = -1;
     bool watched_ = false;
     bool ended_ = false;
@@ -257,7 +248,11 @@ class WardenProcess {
         for (std::uint32_t i = 0; i < count; ++i) {
             const Ward ward = orders_.wards[i];
             if (ward.id >= kVcpuLimit || !wards_.try_push_back(WatchedThread{})) return false;
-            if (!wards_.back().open(task_, ward, findings_.wards[ward.id])) return false;
+            if (!wards_.back().open(task_, ward, orders_.changes[ward.id], findings_.wards[ward.id]))
+                return false;
+            WatchedBottomHalf bottom_half;
+            if (bottom_half.open(task_.sketch, ward, orders_, findings_.wards[ward.id]))
+                bottom_halves_.push_back(bottom_half);
         }
         const bool can_stop = wards_.empty() || wards_[0].thread().can_be_stopped();
         next_sweep_ = monotonic_now();
@@ -269,10 +264,14 @@ class WardenProcess {
         const Instant now = monotonic_now();
         take_changes();
         for (WatchedThread& ward : wards_) ward.look_if_due(now);
+        for (WatchedBottomHalf& each : bottom_halves_) {
+            if (each.next_look() <= now + kLookEvery / 2) each.look(now);
+        }
         if (now >= next_sweep_) sweep(now);
         ++findings_.looks;
         Instant next = next_sweep_;
         for (const WatchedThread& ward : wards_) next = std::min(next, ward.next_look());
+        for (const WatchedBottomHalf& each : bottom_halves_) next = std::min(next, each.next_look());
         sleep_until(std::max(next, now + kLookEvery));
     }
 
@@ -317,6 +316,7 @@ class WardenProcess {
     WardenOrders& orders_;
     WardenFindings& findings_;
     FixedVector<WatchedThread, kVcpuLimit> wards_;
+    FixedVector<WatchedBottomHalf, sched::kIoVcpuLimit> bottom_halves_;
     Strangers strangers_;
     pid_t witness_ = 0;
     Instant next_sweep_{};

@@ -34,6 +34,8 @@ struct ApiCosts {
     std::array<Nanoseconds, kApiCallCount> per_call{};
     Nanoseconds i2c_per_byte{};  ///< 90 µs at 100 kHz: eight bits and an acknowledge
     Nanoseconds spi_per_byte{};
+    Nanoseconds uart_per_byte{};   ///< of Serial
+    Nanoseconds nic_per_byte{};    ///< of sockets
     Nanoseconds context_switch{};  ///< taken from the core whenever it turns to another VCPU
     constexpr Nanoseconds& operator[](ApiCall call) { return per_call[static_cast<std::size_t>(call)]; }
     constexpr Nanoseconds operator[](ApiCall call) const { return per_call[static_cast<std::size_t>(call)]; }

@@ -94,8 +94,10 @@ void EventLoop::serve(Vcpu& io) {
         }
         const Work work = io.queue->pop();
         if (!stop_requested_) {
+            const Instant began = now_;
             consume(work.cost);
             if (work.handler) work.handler(work.context);
+            if (!work.waits) io.times.record(work.came, began, now_);
         }
         if (work.waits) wake_up(*work.waits);  // also at the end: nobody else would
     }
@@ -124,6 +126,7 @@ void EventLoop::work_of_device(DeviceClass device, Nanoseconds cost) {
 
 void EventLoop::give_work(VcpuId io, Work work) {
     Vcpu* const vcpu = cpus_.vcpu(io);
+    work.came = now_;
     if (!vcpu || vcpu->state == VcpuState::finished || !vcpu->queue->try_push(work)) {
         ++lost_work_;
         return;

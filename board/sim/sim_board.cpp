@@ -10,6 +10,14 @@ Result<void> SimBoard::serve_interrupts(DeviceClass device, VcpuId io) {
     return {};
 }
 
+Result<void> SimBoard::change_io(VcpuId io, sched::VcpuParameters parameters) {
+    Vcpu* const vcpu = loop_.cpus().vcpu(io);
+    if (!vcpu || !vcpu->spec.is_io()) return make_error(ErrorCode::not_found, "there is no I/O VCPU ", io);
+    vcpu->core->change_io(*vcpu, parameters, loop_.now());
+    loop_.look_up();
+    return {};
+}
+
 Result<void> SimBoard::route_interrupts(DeviceClass device, int core, bool allowed) {
     if (core < 0 || core >= core_count())
         return make_error(ErrorCode::invalid_argument, "route_interrupts: no such core");
@@ -40,6 +48,8 @@ GuaranteeReport SimBoard::guarantee() const {
         loop.priority_enforced = loop.budget_enforced = true;
         loop.core_owned = vcpu.spec.owns_core;
         report.loops.push_back(loop);
+        if (!vcpu.times.empty())
+            report.bottom_halves.push_back(vcpu.times.describe(vcpu.spec.id, vcpu.spec.core));
     });
     for (int core = 0; core < core_count(); ++core) {
         report.cores.push_back({.core = core,
@@ -61,7 +71,7 @@ constexpr int kPoissonBurst = 17;
 sched::PlatformOverheads SimBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
     // To it, and back to what it preempted.
-    overheads.release_cost = 2 * config_.costs.context_switch;
+    overheads.release_cost = overheads.wait_cost = 2 * config_.costs.context_switch;
     for (const InterruptSource& source : loop_.interrupts().on_core(core)) {
         Nanoseconds cost = source.top_half;
         const bool tick = source.device == DeviceClass::all;

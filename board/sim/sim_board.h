@@ -73,6 +73,7 @@ class SimBoard final : public SimPins {
     /// Bottom halves of `device` become the work of I/O VCPU `io`; kNoVcpu: they run at once, above
     /// every loop.
     Result<void> serve_interrupts(DeviceClass device, VcpuId io) override;
+    Result<void> change_io(VcpuId io, sched::VcpuParameters parameters) override;
     /// Routes a device class's interrupts away from `core`, to the lowest core that still takes
     /// them, and back. Error: unavailable when no core would take them.
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed) override;

@@ -94,6 +94,14 @@ void SimCore::work_came(Vcpu& io, Nanoseconds client_period, Instant now) {
     settle_soon(now);
 }
 
+void SimCore::change_io(Vcpu& io, sched::VcpuParameters parameters, Instant now) {
+    account(now);
+    scheduler_.change_io(io.spec.id, parameters, now);
+    io.spec.budget = parameters.budget;
+    io.spec.period = parameters.period;
+    settle_soon(now);
+}
+
 void SimCore::inherit(const Vcpu& vcpu, Instant now) {
     scheduler_.inherit(vcpu.spec.id, vcpu.inherited);
     settle_soon(now);

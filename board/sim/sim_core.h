@@ -51,6 +51,8 @@ class SimCore {
     void release(const Vcpu& vcpu, Instant nominal, Instant now);
     /// I/O VCPU `io` has more work, for a client of `client_period`; 0: for the usual one.
     void work_came(Vcpu& io, Nanoseconds client_period, Instant now);
+    /// It has another budget and period from `now` on.
+    void change_io(Vcpu& io, sched::VcpuParameters parameters, Instant now);
     /// The VCPU inherits what vcpu.inherited says: decided at `now`.
     void inherit(const Vcpu& vcpu, Instant now);
 

@@ -108,6 +108,13 @@ Result<void> SimPins::spi_transfer(SpiBus bus, SpiSettings settings, std::span<s
     return peripherals_.spi_transfer(loop_.now(), bus, settings, data);
 }
 
+void SimPins::device_work(DeviceClass device, std::size_t bytes) {
+    Nanoseconds per_byte{};
+    if (device == DeviceClass::uart) per_byte = config_.costs.uart_per_byte;
+    if (device == DeviceClass::nic) per_byte = config_.costs.nic_per_byte;
+    loop_.work_of_device(device, per_byte * static_cast<std::int64_t>(bytes));
+}
+
 Result<void> SimPins::safe_state(PinId pin, Level level) {
     QDUINO_TRY(check(pin));
     pins_[pin.number].has_safe_state = true;

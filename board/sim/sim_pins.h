@@ -43,6 +43,7 @@ class SimPins : public Board, private PinEdgeSink {
                                             std::span<std::uint8_t> in) override;
     [[nodiscard]] Result<void> spi_transfer(SpiBus bus, SpiSettings settings,
                                             std::span<std::uint8_t> data) override;
+    void device_work(DeviceClass device, std::size_t bytes) override;
     [[nodiscard]] Result<void> safe_state(PinId pin, Level level) override;
     [[nodiscard]] Result<void> attach_edge(PinId pin, Edge edge, EdgeHandler handler, void* context,
                                            VcpuId io) override;

@@ -8,6 +8,7 @@
 
 #include "base/time.h"
 #include "board/board.h"
+#include "board/handler_times.h"
 #include "board/sim/fiber.h"
 #include "board/types.h"
 #include "sched/core_scheduler.h"
@@ -24,6 +25,7 @@ struct Work {
     EdgeHandler handler = nullptr;
     void* context = nullptr;
     Nanoseconds cost{};
+    Instant came{};         ///< when it was given
     Vcpu* waits = nullptr;  ///< a loop that sleeps until this is done, and on whose behalf it is
 };
 
@@ -74,6 +76,7 @@ struct Vcpu {
     bool throttled = false;               ///< ready, without budget; for the trace
     bool has_fault = false;               ///< SimConfig::loop_faults names it
     std::unique_ptr<WorkQueue> queue;     ///< I/O VCPUs that serve handlers
+    HandlerTimes times;                   ///< of what came from edges and interrupts
 
     /// The code of this VCPU goes on at the earliest, if it has the CPU from `now` on.
     [[nodiscard]] Instant done_at(Instant now) const {

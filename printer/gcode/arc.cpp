@@ -9,8 +9,9 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
+/// In the plane's axes.
 struct Centre {
-    double x_mm, y_mm;
+    double first_mm, second_mm;
 };
 
 /// G2/G3 R: of the two circles of that radius through both ends, the one whose arc in the wanted
@@ -18,9 +19,10 @@ struct Centre {
 ///
 ///     centre = middle of the chord ± h · (unit normal of the chord), h = √(r² − (chord/2)²)
 Result<Centre> centre_by_radius(const Position& from, const Position& to, const ArcGeometry& geometry) {
-    const double x = (to[Axis::x] - from[Axis::x]).value();
-    const double y = (to[Axis::y] - from[Axis::y]).value();
-    const double chord = std::hypot(x, y);
+    const PlaneAxes axes = axes_of(geometry.plane);
+    const double first = (to[axes.first] - from[axes.first]).value();
+    const double second = (to[axes.second] - from[axes.second]).value();
+    const double chord = std::hypot(first, second);
     const double radius = std::abs(geometry.radius_mm);
     if (chord == 0) {
         return make_error(ErrorCode::invalid_argument,
@@ -33,14 +35,15 @@ Result<Centre> centre_by_radius(const Position& from, const Position& to, const 
     double height = std::sqrt(radius * radius - half * half);
     // The normal to the left of the chord holds the centre of a short counterclockwise arc.
     if ((geometry.direction == ArcDirection::clockwise) != (geometry.radius_mm < 0)) height = -height;
-    return Centre{from[Axis::x].value() + x / 2 - y / chord * height,
-                  from[Axis::y].value() + y / 2 + x / chord * height};
+    return Centre{from[axes.first].value() + first / 2 - second / chord * height,
+                  from[axes.second].value() + second / 2 + first / chord * height};
 }
 
 Result<Centre> centre_of(const Position& from, const Position& to, const ArcGeometry& geometry) {
     if (geometry.by_radius) return centre_by_radius(from, to, geometry);
-    return Centre{from[Axis::x].value() + geometry.centre_dx_mm,
-                  from[Axis::y].value() + geometry.centre_dy_mm};
+    const PlaneAxes axes = axes_of(geometry.plane);
+    return Centre{from[axes.first].value() + geometry.centre_first_mm,
+                  from[axes.second].value() + geometry.centre_second_mm};
 }
 
 /// Radians from start to end in the arc's direction; a whole turn when both are the same point.
@@ -67,30 +70,34 @@ std::uint32_t chords_for(double sweep, double radius_mm) {
 
 Result<ArcPath> ArcPath::make(const Position& from, const Position& to, const ArcGeometry& geometry) {
     QDUINO_TRY_ASSIGN(const Centre centre, centre_of(from, to, geometry));
-    const double from_x = from[Axis::x].value() - centre.x_mm;
-    const double from_y = from[Axis::y].value() - centre.y_mm;
-    const double to_x = to[Axis::x].value() - centre.x_mm;
-    const double to_y = to[Axis::y].value() - centre.y_mm;
+    const PlaneAxes axes = axes_of(geometry.plane);
+    const double from_first = from[axes.first].value() - centre.first_mm;
+    const double from_second = from[axes.second].value() - centre.second_mm;
+    const double to_first = to[axes.first].value() - centre.first_mm;
+    const double to_second = to[axes.second].value() - centre.second_mm;
     ArcPath arc;
+    arc.axes_ = axes;
     arc.from_ = from;
     arc.to_ = to;
-    arc.centre_x_mm_ = centre.x_mm;
-    arc.centre_y_mm_ = centre.y_mm;
-    arc.radius_from_mm_ = std::hypot(from_x, from_y);
-    arc.radius_to_mm_ = std::hypot(to_x, to_y);
+    arc.centre_first_mm_ = centre.first_mm;
+    arc.centre_second_mm_ = centre.second_mm;
+    arc.radius_from_mm_ = std::hypot(from_first, from_second);
+    arc.radius_to_mm_ = std::hypot(to_first, to_second);
     const double radius_max = std::max(arc.radius_from_mm_, arc.radius_to_mm_);
-    if (!(radius_max > 0))
+    if (!(arc.radius_from_mm_ > 0))
         return make_error(ErrorCode::invalid_argument, "an arc needs a centre that is not its start");
     if (!(radius_max <= kArcRadiusMaxMm)) {
         return make_error(ErrorCode::out_of_range, "the radius of the arc is above 100 m");
     }
-    if (std::abs(arc.radius_from_mm_ - arc.radius_to_mm_) > kArcRadiusMismatchMm) {
-        return make_error(ErrorCode::invalid_argument,
-                          "the ends of the arc are not equally far from its centre");
+    const bool same_point = from[axes.first] == to[axes.first] && from[axes.second] == to[axes.second];
+    arc.angle_from_ = std::atan2(from_second, from_first);
+    arc.sweep_ = sweep_of(arc.angle_from_, std::atan2(to_second, to_first), same_point, geometry);
+    const double mismatch_mm = std::abs(arc.radius_from_mm_ - arc.radius_to_mm_);
+    if (arc.sweep_ != 0 && mismatch_mm > kArcRadiusMismatchMm) {
+        return make_error(ErrorCode::invalid_argument, "the ends of the arc are ",
+                          Fixed{arc.radius_from_mm_, 3}, " and ", Fixed{arc.radius_to_mm_, 3},
+                          " mm from its centre: no circle goes through both");
     }
-    const bool same_point = from[Axis::x] == to[Axis::x] && from[Axis::y] == to[Axis::y];
-    arc.angle_from_ = std::atan2(from_y, from_x);
-    arc.sweep_ = sweep_of(arc.angle_from_, std::atan2(to_y, to_x), same_point, geometry);
     arc.chords_ = chords_for(arc.sweep_, radius_max);
     return arc;
 }
@@ -102,10 +109,9 @@ Position ArcPath::point(std::uint32_t index) const {
     const double radius = radius_from_mm_ + (radius_to_mm_ - radius_from_mm_) * along;
     const double angle = angle_from_ + sweep_ * along;
     Position point;
-    point[Axis::x] = Millimetres{centre_x_mm_ + radius * std::cos(angle)};
-    point[Axis::y] = Millimetres{centre_y_mm_ + radius * std::sin(angle)};
-    point[Axis::z] = from_[Axis::z] + (to_[Axis::z] - from_[Axis::z]) * along;
-    point[Axis::e] = from_[Axis::e] + (to_[Axis::e] - from_[Axis::e]) * along;
+    for (const Axis axis : kAllAxes) point[axis] = from_[axis] + (to_[axis] - from_[axis]) * along;
+    point[axes_.first] = Millimetres{centre_first_mm_ + radius * std::cos(angle)};
+    point[axes_.second] = Millimetres{centre_second_mm_ + radius * std::sin(angle)};
     return point;
 }
 

@@ -4,12 +4,19 @@
 //       A-´    |s   `-C          s = r·(1 − cos θ/2),  so  θ = 2·acos(1 − s/r),
 //        \`----+----´/       and an arc of sweep φ takes ⌈|φ|/θ⌉ chords.
 //         \    |θ   /
-//          \   |r  /         Z and E advance evenly with the angle: a helix.
+//          \   |r  /         The other axes advance evenly with the angle: a helix.
 //           \  |  /
 //            centre
 //
+// The plane's axes stand in the right-handed order, so G3 turns from the first to the second
+// (RS274/NGC, NIST, section 3.5.3; Marlin 2.1, G017-G019):
+//
+//   G17  X Y, centre I J      G18  Z X, centre K I      G19  Y Z, centre J K
+//
 // Where the two ends are not at quite the same distance from the centre (a slicer's rounding), the
 // radius goes evenly from one to the other, so that the path ends exactly where the command says.
+// Ends that lie in the same direction from the centre leave nothing to turn: the way is straight,
+// as far as the ends may be apart (Klipper goes straight, too).
 #pragma once
 
 #include <cstdint>
@@ -26,15 +33,29 @@ inline constexpr double kArcRadiusMismatchMm = 0.05;
 inline constexpr double kArcRadiusMaxMm = 100'000;
 inline constexpr std::uint32_t kArcTurnsMax = 20;
 
-/// Seen from above, G2 and G3.
+/// Seen from the positive end of the third axis, G2 and G3.
 enum class ArcDirection : std::uint8_t { clockwise, counterclockwise };
 
-/// An arc in the XY plane, before its ends are known.
+/// G17, G18, G19.
+enum class ArcPlane : std::uint8_t { xy, zx, yz };
+
+/// The axes of a plane, in order.
+struct PlaneAxes {
+    Axis first = Axis::x;
+    Axis second = Axis::y;
+};
+constexpr PlaneAxes axes_of(ArcPlane plane) {
+    constexpr PlaneAxes kAxes[]{{Axis::x, Axis::y}, {Axis::z, Axis::x}, {Axis::y, Axis::z}};
+    return kAxes[static_cast<std::size_t>(plane)];
+}
+
+/// An arc, before its ends are known.
 struct ArcGeometry {
     ArcDirection direction = ArcDirection::clockwise;
+    ArcPlane plane = ArcPlane::xy;
     bool by_radius = false;
-    double centre_dx_mm = 0;  ///< I, J: the centre, from the start
-    double centre_dy_mm = 0;
+    double centre_first_mm = 0;  ///< the centre, from the start, along the plane's axes
+    double centre_second_mm = 0;
     double radius_mm = 0;  ///< R: below 0 means the longer of the two arcs
     /// P: whole turns on top of the arc; a whole circle makes this many in all.
     std::uint32_t turns = 0;
@@ -50,25 +71,19 @@ class ArcPath {
     [[nodiscard]] std::uint32_t chords() const { return chords_; }
     /// End of chord `index` (0 … chords() − 1); the last is exactly the arc's end.
     [[nodiscard]] Position point(std::uint32_t index) const;
-
-    // The progress of a caller that walks along it.
     [[nodiscard]] const Position& end() const { return to_; }
-    [[nodiscard]] bool done() const { return next_ == chords_; }
-    /// The end of the next chord. Contract: !done().
-    [[nodiscard]] Position peek() const { return point(next_); }
-    void advance() { ++next_; }
 
   private:
     Position from_;
     Position to_;
-    double centre_x_mm_ = 0;
-    double centre_y_mm_ = 0;
+    PlaneAxes axes_;
+    double centre_first_mm_ = 0;
+    double centre_second_mm_ = 0;
     double radius_from_mm_ = 0;
     double radius_to_mm_ = 0;
     double angle_from_ = 0;
     double sweep_ = 0;  ///< radians, counterclockwise above 0
     std::uint32_t chords_ = 1;
-    std::uint32_t next_ = 0;
 };
 
 }  // namespace qduino::printer::gcode

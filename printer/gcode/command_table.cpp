@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "printer/gcode/text.h"
+
 namespace qduino::printer::gcode {
 
 // The bodies. A new code is its name here, its row below, and its body in one of these files.
@@ -10,16 +12,22 @@ namespace handlers {
 /// It cannot fail.
 using SureHandler = void(Context& context, const Command& command);
 // handlers_motion.cpp
-Handler linear_move, arc_clockwise, arc_counterclockwise, dwell, wait_for_moves, retract, recover, home, tool;
+Handler linear_move, arc_clockwise, arc_counterclockwise, spline, dwell, wait_for_moves, retract, recover,
+    home, tool;
 // handlers_state.cpp
-Handler set_position, retraction_settings, recover_settings, speed_factor, flow_factor;
+Handler set_position, retraction_settings, recover_settings, speed_factor, flow_factor, volumetric,
+    steps_per_mm, home_offsets, home_offsets_here;
 SureHandler inches, millimetres, absolute, relative, absolute_extrusion, relative_extrusion,
-    machine_coordinates, nothing;
+    machine_coordinates, plane, nothing;
 // handlers_machine.cpp
-Handler hot_end, hot_end_wait, bed, bed_wait, fan_on, fan_off, motors_off, axis_accelerations, axis_speeds,
-    accelerations, instantaneous_speeds, progress, stop, pause, filament_change;
+Handler hot_end, tool_temperatures, hot_end_wait, bed, bed_wait, wait_for_heat, fan_on, fan_off, motors_off,
+    axis_accelerations, axis_speeds, accelerations, instantaneous_speeds, progress, stop, pause,
+    filament_change, refused;
 SureHandler message, echo, report_temperatures, report_position, report_firmware, cold_extrusion,
     emergency_stop;
+// handlers_words.cpp
+Handler heater_temperature, heaters_off, velocity_limit, code_offset, choose_extruder, object_begins,
+    object_ends, exclude_object, object_labels;
 }  // namespace handlers
 
 namespace {
@@ -36,34 +44,79 @@ Result<void> sure(Context& context, const Command& command) {
 }
 
 constexpr CodeInfo kCodes[]{
-    {{"EXCLUDE_OBJECT"}, "leave an object out", ""},
+    {{"ACTIVATE_EXTRUDER"}, "tool", "", choose_extruder},
+    {{"BED_MESH_CALIBRATE"}, "probe the bed mesh", ""},
+    {{"BED_MESH_CLEAR"}, "bed mesh off", ""},
+    {{"BED_MESH_PROFILE"}, "bed mesh", ""},
+    {{"CLEAR_PAUSE"}, "forget a pause", ""},
+    {{"EXCLUDE_OBJECT"}, "leave an object out", "", exclude_object, printing},
     {{"EXCLUDE_OBJECT_DEFINE"}, "name an object", ""},
-    {{"EXCLUDE_OBJECT_END"}, "an object ends", ""},
-    {{"EXCLUDE_OBJECT_START"}, "an object begins", ""},
-    {{'G', 0}, "travel move", "XYZEF", linear_move, strict, parked},
-    {{'G', 1}, "linear move", "XYZEF", linear_move, strict, parked},
-    {{'G', 2}, "arc, clockwise", "XYZEFIJRP", arc_clockwise, strict},
-    {{'G', 3}, "arc, counterclockwise", "XYZEFIJRP", arc_counterclockwise, strict},
+    {{"EXCLUDE_OBJECT_END"}, "an object ends", "", object_ends},
+    {{"EXCLUDE_OBJECT_START"}, "an object begins", "", object_begins},
+    {{"GET_POSITION"}, "report position", "", sure<report_position>, always},
+    {{"PAUSE"}, "pause", "", pause},
+    {{"QUAD_GANTRY_LEVEL"}, "align the gantry", ""},
+    {{"QUERY_ENDSTOPS"}, "report endstops", ""},
+    {{"RESPOND"}, "echo", ""},
+    {{"RESUME"}, "resume", ""},
+    {{"SAVE_VARIABLE"}, "keep a number", ""},
+    {{"SET_DISPLAY_TEXT"}, "message", ""},
+    {{"SET_FAN_SPEED"}, "another fan", ""},
+    {{"SET_FILAMENT_SENSOR"}, "filament sensor", ""},
+    {{"SET_GCODE_OFFSET"}, "shift the coordinates", "", code_offset},
+    {{"SET_GCODE_VARIABLE"}, "a macro's number", ""},
+    {{"SET_HEATER_TEMPERATURE"}, "temperature", "", heater_temperature},
+    {{"SET_IDLE_TIMEOUT"}, "idle time-out", ""},
+    {{"SET_INPUT_SHAPER"}, "input shaping", ""},
+    {{"SET_LED"}, "lights", ""},
+    {{"SET_PIN"}, "switch a pin", ""},
+    {{"SET_PRESSURE_ADVANCE"}, "pressure advance", ""},
+    {{"SET_PRINT_STATS_INFO"}, "layer number", ""},
+    {{"SET_VELOCITY_LIMIT"}, "largest speed and acceleration", "", velocity_limit},
+    {{"SKEW_PROFILE"}, "skew correction", ""},
+    {{"STATUS"}, "report", ""},
+    {{"TIMELAPSE_TAKE_FRAME"}, "take a picture", ""},
+    {{"TURN_OFF_HEATERS"}, "heaters off", "", heaters_off},
+    {{"UPDATE_DELAYED_GCODE"}, "a macro's timer", ""},
+    {{"Z_TILT_ADJUST"}, "align Z", ""},
+    {{'G', 0}, "travel move", "XYZEFSH", linear_move, strict, parked},
+    {{'G', 1}, "linear move", "XYZEFSH", linear_move, strict, parked},
+    {{'G', 2}, "arc, clockwise", "XYZEFIJKRP", arc_clockwise, strict},
+    {{'G', 3}, "arc, counterclockwise", "XYZEFIJKRP", arc_counterclockwise, strict},
     {{'G', 4}, "dwell", "SP", dwell},
-    {{'G', 10}, "retract", "S", retract, strict},
-    {{'G', 11}, "recover from retraction", "", recover, strict},
+    {{'G', 5}, "cubic spline", "XYZEFIJPQ", spline, strict},
+    {{'G', 10}, "retract; with P: a tool's temperatures", "PRSXYZ", retract, strict},
+    {{'G', 11}, "recover from retraction", "S", recover, strict},
     {{'G', 12}, "clean the nozzle", "PRSTXYZ"},
-    {{'G', 17}, "XY plane", "", sure<nothing>},
+    {{'G', 17}, "arcs in the XY plane", "", sure<plane>, strict},
+    {{'G', 18}, "arcs in the ZX plane", "", sure<plane>, strict},
+    {{'G', 19}, "arcs in the YZ plane", "", sure<plane>, strict},
     {{'G', 20}, "inches", "", sure<inches>},
     {{'G', 21}, "millimetres", "", sure<millimetres>},
-    {{'G', 26}, "mesh validation pattern", "BCDFHIKLOPQRSUXY"},
+    {{'G', 26}, "mesh validation pattern", "BCDFHIKLOPQRSUXY", refused},
     {{'G', 27}, "park", "P"},
-    {{'G', 28}, "home", "XYZORLW", home, strict},
+    {{'G', 28}, "home", "XYZ", home},
     {{'G', 29}, "probe the bed mesh", "ABCDEFHIJKLOPQRSTUVWXYZ"},
     {{'G', 30}, "probe one point", "CXY"},
+    {{'G', 31}, "probe's trigger height", ""},
+    {{'G', 32}, "level the bed", ""},
+    {{'G', 33}, "calibrate a delta", ""},
     {{'G', 34}, "align Z", ""},
+    {{'G', 35}, "tramming wizard", ""},
+    {{'G', 40}, "cutter compensation off", "", sure<nothing>},
+    {{'G', 49}, "tool length offset off", "", sure<nothing>},
+    {{'G', 54}, "first work coordinates", "", sure<nothing>},
     {{'G', 80}, "bed mesh on", ""},
     {{'G', 90}, "absolute coordinates", "", sure<absolute>, parked},
     {{'G', 91}, "relative coordinates", "", sure<relative>, parked},
-    {{'G', 92}, "set position", "XYZE", set_position, strict},
+    {{'G', 92}, "set position", "XYZEABCUVW", set_position, strict},
     {{'G', 92, 1}, "machine coordinates", "", sure<machine_coordinates>, strict},
+    {{'G', 94}, "speeds are per minute", "", sure<nothing>},
     {{'M', 0}, "stop and wait", "", stop, free_text},
     {{'M', 1}, "stop and wait", "", stop, free_text},
+    {{'M', 3}, "spindle or laser on", "IOS", refused},
+    {{'M', 4}, "spindle or laser on", "IOS", refused},
+    {{'M', 5}, "spindle or laser off", ""},
     {{'M', 17}, "motors on", "XYZE"},
     {{'M', 18}, "motors off", "SXYZE", motors_off},
     {{'M', 20}, "list files", "FLT"},
@@ -71,12 +124,13 @@ constexpr CodeInfo kCodes[]{
     {{'M', 22}, "card ends", ""},
     {{'M', 23}, "select file", "", nullptr, free_text},
     {{'M', 24}, "start file", "ST"},
-    {{'M', 25}, "pause file", ""},
+    {{'M', 25}, "pause", "", pause},
     {{'M', 27}, "file progress", "CS"},
     {{'M', 28}, "write file", "", nullptr, free_text},
     {{'M', 29}, "end of written file", ""},
     {{'M', 30}, "delete file", "", nullptr, free_text},
     {{'M', 31}, "print time", ""},
+    {{'M', 32}, "print another file", "", refused},
     {{'M', 42}, "switch a pin", "IPST"},
     {{'M', 73}, "progress", "PRQS", progress, always},
     {{'M', 74}, "print weight", "W"},
@@ -87,7 +141,11 @@ constexpr CodeInfo kCodes[]{
     {{'M', 83}, "relative extrusion", "", sure<relative_extrusion>, parked},
     {{'M', 84}, "motors off", "SXYZE", motors_off},
     {{'M', 85}, "inactivity shutdown", "S"},
-    {{'M', 92}, "steps per millimetre", "XYZE"},
+    {{'M', 92}, "steps per millimetre", "XYZET", steps_per_mm, strict},
+    {{'M', 98}, "call another file", "", refused},
+    {{'M', 101}, "extruder on", ""},
+    {{'M', 102}, "extruder backward", ""},
+    {{'M', 103}, "extruder off", ""},
     {{'M', 104}, "hot end temperature", "STRIBF", hot_end, printing},
     {{'M', 105}, "report temperatures", "T", sure<report_temperatures>, always},
     {{'M', 106}, "fan on", "SP", fan_on, printing},
@@ -100,9 +158,11 @@ constexpr CodeInfo kCodes[]{
     {{'M', 113}, "host keepalive", "S"},
     {{'M', 114}, "report position", "DER", sure<report_position>, always},
     {{'M', 115}, "report firmware", "", sure<report_firmware>, always, free_text},
+    {{'M', 116}, "wait for the heaters", "", wait_for_heat},
     {{'M', 117}, "message", "", sure<message>, always, free_text},
     {{'M', 118}, "echo", "", sure<echo>, free_text},
     {{'M', 119}, "report endstops", ""},
+    {{'M', 125}, "park and wait", "", pause},
     {{'M', 140}, "bed temperature", "SI", bed, printing},
     {{'M', 141}, "chamber temperature", "S"},
     {{'M', 145}, "material preset", "BFHS"},
@@ -111,23 +171,26 @@ constexpr CodeInfo kCodes[]{
     {{'M', 155}, "report temperatures by itself", "S"},
     {{'M', 190}, "bed temperature, and wait", "SRI", bed_wait},
     {{'M', 191}, "chamber temperature, and wait", "SR"},
-    {{'M', 200}, "volumetric extrusion", "DLST"},
+    {{'M', 200}, "volumetric extrusion", "DLST", volumetric, strict},
     {{'M', 201}, "largest accelerations", "XYZEFSTP", axis_accelerations},
     {{'M', 203}, "largest speeds", "XYZETP", axis_speeds},
     {{'M', 204}, "accelerations", "PRTS", accelerations},
     {{'M', 205}, "instantaneous speeds", "XYZEJSTB", instantaneous_speeds},
-    {{'M', 206}, "home offset", "PTXYZ"},
+    {{'M', 206}, "home offset", "XYZ", home_offsets, strict},
     {{'M', 207}, "retraction", "SFZW", retraction_settings},
     {{'M', 208}, "recovery", "SFWR", recover_settings},
     {{'M', 209}, "automatic retraction", "S"},
     {{'M', 211}, "software endstops", "S"},
     {{'M', 220}, "speed factor", "SBR", speed_factor, printing},
     {{'M', 221}, "flow factor", "ST", flow_factor, printing},
+    {{'M', 226}, "pause", "", pause},
+    {{'M', 290}, "babystep", "XYZSP", refused},
     {{'M', 300}, "beep", "PS"},
     {{'M', 301}, "hot end PID", "CDEFILP"},
     {{'M', 302}, "report cold extrusion", "PS", sure<cold_extrusion>, always},
     {{'M', 303}, "tune PID", "CDESU"},
     {{'M', 304}, "bed PID", "DIP"},
+    {{'M', 306}, "hot end model", "ACEFHPRT"},
     {{'M', 355}, "case light", "PS"},
     {{'M', 400}, "wait for the moves", "", wait_for_moves},
     {{'M', 410}, "stop the moves", ""},
@@ -135,7 +198,8 @@ constexpr CodeInfo kCodes[]{
     {{'M', 413}, "power loss recovery", "S"},
     {{'M', 420}, "bed mesh", "CLSTVZ"},
     {{'M', 425}, "backlash", "FSXYZ"},
-    {{'M', 486}, "object labels", "ACPSTU"},
+    {{'M', 428}, "home offset by the present place", "", home_offsets_here, strict},
+    {{'M', 486}, "object labels", "ACPSTU", object_labels, either, printing},
     {{'M', 500}, "save settings", ""},
     {{'M', 501}, "load settings", ""},
     {{'M', 502}, "factory settings", ""},
@@ -143,6 +207,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 540}, "stop at endstop", "S"},
     {{'M', 555}, "print area", "XYWH"},
     {{'M', 566}, "allowed speed changes", "XYZEP"},
+    {{'M', 568}, "a tool's temperatures", "APRS", tool_temperatures, printing},
     {{'M', 569}, "stepper driver", "EISTXYZ"},
     {{'M', 572}, "pressure advance", "DSW"},
     {{'M', 593}, "input shaping", "DFPXY"},
@@ -191,6 +256,8 @@ const CodeInfo* find_code(const Command& command) {
     return exact != nullptr ? exact : find_row({command.letter, number, Code::kAnySubcode});
 }
 
+bool is_refused(const CodeInfo& code) { return code.handler == refused; }
+
 bool takes_free_text(char letter, std::uint32_t number) {
     const CodeInfo* const code = find_family(letter, number);
     return code != nullptr && code->tail == free_text;
@@ -198,11 +265,18 @@ bool takes_free_text(char letter, std::uint32_t number) {
 
 bool must_be_words(char letter, std::uint32_t number) {
     const CodeInfo* const code = find_family(letter, number);
-    return code != nullptr && code->tail == words && code->handler != nullptr;
+    return code != nullptr && code->tail == words && code->handler != nullptr && !is_refused(*code);
 }
 
-Typed may_be_typed(char letter, std::uint32_t number) {
-    const CodeInfo* const code = find_family(letter, number);
+bool is_known_word(std::string_view word) {
+    FixedString<32> upper;
+    for (const char c : word) upper.push_back(to_upper(c));
+    return word.size() <= decltype(upper)::kCapacity && find_row(Code{upper.view()}) != nullptr;
+}
+
+Typed may_be_typed(const Command& command) {
+    const CodeInfo* const code = command.letter == '\0' ? find_row(Code{command.word.view()})
+                                                        : find_family(command.letter, command.number);
     return code != nullptr ? code->typed : at_rest;
 }
 

@@ -8,8 +8,9 @@
 // right and which handler to call. The machine asks it whether a person may type the code now.
 // docs/gcode.md is printed from the rows.
 //
-// The dialect is Marlin's as slicers and hosts emit it. A code that is not in the table is unknown:
-// it is answered and skipped.
+// The dialect is Marlin's as slicers and hosts emit it, with Klipper's words. A code that is not in
+// the table is unknown. A G-code or a word may stand for motion, so an unknown one is refused; any
+// other is answered and skipped.
 #pragma once
 
 #include <compare>
@@ -48,6 +49,7 @@ enum class Typed : std::uint8_t {
 enum class Tail : std::uint8_t {
     words,      ///< parameters: a letter, and mostly a number
     free_text,  ///< one text: a message, a file name, a version
+    either,     ///< parameters where it reads as such, else one text
 };
 
 /// The key of a row.
@@ -81,7 +83,7 @@ struct CodeInfo {
     Code code;
     std::string_view name;        ///< what it does, for people: "linear move"
     std::string_view parameters;  ///< letters
-    Handler* handler;             ///< null: known, not yet done; said by name, then skipped
+    Handler* handler;             ///< null: changes no part; said by name, then skipped
     Strictness strictness = Strictness::lenient;
     Typed typed = Typed::at_rest;
     Tail tail = Tail::words;
@@ -99,15 +101,22 @@ std::span<const CodeInfo> known_codes();
 /// (M862.x).
 const CodeInfo* find_code(const Command& command);
 
+/// True for a code that would change the part and is not done: a job that holds it is refused.
+bool is_refused(const CodeInfo& code);
+
 /// True for codes whose tail is one text, not words: M117, M118, M0 …
 bool takes_free_text(char letter, std::uint32_t number);
 
 /// True when the tail of `letter``number` must be words, or else the line is malformed: codes with
-/// a handler, except those of free text. A code that is skipped may have any tail (`M486 Apart
-/// (1)`, `M1002 action : 2`).
+/// a handler, except those that take a text. A code that is skipped may have any tail (`M1002
+/// action : 2`).
 bool must_be_words(char letter, std::uint32_t number);
 
+/// True for a word of the table, such as EXCLUDE_OBJECT_DEFINE: its text may be of any length, and
+/// only the beginning counts. Any case.
+bool is_known_word(std::string_view word);
+
 /// When a person may type the code, whatever its subcode. An unknown code is answered at rest.
-Typed may_be_typed(char letter, std::uint32_t number);
+Typed may_be_typed(const Command& command);
 
 }  // namespace qduino::printer::gcode

@@ -4,18 +4,79 @@
 #include <cmath>
 
 namespace qduino::printer::gcode {
+Result<void> Context::hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
+                              bool firmware_retract) {
+    const auto moves = [&](Axis axis) { return from[axis] != to[axis]; };
+    const bool tool = std::ranges::any_of(kToolAxes, moves);
+    const MoveKind kind = !tool ? MoveKind::filament : moves(Axis::e) ? MoveKind::print : MoveKind::travel;
+    const MillimetresPerSecond fastest = tool ? state.speed_limit : kFastest;
+    return actions.move({from, to, std::clamp(feedrate * state.speed_factor, kSlowest, fastest), kind,
+                         firmware_retract, source});
+}
+
 Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedrate, bool firmware_retract) {
     if (target == state.machine) return {};
-    const auto moves = [&](Axis axis) { return state.machine[axis] != target[axis]; };
-    const MoveKind kind = !std::ranges::any_of(kToolAxes, moves) ? MoveKind::filament
-                          : moves(Axis::e)                       ? MoveKind::print
-                                                                 : MoveKind::travel;
-    warn_unhomed(target);
-    QDUINO_TRY(
-        actions.move({state.machine, target, std::clamp(feedrate * state.speed_factor, kSlowest, kFastest),
-                      kind, firmware_retract, source}));
+    if (objects.skipping() && !left_at) {
+        left_at = state.machine;
+        drawn_when_left = state.filament_peak - state.machine[Axis::e];
+    }
+    if (!left_at) {
+        warn_unhomed(target);
+        QDUINO_TRY(hand_on(state.machine, target, feedrate, firmware_retract));
+    } else if (firmware_retract) {
+        Position to = *left_at;
+        for (const Axis axis : kAllAxes) to[axis] += target[axis] - state.machine[axis];
+        const AxisConfig& z = config.axes[Axis::z];
+        to[Axis::z] = std::clamp(to[Axis::z], std::min(z.minimum, (*left_at)[Axis::z]),
+                                 std::max(z.maximum, (*left_at)[Axis::z]));
+        if (to != *left_at) QDUINO_TRY(hand_on(*left_at, to, feedrate, true));
+        drawn_when_left += (*left_at)[Axis::e] - to[Axis::e];
+        left_at = to;
+    }
     state.machine = target;
+    state.filament_peak = std::max(state.filament_peak, target[Axis::e]);
     return {};
+}
+
+Result<void> Context::rejoin(Position& target) {
+    if (!left_at || objects.skipping()) return {};
+    Position at = *left_at;
+    const auto go = [&](const Position& to, MillimetresPerSecond feedrate) -> Result<void> {
+        if (to == at) return {};
+        QDUINO_TRY(hand_on(at, to, feedrate, false));
+        at = to;
+        left_at = at;
+        return {};
+    };
+    // What the program takes to be drawn back may not be what is.
+    const Millimetres believed = state.filament_peak - state.machine[Axis::e];
+    const Millimetres owed = drawn_when_left - believed;
+    Position over = at;
+    if (owed < Millimetres{0}) {
+        over[Axis::e] += owed;
+        QDUINO_TRY(go(over, state.retraction.speed));
+    }
+    over[Axis::z] = std::max(at[Axis::z], target[Axis::z]);
+    QDUINO_TRY(go(over, state.feedrate));
+    over[Axis::x] = target[Axis::x];
+    over[Axis::y] = target[Axis::y];
+    QDUINO_TRY(go(over, state.feedrate));
+    over[Axis::z] = target[Axis::z];
+    QDUINO_TRY(go(over, state.feedrate));
+    if (owed > Millimetres{0}) {
+        over[Axis::e] += owed;
+        QDUINO_TRY(go(over, state.retraction.recover_speed));
+    }
+    target[Axis::e] -= state.machine[Axis::e] - over[Axis::e];
+    stop_waiting();
+    return {};
+}
+
+void Context::stop_waiting() {
+    if (!left_at) return;
+    state.filament_peak -= state.machine[Axis::e] - (*left_at)[Axis::e];
+    state.machine = *left_at;
+    left_at.reset();
 }
 
 Result<void> Context::check_target(Position& target) const {

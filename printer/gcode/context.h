@@ -3,12 +3,14 @@
 //
 //   G20 G21           units of length            F            modal speed
 //   G90 G91 M82 M83   absolute or relative       M220 M221    factors of speed and flow
-//   G92               where zero is              G10 G11      retraction
+//   G92 M206          where zero is              G10 G11      retraction
+//   G17 G18 G19       the plane of arcs          M200 M92     what a word of E pushes
 //
-// All of it lives in ModalState, and nowhere else.
+// All of it lives in ModalState, and nowhere else. Beside it: objects that are left out
+// (objects.h), a curve (curve.h) or lines (expansion.h) that are begun.
 //
 // For handlers and the interpreter alone. Their bodies: handlers_motion.cpp, handlers_state.cpp,
-// handlers_machine.cpp.
+// handlers_machine.cpp, handlers_words.cpp.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +20,10 @@
 #include "base/quantity.h"
 #include "base/result.h"
 #include "printer/gcode/actions.h"
-#include "printer/gcode/arc.h"
 #include "printer/gcode/command_table.h"
+#include "printer/gcode/curve.h"
+#include "printer/gcode/expansion.h"
+#include "printer/gcode/objects.h"
 #include "printer/gcode/position.h"
 #include "printer/machine_config.h"
 
@@ -50,19 +54,35 @@ struct ModalState {
     bool relative = false;    ///< G91: X, Y, Z
     bool relative_e = false;  ///< M83, or G91
     MillimetresPerSecond feedrate{25};
-    double speed_factor = 1;       ///< M220
-    double speed_factor_kept = 1;  ///< M220 B keeps, M220 R restores
-    double flow_factor = 1;        ///< M221
-    Position machine;              ///< where the last accepted move ends
-    Position offset;               ///< machine = programmed + offset, for X, Y, Z
-    Millimetres programmed_e;      ///< E as G-code counts it; G92 sets it, flow does not scale it
-    PerAxis<bool> homed{};         ///< X, Y, Z
+    double speed_factor = 1;                      ///< M220
+    double speed_factor_kept = 1;                 ///< M220 B keeps, M220 R restores
+    double flow_factor = 1;                       ///< M221
+    double filament_scale = 1;                    ///< M92 E, by the machine file's steps per mm
+    bool volumetric = false;                      ///< M200: E is in mm³
+    double filament_area_mm2 = 0;                 ///< M200 D
+    MillimetresPerSecond speed_limit = kFastest;  ///< SET_VELOCITY_LIMIT, of the tool
+    ArcPlane plane = ArcPlane::xy;
+    Position machine;           ///< where the last accepted move ends
+    Position offset;            ///< machine = programmed + offset, for X, Y, Z
+    Position home_offset;       ///< M206: part of the offset, and outlasts a G28; taken off
+    Position code_offset;       ///< SET_GCODE_OFFSET: likewise; added
+    Millimetres filament_peak;  ///< the furthest that E of `machine` has been
+    Celsius hot_end_target{};
+    Celsius bed_target{};
+    Millimetres programmed_e;  ///< E as G-code counts it; G92 sets it, flow does not scale it
+    PerAxis<bool> homed{};     ///< X, Y, Z
     PerAxis<bool> warned_unhomed{};
     RetractionSettings retraction{};
     bool retracted = false;
     Millimetres retracted_length;  ///< by the G10 in force
     Millimetres lifted;            ///< likewise; part of Z's offset
 
+    /// Millimetres, or mm³ while extrusion is volumetric, in a unit of E.
+    [[nodiscard]] double filament_unit() const { return volumetric ? unit_mm * unit_mm * unit_mm : unit_mm; }
+    /// Millimetres of filament that one of E's pushes.
+    [[nodiscard]] double filament_factor() const {
+        return flow_factor * filament_scale / (volumetric ? filament_area_mm2 : 1.0);
+    }
     void set_homed(Axis axis, bool is_homed) {
         homed[axis] = is_homed;
         warned_unhomed[axis] = false;
@@ -74,19 +94,38 @@ struct Context {
     Actions& actions;
     ModalState state{};
     Source source{};               ///< of the command in hand
-    std::optional<ArcPath> arc{};  ///< begun; the interpreter hands its chords on
+    std::optional<Curve> curve{};  ///< begun; the interpreter hands its chords on
+    Expansion lines{};             ///< begun; the interpreter carries them out
+    Objects objects{};
+    /// Where the head waits while objects are left out: `state.machine` goes on without it.
+    std::optional<Position> left_at{};
+    Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
     std::uint32_t warnings = 0;
 
     /// Hands on a straight line from `state.machine` to `target`, at `feedrate` and M220; none when
     /// it has no length. `target` has been checked.
+    /// While the head waits (objects.h), only a firmware retraction moves the machine.
     Result<void> move_to(const Position& target, MillimetresPerSecond feedrate,
                          bool firmware_retract = false);
+    /// Before a move sideways to `target`: brings a head that waited while objects were left out to
+    /// that place, up, sideways and down, with the filament drawn back as far as the program takes
+    /// it to be. Up to four moves. Filament that was left out is not counted: E of the state and of
+    /// `target` follow. Nothing to do: the head did not wait, or goes on waiting.
+    Result<void> rejoin(Position& target);
+    /// The program goes on from where the head is, if that waits.
+    void stop_waiting();
+    /// True when a move to `target` goes sideways: a head that waits then waits no longer.
+    [[nodiscard]] bool goes_sideways(const Position& target) const {
+        return target[Axis::x] != state.machine[Axis::x] || target[Axis::y] != state.machine[Axis::y];
+    }
     /// Error: out of the machine's bounds, or too much filament. Puts a rounding error onto the
     /// bound.
     Result<void> check_target(Position& target) const;
     void warn(std::string_view text);
 
   private:
+    Result<void> hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
+                         bool firmware_retract);
     void warn_unhomed(const Position& target);
 };
 
@@ -108,6 +147,12 @@ Result<void> take_scaled(const Command& command, char letter, double scale, doub
     value = Value{scaled};
     return {};
 }
+/// S behind `tool_letter`, a tool's number: the hot end's target. Of a tool that is not there, off
+/// is harmless, and heat an error.
+Result<void> set_tool_temperature(Context& context, const Command& command, char tool_letter);
+/// Sets a target, or also waits for it, and keeps it in the modal state.
+Result<void> set_target(Context& context, Heater heater, Celsius target,
+                        std::optional<WaitFor> wait = std::nullopt);
 /// The axes whose letters stand in the command; `otherwise` when none does.
 AxisSet axes_of(const Command& command, AxisSet otherwise);
 

@@ -9,7 +9,7 @@ namespace qduino::printer::gcode::handlers {
 namespace {
 
 constexpr double kFanFull = 255;
-constexpr std::uint8_t kFanIndexMax = 15;
+constexpr std::uint8_t kFanIndexMax = 255;  // other machines number chamber fans from 100 on
 constexpr double kAccelerationMin_mm_s2 = 0.1;
 constexpr double kAccelerationMax_mm_s2 = 1e6;
 constexpr double kJunctionDeviationMax_mm = 0.5;
@@ -40,36 +40,81 @@ Result<void> limit_axes(Context& context, const Command& command, LimitChange ch
     return context.actions.set_limits(change);
 }
 
-Result<void> check_tool(const Command& command) {
-    QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
-    if (tool.value_or(0) != 0) return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
-    return {};
+/// True when `letter` names a tool that is not there.
+Result<bool> is_absent_tool(const Command& command, char letter) {
+    QDUINO_TRY_ASSIGN(const auto tool, number(command, letter));
+    return tool.value_or(0) != 0;
 }
 
 }  // namespace
+}  // namespace qduino::printer::gcode::handlers
+
+namespace qduino::printer::gcode {
+
+Result<void> set_target(Context& context, Heater heater, Celsius target, std::optional<WaitFor> wait) {
+    if (heater == Heater::bed && !context.config.has_bed) {
+        if (target.value() > 0) return make_error(ErrorCode::unsupported, "this machine has no heated bed");
+        return {};
+    }
+    QDUINO_TRY(wait ? context.actions.wait_temperature(heater, target, *wait)
+                    : context.actions.set_temperature(heater, target));
+    (heater == Heater::bed ? context.state.bed_target : context.state.hot_end_target) = target;
+    return {};
+}
+
+Result<void> set_tool_temperature(Context& context, const Command& command, char tool_letter) {
+    const double highest = highest_target(context.config.hot_end).value();
+    QDUINO_TRY_ASSIGN(const bool absent, handlers::is_absent_tool(command, tool_letter));
+    QDUINO_TRY_ASSIGN(const auto target,
+                      number_within(command, 'S', 0, highest, "°C, what the hot end may have"));
+    if (!target) return {};
+    if (!absent) return set_target(context, Heater::hot_end, Celsius{*target});
+    if (*target > 0) return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
+    return {};
+}
+
+}  // namespace qduino::printer::gcode
+
+namespace qduino::printer::gcode::handlers {
 
 Result<void> heat(Context& context, const Command& command, Heater heater, bool wait) {
     const bool is_bed = heater == Heater::bed;
-    if (!is_bed) QDUINO_TRY(check_tool(command));
     const HeaterConfig& config = is_bed ? context.config.bed : context.config.hot_end;
-    const bool present = !is_bed || context.config.has_bed;
     const double highest = highest_target(config).value();
     const std::string_view unit = is_bed ? "°C, what the bed may have" : "°C, what the hot end may have";
+    QDUINO_TRY_ASSIGN(const bool absent, is_absent_tool(command, 'T'));
     QDUINO_TRY_ASSIGN(const auto heating, number_within(command, 'S', 0, highest, unit));
     QDUINO_TRY_ASSIGN(const auto either_way, number_within(command, 'R', 0, highest, unit));
     if (!heating && !either_way)
         return make_error(ErrorCode::invalid_argument, "needs S or R, a temperature");
     const Celsius target{heating ? *heating : *either_way};
-    if (!present) {
-        if (target.value() > 0) return make_error(ErrorCode::unsupported, "this machine has no heated bed");
-        return {};
+    if (!is_bed && absent) {  // to switch off what is not there changes nothing
+        if (target.value() <= 0) return {};
+        return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
     }
-    if (!wait) return context.actions.set_temperature(heater, target);
-    const WaitFor direction = heating ? WaitFor::heating : WaitFor::heating_or_cooling;
-    return context.actions.wait_temperature(heater, target, direction);
+    if (!wait) return set_target(context, heater, target);
+    return set_target(context, heater, target, heating ? WaitFor::heating : WaitFor::heating_or_cooling);
+}
+
+/// M116: what M190 and M109 would do for the targets in force.
+Result<void> wait_for_heat(Context& context, const Command&) {
+    const ModalState& state = context.state;
+    return context.lines.begin("M116",
+                               text("M190 S", Shortest{state.bed_target.value()}, "\nM109 S",
+                                    Shortest{state.hot_end_target.value()}),
+                               {});
+}
+
+Result<void> refused(Context&, const Command& command) {
+    const CodeInfo* const code = find_code(command);
+    return make_error(ErrorCode::unsupported, "this printer does not do it (",
+                      code != nullptr ? code->name : "unknown", "), and cannot leave it out");
 }
 
 Result<void> hot_end(Context& i, const Command& c) { return heat(i, c, Heater::hot_end, false); }
+/// RepRapFirmware's M568 P S R: as its G10.
+Result<void> tool_temperatures(Context& i, const Command& c) { return set_tool_temperature(i, c, 'P'); }
+
 Result<void> hot_end_wait(Context& i, const Command& c) { return heat(i, c, Heater::hot_end, true); }
 Result<void> bed(Context& i, const Command& c) { return heat(i, c, Heater::bed, false); }
 Result<void> bed_wait(Context& i, const Command& c) { return heat(i, c, Heater::bed, true); }
@@ -87,7 +132,7 @@ Result<void> fan_off(Context& context, const Command& command) {
 
 Result<void> motors_off(Context& context, const Command& command) {
     if (command.parameters.has('S')) {
-        context.warn("the idle time S of M18 and M84 is not yet done: skipped");
+        context.warn("the idle time S of M18 and M84 is not done by this printer: the motors stay on");
         return {};
     }
     const AxisSet axes = axes_of(command, AxisSet::all());

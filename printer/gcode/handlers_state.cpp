@@ -1,4 +1,8 @@
-// G20 G21 G90 G91 G92 M82 M83 M207 M208 M220 M221: codes that change how later commands are read.
+// G17 G18 G19 G20 G21 G90 G91 G92 M82 M83 M92 M200 M206 M207 M208 M220 M221 M428: codes that change
+// how later commands are read.
+#include <cmath>
+#include <numbers>
+
 #include "printer/gcode/context.h"
 
 namespace qduino::printer::gcode::handlers {
@@ -9,6 +13,13 @@ constexpr double kFactorPercentMin = 1;
 constexpr double kFactorPercentMax = 1000;
 constexpr double kRetractionMax_mm = 100;
 constexpr double kLiftMax_mm = 20;
+constexpr double kFilamentMin_mm = 0.5;
+constexpr double kFilamentMax_mm = 5;
+/// M92: E may be calibrated so far from the machine file; X, Y, Z must be the same.
+constexpr double kCalibrationShare = 0.25;
+constexpr double kSameStepsShare = 1e-4;
+/// M428 works so near to the home position: Marlin's limit.
+constexpr double kReferenceMm = 20;
 
 }  // namespace
 
@@ -24,9 +35,11 @@ Result<void> set_position(Context& context, const Command& command) {
     const bool all = command.parameters.empty();
     for (const Axis axis : kAllAxes) {
         const char letter = kAxisLetter[axis];
-        QDUINO_TRY_ASSIGN(const auto value, number_within(command, letter, -1e6, 1e6, ""));
-        if (!value && !all) continue;
-        const Millimetres programmed{value.value_or(0) * state.unit_mm};
+        if (!all && !command.parameters.has(letter)) continue;
+        // A letter by itself means 0, as in Marlin.
+        const double value = command.parameters.value(letter).value_or(0);
+        if (!(std::abs(value) <= 1e6)) return outside(letter, value, -1e6, 1e6, "");
+        const Millimetres programmed{value * (axis == Axis::e ? state.filament_unit() : state.unit_mm)};
         if (axis == Axis::e) {
             state.programmed_e = programmed;
         } else {
@@ -38,8 +51,81 @@ Result<void> set_position(Context& context, const Command& command) {
 
 void machine_coordinates(Context& context, const Command&) {
     ModalState& state = context.state;
-    for (const Axis axis : kToolAxes) state.offset[axis] = Millimetres{0};
-    state.offset[Axis::z] = state.lifted;
+    for (const Axis axis : kToolAxes) state.offset[axis] = Millimetres{0} - state.home_offset[axis];
+    state.offset[Axis::z] += state.lifted;
+}
+
+void plane(Context& context, const Command& command) {
+    context.state.plane = command.number == 17   ? ArcPlane::xy
+                          : command.number == 18 ? ArcPlane::zx
+                                                 : ArcPlane::yz;
+}
+
+/// M200 D: E is in mm³ of filament of this diameter; D0: in mm again. S switches alone.
+Result<void> volumetric(Context& context, const Command& command) {
+    ModalState& state = context.state;
+    QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
+    QDUINO_TRY_ASSIGN(const auto diameter, number(command, 'D'));
+    QDUINO_TRY_ASSIGN(const auto on, number(command, 'S'));
+    if (tool.value_or(0) != 0) return {};  // of a tool that is not there
+    if (command.parameters.has('L')) context.warn("M200 L, a limit of the flow, is not done by this printer");
+    const double diameter_mm = diameter.value_or(0) * state.unit_mm;
+    if (diameter_mm != 0 && !(diameter_mm >= kFilamentMin_mm && diameter_mm <= kFilamentMax_mm))
+        return outside('D', diameter_mm, kFilamentMin_mm, kFilamentMax_mm, "mm of diameter");
+    if (diameter) state.volumetric = diameter_mm > 0;
+    if (diameter_mm > 0) state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
+    if (on) state.volumetric = *on != 0;
+    return {};
+}
+
+/// M92: for E the calibration of a filament drive, applied as a factor. X, Y and Z are the machine
+/// file's: another number would make parts of another size.
+Result<void> steps_per_mm(Context& context, const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
+    if (tool.value_or(0) != 0) return {};
+    for (const Axis axis : kAllAxes) {
+        QDUINO_TRY_ASSIGN(const auto given, number(command, kAxisLetter[axis]));
+        if (!given) continue;
+        const double machine = context.config.axes[axis].steps_per_mm;
+        const double ratio = *given / machine;
+        const double tolerance = axis == Axis::e ? kCalibrationShare : kSameStepsShare;
+        if (!(std::abs(ratio - 1) <= tolerance)) {
+            return make_error(ErrorCode::out_of_range, kAxisLetter[axis], Shortest{*given},
+                              " steps/mm are not this machine's ", Shortest{machine},
+                              " (steps_per_mm in its machine file)");
+        }
+        if (axis == Axis::e) context.state.filament_scale = ratio;
+    }
+    return {};
+}
+
+void set_home_offset(ModalState& state, Axis axis, Millimetres offset) {
+    state.offset[axis] += state.home_offset[axis] - offset;
+    state.home_offset[axis] = offset;
+}
+
+/// M206: so much is added to what the home position is called.
+Result<void> home_offsets(Context& context, const Command& command) {
+    ModalState& state = context.state;
+    for (const Axis axis : kToolAxes) {
+        QDUINO_TRY_ASSIGN(const auto given, number_within(command, kAxisLetter[axis], -1e3, 1e3, ""));
+        if (given) set_home_offset(state, axis, Millimetres{*given * state.unit_mm});
+    }
+    return {};
+}
+
+/// M428: the present place is to be called as the home position is. Only near it.
+Result<void> home_offsets_here(Context& context, const Command&) {
+    ModalState& state = context.state;
+    Position off;
+    for (const Axis axis : kToolAxes) {
+        off[axis] = context.config.axes[axis].home_position - state.machine[axis];
+        if (std::abs(off[axis].value()) > kReferenceMm)
+            return make_error(ErrorCode::out_of_range, kAxisLetter[axis], " is more than ",
+                              Shortest{kReferenceMm}, " mm from its home position");
+    }
+    for (const Axis axis : kToolAxes) set_home_offset(state, axis, off[axis]);
+    return {};
 }
 
 Result<void> retraction_settings(Context& context, const Command& command) {
@@ -75,8 +161,9 @@ Result<void> speed_factor(Context& context, const Command& command) {
 Result<void> flow_factor(Context& context, const Command& command) {
     QDUINO_TRY_ASSIGN(const auto percent,
                       number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent"));
+    QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
     ModalState& state = context.state;
-    if (percent) state.flow_factor = *percent / 100;
+    if (percent && tool.value_or(0) == 0) state.flow_factor = *percent / 100;
     context.actions.factors(state.speed_factor, state.flow_factor);
     return {};
 }

@@ -1,6 +1,10 @@
 #include "printer/gcode/interpreter.h"
 
+#include <algorithm>
 #include <bit>
+#include <numbers>
+
+#include "printer/gcode/parser.h"
 
 namespace qduino::printer::gcode {
 namespace {
@@ -19,63 +23,118 @@ Result<void> check_letters(const Command& command, const CodeInfo& code) {
                       code.parameters.empty() ? "itself" : code.parameters);
 }
 
+/// Of a state that begins anew: the numbers that are the machine's.
+void set_defaults(ModalState& state, const MachineConfig& machine) {
+    const double diameter_mm = machine.filament_diameter.value();
+    state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
+}
+
+/// The macro of that name in the machine file; null: none.
+const Macro* find_macro(const MachineConfig& config, std::string_view word) {
+    const auto* const found =
+        std::ranges::find_if(config.macros, [&](const Macro& macro) { return macro.name.view() == word; });
+    return found != config.macros.end() ? found : nullptr;
+}
+
 }  // namespace
 
 Interpreter::Interpreter(const MachineConfig& machine, Actions& actions)
     : context_{.config = machine, .actions = actions} {
     context_.state.machine = home_positions(machine);
+    set_defaults(context_.state, machine);
 }
 
 Result<void> Interpreter::execute(const Command& command, std::size_t moves_max) {
     QDUINO_EXPECT(!pending() && moves_max > 0);
     context_.source = command.source;
     const Result<void> done = dispatch(command, moves_max);
-    return done ? done : Result<void>{at_command(done.error(), command)};
+    if (!done) return at_command(done.error(), command);
+    return moves_max == kAllMoves && pending() ? proceed() : done;
 }
 
 Result<void> Interpreter::dispatch(const Command& command, std::size_t moves_max) {
-    const CodeInfo* const code = find_code(command);
-    if (code == nullptr || code->handler == nullptr) {
-        skip(command, code);
-        return {};
+    if (command.letter == '\0') {
+        if (const Macro* const macro = find_macro(context_.config, command.word.view()))
+            return expand(command, *macro);
     }
+    const CodeInfo* const code = find_code(command);
+    if (code == nullptr || code->handler == nullptr) return skip(command, code);
     if (code->strictness == Strictness::strict) QDUINO_TRY(check_letters(command, *code));
     const ModalState before = context_.state;
     Result<void> done = code->handler(context_, command);
-    if (done && pending()) done = proceed(moves_max);
+    if (done && context_.curve) done = proceed_on_curve(moves_max);
     const bool moved = context_.state.machine != before.machine;
     if (!done && !moved) context_.state = before;
     return done;
 }
 
+Result<void> Interpreter::expand(const Command& command, const Macro& macro) {
+    if (in_lines_) return make_error(ErrorCode::unsupported, "a macro of the machine file calls no macro");
+    return context_.lines.begin(macro.name.view(), macro.text.view(), command.text.view());
+}
+
 Result<void> Interpreter::proceed(std::size_t moves_max) {
-    for (std::size_t made = 0; context_.arc && made < moves_max; ++made) {
-        Position point = context_.arc->peek();
-        // It was inside when the arc began; this puts it onto the bound.
+    do {
+        QDUINO_TRY(context_.curve ? proceed_on_curve(moves_max) : proceed_with_lines(moves_max));
+    } while (moves_max == kAllMoves && pending());
+    return {};
+}
+
+Result<void> Interpreter::proceed_on_curve(std::size_t moves_max) {
+    for (std::size_t made = 0; context_.curve && made < moves_max; ++made) {
+        Position point = context_.curve->peek();
+        // It was inside when the curve began; this puts it onto the bound.
         Result<void> moved = context_.check_target(point);
         if (moved) moved = context_.move_to(point, context_.state.feedrate);
         if (!moved) {
             ModalState& state = context_.state;
-            state.programmed_e -= (context_.arc->end()[Axis::e] - state.machine[Axis::e]) / state.flow_factor;
-            context_.arc.reset();
+            const Millimetres left = context_.curve->end()[Axis::e] - state.machine[Axis::e];
+            state.programmed_e -= left / state.filament_factor();
+            context_.curve.reset();
+            context_.lines.clear();
             return moved;
         }
-        context_.arc->advance();
-        if (context_.arc->done()) context_.arc.reset();
+        context_.curve->advance();
+        if (context_.curve->done()) context_.curve.reset();
     }
     return {};
 }
 
-void Interpreter::skip(const Command& command, const CodeInfo* code) {
+/// The next line of a macro.
+Result<void> Interpreter::proceed_with_lines(std::size_t moves_max) {
+    if (!context_.lines.active()) return {};
+    const auto fail = [this](const Error& error) {
+        context_.lines.clear();
+        return make_error(error.code, "line ", context_.source.line, ", ", context_.lines.name(), ": ",
+                          error.message);
+    };
+    Result<std::optional<Command>> parsed = parse_line(context_.lines.next());
+    if (!parsed) return fail(parsed.error());
+    if (!*parsed) return {};
+    (*parsed)->source = context_.source;
+    in_lines_ = true;
+    const Result<void> done = dispatch(**parsed, moves_max);
+    in_lines_ = false;
+    if (done) return done;
+    return fail(make_error(done.error().code, (*parsed)->name(), ": ", done.error().message));
+}
+
+Result<void> Interpreter::skip(const Command& command, const CodeInfo* code) {
+    if (code == nullptr && command.letter == '\0')
+        return make_error(ErrorCode::not_found, "this printer has no such command, and it may move");
+    if (code == nullptr && command.letter == 'G')
+        return make_error(ErrorCode::not_found, "this printer has no such G-code, and it may move");
     if (code == nullptr) {
         ++unknown_codes_;
-        return context_.actions.note(NoteKind::unknown_code, text("Unknown command: \"", command.name(), '"'),
-                                     context_.source);
+        context_.actions.note(NoteKind::unknown_code, text("Unknown command: \"", command.name(), '"'),
+                              context_.source);
+        return {};
     }
     ++codes_not_done_;
     context_.actions.note(NoteKind::not_done,
-                          text(command.name(), " (", code->name, ") is known but not yet done: skipped"),
+                          text(command.name(), " (", code->name, ") is not done by this printer: skipped"),
                           context_.source);
+    return {};
 }
 
 void Interpreter::adopt_factors(const ModalState& from) {
@@ -88,8 +147,13 @@ void Interpreter::reset_modes() {
     ModalState fresh;
     fresh.machine = context_.state.machine;
     fresh.homed = context_.state.homed;
+    fresh.filament_peak = fresh.machine[Axis::e];
+    set_defaults(fresh, context_.config);
     context_.state = fresh;
-    context_.arc.reset();
+    context_.curve.reset();
+    context_.lines.clear();
+    context_.left_at.reset();
+    context_.objects = Objects{};
     unknown_codes_ = codes_not_done_ = context_.warnings = 0;
 }
 

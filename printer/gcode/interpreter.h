@@ -2,7 +2,8 @@
 //
 //   G20 G21           units of length            F            modal speed
 //   G90 G91 M82 M83   absolute or relative       M220 M221    factors of speed and flow
-//   G92               where zero is              G10 G11      retraction
+//   G92 M206          where zero is              G10 G11      retraction
+//   G17 G18 G19       the plane of arcs          M200 M92     what a word of E pushes
 //
 // All of it lives in ModalState, and nowhere else.
 //
@@ -15,11 +16,12 @@
 //   refuses half-way stands where it was refused.)
 // - Every move that is handed on is finite and inside the machine's bounds, for X, Y, Z from
 //   AxisConfig.
-// - An unknown code is noted and skipped; it never fails.
+// - What is not understood and may move is refused: an unknown G-code, an unknown word. Any other
+//   unknown code is noted and skipped.
 //
 // Semantics follow Marlin (marlinfw.org/meta/gcode) where slicers rely on it: G90/G91 set E's mode
 // as well, M82/M83 set E's alone; G92 without axes zeroes all; G28 takes the axes it homes out of
-// G92's offset.
+// G92's offset. Words are Klipper's, and the macros of the machine file.
 #pragma once
 
 #include <cstdint>
@@ -38,21 +40,25 @@ class Interpreter {
     /// told otherwise.
     Interpreter(const MachineConfig& machine, Actions& actions);
 
-    /// Carries out one command. Of an arc at most `moves_max` (1 or more) moves are handed on and
-    /// the rest stays pending; G10 and G11 make up to two moves, every other command at most one.
-    /// Contract: nothing is pending.
+    /// Carries out one command. Of a curve at most `moves_max` (1 or more) moves are handed on, and
+    /// of a macro one line is carried out at a time: the rest stays pending. G10 and G11 make up to
+    /// two moves, every other command at most one, and four more where the head comes back from an
+    /// object that was left out. Contract: nothing is pending.
     Result<void> execute(const Command& command, std::size_t moves_max = kAllMoves);
 
-    /// An arc has pieces left: proceed() must empty it before the next command.
-    [[nodiscard]] bool pending() const { return context_.arc.has_value(); }
-    /// Hands on up to `moves_max` pieces of the pending arc. After an error nothing is pending.
+    /// A curve has pieces left, or a macro lines: proceed() must empty it before the next command.
+    [[nodiscard]] bool pending() const { return context_.curve.has_value() || context_.lines.active(); }
+    /// Hands on up to `moves_max` pieces of the pending curve, or carries out the next line. After
+    /// an error nothing is pending. kAllMoves: until nothing is.
     Result<void> proceed(std::size_t moves_max = kAllMoves);
 
     /// The machine stands somewhere else than the moves said: after a cancelled job, a failed
-    /// homing. Drops a pending arc. X, Y, Z keep G92's offset; E keeps its programmed value.
+    /// homing. Drops a pending curve. X, Y, Z keep G92's offset; E keeps its programmed value.
     void set_position(const Position& machine) {
-        context_.arc.reset();
+        context_.curve.reset();
+        context_.left_at.reset();
         context_.state.machine = machine;
+        context_.state.filament_peak = machine[Axis::e];
     }
     /// Homed or not, by an event outside of G-code (a motor switched off, a fault).
     void set_homed(Axis axis, bool homed) {
@@ -61,6 +67,8 @@ class Interpreter {
     }
     /// Takes M220's and M221's factors over from another interpreter.
     void adopt_factors(const ModalState& from);
+    /// Leaves out as well the objects that another interpreter was told to.
+    void adopt_exclusions(const Interpreter& from) { context_.objects.adopt(from.context_.objects); }
     /// To the state at start (modes, offsets, factors, retraction); position and homing stay. For
     /// the next job.
     void reset_modes();
@@ -77,9 +85,13 @@ class Interpreter {
 
   private:
     Result<void> dispatch(const Command& command, std::size_t moves_max);
-    void skip(const Command& command, const CodeInfo* code);
+    Result<void> expand(const Command& command, const Macro& macro);
+    Result<void> proceed_on_curve(std::size_t moves_max);
+    Result<void> proceed_with_lines(std::size_t moves_max);
+    Result<void> skip(const Command& command, const CodeInfo* code);
 
     Context context_;
+    bool in_lines_ = false;  ///< the command in hand is a line of a macro
     std::uint32_t unknown_codes_ = 0;
     std::uint32_t codes_not_done_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "printer/gcode/lexer.h"
 
+#include <algorithm>
+
 #include "printer/gcode/command_table.h"
 #include "printer/gcode/text.h"
 
@@ -90,17 +92,21 @@ bool take_text(std::string_view tail, Command& command) {
 }
 
 void take_word(std::string_view code, Command& command) {
-    std::size_t end = 0;
-    while (end < code.size() && (is_letter(code[end]) || is_digit(code[end]) || code[end] == '_')) {
-        command.word.push_back(to_upper(code[end++]));
-    }
-    take_text(code.substr(end), command);
+    const std::string_view word = leading_word(code);
+    for (const char c : word) command.word.push_back(to_upper(c));
+    take_text(code.substr(word.size()), command);
 }
 
 }  // namespace
 
 bool is_word_command(std::string_view code) {
     return code.size() >= 2 && is_letter(code[0]) && (is_letter(code[1]) || code[1] == '_');
+}
+
+std::string_view leading_word(std::string_view code) {
+    const auto ends = [](char c) { return !is_letter(c) && !is_digit(c) && c != '_'; };
+    const auto end = std::ranges::find_if(code, ends);
+    return code.substr(0, static_cast<std::size_t>(end - code.begin()));
 }
 
 LeadingCode leading_code(std::string_view code) {

@@ -29,6 +29,9 @@ Result<bool> parse_words(std::string_view code, Command& command);
 /// A code that starts as a word does: two letters, or a letter and an underscore.
 bool is_word_command(std::string_view code);
 
+/// The word that such a code starts with, in any case.
+std::string_view leading_word(std::string_view code);
+
 /// The letter and number that `code` starts with, e.g. {'M', 117}; letter '\0' when it does not.
 struct LeadingCode {
     char letter = '\0';

@@ -168,8 +168,10 @@ std::optional<Error> LineReader::split(RawLine& line) {
         line.code = framed;
     }
     line.code = trim(line.code);
-    const std::size_t code_max = is_word_command(line.code) ? kLineBytesMax : kCommandBytesMax;
-    if (code_overflowed || line.code.size() > code_max) {
+    const bool is_word = is_word_command(line.code);
+    const std::size_t code_max = is_word ? kLineBytesMax : kCommandBytesMax;
+    const bool may_be_cut = is_word && is_known_word(leading_word(line.code));
+    if (!may_be_cut && (code_overflowed || line.code.size() > code_max)) {
         return make_error(ErrorCode::invalid_argument, "the command is ",
                           code_overflowed ? line_length_ : line.code.size(), " bytes long, more than the ",
                           code_max, " that a command may have");

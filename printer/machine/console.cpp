@@ -12,7 +12,7 @@ Result<void> Console::may_type(const gcode::Command& command, const Situation& n
                          : !now.job_runs  ? Typed::at_rest
                          : now.head_rests ? Typed::parked
                                           : Typed::printing;
-    if (gcode::may_be_typed(command.letter, command.number) >= needed) return {};
+    if (gcode::may_be_typed(command) >= needed) return {};
     return make_error(ErrorCode::unavailable, command.name(), " was not done: ",
                       now.faulted ? "the machine has a fault; clear it first"
                                   : "a job runs; only temperatures, fan, M220, M221 and questions are taken, "

@@ -240,7 +240,9 @@ bool Machine::read_input() {
         return false;
     }
     bool more = true;
-    const auto has_room = [this] { return pipe_.has_room() && !places_.full() && !pipe_.stops().running(); };
+    const auto has_room = [this] {
+        return pipe_.has_room() && places_.has_room() && !pipe_.stops().running();
+    };
     for (int lines = 0; lines < kLinesPerPlan && more && reads() && has_room(); ++lines) more = read_line();
     return more && reads();
 }
@@ -249,6 +251,7 @@ bool Machine::read_input() {
 bool Machine::read_line() {
     if (job_.interpreter().pending()) {
         const Result<void> proceeded = job_.interpreter().proceed(kArcPiecesAtOnce);
+        heed_request();
         if (!proceeded.ok()) stop_job(JobOutcome::failed, proceeded.error().message);
         return true;
     }
@@ -273,7 +276,10 @@ void Machine::run_typed_line() {
     const std::optional<Result<void>> done =
         console_.run_next({state_ == State::faulted, job_.running(), parking_.rests()}, interpreter);
     actions_.set_typed(false);
-    if (parking_.away()) of_job.adopt_factors(interpreter.state());
+    if (parking_.away()) {
+        of_job.adopt_factors(interpreter.state());
+        of_job.adopt_exclusions(interpreter);
+    }
     heed_request();
     if (!done) return;
     if (!done->ok()) return link_.say(ReplyKind::error, done->error().message);

@@ -58,8 +58,9 @@ class MotionPipe {
     static constexpr Nanoseconds kAhead = 2s;
     static constexpr Nanoseconds kFlushBelow = 500ms;
     static constexpr std::size_t kEventsPerPump = 1 << 17;  // bounds loop 1's release: about 5 ms
-    /// Room that any one command may need: pieces of an arc and their markers, or a homing order.
-    static constexpr std::size_t kPlannerReserve = 8;
+    /// Room that any one command may need: pieces of an arc and their markers, a homing order, or a
+    /// move with the four before it that bring the head back from an object that was left out.
+    static constexpr std::size_t kPlannerReserve = 16;
 
     /// `emergency` (the link's counter) stops loop 2 too, without asking loop 1.
     MotionPipe(const MachineConfig& config, const std::atomic<std::uint32_t>& emergency);

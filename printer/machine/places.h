@@ -52,7 +52,12 @@ class Places {
   public:
     static constexpr std::uint32_t kCapacity = 8192;
 
+    /// The most that one command appends: a move, and the four before it (gcode/context.h).
+    static constexpr std::uint32_t kPerCommand = 8;
+
     [[nodiscard]] bool full() const { return last_ - passed_ == kCapacity; }
+    /// For whatever the next command may append.
+    [[nodiscard]] bool has_room() const { return last_ - passed_ + kPerCommand <= kCapacity; }
     [[nodiscard]] bool all_passed() const { return last_ == passed_; }
 
     /// The number to mark the place with. Contract: not full.

@@ -15,6 +15,8 @@ std::string_view advice_for(ErrorCode code, std::string_view message) {
     if (code == ErrorCode::corrupt) return "The file was damaged on its way: send it again.";
     if (code == ErrorCode::unsupported)
         return "Slice for a printer with one tool, and only with what this one has.";
+    if (code == ErrorCode::not_found)
+        return "Write what it stands for into [macros] of the machine file, or slice for this printer.";
     if (code != ErrorCode::out_of_range) return "Look at this line: the file may be damaged, or no G-code.";
     if (message.find("°C") != std::string_view::npos)
         return "Lower this temperature in the filament's settings.";
@@ -119,6 +121,7 @@ Result<void> Preflight::move(const gcode::Move& move) {
     }
     filament_end_ = std::max(filament_end_, move.to[Axis::e]);
     facts_.filament = filament_end_;
+    check_homed(move);
     check_extrusion(move);
     check_step_rate(move);
     for (MoveSink* sink : sinks_) sink->on_move(move, context);
@@ -136,14 +139,35 @@ void Preflight::measure_layers(const MoveContext& context) {
     top_layer_z_mm_ = std::max(top_layer_z_mm_, layer.z_mm);
 }
 
+Result<void> Preflight::home(gcode::AxisSet axes) {
+    for (const Axis axis : gcode::kToolAxes) was_homed_[axis] = was_homed_[axis] || axes.contains(axis);
+    return {};
+}
+
+void Preflight::check_homed(const gcode::Move& move) {
+    for (const Axis axis : gcode::kToolAxes) {
+        if (was_homed_[axis] || move.from[axis] == move.to[axis]) continue;
+        was_homed_[axis] = true;  // one word of it is enough
+        add_error(text(kAxisLetter[axis], " moves before anything has homed it"),
+                  "Write G28 into the printer's start G-code in the slicer: the job brings no homing of its "
+                  "own.");
+    }
+}
+
 void Preflight::check_extrusion(const gcode::Move& move) {
     if (move.from[Axis::e] == move.to[Axis::e]) return;
     const double needed = machine_.minimum_extrude.value();
-    if (hot_end_target_.value() >= needed) return;
-    if (!was_hot_) {
+    if (hot_end_target_.value() >= needed) {
+        if (was_hot_) return;
+        was_hot_ = true;  // one word of it is enough
+        add_error(text("filament is moved before anything has waited for the hot end to reach ",
+                       Shortest{hot_end_target_.value()}, " °C"),
+                  "Wait for it with M109 before this line: the job brings no heating of its own.");
+    } else if (!was_hot_) {
         add_error(text("filament is moved while the hot end is set to ", Shortest{hot_end_target_.value()},
                        " °C; it takes ", Shortest{needed}, " °C"),
-                  "Heat first: M109 S200, or what the filament needs, before this line.");
+                  "Heat first: M109 S200, or what the filament needs, before this line. The job brings no "
+                  "heating of its own.");
     } else if (move.to[Axis::e] > move.from[Axis::e]) {
         // The hot end cools slowly, so a last wipe after M104 S0 is common and works. More than
         // that may not.
@@ -199,11 +223,11 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
     }
     facts_.hot_end_maximum = std::max(facts_.hot_end_maximum, target);
     hot_end_target_ = target;
-    was_hot_ = was_hot_ || target >= machine_.minimum_extrude;
     return {};
 }
 
 Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor) {
+    was_hot_ = was_hot_ || (heater == gcode::Heater::hot_end && target >= machine_.minimum_extrude);
     return set_temperature(heater, target);
 }
 
@@ -221,7 +245,7 @@ void Preflight::emergency_stop() {
 void Preflight::note(gcode::NoteKind kind, std::string_view text, const gcode::Source&) {
     if (kind == gcode::NoteKind::echo) return;
     add_warning(text, kind == gcode::NoteKind::unknown_code ? "It will be skipped."
-                      : kind == gcode::NoteKind::not_done   ? "The print goes on without it."
+                      : kind == gcode::NoteKind::not_done   ? "The part is the same without it."
                                                             : "");
 }
 

@@ -53,6 +53,7 @@ class Preflight final : private gcode::NoActions {
     // gcode::Actions, as far as it matters here
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
+    Result<void> home(gcode::AxisSet axes) override;
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;
@@ -63,6 +64,7 @@ class Preflight final : private gcode::NoActions {
     void look(std::span<const char> bytes);
     void judge_content();
     void on_comment(const gcode::Line& line);
+    void check_homed(const gcode::Move& move);
     void check_extrusion(const gcode::Move& move);
     void check_step_rate(const gcode::Move& move);
     void check_whole();
@@ -81,7 +83,8 @@ class Preflight final : private gcode::NoActions {
     PerAxis<MillimetresPerSecond> speed_max_{};
     Celsius bed_target_{};
     Celsius hot_end_target_{};
-    bool was_hot_ = false;        ///< the hot end has been asked to be warm enough to extrude
+    PerAxis<bool> was_homed_{};
+    bool was_hot_ = false;        ///< the job has waited for a hot end that may extrude
     Millimetres filament_end_{};  ///< the furthest that E has been
     double top_layer_z_mm_ = 0;
     double first_layer_z_mm_ = 0;

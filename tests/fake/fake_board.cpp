@@ -271,6 +271,14 @@ Result<void> FakeBoard::serve_interrupts(board::DeviceClass device, board::VcpuI
     return done_or_refused("device " + std::to_string(static_cast<int>(device)) + " io " +
                            std::to_string(io));
 }
+Result<void> FakeBoard::change_io(board::VcpuId io, sched::VcpuParameters parameters) {
+    const auto vcpu = std::ranges::find_if(vcpus_, [&](const auto& each) { return each->spec.id == io; });
+    if (vcpu == vcpus_.end() || !(*vcpu)->spec.is_io())
+        return make_error(ErrorCode::not_found, "there is no I/O VCPU ", io);
+    (*vcpu)->spec.budget = parameters.budget;
+    (*vcpu)->spec.period = parameters.period;
+    return {};
+}
 Result<void> FakeBoard::route_interrupts(board::DeviceClass device, int core, bool allowed) {
     return done_or_refused("route " + std::to_string(static_cast<int>(device)) + " core " +
                            std::to_string(core) + (allowed ? " on" : " off"));

@@ -74,6 +74,7 @@ struct State {
     std::vector<I2cTransaction> i2c;
     std::vector<std::string> calls;  ///< routing and the like, as text
     std::vector<AttachedEdge> attached;
+    std::map<board::DeviceClass, std::size_t> device_bytes;  ///< device_work()
     std::int64_t slept_ns = 0;
     std::int64_t spun_ns = 0;
 
@@ -116,6 +117,9 @@ class FakeBoard final : public board::Board {
     Result<void> spi_transfer(board::SpiBus bus, board::SpiSettings settings,
                               std::span<std::uint8_t> data) override;
 
+    void device_work(board::DeviceClass device, std::size_t bytes) override {
+        state.device_bytes[device] += bytes;
+    }
     void lock(board::LockWord& word) override;
     bool try_lock(board::LockWord& word) override;
     void unlock(board::LockWord& word) override;
@@ -128,6 +132,7 @@ class FakeBoard final : public board::Board {
     bool stop_requested() override { return state.stop; }
     board::GuaranteeReport guarantee() const override;
     Result<void> serve_interrupts(board::DeviceClass device, board::VcpuId io) override;
+    Result<void> change_io(board::VcpuId io, sched::VcpuParameters parameters) override;
     Result<void> route_interrupts(board::DeviceClass device, int core, bool allowed) override;
     Result<void> core_timer(int core, bool enabled) override;
 

@@ -29,6 +29,63 @@ def tower(layers=6, sides=24):
     return "\n".join(lines + ["M107", "M104 S0", "G28 X0", "M84", ""])
 
 
+def machine_file(**steps):
+    """An i3 of other scales than the reference machine's, with a macro."""
+    scales = {"x": 100, "y": 100, "z": 400, "e": 141.5, **steps}
+    limits = {"x": (180, 3000), "y": (180, 3000), "z": (12, 200), "e": (60, 5000)}
+    lines = ['name = "Scaled"']
+    for axis, (speed, acceleration) in limits.items():
+        lines += ["[axes.%s]" % axis, "steps_per_mm = %s" % scales[axis], "max_speed_mm_s = %s" % speed]
+        lines += ["max_acceleration_mm_s2 = %s" % acceleration]
+    return "\n".join(lines + ["[macros]", 'PRINT_START = """', "G28", "M190 S{BED=0}", "M109 S{EXTRUDER}", '"""', ""])
+
+
+DIALECT = """; the dialect, in one plate
+EXCLUDE_OBJECT_DEFINE NAME=lid CENTER=10,10 POLYGON=[[%s]]
+PRINT_START EXTRUDER=200
+SET_VELOCITY_LIMIT ACCEL=1500
+SET_PRESSURE_ADVANCE ADVANCE=0.04
+M206 X-1 Y-1
+SET_GCODE_OFFSET Z=0.1
+M92 E140
+M207 S0.8 Z0.3 F2400
+M208 S0.05
+G1 Z0.2 F600
+M83
+G1 X30 Y30 F7200 S0
+G17
+G3 X50 Y50 I0 J20 E1.2 F1800
+G2 X50 Y50 I-10 E2
+G5 X70 Y40 I10 J0 P-10 Q5 E0.8
+G10
+G1 X80 Y40 F7200
+G11
+G18
+G3 X90 Z0.2 K0 I5 E0.6 F900
+G17
+G1 Z0.2 F600
+M200 D1.75
+G1 X60 Y60 E3.6 F1800
+M200 D0
+EXCLUDE_OBJECT NAME=lid
+EXCLUDE_OBJECT_START NAME=lid
+G1 X10 Y10 Z0.4 E5
+EXCLUDE_OBJECT_END NAME=lid
+M221 S95
+G1 X20 Y60 E1.5
+G92 X Y E0
+M104 S0 T1
+M0 look at it
+G1 X8
+M600
+G1 X5 Y5 E0.3
+M104 S0
+G28 X0 U0
+G1 X2
+M84 X Y E
+""" % ("[1.5,2.5]," * 400)
+
+
 class PrinterSim(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -75,13 +132,41 @@ class PrinterSim(unittest.TestCase):
         cases = [
             ("out.gcode", "G28\nG1 X500 F3000\n", 1, "line 2"),
             ("hot.gcode", "M104 S999\n", 1, "999"),
-            ("cold.gcode", "G28\nG1 X5 E5 F3000\n", 1, "heat it first"),
+            ("cold.gcode", "G28\nG1 X5 E5 F3000\n", 1, "Heat first: M109"),
+            ("homeless.gcode", "M109 S200\nG1 X5 F3000\n", 1, "line 2  G1 X5 F3000"),
+            ("tools.gcode", "G28\nM104 S0 T1\nT1\n", 1, "one tool"),
+            ("macro.gcode", "G28\nG90\nPRINT_START\n", 1, "[macros]"),
             ("picture.gcode", "\x00\x01\x02PNG", 2, "picture.gcode"),
         ]
         for name, content, status, words in cases:
             done = self.run_sim(self.path(name, content))
             self.assertEqual(done.returncode, status, name)
             self.assertIn(words, done.stdout + done.stderr, name)
+            if status == 1:
+                self.assertIn("Refused before anything was heated", done.stdout, name)
+
+    def test_a_plate_of_the_dialect_is_built_as_asked(self):
+        """Arcs in two planes, a spline, firmware retraction, mm3, a calibrated drive, offsets, a macro, an object left out."""
+        report = self.path("report.json")
+        job, machine = self.path("dialect.gcode", DIALECT), self.path("machine.toml", machine_file())
+        done = self.run_sim(job, "--machine", machine, "--report", report)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        with open(report, encoding="utf-8") as file:
+            result = json.load(file)
+        self.assertIsNone(result["refused"])
+        self.assertGreater(max(result["curve_deviation_mm_max"][a] for a in "xyz"), 0.001)
+        self.assertEqual(sum(result["unexplained_steps"].values()), 0)
+        self.assertEqual(sum("the job paused, and was resumed" in remark for remark in result["remarks"]), 2)
+        self.assertTrue(any("SET_PRESSURE_ADVANCE" in remark for remark in result["remarks"]), result["remarks"])
+
+    def test_the_twins_own_machine_shows_a_wrong_number_of_the_printers(self):
+        job, right = self.path("tower.gcode", tower(2)), self.path("right.toml", machine_file())
+        self.assertEqual(self.run_sim(job, "--machine", right, "--twin-machine", right).returncode, 0)
+        for axis, steps in [("x", 101), ("y", 99.5), ("z", 404), ("e", 143)]:
+            wrong = self.path("wrong.toml", machine_file(**{axis: steps}))
+            done = self.run_sim(job, "--machine", wrong, "--twin-machine", right)
+            self.assertEqual(done.returncode, 1, axis + done.stdout + done.stderr)
+            self.assertIn("NOT what was asked", done.stdout, axis)
 
     def test_bad_arguments_are_named(self):
         job = self.path("job.gcode", "G28\n")

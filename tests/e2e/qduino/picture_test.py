@@ -4,13 +4,12 @@ import os
 import pathlib
 import re
 import stat
-import subprocess
 import sys
-import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-PROGRAM = sys.argv.pop(1)
+from sketch_case import SketchCase
+
 TREE = pathlib.Path(__file__).resolve().parents[3]
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -53,30 +52,13 @@ class Page:
         return [t.text for t in self.root.iter(SVG + "text") if not (0 <= float(t.get("x")) < width and 0 < float(t.get("y")) <= height)]
 
 
-class Pictures(unittest.TestCase):
+class Pictures(SketchCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"), LC_ALL="C.UTF-8")
-        for name in ("QDUINO_HOME", "CXX", "CC", "CXXFLAGS", "CFLAGS", "LDFLAGS"):
-            self.environment.pop(name, None)
+        super().setUp()
         self.write("golden/golden.ino", GOLDEN)
 
-    def write(self, name, content):
-        path = self.folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(content, encoding="utf-8")
-        return path
-
-    def qduino(self, *arguments, status=0, **environment):
-        done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, env=dict(self.environment, **environment),
-                              capture_output=True, text=True, timeout=120, check=False)
-        self.assertEqual(done.returncode, status, f"{arguments}\n{done.stdout}\n{done.stderr}")
-        return done
-
     def test_check_draws_the_worst_case(self):
-        done = self.qduino("check", "golden", "--picture", "a.svg")
+        done = self.run_qduino("check", "golden", "--picture", "a.svg")
         self.assertIn("picture: a.svg", done.stderr)
         page = Page(self.folder / "a.svg")
         self.assertEqual(page.length_ms, 200)
@@ -90,16 +72,16 @@ class Pictures(unittest.TestCase):
 
     def test_check_draws_a_refused_sketch_with_its_miss(self):
         self.write("golden/golden.ino", GOLDEN + "void loop(5, 31, 100, 0) {}\n")
-        done = self.qduino("check", "golden", "--cores", "1", "--picture", "a.svg", status=2)
+        done = self.run_qduino("check", "golden", "--cores", "1", "--picture", "a.svg", status=2)
         self.assertIn("REFUSED", done.stdout)
         self.assertIn("no picture: no loop stands on a core", done.stderr)
-        self.qduino("check", "golden", "--picture", "b.svg", status=2)
+        self.run_qduino("check", "golden", "--picture", "b.svg", status=2)
         page = Page(self.folder / "b.svg")
         self.assertEqual(page.missed[(0, 5)], 2)
         self.assertTrue(any("> T 100 ms" in words for words in page.words()))
 
     def test_sim_draws_what_each_loop_got(self):
-        done = self.qduino("sim", "golden", "--for", "1", "--picture", "a.svg")
+        done = self.run_qduino("sim", "golden", "--for", "1", "--picture", "a.svg")
         self.assertIn("picture: a.svg", done.stderr)
         page = Page(self.folder / "a.svg")
         self.assertAlmostEqual(page.bars[(0, 3)]["runs"], 60, delta=0.1)
@@ -107,41 +89,31 @@ class Pictures(unittest.TestCase):
         self.assertAlmostEqual(page.bars[(0, 1)]["runs"], 30, delta=0.1)
         self.assertGreater(page.bars[(0, 1)]["throttled"], 50)
         self.assertAlmostEqual(page.bars[(1, 4)]["runs"], 200, delta=0.1)
-        self.qduino("sim", "golden", "--for", "1", "--picture", "b.svg")
+        self.run_qduino("sim", "golden", "--for", "1", "--picture", "b.svg")
         self.assertEqual((self.folder / "a.svg").read_bytes(), (self.folder / "b.svg").read_bytes(), "the same every time")
 
-        self.qduino("sim", "golden", "--for", "1", "--picture", "c.svg", "--from", "0.5", "--length", "0.05")
+        self.run_qduino("sim", "golden", "--for", "1", "--picture", "c.svg", "--from", "0.5", "--length", "0.05")
         page = Page(self.folder / "c.svg")
         self.assertEqual(page.root.get("data-from-ns"), "500000000")
         self.assertAlmostEqual(page.bars[(0, 3)]["runs"], 15, delta=0.05)
-        late = self.qduino("sim", "golden", "--for", "1", "--picture", "d.svg", "--from", "5", status=1)
+        late = self.run_qduino("sim", "golden", "--for", "1", "--picture", "d.svg", "--from", "5", status=1)
         self.assertIn("the run ended before the picture begins", late.stderr)
 
     def test_missed_deadlines_are_marked_and_counted(self):
         self.write("golden/golden.ino", GOLDEN.replace("4, 10, 0", "4, 11, 0") + LATE)
-        done = self.qduino("sim", "golden", "--for", "0.2", "--picture", "a.svg", "--length", "0.2")
+        done = self.run_qduino("sim", "golden", "--for", "0.2", "--picture", "a.svg", "--length", "0.2")
         overruns = int(re.search(r"(\d+) OVERRUNs", done.stderr)[1])
         self.assertGreater(overruns, 2)
         self.assertEqual(sum(Page(self.folder / "a.svg").missed.values()), overruns)
 
     def test_trace_draws_beside_the_trace(self):
-        done = self.qduino("trace", "golden", "--for", "1", "-o", "a.json", "--picture", "a.svg")
+        done = self.run_qduino("trace", "golden", "--for", "1", "-o", "a.json", "--picture", "a.svg")
         self.assertIn("trace: a.json", done.stderr)
-        self.qduino("sim", "golden", "--for", "1", "--picture", "b.svg")
+        self.run_qduino("sim", "golden", "--for", "1", "--picture", "b.svg")
         self.assertEqual((self.folder / "a.svg").read_bytes(), (self.folder / "b.svg").read_bytes())
 
     def test_the_kernel_traces_a_picture_on_linux(self):
-        with_tracefs = ["unshare", "--mount", "sh", "-c", 'mount -t tracefs tracefs /sys/kernel/tracing && exec "$@"', "sh"]
-        if subprocess.run([*with_tracefs, "true"], capture_output=True, check=False).returncode != 0:
-            self.skipTest("the kernel's tracer cannot be had: it takes root, and a kernel with tracefs")
-        self.write("busy/busy.ino", """
-            void setup() {}
-            void loop(1, 1, 5, 0) { delayBusyMicroseconds(200); waitForNextPeriod(); }
-            void loop(2, 10, 100, 0) { delayBusyMicroseconds(30000); waitForNextPeriod(); }
-        """)
-        done = subprocess.run([*with_tracefs, PROGRAM, "trace", "busy", "--linux", "--for", "1", "-o", "a.json", "--picture", "a.svg"],
-                              cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=120, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.trace_on_linux("-o", "a.json", "--picture", "a.svg")
         page = Page(self.folder / "a.svg")
         self.assertEqual(page.length_ms, 200)
         self.assertIn("10 ms in 100 ms", page.words())
@@ -156,7 +128,7 @@ class Pictures(unittest.TestCase):
         for command, picture in commands:
             words = [str(TREE / word) if word.startswith(("sketches/", "docs/")) else word for word in command.split()]
             words[words.index("--picture") + 1] = "a.svg"
-            done = self.qduino(*words, status=2 if words[0] == "check" else 0)
+            done = self.run_qduino(*words, status=2 if words[0] == "check" else 0)
             self.assertEqual((self.folder / "a.svg").read_text(), (TREE / "docs" / picture).read_text(),
                              f"make it anew: qduino {command}")
             (shown,) = re.findall(r"```\n(core 0\n.*?)```", manual, re.S)
@@ -165,16 +137,16 @@ class Pictures(unittest.TestCase):
 
     def test_names_of_files_are_checked_before_anything_runs(self):
         for command in ("check", "sim", "trace"):
-            done = self.qduino(command, "golden", "--picture", "a.jpg", status=1)
+            done = self.run_qduino(command, "golden", "--picture", "a.jpg", status=1)
             self.assertIn("ends in .svg", done.stderr)
             self.assertNotIn("Compiling", done.stderr)
-        done = self.qduino("check", "golden", "--picture", "a.png", status=1, PATH="/nonexistent")
+        done = self.run_qduino("check", "golden", "--picture", "a.png", status=1, PATH="/nonexistent")
         self.assertIn("take a name that ends in .svg", " ".join(done.stderr.split()))
-        self.qduino("check", "golden", "--from", "3", status=107)  # of a picture alone
+        self.run_qduino("check", "golden", "--from", "3", status=107)  # of a picture alone
         self.assertFalse(list(self.folder.glob("a.*")))
-        done = self.qduino("check", "golden", "--picture", "nowhere/a.svg", status=1)
+        done = self.run_qduino("check", "golden", "--picture", "nowhere/a.svg", status=1)
         self.assertIn("nowhere/a.svg", done.stderr)
-        done = self.qduino("check", "golden", "--picture", "a.svg", "--from", "80000", status=1)
+        done = self.run_qduino("check", "golden", "--picture", "a.svg", "--from", "80000", status=1)
         self.assertIn("a million periods", " ".join(done.stderr.split()))
 
     def test_a_png_is_made_by_the_converter_of_this_computer(self):
@@ -183,13 +155,13 @@ class Pictures(unittest.TestCase):
         converter = tools / "rsvg-convert"
         converter.write_text('#!/bin/sh\ncat > "$4"\n', encoding="utf-8")
         converter.chmod(converter.stat().st_mode | stat.S_IXUSR)
-        self.qduino("check", "golden", "--picture", "a.png", PATH=f"{tools}:{os.environ['PATH']}")
+        self.run_qduino("check", "golden", "--picture", "a.png", PATH=f"{tools}:{os.environ['PATH']}")
         self.assertEqual(Page(self.folder / "a.png").length_ms, 200)
 
     def test_the_terminal_shows_a_short_form(self):
         for locale in ("C.UTF-8", "C"):
-            checked = self.qduino("check", "golden", LC_ALL=locale).stdout
-            run = self.qduino("sim", "golden", "--for", "1", LC_ALL=locale).stderr
+            checked = self.run_qduino("check", "golden", LC_ALL=locale).stdout
+            run = self.run_qduino("sim", "golden", "--for", "1", LC_ALL=locale).stderr
             for text in (checked, run):
                 self.assertRegex(text, r"core 0\n  loop 3  .*\n  loop 1  .*\ncore 1\n  loop 4  ")
                 self.assertLessEqual(max(map(len, text.splitlines())), 80)
@@ -197,7 +169,7 @@ class Pictures(unittest.TestCase):
                 self.assertRegex(text, r"loop 1  .{36}[|│] R 54 ms of T 100 ms")
         many = "void setup() {}\n" + "".join(f"void loop({i}, 1, {100 + i}, 0) {{ waitForNextPeriod(); }}\n" for i in range(1, 14))
         self.write("many/many.ino", many)
-        self.assertNotIn("core 0\n  loop", self.qduino("check", "many").stdout)
+        self.assertNotIn("core 0\n  loop", self.run_qduino("check", "many").stdout)
 
 
 if __name__ == "__main__":

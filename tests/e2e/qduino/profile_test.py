@@ -4,14 +4,11 @@ import json
 import os
 import pathlib
 import re
-import subprocess
-import sys
-import tempfile
 import threading
 import time
 import unittest
 
-PROGRAM = sys.argv.pop(1)
+from sketch_case import SketchCase
 
 # Loop 1 spins for 300 us of wall time; loop 2 computes.
 SKETCH = """// loop(1, 2, 10, 0)
@@ -41,22 +38,11 @@ def cpu_seconds(pid):
     return seconds
 
 
-class Profile(unittest.TestCase):
+class Profile(SketchCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"))
-        for name in ("QDUINO_HOME", "CXX", "CC", "CXXFLAGS", "CFLAGS", "LDFLAGS"):
-            self.environment.pop(name, None)
+        super().setUp()
         self.sketch = self.folder / "work" / "work.ino"
         self.sketch.parent.mkdir()
-
-    def run_qduino(self, *arguments, status=0):
-        done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, env=self.environment,
-                              capture_output=True, text=True, timeout=120, check=False)
-        self.assertEqual(done.returncode, status, f"{arguments}\n{done.stdout}\n{done.stderr}")
-        return done
 
     def watch(self, seen, stop):
         """Keeps the last CPU times of the sketch's threads in `seen`."""

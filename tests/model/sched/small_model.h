@@ -1,4 +1,4 @@
-// Every schedule that a small core can have, one tick at a time.
+// Every schedule that one small core can have, or two that share locks, one tick at a time.
 //
 // A simulation tries the phasings that somebody thought of. Here each loop may be released at any
 // tick that its period allows, each suspension may be as long as it likes, and each device may ask
@@ -36,9 +36,10 @@ struct Loop {
     /// The whole budget comes back at each release (deferrable server), and not one period after
     /// each use (sporadic server).
     bool deferrable = false;
+    int core = 0;
 };
 
-/// A device and the server of its bottom half (PIBS, E. Missimer et al., ECRTS 2016).
+/// A device of core 0 and the server of its bottom half (PIBS, E. Missimer et al., ECRTS 2016).
 struct Io {
     int budget;
     int period;
@@ -58,7 +59,7 @@ struct Rules {
     bool one_replenishment = true;  ///< a bottom half waits for used/U, even with budget left
 };
 
-inline constexpr int kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
+inline constexpr int kCores = 2, kLoops = 3, kIos = 1, kLocks = 2, kBudget = 10;
 inline constexpr std::uint8_t kNobody = 0xff;
 
 /// All times are ticks from now on, so that equal situations at different times are one state.
@@ -185,8 +186,10 @@ class Explorer {
 
     // ---- what takes no time: locks, and the begin of a suspension -------------------------------
 
-    /// Lets the one that would run do what takes no time, as often as there is something; then one
-    /// tick passes.
+    using Running = std::array<int, kCores>;
+
+    /// Lets those that would run do what takes no time, as often as there is something; then one
+    /// tick passes. When two cores do something at once, either may be first.
     void settle(State& state) {
         while (!missed_) {
             // Behind a run a suspension begins at once: it needs no budget.
@@ -196,20 +199,41 @@ class Explorer {
                 const Step& step = set_.loops[index(i)].body[loop.step];
                 if (step.what == Do::suspend) return suspend(state, i, step.n);
             }
-            const int runs = chosen(state);
-            if (runs < 0 || runs >= loops()) return tick(state, runs);
-            LoopState& loop = state.loops[index(runs)];
-            const Step& step = set_.loops[index(runs)].body[loop.step];
-            if (step.what == Do::run) return tick(state, runs);
-            if (step.what == Do::suspend) return suspend(state, runs, step.n);
-            if (std::uint8_t& holder = state.holder[index(step.n)]; holder != kNobody) {
-                loop.waits_for = static_cast<std::uint8_t>(step.n);
-            } else {
-                holder = static_cast<std::uint8_t>(runs);
-                begin_step(loop, runs, loop.step + 1);
-                unlock_all(state, runs);
+            Running running;
+            int acts = -1;
+            for (int core = 0; core < kCores; ++core) {
+                const int runs = running[index(core)] = chosen(state, core);
+                if (runs < 0 || runs >= loops() || step_of(state, runs).what == Do::run) continue;
+                if (acts >= 0) {
+                    State other_first = state;
+                    if (act(other_first, runs)) settle(other_first);
+                } else {
+                    acts = runs;
+                }
             }
+            if (acts < 0) return tick(state, running);
+            if (!act(state, acts)) return;
         }
+    }
+    [[nodiscard]] const Step& step_of(const State& state, int i) const {
+        return set_.loops[index(i)].body[state.loops[index(i)].step];
+    }
+    /// False: what follows has been followed.
+    bool act(State& state, int i) {
+        LoopState& loop = state.loops[index(i)];
+        const Step& step = step_of(state, i);
+        if (step.what == Do::suspend) {
+            suspend(state, i, step.n);
+            return false;
+        }
+        if (std::uint8_t& holder = state.holder[index(step.n)]; holder != kNobody) {
+            loop.waits_for = static_cast<std::uint8_t>(step.n);
+        } else {
+            holder = static_cast<std::uint8_t>(i);
+            begin_step(loop, i, loop.step + 1);
+            unlock_all(state, i);
+        }
+        return true;
     }
     /// Giving back takes no time, and so no budget.
     void unlock_all(State& state, int i) {
@@ -272,16 +296,17 @@ class Explorer {
         return (rules_.shorter_period_first ? period : 100 - period) * 16 + loops() + io;
     }
     /// The loop, or loops() + the bottom half, that has the core; −1: it idles.
-    [[nodiscard]] int chosen(const State& state) const {
+    [[nodiscard]] int chosen(const State& state, int core) const {
         int best = -1, best_rank = 0;
         const auto offer = [&](int who, int its_rank) {
             if (best < 0 || its_rank < best_rank) best = who, best_rank = its_rank;
         };
         for (int i = 0; i < loops(); ++i) {
             const LoopState& loop = state.loops[index(i)];
+            if (set_.loops[index(i)].core != core) continue;
             if (loop.active && loop.waits_for == kNobody && loop.refills[0] <= 0) offer(i, rank(state, i));
         }
-        for (int k = 0; k < ios(); ++k) {
+        for (int k = 0; core == 0 && k < ios(); ++k) {
             const IoState& io = state.ios[index(k)];
             if (io.work > 0 && io.wait == 0) offer(loops() + k, io_rank(state, k));
         }
@@ -290,9 +315,11 @@ class Explorer {
 
     // ---- one tick -------------------------------------------------------------------------------
 
-    void tick(State& state, int runs) {
-        if (runs >= 0 && runs < loops()) run_loop(state, runs);
-        for (int k = 0; k < ios(); ++k) pass(state.ios[index(k)], k, runs == loops() + k);
+    void tick(State& state, const Running& running) {
+        for (const int runs : running) {
+            if (runs >= 0 && runs < loops()) run_loop(state, runs);
+        }
+        for (int k = 0; k < ios(); ++k) pass(state.ios[index(k)], k, running[0] == loops() + k);
         for (int i = 0; i < loops(); ++i) pass(state, i);
         push(state);
     }

@@ -11,7 +11,7 @@
 
 #include "sched/admission.h"
 
-namespace qduino::sched::model {
+namespace qduino::sched::model::small_model_test {
 namespace {
 
 /// A loop that computes its whole budget in each release.
@@ -33,11 +33,14 @@ void add_sections(const Loop& loop, VcpuId id, CoreLoad& load) {
     }
 }
 
-CoreLoad load_of(const Set& set) {
+CoreLoad load_of(const Set& set, int core = 0) {
     CoreLoad load;
+    load.core = core;
     VcpuId id = 0;
     for (const Loop& loop : set.loops) {
-        Vcpu request{.id = ++id, .budget = Nanoseconds{loop.budget}, .period = Nanoseconds{loop.period}};
+        ++id;
+        if (loop.core != core) continue;
+        Vcpu request{.id = id, .budget = Nanoseconds{loop.budget}, .period = Nanoseconds{loop.period}};
         request.deferrable = loop.deferrable;
         for (const Step& step : loop.body) {
             if (step.what == Do::suspend) request.suspension += Nanoseconds{step.n};
@@ -45,6 +48,7 @@ CoreLoad load_of(const Set& set) {
         load.mains.push_back(request);
         add_sections(loop, id, load);
     }
+    if (core > 0) return load;
     for (const Io& io : set.ios)
         load.ios.push_back({.id = ++id,
                             .budget = Nanoseconds{io.budget},
@@ -56,7 +60,8 @@ CoreLoad load_of(const Set& set) {
 std::string words(const Set& set) {
     std::string text;
     for (const Loop& loop : set.loops) {
-        text += " loop " + std::to_string(loop.budget) + "/" + std::to_string(loop.period) + ":";
+        text += " core " + std::to_string(loop.core) + " loop " + std::to_string(loop.budget) + "/" +
+                std::to_string(loop.period) + ":";
         for (const Step& step : loop.body)
             text += " " + std::string{"rLUs"[static_cast<int>(step.what)]} + std::to_string(step.n);
     }
@@ -228,6 +233,69 @@ TEST(SmallModel, NoAdmittedSetWithSleepsHasAScheduleWithAMiss) {
     tally.print();
 }
 
+/// Puts the loops on two cores, one of them at least on each.
+Set on_two_cores(Set set, RandomBodies& bodies) {
+    const int alone = bodies.pick(0, 2);
+    for (int i = 0; i < 3; ++i) set.loops[static_cast<std::size_t>(i)].core = i == alone ? 1 : 0;
+    return set;
+}
+
+/// Loops that wait for other cores are served as deferrable.
+bool admitted_together(Set& set) {
+    std::array<CoreLoad, kCores> loads{load_of(set, 0), load_of(set, 1)};
+    const bool admitted = are_admissible(loads);
+    for (const CoreLoad& load : loads) {
+        for (const RemoteWaits& waits : load.waits) {
+            if (waits.requests > 0) set.loops[waits.loop - 1u].deferrable = true;
+        }
+    }
+    return admitted;
+}
+
+TEST(SmallModel, NoAdmittedSetWithLocksOfTwoCoresHasAScheduleWithAMiss) {
+    RandomBodies bodies{3};
+    Tally tally;
+    int without_waits = 0;
+    for (int round = 0; round < 8'000; ++round) {
+        Set set = on_two_cores(bodies.set(&RandomBodies::with_locks), bodies);
+        const bool alone = is_admissible(load_of(set, 0)) && is_admissible(load_of(set, 1));
+        const bool admitted = admitted_together(set);
+        ++(admitted ? tally.admitted : tally.refused);
+        if (!alone) continue;
+        Explorer explorer{set};
+        const auto miss = explorer.miss();
+        tally.states += explorer.states();
+        EXPECT_TRUE(explorer.complete()) << words(set);
+        EXPECT_FALSE(admitted && miss) << words(set);
+        // The mutant: an analysis of each core alone.
+        without_waits += miss ? 1 : 0;
+    }
+    EXPECT_GT(tally.admitted, 100);
+    EXPECT_GT(without_waits, 20);
+    tally.refused_and_missing = without_waits;
+    tally.print();
+}
+
+/// Loop 3 locks, loop 2 preempts it, loop 1 of the other core wants the lock: loop 3 runs above
+/// loop 2, which takes no lock at all.
+Set lifted_over_a_loop_between(int section) {
+    Set set;
+    set.loops.push_back({1, 7, {{Do::lock, 0}, {Do::run, 1}, {Do::unlock, 0}}});
+    set.loops.push_back(busy(6, 8));
+    set.loops.push_back({5, 32, {{Do::lock, 0}, {Do::run, section}, {Do::unlock, 0}}});
+    if (section < 5) set.loops[2].body.push_back({Do::run, 5 - section});
+    set.loops[0].core = 1;
+    return set;
+}
+
+TEST(SmallModel, ALoopThatAnotherCoreLiftsDelaysThoseBetween) {
+    Set fits = lifted_over_a_loop_between(2), late = lifted_over_a_loop_between(5);
+    EXPECT_TRUE(admitted_together(fits));
+    EXPECT_EQ(Explorer{fits}.miss(), std::nullopt);
+    EXPECT_FALSE(admitted_together(late));
+    EXPECT_EQ(Explorer{late}.miss(), 1);
+}
+
 /// In how many of the admitted sets somebody misses when the core keeps `rules`.
 template <typename Change>
 int sets_that_miss(Rules rules, Change change) {
@@ -266,4 +334,4 @@ TEST(SmallModel, SeesABottomHalfThatIsServedTooOften) {
 }
 
 }  // namespace
-}  // namespace qduino::sched::model
+}  // namespace qduino::sched::model::small_model_test

@@ -11,7 +11,7 @@
 #include "tests/property/motion/pipeline.h"
 #include "tests/property/motion/random_moves.h"
 
-namespace qduino::printer::motion {
+namespace qduino::printer::motion::planner_oracle_test {
 namespace {
 
 struct OracleMove {
@@ -147,4 +147,4 @@ TEST(PlannerOracle, SameSpeedsOverLongListsTakenLazily) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::motion
+}  // namespace qduino::printer::motion::planner_oracle_test

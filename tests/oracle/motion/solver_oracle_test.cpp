@@ -9,7 +9,7 @@
 #include "tests/property/motion/pipeline.h"
 #include "tests/property/motion/random_moves.h"
 
-namespace qduino::printer::step {
+namespace qduino::printer::step::solver_oracle_test {
 namespace {
 
 using motion::AxisVector;
@@ -130,4 +130,4 @@ TEST(SolverOracle, TheSameOnAFastMachineWithFineSteps) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::step
+}  // namespace qduino::printer::step::solver_oracle_test

@@ -8,7 +8,7 @@
 #include "sched/budget_account.h"
 #include "tests/oracle/sched/naive_budget_account.h"
 
-namespace qduino::sched::oracle {
+namespace qduino::sched::oracle::budget_account_oracle_test {
 namespace {
 
 /// Random events in an order that may be, each told to both accounts.
@@ -102,4 +102,4 @@ TEST(BudgetAccountOracle, TheEffectsAreThoseOfTheRules) {
 }
 
 }  // namespace
-}  // namespace qduino::sched::oracle
+}  // namespace qduino::sched::oracle::budget_account_oracle_test

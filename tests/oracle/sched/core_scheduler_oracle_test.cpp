@@ -9,7 +9,7 @@
 #include "sched/core_scheduler.h"
 #include "tests/oracle/sched/tick_scheduler.h"
 
-namespace qduino::sched::oracle {
+namespace qduino::sched::oracle::core_scheduler_oracle_test {
 namespace {
 
 struct Arrival {
@@ -151,4 +151,4 @@ TEST(CoreSchedulerOracle, EveryTickIsChargedOnceToWhomItRan) {
 }
 
 }  // namespace
-}  // namespace qduino::sched::oracle
+}  // namespace qduino::sched::oracle::core_scheduler_oracle_test

@@ -10,7 +10,7 @@
 #include "tests/oracle/sched/naive_response.h"
 #include "tests/unit/sched/analyse.h"
 
-namespace qduino::sched::oracle {
+namespace qduino::sched::oracle::response_oracle_test {
 namespace {
 
 struct NaiveSet {
@@ -82,6 +82,93 @@ TEST(ResponseOracle, WithIoTheIterationFindsTheLeastSolution) {
         }
     }
     EXPECT_GT(found, 1000);
+}
+
+/// A full core as a board has it: 32 loops and up to 31 bottom halves, sleeps, jitter, costs,
+/// interrupts.
+CoreLoad full_load(std::mt19937_64& random) {
+    const auto pick = [&](std::int64_t low, std::int64_t high) {
+        return std::uniform_int_distribution<std::int64_t>{low, high}(random);
+    };
+    CoreLoad load;
+    const std::int64_t percent = pick(40, 110);
+    for (VcpuId id = 1; id <= kMainVcpuLimit; ++id) {
+        const Nanoseconds period{pick(0, 3) == 0 ? 10'000'000 : pick(1'000'000, 200'000'000)};
+        Vcpu loop{id, period * percent / 3200, period, 0};
+        loop.deferrable = pick(0, 3) == 0;
+        if (loop.deferrable && pick(0, 2) == 0) loop.suspension = Nanoseconds{pick(0, 2'000'000)};
+        load.mains.push_back(loop);
+    }
+    const std::int64_t ios = pick(0, kIoVcpuLimit);
+    for (std::int64_t k = 0; k < ios; ++k) {
+        const Nanoseconds period{pick(5'000'000, 300'000'000)};
+        load.ios.push_back({static_cast<VcpuId>(33 + k), period / pick(200, 2000), period, 0, VcpuKind::io});
+        if (pick(0, 3) == 0) load.ios.back().client_period = Nanoseconds{pick(1'000'000, 100'000'000)};
+    }
+    load.overheads.release_cost = Nanoseconds{pick(0, 20'000)};
+    load.overheads.interferers.push_back(
+        {"tick", Nanoseconds{pick(0, 30'000)}, 4ms, Nanoseconds{pick(0, 3'000'000)}});
+    if (pick(0, 3) == 0) load.overheads.priorities = static_cast<std::size_t>(pick(20, 40));
+    return load;
+}
+
+/// R of the i-th loop by rank, from below and term by term; limit + 1 when it is above the limit.
+std::int64_t slow_response(const CoreLoad& load, std::size_t i, std::int64_t limit) {
+    const auto up = [](std::int64_t a, std::int64_t b) { return a <= 0 ? 0 : (a + b - 1) / b; };
+    std::vector<Vcpu> loops(load.mains.begin(), load.mains.end());
+    std::sort(loops.begin(), loops.end(), [](const Vcpu& a, const Vcpu& b) {
+        return std::pair{a.period, a.id} < std::pair{b.period, b.id};
+    });
+    const std::int64_t overhead = load.overheads.release_cost.count();
+    const bool shares = i + 1 >= load.overheads.priorities;
+    for (std::int64_t r = 1; r <= limit;) {
+        std::int64_t sum = loops[i].budget.count() + overhead + loops[i].suspension.count();
+        for (std::size_t j = 0; j < loops.size(); ++j) {
+            if (j == i || (j > i && !shares)) continue;
+            const std::int64_t jitter = loops[j].deferrable ? (loops[j].period - loops[j].budget).count() : 0;
+            sum += up(r + jitter, loops[j].period.count()) * (loops[j].budget.count() + overhead);
+        }
+        for (const Vcpu& io : load.ios) {
+            std::int64_t most = 0;
+            for (const Vcpu& client : loops) {
+                const std::int64_t t = (io.client_period > 0ns ? io.client_period : client.period).count();
+                if (t > loops[i].period.count() && !shares) continue;
+                const std::int64_t share =
+                    std::max(up(io.budget.count() * t, io.period.count()), overhead + 1);
+                most = std::max(most, (1 + up(r - share, t)) * share);
+            }
+            sum += most;
+        }
+        for (const PlatformInterferer& each : load.overheads.interferers)
+            sum += each.cost.count() > 0
+                       ? up(r + each.jitter.count(), each.interval.count()) * each.cost.count()
+                       : 0;
+        if (sum <= r) return r;
+        r = sum;
+    }
+    return limit + 1;
+}
+
+TEST(ResponseOracle, OfAFullCoreTheQuickWayFindsWhatTheSlowOneFinds) {
+    std::mt19937_64 random{9};
+    int met = 0, late = 0;
+    for (int round = 0; round < 150; ++round) {
+        const CoreLoad load = full_load(random);
+        const CompletionTime analysis{load};
+        const auto verdicts = analysis.verdicts();
+        for (std::size_t i = 0; i < analysis.size(); ++i) {
+            const std::int64_t period = analysis.period(i).count();
+            const std::int64_t slow = slow_response(load, i, period);
+            ASSERT_EQ(verdicts[i].meets(), slow <= period) << "round " << round << ", loop " << i;
+            ++(slow <= period ? met : late);
+            if (slow > period) continue;
+            ASSERT_EQ(verdicts[i].response.count(), slow) << "round " << round << ", loop " << i;
+        }
+        ASSERT_EQ(analysis.every_loop_meets(),
+                  std::ranges::all_of(verdicts, [](const LoopResponse& each) { return each.meets(); }));
+    }
+    EXPECT_GT(met, 2000);
+    EXPECT_GT(late, 200);
 }
 
 TEST(ResponseOracle, TheBoundNeverAdmitsWhatRealArithmeticRefuses) {
@@ -188,4 +275,4 @@ TEST(ResponseOracle, TheRemedyIsTheLeast) {
 }
 
 }  // namespace
-}  // namespace qduino::sched::oracle
+}  // namespace qduino::sched::oracle::response_oracle_test

@@ -7,7 +7,7 @@
 #include "sched/sporadic_server.h"
 #include "tests/oracle/sched/token_server.h"
 
-namespace qduino::sched::oracle {
+namespace qduino::sched::oracle::sporadic_server_oracle_test {
 namespace {
 
 /// One random step, done to both.
@@ -115,4 +115,4 @@ TEST(SporadicServerOracle, HoldingSplintersBackNeverAdvances) {
 }
 
 }  // namespace
-}  // namespace qduino::sched::oracle
+}  // namespace qduino::sched::oracle::sporadic_server_oracle_test

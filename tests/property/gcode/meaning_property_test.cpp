@@ -8,7 +8,7 @@
 #include "printer/preflight/preflight.h"
 #include "random_gcode.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::meaning_property_test {
 namespace {
 
 /// Finite, inside the bounds, each beginning where the one before ended.
@@ -169,9 +169,9 @@ TEST(MeaningProperty, PositionsAreThoseOfTheNaiveInterpreter) {
 
 TEST(MeaningProperty, AFailingLineMightAsWellNotBeThere) {
     const char* const kBad[] = {
-        "G1 X90000 F1", "G1 X10 Y",  "G92 X5 Y",         "G91 G1 X5", "G1 X5 X6", "M104 S999",
-        "G2 X5 Y5 I1",  "G1 X1.2.3", "G20 G21",          "M220 S0",   "G10 P1",   "G28 Q",
-        "G1 E5000 F60", "M207 S-1",  "G3 X90000 R60000", "G4 S-1 P5", "T7",       "G1 F-1"};
+        "G1 X90000 F1", "G1 X10 Y",  "G92 X5 Q",         "G91 G1 X5", "G1 X5 X6",  "M104 S999",
+        "G2 X5 I1 R5",  "G1 X1.2.3", "G20 G21",          "M220 S0",   "G10 P1 S9", "G999",
+        "G1 E5000 F60", "M207 S-1",  "G3 X90000 R60000", "G4 S-1 P5", "T7",        "G1 F-1"};
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         RandomGcode random{seed};
         Bench clean;
@@ -229,4 +229,4 @@ TEST(MeaningProperty, PreflightDoesNotDependOnTheChunks) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::meaning_property_test

@@ -11,7 +11,7 @@
 #include "printer/gcode/parser.h"
 #include "random_gcode.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::reading_property_test {
 namespace {
 
 /// Everything that a line says, as text.
@@ -167,4 +167,4 @@ TEST(ReadingProperty, TheEmergencyScannerSeesWhatTheParserSees) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::reading_property_test

@@ -6,7 +6,7 @@
 #include "tests/property/motion/pipeline.h"
 #include "tests/property/motion/random_moves.h"
 
-namespace qduino::printer {
+namespace qduino::printer::motion_property_test {
 namespace {
 
 using motion::AxisVector;
@@ -183,4 +183,4 @@ TEST(MotionProperty, HoldingAtRandomChangesTimesButNoSteps) {
 }
 
 }  // namespace
-}  // namespace qduino::printer
+}  // namespace qduino::printer::motion_property_test

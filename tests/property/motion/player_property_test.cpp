@@ -12,7 +12,7 @@
 #include "tests/property/motion/random_moves.h"
 #include "tests/unit/step/virtual_pins.h"
 
-namespace qduino::printer::step {
+namespace qduino::printer::step::player_property_test {
 namespace {
 
 using Ring = channel::RingBuffer<StepEvent, 1024>;
@@ -99,4 +99,4 @@ TEST(PlayerProperty, WokenLateAtRandomItStretchesAndNeverBunches) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::step
+}  // namespace qduino::printer::step::player_property_test

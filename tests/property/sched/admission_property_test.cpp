@@ -13,7 +13,7 @@
 #include "sched/admission.h"
 #include "sched/core_scheduler.h"
 
-namespace qduino::sched {
+namespace qduino::sched::admission_property_test {
 namespace {
 
 enum class IoPattern { saturating, random_bursts };
@@ -245,4 +245,4 @@ TEST(AdmissionProperty, ARunawayLoopHarmsNobody) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::admission_property_test

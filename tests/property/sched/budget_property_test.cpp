@@ -17,7 +17,7 @@
 #include "tests/property/sched/choices.h"
 #include "tests/property/sched/kept_thread.h"
 
-namespace qduino::sched {
+namespace qduino::sched::budget_property_test {
 namespace {
 
 constexpr std::array kShapes{KeptShape{3, 8, 0}, KeptShape{2, 5, 1}, KeptShape{4, 23, 1}, KeptShape{3, 3, 0}};
@@ -83,6 +83,8 @@ bool caught() {
     return !violation_in_every_way<Ruled<kRules>::template Shell>(4, 0).empty();
 }
 
+}  // namespace
+
 /// A timer that comes while the path is at work is forgotten.
 template <typename Host>
 class ForgetfulShell : public BudgetShell<Host> {
@@ -106,6 +108,8 @@ class ForgetfulShell : public BudgetShell<Host> {
     bool at_work_ = false;
 };
 
+namespace {
+
 using Rules = oracle::BudgetRules;
 TEST(BudgetProperty, CatchesChargingTwice) { EXPECT_TRUE(caught<Rules{.charges = 2}>()); }
 TEST(BudgetProperty, CatchesWaitsThatAreAllFree) {
@@ -123,4 +127,4 @@ TEST(BudgetProperty, CatchesAForgottenShot) { EXPECT_NE(violation_in_every_way<F
 TEST(BudgetProperty, DoesNotCatchTheUnbrokenRules) { EXPECT_FALSE(caught<Rules{}>()); }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::budget_property_test

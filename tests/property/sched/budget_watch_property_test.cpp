@@ -9,7 +9,7 @@
 #include "sched/budget_watch.h"
 #include "sched/sporadic_server.h"
 
-namespace qduino::sched {
+namespace qduino::sched::budget_watch_property_test {
 namespace {
 
 /// A thread on a sporadic server, among others that preempt it.
@@ -93,4 +93,4 @@ TEST(BudgetWatchProperty, AThreadOnAServerIsNeverHeld) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::budget_watch_property_test

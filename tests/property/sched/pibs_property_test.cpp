@@ -15,7 +15,7 @@
 #include "sched/pibs.h"
 #include "tests/property/sched/windows.h"
 
-namespace qduino::sched {
+namespace qduino::sched::pibs_property_test {
 namespace {
 
 struct Shape {
@@ -23,6 +23,8 @@ struct Shape {
     std::int64_t period;
     std::array<std::int64_t, 3> clients;  // periods, shortest first; held up only at the last
     std::int64_t overrun_most = 0;
+    std::int64_t lowered_to = 0;  // the budget, half-way and for good; 0: it is not
+    bool changes = false;         // it may have any budget up to `budget`, ever again
 };
 
 // ---- servers ------------------------------------------------------------------------------------
@@ -35,6 +37,10 @@ class RealServer {
         server_.activate(instant_from_ns(now), Nanoseconds{client});
     }
     void block(std::int64_t now) { server_.block(instant_from_ns(now)); }
+    void change(std::int64_t now, std::int64_t budget) {
+        const Nanoseconds period = server_.parameters().period;
+        server_.change(instant_from_ns(now), {Nanoseconds{budget}, period});
+    }
     void consume(std::int64_t end, std::int64_t used) {
         server_.consume(instant_from_ns(end), Nanoseconds{used});
     }
@@ -51,6 +57,7 @@ struct Rules {
     bool charge_from_raise = true;       // what follows the raise comes back counted from it
     bool charge_overrun = true;          // used beyond the budget moves the replenishment
     bool replenish_at_used_by_u = true;  // not sooner
+    bool change_ends_service = true;     // what it used comes back at the old U
 };
 
 template <Rules kRules>
@@ -74,6 +81,12 @@ class Variant {
         if (!active_) return;
         active_ = false;
         close();
+    }
+    void change(std::int64_t now, std::int64_t budget) {
+        const bool ends = active_ && eligible_ < now && kRules.change_ends_service;
+        if (ends) close();
+        budget_ = budget;
+        if (ends || (active_ && eligible_ >= now)) open(now);
     }
     void consume(std::int64_t end, std::int64_t used) {
         used_ += kRules.charge_overrun ? used : std::min(used, remaining_);
@@ -109,6 +122,7 @@ using Correct = Variant<Rules{}>;
 using UnclampedRaise = Variant<Rules{.clamp_on_raise = false}>;
 using RaiseChargedFromBefore = Variant<Rules{.charge_from_raise = false}>;
 using ForgivenOverrun = Variant<Rules{.charge_overrun = false}>;
+using ChangeInMidService = Variant<Rules{.change_ends_service = false}>;
 using PrematureReplenishment = Variant<Rules{.replenish_at_used_by_u = false}>;
 
 // ---- the run ------------------------------------------------------------------------------------
@@ -128,6 +142,8 @@ class LoneRun {
         RanByLevel ran;
         for (Ran& level : ran) level.assign(static_cast<std::size_t>(ticks), 0);
         for (std::int64_t now = 0; now < ticks; ++now) {
+            if (shape_.lowered_to > 0 && now == ticks / 2) change(now, shape_.lowered_to);
+            if (shape_.changes && pick(0, shape_.clients[1]) == 0) change(now, pick(1, shape_.budget));
             if (pick(0, shape_.clients[0]) == 0) arrive(now);
             if (work_ == 0 || !dispatched(now)) continue;
             for (std::size_t c = 0; c < 3; ++c) {
@@ -148,6 +164,10 @@ class LoneRun {
         server_.activate(now, client);
         work_ +=
             pick(0, 4) == 0 ? shape_.clients[2] / 4 : pick(1, 1 + client * shape_.budget / shape_.period);
+    }
+    void change(std::int64_t now, std::int64_t budget) {
+        charge(now);
+        server_.change(now, budget);
     }
     /// Runs already, or may begin to: then until its budget ends, and a little longer when
     /// enforcement is late.
@@ -219,6 +239,25 @@ Shape random_shape(std::uint64_t seed, std::int64_t overrun_most) {
     return {pick(1, period - 1), period, {shortest, middle, middle * pick(2, 8)}, overrun_most};
 }
 
+/// A budget that is lowered half-way binds every window after that.
+template <typename Server>
+std::string violation_after_lowering(std::uint64_t seed) {
+    Shape shape = random_shape(seed, 0);
+    shape.lowered_to = 1 + shape.budget / 3;
+    RanByLevel ran = LoneRun<Server>{shape, seed, false}.run(200 * shape.clients[1]);
+    for (Ran& level : ran) level.erase(level.begin(), level.begin() + std::ssize(level) / 2);
+    shape.budget = shape.lowered_to;
+    return window_violation(shape, ran);
+}
+
+/// Whatever it is changed to, and when: it takes no more than a server that always had the most.
+template <typename Server>
+std::string violation_with_changes(std::uint64_t seed) {
+    Shape shape = random_shape(seed, 0);
+    shape.changes = true;
+    return window_violation(shape, LoneRun<Server>{shape, seed, false}.run(200 * shape.clients[1]));
+}
+
 template <typename Server>
 std::string violation(std::uint64_t seed, std::int64_t overrun_most, bool single_client) {
     const Shape shape = random_shape(seed, overrun_most);
@@ -253,6 +292,27 @@ TEST(PibsProperty, OverrunsArePaidBack) {
     }
 }
 
+TEST(PibsProperty, AChangedServerTakesNoMoreThanOneThatAlwaysHadTheGreatestBudget) {
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+        ASSERT_EQ(violation_with_changes<RealServer>(seed), "") << "seed " << seed;
+    }
+}
+
+TEST(PibsProperty, ALoweredServerKeepsToItsNewBudgetFromThenOn) {
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+        ASSERT_EQ(violation_after_lowering<RealServer>(seed), "") << "seed " << seed;
+        ASSERT_EQ(violation_after_lowering<Correct>(seed), "") << "seed " << seed;
+    }
+}
+
+TEST(PibsProperty, CatchesAChangeInMidService) {
+    int count = 0;
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+        count += violation_after_lowering<ChangeInMidService>(seed).empty() ? 0 : 1;
+    }
+    EXPECT_GT(count, 10);
+}
+
 TEST(PibsProperty, CatchesAnUnclampedRaise) { EXPECT_GT(caught<UnclampedRaise>(0, false), 30); }
 TEST(PibsProperty, CatchesARaiseThatIsChargedFromBefore) {
     EXPECT_GT(caught<RaiseChargedFromBefore>(0, false), 10);
@@ -263,4 +323,4 @@ TEST(PibsProperty, CatchesPrematureReplenishment) { EXPECT_GT(caught<PrematureRe
 TEST(PibsProperty, DoesNotCatchTheUnbrokenRules) { EXPECT_EQ(caught<Correct>(5, false), 0); }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::pibs_property_test

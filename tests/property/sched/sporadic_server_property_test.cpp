@@ -14,7 +14,7 @@
 #include "tests/oracle/sched/token_server.h"
 #include "tests/property/sched/windows.h"
 
-namespace qduino::sched {
+namespace qduino::sched::sporadic_server_property_test {
 namespace {
 
 struct Shape {
@@ -263,4 +263,4 @@ TEST(SporadicServerProperty, CatchesALeak) { EXPECT_EQ(caught<LeakyServer>(0), 6
 TEST(SporadicServerProperty, DoesNotCatchTheUnbrokenTokens) { EXPECT_EQ(caught<TokenMutant>(9), 0); }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::sporadic_server_property_test

@@ -12,7 +12,7 @@
 #include "tests/unit/twin/naive_firmware.h"
 #include "twin/report.h"
 
-namespace qduino::twin {
+namespace qduino::twin::inspector_property_test {
 namespace {
 
 using testing::Event;
@@ -127,7 +127,7 @@ Report judged(const Findings& findings, std::uint64_t excursions_told) {
     Report report;
     report.findings = findings;
     report.excursions_told = excursions_told;
-    judge(report, {}, Machine{}.axes[kExtruder].steps_per_mm);
+    judge(report, Machine{});
     return report;
 }
 
@@ -277,4 +277,4 @@ TEST(InspectorProperty, NoiseNeverHangsNorMatches) {
 }
 
 }  // namespace
-}  // namespace qduino::twin
+}  // namespace qduino::twin::inspector_property_test

@@ -7,7 +7,7 @@
 #include "arduino/core/timing.h"
 #include "tests/scenario/guarantee/sketch_bench.h"
 
-namespace qduino::guarantee {
+namespace qduino::guarantee::lock_test {
 namespace {
 
 /// Three loops: 1 low, 2 mid, 3 high. Each body runs once; then the loop waits for its periods.
@@ -180,9 +180,27 @@ TEST(LocksOfTwoCores, AWaiterLendsItsRankToTheOtherCore) {
                         locked = timeNow();
                         mutex.unlock();
                     }));
+    sketch.set_setup([&] {
+        mutex.heldBy(1, 5ms);
+        mutex.heldBy(3, 1ms);
+    });
     ASSERT_TRUE(sketch.begin());
     sketch.run(1s);
     EXPECT_EQ(locked, at(6ms));
+    EXPECT_EQ(sketch.runtime().plan().admission().cores[1].loops[0].response, 25ms);
+}
+
+/// Of a lock that says nothing each loop may wait for whole budgets of the other core.
+TEST(LocksOfTwoCores, ALockThatSaysNothingIsRefusedWithItsCure) {
+    Mutex mutex;
+    SketchBench sketch;
+    sketch.add_loop(1, 60ms, 200ms, 0, waitForNextPeriod);
+    sketch.add_loop(2, 10ms, 50ms, 1, waitForNextPeriod);
+    ASSERT_FALSE(sketch.begin());
+    const std::string said{sketch.runtime().explanation().view()};
+    EXPECT_NE(said.find("loop 2 waits for locks that it shares with loop 1,\n  some on other cores"),
+              std::string::npos)
+        << said;
 }
 
 TEST(LocksDeathTest, ACycleOfWaitsIsSaid) {
@@ -248,4 +266,4 @@ TEST(LocksProperty, TheHighestWaitsForOneCriticalSectionAtMost) {
 }
 
 }  // namespace
-}  // namespace qduino::guarantee
+}  // namespace qduino::guarantee::lock_test

@@ -22,7 +22,7 @@
 #include "board/board.h"
 #include "tests/scenario/guarantee/sketch_bench.h"
 
-namespace qduino::guarantee {
+namespace qduino::guarantee::paper_test {
 namespace {
 
 constexpr Nanoseconds kLength = 5s;
@@ -194,4 +194,4 @@ TEST(ThePaper, ItsOrderHolds) {
 }
 
 }  // namespace
-}  // namespace qduino::guarantee
+}  // namespace qduino::guarantee::paper_test

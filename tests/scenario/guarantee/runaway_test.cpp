@@ -10,7 +10,7 @@
 
 #include <random>
 
-namespace qduino::guarantee {
+namespace qduino::guarantee::runaway_test {
 namespace {
 
 constexpr Nanoseconds kMinute = 60s;
@@ -201,4 +201,4 @@ INSTANTIATE_TEST_SUITE_P(ByPolicy, AnOverrun,
                          name_of);
 
 }  // namespace
-}  // namespace qduino::guarantee
+}  // namespace qduino::guarantee::runaway_test

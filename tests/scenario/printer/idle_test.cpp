@@ -6,7 +6,7 @@
 #include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
-namespace qduino::tests {
+namespace qduino::tests::idle_test {
 namespace {
 
 using link::Command;
@@ -195,4 +195,4 @@ TEST(Idle, ZeroNeverSwitchesOff) {
 }
 
 }  // namespace
-}  // namespace qduino::tests
+}  // namespace qduino::tests::idle_test

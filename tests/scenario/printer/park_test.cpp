@@ -7,7 +7,7 @@
 #include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
-namespace qduino::tests {
+namespace qduino::tests::park_test {
 namespace {
 
 using link::Command;
@@ -376,4 +376,4 @@ TEST(ParkedAndBack, AtAnyMomentAndAfterAnyJogs) {
 }
 
 }  // namespace
-}  // namespace qduino::tests
+}  // namespace qduino::tests::park_test

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/machine_file/twin_machine.h"
 #include "apps/printer_sim/sim_printer.h"
 #include "posix/small_file.h"
 #include "printer/link/frame.h"
@@ -22,7 +23,8 @@ namespace link = printer::link;
 
 class PrinterBench {
   public:
-    explicit PrinterBench(const printer::MachineConfig& config = {}) : printer_(config, *memory_) {}
+    explicit PrinterBench(const printer::MachineConfig& config = {})
+        : printer_(config, apps::twin_machine(config), *memory_) {}
 
     /// `front`: see SimPrinter::begin.
     bool begin(board::Peripherals* front = nullptr) {

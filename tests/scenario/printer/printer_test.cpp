@@ -4,7 +4,7 @@
 #include "tests/scenario/printer/printer_bench.h"
 #include "tests/unit/twin/text_source.h"
 
-namespace qduino::tests {
+namespace qduino::tests::printer_test {
 namespace {
 
 using link::Command;
@@ -192,6 +192,71 @@ TEST(Printer, UnknownCodesAreAnsweredAndSkipped) {
     EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
     EXPECT_EQ(bench.status().unknown_codes, 1u);
     EXPECT_NE(bench.replies().find("M9876"), std::string::npos);
+}
+
+/// Two objects of 60 lines a layer, 20 layers: number 0 left of X 60, number 1 right of it. Each
+/// line pushes 0.05 mm.
+std::string two_objects() {
+    std::string text = "G28\nM109 S200\nM83\nG1 X10 Y10 Z1 F3000\n";
+    const auto object = [&](int number, int from, int to) {
+        text += "M486 S" + std::to_string(number) + "\nG1 X" + std::to_string(from) + " Y20 F3000\n";
+        text += "G1 E0.5 F1500\nG1 F3000\n";
+        for (int i = 0; i < 60; ++i)
+            text +=
+                "G1 X" + std::to_string(i % 2 == 0 ? to : from) + " Y" + std::to_string(20 + i) + " E0.05\n";
+        text += "G1 E-0.5 F1500\nM486 S-1\n";
+    };
+    for (int layer = 1; layer <= 20; ++layer) {
+        text += "G1 Z" + std::to_string(layer) + " F300\n";
+        object(0, 20, 50);
+        object(1, 100, 130);
+    }
+    return text + "G1 X10 F3000\n";
+}
+
+TEST(Printer, AnObjectMayBeLeftOutWhileAJobRunsOrIsPaused) {
+    for (const bool paused : {false, true}) {
+        PrinterBench bench;
+        ASSERT_TRUE(bench.begin());
+        bench.job(two_objects());
+        ASSERT_TRUE(bench.run_until([&] { return bench.status().line > 30; }, 600));
+        if (paused) {
+            bench.command(Command::pause);
+            ASSERT_TRUE(bench.run_until([&] { return bench.status().state == MachineState::paused; }, 60));
+        }
+        bench.type("M486 P1");
+        bench.run(1);
+        if (paused) bench.command(Command::resume);
+        // What was planned by then is played; nothing right of 60 afterwards.
+        const std::uint64_t planned = bench.status().bytes_planned;
+        ASSERT_TRUE(bench.run_until([&] { return bench.status().bytes_executed >= planned; }, 600));
+        ASSERT_TRUE(bench.run_until([&] { return bench.metal().position_mm[0] < 60; }, 600));
+        double rightmost = 0;
+        while (bench.status().outcome == JobOutcome::running) {
+            bench.run(0.05);
+            rightmost = std::max(rightmost, bench.metal().position_mm[0]);
+        }
+        EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+        EXPECT_LT(rightmost, 51);
+        EXPECT_NEAR(bench.metal().position_mm[0], 10, 0.0126);
+        EXPECT_NEAR(bench.metal().position_mm[2], 20, 0.0005) << "the other object is printed to its top";
+        EXPECT_GT(bench.metal().position_mm[3], 20 * 60 * 0.05 - 0.1) << "with all its filament";
+        EXPECT_LT(bench.metal().position_mm[3], 26 * 60 * 0.05) << "the planner was six layers ahead at most";
+    }
+}
+
+TEST(Printer, AMacroHomesAndHeatsBeforeTheJobGoesOn) {
+    printer::MachineConfig machine;
+    machine.macros.push_back({"PRINT_START", "G28\nM109 S{EXTRUDER}\nM117 ready"});
+    PrinterBench bench{machine};
+    ASSERT_TRUE(bench.begin());
+    bench.job("PRINT_START EXTRUDER=205\nM83\nG1 Z0.2 F300\nG1 X30 E1 F1800\n");
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    EXPECT_EQ(bench.status().message.view(), "ready");
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 205);
+    const twin::Report report = bench.report();
+    EXPECT_TRUE(report.matches) << (report.differences.empty() ? "" : report.differences[0]);
 }
 
 struct Broken {
@@ -386,4 +451,4 @@ TEST(Printer, FromPowerUpOnNoDriverAndNoHeaterIsOnForAMoment) {
 }
 
 }  // namespace
-}  // namespace qduino::tests
+}  // namespace qduino::tests::printer_test

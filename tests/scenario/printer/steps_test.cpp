@@ -7,7 +7,7 @@
 #include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
-namespace qduino::tests {
+namespace qduino::tests::steps_test {
 namespace {
 
 /// Notes the instant of every rising edge of X.
@@ -74,4 +74,4 @@ TEST(Steps, TwoRunsGiveTheSameSteps) {
 }
 
 }  // namespace
-}  // namespace qduino::tests
+}  // namespace qduino::tests::steps_test

@@ -10,7 +10,7 @@
 #include "bench/escape/judge.h"
 #include "board/linux/real_time_thread.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::escape_test {
 namespace {
 
 using bench::EscapeRun;
@@ -82,4 +82,4 @@ TEST_F(AnEscape, WithoutTheWardenIsSeenByTheJudge) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::escape_test

@@ -18,7 +18,7 @@
 #include "posix/unique_fd.h"
 #include "tests/unit/linux/host_snapshot.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::isolation_kill_test {
 
 using posix::read_small_file;
 using posix::UniqueFd;
@@ -126,4 +126,4 @@ INSTANTIATE_TEST_SUITE_P(Isolation, AKill, ::testing::Values(Moment::before, Mom
                          });
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::isolation_kill_test

@@ -13,7 +13,7 @@
 #include "board/linux/linux_board.h"
 #include "board/linux/real_time_thread.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::lock_rank_test {
 namespace {
 
 using Body = std::function<void()>;
@@ -81,4 +81,4 @@ TEST(LocksOfOneRealCore, HighGoesBeforeMidThoughLowHoldsItsLock) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::lock_rank_test

@@ -13,7 +13,7 @@
 #include "apps/supervisor/hang.h"
 #include "tests/unit/linux/pins_fixture.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::hang_test {
 namespace {
 
 using ::qduino::supervisor::find_hang;
@@ -164,4 +164,4 @@ TEST_F(HangFinder, KnowsSetupByItsPromiseAlone) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::hang_test

@@ -8,7 +8,7 @@
 #include "tests/scenario/supervisor/supervised_sketch.h"
 #include "tests/unit/linux/fake_machine.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::heat_watch_test {
 namespace {
 
 /// A supervisor that is hindered in the way that `hook` says (hooked_supervisor.cpp).
@@ -294,4 +294,4 @@ TEST(HeatWatch, AChannelThatTakesNoDutyIsSwitchedOffAltogether) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::heat_watch_test

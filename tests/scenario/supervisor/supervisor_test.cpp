@@ -3,7 +3,7 @@
 
 #include "tests/scenario/supervisor/supervised_sketch.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::supervisor_test {
 namespace {
 
 /// When the machine saw the first pin forced: the heater's end.
@@ -183,4 +183,4 @@ TEST(Supervisor, MarksTheLinkOfItsSketchAndNoOther) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::supervisor_test

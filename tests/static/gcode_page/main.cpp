@@ -18,8 +18,19 @@ constexpr std::string_view kHead = R"(# G-codes
 
 Printed from `printer/gcode/command_table.cpp` by `gcode-page`; `./test` compares. How to add one: [adding.md](adding.md).
 
-The dialect is Marlin's as slicers and hosts emit it. Letters that are not listed are ignored, or, where the row says *only*,
-refused. A code that is not on this page is answered as unknown and skipped; it never ends a job.
+The dialect is Marlin's as slicers and hosts emit it, with Klipper's words where slicers write them. Letters that are not listed are
+ignored, or, where the row says *only*, refused.
+
+A G-code or a word that is not on this page may stand for motion: it refuses the job before anything is heated, with its line. (Words can be
+given a meaning: `[macros]` in the [machine file](machine.md#macros).) Any other unknown code is answered and skipped.
+
+- A job must home each axis before it moves it, and wait for the hot end before it moves filament. Else it is refused.
+- Tools other than T0 may be switched off (`M104 S0 T1`), and not on. `G28 X U` homes X; `G28 U` alone homes nothing here.
+- Arcs and splines become chords within 0.005 mm of the true curve.
+- `M92` calibrates E by up to 25 %; X, Y and Z must be what the machine file says.
+- An object that is left out (`M486 P`, `EXCLUDE_OBJECT`, in the job or typed beside it) moves nothing: the head waits where it was
+  until a line behind the object goes sideways, and then goes up, sideways and down to that place. What the planner holds already is still printed.
+  At most 64 objects.
 
 *When it may be typed* (or sent by a host beside the job): **at rest** while no job runs; **paused** also while a job is paused and
 the head waits beside the part; **printing** also while a job runs; **always** also while a fault is latched.
@@ -30,10 +41,20 @@ the head waits beside the part; **printing** also while a job runs; **always** a
 |---|---|---|---|
 )";
 
+constexpr std::string_view kRefused = R"(
+## Known, and refused
+
+They would change the part, and this printer does not do them: a job that holds one is refused before anything is heated.
+
+| code | what it would do |
+|---|---|
+)";
+
 constexpr std::string_view kSkipped = R"(
 ## Known, and skipped
 
-The answer names them; a job goes on behind them.
+The part is the same without them. The answer names them, and a job goes on behind them. Pressure advance and input shaping are among them:
+they are accepted, and not applied.
 
 | code | what it would do |
 |---|---|
@@ -49,6 +70,7 @@ std::string name_of(const Code& code) {
 
 std::string letters_of(const CodeInfo& info) {
     if (info.tail == Tail::free_text) return "a text";
+    if (info.code.letter == '\0') return "KEY=VALUE";
     std::string letters;
     for (const char letter : info.parameters)
         letters += (letters.empty() ? "" : " ") + std::string(1, letter);
@@ -74,9 +96,13 @@ std::string page() {
     std::ostringstream out;
     out << kHead;
     for (const CodeInfo& info : known_codes()) {
-        if (info.handler == nullptr) continue;
+        if (info.handler == nullptr || is_refused(info)) continue;
         out << "| " << name_of(info.code) << " | " << info.name << " | " << letters_of(info) << " | "
             << word_of(info.typed) << " |\n";
+    }
+    out << kRefused;
+    for (const CodeInfo& info : known_codes()) {
+        if (is_refused(info)) out << "| " << name_of(info.code) << " | " << info.name << " |\n";
     }
     out << kSkipped;
     for (const CodeInfo& info : known_codes()) {

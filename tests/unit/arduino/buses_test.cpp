@@ -6,6 +6,7 @@
 using qduino::fake::I2cTransaction;
 using Bytes = std::vector<std::uint8_t>;
 
+namespace buses_test {
 namespace {
 
 class ArduinoWire : public ArduinoTest {
@@ -16,8 +17,6 @@ class ArduinoWire : public ArduinoTest {
     }
 };
 class ArduinoSpi : public ArduinoTest {};
-
-}  // namespace
 
 TEST_F(ArduinoWire, AWriteIsOneTransaction) {
     Wire.begin();
@@ -175,3 +174,6 @@ TEST_F(ArduinoSpi, ATransactionHoldsTheBusAndAWaiterSleeps) {
     EXPECT_LE(qduino::to_ns(board().now), 1'020'000) << "a look of the fake board later";
     EXPECT_EQ(board().spun_ns, 0);
 }
+
+}  // namespace
+}  // namespace buses_test

@@ -12,6 +12,7 @@
 #include "arduino/LiquidCrystal.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
+namespace parts_test {
 namespace {
 
 class ArduinoParts : public ArduinoTest {};
@@ -53,8 +54,6 @@ struct DisplayReader {
         return whole;
     }
 };
-
-}  // namespace
 
 TEST_F(ArduinoParts, EepromKeepsItsBytesInAFile) {
     const std::string path = file_in_temp("eeprom");
@@ -198,6 +197,8 @@ TEST_F(ArduinoParts, AServerAndAClientOfThisMachine) {
     EXPECT_FALSE(client.connected());
     EXPECT_EQ(client.write("x"), 0U);
     EXPECT_EQ(client.connect("127.0.0.1", 1), 0) << "nobody listens there";
+    // The request with its line end, of which the reader leaves one byte; the answer, both ways.
+    EXPECT_EQ(board().device_bytes[qduino::board::DeviceClass::nic], 7U + 6U + 6U + 6U);
 }
 
 TEST_F(ArduinoParts, PacketsGoThereAndBack) {
@@ -216,6 +217,7 @@ TEST_F(ArduinoParts, PacketsGoThereAndBack) {
         usleep(1000);
     }
     EXPECT_EQ(size, 6);
+    EXPECT_EQ(board().device_bytes[qduino::board::DeviceClass::nic], 12U) << "there, and here";
     char text[16] = {};
     EXPECT_EQ(here.read(text, 4), 4);
     EXPECT_STREQ(text, "ping");
@@ -298,3 +300,6 @@ TEST_F(ArduinoParts, ALockIsRecursiveForItsHolderAlone) {
     lock.unlock();
     EXPECT_DEATH(lock.unlock(), "owner_") << "a lock is released by its holder";
 }
+
+}  // namespace
+}  // namespace parts_test

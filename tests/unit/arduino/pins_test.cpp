@@ -6,6 +6,7 @@
 using qduino::fake::levels_written;
 using qduino::fake::PinEvent;
 
+namespace pins_test {
 namespace {
 
 class ArduinoPins : public ArduinoTest {
@@ -17,8 +18,6 @@ class ArduinoPins : public ArduinoTest {
         noTone(9);
     }
 };
-
-}  // namespace
 
 TEST_F(ArduinoPins, ModesReachTheBoard) {
     pinMode(3, OUTPUT);
@@ -167,8 +166,6 @@ TEST_F(ArduinoPins, PulseInGivesUpWithZero) {
     EXPECT_EQ(micros(), 10000UL);
 }
 
-namespace {
-
 /// The loop that tone() brings with it; a sketch with tone() has it in its table.
 const qduino::runtime::LoopDeclaration& tone_loop() {
     for (const auto& declaration : qduino::runtime::sketch_table().loops) {
@@ -177,8 +174,6 @@ const qduino::runtime::LoopDeclaration& tone_loop() {
     ADD_FAILURE() << "no loop for tone()";
     return qduino::runtime::sketch_table().loops[0];
 }
-
-}  // namespace
 
 TEST_F(ArduinoPins, AToneIsASquareWaveOnALoopOfItsOwn) {
     EXPECT_EQ(tone_loop().id, 32);
@@ -309,3 +304,6 @@ TEST_F(ArduinoPins, AToneOfNoFrequencyIsARest) {
     EXPECT_TRUE(board().writes.empty());
     EXPECT_TRUE(errors().empty());
 }
+
+}  // namespace
+}  // namespace pins_test

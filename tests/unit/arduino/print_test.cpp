@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+namespace print_test {
 namespace {
 
 /// Keeps what is written; can be full.
@@ -39,8 +40,6 @@ enum Colour { red = 3 };
 struct Holder {
     static const int kInClass = 5;  // has no address: must not be bound to a reference
 };
-
-}  // namespace
 
 TEST(ArduinoPrint, WholeNumbersInEveryBase) {
     EXPECT_EQ(printed(78), "78");
@@ -112,3 +111,6 @@ TEST(ArduinoPrint, AFullDeviceIsSaidInTheCount) {
     EXPECT_EQ(out.text, "hel");
     EXPECT_EQ(out.write(static_cast<const char*>(nullptr)), 0U);
 }
+
+}  // namespace
+}  // namespace print_test

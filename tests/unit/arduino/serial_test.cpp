@@ -9,6 +9,7 @@
 #include "arduino/host/serial_ports.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
+namespace serial_test {
 namespace {
 
 using qduino::Result;
@@ -84,8 +85,6 @@ class PipePort final : public qduino::arduino::host::DescriptorPort {
     int out[2] = {-1, -1};
 };
 
-}  // namespace
-
 TEST_F(ArduinoSerial, BeginOpensThePortAndEndClosesIt) {
     EXPECT_FALSE(static_cast<bool>(serial));
     EXPECT_EQ(serial.println("lost"), 0U) << "before begin() nothing goes out";
@@ -96,6 +95,16 @@ TEST_F(ArduinoSerial, BeginOpensThePortAndEndClosesIt) {
     serial.end();
     EXPECT_TRUE(port.closed);
     EXPECT_EQ(serial.read(), -1);
+}
+
+TEST_F(ArduinoSerial, TheBoardIsToldOfEachByteThatGoesThrough) {
+    EXPECT_EQ(serial.println("lost"), 0U);
+    EXPECT_TRUE(board().device_bytes.empty());
+    serial.begin(9600, SERIAL_8N1, port);
+    serial.print("four");
+    port.input = "ab";
+    for (int i = 0; i < 3; ++i) static_cast<void>(serial.read());
+    EXPECT_EQ(board().device_bytes[qduino::board::DeviceClass::uart], 6U);
 }
 
 TEST_F(ArduinoSerial, APortThatCannotBeOpenedIsReported) {
@@ -196,3 +205,6 @@ TEST_F(ArduinoSerial, ARealPortSaysWhatIsWrong) {
     while (pseudo.available() < 2) std::this_thread::yield();
     EXPECT_EQ(pseudo.read(), 'o');
 }
+
+}  // namespace
+}  // namespace serial_test

@@ -6,6 +6,7 @@
 #include "arduino/core/timing.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
+namespace stream_test {
 namespace {
 
 /// Bytes that are there from their instant on.
@@ -42,8 +43,6 @@ class ArduinoStream : public ArduinoTest {
   protected:
     TimedStream stream;
 };
-
-}  // namespace
 
 TEST_F(ArduinoStream, ParseIntSkipsWhatIsNoNumberAndLeavesWhatFollows) {
     stream.arrive("abc-123,45\n");
@@ -140,3 +139,6 @@ TEST_F(ArduinoStream, AStoppedSketchDoesNotWait) {
     EXPECT_EQ(stream.readString(), "");
     EXPECT_EQ(millis(), 0UL);
 }
+
+}  // namespace
+}  // namespace stream_test

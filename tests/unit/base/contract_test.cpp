@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-namespace qduino {
+namespace qduino::contract_test {
 namespace {
 
 void safe_state_handler(const char* condition, const char*, int line) {
@@ -49,4 +49,4 @@ TEST(Contract, InstallingReturnsTheOneBefore) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::contract_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-namespace qduino {
+namespace qduino::fixed_string_test {
 namespace {
 
 static_assert(std::is_trivially_copyable_v<FixedString<16>>);
@@ -65,4 +65,4 @@ TEST(FixedString, ADamagedLengthReadsAndWritesInsideItsBytes) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::fixed_string_test

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-namespace qduino {
+namespace qduino::fixed_vector_test {
 namespace {
 
 TEST(FixedVector, RefusesWhenFull) {
@@ -70,4 +70,4 @@ TEST(FixedVectorDeathTest, ContractsHold) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::fixed_vector_test

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace qduino {
+namespace qduino::histogram_test {
 namespace {
 
 static_assert(std::is_trivially_copyable_v<Histogram>);
@@ -94,4 +94,4 @@ TEST(Histogram, ClearedItHoldsNothing) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::histogram_test

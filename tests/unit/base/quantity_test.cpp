@@ -4,7 +4,7 @@
 
 #include <type_traits>
 
-namespace qduino {
+namespace qduino::quantity_test {
 namespace {
 
 static_assert(std::is_same_v<decltype(Millimetres{} / Seconds{}), MillimetresPerSecond>);
@@ -42,4 +42,4 @@ TEST(Celsius, DifferencesAreKelvin) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::quantity_test

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-namespace qduino {
+namespace qduino::result_test {
 namespace {
 
 Result<int> half(int number) {
@@ -86,4 +86,4 @@ TEST(MakeError, JoinsPieces) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::result_test

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-namespace qduino {
+namespace qduino::text_test {
 namespace {
 
 TEST(Text, JoinsPiecesOfEveryKind) {
@@ -45,4 +45,4 @@ TEST(Text, DurationsAreExactInTheLargestUnitThatReadsWell) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::text_test

@@ -4,7 +4,7 @@
 
 #include <type_traits>
 
-namespace qduino {
+namespace qduino::time_test {
 namespace {
 
 template <typename C>
@@ -32,4 +32,4 @@ TEST(Time, SecondsRoundToTheNearestNanosecond) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::time_test

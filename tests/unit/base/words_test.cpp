@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino {
+namespace qduino::words_test {
 namespace {
 
 enum class Colour : unsigned char { red = 1, green, blue };
@@ -28,4 +28,4 @@ TEST(Words, OneWordTooFewOrTooManyDoesNotCompile) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::words_test

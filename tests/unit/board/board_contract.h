@@ -512,6 +512,31 @@ TYPED_TEST_P(BoardContract, AnEdgeNeedsAHandlerAndAnIoVcpu) {
     });
 }
 
+TYPED_TEST_P(BoardContract, AnIoVcpuThatRunsTakesAnotherBudget) {
+    auto& board = this->board();
+    std::atomic<int> edges{0};
+    this->add_io(40, 0);
+    this->run_one([&] {
+        ASSERT_TRUE(board.pin_mode(kDriver, PinMode::output));
+        ASSERT_TRUE(board.pin_mode(kSensor, PinMode::input));
+        ASSERT_TRUE(board.attach_edge(
+            kSensor, Edge::both, [](void* count) { ++*static_cast<std::atomic<int>*>(count); }, &edges, 40));
+        for (int i = 1; i <= 4; ++i) {  // more, and less
+            const Nanoseconds budget = i % 2 == 0 ? Nanoseconds{1ms} : Nanoseconds{20ms};
+            ASSERT_TRUE(board.change_io(40, {budget, 50ms}));
+            board.pin_write(kDriver, i % 2 == 0 ? Level::low : Level::high);
+            ASSERT_TRUE(this->eventually([&] { return edges == i; })) << i;
+        }
+        EXPECT_FALSE(board.change_io(1, {1ms, 50ms})) << "a loop's budget is its declaration's";
+        EXPECT_FALSE(board.change_io(41, {1ms, 50ms}));
+    });
+    const GuaranteeReport report = board.guarantee();
+    const auto* const io = std::ranges::find(report.loops, VcpuId{40}, &LoopGuarantee::id);
+    ASSERT_NE(io, report.loops.end());
+    EXPECT_EQ(io->budget, Nanoseconds{1ms});
+    EXPECT_EQ(io->period, Nanoseconds{50ms});
+}
+
 // ---- locks --------------------------------------------------------------------------------------
 
 TYPED_TEST_P(BoardContract, ALockIsHeldByOneAtATime) {
@@ -676,7 +701,8 @@ REGISTER_TYPED_TEST_SUITE_P(
     PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven, I2cCarriesExactBytesBothWays,
     AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage,
     AChipTemperatureIsInDegreesOrRefusedWithAReason, EdgesRunTheirHandlerOnItsIoVcpu,
-    AnEdgeNeedsAHandlerAndAnIoVcpu, ALockIsHeldByOneAtATime, WritesUnderALockAreSeenInTheOrderOfItsHolders,
-    SetupMayLockToo, TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
+    AnEdgeNeedsAHandlerAndAnIoVcpu, AnIoVcpuThatRunsTakesAnotherBudget, ALockIsHeldByOneAtATime,
+    WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
+    TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
 
 }  // namespace qduino::board::contract

@@ -7,7 +7,7 @@
 #include "board/board.h"
 #include "tests/unit/board/bare_board.h"
 
-namespace qduino::board {
+namespace qduino::board::capability_test {
 namespace {
 
 /// The code of the answer; a success is no answer here.
@@ -31,6 +31,7 @@ TEST(BoardCapabilities, WhatABoardLacksIsUnsupported) {
     EXPECT_EQ(refusal(board.i2c_transfer({1}, {0x48}, bytes, bytes)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.spi_transfer({0}, {}, bytes)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.serve_interrupts(DeviceClass::nic, 33)), ErrorCode::unsupported);
+    EXPECT_EQ(refusal(board.change_io(33, {1ms, 10ms})), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.route_interrupts(DeviceClass::nic, 0, false)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.core_timer(0, false)), ErrorCode::unsupported);
     EXPECT_EQ(board.platform_overheads(0).release_cost, Nanoseconds{0});
@@ -41,4 +42,4 @@ TEST(BoardCapabilities, WhatABoardLacksIsUnsupported) {
 }
 
 }  // namespace
-}  // namespace qduino::board
+}  // namespace qduino::board::capability_test

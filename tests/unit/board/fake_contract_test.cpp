@@ -3,7 +3,7 @@
 #include "tests/fake/fake_board.h"
 #include "tests/unit/board/board_contract.h"
 
-namespace qduino::board::contract {
+namespace qduino::board::contract::fake_contract_test {
 namespace {
 
 class FakeBench {
@@ -21,4 +21,4 @@ class FakeBench {
 INSTANTIATE_TYPED_TEST_SUITE_P(Fake, BoardContract, FakeBench);
 
 }  // namespace
-}  // namespace qduino::board::contract
+}  // namespace qduino::board::contract::fake_contract_test

@@ -9,7 +9,7 @@
 #include "board/linux/pins_server.h"
 #include "tests/unit/board/board_contract.h"
 
-namespace qduino::board::contract {
+namespace qduino::board::contract::linux_contract_test {
 namespace {
 
 class LinuxBench {
@@ -61,4 +61,4 @@ class LinuxBench {
 INSTANTIATE_TYPED_TEST_SUITE_P(Linux, BoardContract, LinuxBench);
 
 }  // namespace
-}  // namespace qduino::board::contract
+}  // namespace qduino::board::contract::linux_contract_test

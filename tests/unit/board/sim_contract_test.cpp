@@ -3,7 +3,7 @@
 #include "board/sim/sim_board.h"
 #include "tests/unit/board/board_contract.h"
 
-namespace qduino::board::contract {
+namespace qduino::board::contract::sim_contract_test {
 namespace {
 
 template <bool ReportsEdges>
@@ -22,4 +22,4 @@ INSTANTIATE_TYPED_TEST_SUITE_P(Sim, BoardContract, SimBench<false>);
 INSTANTIATE_TYPED_TEST_SUITE_P(SimReportingEdges, BoardContract, SimBench<true>);
 
 }  // namespace
-}  // namespace qduino::board::contract
+}  // namespace qduino::board::contract::sim_contract_test

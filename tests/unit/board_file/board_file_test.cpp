@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace qduino::apps {
+namespace qduino::apps::board_file_test {
 namespace {
 
 using board::DeviceClass;
@@ -65,6 +65,8 @@ TEST(BoardFile, TheExampleOfThePageSaysEverythingThatCanBeSaidOfASimulator) {
     EXPECT_EQ(sim.costs[ApiCall::lock], 60ns);
     EXPECT_EQ(sim.costs.i2c_per_byte, 90us);
     EXPECT_EQ(sim.costs.spi_per_byte, 2us);
+    EXPECT_EQ(sim.costs.uart_per_byte, 1us);
+    EXPECT_EQ(sim.costs.nic_per_byte, 10ns);
     EXPECT_EQ(sim.costs.context_switch, 1500ns);
 
     ASSERT_EQ(sim.interrupts.size(), 2u);
@@ -226,4 +228,4 @@ TEST(BoardFile, AFileThatCannotBeReadIsNamed) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::board_file_test

@@ -11,7 +11,7 @@
 
 #include "tests/unit/channel/payload.h"
 
-namespace qduino::channel {
+namespace qduino::channel::broadcast_test {
 namespace {
 
 template <typename T, std::size_t Readers>
@@ -77,4 +77,4 @@ TEST(BroadcastThreads, TwoReadersOfSmallValues) { read_while_writing<1, 2>(100'0
 TEST(BroadcastThreads, ThreeReadersOfBigValues) { read_while_writing<62, 3>(20'000); }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::broadcast_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/channel/payload.h"
 
-namespace qduino::channel {
+namespace qduino::channel::four_slot_test {
 namespace {
 
 static_assert(std::is_standard_layout_v<FourSlot<int>>);
@@ -63,4 +63,4 @@ TEST(FourSlot, DamagedControlBytesStayInsideTheSlots) {
 }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::four_slot_test

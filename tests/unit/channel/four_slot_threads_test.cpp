@@ -10,7 +10,7 @@
 #include "channel/four_slot.h"
 #include "tests/unit/channel/payload.h"
 
-namespace qduino::channel {
+namespace qduino::channel::four_slot_threads_test {
 namespace {
 
 template <std::size_t Words>
@@ -49,4 +49,4 @@ TEST(FourSlotThreads, SmallValues) { read_while_writing<1>(300'000); }
 TEST(FourSlotThreads, BigValues) { read_while_writing<62>(60'000); }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::four_slot_threads_test

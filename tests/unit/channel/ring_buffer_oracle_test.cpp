@@ -8,7 +8,7 @@
 
 #include "channel/ring_buffer.h"
 
-namespace qduino::channel {
+namespace qduino::channel::ring_buffer_oracle_test {
 namespace {
 
 template <std::size_t N>
@@ -132,4 +132,4 @@ TEST(RingBufferOracle, FewSlots) { compare_for<4>(5000); }
 TEST(RingBufferOracle, ManySlots) { compare_for<64>(5000); }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::ring_buffer_oracle_test

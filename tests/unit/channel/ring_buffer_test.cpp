@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-namespace qduino::channel {
+namespace qduino::channel::ring_buffer_test {
 namespace {
 
 static_assert(std::is_standard_layout_v<RingBuffer<int, 4>>, "its bytes mean the same in every process");
@@ -181,4 +181,4 @@ TEST(RingBuffer, AWriterThatDiedBeforeReleasingLeavesTheRingAsItWas) {
 }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::ring_buffer_test

@@ -10,7 +10,7 @@
 #include "channel/ring_buffer.h"
 #include "tests/unit/channel/payload.h"
 
-namespace qduino::channel {
+namespace qduino::channel::ring_buffer_threads_test {
 namespace {
 
 using Item = Payload<6>;
@@ -95,4 +95,4 @@ TEST(RingBufferThreads, LookingAheadInPlace) {
 }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::ring_buffer_threads_test

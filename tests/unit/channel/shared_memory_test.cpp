@@ -12,7 +12,7 @@
 #include "tests/unit/channel/payload.h"
 #include "tests/unit/channel/shared_mapping.h"
 
-namespace qduino::channel {
+namespace qduino::channel::shared_memory_test {
 namespace {
 
 using Item = Payload<3>;
@@ -121,4 +121,4 @@ TEST(SharedMemory, AKilledWriterLeavesTheLastWholeValue) {
 }
 
 }  // namespace
-}  // namespace qduino::channel
+}  // namespace qduino::channel::shared_memory_test

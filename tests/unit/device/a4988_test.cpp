@@ -3,7 +3,7 @@
 #include "device/a4988.h"
 #include "device/a4988_chip.h"
 
-namespace qduino::device {
+namespace qduino::device::a4988_test {
 namespace {
 
 constexpr Instant at(std::int64_t ns) { return instant_from_ns(ns); }
@@ -83,4 +83,4 @@ TEST(A4988Chip, DisabledIgnoresSteps) {
 }
 
 }  // namespace
-}  // namespace qduino::device
+}  // namespace qduino::device::a4988_test

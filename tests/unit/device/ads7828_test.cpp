@@ -7,7 +7,7 @@
 #include "device/ads7828.h"
 #include "device/ads7828_chip.h"
 
-namespace qduino::device {
+namespace qduino::device::ads7828_test {
 namespace {
 
 // Copied by hand from the data sheet's channel selection table: C2 C1 C0 for SD = 1.
@@ -83,4 +83,4 @@ TEST(Ads7828Chip, AWriteAloneConvertsNothing) {
 }
 
 }  // namespace
-}  // namespace qduino::device
+}  // namespace qduino::device::ads7828_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace qduino::device {
+namespace qduino::device::thermistor_test {
 namespace {
 
 TEST(Thermistor, IsItsNominalResistanceAt25Degrees) {
@@ -73,4 +73,4 @@ TEST(Thermistor, OpenAndShortAreFaultsThatSayWhich) {
 }
 
 }  // namespace
-}  // namespace qduino::device
+}  // namespace qduino::device::thermistor_test

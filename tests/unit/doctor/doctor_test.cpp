@@ -17,7 +17,7 @@
 #include "apps/doctor/finding.h"
 #include "tests/unit/linux/fake_machine.h"
 
-namespace qduino::apps {
+namespace qduino::apps::doctor_test {
 namespace {
 
 using board::linux::test::FakeMachine;
@@ -397,4 +397,4 @@ TEST(Doctor, HasAnAnswerOnThisMachine) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::doctor_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::annotation_test {
 namespace {
 
 TEST(Annotation, ReadsBothSlicersComments) {
@@ -53,4 +53,4 @@ TEST(LayerCounter, CountsEitherWayAndNotBoth) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::annotation_test

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::arc_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -18,8 +18,8 @@ Position at(double x, double y, double z = 0, double e = 0) {
 ArcGeometry around(ArcDirection direction, double i, double j, std::uint32_t turns = 0) {
     ArcGeometry g;
     g.direction = direction;
-    g.centre_dx_mm = i;
-    g.centre_dy_mm = j;
+    g.centre_first_mm = i;
+    g.centre_second_mm = j;
     g.turns = turns;
     return g;
 }
@@ -152,6 +152,37 @@ TEST(Arc, WhatIsNoArcIsRefused) {
     EXPECT_FALSE(ArcPath::make(at(0, 0), at(10, 0), with_radius(cw, 1e200)).ok());
 }
 
+TEST(Arc, TurnsInEveryPlaneFromItsFirstAxisToItsSecond) {
+    const Axis axes[][3]{
+        {Axis::x, Axis::y, Axis::z}, {Axis::z, Axis::x, Axis::y}, {Axis::y, Axis::z, Axis::x}};
+    for (const ArcPlane plane : {ArcPlane::xy, ArcPlane::zx, ArcPlane::yz}) {
+        const auto& [first, second, third] = axes[static_cast<int>(plane)];
+        ArcGeometry quarter = around(ArcDirection::counterclockwise, -10, 0);
+        quarter.plane = plane;
+        Position from = at(0, 0);
+        from[first] = Millimetres{10};
+        Position to = at(0, 0);
+        to[second] = Millimetres{10};
+        to[third] = Millimetres{4};
+        const auto arc = ArcPath::make(from, to, quarter);
+        ASSERT_TRUE(arc.ok());
+        const Position middle = arc->point(arc->chords() / 2 - 1);
+        const double along = static_cast<double>(arc->chords() / 2) / arc->chords();
+        EXPECT_NEAR(middle[first].value(), 10 * std::cos(along * kPi / 2), 1e-9);
+        EXPECT_NEAR(middle[second].value(), 10 * std::sin(along * kPi / 2), 1e-9);
+        EXPECT_NEAR(middle[third].value(), 4 * along, 1e-9);
+        EXPECT_EQ(arc->point(arc->chords() - 1), to);
+    }
+}
+
+/// Printrun's arc test begins with such a line: 50 and 25 mm from the centre, in one direction.
+TEST(Arc, EndsInOneDirectionFromTheCentreLeaveNothingToTurn) {
+    const auto arc = ArcPath::make(at(0, 0, 10), at(15, 20, 20), around(ArcDirection::clockwise, 30, 40));
+    ASSERT_TRUE(arc.ok());
+    EXPECT_EQ(arc->chords(), 1U);
+    EXPECT_EQ(arc->point(0), at(15, 20, 20));
+}
+
 TEST(Arc, RandomArcsByCentreAndByRadiusAgree) {
     std::mt19937_64 random{20170418};
     std::uniform_real_distribution<double> coordinate{0, 150};
@@ -182,4 +213,4 @@ TEST(Arc, RandomArcsByCentreAndByRadiusAgree) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::arc_test

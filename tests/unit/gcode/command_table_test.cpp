@@ -7,7 +7,7 @@
 #include "printer/gcode/lexer.h"
 #include "recorder.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::command_table_test {
 namespace {
 
 const CodeInfo* find(std::string_view code) {
@@ -137,7 +137,9 @@ TEST(CommandTable, TheTailOfACodeThatIsCarriedOutMustBeWords) {
     EXPECT_TRUE(must_be_words('G', 92));
     EXPECT_TRUE(must_be_words('T', 7));
     EXPECT_FALSE(must_be_words('M', 117)) << "a text";
-    EXPECT_FALSE(must_be_words('M', 486)) << "skipped";
+    EXPECT_FALSE(must_be_words('M', 486)) << "words, or a name";
+    EXPECT_FALSE(must_be_words('M', 32)) << "refused, whatever follows";
+    EXPECT_FALSE(must_be_words('M', 300)) << "skipped";
     EXPECT_FALSE(must_be_words('M', 1002)) << "unknown";
 }
 
@@ -151,10 +153,12 @@ TEST(CommandTable, WhatMayBeTypedBesidesAJobIsThis) {
         return codes;
     };
     EXPECT_EQ(typed(Typed::parked), "G0 G1 G90 G91 M82 M83 ");
-    EXPECT_EQ(typed(Typed::printing), "M104 M106 M107 M140 M220 M221 ");
-    EXPECT_EQ(typed(Typed::always), "M73 M105 M112 M114 M115 M117 M302 ");
-    EXPECT_EQ(may_be_typed('M', 9999), Typed::at_rest);
+    EXPECT_EQ(typed(Typed::printing), "EXCLUDE_OBJECT M104 M106 M107 M140 M220 M221 M486 M568 ");
+    EXPECT_EQ(typed(Typed::always), "GET_POSITION M73 M105 M112 M114 M115 M117 M302 ");
+    Command unknown;
+    ASSERT_TRUE(parse_words("M9999", unknown).ok());
+    EXPECT_EQ(may_be_typed(unknown), Typed::at_rest);
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::command_table_test

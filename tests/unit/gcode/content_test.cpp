@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::content_test {
 namespace {
 
 Content look(std::string_view text) { return look_at_content({text.data(), text.size()}); }
@@ -54,4 +54,4 @@ TEST(Content, EveryRefusalSaysWhatToDo) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::content_test

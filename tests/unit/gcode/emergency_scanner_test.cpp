@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::emergency_scanner_test {
 namespace {
 
 struct Found {
@@ -46,4 +46,4 @@ TEST(EmergencyScanner, TextIsNoCommand) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::emergency_scanner_test

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::host_session_test {
 namespace {
 
 std::string summed(const std::string& line) {
@@ -63,4 +63,4 @@ TEST(HostSession, M110SetsTheNumber) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::host_session_test

@@ -6,7 +6,7 @@
 
 #include "recorder.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::interpreter_machine_test {
 namespace {
 
 using Log = std::vector<std::string>;
@@ -82,7 +82,7 @@ TEST(InterpreterMachine, Fans) {
         {"M107 P2\n", {"fan 2 0"}},
         {"M106 S256\n", {"error: line 1, M106: S256 is outside of 0 to 255 "}},
         {"M106 S-1\n", {"error: line 1, M106: S-1 is outside of 0 to 255 "}},
-        {"M106 P99\n", {"error: line 1, M106: P99 is outside of 0 to 15 (the fan's number)"}},
+        {"M106 P999\n", {"error: line 1, M106: P999 is outside of 0 to 255 (the fan's number)"}},
     });
 }
 
@@ -91,7 +91,8 @@ TEST(InterpreterMachine, MotorsOff) {
         {"M84\n", {"off XYZE"}},
         {"M18\n", {"off XYZE"}},
         {"M84 X Y E\n", {"off XYE"}},
-        {"M84 S60\n", {"warning line 1: the idle time S of M18 and M84 is not yet done: skipped"}},
+        {"M84 S60\n",
+         {"warning line 1: the idle time S of M18 and M84 is not done by this printer: the motors stay on"}},
     });
     Bench bench;
     (void)bench.run("G28\nM84 X Y E\n");
@@ -168,4 +169,4 @@ TEST(InterpreterMachine, RefusalsAreHandedOn) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::interpreter_machine_test

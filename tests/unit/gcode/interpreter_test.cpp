@@ -9,7 +9,7 @@
 
 #include "recorder.h"
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::interpreter_test {
 namespace {
 
 using Log = std::vector<std::string>;
@@ -138,9 +138,10 @@ TEST(Interpreter, Retraction) {
          {"travel Z149.5 at 1",
           "error: line 3, G10: Z would go to 150.5 mm; this machine reaches from 0 to 150 mm",
           "travel X1 at 1"}},
-        {"G10 with a tool offset is another dialect's",
-         "G10 P0 R170\n",
-         {"error: line 1, G10: this code takes no P here, only S"}},
+        {"G10 with a tool's number is no retraction", "G10 P0 R170\nG11\n", {}},
+        {"… and this machine's tool has no offset",
+         "G10 P0 X20\n",
+         {"error: line 1, G10: this machine has one tool, which stands at no offset"}},
     };
     for (const Case& c : cases) check(c);
 }
@@ -179,23 +180,21 @@ TEST(Interpreter, EveryBadMoveIsAnErrorThatSaysWhyAndMovesNothing) {
         {"G1 X", "X needs a number"},
         {"G1 X10 F", "F needs a number"},
         {"G1 X10 F-5", "F, a speed, is below 0"},
-        {"G1 X10 A5", "this code takes no A here, only XYZEF"},
-        {"G1 X10 S1", "this code takes no S here"},
-        {"G1 X10 H1", "this code takes no H here"},
+        {"G1 X10 A5", "this code takes no A here, only XYZEFSH"},
+        {"G1 X10 S1", "S1 asks for a move that ends at a switch"},
+        {"G1 X10 H1", "H1 asks for a move that ends at a switch"},
         {"G1 X1 E1001", "E1001 is outside of -1000 to 1000 mm in one move"},
         {"G1 E-1001", "E-1001 is outside"},
         {"G2 X10 Y10", "an arc needs a centre"},
         {"G2 X10 I5 R5", "I and J, or R, not both"},
         {"G2 X10 Y0 R4", "R is too small"},
         {"G3 R5", "an arc with R needs an end that differs"},
-        {"G2 X10 Y10 I3 J4", "not equally far from its centre"},
+        {"G2 X10 Y10 I3 J4", "the ends of the arc are 5.000 and 9.220 mm from its centre"},
         // Both ends are inside, the half circle between them is not.
         {"G3 X10 I5", "Y would go to -"},
-        {"G92 X", "X needs a number"},
         {"G92 X2000000", "X2000000 is outside"},
-        {"G92 A1", "takes no A"},
+        {"G92 Q1", "takes no Q"},
         {"G92.1 X1", "takes no X"},
-        {"G28 A", "takes no A"},
     };
     for (const Bad& c : cases) {
         Bench bench;
@@ -218,7 +217,7 @@ TEST(Interpreter, AnErrorLeavesTheModalStateAsItWas) {
     EXPECT_EQ(bench.interpreter.state().feedrate.value(), 10);
     EXPECT_EQ(bench.interpreter.state().programmed_e.value(), 1);
     // G92 sets X, then fails at Y.
-    (void)bench.run("G92 X0 Y\n");
+    (void)bench.run("G92 X0 Y2000000\n");
     EXPECT_EQ(bench.interpreter.state().offset[Axis::x].value(), 0);
     (void)bench.run("M207 S9 F0\n");
     EXPECT_EQ(bench.interpreter.state().retraction.length.value(), 3);
@@ -267,13 +266,25 @@ TEST(Interpreter, RoundingJustOutsideIsPutOntoTheBound) {
     EXPECT_EQ(bench.recorder.moves[0].to[Axis::x].value(), 150);
 }
 
-TEST(Interpreter, UnknownCodesAreAnsweredAndSkipped) {
+TEST(Interpreter, UnknownCodesThatMoveNothingAreAnsweredAndSkipped) {
     Bench bench;
     (void)bench.run("G28\n");
-    EXPECT_EQ(bench.run("G999 X5\nX10 Y10\nFOO bar\nG1 X1 F60\n"),
-              (Log{"unknown line 1: Unknown command: \"G999\"", "unknown line 2: Unknown command: \"X10\"",
-                   "unknown line 3: Unknown command: \"FOO\"", "travel X1 at 1"}));
+    EXPECT_EQ(bench.run("M9999 X5\nX10 Y10\nQ603 MINX\nG1 X1 F60\n"),
+              (Log{"unknown line 1: Unknown command: \"M9999\"", "unknown line 2: Unknown command: \"X10\"",
+                   "unknown line 3: Unknown command: \"Q603\"", "travel X1 at 1"}));
     EXPECT_EQ(bench.interpreter.unknown_codes(), 3U);
+}
+
+TEST(Interpreter, WhatMayMoveAndIsNotUnderstoodIsRefused) {
+    Bench bench;
+    (void)bench.run("G28\n");
+    EXPECT_EQ(
+        bench.run("G999 X5\nPRINT_START BED=60\nM98 P\"home.g\"\nM3 S255\n"),
+        (Log{"error: line 1, G999: this printer has no such G-code, and it may move",
+             "error: line 2, PRINT_START: this printer has no such command, and it may move",
+             "error: line 3, M98: this printer does not do it (call another file), and cannot leave it out",
+             "error: line 4, M3: this printer does not do it (spindle or laser on), and cannot leave it "
+             "out"}));
 }
 
 TEST(Interpreter, AMoveKnowsItsLine) {
@@ -352,4 +363,4 @@ TEST(Interpreter, SpeedsStaySane) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::interpreter_test

@@ -11,7 +11,7 @@
 
 #include "printer/preflight/preflight.h"
 
-namespace qduino::printer::preflight {
+namespace qduino::printer::preflight::layer_packer_test {
 namespace {
 
 template <typename T>
@@ -148,4 +148,4 @@ TEST(LayerPacker, AnEndlessLayerIsDividedAndLosesNothing) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::preflight
+}  // namespace qduino::printer::preflight::layer_packer_test

@@ -7,7 +7,7 @@
 
 #include "printer/preflight/preflight.h"
 
-namespace qduino::printer::preflight {
+namespace qduino::printer::preflight::layer_tracker_test {
 namespace {
 
 /// The layers of a program, as "index z height first_byte", one for each in which something is
@@ -98,4 +98,4 @@ TEST(LayerTracker, CommentsSayWhatIsPrinted) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::preflight
+}  // namespace qduino::printer::preflight::layer_tracker_test

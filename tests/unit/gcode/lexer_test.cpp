@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::lexer_test {
 namespace {
 
 /// `G1 X10 Y` as "G1 X=10 Y".
@@ -144,4 +144,4 @@ TEST(Lexer, LeadingCode) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::lexer_test

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::line_reader_test {
 namespace {
 
 struct Read {
@@ -213,4 +213,4 @@ TEST(LineReader, ResetGoesOnWhereAJobIsResumed) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::line_reader_test

@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-namespace qduino::printer::preflight {
+namespace qduino::printer::preflight::metadata_test {
 namespace {
 
 Metadata read(std::initializer_list<std::string_view> comments) {
@@ -68,4 +68,4 @@ TEST(Metadata, HostileTextIsMadeHarmless) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::preflight
+}  // namespace qduino::printer::preflight::metadata_test

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::parser_test {
 namespace {
 
 class Names {
@@ -84,4 +84,4 @@ TEST(ParseLine, TakesExactlyOneLine) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::parser_test

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace qduino::printer::preflight {
+namespace qduino::printer::preflight::preflight_test {
 namespace {
 
 Facts read(const std::string& text, const MachineConfig& machine = {}, std::size_t chunk = 1 << 16) {
@@ -98,7 +98,12 @@ TEST(Preflight, ColdExtrusion) {
               std::string::npos);
     EXPECT_NE(first_error(read("G28\nM83\nM104 S150\nG1 E-1 F600\n")).find("set to 150 °C"),
               std::string::npos);
-    EXPECT_TRUE(read("G28\nM83\nM104 S200\nG1 X10 E1 F600\n").accepted());
+    EXPECT_TRUE(read("G28\nM83\nM109 S200\nG1 X10 E1 F600\n").accepted());
+    EXPECT_TRUE(read("G28\nM83\nM104 S200\nM116\nG1 X10 E1 F600\n").accepted());
+    const Facts not_awaited = read("G28\nM83\nM104 S200\nG1 X10 E1 F600\nG1 X20 E1\n");
+    EXPECT_EQ(not_awaited.errors_count, 1U);
+    EXPECT_EQ(first_error(not_awaited),
+              "filament is moved before anything has waited for the hot end to reach 200 °C");
     // After the print: drawing back is fine, pushing is worth a word.
     const Facts wipe = read(kStart + "G1 X10 E5 F600\nM104 S0\nG1 E-2\n");
     EXPECT_TRUE(wipe.accepted());
@@ -157,14 +162,41 @@ TEST(Preflight, ADwellLongerThanTheIdleTimeOutIsWarnedOf) {
 }
 
 TEST(Preflight, UnknownAndUndoneCodesAreWarningsOnceEach) {
-    const Facts facts = read(kStart + "G999\nG999\nM300 S1\nM900 K0.04\nG999\nG1 X1 F600\n");
+    const Facts facts = read(kStart + "M9999\nM9999\nM300 S1\nM900 K0.04\nM9999\nG1 X1 F600\n");
     EXPECT_TRUE(facts.accepted());
     EXPECT_EQ(facts.unknown_codes, 3U);
     EXPECT_EQ(facts.codes_not_done, 2U);
     EXPECT_EQ(facts.warnings_count, 5U);
     ASSERT_EQ(facts.warnings.size(), 3U);
-    EXPECT_EQ(facts.warnings[0].message.view(), "Unknown command: \"G999\"");
+    EXPECT_EQ(facts.warnings[0].message.view(), "Unknown command: \"M9999\"");
     EXPECT_EQ(facts.warnings[0].line, 5U);
+}
+
+TEST(Preflight, AJobThatHomesNothingIsRefusedAtItsFirstMoves) {
+    const Facts facts = read("M109 S200\nG1 X10 E1 F600\nG1 X20 Y5\n");
+    EXPECT_EQ(facts.errors_count, 2U) << "once for each axis";
+    EXPECT_EQ(first_error(facts), "X moves before anything has homed it");
+    EXPECT_EQ(facts.errors[0].line, 2U);
+    EXPECT_NE(std::string(facts.errors[0].advice.view()).find("G28"), std::string::npos);
+    EXPECT_EQ(facts.errors[1].line, 3U);
+    EXPECT_TRUE(read("G28 X\nG1 X10 F600\n").accepted());
+    EXPECT_FALSE(read("G28 Y\nG1 X10 F600\n").accepted());
+    EXPECT_TRUE(read("G28\nM84\nG1 X10 F600\n").accepted()) << "it was homed: a warning is enough";
+    EXPECT_TRUE(read("M109 S200\nG1 E1 F600\nM84\n").accepted()) << "filament has no home";
+}
+
+TEST(Preflight, AMacroOfTheMachineFileHomesAndHeats) {
+    MachineConfig machine;
+    machine.macros.push_back({"PRINT_START", "G28\nM190 S{BED}\nM109 S{EXTRUDER=200}"});
+    const std::string job = "PRINT_START BED=60\nM83\nG1 X10 E1 F600\n";
+    EXPECT_TRUE(read(job, machine).accepted()) << first_error(read(job, machine));
+    EXPECT_EQ(read(job, machine).bed_maximum, 60_celsius);
+    EXPECT_EQ(read(job, machine).hot_end_maximum, 200_celsius);
+    const Facts unknown = read(job);
+    EXPECT_FALSE(unknown.accepted());
+    EXPECT_NE(std::string(unknown.errors[0].advice.view()).find("[macros]"), std::string::npos);
+    EXPECT_NE(first_error(read("G21\nG90\nPRINT_START\n", machine)).find("PRINT_START needs BED"),
+              std::string::npos);
 }
 
 TEST(Preflight, FindingsAreBoundedAndCounted) {
@@ -252,4 +284,4 @@ TEST(Preflight, SinksSeeTheJobInOrder) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::preflight
+}  // namespace qduino::printer::preflight::preflight_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::reports_test {
 namespace {
 
 TEST(Reports, Temperatures) {
@@ -37,4 +37,4 @@ TEST(Reports, Firmware) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::reports_test

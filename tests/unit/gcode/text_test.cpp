@@ -5,7 +5,7 @@
 #include <clocale>
 #include <string>
 
-namespace qduino::printer::gcode {
+namespace qduino::printer::gcode::text_test {
 namespace {
 
 struct NumberCase {
@@ -118,4 +118,4 @@ TEST(AppendPrintable, NeverCutsACharacterInTwo) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::gcode
+}  // namespace qduino::printer::gcode::text_test

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace qduino::printer::preflight {
+namespace qduino::printer::preflight::thumbnail_test {
 namespace {
 
 std::string encode(const std::vector<std::uint8_t>& bytes) {
@@ -92,4 +92,4 @@ TEST(Thumbnail, AnUnfinishedOneIsNotUsed) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::preflight
+}  // namespace qduino::printer::preflight::thumbnail_test

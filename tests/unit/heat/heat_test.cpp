@@ -7,7 +7,7 @@
 
 #include "printer/heat/heat_control.h"
 
-namespace qduino::printer::heat {
+namespace qduino::printer::heat::heat_test {
 namespace {
 
 /// A hot end as a heated mass: C·dT/dt = P·duty − G·(T − ambient); 40 W settle at about 330 °C.
@@ -232,4 +232,4 @@ TEST(Heat, LoopOneAndTheServiceReadTheSameSample) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::heat
+}  // namespace qduino::printer::heat::heat_test

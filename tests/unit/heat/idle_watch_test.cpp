@@ -6,7 +6,7 @@
 
 #include "printer/heat/idle_watch.h"
 
-namespace qduino::printer::heat {
+namespace qduino::printer::heat::idle_watch_test {
 namespace {
 
 constexpr Nanoseconds kSample = 8ms;
@@ -139,4 +139,4 @@ TEST(IdleWatch, AgreesWithALookAtTheWholePast) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::heat
+}  // namespace qduino::printer::heat::idle_watch_test

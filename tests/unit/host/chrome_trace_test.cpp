@@ -12,7 +12,7 @@
 #include "apps/host/sketch_report.h"
 #include "board/sim/sim_board.h"
 
-namespace qduino::apps {
+namespace qduino::apps::chrome_trace_test {
 namespace {
 
 using board::sim::SimBoard;
@@ -107,4 +107,4 @@ TEST(LoopTable, SaysWhatEachLoopDid) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::chrome_trace_test

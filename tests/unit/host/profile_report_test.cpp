@@ -6,11 +6,14 @@
 #include <array>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <utility>
+#include <vector>
 
 #include "apps/host/sketch_report.h"
 #include "board/sim/sim_board.h"
 
-namespace qduino::apps {
+namespace qduino::apps::profile_report_test {
 namespace {
 
 using board::sim::SimBoard;
@@ -109,7 +112,71 @@ TEST_F(ProfileTest, AHandlerIsMeasuredRunByRun) {
     ASSERT_NE(handler, nullptr);
     EXPECT_EQ(handler->cpu_ns().max(), 40'000u);
     EXPECT_EQ(handler->least_gap(), Nanoseconds{20ms});
-    EXPECT_THAT(profile_text(*runtime_, facts()), HasSubstr("C 48 us; gaps from 20 ms"));
+    EXPECT_EQ(handler->busiest(), Nanoseconds{40us});
+    EXPECT_THAT(profile_text(*runtime_, facts()), HasSubstr("C 1 ms -> 100 us"));
+    EXPECT_THAT(profile_text(*runtime_, facts()), HasSubstr("busiest 40 us in one T; gaps from 20 ms"));
+}
+
+TEST_F(ProfileTest, AHandlersBudgetIsThatOfItsBusiestPeriod) {
+    setup_ = [&] {
+        ASSERT_TRUE(runtime_->attach_interrupt({7}, board::Edge::rising, &burn, 1ms, 10ms, 1));
+        ASSERT_TRUE(board_.pin_mode({7}, board::PinMode::output));
+    };
+    // Bursts of three edges, 1 ms apart, every 100 ms.
+    loop(1, 500us, 1ms, 0, [&](int release) {
+        board_.pin_write({7}, board::Level::low);
+        if (release % 100 < 3) board_.pin_write({7}, board::Level::high);
+        wait();
+    });
+    run(2s);
+    const Suggestion suggestion = suggestion_for(*runtime_, {7}, 0.2);
+    EXPECT_EQ(suggestion.why_not, "");
+    EXPECT_EQ(runtime_->handler_profile({7})->busiest(), Nanoseconds{120us});
+    EXPECT_EQ(suggestion.budget, Nanoseconds{150us}) << "144 us, to two digits";
+    EXPECT_EQ(suggestion.period, Nanoseconds{10ms});
+}
+
+TEST_F(ProfileTest, AHandlerWithoutAVcpuOfItsOwnGetsNoSuggestion) {
+    setup_ = [&] {
+        ASSERT_TRUE(runtime_->attach_interrupt({7}, board::Edge::rising, &burn, {}, {}, 1));
+        ASSERT_TRUE(board_.pin_mode({7}, board::PinMode::output));
+    };
+    loop(1, 2ms, 10ms, 0, [&](int release) {
+        board_.pin_write({7}, release % 2 == 1 ? board::Level::high : board::Level::low);
+        wait();
+    });
+    run(1s);
+    EXPECT_THAT(suggestion_for(*runtime_, {7}, 0.2).why_not, HasSubstr("interruptsVcpu"));
+}
+
+TEST(BusiestWindow, IsTheMostThatAnyWindowHasAsASlowSumFindsIt) {
+    std::mt19937 random{5};
+    for (int round = 0; round < 200; ++round) {
+        const Nanoseconds length{1 + static_cast<std::int64_t>(random() % 1000)};
+        runtime::BusiestWindow busiest{length};
+        std::vector<std::pair<Instant, Nanoseconds>> runs;
+        Instant now = kEpoch;
+        for (int i = 0; i < 300; ++i) {
+            now += Nanoseconds{static_cast<std::int64_t>(random() % (round % 2 == 0 ? 200 : 20))};
+            runs.emplace_back(now, Nanoseconds{static_cast<std::int64_t>(random() % 50)});
+            busiest.add(now, runs.back().second);
+        }
+        Nanoseconds most{};
+        std::size_t in_one = 0;
+        for (const auto& last : runs) {
+            Nanoseconds sum{};
+            std::size_t count = 0;
+            for (const auto& [began, cpu] : runs) {
+                if (began <= last.first && began + length > last.first) sum += cpu, ++count;
+            }
+            most = std::max(most, sum);
+            in_one = std::max(in_one, count);
+        }
+        EXPECT_GE(busiest.most(), most) << round;
+        if (in_one <= runtime::BusiestWindow::kRunsKept) {
+            EXPECT_EQ(busiest.most(), most) << round;
+        }
+    }
 }
 
 TEST(RoundedUp, HasTwoDigitsAndIsNeverLess) {
@@ -197,4 +264,4 @@ TEST_F(ProfileTest, ALoopThatSitsInADelayHasNotKeptItsPeriods) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::profile_report_test

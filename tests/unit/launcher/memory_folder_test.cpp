@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-namespace qduino::launcher {
+namespace qduino::launcher::memory_folder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -110,4 +110,4 @@ TEST_F(MemoryFolderTest, ASecondLockNamesTheHolder) {
 }
 
 }  // namespace
-}  // namespace qduino::launcher
+}  // namespace qduino::launcher::memory_folder_test

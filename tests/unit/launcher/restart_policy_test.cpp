@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::launcher {
+namespace qduino::launcher::restart_policy_test {
 namespace {
 
 const Ended kKilledReady{.by_signal = true, .status = 9, .was_ready = true};
@@ -64,4 +64,4 @@ TEST(RestartPolicy, WhatEndsWellWasAskedTo) {
 }
 
 }  // namespace
-}  // namespace qduino::launcher
+}  // namespace qduino::launcher::restart_policy_test

@@ -12,7 +12,7 @@
 
 #include "printer/link/crc32.h"
 
-namespace qduino::printer::link {
+namespace qduino::printer::link::frame_test {
 namespace {
 
 using Ring = channel::RingBuffer<std::uint8_t, 1 << 14>;
@@ -152,4 +152,4 @@ TEST(Frame, RandomMixesOfGoodAndBadNeverYieldAWrongFrame) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::link
+}  // namespace qduino::printer::link::frame_test

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-namespace qduino::apps {
+namespace qduino::apps::link_file_test {
 namespace {
 
 class LinkFileTest : public ::testing::Test {
@@ -99,4 +99,4 @@ TEST_F(LinkFileTest, OneServiceAtATimeAndAKilledOneLetsGo) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::link_file_test

@@ -11,7 +11,7 @@
 
 #include "board/linux/clock.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::budget_keeper_test {
 namespace {
 
 constexpr Nanoseconds kBudget = 2ms;
@@ -79,6 +79,49 @@ TEST(BudgetKeeper, ALockWithinTheBudgetChangesNothing) {
     });
 }
 
+/// As much as it can, on an I/O VCPU of 2 ms in 500, that is changed after `before_change`.
+void keep_changed(sched::VcpuParameters to, Nanoseconds before_change,
+                  const std::function<void(const BudgetKeeper&)>& look) {
+    std::thread{[&] {
+        BudgetKeeper keeper;
+        VcpuSpec spec;
+        spec.kind = VcpuKind::io;
+        spec.budget = kBudget;
+        spec.period = kPeriod;
+        ASSERT_TRUE(keeper.start(spec, 0).ok());
+        consume(before_change);
+        keeper.change(to);
+        keeper.before_block(monotonic_now() + 1us);
+        keeper.after_block(monotonic_now());
+        look(keeper);
+        keeper.stop();
+    }}.join();
+}
+
+TEST(BudgetKeeper, AnIoVcpusThreadHasTheBudgetThatItIsChangedTo) {
+    keep_changed({100ms, 500ms}, 100us, [](const BudgetKeeper& keeper) {
+        const std::uint64_t before = keeper.throttled();
+        consume(20ms);
+        EXPECT_EQ(keeper.throttled(), before) << "ten times what it had";
+        EXPECT_EQ(keeper.changed(), (sched::VcpuParameters{100ms, 500ms}));
+    });
+}
+
+TEST(BudgetKeeper, AChangeIsTakenUpWhenTheBudgetEnds) {
+    std::thread{[&] {
+        BudgetKeeper keeper;
+        VcpuSpec spec;
+        spec.kind = VcpuKind::io;
+        spec.budget = kBudget;
+        spec.period = 20ms;
+        ASSERT_TRUE(keeper.start(spec, 0).ok());
+        keeper.change({15ms, 20ms});
+        consume(60ms);  // which waits for nothing
+        EXPECT_LE(keeper.throttled(), 15u) << "once for each 15 ms, and not for each 2";
+        keeper.stop();
+    }}.join();
+}
+
 /// Waits announced, as a loop's are. The CPU time that it took.
 Nanoseconds wait(BudgetKeeper& keeper, Nanoseconds length) {
     const Nanoseconds before = thread_cpu_time();
@@ -134,4 +177,4 @@ TEST(BudgetKeeper, ALoopThatOnlyWaitsPaysForItsWaits) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::budget_keeper_test

@@ -16,7 +16,7 @@
 #include "posix/unique_fd.h"
 #include "tests/unit/linux/fake_machine.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::core_lock_test {
 
 using posix::UniqueFd;
 namespace {
@@ -139,4 +139,4 @@ TEST(CoreLock, WhatAnotherWroteIntoTheFileIsNotBelieved) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::core_lock_test

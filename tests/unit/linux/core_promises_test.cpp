@@ -13,7 +13,7 @@
 #include "board/linux/loop_promise.h"
 #include "tests/unit/linux/fake_machine.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::core_promises_test {
 namespace {
 
 Promise sample_promise() {
@@ -65,6 +65,19 @@ TEST(CorePromises, AnotherProgramReadsWhatOneHasWritten) {
     }
     held.reset();
     EXPECT_TRUE(open_register(machine).living().empty()) << "taken back";
+}
+
+TEST(CorePromises, APromiseThatChangedIsReadAnew) {
+    const FakeMachine machine;
+    const auto made = open_register(machine).hold(sample_promise(), "7.0");
+    ASSERT_TRUE(made);
+    Promise changed = sample_promise();
+    changed.groups.clear();  // a shorter text
+    changed.vcpus[1].budget = 3ms;
+    PromiseRegister::rewrite(*made, changed);
+    const PromiseRegister promises = open_register(machine);
+    ASSERT_EQ(promises.living().size(), 1u);
+    EXPECT_EQ(promise_text(promises.living()[0]), promise_text(changed));
 }
 
 TEST(CorePromises, AKilledHoldersPromiseCountsNoMore) {
@@ -150,7 +163,9 @@ TEST(LoopPromise, ASketchTellsItsLoopsAndNamesTheTreesOnItsCores) {
     EXPECT_TRUE(report.trees[0].enforced);
     EXPECT_FALSE(report.trees[0].admitted) << "the loop leaves 4.9 of 100 ms";
     EXPECT_THAT(std::string{report.trees[0].shortfall.view()}, ::testing::HasSubstr("loop 1 of"));
+    loops.change(1, {94ms, 100ms});
+    EXPECT_EQ(open_register(machine).living().back().vcpus[0].budget, 94100us);
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::core_promises_test

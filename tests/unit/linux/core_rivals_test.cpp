@@ -9,7 +9,7 @@
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/foreign_spinner.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::core_rivals_test {
 namespace {
 
 constexpr int kFifo = 1, kRoundRobin = 2, kDeadline = 6;
@@ -123,4 +123,4 @@ TEST(CoreRivals, AreFoundOnTheRealMachine) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::core_rivals_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/linux/fake_machine.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::cpu_group_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -144,4 +144,4 @@ TEST(CpuGroup, RemovesItsOwnFoldersAlone) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::cpu_group_test

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace qduino::board::linux {
+namespace qduino::board::linux::cpu_list_test {
 namespace {
 
 TEST(CpuList, ReadsAndWritesTheKernelsLists) {
@@ -48,4 +48,4 @@ TEST(CpuList, AnySetSurvivesBothWritings) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux
+}  // namespace qduino::board::linux::cpu_list_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::board::linux {
+namespace qduino::board::linux::crew_test {
 namespace {
 
 VcpuSpec spec_of(VcpuId id, Nanoseconds period, int core) {
@@ -49,4 +49,4 @@ TEST(Priorities, NoneWithoutRealTime) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux
+}  // namespace qduino::board::linux::crew_test

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace qduino::board::linux {
+namespace qduino::board::linux::cycle_clock_test {
 namespace {
 
 /// Wide: what is tested is that it is the same clock, not how well; a wrong anchor is off by much
@@ -72,4 +72,4 @@ TEST(CycleClock, NeverRunsBackwardsWhileThreadsTakeTurnsAtItsAnchor) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux
+}  // namespace qduino::board::linux::cycle_clock_test

@@ -18,7 +18,7 @@
 #include "tests/unit/linux/foreign_spinner.h"
 #include "tests/unit/linux/host_snapshot.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::isolation_test {
 
 using posix::read_small_file;
 using posix::write_small_file;
@@ -249,9 +249,8 @@ TEST(Isolation, KeepsTheThreadsAliveThatServeAnInterruptWhichStays) {
             begun->notes()[0],
             "interrupt 10 (virtio1-req.0) stays on the core: to let the kernel place it elsewhere, boot with "
             "isolcpus=managed_irq,3");
-        EXPECT_EQ(begun->notes()[1],
-                  has_fair_server ? "fair server left on, for the threads that finish what that begins"
-                                  : "RT throttling left on, for the threads that finish what that begins");
+        EXPECT_EQ(begun->notes()[1], has_fair_server ? "fair server left on for its threads"
+                                                     : "RT throttling left on for its threads");
     }
 }
 
@@ -435,4 +434,4 @@ TEST(Isolation, ARealTimeTaskOfAnotherProcessCannotComeToTheOwnedCore) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::isolation_test

@@ -11,7 +11,7 @@
 #include "tests/unit/linux/fake_machine.h"
 #include "tests/unit/linux/pins_fixture.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::linux_board_test {
 namespace {
 
 LinuxConfig modest(const std::string& pins) {
@@ -205,6 +205,17 @@ TEST(LinuxBoard, RunsTheHandlerOfEachEdgeOnItsIoVcpu) {
     while (heard.both < 11) std::this_thread::sleep_for(1ms);
     EXPECT_EQ(heard.rising, 5);
     EXPECT_EQ(heard.both, 11);
+    EXPECT_TRUE(board->guarantee().bottom_halves.empty()) << "while it runs, its times are its own";
+    board->request_stop();
+    board->run(kForever);
+    const GuaranteeReport report = board->guarantee();
+    ASSERT_EQ(report.bottom_halves.size(), 1u);
+    const BottomHalfGuarantee& times = report.bottom_halves[0];
+    EXPECT_EQ(times.id, kFirstIoVcpu);
+    EXPECT_EQ(times.timed + times.untimed, 16u);
+    EXPECT_GT(times.timed, 0u);
+    EXPECT_LE(times.begin_median, times.begin_worst);
+    EXPECT_LE(times.begin_worst, times.end_worst);
 }
 
 TEST(LinuxBoard, KeepsALoopThatNeverWaitsToItsBudget) {
@@ -549,4 +560,4 @@ TEST(LinuxBoard, StopsOnSigtermAndGivesTheHandlersBack) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::linux_board_test

@@ -27,7 +27,7 @@
 #include "runtime/runtime.h"
 #include "tests/unit/linux/pins_fixture.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::real_time_guard_test {
 namespace {
 
 using Body = std::function<void()>;
@@ -280,4 +280,4 @@ TEST_F(CleanLoop, ASketchsClassicLoopIsNotGuardedAndItsOtherLoopIs) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::real_time_guard_test

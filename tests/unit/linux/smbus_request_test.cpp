@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::smbus_request_test {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> kBytes{0x8c, 0x12, 0x34, 0x56};
@@ -32,4 +32,4 @@ TEST(SmbusRequest, LeavesOutTheRest) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::smbus_request_test

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace qduino::board::linux {
+namespace qduino::board::linux::spin_allowance_test {
 namespace {
 
 /// A thread that only waits for instants `apart` one after the other, for `length`; what it slept,
@@ -74,4 +74,4 @@ TEST(SpinAllowance, AfterARestItMayRunForAWhile) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux
+}  // namespace qduino::board::linux::spin_allowance_test

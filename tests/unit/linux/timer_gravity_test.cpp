@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-namespace qduino::board::linux {
+namespace qduino::board::linux::timer_gravity_test {
 namespace {
 
 /// A loop with a period of 1 ms that wakes `takes()` after its alarm.
@@ -171,4 +171,4 @@ TEST(TimerGravity, AtLeastHalfOfAWaitIsSlept) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux
+}  // namespace qduino::board::linux::timer_gravity_test

@@ -6,7 +6,7 @@
 
 #include <random>
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::tree_admission_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -137,4 +137,4 @@ TEST(TreeAdmission, AgreesWithANaiveSchedule) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::tree_admission_test

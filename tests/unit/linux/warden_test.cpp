@@ -17,7 +17,7 @@
 #include "board/linux/clock.h"
 #include "board/linux/linux_board.h"
 
-namespace qduino::board::linux::test {
+namespace qduino::board::linux::test::warden_test {
 namespace {
 
 using Body = std::function<void()>;
@@ -125,7 +125,7 @@ TEST_F(Wards, TheSketchsOwnWaitDoesNotSeeTheWarden) {
 TEST(Warden, ThatWasKilledWatchesNoMore) {
     Warden warden;
     ASSERT_TRUE(warden.hire({}).ok());
-    ASSERT_TRUE(warden.watch({}, 0).ok());
+    ASSERT_TRUE(warden.watch({}, {}, 0).ok());
     EXPECT_TRUE(warden.watches());
     ::kill(warden.pid(), SIGKILL);
     while (warden.watches()) block_until(monotonic_now() + 1ms);
@@ -134,4 +134,4 @@ TEST(Warden, ThatWasKilledWatchesNoMore) {
 }
 
 }  // namespace
-}  // namespace qduino::board::linux::test
+}  // namespace qduino::board::linux::test::warden_test

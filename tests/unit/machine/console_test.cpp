@@ -4,7 +4,7 @@
 
 #include "tests/unit/gcode/recorder.h"
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::console_test {
 namespace {
 
 constexpr Console::Situation kFree{};
@@ -97,4 +97,4 @@ TEST(Console, TakesSixteenLinesAndNoneTooLong) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::console_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::heat_wait_test {
 namespace {
 
 constexpr Instant kStart = instant_from_ns(0);
@@ -68,4 +68,4 @@ TEST(HeatWait, ASecondWaitBeginsFresh) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::heat_wait_test

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::heating_test {
 namespace {
 
 using gcode::Heater;
@@ -178,4 +178,4 @@ TEST(Heating, AWaitLooksAtTheHeaterThatItIsFor) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::heating_test

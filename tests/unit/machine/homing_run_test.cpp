@@ -5,7 +5,7 @@
 #include "tests/unit/gcode/recorder.h"
 #include "tests/unit/machine/fake_loops.h"
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::homing_run_test {
 namespace {
 
 /// Homing on a pipe whose steps are played at once.
@@ -149,4 +149,4 @@ TEST(HomingRun, AbandonedItDoesNothingMore) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::homing_run_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::homing_test {
 namespace {
 
 using Phase = Homing::Phase;
@@ -67,4 +67,4 @@ TEST(Homing, ASwitchAtTheMaximumIsApproachedUpwards) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::homing_test

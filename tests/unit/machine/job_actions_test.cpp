@@ -4,7 +4,7 @@
 
 #include "tests/unit/machine/fake_loops.h"
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::job_actions_test {
 namespace {
 
 struct Bench {
@@ -148,4 +148,4 @@ TEST(JobActions, LimitsChangeWhatIsAppendedNext) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::job_actions_test

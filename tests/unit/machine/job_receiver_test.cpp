@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::job_receiver_test {
 namespace {
 
 using Event = JobReceiver::Event;
@@ -158,4 +158,4 @@ TEST(JobReceiver, WhateverTheSenderDoesTheBytesComeOutOnce) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::job_receiver_test

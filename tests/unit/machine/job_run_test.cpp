@@ -6,7 +6,7 @@
 
 #include "tests/unit/gcode/recorder.h"
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::job_run_test {
 namespace {
 
 using link::JobOutcome;
@@ -135,4 +135,4 @@ TEST(JobRun, OnlyPrintingTimeCounts) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::job_run_test

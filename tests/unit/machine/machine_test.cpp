@@ -5,7 +5,7 @@
 
 #include "tests/unit/machine/fake_loops.h"
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::machine_test {
 namespace {
 
 using link::Command;
@@ -249,4 +249,4 @@ TEST(Machine, APauseWhileItHeatsUpAgainStaysParked) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::machine_test

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::places_test {
 namespace {
 
 struct Bench {
@@ -80,4 +80,4 @@ TEST(Places, EachActionKeepsItsOwnKindOfValue) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::places_test

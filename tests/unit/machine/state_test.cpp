@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::state_test {
 namespace {
 
 const std::map<State, std::string> kStateNames{
@@ -128,4 +128,4 @@ TEST(States, AFaultIsLegalEverywhereAndOnlyAPersonEndsIt) {
 static_assert(next(State::idle, Event::begin).state == State::printing);
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::state_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::step_scale_test {
 namespace {
 
 TEST(StepScale, AtPowerUpEachAxisIsTakenToStandAtItsHome) {
@@ -30,4 +30,4 @@ TEST(StepScale, SkippedStepsCountForNothing) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::step_scale_test

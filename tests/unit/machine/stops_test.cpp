@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printer::machine {
+namespace qduino::printer::machine::stops_test {
 namespace {
 
 TEST(Stops, EachAskIsANewNumberForLoop2) {
@@ -44,4 +44,4 @@ TEST(Stops, AnEmergencyInTheMiddleOfAReleaseIsSeenByLoop2AtOnceAndByLoop1InItsNe
 }
 
 }  // namespace
-}  // namespace qduino::printer::machine
+}  // namespace qduino::printer::machine::stops_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::apps {
+namespace qduino::apps::machine_file_test {
 namespace {
 
 using printer::Axis;
@@ -93,6 +93,24 @@ TEST(MachineFile, TheShortestStepIntervalHoldsPulseLowTimeAndBothSidesOfAChangeO
     EXPECT_EQ(step_interval(*parse_machine("step_pulse_s = 3e-6\nstep_low_s = 2.5e-6\n", "m.toml")), 5500ns);
 }
 
+TEST(MachineFile, MacrosAreWordsWithTheirLines) {
+    const auto machine =
+        parse_machine("[macros]\nprint_start = '''\nG28\nM109 S{T}'''\nEND = 'M84'\n", "m.toml");
+    ASSERT_TRUE(machine) << machine.error().message.view();
+    ASSERT_EQ(machine->macros.size(), 2U);
+    EXPECT_EQ(machine->macros[0].name.view(), "END");
+    EXPECT_EQ(machine->macros[1].name.view(), "PRINT_START");
+    EXPECT_EQ(machine->macros[1].text.view(), "G28\nM109 S{T}");
+    EXPECT_EQ(error_of("[macros]\nEND = 5\n"), "m.toml:2: [macros] 'END' is 5; accepted: a text");
+    EXPECT_NE(error_of("[macros]\nE = 'M84'\n").find("'E' is no word of 2 to 32 letters"), std::string::npos);
+    EXPECT_NE(
+        error_of("[macros]\nEND = '" + std::string(769, 'x') + "'\n").find("'END' has more than 768 bytes"),
+        std::string::npos);
+    std::string many = "[macros]\n";
+    for (int i = 0; i < 13; ++i) many += "MACRO_" + std::to_string(i) + " = 'M84'\n";
+    EXPECT_NE(error_of(many).find("is one macro more than 12"), std::string::npos);
+}
+
 TEST(MachineFile, MissingFileIsNamed) {
     const auto parsed = read_machine_file("/nonexistent/m.toml");
     ASSERT_FALSE(parsed);
@@ -100,4 +118,4 @@ TEST(MachineFile, MissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::machine_file_test

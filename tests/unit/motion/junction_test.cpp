@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace qduino::printer::motion {
+namespace qduino::printer::motion::junction_test {
 namespace {
 
 using Speeds = PerAxis<MillimetresPerSecond>;
@@ -96,4 +96,4 @@ TEST(Junction, ExtrudeOnlyMeetsMotionAtRestAndItselfInMotion) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::motion
+}  // namespace qduino::printer::motion::junction_test

@@ -7,7 +7,7 @@
 
 #include "base/contract.h"
 
-namespace qduino::printer::motion {
+namespace qduino::printer::motion::planner_test {
 namespace {
 
 class PlannerTest : public ::testing::Test {
@@ -329,4 +329,4 @@ TEST(TimelineInstant, DoesNotDrift) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::motion
+}  // namespace qduino::printer::motion::planner_test

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace qduino::printer::motion {
+namespace qduino::printer::motion::trapezoid_test {
 namespace {
 
 TEST(Trapezoid, FullProfileFromRestToRest) {
@@ -80,4 +80,4 @@ TEST(Trapezoid, TimeAndDistanceAreInverse) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::motion
+}  // namespace qduino::printer::motion::trapezoid_test

@@ -7,7 +7,7 @@
 
 #include "sched/admission.h"
 
-namespace qduino::apps::picture {
+namespace qduino::apps::picture::critical_instant_test {
 namespace {
 
 sched::CoreLoad random_load(std::mt19937& random, double utilisation) {
@@ -112,4 +112,4 @@ TEST(CriticalInstant, WhatNoSchedulerWouldTakeIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace qduino::apps::picture
+}  // namespace qduino::apps::picture::critical_instant_test

@@ -6,7 +6,7 @@
 #include "apps/picture/recorder.h"
 #include "apps/picture/svg.h"
 
-namespace qduino::apps::picture {
+namespace qduino::apps::picture::page_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -80,4 +80,4 @@ TEST(Page, RBeyondTIsMarkedAndNeverIsSaid) {
 }
 
 }  // namespace
-}  // namespace qduino::apps::picture
+}  // namespace qduino::apps::picture::page_test

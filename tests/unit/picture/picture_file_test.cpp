@@ -11,7 +11,7 @@
 
 #include "posix/small_file.h"
 
-namespace qduino::apps::picture {
+namespace qduino::apps::picture::picture_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -83,4 +83,4 @@ TEST_F(PictureFile, AFolderThatIsNotThereIsNamed) {
 }
 
 }  // namespace
-}  // namespace qduino::apps::picture
+}  // namespace qduino::apps::picture::picture_file_test

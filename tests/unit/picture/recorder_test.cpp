@@ -4,7 +4,7 @@
 
 #include "apps/picture/ticks.h"
 
-namespace qduino::apps::picture {
+namespace qduino::apps::picture::recorder_test {
 namespace {
 
 using Told = std::vector<std::tuple<Doing, int, int>>;
@@ -152,4 +152,4 @@ TEST(Ticks, StandAtRoundInstants) {
 }
 
 }  // namespace
-}  // namespace qduino::apps::picture
+}  // namespace qduino::apps::picture::recorder_test

@@ -17,7 +17,7 @@
 #include "apps/picture/page.h"
 #include "board/sim/sim_board.h"
 
-namespace qduino::apps {
+namespace qduino::apps::schedule_trace_test {
 namespace {
 
 using board::sim::SimBoard;
@@ -246,4 +246,4 @@ TEST(ScheduleTrace, TheWorstResponseIsThatOfARelease) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::schedule_trace_test

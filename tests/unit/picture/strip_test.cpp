@@ -7,7 +7,7 @@
 
 #include "apps/picture/recorder.h"
 
-namespace qduino::apps::picture {
+namespace qduino::apps::picture::strip_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -89,4 +89,4 @@ TEST(Strip, AsksTheLocaleForItsSigns) {
 }
 
 }  // namespace
-}  // namespace qduino::apps::picture
+}  // namespace qduino::apps::picture::strip_test

@@ -16,7 +16,7 @@
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
 
-namespace qduino::posix {
+namespace qduino::posix::posix_test {
 namespace {
 
 bool is_open(int fd) { return ::fcntl(fd, F_GETFD) >= 0; }
@@ -133,4 +133,4 @@ TEST_F(Posix, WhatRootMakesInSomebodysFolderBecomesTheirs) {
 }
 
 }  // namespace
-}  // namespace qduino::posix
+}  // namespace qduino::posix::posix_test

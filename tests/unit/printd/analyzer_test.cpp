@@ -9,7 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-namespace qduino::printd {
+namespace qduino::printd::analyzer_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -109,4 +109,4 @@ TEST(CheckLine, RefusesWhatNoStateCouldMakeRight) {
 }
 
 }  // namespace
-}  // namespace qduino::printd
+}  // namespace qduino::printd::analyzer_test

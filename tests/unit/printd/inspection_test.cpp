@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-namespace qduino::printd {
+namespace qduino::printd::inspection_test {
 namespace {
 
 /// Answers every line that comes over a socket.
@@ -114,4 +114,4 @@ TEST_F(InspectionTest, AnAbsentInspectorHoldsUpNothing) {
 }
 
 }  // namespace
-}  // namespace qduino::printd
+}  // namespace qduino::printd::inspection_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::printd {
+namespace qduino::printd::options_test {
 namespace {
 
 std::optional<Options> parse(std::vector<std::string> arguments, int& status) {
@@ -86,4 +86,4 @@ TEST(Options, FlagsAreUnderstood) {
 }
 
 }  // namespace
-}  // namespace qduino::printd
+}  // namespace qduino::printd::options_test

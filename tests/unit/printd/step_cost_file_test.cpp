@@ -7,7 +7,7 @@
 #include <fstream>
 #include <memory>
 
-namespace qduino::printd {
+namespace qduino::printd::step_cost_file_test {
 namespace {
 
 using Verdict = spool::Analysis::Verdict;
@@ -63,4 +63,4 @@ TEST_F(StepCostFileTest, NonsenseFromTheOtherSideOrFromTheFileIsNotTaken) {
 }
 
 }  // namespace
-}  // namespace qduino::printd
+}  // namespace qduino::printd::step_cost_file_test

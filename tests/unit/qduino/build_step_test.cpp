@@ -7,7 +7,7 @@
 #include "apps/qduino/child_process.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::build_step_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -144,4 +144,4 @@ TEST_F(BuildStepTest, ManyStepsAreAllMade) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::build_step_test

@@ -3,7 +3,7 @@
 
 #include "apps/qduino/arguments.h"
 
-namespace qduino::apps {
+namespace qduino::apps::completion_test {
 namespace {
 
 class CompletionTest : public ::testing::Test {
@@ -71,4 +71,4 @@ TEST_F(ArgumentsTest, WrongOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::completion_test

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-namespace qduino::apps {
+namespace qduino::apps::kernel_trace_test {
 namespace {
 
 using nlohmann::json;
@@ -114,4 +114,4 @@ TEST(KernelTrace, AnythingElseIsPassedOver) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::kernel_trace_test

@@ -4,7 +4,7 @@
 
 #include "tests/unit/qduino/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::sdk_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -70,4 +70,4 @@ TEST(Words, AreParted) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::sdk_test

@@ -10,7 +10,7 @@
 #include "apps/qduino/profile_result.h"
 #include "tests/unit/qduino/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::sketch_edit_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,13 +23,13 @@ constexpr Nanoseconds kMs = 1ms;
 class SketchEditTest : public TemporaryFolder {
   protected:
     /// One tab with `text`, and one edit of its loop 1, declared in line `line`.
-    EditedSketch edit(const std::string& text, LoopEdit edit, int line = 1) {
+    EditedSketch edit(const std::string& text, BudgetEdit edit, int line = 1) {
         edit.id = 1;
         edit.file = "/a/a.ino";
         edit.line = line;
-        return edit_loops({{"/a/a.ino", text}}, {edit});
+        return edit_budgets({{"/a/a.ino", text}}, {edit});
     }
-    static LoopEdit change(Nanoseconds from, Nanoseconds to) {
+    static BudgetEdit change(Nanoseconds from, Nanoseconds to) {
         return {.id = 1,
                 .file = "",
                 .line = 0,
@@ -73,7 +73,7 @@ TEST_F(SketchEditTest, OnlyTheNumberChangesAndEveryOtherByteStays) {
 TEST_F(SketchEditTest, TheUnitOfTheSketchHoldsBelowItAndInTheTabsBehind) {
     const std::vector<TabText> tabs{{"/a/a.ino", "TIME_UNIT(us);\nvoid loop(1, 2000, 10000) {}\n"},
                                     {"/a/b.ino", "void loop(2, 2'000, 20ms) {}\n"}};
-    const EditedSketch edited = edit_loops(
+    const EditedSketch edited = edit_budgets(
         tabs, {{1, "/a/a.ino", 2, 2ms, 10ms, 170us, 10ms}, {2, "/a/b.ino", 1, 2ms, 20ms, 5ms, 40ms}});
     EXPECT_THAT(edited.refusals, IsEmpty());
     EXPECT_EQ(edited.tabs[0].text, "TIME_UNIT(us);\nvoid loop(1, 170, 10000) {}\n");
@@ -101,11 +101,36 @@ TEST_F(SketchEditTest, WhatIsNoNumberIsRefusedAndThenNothingChanges) {
         EXPECT_EQ(edited.tabs[0].text, text);
     }
     const EditedSketch half =
-        edit_loops({{"/a/a.ino", "void loop(1, 2, 10) {}\nvoid loop(2, k, 10) {}\n"}},
-                   {{1, "/a/a.ino", 1, 2ms, 10ms, 3ms, 10ms}, {2, "/a/a.ino", 2, 2ms, 10ms, 3ms, 10ms}});
+        edit_budgets({{"/a/a.ino", "void loop(1, 2, 10) {}\nvoid loop(2, k, 10) {}\n"}},
+                     {{1, "/a/a.ino", 1, 2ms, 10ms, 3ms, 10ms}, {2, "/a/a.ino", 2, 2ms, 10ms, 3ms, 10ms}});
     EXPECT_EQ(half.refusals.size(), 1u);
     EXPECT_EQ(half.tabs[0].text, "void loop(1, 2, 10) {}\nvoid loop(2, k, 10) {}\n");
     EXPECT_THAT(half.diff, HasSubstr("+void loop(1, 3, 10)")) << "it shows what would change";
+}
+
+TEST_F(SketchEditTest, AHandlerIsFoundByItsPinWhichStandsInOneCallAlone) {
+    const BudgetEdit edit{.id = 7,
+                          .file = "",
+                          .line = 0,
+                          .budget_was = 1ms,
+                          .period_was = 10ms,
+                          .budget = 240us,
+                          .period = 10ms,
+                          .handler = true};
+    const auto changed = [&](const std::string& text) { return edit_budgets({{"/a/a.ino", text}}, {edit}); };
+    const std::string call = "void setup() { attachInterruptVcpu(7, on_edge, RISING, 1, 10, 0); }\n";
+    EXPECT_EQ(changed(call).tabs[0].text,
+              "void setup() { attachInterruptVcpu(7, on_edge, RISING, 0.24, 10, 0); }\n");
+    EXPECT_EQ(changed("void loop(7, 1, 10) {}\n" + call).refusals.size(), 0u) << "a loop is no pin";
+    EXPECT_THAT(changed(call + call).refusals,
+                ElementsAre(HasSubstr("the handler of pin 7: no tab has one")));
+    EXPECT_THAT(changed("void setup() { attachInterruptVcpu(kPin, on_edge, RISING, 1, 10); }\n").refusals,
+                ElementsAre(HasSubstr("change it by hand")));
+}
+
+TEST_F(SketchEditTest, ALoopThatStatesItsSleepIsFoundToo) {
+    EXPECT_EQ(edit("void loop(1, 2, 10, 0, 3) {}\n", change(2ms, 4ms)).tabs[0].text,
+              "void loop(1, 4, 10, 0, 3) {}\n");
 }
 
 TEST_F(SketchEditTest, ATextThatIsNotWhatTheProgramHadIsRefused) {
@@ -160,13 +185,22 @@ TEST_F(SketchEditTest, TabsAreWrittenWithTheirPermissionsAndThroughLinks) {
 }
 
 TEST_F(SketchEditTest, AProfileOfAnotherShapeIsAnErrorAndNoCrash) {
-    for (const char* text :
-         {"", "{}", "[]", R"({"loops":[{}]})", R"({"loops":[{"declared":1,"suggested":{}}]})"})
+    for (const char* text : {"", "{}", "[]", R"({"loops":[{}],"handlers":[]})", R"({"loops":[]})",
+                             R"({"loops":[{"declared":1,"suggested":{}}],"handlers":[]})"})
         EXPECT_FALSE(suggested_edits(text)) << text;
-    const auto none = suggested_edits(R"({"loops":[{"declared":{},"suggested":null}]})");
-    ASSERT_TRUE(none);
+    const auto none = suggested_edits(
+        R"({"loops":[{"id":1,"file":"","line":1,"declared":{},"suggested":null}],"handlers":[]})");
+    ASSERT_TRUE(none) << none.error().message.view();
     EXPECT_TRUE(none->empty());
+    const auto handler = suggested_edits(
+        R"({"loops":[],"handlers":[{"pin":7,"declared":{"budget_ns":9,"period_ns":20},
+            "suggested":{"budget_ns":5,"period_ns":20}}]})");
+    ASSERT_TRUE(handler);
+    ASSERT_EQ(handler->size(), 1u);
+    EXPECT_TRUE(handler->at(0).handler);
+    EXPECT_EQ(handler->at(0).id, 7);
+    EXPECT_EQ(handler->at(0).budget, Nanoseconds{5});
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::sketch_edit_test

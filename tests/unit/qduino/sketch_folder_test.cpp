@@ -4,7 +4,7 @@
 
 #include "tests/unit/qduino/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::sketch_folder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ TEST_F(SketchFolderTest, NamesThatMakeTroubleAreRefused) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::sketch_folder_test

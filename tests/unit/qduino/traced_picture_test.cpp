@@ -13,7 +13,7 @@
 #include "apps/qduino/kernel_trace.h"
 #include "posix/small_file.h"
 
-namespace qduino::apps {
+namespace qduino::apps::traced_picture_test {
 namespace {
 
 using picture::Doing;
@@ -152,4 +152,4 @@ TEST(AdmittedLoops, AreThoseOfTheReport) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::traced_picture_test

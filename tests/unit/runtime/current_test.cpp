@@ -7,7 +7,7 @@
 #include "board/sim/sim_board.h"
 #include "runtime/runtime.h"
 
-namespace qduino {
+namespace qduino::current_test {
 namespace {
 
 using board::Level;
@@ -103,4 +103,4 @@ TEST(CurrentBoard, TheSketchTableIsOneAndEmptyWithoutASketch) {
 }
 
 }  // namespace
-}  // namespace qduino
+}  // namespace qduino::current_test

@@ -5,7 +5,7 @@
 
 #include "runtime/lock_declaration.h"
 
-namespace qduino::runtime {
+namespace qduino::runtime::plan_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -28,6 +28,16 @@ using Overheads = std::vector<sched::PlatformOverheads>;
 Result<void> admit(Plan& plan, std::size_t cores, const SketchTable& table) {
     QDUINO_TRY(plan.add_loops(table));
     return plan.admit(Overheads(cores));
+}
+
+/// The same with a lock, which loops 1 and 2 hold for so long.
+Result<void> admit_with_a_lock(Plan& plan, std::size_t cores, const SketchTable& table, Nanoseconds first,
+                               Nanoseconds second) {
+    LockDeclaration lock;
+    lock.held_by(1, first);
+    lock.held_by(2, second);
+    LockDeclaration::each_section(table, [&](const sched::CriticalSection& s) { plan.add_section(s); });
+    return admit(plan, cores, table);
 }
 
 std::string refusal_of(std::size_t cores, const SketchTable& table) {
@@ -125,13 +135,8 @@ TEST(Plan, ALockThatSaysNothingCountsWithWholeBudgets) {
 
 TEST(Plan, ALockIsCountedAsItIsDeclared) {
     Plan plan(true);
-    const SketchTable table = sketch({loop(1, 2ms, 10ms, 0), loop(2, 20ms, 100ms, 0)});
-    ASSERT_TRUE(plan.add_loops(table));
-    LockDeclaration lock;
-    lock.held_by(1, 1ms);
-    lock.held_by(2, 5ms);
-    LockDeclaration::each_section(table, [&](const sched::CriticalSection& s) { plan.add_section(s); });
-    ASSERT_TRUE(plan.admit(Overheads(1)));
+    ASSERT_TRUE(
+        admit_with_a_lock(plan, 1, sketch({loop(1, 2ms, 10ms, 0), loop(2, 20ms, 100ms, 0)}), 1ms, 5ms));
     EXPECT_EQ(plan.admission().cores[0].loops[0].response, 7ms);
 }
 
@@ -142,6 +147,38 @@ TEST(Plan, ALoopIsDeferrableWhereTheOthersCanBearIt) {
     Plan full(true);
     ASSERT_TRUE(admit(full, 1, sketch({loop(1, 10ms, 20ms, 0), loop(2, 20ms, 40ms, 0)})));
     EXPECT_FALSE(spec_of(full.specs(), 1).deferrable);
+}
+
+TEST(Plan, TheRoomForASleepIsWhatFits) {
+    Plan plan(true);
+    ASSERT_TRUE(admit(plan, 1, sketch({loop(1, 6ms, 20ms, 0), loop(2, 8ms, 30ms, 0)})));
+    EXPECT_EQ(plan.room_for_sleep(1), 14ms);
+    EXPECT_EQ(plan.room_for_sleep(2), 6ms);
+    for (const board::VcpuId id : {board::VcpuId{1}, board::VcpuId{2}}) {
+        EXPECT_TRUE(plan.response_with_sleep(id, plan.room_for_sleep(id)).meets());
+        EXPECT_FALSE(plan.response_with_sleep(id, plan.room_for_sleep(id) + 1us).meets());
+    }
+    Plan full(true);
+    ASSERT_TRUE(admit(full, 1, sketch({loop(1, 10ms, 20ms, 0), loop(2, 20ms, 40ms, 0)})));
+    EXPECT_EQ(full.room_for_sleep(1), 0ms) << "loop 2 could not bear it";
+}
+
+TEST(Plan, LocksBetweenCoresAreCountedAndTheirLoopsDeferrable) {
+    Plan plan(true);
+    const SketchTable table =
+        sketch({loop(1, 10ms, 50ms, 0), loop(2, 20ms, 100ms, 1), loop(3, 5ms, 40ms, 1)});
+    ASSERT_TRUE(admit_with_a_lock(plan, 2, table, 2ms, 3ms));
+    // 3 of loop 2, and 5 of loop 3 above it, twice: as a deferrable one it may end late, and its
+    // next release begin early.
+    EXPECT_EQ(plan.admission().cores[0].loops[0].response, 10ms + 3ms + 2 * 5ms);
+    EXPECT_TRUE(spec_of(plan.specs(), 1).deferrable);
+    EXPECT_TRUE(spec_of(plan.specs(), 2).deferrable);
+    // When the other core has more to bear, loop 1 is judged again, too.
+    sched::PlatformOverheads busy;
+    busy.interferers.push_back({.name = "interrupts", .cost = 12ms, .interval = 24ms, .jitter = {}});
+    const Result<void> refused = plan.admit_again(1, busy, "with these interrupts", kEpoch);
+    EXPECT_FALSE(refused);
+    EXPECT_EQ(plan.admission().cores[0].loops[0].response, 23ms);
 }
 
 TEST(Plan, NotEnforcedEverythingIsPlaced) {
@@ -156,6 +193,87 @@ TEST(Plan, NotEnforcedEverythingIsPlaced) {
     }
 }
 
+/// R = 60 + 2·U·100 for each bottom half (ms).
+class PlanOfBottomHalves : public ::testing::Test {
+  protected:
+    void admit_with(std::initializer_list<Nanoseconds> budgets) {
+        ASSERT_TRUE(plan.add_loops(sketch({loop(1, 60ms, 100ms, 0)})));
+        for (const Nanoseconds budget : budgets) ASSERT_TRUE(plan.add_io(budget, 100ms, 0));
+        ASSERT_TRUE(plan.admit(Overheads(1)));
+    }
+    Result<void> change(board::VcpuId id, Nanoseconds budget, Nanoseconds at = 1s) {
+        return plan.change_io(id, {budget, 100ms}, kEpoch + at);
+    }
+    Nanoseconds response() const { return plan.admission().cores[0].loops[0].response; }
+    Nanoseconds budget_of(board::VcpuId id) const { return spec_of(plan.specs(), id).budget; }
+
+    Plan plan{true};
+};
+
+TEST_F(PlanOfBottomHalves, ABudgetThatFitsIsTaken) {
+    admit_with({10ms});
+    EXPECT_EQ(response(), 80ms);
+    ASSERT_TRUE(change(33, 20ms));
+    EXPECT_EQ(response(), 100ms);
+    EXPECT_EQ(budget_of(33), 20ms);
+    EXPECT_EQ(plan.admission().placed[1].budget, 20ms);
+    EXPECT_EQ(plan.admission().loads[0].ios[0].budget, 20ms);
+}
+
+TEST_F(PlanOfBottomHalves, ABudgetThatDoesNotFitIsRefusedWithWordsAndChangesNothing) {
+    admit_with({10ms});
+    const Result<void> refused = change(33, 21ms);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::out_of_range);
+    EXPECT_EQ(refused.error().message.view(),
+              "with this budget, loop 1 on core 0 would need 102 ms of its 100 ms");
+    EXPECT_EQ(response(), 80ms);
+    EXPECT_EQ(budget_of(33), 10ms);
+    EXPECT_EQ(plan.admission().loads[0].ios[0].budget, 10ms);
+}
+
+TEST_F(PlanOfBottomHalves, WhatIsNoBudgetOrNoIoVcpuIsRefused) {
+    admit_with({10ms});
+    EXPECT_EQ(change(34, 1ms).error().code, ErrorCode::not_found);
+    EXPECT_EQ(change(1, 1ms).error().code, ErrorCode::not_found);
+    EXPECT_EQ(change(33, 101ms).error().code, ErrorCode::invalid_argument);
+}
+
+TEST_F(PlanOfBottomHalves, ALoweredBudgetIsFreeAPeriodLater) {
+    admit_with({10ms, 10ms});
+    ASSERT_TRUE(change(33, 5ms, 1s));
+    EXPECT_FALSE(change(34, 15ms, 1s + 99ms)) << "a release may have met the old one";
+    ASSERT_TRUE(change(34, 15ms, 1s + 100ms));
+    EXPECT_EQ(response(), 100ms);
+}
+
+TEST_F(PlanOfBottomHalves, LoweredTwiceItCountsWithTheMostThatItHad) {
+    admit_with({10ms, 10ms});
+    ASSERT_TRUE(change(33, 9ms, 1s));
+    ASSERT_TRUE(change(33, 5ms, 1s + 50ms));
+    EXPECT_FALSE(change(34, 11ms, 1s + 120ms));
+    EXPECT_TRUE(change(34, 15ms, 1s + 150ms));
+}
+
+TEST_F(PlanOfBottomHalves, NorIsItFreeForInterruptsBefore) {
+    admit_with({10ms});
+    ASSERT_TRUE(change(33, 5ms, 1s));
+    sched::PlatformOverheads overheads;
+    overheads.interferers.push_back({.name = "tick", .cost = 25ms, .interval = 100ms, .jitter = {}});
+    EXPECT_FALSE(plan.admit_again(0, overheads, "with its tick back", kEpoch + 1s + 99ms));
+    EXPECT_TRUE(plan.admit_again(0, overheads, "with its tick back", kEpoch + 1s + 100ms));
+}
+
+TEST_F(PlanOfBottomHalves, WithoutLoopsTheCoreItselfIsTheLimit) {
+    ASSERT_TRUE(plan.add_loops(sketch({loop(1, 60ms, 100ms, 1)})));
+    ASSERT_TRUE(plan.add_io(10ms, 100ms, 0));
+    ASSERT_TRUE(plan.add_io(20ms, 100ms, 0));
+    ASSERT_TRUE(plan.admit(Overheads(2)));
+    EXPECT_TRUE(change(33, 80ms));
+    EXPECT_THAT(std::string(change(33, 81ms).error().message.view()),
+                HasSubstr("core 0 would have more to do"));
+}
+
 TEST(Plan, WhatThePlatformTakesCounts) {
     std::vector<sched::PlatformOverheads> overheads(1);
     overheads[0].interferers.push_back(
@@ -168,4 +286,4 @@ TEST(Plan, WhatThePlatformTakesCounts) {
 }
 
 }  // namespace
-}  // namespace qduino::runtime
+}  // namespace qduino::runtime::plan_test

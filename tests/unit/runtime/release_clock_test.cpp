@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace qduino::runtime {
+namespace qduino::runtime::release_clock_test {
 namespace {
 
 constexpr Instant at(Nanoseconds since) { return kEpoch + since; }
@@ -92,4 +92,4 @@ TEST(ReleaseClock, AnyHistoryStaysOnTheGrid) {
 }
 
 }  // namespace
-}  // namespace qduino::runtime
+}  // namespace qduino::runtime::release_clock_test

@@ -14,7 +14,7 @@ namespace qduino {
 void PrintTo(Instant t, std::ostream* out) { *out << to_ns(t) << " ns"; }
 }  // namespace qduino
 
-namespace qduino::runtime {
+namespace qduino::runtime::runtime_test {
 namespace {
 
 using board::DeviceClass;
@@ -306,6 +306,8 @@ TEST_F(RuntimeTest, RealTimePathsAllocateNothing) {
              board_->pin_write(PinId{1}, Level::high);
              static_cast<void>(board_->pin_read(PinId{1}));
              static_cast<void>(board_->route_interrupts(DeviceClass::nic, 0, false));
+             static_cast<void>(runtime_->interrupts_vcpu(DeviceClass::nic, 2ms, 100ms, kAnyCore));
+             static_cast<void>(runtime_->interrupts_vcpu(DeviceClass::nic, 99ms, 100ms, kAnyCore));
              runtime_->global_interrupts(false);
              runtime_->global_interrupts(true);
              board_->pin_write(PinId{1}, Level::low);
@@ -319,6 +321,7 @@ TEST_F(RuntimeTest, RealTimePathsAllocateNothing) {
     setup([&] {
         EXPECT_TRUE(board_->pin_mode(PinId{1}, PinMode::output));
         EXPECT_TRUE(runtime_->attach_interrupt(PinId{1}, Edge::rising, &count_edge, 1ms, 10ms, 0));
+        EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 1ms, 100ms, 0));
     });
     SimConfig config;
     config.interrupts.push_back(
@@ -399,11 +402,52 @@ TEST_F(RuntimeTest, HeldInterruptsRunWhenTheyAreLetGo) {
     EXPECT_EQ(edges_at, (std::vector<int>{0, 3}));
 }
 
-TEST_F(RuntimeTest, SetupTimeCallsAreRefusedLater) {
+TEST_F(RuntimeTest, HandlersAreAttachedInSetupAlone) {
+    loop(1, 10ms, 100ms, 0, [&] {
+        EXPECT_EQ(runtime_->attach_interrupt(PinId{1}, Edge::both, &count_edge, 1ms, 10ms, 0).error().code,
+                  ErrorCode::not_permitted);
+        board_->request_stop();
+    });
+    ASSERT_TRUE(begin());
+    run(1s);
+    EXPECT_TRUE(board_->stopped());
+}
+
+TEST_F(RuntimeTest, DeclaredTwiceInSetupTheLastCounts) {
+    setup([&] {
+        EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 50ms, 100ms, 1));
+        EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 2ms, 20ms, 0));
+    });
+    loop(1, 60ms, 100ms, 0, [&] { wait(); });
+    ASSERT_TRUE(begin());
+    const auto report = board_->guarantee();
+    ASSERT_EQ(report.loops.size(), 2u);
+    EXPECT_EQ(report.loops[1].budget, Nanoseconds{2ms});
+    EXPECT_EQ(report.loops[1].core, 0);
+}
+
+TEST_F(RuntimeTest, ABottomHalfsBudgetChangesWhileTheLoopsRunIfTheirCoreCanBearIt) {
+    setup([&] { EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 10ms, 100ms, 0)); });
+    loop(1, 60ms, 100ms, 0, [&] {
+        EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 20ms, 100ms, kAnyCore));
+        const auto refused = runtime_->interrupts_vcpu(DeviceClass::nic, 21ms, 100ms, 0);
+        ASSERT_FALSE(refused);
+        EXPECT_THAT(std::string(refused.error().message.view()),
+                    HasSubstr("loop 1 on core 0 would need 102 ms of its 100 ms"));
+        board_->request_stop();
+    });
+    ASSERT_TRUE(begin());
+    run(1s);
+    EXPECT_TRUE(board_->stopped());
+    EXPECT_EQ(board_->guarantee().loops[1].budget, Nanoseconds{20ms}) << "the refused one changed nothing";
+}
+
+TEST_F(RuntimeTest, WhatCannotChangeIsRefused) {
+    setup([&] { EXPECT_TRUE(runtime_->interrupts_vcpu(DeviceClass::nic, 1ms, 100ms, 0)); });
     loop(1, 10ms, 100ms, 0, [&] {
         EXPECT_EQ(runtime_->interrupts_vcpu(DeviceClass::i2c, 1ms, 100ms, 0).error().code,
-                  ErrorCode::not_permitted);
-        EXPECT_EQ(runtime_->attach_interrupt(PinId{1}, Edge::both, &count_edge, 1ms, 10ms, 0).error().code,
+                  ErrorCode::not_found);
+        EXPECT_EQ(runtime_->interrupts_vcpu(DeviceClass::nic, 1ms, 100ms, 1).error().code,
                   ErrorCode::not_permitted);
         board_->request_stop();
     });
@@ -439,4 +483,4 @@ TEST_F(RuntimeTest, TheInterruptsOfTheMachineCountInAdmission) {
 }
 
 }  // namespace
-}  // namespace qduino::runtime
+}  // namespace qduino::runtime::runtime_test

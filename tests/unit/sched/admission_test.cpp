@@ -7,7 +7,7 @@
 #include "tests/unit/sched/analyse.h"
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::admission_test {
 namespace {
 
 Nanoseconds sum_of(const Shares& shares) {
@@ -216,4 +216,4 @@ TEST(Admission, ABottomHalfBelowAFullCoreIsNeverServed) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::admission_test

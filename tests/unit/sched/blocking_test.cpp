@@ -5,7 +5,10 @@
 #include <array>
 #include <vector>
 
-namespace qduino::sched {
+#include "tests/unit/sched/analyse.h"
+#include "tests/unit/sched/make.h"
+
+namespace qduino::sched::blocking_test {
 namespace {
 
 constexpr std::array<VcpuId, 3> kThree{1, 2, 3};
@@ -43,5 +46,17 @@ TEST(Blocking, OneLoopBlocksOnceHoweverManyLocksItTakes) {
     EXPECT_EQ(Blocking(kThree, sections).of(0), 9ms);
 }
 
+/// While loop 2 waits for another core, loop 3 may lock once more what loop 1 wants.
+TEST(Blocking, ComesAgainAfterEachWaitForAnotherCore) {
+    CoreLoad load = load_of({loop_of(1, 1ms, 100ms), loop_of(2, 10ms, 200ms), loop_of(3, 20ms, 400ms)});
+    load.sections.push_back({1, kA, 1ms});
+    load.sections.push_back({3, kA, 5ms});
+    EXPECT_EQ(completion_time(load, 2).response, 10ms + 5ms + 1ms);
+    load.waits.push_back({.loop = 2, .requests = 2, .longest = 4ms, .each = 3ms, .lifted = 0ms});
+    EXPECT_EQ(completion_time(load, 2).response, 10ms + 3 * 5ms + 2 * 3ms + 1ms);
+    load.waits[0].lifted = 7ms;  // at its begin, and once more, however often it waits
+    EXPECT_EQ(completion_time(load, 2).response, 10ms + 3 * 5ms + 2 * 3ms + 2 * 7ms + 1ms);
+}
+
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::blocking_test

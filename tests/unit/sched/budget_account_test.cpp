@@ -5,7 +5,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::budget_account_test {
 namespace {
 
 using Phase = BudgetAccount::Phase;
@@ -158,6 +158,13 @@ TEST(BudgetAccount, AnIoVcpuIsKeptByItsOwnServer) {
     EXPECT_EQ(account.server().consumed(), 15ns);
 }
 
+TEST(BudgetAccount, AnIoVcpusChangeIsChargedUpToItAndSetsTheTimerAnew) {
+    BudgetAccount account{Pibs{{10ns, 100ns}}, at(0, 0)};
+    EXPECT_EQ(account.change(at(5, 5), {20ns, 100ns}), sleep_until(50)) << "5 at a tenth";
+    EXPECT_EQ(account.resumed(at(50, 5)), arm_in(20ns));
+    EXPECT_EQ(account.server().consumed(), 5ns);
+}
+
 TEST(BudgetAccountDeathTest, ContractsHold) {
     BudgetAccount account = make_account();
     EXPECT_DEATH(static_cast<void>(account.releases()), "contract broken");
@@ -169,4 +176,4 @@ TEST(BudgetAccountDeathTest, ContractsHold) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::budget_account_test

@@ -5,7 +5,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::budget_watch_test {
 namespace {
 
 using Verdict = BudgetWatch::Verdict;
@@ -54,6 +54,28 @@ TEST(BudgetWatch, HoldsAThreadThatTookMoreUntilItHasEarnedABudget) {
     EXPECT_EQ(watch.holds(), 1u);
     EXPECT_EQ(watch.used(), 50ms);
     EXPECT_EQ(watch.watched(), next - kEpoch);
+}
+
+TEST(BudgetWatch, KnowsABudgetThatWasRaised) {
+    BudgetWatch watch{kTenth, 0ns, kEpoch, {}};
+    watch.change(kEpoch + 10ms, {10ms}, {50ms, 100ms});
+    EXPECT_EQ(watch.look(kEpoch + 60ms, {60ms}), Verdict::run);
+    EXPECT_EQ(watch.holds(), 0u);
+    EXPECT_EQ(watch.used(), 60ms);
+}
+
+TEST(BudgetWatch, HoldsAThreadThatGoesOnByABudgetThatWasLowered) {
+    BudgetWatch watch{{50ms, 100ms}, 0ns, kEpoch, {}};
+    watch.change(kEpoch + 10ms, {10ms}, kTenth);
+    EXPECT_EQ(watch.look(kEpoch + 60ms, {60ms}), Verdict::run) << "what it had saved up is its own";
+    EXPECT_EQ(watch.look(kEpoch + 100ms, {100ms}), Verdict::hold);
+}
+
+TEST(BudgetWatch, DoesNotHoldAThreadForWhatItOwedByTheGreaterBudget) {
+    BudgetWatch watch{{50ms, 100ms}, 0ns, kEpoch, {}};
+    EXPECT_EQ(watch.look(kEpoch + 140ms, {140ms}), Verdict::run);  // 21 below nothing: it may be
+    watch.change(kEpoch + 140ms, {140ms}, {1ms, 100ms});
+    EXPECT_EQ(watch.look(kEpoch + 140ms, {140ms}), Verdict::run);
 }
 
 TEST(BudgetWatch, HasNoPatienceWithAThreadThatEscapedUntilItHasRestedForLong) {
@@ -106,4 +128,4 @@ TEST(BudgetWatch, CountsOneWaitInEachPeriodAtMostAnEightiethOfIt) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::budget_watch_test

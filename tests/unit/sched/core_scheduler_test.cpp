@@ -4,7 +4,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::core_scheduler_test {
 namespace {
 
 constexpr Decision run(VcpuId id, std::int64_t until_ns) { return {id, instant_from_ns(until_ns)}; }
@@ -196,8 +196,20 @@ TEST(CoreScheduler, AHolderWithoutBudgetForWhomNobodyWaitsIsThrottled) {
     ASSERT_TRUE(core.add(1, {3ns, 10ns}));
     core.wake(1, at_ns(0));
     EXPECT_EQ(core.decide(at_ns(0)), run(1, 3));
-    core.inherit(1, {20ns, 9});  // of another core: it pays for nothing here
     EXPECT_EQ(core.decide(at_ns(3)), idle(at_ns(10)));
+}
+
+TEST(CoreScheduler, AHolderWithoutBudgetOverrunsForAWaiterOfAnotherCoreByOneBudgetAtMost) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(0)), run(1, 3));
+    core.inherit(1, {20ns, 9});
+    EXPECT_EQ(core.decide(at_ns(3)), run(1, 6));
+    EXPECT_EQ(core.decide(at_ns(5)), run(1, 6));
+    EXPECT_EQ(core.decide(at_ns(6)), idle(at_ns(20))) << "it pays: the refill at 10 is spent";
+    core.inherit(1, Rank{});
+    EXPECT_EQ(core.decide(at_ns(20)), run(1, 23));
 }
 
 TEST(CoreScheduler, AWaitForALockDelaysNoRefill) {
@@ -223,4 +235,4 @@ TEST(CoreScheduler, ADeferrableLoopsBudgetComesBackAtOnce) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::core_scheduler_test

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace qduino::sched {
+namespace qduino::sched::deferrable_server_test {
 namespace {
 
 constexpr Instant at(std::int64_t ns) { return instant_from_ns(ns); }
@@ -87,4 +87,4 @@ TEST(DeferrableServer, NoWindowOfAPeriodHasMoreThanTwoBudgets) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::deferrable_server_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::explain_test {
 namespace {
 
 std::string text_of(const Explanation& explanation) { return std::string{explanation.view()}; }
@@ -109,4 +109,4 @@ TEST(Explain, TheFullestCoreFitsItsLinesAndItsBuffer) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::explain_test

@@ -4,7 +4,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::pibs_test {
 namespace {
 
 /// The drawing at the head of pibs.h: U = 1/4, a client of period 16.
@@ -89,6 +89,29 @@ TEST(Pibs, AnOverrunMovesTheReplenishment) {
     EXPECT_EQ(server.consumed(), 8ns);
 }
 
+TEST(Pibs, AChangeEndsTheServiceAndWhatItUsedComesBackAtTheOldShare) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 16ns);
+    server.consume(at_ns(2), 2ns);
+    server.change(at_ns(2), {1ns, 2ns});
+    EXPECT_EQ(server.available(at_ns(7)), 0ns);
+    EXPECT_EQ(server.next_replenishment(), at_ns(8)) << "2 at a quarter";
+    EXPECT_EQ(server.available(at_ns(8)), 8ns) << "half of 16";
+}
+
+TEST(Pibs, AChangeBeforeAServiceBeginsCostsItNothing) {
+    Pibs server{{1ns, 4ns}};
+    server.activate(at_ns(0), 16ns);
+    server.consume(at_ns(4), 4ns);
+    for (int i = 0; i < 3; ++i) server.change(at_ns(5 + i), {1ns, 8ns});
+    EXPECT_EQ(server.next_replenishment(), at_ns(16));
+    EXPECT_EQ(server.available(at_ns(16)), 2ns);
+    server.block(at_ns(16));
+    server.change(at_ns(20), {1ns, 4ns});
+    server.activate(at_ns(20), 16ns);
+    EXPECT_EQ(server.available(at_ns(20)), 4ns);
+}
+
 TEST(Pibs, RoundsAgainstTheServer) {
     const Pibs server{{1ns, 3ns}};
     EXPECT_EQ(server.budget_for(10ns), 3ns);
@@ -102,8 +125,9 @@ TEST(PibsDeathTest, ContractsHold) {
     EXPECT_DEATH((Pibs{{2ns, 1ns}}), "contract broken");
     EXPECT_DEATH((Pibs{{1ns, 2ns}}.activate(at_ns(0), 0ns)), "contract broken");
     EXPECT_DEATH(static_cast<void>(Pibs{{1ns, 2ns}}.client_period()), "contract broken");
+    EXPECT_DEATH((Pibs{{1ns, 2ns}}.change(at_ns(0), {2ns, 1ns})), "contract broken");
     EXPECT_DEATH((Pibs{{1ns, 2ns}}.consume(at_ns(0), -1ns)), "contract broken");
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::pibs_test

@@ -11,7 +11,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::placement_test {
 namespace {
 
 std::unique_ptr<MulticoreAdmission> admit_on(std::size_t cores, const std::vector<Vcpu>& requests) {
@@ -147,4 +147,4 @@ TEST(Placement, RefusesFewOfTheSetsThatFit) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::placement_test

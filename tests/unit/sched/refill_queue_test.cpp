@@ -5,7 +5,7 @@
 #include "base/contract.h"
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::refill_queue_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -110,4 +110,4 @@ TEST(RefillQueueDeathTest, ContractsHold) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::refill_queue_test

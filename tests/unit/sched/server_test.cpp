@@ -6,7 +6,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::server_test {
 namespace {
 
 TEST(Server, AMainVcpuRanksByItsOwnPeriodAndWakesInIt) {
@@ -59,4 +59,4 @@ TEST(ServerDeathTest, OnlyAnIoVcpuWorksForAClient) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::server_test

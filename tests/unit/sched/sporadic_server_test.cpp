@@ -4,7 +4,7 @@
 
 #include "tests/unit/sched/make.h"
 
-namespace qduino::sched {
+namespace qduino::sched::sporadic_server_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -106,4 +106,4 @@ TEST(SporadicServerDeathTest, ContractsHold) {
 }
 
 }  // namespace
-}  // namespace qduino::sched
+}  // namespace qduino::sched::sporadic_server_test

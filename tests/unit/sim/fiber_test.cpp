@@ -15,7 +15,7 @@
 #define FIBER_DEATH_SUITE FiberDeathTest
 #endif
 
-namespace qduino::board::sim {
+namespace qduino::board::sim::fiber_test {
 namespace {
 
 struct Counter {
@@ -175,4 +175,4 @@ TEST(FIBER_DEATH_SUITE, AnOverflowFaultsAtTheGuardPage) {
 }
 
 }  // namespace
-}  // namespace qduino::board::sim
+}  // namespace qduino::board::sim::fiber_test

@@ -8,7 +8,7 @@
 #include "sched/admission.h"
 #include "sim_fixture.h"
 
-namespace qduino::board::sim::testing {
+namespace qduino::board::sim::testing::sim_admission_test {
 namespace {
 
 struct TaskSet {
@@ -164,4 +164,4 @@ TEST(SimAdmission, TheGoldenCaseMeetsItsPeriodsAndOneMoreMillisecondDoesNot) {
 }
 
 }  // namespace
-}  // namespace qduino::board::sim::testing
+}  // namespace qduino::board::sim::testing::sim_admission_test

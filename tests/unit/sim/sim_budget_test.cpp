@@ -4,7 +4,7 @@
 
 #include "sim_fixture.h"
 
-namespace qduino::board::sim::testing {
+namespace qduino::board::sim::testing::sim_budget_test {
 namespace {
 
 using Burst = KeptTrace::Burst;
@@ -138,4 +138,4 @@ TEST_F(SimBudget, AnOwningLoopIsNeverThrottled) {
 }
 
 }  // namespace
-}  // namespace qduino::board::sim::testing
+}  // namespace qduino::board::sim::testing::sim_budget_test

@@ -6,7 +6,7 @@
 
 #include "sim_fixture.h"
 
-namespace qduino::board::sim::testing {
+namespace qduino::board::sim::testing::sim_determinism_test {
 namespace {
 
 /// A machine with everything in it: three cores, shared and owned, interrupts both ways, an edge
@@ -148,4 +148,4 @@ TEST(SimDeterminism, TheHashSeesASinglePinWrite) {
 }
 
 }  // namespace
-}  // namespace qduino::board::sim::testing
+}  // namespace qduino::board::sim::testing::sim_determinism_test

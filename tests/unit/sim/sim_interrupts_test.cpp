@@ -3,7 +3,7 @@
 
 #include "sim_fixture.h"
 
-namespace qduino::board::sim::testing {
+namespace qduino::board::sim::testing::sim_interrupts_test {
 namespace {
 
 using Burst = KeptTrace::Burst;
@@ -108,44 +108,78 @@ TEST(SimInterrupts, ABottomHalfRunsOnItsIoVcpuWithinItsBudget) {
     for (const Burst& burst : trace.bursts(40)) EXPECT_LE(burst.end - burst.begin, Nanoseconds{1ms + 10us});
 }
 
-/// Loop 1 (10 ms) reads a chip: 1 ms of bus. Loop 2 (20 ms) computes. The bus's I/O VCPU has a
-/// tenth.
-struct ALoopOnABus : ::testing::Test {
+TEST(SimInterrupts, ABottomHalfHasTheBudgetThatItIsGivenWhileItRuns) {
+    NoPeripherals wires;
+    SimBoard board(with_source(timer_like(10us, 900us)), wires);  // wants 90 % of the core
+    Program program;
+    std::vector<Nanoseconds> used;
+    program.io(40, 1ms, 10ms, 0).loop(1, 1ms, 100ms, 1, [&] {
+        for (const Nanoseconds budget : {Nanoseconds{5ms}, Nanoseconds{500us}, Nanoseconds{1ms}}) {
+            board.sleep_until(board.now() + 1s);
+            used.push_back(board.cpu_time(40));
+            EXPECT_TRUE(board.change_io(40, {budget, 10ms}));
+        }
+        EXPECT_FALSE(board.change_io(1, {1ms, 10ms}));
+        EXPECT_FALSE(board.change_io(41, {1ms, 10ms}));
+    });
+    ASSERT_TRUE(board.serve_interrupts(DeviceClass::nic, 40));
+    ASSERT_TRUE(board.start(program.specs()));
+    board.run(at(3100ms));
+    ASSERT_EQ(used.size(), 3u);
+    // Shares of a second, and a service of 10 ms at either end.
+    EXPECT_NEAR(to_seconds(used[0]), 0.1, 0.001);
+    EXPECT_NEAR(to_seconds(used[1] - used[0]), 0.5, 0.005);
+    EXPECT_NEAR(to_seconds(used[2] - used[1]), 0.05, 0.005);
+    EXPECT_EQ(board.guarantee().loops[1].budget, 1ms);
+}
+
+/// Loop 1 (10 ms) uses a device that takes 1 ms for it. Loop 2 (20 ms) computes. The device's I/O
+/// VCPU has a tenth.
+class ALoopWithADevice : public ::testing::TestWithParam<DeviceClass> {
+  protected:
     void run(bool served) {
         SimConfig config;
-        config.costs.i2c_per_byte = 500us;
+        config.costs.i2c_per_byte = config.costs.uart_per_byte = config.costs.nic_per_byte = 500us;
         NoPeripherals wires;
         SimBoard board(config, wires);
         Program program;
         program.io(40, 5ms, 50ms, 0)
             .loop(1, 4ms, 10ms, 0,
                   [&] {
-                      std::array<std::uint8_t, 1> byte{};
-                      static_cast<void>(board.i2c_transfer({1}, {0x48}, byte, {}));
+                      use(board);
                       done = board.now();
                       slept = board.slept();
                       board.sleep_until(kForever);
                   })
             .loop(2, 15ms, 20ms, 0, [&] { board.compute(15ms); });
         const VcpuId server = served ? VcpuId{40} : kNoVcpu;
-        EXPECT_TRUE(board.serve_interrupts(DeviceClass::i2c, server));
+        EXPECT_TRUE(board.serve_interrupts(GetParam(), server));
         ASSERT_TRUE(board.start(program.specs()));
         board.run(at(100ms));
         by_loop = board.cpu_time(1);
         by_io = board.cpu_time(40);
     }
+    /// Two bytes; one is the address, on I2C.
+    static void use(SimBoard& board) {
+        std::array<std::uint8_t, 1> byte{};
+        if (GetParam() == DeviceClass::i2c) {
+            static_cast<void>(board.i2c_transfer({1}, {0x48}, byte, {}));
+        } else {
+            board.device_work(GetParam(), 2);
+        }
+    }
     Instant done;
     Nanoseconds slept{}, by_loop{}, by_io{};
 };
 
-TEST_F(ALoopOnABus, PaysForItItselfWhereNobodyServesTheBus) {
+TEST_P(ALoopWithADevice, PaysForItItselfWhereNobodyServesTheDevice) {
     run(false);
     EXPECT_EQ(done, at(1ms));
     EXPECT_EQ(by_loop, 1ms);
     EXPECT_EQ(by_io, Nanoseconds{0});
 }
 
-TEST_F(ALoopOnABus, HasItDoneAtItsOwnRankByTheIoVcpuAndSleepsMeanwhile) {
+TEST_P(ALoopWithADevice, HasItDoneAtItsOwnRankByTheIoVcpuAndSleepsMeanwhile) {
     run(true);
     // At its own 50 ms the I/O VCPU would wait for the 15 ms of loop 2.
     EXPECT_EQ(done, at(1ms));
@@ -153,6 +187,9 @@ TEST_F(ALoopOnABus, HasItDoneAtItsOwnRankByTheIoVcpuAndSleepsMeanwhile) {
     EXPECT_EQ(by_io, 1ms) << "U·T of the client: a tenth of 10 ms";
     EXPECT_EQ(slept, 1ms) << "which admission counts as a sleep";
 }
+
+INSTANTIATE_TEST_SUITE_P(Sim, ALoopWithADevice,
+                         ::testing::Values(DeviceClass::i2c, DeviceClass::uart, DeviceClass::nic));
 
 TEST(SimInterrupts, WithoutAnIoVcpuTheBottomHalfRunsAboveEveryLoop) {
     NoPeripherals wires;
@@ -422,6 +459,12 @@ TEST(SimEdges, TheHandlerPreemptsByItsOwnPeriodAndPaysFromItsOwnBudget) {
     EXPECT_EQ(context.times[2], at(11ms + 200us));
     EXPECT_EQ(board.cpu_time(33), Nanoseconds{1800us});
     EXPECT_EQ(trace.count(TraceKind::throttle, 33), 1u);
+    const GuaranteeReport report = board.guarantee();
+    ASSERT_EQ(report.bottom_halves.size(), 1u);
+    EXPECT_EQ(report.bottom_halves[0].id, 33);
+    EXPECT_EQ(report.bottom_halves[0].timed, 3u);
+    EXPECT_EQ(report.bottom_halves[0].begin_worst, 10'200us) << "all three came at 1 ms";
+    EXPECT_EQ(report.bottom_halves[0].end_worst, 10'800us);
 }
 
 TEST(SimEdges, MoreThanTheQueueHoldsAreCountedAsLost) {
@@ -446,4 +489,4 @@ TEST(SimEdges, MoreThanTheQueueHoldsAreCountedAsLost) {
 }
 
 }  // namespace
-}  // namespace qduino::board::sim::testing
+}  // namespace qduino::board::sim::testing::sim_interrupts_test

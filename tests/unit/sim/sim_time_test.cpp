@@ -3,7 +3,7 @@
 
 #include "sim_fixture.h"
 
-namespace qduino::board::sim::testing {
+namespace qduino::board::sim::testing::sim_time_test {
 namespace {
 
 /// Runs `body` as the only loop, on a core of its own, to the end.
@@ -242,4 +242,4 @@ TEST(SimTime, SafeStatesMayBeForcedWhileALoopHangs) {
 }
 
 }  // namespace
-}  // namespace qduino::board::sim::testing
+}  // namespace qduino::board::sim::testing::sim_time_test

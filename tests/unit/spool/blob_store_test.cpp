@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-namespace qduino::spool {
+namespace qduino::spool::blob_store_test {
 namespace {
 
 class BlobStoreTest : public ::testing::Test {
@@ -137,4 +137,4 @@ TEST_F(BlobStoreTest, DamagedRecordsAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::blob_store_test

@@ -17,7 +17,7 @@
 
 #include "tests/unit/spool/spool_fixture.h"
 
-namespace qduino::spool {
+namespace qduino::spool::crash_test {
 namespace {
 
 struct Acknowledged {
@@ -180,4 +180,4 @@ TEST_F(CrashTest, WhatWasAcknowledgedSurvivesAndPrintsOnce) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::crash_test

@@ -8,7 +8,7 @@
 #include "spool/name_search.h"
 #include "tests/unit/spool/spool_fixture.h"
 
-namespace qduino::spool {
+namespace qduino::spool::page_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -253,4 +253,4 @@ TEST_F(StoreLimitTest, WhatWaitsIsNeverDeletedAndNothingGoesInVain) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::page_test

@@ -9,7 +9,7 @@
 #include <map>
 #include <random>
 
-namespace qduino::spool {
+namespace qduino::spool::queue_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -388,4 +388,4 @@ TEST(Queue, RandomSequencesKeepItsInvariants) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::queue_test

@@ -14,7 +14,7 @@
 #include "spool/recovery.h"
 #include "tests/unit/spool/spool_fixture.h"
 
-namespace qduino::spool {
+namespace qduino::spool::recovery_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -537,4 +537,4 @@ TEST_F(RecoveryTest, AJournalOfVersion1IsBroughtUpToDate) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::recovery_test

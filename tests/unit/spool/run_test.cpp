@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-namespace qduino::spool {
+namespace qduino::spool::run_test {
 namespace {
 
 using printer::link::JobOutcome;
@@ -126,4 +126,4 @@ TEST(Machine, DamagedFieldsBecomeSafeOnes) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::run_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/spool/spool_fixture.h"
 
-namespace qduino::spool {
+namespace qduino::spool::spool_test {
 namespace {
 
 using printer::link::JobOutcome;
@@ -496,4 +496,4 @@ TEST_F(SpoolTest, RandomKillsOfTheServiceNeverLoseOrRepeatAByte) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::spool_test

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace qduino::spool {
+namespace qduino::spool::store_test {
 namespace {
 
 class StoreTest : public ::testing::Test {
@@ -177,4 +177,4 @@ TEST_F(StoreTest, AFileThatIsNoJournalIsRefusedWithAReason) {
 }
 
 }  // namespace
-}  // namespace qduino::spool
+}  // namespace qduino::spool::store_test

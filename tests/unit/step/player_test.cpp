@@ -8,7 +8,7 @@
 #include "channel/ring_buffer.h"
 #include "tests/unit/step/virtual_pins.h"
 
-namespace qduino::printer::step {
+namespace qduino::printer::step::player_test {
 namespace {
 
 using test::VirtualPins;
@@ -431,4 +431,4 @@ TEST_F(PlayerTest, NothingPushedBeforeAStopComesBack) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::step
+}  // namespace qduino::printer::step::player_test

@@ -7,7 +7,7 @@
 
 #include "tests/property/motion/pipeline.h"
 
-namespace qduino::printer::step {
+namespace qduino::printer::step::solver_test {
 namespace {
 
 using motion::Move;
@@ -320,4 +320,4 @@ TEST(Solver, NoErrorAddsUp) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::step
+}  // namespace qduino::printer::step::solver_test

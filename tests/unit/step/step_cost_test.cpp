@@ -5,7 +5,7 @@
 
 #include "tests/unit/step/virtual_pins.h"
 
-namespace qduino::printer::step {
+namespace qduino::printer::step::step_cost_test {
 namespace {
 
 TEST(StepCost, IsTheTimeOfBothEdges) {
@@ -41,4 +41,4 @@ TEST(StepCost, TheLimitLeavesPartOfTheCore) {
 }
 
 }  // namespace
-}  // namespace qduino::printer::step
+}  // namespace qduino::printer::step::step_cost_test

@@ -8,7 +8,7 @@
 #include "channel/ring_buffer.h"
 #include "tests/unit/step/virtual_pins.h"
 
-namespace qduino::printer::step {
+namespace qduino::printer::step::stepper_loop_test {
 namespace {
 
 using test::VirtualPins;
@@ -147,4 +147,4 @@ TEST_F(StepperLoopTest, WhileAnEmergencyIsPendingNothingMovesThoughTheStopWasSer
 }
 
 }  // namespace
-}  // namespace qduino::printer::step
+}  // namespace qduino::printer::step::stepper_loop_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace qduino::apps {
+namespace qduino::apps::did_you_mean_test {
 namespace {
 
 /// As it is defined, without a table.
@@ -49,4 +49,4 @@ TEST(DidYouMean, TheNearestIsNamedAndNothingFarOff) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::did_you_mean_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::apps {
+namespace qduino::apps::human_test {
 namespace {
 
 TEST(Human, DurationsHaveThreeDigitsThatCount) {
@@ -27,4 +27,4 @@ TEST(Human, CountsHaveTheirPlural) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::human_test

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-namespace qduino::apps {
+namespace qduino::apps::wrap_test {
 namespace {
 
 /// What a shell makes of the lines: a backslash at the end joins the next one.
@@ -52,4 +52,4 @@ TEST(Wrap, OrdinaryTextHasNoBackslashes) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::wrap_test

@@ -4,7 +4,7 @@
 
 #include "base/text.h"
 
-namespace qduino::apps {
+namespace qduino::apps::duration_test {
 namespace {
 
 TEST(Duration, HasANumberAndAUnit) {
@@ -46,4 +46,4 @@ TEST(Duration, ReadsBackWhatReportsWrite) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::duration_test

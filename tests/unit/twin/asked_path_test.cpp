@@ -9,12 +9,12 @@
 #include "tests/unit/twin/text_source.h"
 #include "twin/line_reader.h"
 
-namespace qduino::twin {
+namespace qduino::twin::asked_path_test {
 namespace {
 
 std::vector<AskedItem> items_of(const std::string& gcode, const Position& start = {}) {
     TextSource source(gcode);
-    AskedPath path(source, start, {0, 0, 0});
+    AskedPath path(source, start, Machine{});
     std::vector<AskedItem> items;
     for (AskedItem item = path.next(); item.kind != AskedItem::Kind::end; item = path.next())
         items.push_back(item);
@@ -43,6 +43,10 @@ TEST(LineReader, WhatIsNoCommandCommandsNothing) {
     for (const char* text :
          {"", "   ", "; G1 X1", "T0", "EXCLUDE_OBJECT_START NAME=G1", "<xml>", "G", "N5", "*7"})
         EXPECT_EQ(LineReader::parse(text).letter, 0) << text;
+    EXPECT_EQ(LineReader::parse("EXCLUDE_OBJECT_START NAME=G1").word, "EXCLUDE_OBJECT_START");
+    EXPECT_EQ(LineReader::parse("a_word x=1 NAME=\"b c\" Y=2").word_value("name"), "b c");
+    EXPECT_EQ(LineReader::parse("A_WORD NAME=\"b c\" Y=-2.5").word_number("Y"), -2.5);
+    EXPECT_FALSE(LineReader::parse("A_WORD Y=").word_number("Y").has_value());
     EXPECT_EQ(LineReader::parse("M117 Going to X10").number, 117);
 }
 
@@ -100,11 +104,79 @@ TEST(AskedPath, MachineCoordinatesForgetEveryOffset) {
 
 TEST(AskedPath, FlowScalesFilamentFromThenOn) {
     TextSource source("G1 E10\nM221 S50\nG1 E20\nM83\nG1 E-4\n");
-    AskedPath path(source, {}, {0, 0, 0});
+    AskedPath path(source, {}, Machine{});
     while (path.next().kind != AskedItem::Kind::end) {
     }
     EXPECT_DOUBLE_EQ(path.filament_net_mm(), 10 + 5 - 2);
     EXPECT_DOUBLE_EQ(path.filament_pushed_mm(), 15);
+}
+
+TEST(AskedPath, FirmwareRetractionDrawsLiftsAndPushesAgain) {
+    const auto items = items_of("M207 S2 Z0.5\nM208 S0.1\nG1 X5 E3\nG10\nG10\nG1 X9\nG11\nG11\nG1 E4\n");
+    ASSERT_EQ(items.size(), 7u);
+    EXPECT_EQ(items[1].to, (Position{5, 0, 0, 1}));
+    EXPECT_EQ(items[2].to, (Position{5, 0, 0.5, 1}));
+    EXPECT_EQ(items[3].to, (Position{9, 0, 0.5, 1}));
+    EXPECT_EQ(items[4].to, (Position{9, 0, 0, 1}));
+    EXPECT_NEAR(items[5].to[3], 3.1, 1e-12);
+    EXPECT_NEAR(items[6].to[3], 4.1, 1e-12) << "the words of E know nothing of it";
+    EXPECT_EQ(items_of("G10 P0 S200\nG11\n").size(), 0u) << "a tool's temperature is no retraction";
+}
+
+TEST(AskedPath, VolumetricWordsAreCubicMillimetres) {
+    const double area = std::numbers::pi / 4 * 2.85 * 2.85;
+    const auto items = items_of("M200 D2.85\nG1 E10\nM200 D0\nG1 E11\nM200 S1\nG1 E12\n");
+    ASSERT_EQ(items.size(), 3u);
+    EXPECT_NEAR(items[0].to[3], 10 / area, 1e-12);
+    EXPECT_NEAR(items[1].to[3], 10 / area + 1, 1e-12);
+    EXPECT_NEAR(items[2].to[3], 11 / area + 1, 1e-12);
+}
+
+TEST(AskedPath, StepsPerMillimetreOfFilamentScaleIt) {
+    const auto items = items_of("M92 E48\nG1 E2\nM92 X1\nG1 X1\n");
+    ASSERT_EQ(items.size(), 2u);
+    EXPECT_DOUBLE_EQ(items[0].to[3], 1) << "this drive takes 96";
+    EXPECT_DOUBLE_EQ(items[1].to[0], 1) << "of a slide the machine knows better";
+}
+
+TEST(AskedPath, OffsetsOutlastAHoming) {
+    const auto items =
+        items_of("M206 X-2\nSET_GCODE_OFFSET z_adjust=0.5 MOVE=1\nG1 X1 Z1\nG28 X Z\nG1 X1 Z1\n");
+    ASSERT_EQ(items.size(), 4u);
+    EXPECT_EQ(items[0].to, (Position{0, 0, 0.5, 0}));
+    EXPECT_EQ(items[1].to, (Position{3, 0, 1.5, 0}));
+    EXPECT_EQ(items[3].to, (Position{3, 0, 1.5, 0}));
+}
+
+TEST(AskedPath, AxesThatAreNotThereAreNotHomed) {
+    EXPECT_EQ(items_of("G28 U0\n").size(), 0u);
+    EXPECT_EQ(items_of("G28 X0 U0\n")[0].homed, 0b001);
+    EXPECT_EQ(items_of("G28 W\n")[0].homed, 0b111);
+}
+
+TEST(AskedPath, WordsThatAreMacrosStandForTheirLines) {
+    Machine machine;
+    machine.macros.push_back({"PRIME", "G1 X{TO=5} E{e}\nG1 Y1"});
+    TextSource source("prime E=2\nPRIME TO=\"9\" E=3\nOTHER E=9\n");
+    AskedPath path(source, {}, machine);
+    EXPECT_EQ(path.next().to, (Position{5, 0, 0, 2}));
+    EXPECT_EQ(path.next().to, (Position{5, 1, 0, 2}));
+    const AskedItem third = path.next();
+    EXPECT_EQ(third.to, (Position{9, 1, 0, 3}));
+    EXPECT_EQ(third.line, 2u);
+    EXPECT_EQ(path.next().kind, AskedItem::Kind::end);
+}
+
+TEST(AskedPath, AnObjectThatIsLeftOutIsNotAsked) {
+    const auto items = items_of(
+        "M486 P1\nG1 X10 Z1\nM486 S1\nG1 X20 E5\nG1 Z2\nM486 S-1\nG1 X30 E6\nEXCLUDE_OBJECT NAME=a\n"
+        "EXCLUDE_OBJECT_START NAME=a\nG1 X99\nEXCLUDE_OBJECT_END\nG1 X31 E7\n");
+    ASSERT_EQ(items.size(), 6u);
+    EXPECT_EQ(items[0].to, (Position{10, 0, 1, 0}));
+    EXPECT_EQ(items[1].to, (Position{10, 0, 2, 0})) << "up first";
+    EXPECT_EQ(items[2].to, (Position{30, 0, 2, 0}));
+    EXPECT_EQ(items[3].to, (Position{30, 0, 2, 1})) << "of the filament only what follows";
+    EXPECT_EQ(items[4].to, (Position{31, 0, 2, 1}));
 }
 
 double length_of(const std::vector<AskedItem>& items, Position from) {
@@ -128,9 +200,35 @@ TEST(AskedPath, ChordsStayOnTheirArc) {
         EXPECT_GT(item.to[2], from[2]);
         from = item.to;
     }
-    EXPECT_LE(worst, 1.001 * AskedPath::kChordErrorMm);
+    EXPECT_LE(worst, 1.001 * AskedCurve::kChordErrorMm);
     EXPECT_EQ(items.back().to, (Position{0, 10, 3, 1}));
     EXPECT_NEAR(length_of(items, start), 10 * std::numbers::pi / 2, 1e-3);
+}
+
+TEST(AskedPath, ArcsLieInTheirPlane) {
+    const Position start{0, 0, 10, 0};
+    for (const AskedItem& item : items_of("G18\nG3 X10 Z0 Y2 K-10 I0\n", start)) {
+        EXPECT_NEAR(std::hypot(item.to[2], item.to[0]), 10, 1e-9);
+        EXPECT_GT(item.to[0], 0) << "from Z to X";
+        EXPECT_TRUE(item.curved);
+    }
+    const auto full = items_of("G19\nG2 J3 P2\n", start);
+    double turned = 0;
+    Position from = start;
+    for (const AskedItem& item : full) {
+        turned += std::hypot(item.to[1] - from[1], item.to[2] - from[2]);
+        from = item.to;
+    }
+    EXPECT_NEAR(turned, 2 * 2 * std::numbers::pi * 3, 0.01) << "two turns";
+}
+
+TEST(AskedPath, ASplineIsDeCasteljaus) {
+    const auto items = items_of("G5 X20 Y0 I0 J10 P0 Q10 E4\n");
+    ASSERT_GT(items.size(), 100u);
+    double highest = 0;
+    for (const AskedItem& item : items) highest = std::max(highest, item.to[1]);
+    EXPECT_NEAR(highest, 7.5, 1e-3) << "3/4 of the control points' height";
+    EXPECT_EQ(items.back().to, (Position{20, 0, 0, 4}));
 }
 
 TEST(AskedPath, RadiusFormTakesTheShortOrTheLongWay) {
@@ -144,4 +242,4 @@ TEST(AskedPath, RadiusFormTakesTheShortOrTheLongWay) {
 }
 
 }  // namespace
-}  // namespace qduino::twin
+}  // namespace qduino::twin::asked_path_test

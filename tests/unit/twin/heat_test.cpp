@@ -9,7 +9,7 @@
 #include "twin/heater.h"
 #include "twin/printer.h"
 
-namespace qduino::twin {
+namespace qduino::twin::heat_test {
 namespace {
 
 using testing::PinPlayer;
@@ -275,4 +275,4 @@ TEST(TwinFault, TextsAreReadAndRefusedWithAReason) {
 }
 
 }  // namespace
-}  // namespace qduino::twin
+}  // namespace qduino::twin::heat_test

@@ -13,7 +13,7 @@
 #include "apps/inspect/inspect_server.h"
 #include "tests/unit/twin/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::inspect_server_test {
 namespace {
 
 using twin::testing::TemporaryFolder;
@@ -187,4 +187,4 @@ TEST(InspectClient, GivesUpWhenNobodyAnswers) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::inspect_server_test

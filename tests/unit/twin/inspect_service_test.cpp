@@ -9,7 +9,7 @@
 #include "tests/unit/twin/pin_player.h"
 #include "tests/unit/twin/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::inspect_service_test {
 namespace {
 
 using nlohmann::json;
@@ -161,4 +161,4 @@ TEST(PrefetchSource, MayBeDroppedWhileItReads) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::inspect_service_test

@@ -10,7 +10,7 @@
 #include "tests/unit/twin/text_source.h"
 #include "twin/report.h"
 
-namespace qduino::twin {
+namespace qduino::twin::inspector_test {
 namespace {
 
 using testing::Event;
@@ -21,7 +21,7 @@ Report judged(const Findings& findings, std::uint64_t excursions_told = 0) {
     Report report;
     report.findings = findings;
     report.excursions_told = excursions_told;
-    judge(report, {}, Machine{}.axes[kExtruder].steps_per_mm);
+    judge(report, Machine{});
     return report;
 }
 
@@ -45,6 +45,85 @@ TEST(Inspector, AStraightLineMatches) {
     EXPECT_EQ(report.findings.axes[0].steps, 800u);
     EXPECT_LE(report.findings.axes[0].path_deviation_mm_max, 0.51 / 80);
     EXPECT_DOUBLE_EQ(report.findings.axes[0].final_built_mm, 10.0);
+}
+
+/// A machine with other scales than the reference machine's.
+Machine scaled(double x, double y, double z, double e) {
+    Machine machine;
+    const double steps[]{x, y, z, e};
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) machine.axes[axis].steps_per_mm = steps[axis];
+    return machine;
+}
+
+/// G-code of circles and arcs that touch lines, cusps and each other, built with chords `chord_mm`
+/// beside the true curve.
+Report built_arcs(const Machine& machine, double chord_mm) {
+    NaiveFirmware firmware(machine);
+    constexpr double kPi = std::numbers::pi;
+    std::string gcode = "G1 X20 Y20\nG1 X40 Y20 E1\n";
+    firmware.move_to({20, 20, 0, 0});
+    firmware.move_to({40, 20, 0, 1});
+    gcode += "G3 X60 Y40 I0 J20 E2.5\n";  // a quarter, tangent to the line before it
+    firmware.arc_to({60, 40, 0, 2.5}, 40, 40, kPi / 2, chord_mm);
+    gcode += "G2 X60 Y40 I-10 J0 E5\n";  // a whole circle that begins with a cusp
+    firmware.arc_to({60, 40, 0, 5}, 50, 40, -2 * kPi, chord_mm);
+    gcode += "G2 X50 Y30 I-10 J0 E3 Z1\n";  // a helix, drawing filament back
+    firmware.arc_to({50, 30, 1, 3}, 50, 40, -kPi / 2, chord_mm);
+    gcode += "G1 Z0.5\nG1 X48.7 Y30.3 E3.2\n";
+    firmware.move_to({50, 30, 0.5, 3});
+    firmware.move_to({48.7, 30.3, 0.5, 3.2});
+    gcode += "G3 X48.7 Y30.3 I0.02 J0 E3.3\nG1 X20\n";  // smaller than a step
+    firmware.arc_to({48.7, 30.3, 0.5, 3.3}, 48.72, 30.3, 2 * kPi, std::min(chord_mm, 0.005));
+    firmware.move_to({20, 30.3, 0.5, 3.3});
+    Report report;
+    report.findings = inspect(machine, gcode, firmware.events, firmware.start());
+    judge(report, machine);
+    return report;
+}
+
+TEST(Inspector, ArcsAreJudgedByTheTrueCircleAtAnyScale) {
+    for (const Machine& machine :
+         {Machine{}, scaled(100, 100, 400, 415), scaled(26.7, 40, 800, 140.5), scaled(320, 640, 3200, 690)}) {
+        for (const double chord_mm : {0.0005, 0.005}) {
+            const Report report = built_arcs(machine, chord_mm);
+            EXPECT_TRUE(report.matches) << machine.axes[0].steps_per_mm << " " << chord_mm << explain(report);
+        }
+        const Report coarse = built_arcs(machine, 0.03);
+        EXPECT_FALSE(coarse.matches) << machine.axes[0].steps_per_mm << explain(coarse);
+        EXPECT_NE(coarse.differences[0].find("left the asked curve"), std::string::npos) << explain(coarse);
+    }
+}
+
+TEST(Inspector, AWrongScaleIsADifference) {
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        Machine believed;
+        believed.axes[axis].steps_per_mm *= 1.01;
+        NaiveFirmware firmware(believed);
+        firmware.move_to({30, 20, 3, 4});
+        Report report;
+        report.findings = inspect(Machine{}, "G1 X30 Y20 Z3 E4\n", firmware.events, firmware.start());
+        judge(report, Machine{});
+        EXPECT_FALSE(report.matches) << axis << explain(report);
+    }
+}
+
+TEST(Inspector, ALostRetractionIsADifference) {
+    const std::string gcode = "M207 S0.8\nG1 X10 E1\nG10\nG1 X20\nG11\nG1 X30 E2\n";
+    for (const bool lost : {false, true}) {
+        Built built;
+        built.firmware.move_to({10, 0, 0, 1});
+        if (!lost) built.firmware.move_to({10, 0, 0, 0.2});
+        built.firmware.move_to({20, 0, 0, lost ? 1 : 0.2});
+        built.firmware.move_to({20, 0, 0, 1});
+        built.firmware.move_to({30, 0, 0, 2});
+        EXPECT_EQ(built.report(gcode).matches, !lost) << explain(built.report(gcode));
+    }
+}
+
+TEST(Inspector, OnePercentOfFlowIsADifference) {
+    Built built;
+    built.firmware.move_to({100, 0, 0, 3.3 * 1.01});
+    EXPECT_FALSE(built.report("G1 X100 E3.3\n").matches);
 }
 
 TEST(Inspector, ADiagonalWithExtrusionMatches) {
@@ -557,4 +636,4 @@ TEST(InspectorMutants, RandomNoiseEndsAndDoesNotMatch) {
 }
 
 }  // namespace
-}  // namespace qduino::twin
+}  // namespace qduino::twin::inspector_test

@@ -8,7 +8,7 @@
 #include "tests/unit/twin/pin_player.h"
 #include "tests/unit/twin/text_source.h"
 
-namespace qduino::twin {
+namespace qduino::twin::job_test {
 namespace {
 
 using testing::PinPlayer;
@@ -212,4 +212,4 @@ TEST(TwinReport, IsJsonWithTheFiguresOfTheJob) {
 }
 
 }  // namespace
-}  // namespace qduino::twin
+}  // namespace qduino::twin::job_test

@@ -55,6 +55,25 @@ class NaiveFirmware {
         at_mm_ = to_mm;
     }
 
+    /// An arc in XY about the centre by `sweep` radians, as chords that leave it by `chord_mm`; Z
+    /// and E go evenly to `to`.
+    void arc_to(const Position& to, double centre_x, double centre_y, double sweep, double chord_mm) {
+        const Position from = at_mm_;
+        const double radius = std::hypot(from[0] - centre_x, from[1] - centre_y);
+        const double begin = std::atan2(from[1] - centre_y, from[0] - centre_x);
+        const int chords =
+            static_cast<int>(std::ceil(std::abs(sweep) / (2 * std::acos(1 - chord_mm / radius))));
+        for (int chord = 1; chord <= chords; ++chord) {
+            const double share = static_cast<double>(chord) / chords;
+            Position at = to;
+            for (std::size_t axis = 2; axis < kAxisCount; ++axis)
+                at[axis] = from[axis] + share * (to[axis] - from[axis]);
+            at[0] = centre_x + radius * std::cos(begin + share * sweep);
+            at[1] = centre_y + radius * std::sin(begin + share * sweep);
+            move_to(chord == chords ? to : at);
+        }
+    }
+
     /// Fast approach, retreat, slow approach, rest: each with a pause, as the planner of a real one
     /// makes.
     void home(const std::vector<int>& axes) {

@@ -8,7 +8,7 @@
 
 #include "tests/unit/twin/pin_player.h"
 
-namespace qduino::twin {
+namespace qduino::twin::printer_test {
 namespace {
 
 using board::Level;
@@ -257,4 +257,4 @@ TEST(TwinMotor, TheReferenceMachineLosesNothingAtItsOwnLimits) {
 }
 
 }  // namespace
-}  // namespace qduino::twin
+}  // namespace qduino::twin::printer_test

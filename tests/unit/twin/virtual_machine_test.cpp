@@ -13,7 +13,7 @@
 #include "device/ads7828.h"
 #include "tests/unit/twin/temporary_folder.h"
 
-namespace qduino::apps {
+namespace qduino::apps::virtual_machine_test {
 namespace {
 
 using board::Level;
@@ -158,4 +158,4 @@ TEST(VirtualMachine, FaultsCountFromItsStart) {
 }
 
 }  // namespace
-}  // namespace qduino::apps
+}  // namespace qduino::apps::virtual_machine_test

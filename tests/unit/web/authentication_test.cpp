@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-namespace qduino::web {
+namespace qduino::web::authentication_test {
 namespace {
 
 constexpr Instant kNow = instant_from_ns(1'000'000'000'000);
@@ -142,4 +142,4 @@ TEST(Cookie, ValuesAreFoundByWholeName) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::authentication_test

@@ -4,7 +4,7 @@
 
 #include "tests/unit/web/web_fixture.h"
 
-namespace qduino::web {
+namespace qduino::web::connection_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -310,4 +310,4 @@ TEST_F(ConnectionTest, ALiveStreamIsHandedToTheSocketsOwner) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::connection_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <string>
 
-namespace qduino::web {
+namespace qduino::web::content_coding_test {
 namespace {
 
 constexpr std::array<bool, kCodings> kAll{true, true, true};
@@ -74,4 +74,4 @@ TEST(ContentCoding, AnyTextChoosesSomethingThatIsThere) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::content_coding_test

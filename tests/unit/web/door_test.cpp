@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace qduino::web {
+namespace qduino::web::door_test {
 namespace {
 
 constexpr Instant at(int second) { return instant_from_ns(1'000'000'000ll * (1000 + second)); }
@@ -228,4 +228,4 @@ TEST(DoorProperty, AgreesWithTheNaiveOneAndKeepsItsPromises) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::door_test

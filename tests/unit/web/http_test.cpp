@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace qduino::web {
+namespace qduino::web::http_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -66,4 +66,4 @@ TEST(ErrorResponse, IsJsonWhateverTheMessage) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::http_test

@@ -4,7 +4,7 @@
 #include "tests/unit/web/web_fixture.h"
 #include "web/api/json.h"
 
-namespace qduino::web {
+namespace qduino::web::jobs_api_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -382,4 +382,4 @@ TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::jobs_api_test

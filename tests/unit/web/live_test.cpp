@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace qduino::web {
+namespace qduino::web::live_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -77,4 +77,4 @@ TEST(LiveHub, TakesOnlySoMany) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::live_test

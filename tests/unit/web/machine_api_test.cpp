@@ -3,7 +3,7 @@
 
 #include "tests/unit/web/web_fixture.h"
 
-namespace qduino::web {
+namespace qduino::web::machine_api_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -202,4 +202,4 @@ TEST_F(MachineApiTest, TextFromTheMachineThatIsNoUtf8StillGivesJson) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::machine_api_test

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace qduino::web {
+namespace qduino::web::multipart_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -200,4 +200,4 @@ TEST(Boundary, IsReadFromTheContentType) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::multipart_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace qduino::web {
+namespace qduino::web::origin_test {
 namespace {
 
 TEST(HostPolicy, AllowsAddressesLocalhostAndNamesOfTheOwner) {
@@ -40,4 +40,4 @@ TEST(Origin, MustBeTheHostThatWasAsked) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::origin_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace qduino::web {
+namespace qduino::web::request_reader_test {
 namespace {
 
 struct Read {
@@ -140,4 +140,4 @@ TEST(RequestReader, HandsOnWhatItHasNotUsed) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::request_reader_test

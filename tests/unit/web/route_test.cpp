@@ -7,7 +7,7 @@
 #include "base/words.h"
 #include "tests/unit/web/web_fixture.h"
 
-namespace qduino::web {
+namespace qduino::web::route_test {
 namespace {
 
 using api::Body;
@@ -111,4 +111,4 @@ TEST_F(RouteTest, TheDocumentListsExactlyTheRoutes) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::route_test

@@ -4,7 +4,7 @@
 
 #include "tests/unit/web/web_fixture.h"
 
-namespace qduino::web {
+namespace qduino::web::security_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -320,4 +320,4 @@ TEST_F(SecurityTest, ALoginEndsTheSessionThatTheBrowserHadBefore) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::security_test

@@ -3,7 +3,7 @@
 
 #include "tests/unit/web/web_fixture.h"
 
-namespace qduino::web {
+namespace qduino::web::slicer_api_test {
 namespace {
 
 using ::testing::StartsWith;
@@ -99,4 +99,4 @@ TEST_F(SlicerApiTest, PrusaLinkInformation) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::slicer_api_test

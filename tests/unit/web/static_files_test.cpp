@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-namespace qduino::web {
+namespace qduino::web::static_files_test {
 namespace {
 
 class StaticFilesTest : public ::testing::Test {
@@ -111,4 +111,4 @@ TEST_F(StaticFilesTest, AMissingFolderIsSaid) {
 }
 
 }  // namespace
-}  // namespace qduino::web
+}  // namespace qduino::web::static_files_test

@@ -1,0 +1,164 @@
+// Klipper's words, and objects of a plate: what slicers write for machines that speak words.
+//
+// Facts: Klipper's documentation, "G-Codes" and "Exclude Objects"; Marlin 2.1, M486.
+#include <algorithm>
+
+#include "printer/gcode/context.h"
+#include "printer/gcode/text.h"
+#include "printer/gcode/word_parameters.h"
+
+namespace qduino::printer::gcode::handlers {
+namespace {
+
+constexpr double kAccelerationMin_mm_s2 = 0.1;
+constexpr double kAccelerationMax_mm_s2 = 1e6;
+constexpr double kShiftMax_mm = 1000;
+
+/// X, Y, Z or E of SET_GCODE_OFFSET: the new offset, given whole or as a change; none: not named.
+Result<std::optional<Millimetres>> asked_offset(const Command& command, Axis axis, Millimetres now) {
+    const FixedString<1> letter{std::string_view{&kAxisLetter[axis], 1}};
+    const auto adjust = text<FixedString<16>>(kAxisLetter[axis], "_ADJUST");
+    QDUINO_TRY_ASSIGN(const auto whole,
+                      word_number_within(command, letter.view(), -kShiftMax_mm, kShiftMax_mm));
+    QDUINO_TRY_ASSIGN(const auto change,
+                      word_number_within(command, adjust.view(), -kShiftMax_mm, kShiftMax_mm));
+    if (whole) return std::optional{Millimetres{*whole}};
+    if (change) return std::optional{now + Millimetres{*change}};
+    return std::optional<Millimetres>{};
+}
+
+/// `NAME=lid`, or Klipper's bare `lid`.
+std::string_view object_name(const Command& command) {
+    const std::string_view given = trim(command.text.view());
+    if (const auto name = word_value(given, "NAME")) return *name;
+    return given.find('=') == std::string_view::npos ? given : std::string_view{};
+}
+
+Result<void> leave_out(Context& context, std::string_view name) {
+    if (context.objects.exclude(name)) return {};
+    return make_error(ErrorCode::out_of_range, "more than ", Objects::kExcludedMax,
+                      " objects cannot be left out");
+}
+
+/// M486 counts objects: the name of number 2 is "2".
+FixedString<24> numbered(double index) {
+    return text<FixedString<24>>(static_cast<std::int64_t>(std::clamp(index, -1e9, 1e9)));
+}
+
+}  // namespace
+
+/// SET_HEATER_TEMPERATURE HEATER=extruder TARGET=200.
+Result<void> heater_temperature(Context& context, const Command& command) {
+    const std::string_view name = word_value(command.text, "HEATER").value_or("");
+    const bool is_bed = name == "heater_bed";
+    if (!is_bed && name != "extruder")
+        return make_error(ErrorCode::unsupported, "this machine has no heater ", name);
+    const HeaterConfig& config = is_bed ? context.config.bed : context.config.hot_end;
+    QDUINO_TRY_ASSIGN(const auto target,
+                      word_number_within(command, "TARGET", 0, highest_target(config).value()));
+    return set_target(context, is_bed ? Heater::bed : Heater::hot_end, Celsius{target.value_or(0)});
+}
+
+Result<void> heaters_off(Context& context, const Command&) {
+    QDUINO_TRY(set_target(context, Heater::hot_end, Celsius{0}));
+    return set_target(context, Heater::bed, Celsius{0});
+}
+
+/// SET_VELOCITY_LIMIT VELOCITY= ACCEL= SQUARE_CORNER_VELOCITY=. The machine's own limits stay.
+Result<void> velocity_limit(Context& context, const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto speed,
+                      word_number_within(command, "VELOCITY", kSlowest.value(), kFastest.value()));
+    QDUINO_TRY_ASSIGN(const auto acceleration,
+                      word_number_within(command, "ACCEL", kAccelerationMin_mm_s2, kAccelerationMax_mm_s2));
+    QDUINO_TRY_ASSIGN(const auto corner, word_number_within(command, "SQUARE_CORNER_VELOCITY", 0, 1000));
+    LimitChange change;
+    if (acceleration) {
+        change.print_acceleration = MillimetresPerSecond2{*acceleration};
+        change.travel_acceleration = change.print_acceleration;
+    }
+    for (const Axis axis : {Axis::x, Axis::y}) {
+        const MillimetresPerSecond configured = context.config.axes[axis].instantaneous_speed;
+        if (corner) {
+            change.axis_instantaneous_speed[axis] = std::min(MillimetresPerSecond{*corner}, configured);
+        }
+    }
+    if (acceleration || corner) QDUINO_TRY(context.actions.set_limits(change));
+    if (speed) context.state.speed_limit = MillimetresPerSecond{*speed};
+    return {};
+}
+
+/// SET_GCODE_OFFSET X= Y= Z= E=, or X_ADJUST= …; MOVE=1 goes there at MOVE_SPEED (mm/s).
+Result<void> code_offset(Context& context, const Command& command) {
+    ModalState& state = context.state;
+    Position changed = state.code_offset;
+    for (const Axis axis : kAllAxes) {
+        QDUINO_TRY_ASSIGN(const auto asked, asked_offset(command, axis, state.code_offset[axis]));
+        if (asked) changed[axis] = *asked;
+    }
+    QDUINO_TRY_ASSIGN(const auto move, word_number(command, "MOVE"));
+    QDUINO_TRY_ASSIGN(const auto speed,
+                      word_number_within(command, "MOVE_SPEED", kSlowest.value(), kFastest.value()));
+    Position target = state.machine;
+    for (const Axis axis : kToolAxes) {
+        const Millimetres change = changed[axis] - state.code_offset[axis];
+        state.offset[axis] += change;
+        if (move.value_or(0) != 0) target[axis] += change;
+    }
+    state.programmed_e -= changed[Axis::e] - state.code_offset[Axis::e];
+    state.code_offset = changed;
+    QDUINO_TRY(context.check_target(target));
+    if (context.goes_sideways(target)) QDUINO_TRY(context.rejoin(target));
+    return context.move_to(target, speed ? MillimetresPerSecond{*speed} : state.feedrate);
+}
+
+/// ACTIVATE_EXTRUDER EXTRUDER=extruder.
+Result<void> choose_extruder(Context&, const Command& command) {
+    if (word_value(command.text, "EXTRUDER").value_or("extruder") == "extruder") return {};
+    return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
+}
+
+// ---- objects ------------------------------------------------------------------------------------
+
+Result<void> object_begins(Context& context, const Command& command) {
+    context.objects.begin(object_name(command));
+    return {};
+}
+
+Result<void> object_ends(Context& context, const Command&) {
+    context.objects.end();
+    return {};
+}
+
+/// EXCLUDE_OBJECT NAME=lid, CURRENT=1, or RESET=1.
+Result<void> exclude_object(Context& context, const Command& command) {
+    Objects& objects = context.objects;
+    const std::string_view name = object_name(command);
+    if (word_value(command.text, "RESET")) {
+        if (name.empty()) objects.include_all();
+        if (!name.empty()) objects.include(name);
+        return {};
+    }
+    if (!name.empty()) return leave_out(context, name);
+    if (!word_value(command.text, "CURRENT"))
+        return make_error(ErrorCode::invalid_argument, "needs NAME=…, CURRENT=1 or RESET=1");
+    if (!objects.inside()) return make_error(ErrorCode::unavailable, "no object is being printed");
+    return leave_out(context, objects.current());
+}
+
+/// M486 S: an object begins, or −1: ends. P: leave it out, C: this one; U: print it after all.
+/// T and A, their number and a name, change nothing.
+Result<void> object_labels(Context& context, const Command& command) {
+    Objects& objects = context.objects;
+    QDUINO_TRY_ASSIGN(const auto begins, number(command, 'S'));
+    QDUINO_TRY_ASSIGN(const auto left_out, number(command, 'P'));
+    QDUINO_TRY_ASSIGN(const auto printed, number(command, 'U'));
+    if (begins && *begins >= 0) objects.begin(numbered(*begins).view());
+    if (begins && *begins < 0) objects.end();
+    if (printed) objects.include(numbered(*printed).view());
+    if (left_out) return leave_out(context, numbered(*left_out).view());
+    if (!command.parameters.has('C')) return {};
+    if (!objects.inside()) return make_error(ErrorCode::unavailable, "no object is being printed");
+    return leave_out(context, objects.current());
+}
+
+}  // namespace qduino::printer::gcode::handlers

@@ -1,0 +1,210 @@
+// The printer and the twin read G-code with code that shares nothing. Random programs of the whole
+// dialect, read by both: after every line they must take the machine to be at the same place, and
+// to have pushed the same filament. A mistake in either shows, unless both made it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "../../unit/gcode/recorder.h"
+#include "random_gcode.h"
+#include "tests/unit/twin/text_source.h"
+#include "twin/asked_path.h"
+
+namespace qduino::printer::gcode::two_readers_test {
+namespace {
+
+MachineConfig large_machine() {
+    MachineConfig config;
+    for (const Axis axis : kToolAxes) {
+        config.axes[axis].minimum = -100000_mm;
+        config.axes[axis].maximum = 100000_mm;
+        config.axes[axis].home_position = Millimetres{axis == Axis::y ? -12.5 : 3};
+    }
+    config.macros.push_back({"MOVE_BY", "G91\nG1 X{X=1} E{E=0.5}\nG90\nM83"});
+    return config;
+}
+
+twin::Machine same_machine(const MachineConfig& config) {
+    twin::Machine machine;
+    for (const Axis axis : kToolAxes)
+        machine.axes[static_cast<std::size_t>(axis)].home_mm = config.axes[axis].home_position.value();
+    for (const Macro& macro : config.macros)
+        machine.macros.push_back({std::string{macro.name.view()}, std::string{macro.text.view()}});
+    return machine;
+}
+
+std::string random_words(RandomGcode& random, bool arc) {
+    std::string line;
+    for (const char axis : {'X', 'Y', 'Z'})
+        if (random.chance(axis == 'Z' ? 0.2 : 0.6))
+            line += std::string(" ") + axis + random.number(-60, 60, 3);
+    if (random.chance(0.5)) line += " E" + random.number(-8, 20, 4);
+    if (arc) line += " R" + random.number(400, 900, 1);
+    if (random.chance(0.1)) line += " F" + random.number(300, 9000, 0);
+    return line;
+}
+
+std::string random_line(RandomGcode& random) {
+    switch (random.below(30)) {
+        case 0:
+            return random.chance(0.8) ? "G90" : "G91";
+        case 1:
+            return random.chance(0.5) ? "M82" : "M83";
+        case 2:
+            return random.chance(0.15) ? "G20" : "G21";
+        case 3:
+            return random.chance(0.5) ? "G92 E0" : "G92 X" + random.number(-20, 20, 2) + " Z";
+        case 4:
+            return "M221 S" + random.number(60, 140, 0);
+        case 5:
+            return random.chance(0.5) ? "M200 D" + random.number(1.5, 3, 2) : "M200 D0";
+        case 6:
+            return "M92 E" + random.number(90, 110, 2);
+        case 7:
+            return "M207 S" + random.number(0, 5, 2) +
+                   (random.chance(0.5) ? " Z" + random.number(0, 2, 2) : "");
+        case 8:
+            return "M208 S" + random.number(-0.2, 0.5, 2);
+        case 9:
+        case 10:
+            return "G10";
+        case 11:
+        case 12:
+            return "G11";
+        case 13:
+            return "M206 Y" + random.number(-5, 5, 2);
+        case 14:
+            return "SET_GCODE_OFFSET Z_ADJUST=" + random.number(-0.5, 0.5, 2) +
+                   (random.chance(0.5) ? " MOVE=1" : " E=" + random.number(-1, 1, 2));
+        case 15:
+            return random.chance(0.3) ? "G28" : random.chance(0.5) ? "G28 Z U0" : "G28 U0";
+        case 16:
+            return "G" + std::to_string(17 + random.below(3));
+        case 17:
+            return "G92.1";
+        case 18:
+            return "MOVE_BY X=" + random.number(-5, 5, 2) + (random.chance(0.5) ? " e=2" : "");
+        case 19:
+            return "M486 S" + std::to_string(static_cast<int>(random.below(4)) - 1);
+        case 20:
+            return std::string(random.chance(0.5) ? "M486 P" : "M486 U") + std::to_string(random.below(3));
+        case 21:
+            return random.chance(0.5) ? "EXCLUDE_OBJECT_START NAME=b" : "EXCLUDE_OBJECT NAME=b";
+        case 22:
+            return "EXCLUDE_OBJECT_END";
+        case 23:
+            return "G5 I" + random.number(-9, 9, 2) + " J" + random.number(-9, 9, 2) + " P" +
+                   random.number(-9, 9, 2) + " Q" + random.number(-9, 9, 2) + random_words(random, false);
+        case 24:
+        case 25:
+            return (random.chance(0.5) ? "G2" : "G3") + random_words(random, true);
+        default:
+            return "G1" + random_words(random, false);
+    }
+}
+
+/// Where the last move of `recorder` leads; the machine's home before the first.
+struct Place {
+    double mm[4] = {};
+    double pushed_mm = 0;
+};
+
+class Follower {
+  public:
+    explicit Follower(const MachineConfig& config) {
+        for (const Axis axis : kToolAxes)
+            at_.mm[static_cast<int>(axis)] = config.axes[axis].home_position.value();
+    }
+    const Place& follow(const std::vector<Move>& moves) {
+        for (; done_ < moves.size(); ++done_) {
+            const Move& move = moves[done_];
+            for (int axis = 0; axis < 3; ++axis)
+                at_.mm[axis] = move.to[static_cast<std::size_t>(axis)].value();
+            const double pushed = (move.to[Axis::e] - move.from[Axis::e]).value();
+            at_.mm[3] += pushed;
+            at_.pushed_mm += std::max(pushed, 0.0);
+        }
+        return at_;
+    }
+    void home(const std::string& line, const MachineConfig& config) {
+        const bool named = line.find_first_of("XYZ") != std::string::npos;
+        if (line == "G28 U0") return;
+        for (const Axis axis : kToolAxes)
+            if (!named || line.find(kAxisLetter[axis]) != std::string::npos)
+                at_.mm[static_cast<int>(axis)] = config.axes[axis].home_position.value();
+    }
+
+  private:
+    Place at_;
+    std::size_t done_ = 0;
+};
+
+/// The twin's place after the first `lines` lines.
+class TwinReader {
+  public:
+    TwinReader(const std::string& text, const MachineConfig& config)
+        : source_(text), path_(source_, start(config), same_machine(config)), next_(path_.next()) {}
+
+    void pass_line(std::uint64_t line) {
+        for (; next_.kind != twin::AskedItem::Kind::end && next_.line <= line; next_ = path_.next()) {
+            if (next_.kind == twin::AskedItem::Kind::move) pushed_mm += std::max(next_.to[3] - at[3], 0.0);
+            at = next_.to;
+        }
+    }
+    twin::Position at{};
+    double pushed_mm = 0;
+
+  private:
+    twin::Position start(const MachineConfig& config) {
+        for (const Axis axis : kToolAxes)
+            at[static_cast<std::size_t>(axis)] = config.axes[axis].home_position.value();
+        return at;
+    }
+    twin::TextSource source_;
+    twin::AskedPath path_;
+    twin::AskedItem next_;
+};
+
+TEST(TwoReaders, AgreeAfterEveryLine) {
+    const MachineConfig config = large_machine();
+    std::size_t moves = 0;
+    for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+        RandomGcode random{seed};
+        std::vector<std::string> lines{"G28", "G1 F3000"};
+        std::string text = "G28\nG1 F3000\n";
+        Bench bench{config};
+        (void)bench.run(text);
+        Follower printer{config};
+        // Only lines that the printer takes: what it refuses is not asked of anybody.
+        for (int i = 0; i < 60; ++i) {
+            const std::string line = random_line(random);
+            const auto log = bench.run(line + "\n");
+            if (!log.empty() && log.back().rfind("error", 0) == 0) continue;
+            lines.push_back(line);
+            text += line + "\n";
+        }
+        Bench again{config};
+        TwinReader reader{text, config};
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            (void)again.run(lines[i] + "\n");
+            if (lines[i].rfind("G28", 0) == 0) printer.home(lines[i], config);
+            const Place& place = printer.follow(again.recorder.moves);
+            reader.pass_line(i + 1);
+            for (int axis = 0; axis < 4; ++axis) {
+                ASSERT_NEAR(place.mm[axis], reader.at[static_cast<std::size_t>(axis)], 1e-7)
+                    << "seed " << seed << ", line " << i + 1 << ": " << lines[i] << ", "
+                    << "XYZE"[axis] << "\n"
+                    << text;
+            }
+            ASSERT_NEAR(place.pushed_mm, reader.pushed_mm, 1e-6) << "seed " << seed << ", " << lines[i];
+        }
+        moves += again.recorder.moves.size();
+    }
+    EXPECT_GT(moves, 20'000U);
+}
+
+}  // namespace
+}  // namespace qduino::printer::gcode::two_readers_test

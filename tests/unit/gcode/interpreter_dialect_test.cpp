@@ -1,0 +1,290 @@
+// The dialect as real files write it: planes and splines, volumetric extrusion, offsets, Klipper's
+// words, macros, objects that are left out. A program in, the actions that it asks for out.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "recorder.h"
+
+namespace qduino::printer::gcode::interpreter_dialect_test {
+namespace {
+
+using Log = std::vector<std::string>;
+
+struct Case {
+    const char* name;
+    const char* program;
+    Log expected;
+};
+
+/// Every program begins at the home position, homed.
+void check(const std::vector<Case>& cases, const MachineConfig& machine = {}) {
+    for (const Case& c : cases) {
+        Bench bench{machine};
+        (void)bench.run("G28\n");
+        EXPECT_EQ(bench.run(c.program), c.expected) << c.name;
+    }
+}
+
+TEST(Dialect, LettersOfOtherMachinesChangeNothing) {
+    check({
+        {"RepRapFirmware's plain move", "G0 X5 S0 F60\nG1 X6 H0\n", {"travel X5 at 1", "travel X6 at 1"}},
+        {"a move that ends at a switch",
+         "G1 X5 S1 F60\n",
+         {"error: line 1, G1: S1 asks for a move that ends at a switch: only G28 does that here"}},
+        {"axes that are not there beside those that are", "G28 X0 U0\n", {"home X"}},
+        {"only axes that are not there",
+         "G28 U0\n",
+         {"warning line 1: the axes of this G28 are not there: nothing to home"}},
+        {"Prusa's and Marlin's flags", "G28 W\nG28 O R5\n", {"home XYZ", "home XYZ"}},
+        {"fans with high numbers", "M107 P101\n", {"fan 101 0"}},
+    });
+}
+
+TEST(Dialect, ToolsThatAreNotThereMayBeOff) {
+    check({
+        {"off is harmless", "M104 S0 T1\nM109 T3 R0\nG10 P1 S0 R0\n", {}},
+        {"on is not", "M104 S200 T1\n", {"error: line 1, M104: this machine has one tool, T0"}},
+        {"nor by a tool's settings", "G10 P1 S200\n", {"error: line 1, G10: this machine has one tool, T0"}},
+        {"T0 is there",
+         "M104 S200 T0\nG10 P0 S210 R180\nM568 P0 S205\n",
+         {"set hot end 200", "set hot end 210", "set hot end 205"}},
+        {"its flow is another's", "M83\nM221 T1 S50\nG1 E1 F60\n", {"factors 1 1", "filament E1 at 1"}},
+        {"Klipper's names of it",
+         "ACTIVATE_EXTRUDER EXTRUDER=extruder\nACTIVATE_EXTRUDER EXTRUDER=extruder1\n",
+         {"error: line 2, ACTIVATE_EXTRUDER: this machine has one tool, T0"}},
+    });
+}
+
+TEST(Dialect, Coordinates) {
+    check({
+        {"a letter by itself is 0 in G92",
+         "G1 X10 Y10 F60\nG92 X Y5\nG1 X1 Y6\n",
+         {"travel X10 Y10 at 1", "travel X11 Y11 at 1"}},
+        {"axes of other machines in G92", "G92 E0 U0 A0\n", {}},
+        {"M206 shifts at once, and outlasts a G28",
+         "M206 X-2\nG1 X10 F60\nG28 X\nG1 X10\n",
+         {"travel X12 at 1", "home X", "travel X12 at 1"}},
+        {"G92.1 goes back to what M206 made of the machine",
+         "M206 X-2\nG92 X50\nG92.1\nG1 X10 F60\n",
+         {"travel X12 at 1"}},
+        {"M428 near the switch",
+         "G1 X3 Y2 F60\nM428\nG1 X10 Y10\n",
+         {"travel X3 Y2 at 1", "travel X13 Y12 at 1"}},
+        {"M428 far from it",
+         "G1 X30 F60\nM428\n",
+         {"travel X30 at 1", "error: line 2, M428: X is more than 20 mm from its home position"}},
+        {"SET_GCODE_OFFSET shifts from the next move on, and outlasts a G28",
+         "SET_GCODE_OFFSET X=2 Z_ADJUST=0.1\nSET_GCODE_OFFSET z_adjust=0.1\nG1 X10 Z1 F60\nG28 X\nG1 X1\n",
+         {"travel X12 Z1.2 at 1", "home X", "travel X3 at 1"}},
+        {"… or moves there at once",
+         "SET_GCODE_OFFSET X=2 MOVE=1 MOVE_SPEED=5\nG1 X10 F60\n",
+         {"travel X2 at 5", "travel X12 at 1"}},
+        {"… of filament, too", "SET_GCODE_OFFSET E=2\nG1 E1 F60\n", {"filament E3 at 1"}},
+        {"… by a number",
+         "SET_GCODE_OFFSET X=2mm\n",
+         {"error: line 1, SET_GCODE_OFFSET: X=2mm is not a number"}},
+    });
+}
+
+TEST(Dialect, Filament) {
+    check({
+        {"M200 D: E is in mm³",
+         "M200 D2.85\nM83\nG1 E1 F60\nM200 D0\nG1 E1\n",
+         {"filament E0.156755 at 1", "filament E1.15675 at 1"}},
+        {"M200 S switches, with the machine's own diameter",
+         "M200 S1\nM83\nG1 E2.40528 F60\nM200 S0\nG1 E1\n",
+         {"filament E0.999999 at 1", "filament E2 at 1"}},
+        {"inches are cubic then",
+         "G20\nM200 D0.11220472 S1\nM83\nG1 E.1 F60\n",
+         {"filament E256.875 at 25.4"}},
+        {"of a tool that is not there", "M200 T1 D2.85\nG1 E1 F60\n", {"filament E1 at 1"}},
+        {"no filament is that thick",
+         "M200 D100\n",
+         {"error: line 1, M200: D100 is outside of 0.5 to 5 mm of diameter"}},
+        {"M92 E calibrates what a millimetre is, also of a retraction",
+         "M92 E96\nG1 E1 F60\nM92 E105.6\nG1 E2\nM207 S2 F600\nG10\n",
+         {"filament E1 at 1", "filament E2.1 at 1", "filament E-0.1 at 10"}},
+        {"M92 of the machine's own numbers", "M92 X80 Y80 Z2020\n", {}},
+        {"M92 of another machine",
+         "M92 X100\n",
+         {"error: line 1, M92: X100 steps/mm are not this machine's 80 (steps_per_mm in its machine file)"}},
+        {"M92 of another drive",
+         "M92 E415\n",
+         {"error: line 1, M92: E415 steps/mm are not this machine's 96 (steps_per_mm in its machine file)"}},
+    });
+}
+
+TEST(Dialect, MachineWords) {
+    check({
+        {"speeds and accelerations",
+         "SET_VELOCITY_LIMIT ACCEL=500 ACCEL_TO_DECEL=250\nSET_VELOCITY_LIMIT VELOCITY=5 "
+         "SQUARE_CORNER_VELOCITY=3\nG1 X5 F6000\nG1 E1\n",
+         {"limits print500 travel500", "limits jX3 jY3", "travel X5 at 5", "filament E1 at 100"}},
+        {"heat",
+         "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=200\nSET_HEATER_TEMPERATURE HEATER=heater_bed "
+         "TARGET=60\nTURN_OFF_HEATERS\nSET_HEATER_TEMPERATURE HEATER=chamber TARGET=40\n",
+         {"set hot end 200", "set bed 60", "set hot end 0", "set bed 0",
+          "error: line 4, SET_HEATER_TEMPERATURE: this machine has no heater chamber"}},
+        {"M116 waits for what is set",
+         "M140 S60\nM104 S200\nM116\n",
+         {"set bed 60", "set hot end 200", "wait bed 60 heating", "wait hot end 200 heating"}},
+        {"pauses", "M25\nM125\nM226\nPAUSE\n", {"pause []", "pause []", "pause []", "pause []"}},
+        {"what cannot matter is named once a line",
+         "SET_PRESSURE_ADVANCE ADVANCE=0.05\nM572 D0 S0.1\n",
+         {"not done line 1: SET_PRESSURE_ADVANCE (pressure advance) is not done by this printer: skipped",
+          "not done line 2: M572 (pressure advance) is not done by this printer: skipped"}},
+    });
+}
+
+TEST(Dialect, ALongDefinitionOfAnObjectIsNoError) {
+    Bench bench;
+    (void)bench.run("G28\n");
+    const std::string polygon(20'000, '1');
+    const Log log = bench.run("EXCLUDE_OBJECT_DEFINE NAME=lid POLYGON=[[" + polygon + "]]\nG1 X1 F60\n" +
+                              "UNKNOWN_WORD " + polygon + "\n");
+    ASSERT_EQ(log.size(), 3U);
+    EXPECT_EQ(log[0].rfind("not done line 1: EXCLUDE_OBJECT_DEFINE", 0), 0U) << log[0];
+    EXPECT_EQ(log[1], "travel X1 at 1");
+    EXPECT_NE(log[2].find("more than the 1024"), std::string::npos) << log[2];
+}
+
+// ---- curves -------------------------------------------------------------------------------------
+
+TEST(Dialect, ASplineBeginsAndEndsAlongItsControlPoints) {
+    Bench bench;
+    (void)bench.run("G28\nG1 X10 Y10 F600\n");
+    bench.recorder.moves.clear();
+    (void)bench.run("G5 X30 Y10 I0 J10 P0 Q-10 E2\n");
+    const std::vector<Move>& moves = bench.recorder.moves;
+    ASSERT_GT(moves.size(), 10U);
+    const auto slope = [](const Move& move) {
+        return std::atan2((move.to[Axis::y] - move.from[Axis::y]).value(),
+                          (move.to[Axis::x] - move.from[Axis::x]).value());
+    };
+    EXPECT_NEAR(slope(moves.front()), std::numbers::pi / 2, 0.1);
+    EXPECT_NEAR(slope(moves.back()), std::numbers::pi / 2, 0.1) << "Q-10: it comes from below";
+    EXPECT_EQ(moves.back().to[Axis::x].value(), 30);
+    EXPECT_EQ(moves.back().to[Axis::e].value(), 2);
+    // The middle of such an S is the middle between its ends.
+    double nearest = 1e9;
+    for (const Move& move : moves)
+        nearest = std::min(nearest, std::hypot(move.to[Axis::x].value() - 20, move.to[Axis::y].value() - 10));
+    EXPECT_LT(nearest, 0.6);
+    EXPECT_EQ(bench.run("G5 X30 Y10 I0 J10\n").front(), "error: line 1, G5: a spline needs I, J, P and Q");
+    EXPECT_EQ(bench.run("G18\nG5 X30 Y10 I0 J10 P0 Q0\n").front(),
+              "error: line 2, G5: a spline lies in the XY plane (G17)");
+}
+
+TEST(Dialect, ArcsTakeTheCentreOfTheirPlane) {
+    Bench bench;
+    (void)bench.run("G28\nG1 X50 Y50 Z50 F600\n");
+    EXPECT_EQ(bench.run("G18\nG2 X60 Z50 I5 J3\n").front(),
+              "error: line 2, G2: J is no centre in this plane");
+    EXPECT_EQ(bench.run("G19\nG2 Y60 Z50\n").front(), "error: line 2, G2: an arc needs a centre: J, K or R");
+    bench.recorder.moves.clear();
+    // Seen from +Y, from Z to X: G3 from (z 50, x 50) about (z 50, x 55) goes down in Z first.
+    (void)bench.run("G18\nG3 X60 Z50 I5 K0\n");
+    ASSERT_GT(bench.recorder.moves.size(), 4U);
+    EXPECT_LT(bench.recorder.moves[0].to[Axis::x].value(), 50.5);
+    EXPECT_GT(bench.recorder.moves[0].to[Axis::z].value(), 50);
+    EXPECT_EQ(bench.recorder.moves.back().to[Axis::x].value(), 60);
+}
+
+// ---- macros -------------------------------------------------------------------------------------
+
+MachineConfig with_macros() {
+    MachineConfig machine;
+    machine.macros.push_back({"PRINT_START", "G28 ; home\nM190 S{BED}\nM109 S{extruder=200}\n"});
+    machine.macros.push_back({"TWICE", "PRINT_START BED=50\n"});
+    machine.macros.push_back({"ARCS", "G3 X30 Y10 I10\nG1 X5"});
+    machine.macros.push_back({"PAUSE", "M117 mine"});
+    machine.macros.push_back({"BROKEN", "G1 X{PLACE"});
+    return machine;
+}
+
+TEST(Dialect, MacrosStandForTheirLines) {
+    check(
+        {
+            {"with parameters in any case",
+             "print_start bed=60 EXTRUDER=\"210\"\n",
+             {"home XYZ", "wait bed 60 heating", "wait hot end 210 heating"}},
+            {"with a default",
+             "PRINT_START BED=60\n",
+             {"home XYZ", "wait bed 60 heating", "wait hot end 200 heating"}},
+            {"without a parameter that it needs",
+             "PRINT_START\n",
+             {"error: line 1, PRINT_START: PRINT_START needs BED=…"}},
+            {"with a value that its line refuses",
+             "PRINT_START BED=999\n",
+             {"home XYZ",
+              "error: line 1, PRINT_START: M190: S999 is outside of 0 to 110 °C, what the bed may have"}},
+            {"a macro calls none",
+             "TWICE\n",
+             {"error: line 1, TWICE: PRINT_START: a macro of the machine file calls no macro"}},
+            {"a macro goes before a word of the table", "PAUSE\n", {"message [mine]"}},
+            {"a brace without its other half",
+             "BROKEN\n",
+             {"error: line 1, BROKEN: BROKEN: a { without its }"}},
+        },
+        with_macros());
+}
+
+TEST(Dialect, AMacroIsCarriedOutALineAtATime) {
+    Bench bench{with_macros()};
+    (void)bench.run("G28\nG1 X10 Y10 F600\n");
+    bench.recorder.moves.clear();
+    const auto command = parse_line("ARCS");
+    ASSERT_TRUE(command.ok());
+    ASSERT_TRUE(bench.interpreter.execute(**command, 4).ok());
+    EXPECT_TRUE(bench.interpreter.pending());
+    EXPECT_EQ(bench.recorder.moves.size(), 0U);
+    ASSERT_TRUE(bench.interpreter.proceed(4).ok());
+    EXPECT_EQ(bench.recorder.moves.size(), 4U) << "of the arc's chords no more at once";
+    while (bench.interpreter.pending()) ASSERT_TRUE(bench.interpreter.proceed(4).ok());
+    EXPECT_EQ(bench.recorder.moves.back().to[Axis::x].value(), 5);
+}
+
+// ---- objects ------------------------------------------------------------------------------------
+
+TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
+    check({
+        {"Klipper's words: the head waits, then goes straight to the next place",
+         "G1 X10 Y10 Z1 F60\nEXCLUDE_OBJECT NAME=lid\nEXCLUDE_OBJECT_START NAME=lid\nG1 X20 Y20\nM83\n"
+         "G1 X30 E5\nEXCLUDE_OBJECT_END NAME=lid\nG1 X50 Y50\nG1 X60 E1\n",
+         {"travel X10 Y10 Z1 at 1", "travel X50 Y50 at 1", "print X60 E1 at 1"}},
+        {"up first, down last",
+         "M486 P3\nG1 X10 Z1 F60\nM486 S3\nG1 X20 Z2\nM486 S-1\nG1 X30\nM486 S3\nG1 Z0.5\nM486 S4\nG1 X40\n",
+         {"travel X10 Z1 at 1", "travel Z2 at 1", "travel X30 at 1", "travel X40 at 1", "travel Z0.5 at 1"}},
+        {"other objects are printed",
+         "EXCLUDE_OBJECT NAME=a\nEXCLUDE_OBJECT_START NAME=b\nG1 X5 F60\nEXCLUDE_OBJECT_END\n",
+         {"travel X5 at 1"}},
+        {"this one, from here on",
+         "EXCLUDE_OBJECT_START NAME=a\nG1 X5 F60\nEXCLUDE_OBJECT CURRENT=1\nG1 X6\n",
+         {"travel X5 at 1"}},
+        {"M486 C and U",
+         "M486 S0\nG1 X5 F60\nM486 C\nG1 X6\nM486 U0\nG1 X7\n",
+         {"travel X5 at 1", "travel X7 at 1"}},
+        {"everything again",
+         "EXCLUDE_OBJECT NAME=a\nEXCLUDE_OBJECT RESET=1\nEXCLUDE_OBJECT_START NAME=a\nG1 X5 F60\n",
+         {"travel X5 at 1"}},
+        {"what is not there to be left out",
+         "EXCLUDE_OBJECT CURRENT=1\n",
+         {"error: line 1, EXCLUDE_OBJECT: no object is being printed"}},
+        {"it waits on until a line goes sideways",
+         "M486 P0\nM486 S0\nG1 X20 Y20 F60\nM486 S-1\nG1 Z1\nG1 E-1\nG1 X5\n",
+         {"filament E-1 at 45", "travel Z1 at 1", "travel X5 Y20 at 1"}},
+        {"filament is drawn back as far as the program takes it to be",
+         "M83\nM486 P0\nG1 X1 E5 F60\nM486 S0\nG1 X2 E1\nG1 E-2\nM486 S-1\nG1 X3\nG1 E2\nG1 X4 E1\n",
+         {"print X1 E5 at 1", "filament E3 at 45", "travel X3 at 1", "filament E5 at 1", "print X4 E6 at 1"}},
+        {"… or pushed again",
+         "M83\nM486 P0\nG1 X1 E5 F60\nG1 E-2\nM486 S0\nG1 E2\nG1 X2 E1\nM486 S-1\nG1 X3\nG1 X4 E1\n",
+         {"print X1 E5 at 1", "filament E3 at 1", "travel X3 at 1", "filament E5 at 8", "print X4 E6 at 1"}},
+    });
+}
+
+}  // namespace
+}  // namespace qduino::printer::gcode::interpreter_dialect_test

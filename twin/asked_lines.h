@@ -1,0 +1,38 @@
+// The lines of an asked path: those of the file, and those that its words stand for.
+//
+//   file ──► PRINT_START BED=60 ──► [macros]  G28 / M190 S{BED} ──► G28, M190 S60
+//
+// The text of a macro belongs to what is asked: it comes with the twin's machine. `{NAME}` is the
+// value of the call, `{NAME=200}` has a value for a call without one. A macro calls none.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "twin/byte_source.h"
+#include "twin/line_reader.h"
+#include "twin/machine.h"
+
+namespace qduino::twin {
+
+class AskedLines {
+  public:
+    /// `source` must outlive this.
+    AskedLines(ByteSource& source, const std::vector<MacroSpec>& macros) : file_(source), macros_(macros) {}
+
+    /// The next command, or nothing at the end.
+    [[nodiscard]] std::optional<CommandLine> next();
+    /// Of the line of the file that next() gave last, from 1.
+    [[nodiscard]] std::uint64_t number() const { return file_.number(); }
+
+  private:
+    [[nodiscard]] bool expand(const CommandLine& call);
+
+    LineReader file_;
+    std::vector<MacroSpec> macros_;
+    std::deque<CommandLine> expanded_;
+};
+
+}  // namespace qduino::twin

@@ -1,0 +1,65 @@
+// Which objects of a plate the file leaves out (M486, EXCLUDE_OBJECT).
+//
+// The head stays where it is while lines go by of an object that is left out.
+#pragma once
+
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "twin/line_reader.h"
+
+namespace qduino::twin {
+
+class AskedObjects {
+  public:
+    /// True while lines go by that are not to be built.
+    [[nodiscard]] bool skipping() const { return inside_ && left_out_.contains(current_); }
+
+    /// Whatever `command` says of objects.
+    void run(const CommandLine& command) {
+        if (command.letter == 'M' && command.number == 486) return labels(command);
+        if (command.word == "EXCLUDE_OBJECT_START") begin(name_of(command));
+        if (command.word == "EXCLUDE_OBJECT_END") inside_ = false;
+        if (command.word == "EXCLUDE_OBJECT") exclude(command);
+    }
+
+  private:
+    static std::string name_of(const CommandLine& command) {
+        if (const auto name = command.word_value("NAME")) return std::string{*name};
+        if (command.tail.find('=') != std::string::npos) return {};
+        std::string bare = command.tail;
+        bare.erase(0, std::min(bare.find_first_not_of(" \t"), bare.size()));
+        return bare;
+    }
+    static std::string numbered(double index) { return std::to_string(std::llround(std::trunc(index))); }
+
+    void begin(std::string name) {
+        inside_ = true;
+        current_ = std::move(name);
+    }
+    void exclude(const CommandLine& command) {
+        const std::string name = name_of(command);
+        if (command.word_value("RESET")) {
+            if (name.empty()) left_out_.clear();
+            left_out_.erase(name);
+        } else if (!name.empty()) {
+            left_out_.insert(name);
+        } else if (inside_ && command.word_value("CURRENT")) {
+            left_out_.insert(current_);
+        }
+    }
+    void labels(const CommandLine& command) {
+        if (command.has('S') && command.value('S') >= 0) begin(numbered(command.value('S')));
+        if (command.has('S') && command.value('S') < 0) inside_ = false;
+        if (command.has('U')) left_out_.erase(numbered(command.value('U')));
+        if (command.has('P')) left_out_.insert(numbered(command.value('P')));
+        if (command.has('C') && inside_) left_out_.insert(current_);
+    }
+
+    std::set<std::string> left_out_;
+    std::string current_;
+    bool inside_ = false;
+};
+
+}  // namespace qduino::twin
