@@ -4,7 +4,9 @@
 //   reader   number ─► both values ─► the same number still? else there is nothing to take yet
 //
 // A sequence lock: the two values are more than one atomic word. Nobody waits: a reader that comes
-// in the middle of a write takes the values up the next time. All zeroes is an empty one.
+// in the middle of a write takes the values up the next time. All zeroes is an empty one. A value
+// is stored with release and loaded with acquire: a reader that got a new one finds the number odd,
+// or higher.
 #pragma once
 
 #include <atomic>
@@ -21,9 +23,8 @@ class ParametersMail {
     void put(sched::VcpuParameters parameters) {
         const std::uint32_t number = number_.load(std::memory_order_relaxed);
         number_.store(number + 1, std::memory_order_relaxed);
-        std::atomic_thread_fence(std::memory_order_release);
-        budget_ns_.store(parameters.budget.count(), std::memory_order_relaxed);
-        period_ns_.store(parameters.period.count(), std::memory_order_relaxed);
+        budget_ns_.store(parameters.budget.count(), std::memory_order_release);
+        period_ns_.store(parameters.period.count(), std::memory_order_release);
         number_.store(number + 2, std::memory_order_release);
     }
     /// What was put last, unless that is number `seen`, which is raised to it. Nothing while a
@@ -31,9 +32,8 @@ class ParametersMail {
     [[nodiscard]] std::optional<sched::VcpuParameters> take(std::uint32_t& seen) const {
         const std::uint32_t number = number_.load(std::memory_order_acquire);
         if (number == seen || number % 2 != 0) return std::nullopt;
-        const sched::VcpuParameters parameters{Nanoseconds{budget_ns_.load(std::memory_order_relaxed)},
-                                               Nanoseconds{period_ns_.load(std::memory_order_relaxed)}};
-        std::atomic_thread_fence(std::memory_order_acquire);
+        const sched::VcpuParameters parameters{Nanoseconds{budget_ns_.load(std::memory_order_acquire)},
+                                               Nanoseconds{period_ns_.load(std::memory_order_acquire)}};
         if (number_.load(std::memory_order_relaxed) != number) return std::nullopt;
         seen = number;
         return parameters;
