@@ -153,9 +153,13 @@ function(qduino_test name)
   # One label with all words in it: lists do not survive test discovery, and ctest -L matches a
   # part.
   string(REPLACE ";" " " arg_LABELS "${arg_LABELS}")
+  # Nor do empty values: the next word would be the label.
+  set(properties TIMEOUT ${arg_TIMEOUT} RUN_SERIAL ${arg_SERIAL})
+  if(arg_LABELS)
+    list(APPEND properties LABELS "${arg_LABELS}")
+  endif()
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" RUN_SERIAL ${arg_SERIAL})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()
 
 # Tests of processes last long and mostly wait. So they come first (COST), those that run alone

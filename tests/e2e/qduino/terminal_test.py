@@ -116,7 +116,7 @@ class Terminal(unittest.TestCase):
     def test_a_run_on_linux_ends_with_its_verdict(self):
         lines = self.qduino("run", "talker", "--best-effort", "--for", "0.4")
         self.assert_verdict(lines, r"talker ran to its end\.$")
-        self.assertTrue(any(re.match(r"Periods: (every period was kept|\d+ OVERRUNS?) \(1 loop, \d+ releases?\)\.", line) for line in lines), lines)
+        self.assertTrue(any(re.match(r"Periods: (every period was kept|\d+ OVERRUNs?) \(1 loop, \d+ releases?\)\.", line) for line in lines), lines)
         self.assert_verdict(self.qduino("run", "refused", "--best-effort", status=2), r"refused is REFUSED: no loop of it ran\.$")
 
     def test_doctor_ends_with_its_verdict(self):
