@@ -15,7 +15,7 @@ if (missing) {
 }
 
 // The machine may be busy with other tests: nothing here is about timing.
-const PATIENCE_MS = 40_000;
+const PATIENCE_MS = 120_000;
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
 let browser;

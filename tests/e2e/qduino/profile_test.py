@@ -110,7 +110,7 @@ class Profile(SketchCase):
         text = "constexpr int kBudget = 2;\nvoid setup() {}\n" \
                "void loop(1, kBudget, 10) { waitForNextPeriod(); }\nvoid loop(2, 2, 10) { waitForNextPeriod(); }\n"
         self.sketch.write_text(text)
-        refused = self.run_qduino("profile", "work", "--for", "0.6", "--write", status=1)
+        refused = self.run_qduino("profile", "work", "--for", "3", "--write", status=1)
         self.assertIn("loop 1 (work.ino:3): its budget is `kBudget`, not a number: make it 100 us by hand", refused.stderr)
         self.assertIn("NOTHING is written", refused.stderr)
         self.assertEqual(self.sketch.read_text(), text)
