@@ -163,9 +163,8 @@ Result<void> Plan::judge(sched::CoreLoad& load, const sched::CoreLoad& asked, co
     };
     const auto refusal = [&]() -> Result<void> {
         for (const sched::CoreLoad& each : loads) {
-            if (!enforce_ || !concerned(each)) continue;
-            const sched::Admission again = sched::admit_without_remedy(each);
-            if (!again.admitted) return refused_change(change, each.core, again.refusal);
+            if (!enforce_ || !concerned(each) || sched::is_admissible(each)) continue;
+            return refused_change(change, each.core, sched::admit_without_remedy(each).refusal);
         }
         return {};
     };

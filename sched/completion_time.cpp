@@ -90,19 +90,17 @@ void CompletionTime::hold_up(const CoreLoad& load) {
     // Locks that are shared with other cores are counted in `waits`.
     CriticalSections local;
     for (const CriticalSection& section : load.sections) {
-        const auto* const waits = std::ranges::find(load.waits, section.loop, &RemoteWaits::loop);
-        if (waits == load.waits.end() || waits->requests == 0) local.push_back(section);
+        if (load.waits_of(section.loop).requests == 0) local.push_back(section);
     }
     std::optional<Blocking> blocking;
     if (!local.empty()) blocking.emplace(by_rank, local);
     for (std::size_t i = 0; i < loops_.size(); ++i) {
         const Vcpu& loop = loops_[i];
-        const auto* const found = std::ranges::find(load.waits, loop.id, &RemoteWaits::loop);
-        if (found != load.waits.end()) waits_[i] = *found;
+        waits_[i] = load.waits_of(loop.id);
         const auto requests = std::ranges::count_if(load.sections, [&](const CriticalSection& section) {
             return section.loop == loop.id && section.length > Nanoseconds{0};
         });
-        activation_[i] = overhead_ + (loop.times_asleep() + requests) * overheads_.wait_cost;
+        activation_[i] = overheads_.per_release(loop, requests);
         const int begins = 1 + loop.times_asleep() + waits_[i].requests;
         held_up_[i] =
             loop.suspension + waits_[i].requests * waits_[i].each + std::min(begins, 2) * waits_[i].lifted;

@@ -42,6 +42,10 @@ struct PlatformOverheads {
 
     /// Of one activation of a VCPU.
     [[nodiscard]] Nanoseconds per_activation() const { return release_cost + enforcement_cost; }
+    /// Of a release of `loop`, which asks for locks so often.
+    [[nodiscard]] Nanoseconds per_release(const Vcpu& loop, std::int64_t requests) const {
+        return per_activation() + (loop.times_asleep() + requests) * wait_cost;
+    }
     /// What is kept, as an interferer: in one piece, and two pieces can meet.
     [[nodiscard]] PlatformInterferer kept() const {
         return {"what the kernel keeps", kept_budget, kept_period, kept_period - kept_budget};
@@ -70,6 +74,13 @@ struct CoreLoad {
     /// Of those `mains` that have any; from count_remote_waits().
     FixedVector<RemoteWaits, kMainVcpuLimit> waits{};
 
+    /// Nothing of a loop that has none.
+    [[nodiscard]] RemoteWaits waits_of(VcpuId loop) const {
+        for (const RemoteWaits& each : waits) {
+            if (each.loop == loop) return each;
+        }
+        return {.loop = loop};
+    }
     /// False when the table is full.
     [[nodiscard]] bool try_add(const Vcpu& vcpu) {
         return vcpu.is_io() ? ios.try_push_back(vcpu) : mains.try_push_back(vcpu);

@@ -150,8 +150,7 @@ bool place_floating(std::span<const Vcpu> requests, MulticoreAdmission& result) 
 void make_waiters_deferrable(MulticoreAdmission& result) {
     for (CoreLoad& load : result.loads) {
         for (Vcpu& loop : load.mains) {
-            const auto* const waits = std::ranges::find(load.waits, loop.id, &RemoteWaits::loop);
-            if (waits != load.waits.end() && waits->requests > 0) loop.deferrable = true;
+            if (load.waits_of(loop.id).requests > 0) loop.deferrable = true;
         }
     }
 }

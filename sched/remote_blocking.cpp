@@ -178,8 +178,7 @@ class Waiter {
     }
     [[nodiscard]] static Nanoseconds cost_of(const Vcpu& loop, int requests,
                                              const PlatformOverheads& overheads) {
-        return loop.budget + overheads.per_activation() +
-               (loop.times_asleep() + requests) * overheads.wait_cost;
+        return loop.budget + overheads.per_release(loop, requests);
     }
     [[nodiscard]] const Member* member(const Vcpu& loop) const {
         const auto* const found = std::ranges::find(computer_.members, &loop, &Member::loop);
@@ -245,8 +244,7 @@ void analyse(std::size_t core, Computer& computer) {
     computer.keeps_for_others[core] = analysis.keeps_for_others();
     for (std::size_t i = 0; i < analysis.size(); ++i) {
         const Vcpu& loop = analysis.loop(i);
-        const auto* const waits = std::ranges::find(load.waits, loop.id, &RemoteWaits::loop);
-        const bool waits_elsewhere = waits != load.waits.end() && waits->requests > 0;
+        const bool waits_elsewhere = load.waits_of(loop.id).requests > 0;
         const Nanoseconds end =
             waits_elsewhere || loop.deferrable ? loop.period : analysis.response(i, loop.period);
         const auto* const place = std::ranges::find(load.mains, loop.id, &Vcpu::id);

@@ -20,12 +20,6 @@ Json io_claim(const sched::Vcpu& io) {
     return claim;
 }
 
-/// How long a loop may wait for a lock of another core; 0: it never does.
-Nanoseconds longest_wait(const sched::Vcpu& loop, const sched::CoreLoad& load) {
-    const auto* const waits = std::ranges::find(load.waits, loop.id, &sched::RemoteWaits::loop);
-    return waits == load.waits.end() ? Nanoseconds{0} : waits->longest;
-}
-
 Json loop_claim(const sched::Vcpu& loop, const sched::CoreLoad& load, const sched::Admission& admission) {
     const auto* const verdict = std::ranges::find(admission.loops, loop.id, &sched::LoopResponse::id);
     QDUINO_EXPECT(verdict != admission.loops.end());
@@ -33,7 +27,7 @@ Json loop_claim(const sched::Vcpu& loop, const sched::CoreLoad& load, const sche
     claim["suspension_ns"] = loop.suspension.count();
     claim["sleeps"] = loop.sleeps;
     claim["deferrable"] = loop.deferrable;
-    claim["longest_wait_ns"] = longest_wait(loop, load).count();
+    claim["longest_wait_ns"] = load.waits_of(loop.id).longest.count();
     claim["response_ns"] = verdict->response.count();
     return claim;
 }

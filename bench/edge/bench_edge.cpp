@@ -4,7 +4,6 @@
 //   bench-edge [--json] [--seconds S] [--rounds N] [--load idle|submission|both]
 #include <algorithm>
 #include <cstdio>
-#include <map>
 
 #include "bench/edge/edges.h"
 #include "bench/rig/child.h"
@@ -62,9 +61,7 @@ bool play(const Options& options, const std::string& load, Report& report) {
 }
 
 void add_remarks(Report& report) {
-    std::map<std::string, std::map<std::string, const Json*>> at;
-    for (const Json& each : report.results) at[each["load"]][each["who"]] = &each;
-    for (const auto& [load, who] : at) {
+    for (const auto& [load, who] : by_load_and_who(report)) {
         for (const char* handler : {kQuarter, kTenth}) {
             if (!who.contains(handler) || !who.contains(kPlain)) continue;
             const auto more = [&](const char* figure) {

@@ -4,7 +4,6 @@
 //   bench-release [--json] [--seconds S] [--rounds N] [--load idle|submission|both]
 #include <algorithm>
 #include <cstdio>
-#include <map>
 
 #include "bench/release/releases.h"
 #include "bench/rig/child.h"
@@ -55,9 +54,7 @@ bool play(const Options& options, const std::string& load, Report& report) {
 }
 
 void add_verdicts(Report& report) {
-    std::map<std::string, std::map<std::string, const Json*>> at;
-    for (const Json& each : report.results) at[each["load"]][each["who"]] = &each;
-    for (const auto& [load, who] : at) {
+    for (const auto& [load, who] : by_load_and_who(report)) {
         if (!who.contains("qduino") || !who.contains("cyclictest")) continue;
         for (const char* figure : {"latency_ns_p50", "latency_ns_p999"}) {
             const double ratio =

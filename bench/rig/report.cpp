@@ -71,6 +71,12 @@ std::string commit() {
     return line.empty() ? "unknown" : std::string{line.substr(0, line.find('\n'))};
 }
 
+std::map<std::string, std::map<std::string, const Json*>> by_load_and_who(const Report& report) {
+    std::map<std::string, std::map<std::string, const Json*>> at;
+    for (const Json& each : report.results) at[each["load"]][each["who"]] = &each;
+    return at;
+}
+
 std::string verdict(bool holds, const char* format, ...) {
     char text[160];
     va_list values;

@@ -26,6 +26,9 @@ struct Report {
     void add_failure(const std::string& who, const std::string& why) { ++failures[who + ": " + why]; }
 };
 
+/// The results by their keys "load" and "who", as long as they stay as they are.
+std::map<std::string, std::map<std::string, const Json*>> by_load_and_who(const Report& report);
+
 /// A remark on a bound that the project sets itself: "holds" or "MISSED", and the figure, formatted
 /// as by printf.
 [[gnu::format(printf, 2, 3)]] std::string verdict(bool holds, const char* format, ...);
