@@ -24,7 +24,10 @@ DeferrableServer::Period DeferrableServer::period_at(Instant now) const {
 
 Nanoseconds DeferrableServer::available(Instant now) const {
     const Period period = period_at(now);
-    return std::clamp(period.left, Nanoseconds{0}, period.begin + parameters_.period - now);
+    const Nanoseconds rest = period.begin + parameters_.period - now;
+    // What is left lasts to the period's end: the next budget follows it.
+    if (period.left >= rest) return rest + parameters_.budget;
+    return std::max(period.left, Nanoseconds{0});
 }
 
 Instant DeferrableServer::next_replenishment() const {
@@ -34,10 +37,16 @@ Instant DeferrableServer::next_replenishment() const {
 
 Nanoseconds DeferrableServer::consume(Instant now_end, Nanoseconds used) {
     QDUINO_EXPECT(used >= Nanoseconds{0});
-    period_ = period_at(now_end - used);
-    const Nanoseconds overrun = std::max(used - std::max(period_.left, Nanoseconds{0}), Nanoseconds{0});
-    period_.left -= used;
     consumed_ += used;
+    Nanoseconds overrun{0};
+    while (used > Nanoseconds{0}) {
+        const Instant begin = now_end - used;
+        period_ = period_at(begin);
+        const Nanoseconds part = std::min(used, period_.begin + parameters_.period - begin);
+        overrun += std::max(part - std::max(period_.left, Nanoseconds{0}), Nanoseconds{0});
+        period_.left -= part;
+        used -= part;
+    }
     return overrun;
 }
 

@@ -31,15 +31,15 @@ class DeferrableServer {
     /// Full budget from `start` on; blocked. Contract: parameters.valid().
     explicit DeferrableServer(VcpuParameters parameters, Instant start = kEpoch);
 
-    /// CPU time that it may take from `now` on before it must ask again: its budget, and at most up
-    /// to the end of the period. 0 when throttled. Ask it while it has work.
+    /// CPU time that it may take from `now` on without a pause: what is left, and the next budget
+    /// when that lasts to the period's end. 0 when throttled. Ask it while it has work.
     [[nodiscard]] Nanoseconds available(Instant now) const;
     /// The instant from which it may run; in the future exactly when it is throttled.
     [[nodiscard]] Instant next_replenishment() const;
 
-    /// Charges `used` of CPU time that ended at `now_end`, within the period that it began in.
-    /// Returns how much of it exceeded the budget; that is charged to the next period. Contract:
-    /// used >= 0.
+    /// Charges `used` of CPU time that ended at `now_end` to the periods in which it fell, as if
+    /// used in one piece. Returns how much of it exceeded their budgets; that is charged to the
+    /// next period. Contract: used >= 0.
     Nanoseconds consume(Instant now_end, Nanoseconds used);
     /// The VCPU has work again. No effect when it already had.
     void unblock(Instant now);

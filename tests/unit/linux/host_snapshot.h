@@ -68,6 +68,7 @@ class HostSnapshot {
         }
     }
     /// The cores that each process may run on; by its start as well, for numbers are given again.
+    /// Not those of a zombie: it keeps the cores that it died with, and nobody can move it.
     void note_affinities() {
         std::error_code error;
         for (const auto& entry : std::filesystem::directory_iterator{"/proc", error}) {
@@ -77,7 +78,7 @@ class HostSnapshot {
             const auto stat = posix::read_small_file(entry.path().string() + "/stat");
             if (!status || !stat) continue;
             const std::size_t line = status->find("Cpus_allowed_list:");
-            if (line == std::string::npos) continue;
+            if (line == std::string::npos || status->find("State:\tZ") != std::string::npos) continue;
             all_["process " + name + " started at " + start_of(*stat)] =
                 status->substr(line, status->find('\n', line) - line);
         }

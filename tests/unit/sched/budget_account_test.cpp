@@ -54,6 +54,14 @@ TEST(BudgetAccount, SetsTheTimerAheadOfAWaitWhoseEndIsKnown) {
     EXPECT_EQ(account.timer(at(59, 10, 1)), sleep_until(100));
 }
 
+TEST(BudgetAccount, AnAlarmThatComesALittleBeforeThePeriodLeavesTheTimerAfterTheNextBudget) {
+    BudgetAccount account{DeferrableServer{{10ns, 100ns}}, at(0, 0)};
+    EXPECT_EQ(account.blocks(at(3, 3), at_ns(98)), arm_at(110));
+    EXPECT_EQ(account.woke(at_ns(99), 3ns), kNothing);
+    account.release(at_ns(100));
+    EXPECT_EQ(account.timer(at(110, 14, 1)), sleep_until(200));
+}
+
 TEST(BudgetAccount, SetsNoTimerAheadOfAWaitThatMayEndAtAnyTime) {
     BudgetAccount account = make_account();
     EXPECT_EQ(account.blocks(at(3, 3), kForever), kDisarm);

@@ -15,7 +15,7 @@ TEST(DeferrableServer, TheDrawingOfItsHead) {
     server.unblock(at(0));
     server.block(at(0));  // sleeps
     server.unblock(at(7));
-    EXPECT_EQ(server.available(at(7)), 3ns);
+    EXPECT_EQ(server.available(at(7)), 6ns);
     EXPECT_EQ(server.consume(at(10), 3ns), 0ns);
     EXPECT_EQ(server.available(at(10)), 3ns);  // at once
     EXPECT_EQ(server.consume(at(13), 3ns), 0ns);
@@ -39,16 +39,16 @@ TEST(DeferrableServer, WakingWithinAPeriodBringsNothing) {
     server.unblock(at(0));
     server.consume(at(2), 2ns);
     server.block(at(2));
-    server.unblock(at(9));
-    EXPECT_EQ(server.available(at(9)), 1ns);
+    server.unblock(at(8));
+    EXPECT_EQ(server.available(at(8)), 1ns);
 }
 
-TEST(DeferrableServer, BudgetIsAskedForAgainAtTheEndOfAPeriod) {
+TEST(DeferrableServer, AtTheEndOfAPeriodTheNextBudgetFollows) {
     DeferrableServer server{{6ns, 10ns}};
     server.unblock(at(0));
-    EXPECT_EQ(server.available(at(8)), 2ns);
-    EXPECT_EQ(server.consume(at(10), 2ns), 0ns);
-    EXPECT_EQ(server.available(at(10)), 6ns);
+    EXPECT_EQ(server.available(at(8)), 8ns);
+    EXPECT_EQ(server.consume(at(11), 3ns), 0ns);
+    EXPECT_EQ(server.available(at(11)), 5ns);  // the 4 ns that it left are gone
 }
 
 TEST(DeferrableServer, AnOverrunIsPaidOutOfThePeriodsToCome) {
@@ -61,6 +61,38 @@ TEST(DeferrableServer, AnOverrunIsPaidOutOfThePeriodsToCome) {
     EXPECT_EQ(server.available(at(20)), 1ns);  // −5 + 6
     EXPECT_EQ(server.available(at(30)), 3ns);
     EXPECT_EQ(server.consumed(), 8ns);
+}
+
+/// A budget is charged alike in one piece and ns by ns, and is gone after what available() said.
+TEST(DeferrableServer, PiecesDoNotMatter) {
+    for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
+        std::mt19937_64 random{seed};
+        const auto pick = [&](std::int64_t low, std::int64_t high) {
+            return std::uniform_int_distribution<std::int64_t>{low, high}(random);
+        };
+        const std::int64_t period = pick(2, 20), budget = pick(1, period - 1);
+        DeferrableServer whole{{ns(budget), ns(period)}};
+        std::int64_t now = pick(0, 30);
+        whole.unblock(at(now));
+        for (int piece = 0; piece < 6; ++piece) {
+            DeferrableServer ticks = whole;
+            const std::int64_t promised = whole.available(at(now)).count();
+            const std::int64_t used = pick(0, promised + 3);
+            const Nanoseconds overrun = whole.consume(at(now + used), ns(used));
+            Nanoseconds of_ticks{0};
+            for (std::int64_t tick = 0; tick < used; ++tick) {
+                if (tick <= promised) {
+                    ASSERT_EQ(ticks.available(at(now + tick)).count(), promised - tick) << "seed " << seed;
+                }
+                of_ticks += ticks.consume(at(now + tick + 1), 1ns);
+            }
+            now += used;
+            ASSERT_EQ(overrun, of_ticks) << "seed " << seed;
+            ASSERT_EQ(whole.available(at(now)), ticks.available(at(now))) << "seed " << seed;
+            ASSERT_EQ(whole.next_replenishment(), ticks.next_replenishment()) << "seed " << seed;
+            now += pick(0, period);
+        }
+    }
 }
 
 /// Whatever a loop does, each of its periods gives it one budget, a window of a period at most two.
