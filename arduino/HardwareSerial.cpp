@@ -1,7 +1,6 @@
 #include "arduino/HardwareSerial.h"
 
 #include "arduino/core/diagnostics.h"
-#include "arduino/host/serial_ports.h"
 #include "board/board.h"
 
 using qduino::arduino::LockGuard;
@@ -14,7 +13,7 @@ HardwareSerial Serial3{3};
 
 void HardwareSerial::begin(unsigned long baud, std::uint16_t config) {
     end();
-    owned_ = qduino::arduino::host::default_serial_port(number_);
+    owned_ = qduino::arduino::default_serial_port(number_);
     open(baud, config, owned_.get());
 }
 

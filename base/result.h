@@ -2,6 +2,7 @@
 // what to do.
 #pragma once
 
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -68,17 +69,16 @@ template <>
 class [[nodiscard]] Result<void> {
   public:
     Result() = default;
-    Result(Error error) : error_(std::move(error)), ok_(false) {}  // NOLINT: implicit by design
-    [[nodiscard]] bool ok() const { return ok_; }
-    explicit operator bool() const { return ok_; }
+    Result(Error error) : error_(std::move(error)) {}  // NOLINT: implicit by design
+    [[nodiscard]] bool ok() const { return !error_; }
+    explicit operator bool() const { return ok(); }
     [[nodiscard]] const Error& error() const {
-        QDUINO_EXPECT(!ok_);
-        return error_;
+        QDUINO_EXPECT(!ok());
+        return *error_;
     }
 
   private:
-    Error error_{};
-    bool ok_ = true;
+    std::optional<Error> error_;  // success writes none of its bytes: it is far more frequent
 };
 
 /// `pieces` as base/text.h takes them: make_error(ErrorCode::not_found, "no job ", id).

@@ -30,8 +30,8 @@ enable_testing()
 
 add_library(qduino_options INTERFACE)
 target_include_directories(qduino_options INTERFACE ${CMAKE_SOURCE_DIR})
-target_compile_options(qduino_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
-                       -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+set(QDUINO_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+target_compile_options(qduino_options INTERFACE ${QDUINO_WARNINGS})
 # For programs alone: in code for a shared library (-fPIC) every function could be replaced from
 # outside, and the compiler would not inline it.
 target_compile_options(qduino_options INTERFACE -fPIE)

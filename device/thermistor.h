@@ -3,7 +3,11 @@
 //   Vref ──[ pull-up 4.7 kΩ ]──┬──[ thermistor R(T) ]── ground    fraction = R / (R + pull-up)
 //                              └── ADC input                      cold: near 1, hot: near 0
 //
-// R(T), T in kelvin, by the Beta law: R = R25 · exp(B (1/T − 1/298.15)).
+// R(T), T in kelvin, by the law of Steinhart and Hart (Deep-Sea Research 15, 1968):
+//
+//   1/T = a + b·ln R + c·(ln R)³
+//
+// With c = 0 that is the Beta law, R = R25 · exp(B (1/T − 1/298.15)).
 //
 // Invariants: the fraction falls strictly as the temperature rises; celsius(fraction(t)) == t
 // within 1e-6 K, −40…400 °C.
@@ -17,6 +21,8 @@ namespace qduino::device {
 /// The 100 kΩ part of most hot ends (EPCOS B57560G104 class): B25/100 of 4092 K.
 inline constexpr double kEpcosOhm25 = 100e3;
 inline constexpr double kEpcosBeta = 4092;
+/// The pull-up of most controller boards.
+inline constexpr double kUsualPullUpOhm = 4700;
 
 /// A thermistor and its pull-up. Pure arithmetic: may be called from any loop.
 class Thermistor {
@@ -27,7 +33,10 @@ class Thermistor {
 
     Thermistor() : Thermistor(kEpcosOhm25, kEpcosBeta) {}
     /// `r25_ohm` > 0 at 25 °C, `beta_k` > 0 in kelvin.
-    Thermistor(double r25_ohm, double beta_k, double pull_up_ohm = 4700);
+    Thermistor(double r25_ohm, double beta_k, double pull_up_ohm = kUsualPullUpOhm);
+    /// The three coefficients of the law; `b` > 0, `c` ≥ 0.
+    [[nodiscard]] static Thermistor steinhart_hart(double a, double b, double c,
+                                                   double pull_up_ohm = kUsualPullUpOhm);
 
     /// R(T) in ohms; `t` above −200 °C.
     [[nodiscard]] double resistance_ohm(Celsius t) const;
@@ -38,8 +47,12 @@ class Thermistor {
     [[nodiscard]] Result<Celsius> celsius(double fraction) const;
 
   private:
-    double a_;  // 1/T = a + b ln R
-    double b_;
+    struct Law {
+        double a, b, c;
+    };
+    Thermistor(const Law& law, double pull_up_ohm) : law_(law), pull_up_ohm_(pull_up_ohm) {}
+
+    Law law_;
     double pull_up_ohm_;
 };
 

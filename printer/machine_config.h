@@ -8,11 +8,15 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numbers>
 
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"
 #include "base/quantity.h"
 #include "base/time.h"
+#include "base/words.h"
+#include "device/temperature_sensor.h"
+#include "printer/heater_model.h"
 
 namespace qduino::printer {
 
@@ -28,6 +32,46 @@ struct PerAxis : std::array<T, kAxisCount> {
 };
 inline constexpr PerAxis<char> kAxisLetter{'X', 'Y', 'Z', 'E'};
 
+/// No wire.
+inline constexpr std::uint16_t kNoPin = 0xFFFF;
+
+/// One more motor of an axis, on pins of its own: it makes every step that the first one makes.
+struct ExtraMotor {
+    std::uint16_t step_pin = kNoPin;
+    std::uint16_t direction_pin = kNoPin;
+    std::uint16_t enable_pin = kNoPin;
+    /// High when pressed: while the axis homes, this motor stops here and the first one at the
+    /// axis' own switch. kNoPin: both stop at that.
+    std::uint16_t endstop_pin = kNoPin;
+};
+inline constexpr std::size_t kExtraMotorsMax = 3;
+
+/// Input shapers (printer/motion/shaper.h).
+enum class ShaperType : std::uint8_t { none, zv, zvd, mzv, ei, two_hump_ei };
+struct ShaperConfig {
+    ShaperType type = ShaperType::none;
+    double frequency_hz = 0;  ///< of the machine's resonance along this axis; > 0 with a type
+    double damping_ratio = 0.1;
+
+    [[nodiscard]] constexpr bool active() const { return type != ShaperType::none && frequency_hz > 0; }
+    friend constexpr bool operator==(const ShaperConfig&, const ShaperConfig&) = default;
+};
+/// No resonance of a printer is lower: bounds how much of the motion a shaper must know.
+inline constexpr double kShaperFrequencyMin_hz = 10;
+inline constexpr double kShaperFrequencyMax_hz = 500;
+inline constexpr double kDampingRatioMax = 0.9;
+
+/// Filament is pushed ahead of the motion by `advance` times its speed (printer/step/axis_path.h).
+struct AdvanceConfig {
+    Seconds advance{0};         ///< mm of filament per mm/s of it (M900 K); 0: none
+    Seconds smooth_time{0.04};  ///< over which the push is spread
+};
+inline constexpr Seconds kAdvanceMax{2};
+inline constexpr Seconds kSmoothTimeMin{0.001};
+inline constexpr Seconds kSmoothTimeMax{0.2};
+
+/// Of a delta, X, Y and Z are also the towers A, B and C: pins, steps_per_mm, speed and
+/// acceleration are their carriages' as well. Of CoreXY, X and Y are also the motors A and B.
 struct AxisConfig {
     double steps_per_mm = 0;
     MillimetresPerSecond max_speed{};
@@ -40,12 +84,72 @@ struct AxisConfig {
     Millimetres home_retreat{};
     Millimetres home_position{};  ///< coordinate at the endstop
     bool home_towards_minimum = true;
+    /// Where the estimate of a job expects an axis that has not been homed: so far from its switch.
+    Millimetres expected_from_switch{45};
+    ShaperConfig shaper{};            ///< X and Y
     bool direction_inverted = false;  ///< DIR high moves towards minus
     std::uint16_t step_pin = 0;
     std::uint16_t direction_pin = 0;
-    std::uint16_t enable_pin = 0;   ///< low enables (A4988)
-    std::uint16_t endstop_pin = 0;  ///< high when pressed; unused for E
+    std::uint16_t enable_pin = 0;      ///< low enables (A4988)
+    std::uint16_t endstop_pin = 0;     ///< unused for E
+    bool endstop_pressed_low = false;  ///< all switches of the axis
+    FixedVector<ExtraMotor, kExtraMotorsMax> extra_motors{};
 };
+
+enum class KinematicsType : std::uint8_t { cartesian, corexy, delta };
+inline constexpr std::size_t kTowerCount = 3;
+
+/// How motors move the tool (printer/kinematics.h draws it). All but the type concern a delta.
+struct KinematicsConfig {
+    KinematicsType type = KinematicsType::cartesian;
+    /// Sideways from the joint on a carriage to that on the effector, the nozzle in the middle.
+    Millimetres delta_radius{};
+    Millimetres arm_length{};
+    std::array<double, kTowerCount> tower_angle_degrees{210, 330, 90};  ///< from +X towards +Y
+    /// How much higher than the others each switch is.
+    std::array<Millimetres, kTowerCount> endstop_offset{};
+    Millimetres home_height{};  ///< of the nozzle, all carriages at switches without an offset
+    Millimetres bed_radius{};   ///< the bed is round, and its middle is X0 Y0
+};
+
+/// A switch that closes while the nozzle is `trigger_height` above the bed, or less.
+struct ProbeConfig {
+    std::uint16_t pin = kNoPin;  ///< high when triggered; kNoPin: there is none
+    Millimetres x_offset{};      ///< of the probe from the nozzle
+    Millimetres y_offset{};
+    Millimetres trigger_height{};
+    MillimetresPerSecond speed{5};
+};
+
+/// How a surface is laid through measured heights (printer/motion/bed_mesh.h).
+enum class MeshSurface : std::uint8_t { bilinear, bicubic };
+inline constexpr std::size_t kMeshPointsMax = 15;
+
+/// The grid on which the bed is probed. Pairs are of X and Y.
+struct MeshConfig {
+    std::array<Millimetres, 2> minimum{Millimetres{20}, Millimetres{20}};  ///< of the probe's place
+    std::array<Millimetres, 2> maximum{Millimetres{130}, Millimetres{130}};
+    std::array<std::size_t, 2> points{5, 5};  ///< 2 to kMeshPointsMax
+    MeshSurface surface = MeshSurface::bilinear;
+    Millimetres clearance{5};  ///< Z of the nozzle on its way from point to point
+    MillimetresPerSecond travel_speed{80};
+    Millimetres fade_start{1};
+    Millimetres fade_end{10};  ///< 0: the bed is followed however high the part
+
+    friend bool operator==(const MeshConfig&, const MeshConfig&) = default;
+};
+
+/// What axes are off square: tangents of the angles that lack to 90° (printer/motion/correction.h).
+struct SkewConfig {
+    double xy = 0, xz = 0, yz = 0;
+
+    friend bool operator==(const SkewConfig&, const SkewConfig&) = default;
+};
+inline constexpr double kSkewMax = 0.2;
+
+/// How a heater's duty is decided (printer/heat).
+enum class HeaterControl : std::uint8_t { model, pid };
+inline constexpr Words<HeaterControl::model, HeaterControl::pid> kHeaterControlNames{"model", "pid"};
 
 /// Differences of temperatures are plain numbers, in kelvin.
 struct HeaterConfig {
@@ -62,7 +166,25 @@ struct HeaterConfig {
     double verify_error_celsius_s = 120;  ///< … up to this many °C·s
     double at_target_celsius = 1;         ///< M109, M190: reached when within this …
     Seconds at_target_time{1};            ///< … for this time
+    HeaterControl control = HeaterControl::model;
+    HeaterModel model{};
+    device::SensorSpec sensor{};
 };
+
+/// What tuning finds, and what may change while the printer runs: M301, M304, M306.
+struct HeaterSettings {
+    double kp = 0, ki = 0, kd = 0;
+    HeaterModel model{};
+};
+constexpr HeaterSettings settings_of(const HeaterConfig& heater) {
+    return {heater.kp, heater.ki, heater.kd, heater.model};
+}
+constexpr void apply(const HeaterSettings& settings, HeaterConfig& heater) {
+    heater.kp = settings.kp;
+    heater.ki = settings.ki;
+    heater.kd = settings.kd;
+    heater.model = settings.model;
+}
 
 /// The largest target that a heater may be given: 15 °C below the fault, so that it may overshoot.
 constexpr Celsius highest_target(const HeaterConfig& heater) { return heater.maximum + -15; }
@@ -76,6 +198,9 @@ struct ParkConfig {
     Millimetres retract{2};
     MillimetresPerSecond speed{80};  ///< sideways; up and down at Z's own largest speed
     MillimetresPerSecond retract_speed{25};
+    Millimetres unload{0};  ///< M600: drawn out at the park place, and pushed in again
+    Millimetres purge{30};  ///< … and pushed on top, before it goes on
+    MillimetresPerSecond purge_speed{4};
 };
 
 /// A word of a job, and the lines that it stands for (printer/gcode/expansion.h).
@@ -103,6 +228,7 @@ constexpr AxisConfig belt_axis(std::uint16_t pin) {
 
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
+    KinematicsConfig kinematics{};
     PerAxis<AxisConfig> axes{{{
         belt_axis(2),
         belt_axis(6),
@@ -114,6 +240,7 @@ struct MachineConfig {
          .maximum = 150_mm,
          .home_speed = 4_mm_s,
          .home_retreat = 1_mm,
+         .expected_from_switch = 12_mm,
          .step_pin = 10,
          .direction_pin = 11,
          .enable_pin = 12,
@@ -130,6 +257,10 @@ struct MachineConfig {
     }}};
     MillimetresPerSecond2 default_acceleration{3000};
     MillimetresPerSecond2 travel_acceleration{3000};
+    /// mm/s³ along the path: the acceleration grows and falls no faster (printer/motion/s_curve.h).
+    /// 0: it jumps (a trapezoid of speed).
+    double jerk_mm_s3 = 0;
+    AdvanceConfig pressure_advance;
     Celsius minimum_extrude{170};  ///< below it filament does not move
     Seconds idle_timeout{600};     ///< heaters that nobody uses go off after so long; 0: never
     ParkConfig park;
@@ -142,14 +273,26 @@ struct MachineConfig {
                      .heater_pin = 18,
                      .adc_channel = 1,
                      .verify_gain_time = Seconds{60},
-                     .verify_error_celsius_s = 300};
+                     .verify_error_celsius_s = 300,
+                     .model = {.power_w = 100,
+                               .heat_capacity_j_k = 390,
+                               .loss_w_k = 0.95,
+                               .fan_loss_w_k = 0.03,
+                               .sensor_lag_s = 6.5,
+                               .filament_j_mm3_k = 0}};
+    Celsius room{20};  ///< where cold heaters start
     bool has_bed = true;
+    ProbeConfig probe;
+    MeshConfig mesh;
+    SkewConfig skew;
     std::uint16_t fan_pin = 19;
     std::uint8_t adc_address = 0x48;  ///< ADS7828
     // The stepper driver's timing: A4988.
     Nanoseconds step_pulse = 1us;         ///< STEP high at least
     Nanoseconds step_low = 1us;           ///< … and low at least
     Nanoseconds direction_setup = 200ns;  ///< DIR unchanged before and after the rising edge
+    /// A step and one back that are nearer than this are not made: they would only tremble.
+    Nanoseconds reversal_gap = 750us;
     /// What one step takes of loop 2's core on this computer, measured (step/step_cost.h); 0: not
     /// known, and no limit.
     Nanoseconds step_cost{};
@@ -157,6 +300,11 @@ struct MachineConfig {
     Millimetres nozzle_diameter{0.4};
     FixedVector<Macro, kMacrosMax> macros{};
 };
+
+/// Of the filament: mm³ in a millimetre.
+constexpr double filament_area_mm2(const MachineConfig& machine) {
+    return std::numbers::pi / 4 * machine.filament_diameter.value() * machine.filament_diameter.value();
+}
 
 /// X, Y and Z at their endstops; E at 0.
 constexpr PerAxis<Millimetres> home_positions(const MachineConfig& machine) {

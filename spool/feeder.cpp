@@ -15,23 +15,28 @@ namespace qduino::spool {
 
 using printer::link::LinkLayout;
 
-Feeder::Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length)
-    : file_(std::move(file)), run_id_(run_id), length_(length) {}
+Feeder::Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length, double estimated_s)
+    : file_(std::move(file)),
+      run_id_(run_id),
+      length_(length),
+      estimated_s_(static_cast<std::uint64_t>(std::clamp(estimated_s, 0.0, 1e12))) {}
 
-Result<Feeder> Feeder::open(const std::filesystem::path& path, std::uint64_t run_id, std::uint64_t length) {
+Result<Feeder> Feeder::open(const std::filesystem::path& path, std::uint64_t run_id, std::uint64_t length,
+                            double estimated_s) {
     posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     if (!file.valid()) return make_error(ErrorCode::not_found, "the job's file cannot be opened");
     struct stat found {};
     if (::fstat(file.get(), &found) != 0 || static_cast<std::uint64_t>(found.st_size) != length) {
         return make_error(ErrorCode::corrupt, "the job's file has not the length that was uploaded");
     }
-    return Feeder{std::move(file), run_id, length};
+    return Feeder{std::move(file), run_id, length, estimated_s};
 }
 
 Result<void> Feeder::begin(LinkLayout& link, Instant now) {
     const bool repeat = begin_sent_ && link.jobs.empty() && now - progress_at_ >= kRepeatAfter;
     if (!begin_sent_ || repeat) {
-        if (!try_push(link.jobs, printer::link::encode(printer::link::JobBegin{run_id_, length_}))) return {};
+        const printer::link::JobBegin job{run_id_, length_, estimated_s_};
+        if (!try_push(link.jobs, printer::link::encode(job))) return {};
         begin_sent_ = true;
         end_sent_ = false;
         sent_ = 0;

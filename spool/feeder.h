@@ -25,11 +25,11 @@ class Feeder {
     /// How long the sketch may be silent with an empty ring before the feeder repeats.
     static constexpr Nanoseconds kRepeatAfter = std::chrono::milliseconds{500};
 
-    /// `file` holds `length` bytes.
-    Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length);
+    /// `file` holds `length` bytes. `estimated_s`: of the copy, 0 when nobody knows.
+    Feeder(posix::UniqueFd file, std::uint64_t run_id, std::uint64_t length, double estimated_s = 0);
     /// Opens the file. Errors: not_found, corrupt (its size is not `length`).
     [[nodiscard]] static Result<Feeder> open(const std::filesystem::path& path, std::uint64_t run_id,
-                                             std::uint64_t length);
+                                             std::uint64_t length, double estimated_s = 0);
 
     /// While the sketch has not named the run yet: sends job_begin, and the bytes from the start as
     /// far as they fit. Error: corrupt, when the file cannot be read.
@@ -50,6 +50,7 @@ class Feeder {
     posix::UniqueFd file_;
     std::uint64_t run_id_;
     std::uint64_t length_;
+    std::uint64_t estimated_s_;
     std::uint64_t sent_ = 0;
     std::uint64_t accepted_ = 0;
     bool feeding_ = false;  // feed() was called: sent_ continues what the sketch holds

@@ -16,6 +16,10 @@ class Inspector {
     virtual void begin(std::uint64_t run, const std::filesystem::path& gcode) = 0;
     /// True once the inspector looks, or is known not to answer: the first byte may cross.
     [[nodiscard]] virtual bool begun(std::uint64_t run) = 0;
+    /// Number `number`, from 0, of the lines that a person typed of the run's objects, when the
+    /// machine had read its file up to line `behind_line`.
+    virtual void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line,
+                       const std::string& line) = 0;
     /// The run has ended. The machine reports that the head left the path and came back this many
     /// times (pauses).
     virtual void end(std::uint64_t run, std::uint32_t excursions) = 0;

@@ -14,10 +14,12 @@ namespace qduino::spool {
 using printer::link::Command;
 using printer::link::LinkLayout;
 using printer::link::MachineState;
+using printer::link::ReplyKind;
 
 namespace {
 
 constexpr Nanoseconds kRepeatCancelAfter = std::chrono::seconds{1};
+constexpr std::string_view kHostHasPrinter = "a serial host has the printer";
 
 std::string describe(const Job& job) { return text<std::string>("job ", job.id, " (", job.name, ")"); }
 
@@ -124,6 +126,51 @@ Result<void> Spool::hold_queue(std::string reason) {
     return commit({.gate = QueueGate{reason.empty() ? "held" : std::move(reason), gate_.bed_occupied}});
 }
 
+Result<void> Spool::release_queue() {
+    if (host_has_printer_) {
+        return make_error(ErrorCode::not_permitted, kHostHasPrinter, ": disconnect it first");
+    }
+    return commit({.gate = QueueGate{{}, gate_.bed_occupied}});
+}
+
+// ---- a serial host ------------------------------------------------------------------------------
+
+Result<void> Spool::claim_for_host() {
+    if (host_has_printer_) return {};
+    if (run_ || awaited_report_) {
+        const Job* job = run_ ? queue_.find(run_->job) : nullptr;
+        return make_error(ErrorCode::not_permitted, "the printer is printing ",
+                          job ? describe(*job) : "a job of its queue",
+                          ": wait for its end, or cancel it on the page");
+    }
+    // Durable: a service that is killed now must not begin a job on what the host has printed.
+    const std::string reason{gate_.hold_reason.empty() ? kHostHasPrinter : gate_.hold_reason};
+    QDUINO_TRY(commit({.gate = QueueGate{reason, gate_.bed_occupied}}));
+    QDUINO_TRY(push_command(Command::host_line, {}));
+    host_has_printer_ = true;
+    log(kHostHasPrinter, ": no job begins until it has gone");
+    return {};
+}
+
+Result<void> Spool::host_line(std::string_view line, HostClaim claim) {
+    QDUINO_TRY(check_connected());
+    if (claim == HostClaim::printer) QDUINO_TRY(claim_for_host());
+    return push_command(Command::host_line, line);
+}
+
+void Spool::host_leaves() {
+    if (!std::exchange(host_has_printer_, false)) return;
+    const bool ours = gate_.hold_reason == kHostHasPrinter;
+    const std::string reason = !ours                  ? gate_.hold_reason
+                               : options_.confirm_bed ? std::string{}
+                                                      : "a serial host has used the printer";
+    log("the serial host has gone");
+    const bool occupied = options_.confirm_bed || gate_.bed_occupied;
+    // If it fails, the queue stays held, and a person may release it.
+    if (const Result<void> done = commit({.gate = QueueGate{reason, occupied}}); !done)
+        log(done.error().message);
+}
+
 // ---- the machine --------------------------------------------------------------------------------
 
 Result<void> Spool::check_connected() const {
@@ -191,6 +238,9 @@ Result<void> Spool::clear_fault() {
 
 Result<void> Spool::gcode(std::span<const std::string> lines) {
     QDUINO_TRY(check_connected());
+    if (host_has_printer_) {
+        return make_error(ErrorCode::not_permitted, kHostHasPrinter, ": its lines and yours would mix");
+    }
     LinkLayout* link = link_.current();
     std::size_t needed = 0;
     for (const std::string& line : lines) {
@@ -226,6 +276,7 @@ void Spool::tick(Instant now, UnixSeconds now_s) {
         read_replies();
     }
     if (run_) note_place();
+    if (run_ && run_->inspected && inspector_) tell_typed_objects();
     if (run_) advance_run(now, now_s);
     if (awaited_report_) await_report();
     if (!replaced && may_begin()) {
@@ -269,6 +320,7 @@ void Spool::log_line(std::string line) {
 
 void Spool::attach_link() {
     emergency_.attach(nullptr);
+    host_leaves();
     feeder_.reset();
     link_.reopen();
     LinkLayout* link = link_.current();
@@ -294,7 +346,8 @@ void Spool::read_replies() {
         if (!frame->has_value()) return;
         const Result<printer::link::ReplyText> reply = printer::link::decode_reply((*frame)->payload);
         if ((*frame)->type != printer::link::FrameType::reply || !reply.ok()) continue;
-        if (replies_.size() < kRepliesHeld) replies_.push_back({reply->kind, std::string{reply->text}});
+        auto& replies = reply->kind >= ReplyKind::host_text ? host_replies_ : replies_;
+        if (replies.size() < kRepliesHeld) replies.push_back({reply->kind, std::string{reply->text}});
     }
 }
 
@@ -325,7 +378,7 @@ void Spool::feed_run(const RunAction& action, Instant now, UnixSeconds now_s) {
         return;
     }
     if (!feeder_) {
-        Result<Feeder> opened = Feeder::open(file, run_->id, run_->length);
+        Result<Feeder> opened = Feeder::open(file, run_->id, run_->length, job->estimated_s);
         if (!opened.ok()) {
             // The machine may hold a part of it, and has to let go before the run can end.
             if (begin)
@@ -380,6 +433,19 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     layer_.reset();
 }
 
+/// What was typed beside the run changes the part that is asked for. After a restart of this
+/// service all that is held is told again, which changes nothing.
+void Spool::tell_typed_objects() {
+    const auto& job = machine_.job;
+    if (!machine_.connected || machine_.session != run_->session || job.job_id != run_->id) return;
+    const auto held = static_cast<std::uint32_t>(printer::link::kTypedObjects);
+    if (job.typed_objects > held) typed_told_ = std::max(typed_told_, job.typed_objects - held);
+    for (; typed_told_ < job.typed_objects; ++typed_told_) {
+        const auto& typed = job.typed_object[typed_told_ % printer::link::kTypedObjects];
+        inspector_->typed(run_->id, typed_told_, typed.behind_line, std::string{typed.text.view()});
+    }
+}
+
 void Spool::await_report() {
     std::optional<std::string> report = std::string{};
     if (inspector_) {
@@ -395,8 +461,8 @@ void Spool::await_report() {
 
 bool Spool::may_begin() {
     LinkLayout* link = link_.current();
-    return link && !run_ && !awaited_report_ && gate_.hold_reason.empty() && !gate_.bed_occupied &&
-           is_ready(machine_) && link->commands.empty() && queue_.next() != nullptr;
+    return link && !run_ && !awaited_report_ && !host_has_printer_ && gate_.hold_reason.empty() &&
+           !gate_.bed_occupied && is_ready(machine_) && link->commands.empty() && queue_.next() != nullptr;
 }
 
 void Spool::begin_next(UnixSeconds now_s) {
@@ -415,6 +481,7 @@ void Spool::begin_next(UnixSeconds now_s) {
         return log(done.error().message);
     log("printing ", describe(job), ", copy ", job.copies_done + 1, " of ", job.copies, ", run ", run.id);
     last_run_id_ = run.id;
+    typed_told_ = 0;
     run_ = run;
     feeder_.reset();
     cancel_sent_at_.reset();

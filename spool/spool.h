@@ -96,6 +96,12 @@ struct Reply {
     std::string text;
 };
 
+/// How a serial host's lines cross the link.
+enum class HostClaim : std::uint8_t {
+    none,     ///< a question, or what may be done beside a job
+    printer,  ///< the line moves or waits: the host has the printer from here on
+};
+
 /// Takes an emergency stop to the machine: one atomic, never behind a disk. Any thread.
 class EmergencyLine {
   public:
@@ -149,7 +155,8 @@ class Spool {
     // ---- what printing waits for ----------------------------------------------------------------
     [[nodiscard]] const QueueGate& gate() const { return gate_; }
     [[nodiscard]] Result<void> hold_queue(std::string reason);
-    [[nodiscard]] Result<void> release_queue() { return commit({.gate = QueueGate{{}, gate_.bed_occupied}}); }
+    /// Error: not_permitted, while a serial host has the printer.
+    [[nodiscard]] Result<void> release_queue();
     [[nodiscard]] Result<void> bed_cleared() { return commit({.gate = QueueGate{gate_.hold_reason, false}}); }
 
     // ---- the machine ----------------------------------------------------------------------------
@@ -162,6 +169,14 @@ class Spool {
     [[nodiscard]] Result<void> clear_fault();
     /// All lines or none, in order. Errors: also invalid_argument (too long, or no single line).
     [[nodiscard]] Result<void> gcode(std::span<const std::string> lines);
+    /// One line of a serial host. Jobs and a host exclude each other: a line that claims the
+    /// printer is refused while a job is printed, and no job begins until host_leaves(). Errors:
+    /// not_permitted, and as gcode().
+    [[nodiscard]] Result<void> host_line(std::string_view line, HostClaim claim);
+    /// The host has gone. What it printed may still be on the bed.
+    void host_leaves();
+    /// The machine's answers to the host since the last call, oldest first; at most kRepliesHeld.
+    [[nodiscard]] std::vector<Reply> take_host_replies() { return std::exchange(host_replies_, {}); }
     [[nodiscard]] EmergencyLine& emergency() { return emergency_; }
     /// The machine at the last tick.
     [[nodiscard]] const MachineView& machine() const { return machine_; }
@@ -207,9 +222,11 @@ class Spool {
     void sweep_blob(const std::string& name);
     void retain(UnixSeconds now_s);
     void note_place();
+    void tell_typed_objects();
     void await_report();
     [[nodiscard]] bool may_begin();
     void begin_next(UnixSeconds now_s);
+    [[nodiscard]] Result<void> claim_for_host();
     [[nodiscard]] Result<void> check_connected() const;
     [[nodiscard]] Result<void> push_command(printer::link::Command command, std::string_view text);
     void log_line(std::string line);
@@ -235,6 +252,7 @@ class Spool {
     QueueGate gate_;
     std::optional<Run> run_;
     std::optional<Run> awaited_report_;
+    std::uint32_t typed_told_ = 0;  // lines of the run that the inspector knows
     std::optional<Feeder> feeder_;
     std::uint64_t last_run_id_ = 0;
     std::uint64_t revision_ = 1;
@@ -244,6 +262,8 @@ class Spool {
     std::optional<Instant> cancel_sent_at_;
     bool pause_wanted_ = false;  // asked for before the machine had begun the job
     std::vector<Reply> replies_;
+    std::vector<Reply> host_replies_;
+    bool host_has_printer_ = false;
     std::uint64_t heartbeat_ = 0;
     Instant heartbeat_at_{};             // when it last changed
     std::optional<Instant> dead_since_;  // as this service saw it

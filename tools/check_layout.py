@@ -24,11 +24,12 @@ ARROWS = {
     "board": {"base", "sched"},
     "board/linux": {"base", "posix", "sched", "channel", "board"},
     "board/sim": {"base", "sched", "channel", "board"},
+    "board/metal": {"base", "sched", "channel", "board"},
     "runtime": {"base", "sched", "channel", "board"},
     "arduino": {"base", "channel", "board", "runtime", "arduino/host"},
     "arduino/host": {"base", "posix", "channel", "arduino"},
     "device": {"base"},
-    "printer": {"base"},  # the headers at its top, which all its parts need
+    "printer": {"base", "device"},  # the headers at its top, which all its parts need
     "printer/gcode": {"base", "printer"},
     "printer/motion": {"base", "printer"},
     "printer/link": {"base", "channel", "printer"},
@@ -36,13 +37,15 @@ ARROWS = {
     "printer/step": {"base", "channel", "printer", "printer/motion", "printer/link"},
     "printer/heat": {"base", "channel", "printer", "printer/link"},
     "printer/machine": {"base", "channel", "printer", "printer/gcode", "printer/motion", "printer/step", "printer/heat", "printer/link"},
+    "printer/estimate": {"base", "channel", "printer", "printer/gcode", "printer/motion", "printer/link", "printer/heat",
+                         "printer/preflight", "printer/machine"},
     "twin": {"base", "channel", "board", "device"},
     # These two know the printer by its link alone, and by the machine's numbers.
     "spool": {"base", "posix", "channel", "printer", "printer/link"},
     "web": {"base", "posix", "channel", "printer", "printer/link", "spool"},
 }
 EACH_PART_HAS_A_ROW = ("printer",)
-CONCRETE_BOARDS = {"board/linux", "board/sim"}
+CONCRETE_BOARDS = {"board/linux", "board/sim", "board/metal"}
 MAY_INCLUDE_ANYTHING = {"apps", "sketches", "tests", "bench"}
 MAY_NAME_A_BOARD = {"apps", "tests", "bench"}
 SOURCES = (".h", ".cpp", ".ino")
@@ -127,7 +130,7 @@ BANNED = [
 
 # What a board without an operating system below it must be able to compile (tests/freestanding
 # does).
-WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/core/", "device/")
+WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/core/", "device/", "board/metal/")
 SYSTEM_HEADER = re.compile(r"\s*#\s*include\s*<((?:sys|linux|netinet|arpa)/[\w/.]+|unistd\.h|fcntl\.h|pthread\.h|sched\.h|signal\.h|poll\.h"
                            r"|errno\.h|time\.h|termios\.h|dirent\.h|dlfcn\.h|semaphore\.h|csignal|cerrno|ctime|thread|mutex"
                            r"|shared_mutex|condition_variable|future|semaphore|barrier|latch|stop_token|filesystem|iostream|ostream"

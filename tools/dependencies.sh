@@ -6,9 +6,10 @@
 
 packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
   libboost1.81-dev libssl-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev libsqlite3-dev libsqlitecpp-dev
-  libsodium-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
+  libsodium-dev libpng-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
 packages_web="nodejs npm"
 packages_run="curl util-linux"
+packages_metal="musl-dev qemu-system-x86"
 packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu"
 packages_test="clang-14 libclang-rt-14-dev clang-format-14 universal-ctags chromium curl jq procps util-linux"
 
@@ -62,4 +63,14 @@ unpack_arduino_examples() {
   mkdir -p build/arduino && (
     cd build/arduino && apt-get -qq download arduino >/dev/null 2>&1 && dpkg-deb -x arduino_*.deb . && rm -f arduino_*.deb
   ) || say "Debian's arduino package could not be fetched: its examples are skipped"
+}
+
+# Unpacks printcore, the serial host of Debian's `printrun`, into build/printrun. It is not
+# installed: its packages would bring a whole desktop along.
+unpack_printrun() {
+  [ ! -d build/printrun/usr ] && command -v dpkg-deb >/dev/null || return 0
+  mkdir -p build/printrun && (
+    cd build/printrun && apt-get -qq download printrun-common python3-serial \
+      >/dev/null 2>&1 && for package in *.deb; do dpkg-deb -x "$package" . && rm -f "$package" || exit 1; done
+  ) || say "Debian's printrun could not be fetched: the test with printcore is skipped"
 }

@@ -52,10 +52,12 @@ def write_sdk(build, home):
         sdk = json.load(file)
     sdk["include"] = ";".join(os.path.join("include", os.path.relpath(item, ROOT)) if item.startswith(ROOT) else item
                               for item in sdk["include"].split(";"))
-    for board in ("sim", "linux"):
+    for board in ("sim", "linux", "metal"):
         sdk[board]["libraries"] = [installed_library(item, home) for item in sdk[board]["libraries"]]
     copy(sdk["ino_to_cpp"], os.path.join(home, "tools", "ino_to_cpp.py"))
     sdk["ino_to_cpp"] = "tools/ino_to_cpp.py"
+    copy(sdk["metal"]["script"], os.path.join(home, "lib", "image.ld"))
+    sdk["metal"]["script"] = "lib/image.ld"
     sdk["supervisor"] = "bin/qduino-supervisor"
     with open(os.path.join(home, "qduino-sdk.json"), "w", encoding="utf-8") as file:
         json.dump(sdk, file, indent=2)

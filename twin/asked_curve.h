@@ -22,9 +22,6 @@
 
 namespace qduino::twin {
 
-/// In mm of machine coordinates. E: filament since the start, flow applied.
-using Position = std::array<double, kAxisCount>;
-
 enum class Plane : std::uint8_t { xy, zx, yz };  ///< G17, G18, G19
 
 class AskedCurve {

@@ -30,6 +30,11 @@ std::optional<CommandLine> AskedLines::next() {
             expanded_.pop_front();
             return command;
         }
+        if (!typed_.empty() && typed_.front().first <= file_.number()) {
+            CommandLine command = std::move(typed_.front().second);
+            typed_.pop_front();
+            return command;
+        }
         std::optional<CommandLine> command = file_.next();
         if (!command || command->word.empty() || !expand(*command)) return command;
     }

@@ -10,6 +10,8 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "twin/byte_source.h"
 #include "twin/line_reader.h"
@@ -24,6 +26,11 @@ class AskedLines {
 
     /// The next command, or nothing at the end.
     [[nodiscard]] std::optional<CommandLine> next();
+    /// `line` was typed while the machine had read the file up to line `behind`: it comes behind
+    /// that one, or next when that one has been passed.
+    void insert(std::uint64_t behind, std::string_view line) {
+        typed_.emplace_back(behind, LineReader::parse(line));
+    }
     /// Of the line of the file that next() gave last, from 1.
     [[nodiscard]] std::uint64_t number() const { return file_.number(); }
 
@@ -33,6 +40,7 @@ class AskedLines {
     LineReader file_;
     std::vector<MacroSpec> macros_;
     std::deque<CommandLine> expanded_;
+    std::deque<std::pair<std::uint64_t, CommandLine>> typed_;
 };
 
 }  // namespace qduino::twin

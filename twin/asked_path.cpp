@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "twin/gantry.h"
+
 namespace qduino::twin {
 namespace {
 
@@ -14,14 +16,25 @@ constexpr double kReferenceMm = 20;
 
 }  // namespace
 
-AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& machine)
+AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& machine,
+                     const Compensation& compensation, const AskedBed& bed)
     : lines_(source, machine.macros),
+      compensation_(compensation),
+      bed_(bed),
       extruder_steps_per_mm_(machine.axes[kExtruder].steps_per_mm),
       program_(start),
       machine_(start) {
     filament_.programmed = filament_.peak_mm = start[kExtruder];
     filament_.diameter_mm = machine.filament_diameter_mm;
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis) home_mm_[axis] = machine.axes[axis].home_mm;
+    const Position home = home_of(machine);
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) home_mm_[axis] = home[axis];
+    // Rows go to and fro, so after an odd number of them the head is at the far end of the last.
+    const GridSpec& grid = machine.grid;
+    probed_at_[0] =
+        (grid.points[1] % 2 != 0 ? grid.maximum_mm : grid.minimum_mm)[0] - machine.probe.x_offset_mm;
+    probed_at_[1] = grid.maximum_mm[1] - machine.probe.y_offset_mm;
+    probed_at_[2] = grid.clearance_mm;
+    homes_together_ = !Gantry{machine}.is_linear();
 }
 
 AskedItem AskedPath::next() {
@@ -36,15 +49,18 @@ AskedItem AskedPath::next() {
             continue;
         }
         const std::optional<CommandLine> command = lines_.next();
-        if (!command) return {AskedItem::Kind::end, 0, false, lines_.number(), machine_};
+        if (!command) return {AskedItem::Kind::end, 0, false, lines_.number(), machine_, 0, bed_.now()};
         run(*command);
     }
 }
 
 void AskedPath::run(const CommandLine& command) {
+    if (bed_.probes(command)) return probe();
+    bed_.run(command, modes_.unit_mm);
     if (command.letter == 'G') return run_g(command);
     if (command.letter == 'M') run_m(command);
     objects_.run(command);
+    compensation_.run(command);
     if (command.word == "SET_GCODE_OFFSET") shift(command);
 }
 
@@ -267,7 +283,8 @@ void AskedPath::give(const Position& to, bool curved) {
     filament_.pushed_mm += std::max(filament, 0.0);
     if (to == machine_) return;
     machine_ = to;
-    given_.push_back({AskedItem::Kind::move, 0, curved, lines_.number(), to});
+    given_.push_back(
+        {AskedItem::Kind::move, 0, curved, lines_.number(), to, compensation_.advance_s(), bed_.now()});
 }
 
 // ---- coordinates --------------------------------------------------------------------------------
@@ -280,7 +297,7 @@ void AskedPath::home(const CommandLine& command) {
     if (mask == 0 &&
         (command.has('U') || command.has('V') || command.has('A') || command.has('B') || command.has('C')))
         return;
-    if (mask == 0) mask = 0b111;
+    if (mask == 0 || homes_together_) mask = 0b111;  // a delta's carriages find the nozzle together
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         if ((mask >> axis & 1u) == 0) continue;
         machine_[axis] = program_[axis] = home_mm_[axis];
@@ -290,12 +307,20 @@ void AskedPath::home(const CommandLine& command) {
     // An axis that is not homed goes on from where the head is.
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = machine_[axis];
     waiting_.active = false;
-    given_.push_back({AskedItem::Kind::home, mask, false, lines_.number(), machine_});
+    if ((mask >> 2 & 1u) != 0) bed_.lose_place();
+    given_.push_back({AskedItem::Kind::home, mask, false, lines_.number(), machine_, 0, bed_.now()});
+}
+
+void AskedPath::probe() {
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) machine_[axis] = program_[axis] = probed_at_[axis];
+    waiting_.active = false;
+    bed_.lose_place();
+    static_cast<void>(bed_.measured());
+    given_.push_back({AskedItem::Kind::probe, 0, false, lines_.number(), machine_, 0, bed_.now()});
 }
 
 void AskedPath::rename(const CommandLine& command) {
-    bool all = !command.has('E');  // without a letter: every axis, to 0
-    for (const char letter : kAxisLetter) all = all && !command.has(letter);
+    const bool all = command.present == 0;  // without a letter: every axis, to 0
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const char letter = kAxisLetter[axis];
         if (all || command.has(letter))

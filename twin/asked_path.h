@@ -24,37 +24,51 @@
 #include <cstdint>
 #include <deque>
 
+#include "twin/asked_bed.h"
 #include "twin/asked_curve.h"
 #include "twin/asked_lines.h"
 #include "twin/asked_objects.h"
 #include "twin/byte_source.h"
+#include "twin/compensation.h"
 #include "twin/machine.h"
 
 namespace qduino::twin {
 
 struct AskedItem {
-    enum class Kind : std::uint8_t { move, home, end };
+    /// probe: the bed is measured; the item ends where the head is then.
+    enum class Kind : std::uint8_t { move, home, probe, end };
     Kind kind = Kind::end;
     std::uint8_t homed = 0;  ///< home: bit per slide
     bool curved = false;     ///< move: a chord of an arc or of a spline
     std::uint64_t line = 0;
-    Position to{};  ///< where this item ends
+    Position to{};         ///< where this item ends, as asked
+    double advance_s = 0;  ///< pressure advance that was asked for
+    AskedCorrection correction{};
 };
 
 class AskedPath {
   public:
     /// `start`: the machine's position before the first line. Of `machine` the coordinates of the
     /// switches and what a step of E pushes count.
-    AskedPath(ByteSource& source, const Position& start, const Machine& machine);
+    /// `compensation`, `bed`: as an earlier job of the session left them.
+    AskedPath(ByteSource& source, const Position& start, const Machine& machine,
+              const Compensation& compensation, const AskedBed& bed);
+    AskedPath(ByteSource& source, const Position& start, const Machine& machine)
+        : AskedPath(source, start, machine, Compensation{machine}, AskedBed{machine}) {}
 
     /// The next item; Kind::end for ever once the source has ended.
     [[nodiscard]] AskedItem next();
+    [[nodiscard]] const AskedBed& bed() const { return bed_; }
+    /// AskedLines::insert.
+    void insert(std::uint64_t behind, std::string_view line) { lines_.insert(behind, line); }
     /// The end of the items given out so far.
     [[nodiscard]] const Position& position() const { return machine_; }
 
     /// Sum of all E movements given out so far, and of the positive ones, in mm.
     [[nodiscard]] double filament_net_mm() const { return filament_.net_mm; }
     [[nodiscard]] double filament_pushed_mm() const { return filament_.pushed_mm; }
+    /// In force behind the lines read so far.
+    [[nodiscard]] const Compensation& compensation() const { return compensation_; }
 
   private:
     /// M207, M208: Marlin's defaults.
@@ -98,6 +112,7 @@ class AskedPath {
     void move(const Position& to);
     void begin_curve(const CommandLine& command);
     void home(const CommandLine& command);
+    void probe();
     void draw_back();
     void push_again();
     void rename(const CommandLine& command);
@@ -116,7 +131,11 @@ class AskedPath {
 
     AskedLines lines_;
     AskedObjects objects_;
+    Compensation compensation_;
+    AskedBed bed_;
     Slides home_mm_{};
+    Position probed_at_{};  // where the head is when the bed has been measured
+    bool homes_together_ = false;
     double extruder_steps_per_mm_;
     Position program_;  // where the lines read so far lead
     Position machine_;  // where the items lead: behind while the head waits

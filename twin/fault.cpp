@@ -18,12 +18,14 @@ struct KindRow {
     FaultKind kind;
     Where where;
 };
-constexpr std::array<KindRow, 9> kKinds{{
+constexpr std::array<KindRow, 11> kKinds{{
     {"sensor_stuck", FaultKind::sensor_stuck, Where::heater},
+    {"sensor_drifts", FaultKind::sensor_drifts, Where::heater},
     {"sensor_open", FaultKind::sensor_open, Where::heater},
     {"sensor_short", FaultKind::sensor_short, Where::heater},
     {"heater_disconnected", FaultKind::heater_disconnected, Where::heater},
     {"heater_stuck_on", FaultKind::heater_stuck_on, Where::heater},
+    {"fan_dead", FaultKind::fan_dead, Where::nowhere},
     {"bus_silent", FaultKind::bus_silent, Where::nowhere},
     {"endstop_stuck_closed", FaultKind::endstop_stuck_closed, Where::slide},
     {"endstop_stuck_open", FaultKind::endstop_stuck_open, Where::slide},

@@ -11,10 +11,12 @@ namespace qduino::twin {
 
 enum class FaultKind : std::uint8_t {
     sensor_stuck,         ///< a thermistor reads for ever what it read at that instant
+    sensor_drifts,        ///< a thermistor reads 0.5 °C less with each second
     sensor_open,          ///< a thermistor's wire is broken
     sensor_short,         ///< a thermistor's wire touches ground
     heater_disconnected,  ///< a heater takes no current
     heater_stuck_on,      ///< a heater's transistor is shorted
+    fan_dead,             ///< the part fan does not turn
     bus_silent,           ///< the converter no longer answers
     endstop_stuck_closed,
     endstop_stuck_open,

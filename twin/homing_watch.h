@@ -5,12 +5,12 @@
 //           fast approach      retreat         slow approach   └─ >= 20 ms ─┘
 //                        press 1                     press 2
 //
-// An axis is home when its switch has closed twice, is closed, and the axis has stood still for
+// A slide is home when its switch has closed twice, is closed, and the slide has stood still for
 // kRest. A switch that was closed from the start counts as the first press: the firmware then
-// begins with the retreat. Rests between the strokes may have any length. An axis is also home when
-// another axis of the same G28 begins to move after the first one's second press.
+// begins with the retreat. Rests between the strokes may have any length. A slide is also home when
+// another one of the same G28 begins to move by itself after the first one's second press.
 //
-// Invariant: an axis never becomes home before its second press.
+// Invariant: a slide never becomes home before its second press.
 #pragma once
 
 #include <algorithm>
@@ -34,25 +34,28 @@ class HomingWatch {
         std::ranges::copy(pressed, presses_.begin());
     }
     [[nodiscard]] bool active() const { return pending_ != 0; }
-    [[nodiscard]] bool pending(int axis) const { return (pending_ >> axis & 1) != 0; }
+    /// Bit per slide that is not home yet.
+    [[nodiscard]] std::uint8_t pending() const { return pending_; }
 
     void on_endstop(int axis, bool pressed) {
         pressed_[axis] = pressed;
         if (pressed) ++presses_[axis];
     }
 
-    /// Call before a step of `axis` is counted at `now` (−1: no step, only time has passed).
-    /// Returns the axes that are home by then, as a mask; they are no longer pending.
-    [[nodiscard]] std::uint8_t settle(Instant now, int axis) {
+    /// Call before a step at `now` that moves the slides `moved`, a mask (0: no step, only time has
+    /// passed). Returns those that are home by then; they are no longer pending.
+    [[nodiscard]] std::uint8_t settle(Instant now, std::uint8_t moved) {
         std::uint8_t home = 0;
-        for (int other = 0; other < kSlideCount; ++other) {
-            if (!pending(other) || presses_[other] < 2 || !pressed_[other]) continue;
-            const bool rested = now - stepped_at_[other] >= kRest;
-            const bool next_one_moves = axis >= 0 && axis != other && axis < kSlideCount && pending(axis);
-            if (rested || next_one_moves) home = static_cast<std::uint8_t>(home | 1u << other);
+        for (std::size_t slide = 0; slide < kSlideCount; ++slide) {
+            const auto bit = static_cast<std::uint8_t>(1u << slide);
+            if ((pending_ & bit) == 0 || presses_[slide] < 2 || !pressed_[slide]) continue;
+            const bool rested = now - stepped_at_[slide] >= kRest;
+            const bool next_one_moves = (moved & bit) == 0 && (moved & pending_) != 0;
+            if (rested || next_one_moves) home = static_cast<std::uint8_t>(home | bit);
         }
         pending_ = static_cast<std::uint8_t>(pending_ & ~home);
-        if (axis >= 0 && axis < kSlideCount) stepped_at_[axis] = now;
+        for (std::size_t slide = 0; slide < kSlideCount; ++slide)
+            if ((moved >> slide & 1u) != 0) stepped_at_[slide] = now;
         return home;
     }
 

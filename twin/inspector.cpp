@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <optional>
 
 namespace qduino::twin {
@@ -14,52 +15,160 @@ constexpr std::size_t kNoAxis = kAxisCount;
 
 }  // namespace
 
-InspectionStart InspectionStart::at_power_on(const std::array<std::int64_t, kAxisCount>& built,
+InspectionStart InspectionStart::at_power_on(const Machine& machine, const Counts& built,
                                              const std::array<bool, kSlideCount>& pressed) {
     InspectionStart start;
     start.built = built;
+    start.asked_mm = home_of(machine);
+    const Position motors = Gantry{machine}.motors_at(start.asked_mm);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        start.origin[axis] = static_cast<double>(built[axis]);
+        start.origin[axis] = static_cast<double>(built[axis]) -
+                             std::floor(motors[axis] * machine.axes[axis].steps_per_mm + 0.5);
     start.pressed = pressed;
+    start.bed = AskedBed{machine};
     return start;
 }
 
 Inspector::Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start)
     : machine_(machine),
-      asked_(source, start.asked_mm, machine),
+      gantry_(machine),
+      asked_(source, start.asked_mm, machine, start.compensation.value_or(Compensation{machine}), start.bed),
+      maps_(start.maps),
+      last_map_(start.bed.maps()),
+      read_to_(start.asked_mm),
+      chord_error_mm_(kChordSteps / std::max({machine.axes[0].steps_per_mm, machine.axes[1].steps_per_mm,
+                                              machine.axes[2].steps_per_mm})),
       origin_(start.origin),
       position_(start.built),
       pressed_(start.pressed) {
-    so_far_.at = to_steps(start.asked_mm);
+    so_far_.at = to_steps(corrected(start.asked_mm, start.bed.now()));
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
     // A piece of no length: the place to start from.
-    pieces_.push_back({AskedItem::Kind::move, 0, false, 0, so_far_.at, so_far_.at});
+    pieces_.push_back({AskedItem::Kind::move, 0, false, 0, so_far_.at, so_far_.at, 0});
+    widen_reach();
 }
 
 Inspector::Point Inspector::to_steps(const Position& mm) const {
-    Point steps;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        steps[axis] = mm[axis] * machine_.axes[axis].steps_per_mm;
+    Point steps = gantry_.motors_at(mm);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) steps[axis] *= machine_.axes[axis].steps_per_mm;
     return steps;
 }
 
+Position Inspector::to_mm(const Point& steps) const {
+    Position motors = steps;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) motors[axis] /= machine_.axes[axis].steps_per_mm;
+    return gantry_.nozzle_at(motors);
+}
+
+/// Where the motors' steps put the nozzle.
+Position Inspector::built_mm() const {
+    Point steps;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        steps[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+    return to_mm(steps);
+}
+
+/// Where the nozzle must be for the part to be as asked.
+Position Inspector::corrected(const Position& asked, const AskedCorrection& by) const {
+    Position at = asked;
+    const auto [xy, xz, yz] = by.skew;
+    at[1] -= yz * asked[2];
+    at[0] -= xy * asked[1] + (xz - xy * yz) * asked[2];
+    const auto map = maps_.find(by.map);
+    if (!by.follows_bed || map == maps_.end()) return at;
+    const double above = asked[2] - machine_.grid.fade_start_mm;
+    const double span = by.fade_end_mm - machine_.grid.fade_start_mm;
+    const double share = by.fade_end_mm > 0 && above > 0 ? std::max(1 - above / span, 0.0) : 1.0;
+    at[2] += share * map->second.height_at(at[0], at[1]);
+    return at;
+}
+
 const Inspector::Piece& Inspector::piece(std::size_t index) {
-    while (pieces_.size() <= index && pieces_.back().kind != AskedItem::Kind::end) {
-        const AskedItem item = asked_.next();
-        pieces_.push_back(
-            {item.kind, item.homed, item.curved, item.line, pieces_.back().to, to_steps(item.to)});
-        ++pieces_read_;
-        if (!remembered_.empty()) read_since_.push_back(pieces_.back());
-    }
+    while (pieces_.size() <= index && pieces_.back().kind != AskedItem::Kind::end) read_item();
     return pieces_[std::min(index, pieces_.size() - 1)];
+}
+
+// The next item of the path, in pieces that are straight for every motor. A correction that has
+// changed first moves the nozzle where it stands.
+void Inspector::read_item() {
+    const AskedItem item = asked_.next();
+    if (asked_.compensation().changes() != filters_seen_) widen_reach();
+    const Point last = pieces_.back().to;
+    if (item.kind == AskedItem::Kind::move) {
+        const Point begin = to_steps(corrected(read_to_, item.correction));
+        for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+            if (std::abs(begin[axis] - last[axis]) < kTieSteps) continue;
+            push_piece({item.kind, 0, false, item.line, last, begin, 0});
+            break;
+        }
+        push_way(item);
+    } else {
+        const bool ends = item.kind == AskedItem::Kind::end;
+        push_piece(
+            {item.kind, item.homed, false, item.line, last, ends ? last : to_steps(home_from(item)), 0});
+    }
+    read_to_ = item.to;
+}
+
+void Inspector::push_way(const AskedItem& item) {
+    const Position& from = read_to_;
+    const double way_mm = std::hypot(item.to[0] - from[0], item.to[1] - from[1]);
+    const bool bent = item.correction.follows_bed && maps_.contains(item.correction.map) && way_mm > 0;
+    int count = gantry_.pieces_of(from, item.to, chord_error_mm_);
+    if (bent) count = std::max(count, static_cast<int>(std::ceil(way_mm / kBedPieceMm)));
+    for (int i = 1; i <= count; ++i) {
+        Position to = item.to;
+        for (std::size_t axis = 0; axis < kAxisCount && i < count; ++axis)
+            to[axis] = from[axis] + (item.to[axis] - from[axis]) * i / count;
+        const Point end = to_steps(corrected(to, item.correction));
+        push_piece({item.kind, 0, item.curved || bent, item.line, pieces_.back().to, end, item.advance_s});
+    }
+}
+
+void Inspector::push_piece(const Piece& piece) {
+    pieces_.push_back(piece);
+    ++pieces_read_;
+    if (!remembered_.empty()) read_since_.push_back(piece);
+}
+
+// Where the nozzle is after a G28 or a G29: its switches' places are the machine's, not corrected.
+Position Inspector::home_from(const AskedItem& item) const {
+    if (item.kind == AskedItem::Kind::probe || !item.correction.active()) return item.to;
+    Position at = to_mm(pieces_.back().to);
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        if ((item.homed >> axis & 1u) != 0) at[axis] = item.to[axis];
+    return at;
+}
+
+void Inspector::widen_reach() {
+    filters_seen_ = asked_.compensation().changes();
+    reach_mm_.widen(asked_.compensation().reach(machine_));
+    const Position reach = gantry_.reach_of(reach_mm_.mm);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        reach_steps_[axis] = kSearch * reach[axis] * machine_.axes[axis].steps_per_mm;
+}
+
+// At its step the filament stands on the half-step before.
+void Inspector::watch_advance(int direction) {
+    const Piece& here = pieces_.front();
+    const bool sideways = here.from[0] != here.to[0] || here.from[1] != here.to[1];
+    if (direction < 0 || here.kind != AskedItem::Kind::move || !sideways ||
+        here.to[kExtruder] <= here.from[kExtruder])
+        return advance_.interrupt();
+    const double steps_per_mm = machine_.axes[kExtruder].steps_per_mm;
+    advance_.on_push(now_, so_far_.at[kExtruder] / steps_per_mm,
+                     (so_far_.built[kExtruder] - 0.5) / steps_per_mm, here.advance_s,
+                     asked_.compensation().smooth_s());
 }
 
 // ---- input from the pins ------------------------------------------------------------------------
 
 void Inspector::on_step(const StepSeen& step) {
     const std::size_t axis = step.axis;
-    if (homing_.active()) end_homing(homing_.settle(step.at, step.axis));
+    const std::uint8_t moved = gantry_.slides_of(axis);
+    if (homing_.active()) end_homing(homing_.settle(step.at, moved));
+    if (probing_.active) probe_step(step.at);
     if (step.at - now_ >= kRest) rest();
     since_rest_ += axis < 2 ? 1 : 0;
     position_[axis] = step.position;
@@ -69,11 +178,12 @@ void Inspector::on_step(const StepSeen& step) {
         ++so_far_.findings.axes[axis].unexplained;
         return;
     }
-    if (homing_.pending(step.axis)) return;
+    if ((homing_.pending() & moved) != 0 || (probing_.active && moved != 0)) return;
     so_far_.built[axis] += step.direction;
     if (axis == kExtruder) {
         so_far_.pushed_steps += step.direction > 0 ? 1 : 0;
         so_far_.net_steps += step.direction;
+        watch_advance(step.direction);
         follow_extruder(step.direction);
     } else {
         follow(axis, step.direction);
@@ -87,24 +197,86 @@ void Inspector::on_endstop(Instant at, int axis, bool pressed) {
     if (homing_.active()) homing_.on_endstop(axis, pressed);
 }
 
-void Inspector::begin_homing() {
-    remembered_.clear();  // zero will be elsewhere
-    read_since_.clear();
-    const std::uint8_t mask = pieces_.front().homed;
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
-        if ((mask >> axis & 1u) != 0)
-            so_far_.built[axis] = so_far_.at[axis];  // nothing is compared until it is home
-    homing_.begin(now_, mask, pressed_);
+void Inspector::on_probe(Instant at) {
+    now_ = std::max(now_, at);
+    probing_.touches = probing_.active;
 }
 
-void Inspector::end_homing(std::uint8_t homed) {
+// ---- measuring the bed --------------------------------------------------------------------------
+
+// The cursor stands at a G29: any slide that moves belongs to it.
+bool Inspector::begins_probing(Cursor& cursor, const Step& step) {
+    if (gantry_.slides_of(step.axis) == 0) return false;
+    so_far_.built[step.axis] -= step.direction;
+    commit(cursor);
+    so_far_.at = pieces_.front().to;
+    so_far_.share = 1;
+    passed_.clear();
+    remembered_.clear();
+    read_since_.clear();
+    probing_ = {true, false, ++last_map_};
+    maps_.insert_or_assign(probing_.map, BedMap{machine_.grid});
+    return true;
+}
+
+// Before a step is counted: has the nozzle rested on a point, or at the end?
+void Inspector::probe_step(Instant at) {
+    if (at - now_ < kRest) return;
+    if (probing_.touches) {
+        const Position nozzle = built_mm();
+        const ProbeSpec& probe = machine_.probe;
+        maps_.at(probing_.map)
+            .touch(nozzle[0] + probe.x_offset_mm, nozzle[1] + probe.y_offset_mm,
+                   nozzle[2] - probe.trigger_height_mm);
+        probing_.touches = false;
+    }
+    if (has_probed(at)) end_probing();
+}
+
+bool Inspector::has_probed(Instant at) const {
+    if (at - now_ < kRest || !maps_.at(probing_.map).complete()) return false;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
-        if ((homed >> axis & 1u) == 0) continue;
-        const AxisSpec& spec = machine_.axes[axis];
-        origin_[axis] = static_cast<double>(position_[axis]) - spec.home_mm * spec.steps_per_mm;
-        so_far_.built[axis] = so_far_.at[axis] = spec.home_mm * spec.steps_per_mm;
-        so_far_.findings.axes[axis].homed = true;
-        homed_at_[axis] = position_[axis];
+        const double built = static_cast<double>(position_[axis]) - origin_[axis];
+        if (std::abs(built - so_far_.at[axis]) > 0.5 + kTieSteps) return false;
+    }
+    return true;
+}
+
+void Inspector::end_probing() {
+    probing_.active = false;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+}
+
+void Inspector::begin_homing() {
+    passed_.clear();
+    remembered_.clear();  // zero will be elsewhere
+    read_since_.clear();
+    const std::uint8_t slides = pieces_.front().homed;
+    const std::uint8_t motors = gantry_.motors_of(slides);
+    for (std::size_t motor = 0; motor < kSlideCount; ++motor)
+        if ((motors >> motor & 1u) != 0)
+            so_far_.built[motor] = so_far_.at[motor];  // nothing is compared until it is home
+    homing_.begin(now_, slides, pressed_);
+}
+
+// The slides of `homed` stand at their switches, and the others where they stood.
+void Inspector::end_homing(std::uint8_t homed) {
+    if (homed == 0) return;
+    Position slides = gantry_.is_linear() ? built_mm() : Position{};
+    for (std::size_t slide = 0; slide < kSlideCount; ++slide) {
+        if ((homed >> slide & 1u) == 0) continue;
+        slides[slide] = machine_.axes[slide].home_mm;
+        so_far_.findings.axes[slide].homed = true;
+        homed_at_[slide] = gantry_.slide_steps(slide, position_);
+    }
+    // A delta's slides are its motors' own.
+    const Position motors = gantry_.is_linear() ? gantry_.motors_at(slides) : slides;
+    const std::uint8_t moved = gantry_.motors_of(homed);
+    for (std::size_t motor = 0; motor < kSlideCount; ++motor) {
+        if ((moved >> motor & 1u) == 0) continue;
+        so_far_.built[motor] = std::floor(motors[motor] * machine_.axes[motor].steps_per_mm + 0.5);
+        origin_[motor] = static_cast<double>(position_[motor]) - so_far_.built[motor];
     }
 }
 
@@ -114,7 +286,7 @@ void Inspector::end_homing(std::uint8_t homed) {
 // it is on the path at all.
 void Inspector::rest() {
     since_rest_ = 0;
-    if (homing_.active()) return;
+    if (homing_.active() || probing_.active) return;
     for (std::size_t i = remembered_.size(); i-- > 0;) {
         if (!stands_at(remembered_[i])) continue;
         if (!is_clean_since(remembered_[i])) return come_back(i);
@@ -135,7 +307,8 @@ bool Inspector::is_on_path() const {
     if (away_ || so_far_.unexplained_run != 0) return false;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis)
         if (std::abs(so_far_.built[axis] - so_far_.at[axis]) > kCleanSteps) return false;
-    return std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) <= kCleanExtruderSteps;
+    return std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) <=
+           kCleanExtruderSteps + reach_steps_[kExtruder];
 }
 
 // True when the path has explained every step since.
@@ -146,7 +319,8 @@ bool Inspector::is_clean_since(const Remembered& then) const {
             return false;
     }
     return std::max(so_far_.worst[kExtruder], so_far_.worst_curved[kExtruder]) <=
-           std::max({then.so_far.worst[kExtruder], then.so_far.worst_curved[kExtruder], kCleanExtruderSteps});
+           std::max({then.so_far.worst[kExtruder], then.so_far.worst_curved[kExtruder],
+                     kCleanExtruderSteps + reach_steps_[kExtruder]});
 }
 
 void Inspector::remember() {
@@ -176,6 +350,7 @@ void Inspector::come_back(std::size_t which) {
     const double origin = static_cast<double>(position_[kExtruder]) - so_far_.built[kExtruder];
     pushed_away_ += std::llround(origin - origin_[kExtruder]);
     origin_[kExtruder] = origin;
+    passed_.clear();
     remembered_.resize(which + 1);
     away_ = false;
     counted_ = false;
@@ -203,8 +378,8 @@ void Inspector::goes_on() {
 bool Inspector::leaves(std::size_t axis) const {
     if (remembered_.empty() || homing_.active() || since_rest_ > kAwayWithinSteps) return false;
     if (axis != kExtruder) return so_far_.unexplained_run >= kAwaySteps;
-    return stands_at(remembered_.back()) &&
-           std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) >= static_cast<double>(kAwaySteps);
+    return stands_at(remembered_.back()) && std::abs(so_far_.built[kExtruder] - so_far_.at[kExtruder]) >=
+                                                static_cast<double>(kAwaySteps) + reach_steps_[kExtruder];
 }
 
 // ---- following the path -------------------------------------------------------------------------
@@ -274,9 +449,9 @@ bool Inspector::creep(Cursor& cursor, const Step& step) const {
 bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const double deviation = std::abs(so_far_.built[axis] - cursor.at[axis]);
-        if (deviation <= step.limit_steps || axis == step.axis) continue;
-        if (deviation > step.limit_steps + std::max(std::abs(so_far_.built[axis] - so_far_.at[axis]), 0.5))
-            return false;
+        const double limit = step.limit_steps + reach_steps_[axis];
+        if (deviation <= limit || axis == step.axis) continue;
+        if (deviation > limit + std::max(std::abs(so_far_.built[axis] - so_far_.at[axis]), 0.5)) return false;
     }
     return true;
 }
@@ -290,9 +465,10 @@ bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
         const double before_step = so_far_.built[axis] - (axis == step.axis ? step.direction : 0.0);
         const double deviation = std::abs(before_step - cursor.at[axis]);
         if (!curved) cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
-        if (axis >= kSlideCount || deviation <= step.limit_steps) continue;
-        if (deviation > step.limit_steps + std::max(std::abs(before_step - so_far_.at[axis]), 0.5))
-            return false;
+        if (axis >= kSlideCount) continue;
+        const double limit = step.limit_steps + reach_steps_[axis];
+        if (deviation <= limit) continue;
+        if (deviation > limit + std::max(std::abs(before_step - so_far_.at[axis]), 0.5)) return false;
     }
     return true;
 }
@@ -328,6 +504,10 @@ bool Inspector::walk(const Step& step) {
             if (begins_homing(cursor, step)) return true;
             break;
         }
+        if (next.kind == AskedItem::Kind::probe) {
+            if (begins_probing(cursor, step)) return true;
+            break;
+        }
     }
     if (on_curve) commit_on_curve(*on_curve);
     return on_curve.has_value();
@@ -335,7 +515,7 @@ bool Inspector::walk(const Step& step) {
 
 // The cursor stands at a G28: does the step belong to it?
 bool Inspector::begins_homing(Cursor& cursor, const Step& step) {
-    if ((pieces_[cursor.piece].homed >> step.axis & 1u) == 0) return false;
+    if ((pieces_[cursor.piece].homed & gantry_.slides_of(step.axis)) == 0) return false;
     so_far_.built[step.axis] -= step.direction;  // this step is homing's own
     commit(cursor);
     so_far_.at = pieces_.front().to;
@@ -391,6 +571,11 @@ double Inspector::slides_reach(const Piece& here, double share) const {
 }
 
 void Inspector::drop_passed(const Cursor& cursor) {
+    if (reach_steps_[0] > 0) {
+        passed_.insert(passed_.end(), pieces_.begin(),
+                       pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
+        while (passed_.size() > kAround) passed_.pop_front();
+    }
     pieces_.erase(pieces_.begin(), pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
     so_far_.share = cursor.share;
     so_far_.at = cursor.at;
@@ -405,9 +590,32 @@ void Inspector::commit(const Cursor& cursor) {
 void Inspector::note(std::size_t axis, double deviation_steps, bool curved) {
     double& worst = curved ? so_far_.worst_curved[axis] : so_far_.worst[axis];
     if (deviation_steps <= worst) return;
+    if (axis < kSlideCount && reach_steps_[0] > 0) {
+        deviation_steps = std::min(deviation_steps, std::abs(off_nearest_piece()[axis]));
+        if (deviation_steps <= worst) return;
+    }
     worst = deviation_steps;
     AxisFindings& found = so_far_.findings.axes[axis];
     (curved ? found.worst_curve_line : found.worst_line) = pieces_.front().line;
+}
+
+// From the nearest of the pieces around the cursor to where the slides stand, in steps.
+Inspector::Point Inspector::off_nearest_piece() const {
+    Point off{};
+    double nearest_mm2 = std::numeric_limits<double>::infinity();
+    const auto look = [&](const Piece& piece) {
+        if (piece.kind != AskedItem::Kind::move) return;
+        const Point at = point_on(piece, nearest_share(piece, 0));
+        double distance_mm2 = 0;
+        for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+            distance_mm2 += std::pow((so_far_.built[axis] - at[axis]) / machine_.axes[axis].steps_per_mm, 2);
+        if (distance_mm2 >= nearest_mm2) return;
+        nearest_mm2 = distance_mm2;
+        for (std::size_t axis = 0; axis < kSlideCount; ++axis) off[axis] = so_far_.built[axis] - at[axis];
+    };
+    for (const Piece& piece : passed_) look(piece);
+    for (std::size_t i = 0; i < std::min(pieces_.size(), kAround); ++i) look(pieces_[i]);
+    return off;
 }
 
 // On a curve, what the slides are beside it is noted where they step: commit_on_curve().
@@ -427,7 +635,8 @@ bool Inspector::pass_rest() {
         cursor.curved = cursor.curved || here.curved;
         if (here.kind == AskedItem::Kind::end) break;
         // A homing that never began.
-        if (here.kind == AskedItem::Kind::home && cursor.piece > 0) return false;
+        const bool waits = here.kind == AskedItem::Kind::home || here.kind == AskedItem::Kind::probe;
+        if (waits && cursor.piece > 0) return false;
         if (here.kind == AskedItem::Kind::move && !pass_end(cursor, nobody)) return false;
     }
     if (cursor.piece >= kLookAhead) return false;
@@ -437,28 +646,39 @@ bool Inspector::pass_rest() {
 }
 
 Findings Inspector::finish(Instant now, bool read_rest) {
-    if (homing_.active()) end_homing(homing_.settle(now, -1));
+    if (homing_.active()) end_homing(homing_.settle(now, 0));
+    if (probing_.active && has_probed(now)) end_probing();
     if (!remembered_.empty() && !is_clean_since(remembered_.back())) rest();
     if (!counted_) ++so_far_.findings.excursions;
     so_far_.findings.away = away_;
     so_far_.findings.left_line = remembered_.empty() ? 0 : remembered_.back().pieces.front().line;
     so_far_.findings.line = pieces_.front().line;
-    so_far_.findings.path_consumed = !homing_.active() && pass_rest();
+    so_far_.findings.path_consumed = !homing_.active() && !probing_.active && pass_rest();
     while (read_rest && asked_.next().kind != AskedItem::Kind::end) {
     }
     final_asked_ = asked_.position();
+    const Position built = built_mm();
+    const Position reach = gantry_.reach_of(reach_mm_.mm);
+    const Point asked_steps = so_far_.findings.path_consumed
+                                  ? pieces_.back().to
+                                  : to_steps(corrected(final_asked_, asked_.bed().now()));
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const double steps_per_mm = machine_.axes[axis].steps_per_mm;
-        const double built = static_cast<double>(position_[axis]) - origin_[axis];
+        const double built_steps = static_cast<double>(position_[axis]) - origin_[axis];
         AxisFindings& found = so_far_.findings.axes[axis];
+        found.reach_mm = reach[axis];
         found.path_deviation_mm_max = so_far_.worst[axis] / steps_per_mm;
         found.curve_deviation_mm_max = so_far_.worst_curved[axis] / steps_per_mm;
         found.final_asked_mm = final_asked_[axis];
-        found.final_built_mm = built / steps_per_mm;
-        found.final_exact = std::abs(built - final_asked_[axis] * steps_per_mm) <= 0.5 + kTieSteps;
+        found.final_built_mm = built[axis];
+        // Two belts that were homed along one axis may both be half a step off.
+        const bool belt = gantry_.slides_of(axis) == 0b011;
+        found.final_exact = std::abs(built_steps - asked_steps[axis]) <= (belt ? 1.0 : 0.5) + kTieSteps;
     }
     const double filament_steps_per_mm = machine_.axes[kExtruder].steps_per_mm;
     Findings& all = so_far_.findings;
+    all.advance_gain = advance_.gain();
+    all.advance_stretches = advance_.stretches();
     all.filament_asked_mm = asked_.filament_net_mm();
     all.filament_asked_pushed_mm = asked_.filament_pushed_mm();
     all.filament_built_mm = static_cast<double>(so_far_.net_steps) / filament_steps_per_mm;
@@ -471,13 +691,18 @@ InspectionStart Inspector::next_start() const {
     start.built = position_;
     start.origin = origin_;
     start.pressed = pressed_;
+    start.bed = asked_.bed();
+    start.maps = maps_;
+    start.compensation = asked_.compensation();
+    const Position built = built_mm();
+    const auto exact = [&](std::size_t motor) { return so_far_.findings.axes[motor].final_exact; };
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        const double built_mm =
-            (static_cast<double>(position_[axis]) - origin_[axis]) / machine_.axes[axis].steps_per_mm;
         // A job that was cut short leaves the firmware on whole steps: the fraction that was asked
         // last is gone.
-        const bool as_asked = so_far_.findings.path_consumed && so_far_.findings.axes[axis].final_exact;
-        start.asked_mm[axis] = as_asked ? final_asked_[axis] : built_mm;
+        bool as_asked = so_far_.findings.path_consumed && exact(axis);
+        for (std::size_t motor = 0; motor < kSlideCount && axis < kSlideCount; ++motor)
+            as_asked = as_asked && (gantry_.slides_of(motor) == 1u << motor || exact(motor));
+        start.asked_mm[axis] = as_asked ? final_asked_[axis] : built[axis];
     }
     return start;
 }

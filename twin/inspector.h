@@ -37,8 +37,25 @@
 // Deviations from curves are noted apart from those of straight pieces, with a tolerance of their
 // own (report.h).
 //
-// Homing: at a G28 the steps of its axes are skipped until homing_watch.h finds them home. The
-// place where the axis then stands gets the coordinate of the switch (home_mm).
+// All this is in steps of motors (gantry.h). On a cartesian machine and on CoreXY a straight piece
+// of the path is one for every motor. On a delta it is a curve for each carriage: the path is cut
+// into pieces so short that no carriage leaves its chord by more than kChordSteps.
+//
+// Homing: at a G28 the steps of the motors that move its slides are skipped until homing_watch.h
+// finds these home. The place where a slide then stands gets the coordinate of the switch
+// (home_mm). A motor stands on a whole step, so its coordinate is rounded to one.
+//
+// Probing: from the first step of a G29 on, the steps of all slides are skipped. Each time the
+// probe has closed and the nozzle rests, its place is a point of the bed (bed_map.h). When all
+// points are known and the nozzle rests where the file goes on, the comparison does, too. The path
+// behind it follows the bed that was found, and is cut into pieces as a curve is.
+//
+// Filters. Input shaping and pressure advance (compensation.h) take X, Y and the filament off the
+// asked path by a bounded amount, the reach, which is 0 at rest. The limits above grow by kSearch
+// times that, and the tolerances by the reach. One axis then no longer tells the place on the path:
+// at a corner X is behind and Y ahead. So the deviation of a shaped motion is its distance from the
+// nearest piece around the cursor. Whether the filament is really pushed ahead is looked at apart
+// (advance_watch.h).
 //
 // Excursions: a person pauses the print; the head leaves the path and comes back. The inspector
 // recognises this from the pins:
@@ -67,10 +84,15 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
+#include <optional>
 
 #include "base/time.h"
+#include "twin/advance_watch.h"
 #include "twin/asked_path.h"
+#include "twin/bed_map.h"
 #include "twin/byte_source.h"
+#include "twin/gantry.h"
 #include "twin/homing_watch.h"
 #include "twin/machine.h"
 #include "twin/observer.h"
@@ -86,13 +108,18 @@ struct InspectionStart {
     /// Built microsteps at coordinate 0; may be fractional.
     std::array<double, kAxisCount> origin{};
     std::array<bool, kSlideCount> pressed{};  ///< switches
+    AskedBed bed{};                           ///< as the job before left it
+    std::map<int, BedMap> maps{};             ///< … and the beds that were measured
+    /// As the last job left it; none: the machine's own.
+    std::optional<Compensation> compensation{};
 
-    /// Power-on: the firmware takes its present position as 0.
-    static InspectionStart at_power_on(const std::array<std::int64_t, kAxisCount>& built,
+    /// Power-on: the firmware takes its present position as home.
+    static InspectionStart at_power_on(const Machine& machine, const Counts& built,
                                        const std::array<bool, kSlideCount>& pressed);
 };
 
-/// The movements of one axis during a job. Deviations and positions in mm.
+/// The movements of one motor during a job, and the final place and homing of the axis of its
+/// number. Deviations and positions in mm.
 struct AxisFindings {
     std::uint64_t steps = 0;            ///< microsteps moved, either way, homing included
     std::uint64_t unexplained = 0;      ///< steps that the path does not ask for
@@ -102,7 +129,8 @@ struct AxisFindings {
     std::uint64_t worst_curve_line = 0;
     double final_asked_mm = 0;
     double final_built_mm = 0;
-    bool final_exact = false;  ///< built is the whole step nearest to asked
+    bool final_exact = false;  ///< the motor is at the whole step nearest to asked
+    double reach_mm = 0;       ///< what the filters that were asked for may add to the deviations
     bool homed = false;
     /// Distance from where homing stopped to where the switch truly closes (set by Job).
     double homing_error_mm = 0;
@@ -115,6 +143,10 @@ struct Findings {
     double filament_built_mm = 0;
     double filament_asked_pushed_mm = 0;  ///< forward movements alone
     double filament_built_pushed_mm = 0;
+    /// Of the lead that pressure advance asks for, the share that was built; over so many
+    /// stretches.
+    double advance_gain = 1;
+    std::uint64_t advance_stretches = 0;
     std::uint64_t line = 0;  ///< line that was reached
     /// How often the head left the path at a rest and came back to the same step.
     std::uint64_t excursions = 0;
@@ -129,6 +161,10 @@ class Inspector {
   public:
     static constexpr double kAstraySteps = 2.0;
     static constexpr std::size_t kLookAhead = 4096;
+    /// Below a tie: where a carriage turns back, the chord may miss a crossing by so much.
+    static constexpr double kChordSteps = 0.005;
+    /// Of a way over the measured bed.
+    static constexpr double kBedPieceMm = 0.5;
     /// After this many unexplained steps in a row the comparison gives up and only counts.
     static constexpr std::uint64_t kGiveUp = 20'000;
     /// Nothing moved for this long: a rest. The machine rests longer on both ends of an excursion.
@@ -143,6 +179,10 @@ class Inspector {
     static constexpr std::uint64_t kAwayWithinSteps = 2000;
     /// On top of the steps above: a firmware's chord may be so far from the true curve.
     static constexpr double kChordMm = 0.006;
+    /// A shaped motion's place on the path is looked for so many reaches around.
+    static constexpr double kSearch = 2;
+    /// … and its distance from so many pieces on each side.
+    static constexpr std::size_t kAround = 24;
     /// A place that is no further off than this and a chord needs no look behind the curve.
     static constexpr double kOnCurveSteps = 0.75;
     /// This near to what was asked, the head is on the path; E by its tolerance.
@@ -156,6 +196,9 @@ class Inspector {
 
     void on_step(const StepSeen& step);
     void on_endstop(Instant at, int axis, bool pressed);
+    void on_probe(Instant at);
+    /// A line that was typed beside the job, and that changes what is asked from then on.
+    void on_typed(std::uint64_t behind_line, std::string_view line) { asked_.insert(behind_line, line); }
 
     /// Call when everything that will be built is built: passes the rest of the path, and sums up.
     /// A job that was cut short is compared with all that the file asks when `read_rest` is set
@@ -164,11 +207,18 @@ class Inspector {
     /// The start of the next job of the same session: the place that was asked last, and where its
     /// zero lies. After finish().
     [[nodiscard]] InspectionStart next_start() const;
-    /// Built microsteps at which each slide came to rest on its switch, where it was homed.
+    /// Steps of each slide at which it came to rest on its switch, where it was homed.
     [[nodiscard]] const std::array<std::int64_t, kSlideCount>& homed_at() const { return homed_at_; }
+    /// Slides that look for their switches now, as a mask.
+    [[nodiscard]] std::uint8_t homing() const { return homing_.pending(); }
     [[nodiscard]] std::uint64_t line() const { return pieces_.front().line; }
     /// The head has left the path: filament pushed now is no part of the print.
     [[nodiscard]] bool away() const { return away_; }
+    /// The place on the path is known: no axis is being homed, and the head is not away.
+    [[nodiscard]] bool on_path() const { return !away_ && !homing_.active(); }
+    /// That place, in microsteps from coordinate 0; between two steps it may be fractional.
+    [[nodiscard]] const std::array<double, kAxisCount>& asked_steps() const { return so_far_.at; }
+    [[nodiscard]] bool on_curve() const { return pieces_.front().curved; }
     /// Microsteps that E moved on excursions, all together.
     [[nodiscard]] std::int64_t pushed_away() const { return pushed_away_; }
 
@@ -181,6 +231,7 @@ class Inspector {
         std::uint64_t line = 0;
         Point from{};
         Point to{};
+        double advance_s = 0;
     };
     /// A place on the path: piece and share of it. `at` is asked(s).
     struct Cursor {
@@ -217,6 +268,13 @@ class Inspector {
         std::uint64_t pieces_read = 0;
     };
 
+    /// A G29 in hand.
+    struct Probing {
+        bool active = false;
+        bool touches = false;  ///< the probe has closed, and the nozzle has not risen since
+        int map = 0;
+    };
+
     void rest();
     void remember();
     void come_back(std::size_t which);
@@ -247,12 +305,32 @@ class Inspector {
     void note(std::size_t axis, double deviation_steps, bool curved);
     void note_all(bool curved);
     void begin_homing();
+    [[nodiscard]] bool begins_probing(Cursor& cursor, const Step& step);
+    void probe_step(Instant at);
+    [[nodiscard]] bool has_probed(Instant at) const;
+    void end_probing();
     void end_homing(std::uint8_t homed);
     [[nodiscard]] const Piece& piece(std::size_t index);
+    void read_item();
+    void push_way(const AskedItem& item);
+    void push_piece(const Piece& piece);
+    [[nodiscard]] Position corrected(const Position& asked, const AskedCorrection& by) const;
+    [[nodiscard]] Position home_from(const AskedItem& item) const;
     [[nodiscard]] Point to_steps(const Position& mm) const;
+    [[nodiscard]] Position to_mm(const Point& steps) const;
+    [[nodiscard]] Position built_mm() const;
+    void widen_reach();
+    [[nodiscard]] Point off_nearest_piece() const;
+    void watch_advance(int direction);
 
     Machine machine_;
+    Gantry gantry_;
     AskedPath asked_;
+    std::map<int, BedMap> maps_;
+    Probing probing_;
+    int last_map_ = 0;
+    Position read_to_;          // the end of what has been read of it
+    double chord_error_mm_;     // kChordSteps of the finest motor
     std::deque<Piece> pieces_;  // [0] holds the cursor
     Comparison so_far_;
     std::array<double, kAxisCount> origin_{};
@@ -267,6 +345,11 @@ class Inspector {
     std::uint64_t pieces_read_ = 0;
     std::int64_t pushed_away_ = 0;
     std::uint64_t since_rest_ = 0;  // steps of X and Y: a lift may be the path's and the way's
+    Reach reach_mm_{};              // of all filters that were asked for so far
+    Point reach_steps_{};
+    std::uint64_t filters_seen_ = 0;
+    std::deque<Piece> passed_;  // the last kAround, of a shaped motion
+    AdvanceWatch advance_;
     bool away_ = false;
     bool counted_ = true;  // the excursion that was come back from last
     Position final_asked_{};

@@ -30,9 +30,14 @@ Job::Job(Printer& printer, std::unique_ptr<ByteSource> asked, Instant now,
       at_begin_(printer.state(now)),
       inspector_(printer.machine(), *asked_, start_for(printer, now, before)),
       deposit_(printer.machine(), at_begin_.position_steps[kExtruder]),
+      gantry_(printer.machine()),
       position_(at_begin_.position_steps) {
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         mm_per_step_[axis] = 1.0 / printer.machine().axes[axis].steps_per_mm;
+    for (const ExtraMotorSpec& spec : printer.machine().extra_motors) {
+        const std::int64_t extra = printer.extra_position(racking_.size());
+        racking_.emplace_back(spec, extra - position_[spec.slide]);
+    }
     printer_.observe(this);
 }
 
@@ -44,13 +49,24 @@ Job::~Job() {
 // where it stands.
 InspectionStart Job::start_for(Printer& printer, Instant now, const std::optional<InspectionStart>& before) {
     const PrinterState state = printer.state(now);
-    if (!before) return InspectionStart::at_power_on(state.position_steps, state.pressed);
+    if (!before) return InspectionStart::at_power_on(printer.machine(), state.position_steps, state.pressed);
     InspectionStart start = *before;
+    Position motors{};
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+        motors[axis] = (static_cast<double>(state.position_steps[axis]) - start.origin[axis]) /
+                       printer.machine().axes[axis].steps_per_mm;
+    const Gantry gantry{printer.machine()};
+    const Position there = gantry.nozzle_at(motors);
+    std::uint8_t jogged = 0;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        if (start.built[axis] != state.position_steps[axis])
+            jogged = static_cast<std::uint8_t>(jogged | gantry.slides_of(axis));
+    if (jogged != 0 && !gantry.is_linear()) jogged = 0b111;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        if (start.built[axis] == state.position_steps[axis]) continue;
+        const bool moved =
+            axis < kSlideCount ? (jogged >> axis & 1u) != 0 : start.built[axis] != state.position_steps[axis];
         start.built[axis] = state.position_steps[axis];
-        start.asked_mm[axis] = (static_cast<double>(start.built[axis]) - start.origin[axis]) /
-                               printer.machine().axes[axis].steps_per_mm;
+        if (moved) start.asked_mm[axis] = there[axis];
     }
     start.pressed = state.pressed;
     return start;
@@ -59,22 +75,40 @@ InspectionStart Job::start_for(Printer& printer, Instant now, const std::optiona
 void Job::on_step(const StepSeen& step) {
     inspector_.on_step(step);
     position_[step.axis] = step.position;
-    if (step.axis != kExtruder) return;
+    if (record_) record_->on_step(step, inspector_);
+    if (step.axis != kExtruder) {
+        for (std::size_t which = 0; which < racking_.size(); ++which)
+            if (racking_[which].slide() == step.axis) watch_racking(which);
+        return;
+    }
     // Filament pushed away from the path is no part of the print; E counts on from where it left.
     if (!inspector_.away()) {
-        const auto at = [this](int axis) {
-            return static_cast<double>(position_[axis]) * mm_per_step_[axis];
-        };
-        deposit_.extruder_at(step.position - inspector_.pushed_away(), {at(0), at(1), at(2)});
+        Position motors{};
+        for (std::size_t axis = 0; axis < kAxisCount; ++axis)
+            motors[axis] = static_cast<double>(position_[axis]) * mm_per_step_[axis];
+        const Position nozzle = gantry_.nozzle_at(motors);
+        deposit_.extruder_at(step.position - inspector_.pushed_away(), {nozzle[0], nozzle[1], nozzle[2]});
     }
     if (step.direction < 0) return;
     if (pushed_++ % kStepsPerSample == 0) sample_temperatures(step.at);
     if (too_cold_) ++cold_;
 }
 
+std::int64_t Job::apart(std::size_t which) const {
+    return printer_.extra_position(which) - position_[racking_[which].slide()];
+}
+
+void Job::watch_racking(std::size_t which) {
+    const bool homing = (inspector_.homing() >> racking_[which].slide() & 1u) != 0;
+    racking_[which].on_step(apart(which), homing);
+}
+
+void Job::on_extra_step(std::size_t which, std::int64_t) { watch_racking(which); }
+
 void Job::sample_temperatures(Instant at) {
     const double hot_end = printer_.sensor_celsius(at, kHotEnd);
     too_cold_ = hot_end < printer_.machine().minimum_extrude_celsius;
+    if (record_) record_->set_hot(at, !too_cold_);
     widen(hot_end_, hot_end);
     widen(bed_, printer_.sensor_celsius(at, kBed));
 }
@@ -87,6 +121,7 @@ Report Job::finish(Instant now, bool read_rest, std::uint64_t excursions_told) {
     Report report{.differences = {},
                   .findings = inspector_.finish(now, read_rest),
                   .excursions_told = excursions_told,
+                  .racking = {},
                   .timing_violations = state.timing_violations - at_begin_.timing_violations,
                   .cold_extrusion_steps = cold_,
                   .extruded = pushed_ > 0,
@@ -101,9 +136,12 @@ Report Job::finish(Instant now, bool read_rest, std::uint64_t excursions_told) {
         report.lost_steps[axis] = report.counters[axis].lost();
         AxisFindings& found = report.findings.axes[axis];
         if (axis >= kSlideCount || !found.homed) continue;
-        const std::int64_t off =
-            inspector_.homed_at()[axis] - printer_.axis(static_cast<int>(axis)).trigger();
-        found.homing_error_mm = static_cast<double>(off) * mm_per_step_[axis];
+        const Slide& slide = printer_.slide(axis);
+        found.homing_error_mm = slide.to_mm(inspector_.homed_at()[axis] - slide.trigger());
+    }
+    for (std::size_t which = 0; which < racking_.size(); ++which) {
+        racking_[which].finish(apart(which));
+        report.racking.push_back(racking_[which]);
     }
     judge(report, printer_.machine());
     return report;

@@ -13,13 +13,16 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "base/time.h"
 #include "twin/byte_source.h"
 #include "twin/deposit.h"
 #include "twin/inspector.h"
 #include "twin/observer.h"
+#include "twin/print_record.h"
 #include "twin/printer.h"
+#include "twin/racking.h"
 #include "twin/report.h"
 
 namespace qduino::twin {
@@ -34,8 +37,19 @@ class Job final : public MotionObserver {
     Job(const Job&) = delete;
     Job& operator=(const Job&) = delete;
 
+    /// Fills in `record` from now on; null: none. It outlives the job.
+    void fill_in(PrintRecord* record) { record_ = record; }
+
     void on_step(const StepSeen& step) override;
+    void on_extra_step(std::size_t which, std::int64_t position) override;
+    void on_probe(Instant at) override { inspector_.on_probe(at); }
     void on_endstop(Instant at, int axis, bool pressed) override { inspector_.on_endstop(at, axis, pressed); }
+
+    /// `line` was typed beside the job when the machine had read it up to `behind_line`. To be told
+    /// before that line has been printed: the machine reads ahead.
+    void on_typed(std::uint64_t behind_line, std::string_view line) {
+        inspector_.on_typed(behind_line, line);
+    }
 
     /// Ends the watch. Call once. `read_rest`: see Inspector::finish. `excursions_told`: how often
     /// the machine reports that it left the path and came back.
@@ -49,6 +63,8 @@ class Job final : public MotionObserver {
     static InspectionStart start_for(Printer& printer, Instant now,
                                      const std::optional<InspectionStart>& before);
     void sample_temperatures(Instant at);
+    void watch_racking(std::size_t which);
+    [[nodiscard]] std::int64_t apart(std::size_t which) const;
 
     Printer& printer_;
     std::unique_ptr<ByteSource> asked_;
@@ -56,12 +72,15 @@ class Job final : public MotionObserver {
     PrinterState at_begin_;
     Inspector inspector_;
     Deposit deposit_;
-    std::array<std::int64_t, kAxisCount> position_;
-    std::array<double, kSlideCount> mm_per_step_{};
+    Gantry gantry_;
+    Counts position_;
+    std::array<double, kAxisCount> mm_per_step_{};
+    std::vector<Racking> racking_;  // per extra motor
     std::uint64_t pushed_ = 0;
     std::uint64_t cold_ = 0;
     bool too_cold_ = false;
     bool watching_ = true;
+    PrintRecord* record_ = nullptr;
     TemperatureRange hot_end_{1e9, -1e9};
     TemperatureRange bed_{1e9, -1e9};
 };

@@ -98,6 +98,12 @@ CommandLine LineReader::parse(std::string_view line) {
             continue;
         }
         const char first = line.front();
+        if (first == '"' && command.letter != 0) {  // the name behind a letter: P"mzv"
+            const std::size_t end = std::min(line.find('"', 1), line.size());
+            command.tail = line.substr(1, end - 1);
+            line.remove_prefix(std::min(end + 1, line.size()));
+            continue;
+        }
         const bool letter = (first >= 'A' && first <= 'Z') || (first >= 'a' && first <= 'z');
         if (!letter) {
             if (command.letter == 0) return command;  // not a command at all

@@ -29,7 +29,7 @@ struct CommandLine {
     std::uint32_t present = 0;  ///< bit per letter, with or without a number
     std::array<double, 26> values{};
     std::string word{};  ///< of a command that is a word (SET_GCODE_OFFSET), in upper case
-    std::string tail{};  ///< … and what follows it
+    std::string tail{};  ///< … and what follows it; of others, what stands in quotes
 
     [[nodiscard]] bool has(char name) const { return (present >> (name - 'A') & 1u) != 0; }
     [[nodiscard]] double value(char name, double otherwise = 0) const {

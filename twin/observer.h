@@ -2,6 +2,7 @@
 // changed.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "base/time.h"
@@ -12,9 +13,9 @@ namespace qduino::twin {
 /// nothing.
 struct StepSeen {
     Instant at{};
-    std::uint8_t axis = 0;
-    std::int8_t direction = 1;  ///< +1 or −1 in machine coordinates
-    std::int64_t position = 0;  ///< microsteps from machine zero, after it
+    std::uint8_t axis = 0;      ///< of the motor (gantry.h)
+    std::int8_t direction = 1;  ///< +1 or −1 in the motor's coordinates
+    std::int64_t position = 0;  ///< microsteps from the motor's zero, after it
 };
 
 /// Called from the thread that drives the twin's pins, in order of time. A step comes before the
@@ -23,6 +24,12 @@ class MotionObserver {
   public:
     virtual ~MotionObserver() = default;
     virtual void on_step(const StepSeen& step) = 0;
+    /// Extra motor `which` of the machine stands at `position` now.
+    virtual void on_extra_step(std::size_t which, std::int64_t position) {
+        static_cast<void>(which), static_cast<void>(position);
+    }
+    /// The probe has closed.
+    virtual void on_probe(Instant at) { static_cast<void>(at); }
     /// The switch of slide `axis` closed or opened (mechanically: without bounce, and whatever
     /// faults its wire has).
     virtual void on_endstop(Instant at, int axis, bool pressed) = 0;

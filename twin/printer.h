@@ -1,10 +1,12 @@
 // The virtual printer: a whole machine behind the pins and buses of a virtual board.
 //
-//   pins 2…16 ─► AxisDrive ×4 (driver, motor, slide, switch) ─► on_step, on_endstop ─► observer
-//                     │ position
-//                     ▼
-//   endstop pins ◄── switch            E microsteps ──► melted plastic ──► takes heat
-//                                                                            ▼
+//   pins 2…16 ─► AxisDrive ×4 (driver, motor) ─► Gantry ─► Slide ×3 ─► on_step, … ─► observer
+//                                                            │ position
+//                                                            ▼
+//   endstop pins ◄──────────────────────────────────────── switch
+//
+//   E microsteps ──► melted plastic ──► takes heat
+//                                           ▼
 //   heater, fan pins ──► Heater ×2 ──► thermistor ──► divider ──► Ads7828Chip ◄──► I2C
 //
 // It knows nothing of G-code, of the firmware, or of who drives the pins. So its record is a proof.
@@ -24,9 +26,11 @@
 #include "device/ads7828_chip.h"
 #include "twin/axis_drive.h"
 #include "twin/fault.h"
+#include "twin/gantry.h"
 #include "twin/heater.h"
 #include "twin/machine.h"
 #include "twin/observer.h"
+#include "twin/slide.h"
 
 namespace qduino::twin {
 
@@ -34,7 +38,7 @@ namespace qduino::twin {
 struct PrinterState {
     /// True machine coordinates; E: net filament pushed.
     std::array<double, kAxisCount> position_mm{};
-    std::array<std::int64_t, kAxisCount> position_steps{};
+    std::array<std::int64_t, kAxisCount> position_steps{};  ///< of the motors
     std::array<AxisCounters, kAxisCount> counters{};
     std::array<bool, kAxisCount> enabled{};
     std::array<bool, kSlideCount> pressed{};
@@ -73,6 +77,11 @@ class Printer final : public board::Peripherals {
     [[nodiscard]] double sensor_celsius(Instant now, int heater);
     [[nodiscard]] const Machine& machine() const { return machine_; }
     [[nodiscard]] const AxisDrive& axis(int index) const { return axes_[static_cast<std::size_t>(index)]; }
+    [[nodiscard]] const Slide& slide(std::size_t index) const { return slides_[index]; }
+    /// Of extra motor `which`, in the microsteps of its first motor.
+    [[nodiscard]] std::int64_t extra_position(std::size_t which) const {
+        return extras_[which].drive.position();
+    }
 
     /// Breaks something, at `fault.at` or, when that has passed, at once.
     void inject(const Fault& fault);
@@ -80,35 +89,56 @@ class Printer final : public board::Peripherals {
     void clear_faults(Instant now);
 
   private:
-    enum class Role : std::uint8_t { none, step, direction, enable, endstop, heater, fan };
+    enum class Role : std::uint8_t { none, step, direction, enable, endstop, probe, heater, fan };
     struct Wire {
         Role role = Role::none;
         std::uint8_t index = 0;
     };
+    /// A motor beside the first one of its slide, at an end of the slide that is its own.
+    struct Extra {
+        AxisDrive drive;
+        Slide slide;
+    };
     struct Sensor {
         std::optional<FaultKind> fault{};
-        double stuck_celsius = 0;
+        double celsius = 0;  // at that instant
+        Instant since{};
     };
 
-    void wire(std::uint16_t pin, Role role, int index);
-    void step_pin(Instant now, std::size_t axis, bool level);
+    void wire(std::uint16_t pin, Role role, std::size_t index);
+    void add_extra(const ExtraMotorSpec& spec);
+    [[nodiscard]] AxisDrive& drive_of(std::size_t motor);
+    /// Of a switch by its number.
+    [[nodiscard]] const AxisSpec& axis_of(std::size_t index) const;
+    [[nodiscard]] const Slide& slide_of(std::size_t index) const;
+    [[nodiscard]] bool has_room(std::size_t motor, std::int64_t wanted) const;
+    void step_pin(Instant now, std::size_t motor, bool level);
+    void extra_step_pin(Instant now, std::size_t which, bool level);
     void drive(Instant now, Wire wire, double duty);
     void apply_due_faults(Instant now);
     void apply(const Fault& fault);
     [[nodiscard]] double sensor_volts(Instant now, int channel);
-    [[nodiscard]] bool contact(Instant now, std::size_t axis) const;
+    [[nodiscard]] bool probe_closes(Instant now);
+    [[nodiscard]] bool contact(Instant now, std::size_t index) const;
 
     Machine machine_;
+    Gantry gantry_;
     std::array<Wire, board::kPinCount> wires_{};
     std::array<board::Level, board::kPinCount> driven_{};
+    Counts motors_;  // where each stands, in microsteps
     std::array<AxisDrive, kAxisCount> axes_;
+    std::array<Slide, kSlideCount> slides_;
+    std::vector<Extra> extras_;
     std::array<Heater, kHeaterCount> heaters_;
     std::array<Sensor, kHeaterCount> sensors_{};
     std::array<std::optional<FaultKind>, kSlideCount> switches_{};
     device::Ads7828Chip converter_;
+    bool probe_closed_ = false;
     bool bus_silent_ = false;
+    bool fan_dead_ = false;
     double fan_duty_ = 0;
     double volume_per_step_mm3_;
+    std::int64_t melted_to_ = 0;  // the furthest that the extruder has been
     std::uint64_t conversions_ = 0;
     std::vector<Fault> pending_faults_;  // sorted, the earliest last
     Instant next_fault_ = kForever;

@@ -27,14 +27,22 @@ void judge_deviation(Report& report, std::size_t axis, std::string_view from, do
 void judge_axis(Report& report, std::size_t axis, const Tolerances& tolerances) {
     const AxisFindings& found = report.findings.axes[axis];
     const char letter = kAxisLetter[axis];
-    judge_deviation(report, axis, "path", found.path_deviation_mm_max, tolerances.path_mm[axis],
-                    found.worst_line);
-    judge_deviation(report, axis, "curve", found.curve_deviation_mm_max, tolerances.curve_mm[axis],
-                    found.worst_curve_line);
+    judge_deviation(report, axis, "path", found.path_deviation_mm_max,
+                    tolerances.path_mm[axis] + found.reach_mm, found.worst_line);
+    judge_deviation(report, axis, "curve", found.curve_deviation_mm_max,
+                    tolerances.curve_mm[axis] + found.reach_mm, found.worst_curve_line);
     if (!found.final_exact)
         differ(report, letter, " ended at ", Fixed{found.final_built_mm, 6}, " mm where ",
                Fixed{found.final_asked_mm, 6}, " was asked");
     if (report.lost_steps[axis] != 0) differ(report, letter, " lost ", report.lost_steps[axis], " steps");
+}
+
+void judge_advance(Report& report) {
+    const Findings& found = report.findings;
+    if (found.advance_stretches < AdvanceWatch::kStretchesMin) return;
+    if (std::abs(found.advance_gain - 1) <= Tolerances::kAdvanceShare) return;
+    differ(report, "the filament was pushed ahead of the motion by ", Fixed{found.advance_gain, 3},
+           " of what pressure advance asks for (within ", Fixed{Tolerances::kAdvanceShare, 2}, ")");
 }
 
 void judge_excursions(Report& report) {
@@ -51,6 +59,19 @@ void judge_excursions(Report& report) {
     const bool near = found.beside_steps != decltype(found.beside_steps){};
     differ(report, "the head left the asked path near line ", found.left_line, " and did not come back",
            near ? where : "");
+}
+
+void judge_racking(Report& report) {
+    for (std::size_t which = 0; which < report.racking.size(); ++which) {
+        const Racking& found = report.racking[which];
+        const char letter = kAxisLetter[found.slide()];
+        if (found.worst() > Tolerances::kRackingSteps)
+            differ(report, "extra motor ", which + 1, " of the machine went ", found.worst(),
+                   " steps beside the first motor of ", letter);
+        if (found.off_switch() > Tolerances::kOffSwitchSteps)
+            differ(report, "extra motor ", which + 1, " of the machine was homed ", found.off_switch(),
+                   " steps beside the switch of its end of ", letter);
+    }
 }
 
 /// `value_of(axis)` of each axis.
@@ -92,11 +113,13 @@ Tolerances tolerances_of(const Machine& machine) {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const double step_mm = 1 / machine.axes[axis].steps_per_mm;
         const bool slide = axis < kSlideCount;
-        allowed.path_mm[axis] = slide
-                                    ? Tolerances::kSlideSteps * step_mm
-                                    : std::max(Tolerances::kExtruderSteps * step_mm, Tolerances::kExtruderMm);
-        allowed.curve_mm[axis] =
-            slide ? Tolerances::kCurveSteps * step_mm + Tolerances::kCurveMm : allowed.path_mm[axis];
+        const bool coupled = slide && machine.gantry != GantryType::cartesian &&
+                             (machine.gantry == GantryType::delta || axis < 2);
+        const double curve_steps = coupled ? Tolerances::kCoupledSteps : Tolerances::kCurveSteps;
+        allowed.path_mm[axis] =
+            slide ? (coupled ? Tolerances::kCoupledSteps : Tolerances::kSlideSteps) * step_mm
+                  : std::max(Tolerances::kExtruderSteps * step_mm, Tolerances::kExtruderMm);
+        allowed.curve_mm[axis] = slide ? curve_steps * step_mm + Tolerances::kCurveMm : allowed.path_mm[axis];
     }
     return allowed;
 }
@@ -109,7 +132,9 @@ void judge(Report& report, const Machine& machine) {
         differ(report, "the asked path was not built to its end: line ", report.findings.line,
                " was reached");
     judge_excursions(report);
+    judge_advance(report);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) judge_axis(report, axis, tolerances);
+    judge_racking(report);
     const double asked = report.findings.filament_asked_mm;
     const double built = report.findings.filament_built_mm;
     // Half a microstep at either end of the job is rounding.
@@ -150,6 +175,8 @@ std::string to_json(const Report& report, std::size_t layer_limit) {
     json["curve_deviation_line"] = of_axes(&AxisFindings::worst_curve_line);
     json["final_position_mm"] = {{"asked", of_axes(&AxisFindings::final_asked_mm)},
                                  {"built", of_axes(&AxisFindings::final_built_mm)}};
+    json["filter_reach_mm"] = of_axes(&AxisFindings::reach_mm);
+    json["advance"] = {{"gain", found.advance_gain}, {"stretches", found.advance_stretches}};
     json["homed"] = of_axes(&AxisFindings::homed);
     json["homing_error_mm"] = of_axes(&AxisFindings::homing_error_mm);
     json["filament_mm"] = {{"asked", found.filament_asked_mm},

@@ -10,6 +10,7 @@
 #include "twin/axis_drive.h"
 #include "twin/deposit.h"
 #include "twin/inspector.h"
+#include "twin/racking.h"
 
 namespace qduino::twin {
 
@@ -17,6 +18,10 @@ namespace qduino::twin {
 /// most. The rest is for the order in which near-simultaneous steps were sent.
 struct Tolerances {
     static constexpr double kSlideSteps = 1.0;
+    /// Where several motors move the nozzle together, each may turn back at a corner at which the
+    /// nozzle is fast, and leaves out a step there and back. Two belts that were homed along one
+    /// axis may besides stand half a step off, both.
+    static constexpr double kCoupledSteps = 1.5;
     /// Of filament: where two moves meet, E may take its steps a little before the slides, or
     /// behind.
     static constexpr double kExtruderSteps = 5.0;
@@ -24,6 +29,12 @@ struct Tolerances {
     /// From a true curve the firmware's own chords may be this far, on top of so many microsteps.
     static constexpr double kCurveMm = 0.006;
     static constexpr double kCurveSteps = 0.75;
+    /// Of the lead that pressure advance asks for.
+    static constexpr double kAdvanceShare = 0.25;
+
+    /// Two motors that move one slide: their pulses come one after the other.
+    static constexpr std::int64_t kRackingSteps = 1;
+    static constexpr std::int64_t kOffSwitchSteps = 2;
 
     std::array<double, kAxisCount> path_mm{};
     std::array<double, kAxisCount> curve_mm{};
@@ -47,6 +58,7 @@ struct Report {
     std::uint64_t excursions_told = 0;
     std::array<std::uint64_t, kAxisCount> lost_steps{};  ///< during this job, whatever the reason
     std::array<AxisCounters, kAxisCount> counters{};     ///< during this job
+    std::vector<Racking> racking;                        ///< per extra motor of the machine
     std::uint64_t timing_violations = 0;
     std::uint64_t cold_extrusion_steps = 0;  ///< filament pushed into a nozzle too cold to melt it
     bool extruded = false;

@@ -1,10 +1,7 @@
 #include "apps/guarantee/guarantee_report.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/terminal/human.h"
-#include "apps/terminal/message.h"
 #include "posix/durable_file.h"
 
 namespace qduino::apps {
@@ -14,55 +11,8 @@ using Json = nlohmann::ordered_json;
 
 double microseconds(Nanoseconds duration) { return static_cast<double>(duration.count()) / 1000.0; }
 
-const char* yes_no(bool yes) { return yes ? "yes" : "NO"; }
-
-/// A remark below its line; nothing when `text` is empty.
-std::string remark(std::string_view text) { return text.empty() ? "" : wrapped(text, "         "); }
-
-std::string loop_line(const board::LoopGuarantee& loop) {
-    return text<std::string>(
-        "  ", column(loop.id, -4), ' ', column(loop.core, -4), ' ', column(human_duration(loop.budget), 9),
-        " / ", column(human_duration(loop.period), -9), "    ", column(yes_no(loop.priority_enforced), -9),
-        ' ', column(yes_no(loop.budget_enforced), -9), loop.core_owned ? " owned\n" : " shared\n",
-        remark(loop.escape), remark(loop.shortfall));
-}
-
-double percent(Nanoseconds part, Nanoseconds whole) {
-    return 100 * to_seconds(part) / std::max(to_seconds(whole), 1e-9);
-}
-
-/// "10.9 % of its core, and 10 % are its own".
-std::string share_of(const board::LoopGuarantee& loop) {
-    return text<std::string>(Fixed{percent(loop.used, loop.watched), 1}, " % of its core, and ",
-                             Fixed{percent(loop.budget, loop.period), 1}, " % are its own");
-}
-
-/// What kernel threads had of an I/O VCPU's budget.
-std::string kernel_threads_line(const board::LoopGuarantee& loop) {
-    return wrapped(text<std::string>("Bottom halves of io ", loop.id, ", with ",
-                                     counted(loop.kernel_threads, "kernel thread"), ": ",
-                                     Fixed{percent(loop.kernel_used, loop.watched), 1},
-                                     " % of its core was charged to its budget of ",
-                                     Fixed{percent(loop.budget, loop.period), 1}, " %; their rank was taken ",
-                                     counted(loop.kernel_held, "time"), "."),
-                   "");
-}
-
 Json measured(Nanoseconds duration) {
     return duration < Nanoseconds{0} ? Json(nullptr) : Json(microseconds(duration));
-}
-
-std::string core_line(const board::CoreGuarantee& core) {
-    std::string out = text<std::string>("  core ", core.core, ':');
-    if (core.interrupts_per_second >= 0)
-        write(out, ' ', Fixed{core.interrupts_per_second, 0}, " interrupts/s,");
-    if (core.counted_per_second >= 0)
-        write(out, " interrupts counted as ", Fixed{core.counted_per_second, 0}, "/s of ",
-              human_duration(core.counted_cost), " and one of ", human_duration(core.counted_longest), ',');
-    if (core.worst_gap.count() >= 0)
-        write(out, " worst gap of a bare spin ", human_duration(core.worst_gap), ',');
-    return write(out, core.tick_stopped ? " no tick," : " tick,",
-                 core.throttling_lifted ? " no throttling\n" : " RT throttling\n", remark(core.note));
 }
 
 Json json_of(const board::TreeGuarantee& tree) {
@@ -74,69 +24,6 @@ Json json_of(const board::TreeGuarantee& tree) {
             {"response_us", tree.admitted ? Json(microseconds(tree.response)) : Json(nullptr)},
             {"enforced", tree.enforced},
             {"shortfall", tree.shortfall.view()}};
-}
-
-/// A line for each process tree, and its shortfall below it; empty without one.
-std::string tree_table(const auto& trees) {
-    if (trees.empty()) return "";
-    std::string out = "  process tree     core    budget / period       admitted  budget\n";
-    for (const board::TreeGuarantee& tree : trees) {
-        write(out, "  ", column(tree.name.view(), -16), ' ', column(tree.core, -4), ' ',
-              column(human_duration(tree.budget), 9), " / ", column(human_duration(tree.period), -9), "    ",
-              column(yes_no(tree.admitted), -9), ' ', yes_no(tree.enforced), '\n', remark(tree.shortfall));
-    }
-    return out;
-}
-
-}  // namespace
-
-std::string tree_json(const board::TreeGuarantee& tree) { return json_of(tree).dump(); }
-
-std::string guarantee_text(const board::GuaranteeReport& report) {
-    std::string out = text<std::string>("What holds on this board (", report.board, ", memory ",
-                                        report.memory_locked ? "locked" : "NOT locked", "):\n",
-                                        "  loop core    budget / period       priority  budget    core\n");
-    for (const board::LoopGuarantee& loop : report.loops) out += loop_line(loop);
-    for (const board::CoreGuarantee& core : report.cores) out += core_line(core);
-    return out += tree_table(report.trees);
-}
-
-std::string budgets_kept(const board::GuaranteeReport& report) {
-    std::string out;
-    int watched = 0;
-    Nanoseconds longest{};
-    for (const board::LoopGuarantee& loop : report.loops) {
-        if (loop.used < Nanoseconds{0}) continue;
-        ++watched;
-        longest = std::max(longest, loop.watched);
-        if (!loop.escape.empty())
-            out += wrapped(text<std::string>("Budget of loop ", loop.id, " NOT KEPT: ", loop.escape,
-                                             ". It had ", share_of(loop), "."),
-                           "");
-    }
-    if (watched == 0) return out;
-    if (out.empty()) write(out, "Budgets: every one was kept (", counted(watched, "loop"), ").\n");
-    for (const board::LoopGuarantee& loop : report.loops)
-        if (loop.kernel_used >= Nanoseconds{0}) out += kernel_threads_line(loop);
-    write(out, "Watching them took ", Fixed{percent(report.watch_cost, longest), 2}, " % of a core.\n");
-    if (report.strange_threads > 0) {
-        write(out, "The sketch made ", counted(report.strange_threads, "thread"),
-              " while it ran: ordinary, and in nobody's budget.\n");
-    }
-    return out;
-}
-
-namespace {
-
-/// What became of the promise: R from the edge to the handler's end, of one that finds budget.
-std::string verdict_on(const board::BottomHalfGuarantee& half) {
-    if (half.response < Nanoseconds{0}) return "Nothing was promised";
-    const std::string promise = "R is " + human_duration(half.response);
-    if (half.end_worst <= half.response) return promise + ": kept";
-    const std::string waits =
-        ", and it may wait " + human_duration(half.replenishment) + " for its budget before that";
-    if (half.end_worst <= half.response + half.replenishment) return promise + waits + ": kept";
-    return promise + waits + ": NOT kept. More came than its budget serves, or a handler took longer";
 }
 
 Json json_of(const board::BottomHalfGuarantee& half) {
@@ -154,21 +41,7 @@ Json json_of(const board::BottomHalfGuarantee& half) {
 
 }  // namespace
 
-std::string handlers_kept(const board::GuaranteeReport& report) {
-    std::string out;
-    for (const board::BottomHalfGuarantee& half : report.bottom_halves) {
-        auto line = text<std::string>("Handlers of io ", half.id, ": ",
-                                      counted(static_cast<long long>(half.timed + half.untimed), "edge"));
-        if (half.timed > 0)
-            write(line, ", begun ", human_duration(half.begin_median), " after it (50 %), ",
-                  human_duration(half.begin_p999), " (99.9 %), ", human_duration(half.begin_worst),
-                  " at worst; done ", human_duration(half.end_worst), " after it at worst. ",
-                  verdict_on(half));
-        if (half.untimed > 0) write(line, ". Of ", half.untimed, " nobody knows when they came");
-        out += wrapped(line + ".", "");
-    }
-    return out;
-}
+std::string tree_json(const board::TreeGuarantee& tree) { return json_of(tree).dump(); }
 
 std::string guarantee_json(const board::GuaranteeReport& report) {
     Json loops = Json::array();

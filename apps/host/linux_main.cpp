@@ -56,10 +56,9 @@ int run(const Options& options, board::linux::LinuxConfig config) {
         board.request_stop();
         runtime.run(board.now() + 2s);
     };
-    course.report = [&](const auto& loops) {
-        apps::report_beside_sketch(text<std::string>(
-            apps::loop_table(loops), "Periods: ", apps::periods_kept(loops, board.now()),
-            apps::sleep_verdict(*Runtime::current()), ".\n", apps::budgets_kept(board.guarantee()), '\n'));
+    course.report = [&](const auto&) {
+        apps::report_beside_sketch(text<std::string>(apps::run_report(*Runtime::current(), board.now()),
+                                                     apps::budgets_kept(board.guarantee()), '\n'));
         return 0;
     };
     return apps::run_sketch(board, options, course);

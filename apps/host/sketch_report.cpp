@@ -99,6 +99,12 @@ std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant
                              stuck);
 }
 
+std::string run_report(const runtime::Runtime& runtime, Instant now) {
+    const std::vector<const runtime::Loop*> loops = loops_of(runtime);
+    return text<std::string>(loop_table(loops), "Periods: ", periods_kept(loops, now), sleep_verdict(runtime),
+                             ".\n");
+}
+
 board::GuaranteeReport guarantee_of(runtime::Runtime& runtime) {
     board::GuaranteeReport report = runtime.board().guarantee();
     if (!runtime.plan().admitted()) return report;

@@ -26,6 +26,9 @@ std::string sleep_verdict(const runtime::Runtime& runtime);
 /// which loop has not ended its last one. At `now` every loop has been told to end.
 std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant now);
 
+/// How a run went, to be said at its end: loop_table(), and a line "Periods: …" of the two above.
+std::string run_report(const runtime::Runtime& runtime, Instant now);
+
 /// What its board guarantees, with what admission promises of the bottom halves that have run.
 board::GuaranteeReport guarantee_of(runtime::Runtime& runtime);
 

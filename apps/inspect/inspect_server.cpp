@@ -196,6 +196,16 @@ Result<std::string> InspectClient::job_begin(std::string_view job, std::string_v
     return ask(text<std::string>(R"({"op":"job_begin","job":)", job, R"(,"path":)", quoted, '}'), timeout);
 }
 
+Result<std::string> InspectClient::job_typed(std::string_view job, std::uint32_t number,
+                                             std::uint64_t behind_line, std::string_view line,
+                                             Nanoseconds timeout) const {
+    const std::string quoted =
+        nlohmann::json(line).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return ask(text<std::string>(R"({"op":"job_typed","job":)", job, R"(,"number":)", number,
+                                 R"(,"behind_line":)", behind_line, R"(,"line":)", quoted, '}'),
+               timeout);
+}
+
 Result<std::string> InspectClient::job_end(std::string_view job, std::uint32_t excursions,
                                            Nanoseconds timeout) const {
     return ask(text<std::string>(R"({"op":"job_end","job":)", job, R"(,"excursions":)", excursions, '}'),

@@ -71,6 +71,9 @@ class InspectClient {
     /// The questions about a job. `job` is the id as JSON (a number, or a string with its quotes).
     [[nodiscard]] Result<std::string> job_begin(std::string_view job, std::string_view path,
                                                 Nanoseconds timeout) const;
+    [[nodiscard]] Result<std::string> job_typed(std::string_view job, std::uint32_t number,
+                                                std::uint64_t behind_line, std::string_view line,
+                                                Nanoseconds timeout) const;
     [[nodiscard]] Result<std::string> job_end(std::string_view job, std::uint32_t excursions,
                                               Nanoseconds timeout) const;
 

@@ -23,6 +23,12 @@ std::string text_of(const Json& request, const char* key) {
     return found != request.end() && found->is_string() ? found->get<std::string>() : std::string{};
 }
 
+// 0 when it is not given.
+std::uint64_t count_of(const Json& request, const char* key) {
+    const auto found = request.find(key);
+    return found != request.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+}
+
 // A job's id as one string: 7 and "7" stay different.
 std::string id_of(const Json& request) {
     const auto found = request.find("job");
@@ -60,14 +66,26 @@ std::string InspectService::answer(std::string_view line) {
         printer_.clear_faults(drain_());
         return to_line({{"ok", true}});
     }
-    if (op != "job_begin" && op != "job_end")
-        return refusal("known are op: job_begin, job_end, state, fault, clear_faults");
+    if (op != "job_begin" && op != "job_end" && op != "job_typed")
+        return refusal("known are op: job_begin, job_typed, job_end, state, fault, clear_faults");
     const std::string job = id_of(request);
     if (job.empty()) return refusal("job: a string or a whole number is needed");
     if (op == "job_begin") return begin(job, text_of(request, "path"));
-    const auto told = request.find("excursions");
-    const bool given = told != request.end() && told->is_number_unsigned();
-    return end(job, given ? told->get<std::uint64_t>() : 0);
+    if (op == "job_typed") {
+        return typed(job, count_of(request, "number"), count_of(request, "behind_line"),
+                     text_of(request, "line"));
+    }
+    return end(job, count_of(request, "excursions"));
+}
+
+std::string InspectService::typed(const std::string& job, std::uint64_t number, std::uint64_t behind_line,
+                                  const std::string& line) {
+    if (!job_ || job_id_ != job) return refusal("this job is not being watched");
+    if (number >= typed_) {
+        job_->on_typed(behind_line, line);
+        typed_ = number + 1;
+    }
+    return to_line({{"ok", true}});
 }
 
 std::string InspectService::begin(const std::string& job, const std::string& path) {
@@ -78,6 +96,7 @@ std::string InspectService::begin(const std::string& job, const std::string& pat
     const Instant now = drain_();
     job_ = std::make_unique<twin::Job>(printer_, std::move(source), now, last_place_);
     job_id_ = job;
+    typed_ = 0;
     return to_line({{"ok", true}, {"already", false}});
 }
 

@@ -7,6 +7,9 @@
 //       plays what is on its way, ends the watch, answers with the report; asked again, the same
 //       report. N: how often the machine reports that it left the path and came back (pauses);
 //       0 when it is not given
+//   {"op":"job_typed","job":ID,"number":N,"behind_line":L,"line":"M486 P2"}
+//       the Nth line, from 0, that a person typed of the job's objects, when the machine had read
+//       the file up to line L. Asked again, it changes nothing
 //   {"op":"state"}
 //       positions, temperatures, duties, losses, switches
 //   {"op":"fault","fault":"sensor_stuck:hot_end@5"}
@@ -57,6 +60,8 @@ class InspectService {
     };
 
     std::string begin(const std::string& job, const std::string& path);
+    std::string typed(const std::string& job, std::uint64_t number, std::uint64_t behind_line,
+                      const std::string& line);
     std::string end(const std::string& job, std::uint64_t excursions_told);
     std::string state();
     std::string fault(const std::string& text);
@@ -66,6 +71,7 @@ class InspectService {
     std::function<Instant()> drain_;
     std::string job_id_;
     std::unique_ptr<twin::Job> job_;
+    std::uint64_t typed_ = 0;  // lines typed beside it
     std::optional<twin::InspectionStart> last_place_;
     std::deque<Ended> ended_;
 };

@@ -143,6 +143,9 @@ ProcessPlan Launcher::plan_of(const char* name, const char* program, std::vector
     return plan;
 }
 
+/// Where the service writes what M500 keeps (apps/printd/kept_heat_file.h), for the next sketch.
+std::string Launcher::kept_settings() const { return options_.state / "kept-settings.toml"; }
+
 void Launcher::add(ProcessPlan plan) { processes_.push_back(std::make_unique<KeptProcess>(std::move(plan))); }
 
 void Launcher::plan_machine() {
@@ -157,9 +160,10 @@ void Launcher::plan_machine() {
 
 void Launcher::plan_sketch() {
     const fs::path pins = memory_.file("pins"), link = memory_.file("link");
-    ProcessPlan plan = plan_of("sketch", "qduino-supervisor",
-                               {"--pins", pins, "--link", link, "--settings-state", options_.settings_state,
-                                "--", options_.programs / "printer", "--pins", pins, "--link", link});
+    ProcessPlan plan =
+        plan_of("sketch", "qduino-supervisor",
+                {"--pins", pins, "--link", link, "--settings-state", options_.settings_state, "--",
+                 options_.programs / "printer", "--pins", pins, "--link", link, "--kept", kept_settings()});
     if (options_.isolate) plan.command.emplace_back("--isolate");
     plan.locks = memory_.file("sketch.lock");
     plan.may_start = [this] { return processes_[0]->state() == KeptProcess::State::ready; };
@@ -172,7 +176,7 @@ void Launcher::plan_simulator() {
     const fs::path link = memory_.file("link");
     ProcessPlan plan = plan_of("simulated printer", "printer-sim",
                                {"--link", link, "--inspect", memory_.file("inspect"), "--speed",
-                                text<std::string>(Shortest{options_.speed})});
+                                text<std::string>(Shortest{options_.speed}), "--kept", kept_settings()});
     plan.ready = made_anew(link);
     add(std::move(plan));
 }
@@ -187,6 +191,8 @@ void Launcher::plan_service() {
     if (!options_.service_user.empty())
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");
+    if (!options_.serial_port.empty())
+        plan.command.insert(plan.command.end(), {"--serial-port", options_.serial_port});
     plan.read_line = true;
     // printd's own word. An answer on the port could be another program's.
     plan.ready = [](const std::string& line) { return line.ends_with('\n'); };
@@ -257,7 +263,19 @@ void Launcher::say_open() {
         "      -F file=@part.gcode -F print=true http://127.0.0.1:%d/api/v1/jobs\n\n"
         "  Ctrl-C stops everything.\n\n",
         address.c_str(), options_.state.c_str(), options_.port);
+    say_serial_port();
     std::fflush(stdout);
+}
+
+void Launcher::say_serial_port() const {
+    if (options_.serial_port.empty()) return;
+    std::string name = options_.serial_port;
+    if (name == "pty") {
+        const fs::path link = options_.state / "serial";
+        std::error_code error;
+        name = text<std::string>(link.native(), "  (now ", fs::read_symlink(link, error).native(), ')');
+    }
+    std::printf("  A serial host (OctoPrint, Printrun) may open  %s\n\n", name.c_str());
 }
 
 /// True when it was asked to stop; false when a process has failed for good.

@@ -38,6 +38,8 @@ struct Options {
     std::string machine;             ///< machine file; empty: the reference machine
     /// The user that the service becomes when root starts it; empty: it stays root.
     std::string service_user;
+    /// A serial host's: "pty", DEVICE or DEVICE@BAUD; empty: none.
+    std::string serial_port;
     int port = 8080;
     double speed = 0;  ///< of the simulator; 0: in real time, on this machine
     bool isolate = false;
@@ -61,6 +63,7 @@ class Launcher {
     explicit Launcher(Options options) : options_(std::move(options)) {}
     [[nodiscard]] ProcessPlan plan_of(const char* name, const char* program,
                                       std::vector<std::string> words) const;
+    [[nodiscard]] std::string kept_settings() const;
     void add(ProcessPlan plan);
     void plan_machine();
     void plan_sketch();
@@ -73,6 +76,7 @@ class Launcher {
     [[nodiscard]] bool advance_all(std::size_t started);
     void say_changes() const;
     void say_open();
+    void say_serial_port() const;
     void stop_all();
 
     Options options_;

@@ -44,6 +44,8 @@ int main(int argc, char** argv) {
     app.add_option("--port", options.port, "the service's port on 127.0.0.1")
         ->check(CLI::Range(1, 65535))
         ->capture_default_str();
+    app.add_option("--serial-port", options.serial_port,
+                   "also take a serial host's lines: pty, or DEVICE[@BAUD]");
     app.add_option("--speed", options.speed, "in the simulator, so many times as fast")
         ->check(CLI::Range(0.01, 10000.0));
     app.add_option("--machine", options.machine, "machine file (TOML)")->check(CLI::ExistingFile);

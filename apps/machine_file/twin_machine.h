@@ -15,7 +15,7 @@
 namespace qduino::apps {
 
 /// A twin with the machine's wiring, scales and travel. Numbers that a machine file does not have
-/// (where the carriage stands at power-on, heat capacities, the motors' torque) keep the reference
+/// (where the carriage stands at power-on, the motors' torque) keep the reference
 /// machine's value. Motors are never weaker than the speeds that the file allows.
 twin::Machine twin_machine(const printer::MachineConfig& config);
 

@@ -105,6 +105,11 @@ void Svg::path(std::string_view kind, std::string_view d, std::string_view title
     shape_end("path", title);
 }
 
+void Svg::image(double x, double y, double width, double height, std::string_view address) {
+    write(out_, "<image x=\"", point(x), "\" y=\"", point(y), "\" width=\"", point(width), "\" height=\"",
+          point(height), "\" href=\"", address, "\"/>\n");
+}
+
 void Svg::words(std::string_view kind, double x, double y, std::string_view text) {
     write(out_, "<text class=\"", kind, "\" x=\"", point(x), "\" y=\"", point(y), "\">", escaped(text),
           "</text>\n");

@@ -28,6 +28,8 @@ class Svg {
     void line(std::string_view kind, double x1, double y1, double x2, double y2);
     /// `d`: path data, as move() and so on below write it.
     void path(std::string_view kind, std::string_view d, std::string_view title = "");
+    /// A picture of pixels; `address`: a data: URL, as it stands.
+    void image(double x, double y, double width, double height, std::string_view address);
     /// `kind` holds the anchor, too: "end", "middle".
     void words(std::string_view kind, double x, double y, std::string_view text);
     void begin_group(std::string_view kind, std::string_view attributes = "", std::string_view title = "");

@@ -4,11 +4,14 @@
 
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
+#include "printer/estimate/estimator.h"
 #include "printer/gcode/interpreter.h"
 #include "printer/gcode/no_actions.h"
 #include "printer/gcode/parser.h"
@@ -21,12 +24,15 @@ namespace qduino::printd {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using printer::estimate::Estimate;
 using printer::preflight::Facts;
 using printer::preflight::Finding;
 
+double tenths(double seconds) { return std::round(seconds * 10) / 10; }
+
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// Writes packed layers behind one another, and keeps their index.
+/// Writes packed layers behind one another, and keeps what their index needs.
 class LayerFile final : public printer::preflight::LayerSink {
   public:
     explicit LayerFile(const std::filesystem::path& path)
@@ -36,21 +42,38 @@ class LayerFile final : public printer::preflight::LayerSink {
                   std::span<const std::uint8_t> bytes) override {
         const std::span<const char> text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
         failed_ = failed_ || !posix::write_all(file_.get(), text, "packed layers").ok();
-        if (!index_.empty()) index_ += ",";
-        index_ += text_of({{"index", count_++},
-                           {"layer", record.layer.index},
-                           {"z_mm", record.layer.z_mm},
-                           {"segments", record.segments},
-                           {"bytes", bytes.size()},
-                           {"first_byte", record.layer.first_byte}});
+        rows_.push_back({record.layer.index, record.part, static_cast<float>(record.layer.z_mm),
+                         record.segments, bytes.size(), record.layer.first_byte});
     }
     [[nodiscard]] bool failed() const { return failed_; }
-    [[nodiscard]] std::string index() const { return "[" + index_ + "]"; }
+    /// A layer's time stands in its first record.
+    [[nodiscard]] std::string index(const Estimate& estimate) const {
+        std::string index{"["};
+        for (const Row& row : rows_) {
+            if (index.size() > 1) index += ',';
+            const bool timed = row.part == 0 && row.layer < estimate.layer_s.size();
+            index += text_of({{"index", &row - rows_.data()},
+                              {"layer", row.layer},
+                              {"z_mm", row.z_mm},
+                              {"segments", row.segments},
+                              {"bytes", row.bytes},
+                              {"first_byte", row.first_byte},
+                              {"time_s", timed ? tenths(estimate.layer_s[row.layer]) : 0.0}});
+        }
+        return index + ']';
+    }
 
   private:
+    struct Row {
+        std::uint32_t layer, part;
+        float z_mm;
+        std::uint32_t segments;
+        std::size_t bytes;
+        std::uint64_t first_byte;
+    };
+
     posix::UniqueFd file_;
-    std::string index_;
-    int count_ = 0;
+    std::vector<Row> rows_;
     bool failed_ = false;
 };
 
@@ -66,13 +89,37 @@ std::string sentence_of(const Finding& finding) {
     return text.append(" ").append(finding.advice.view());
 }
 
-Json facts_json(const Facts& facts) {
+/// {"outer_wall": 123.4, …}: what takes any time.
+Json activities_json(const Estimate& estimate) {
+    Json activities = Json::object();
+    for (std::size_t i = 0; i < estimate.activity_s.size(); ++i) {
+        const auto activity = static_cast<printer::estimate::Activity>(i);
+        if (const double time_s = tenths(estimate.activity_s[i]); time_s > 0)
+            activities[std::string{name_of(activity)}] = time_s;
+    }
+    return activities;
+}
+
+/// What web/api/eta.h reads.
+Json profile_json(const Estimate& estimate) {
+    Json bytes = Json::array();
+    for (const std::uint64_t byte : estimate.profile.bytes()) bytes.push_back(byte);
+    return {{"step_s", estimate.profile.step_s()},
+            {"bytes", std::move(bytes)},
+            {"heating_s", tenths(estimate.heating_s())},
+            {"heated_byte", estimate.heated_byte}};
+}
+
+Json facts_json(const Facts& facts, const Estimate& estimate) {
     Json warnings = Json::array();
     for (const Finding& warning : facts.warnings) {
         warnings.push_back({{"line", warning.line}, {"message", sentence_of(warning)}});
     }
     const auto& metadata = facts.metadata;
-    return {{"estimated_s", metadata.estimated ? Json(metadata.estimated->value()) : Json{}},
+    return {{"estimated_s", tenths(estimate.total_s)},
+            {"activities_s", activities_json(estimate)},
+            {"profile", profile_json(estimate)},
+            {"slicer_s", metadata.estimated ? Json(metadata.estimated->value()) : Json{}},
             {"filament_mm", facts.filament.value()},
             {"layers", facts.layers},
             {"layer_height_mm", facts.layer_height.value()},
@@ -112,6 +159,8 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     machine.step_cost = step_cost();
     const auto preflight = std::make_unique<printer::preflight::Preflight>(machine);
     preflight->add_sink(packer);
+    const auto estimator = std::make_unique<printer::estimate::Estimator>(machine);
+    preflight->add_sink(*estimator);
     std::array<char, 16 * 1024> bytes;
     for (;;) {
         const Result<std::size_t> count = posix::read_some(file.get(), bytes, "the uploaded file");
@@ -123,9 +172,10 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     if (!facts.accepted() && !facts.errors.empty()) return refusal(facts);
     if (packed.failed()) return spool::file_error("write", "packed layers", ENOSPC);
     spool::Analysis analysis;
-    analysis.facts_json = text_of(facts_json(facts));
-    if (facts.metadata.estimated) analysis.estimated_s = facts.metadata.estimated->value();
-    analysis.layers_json = packed.index();
+    const Estimate& estimate = estimator->estimate();
+    analysis.facts_json = text_of(facts_json(facts, estimate));
+    analysis.estimated_s = estimate.total_s;
+    analysis.layers_json = packed.index(estimate);
     analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());
     return analysis;
 }

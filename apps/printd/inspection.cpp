@@ -38,6 +38,13 @@ bool Inspection::begun(std::uint64_t run) {
     return at != answers_.end() && at->second.begin_answered;
 }
 
+void Inspection::typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind_line,
+                       const std::string& line) {
+    boost::asio::post(*thread_, [this, run, number, behind_line, line] {
+        static_cast<void>(client_.job_typed(std::to_string(run), number, behind_line, line, kBeginTimeout));
+    });
+}
+
 void Inspection::end(std::uint64_t run, std::uint32_t excursions) {
     const std::scoped_lock lock{mutex_};
     if (std::exchange(answers_[run].end_asked, true)) return;

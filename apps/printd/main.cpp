@@ -20,8 +20,10 @@
 #include "apps/machine_file/machine_file.h"
 #include "apps/printd/analyzer.h"
 #include "apps/printd/inspection.h"
+#include "apps/printd/kept_heat_file.h"
 #include "apps/printd/options.h"
 #include "apps/printd/privileges.h"
+#include "apps/printd/serial_host.h"
 #include "apps/printd/step_cost_file.h"
 #include "base/version.h"
 #include "posix/small_file.h"
@@ -66,6 +68,8 @@ class LinkWatch final : public spool::LinkSource {
     std::string trouble_;
     std::error_code ignored_;
 };
+
+constexpr std::string_view kPty = "pty";  // --serial-port
 
 constexpr int kCouldNotStart = 1;
 constexpr int kAlreadyRunning = 3;
@@ -117,6 +121,7 @@ std::string config_json(const printer::MachineConfig& machine) {
 struct Ground {
     posix::UniqueFd lock;
     std::string key;
+    std::optional<apps::SerialPort> device;  ///< a serial host's; only root may open most of them
 };
 
 Result<Ground> prepare(const printd::Options& options) {
@@ -129,6 +134,9 @@ Result<Ground> prepare(const printd::Options& options) {
     }
     Ground ground;
     QDUINO_TRY_ASSIGN(ground.lock, printd::lock_state(options.state));
+    if (!options.serial_port.empty() && options.serial_port != kPty) {
+        QDUINO_TRY_ASSIGN(ground.device, apps::SerialPort::open_device(options.serial_port));
+    }
     // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
     const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
@@ -165,6 +173,20 @@ void say_step_cost(Nanoseconds cost) {
                  printer::step_rate_limit_hz(cost));
 }
 
+/// Null: no serial host is wanted.
+Result<std::unique_ptr<printd::SerialHost>> start_serial_host(const printd::Options& options, Ground& ground,
+                                                              spool::Spool& spool, web::Executor on_spool,
+                                                              bool has_bed) {
+    if (options.serial_port.empty()) return std::unique_ptr<printd::SerialHost>{};
+    if (!ground.device) {
+        QDUINO_TRY_ASSIGN(ground.device, apps::SerialPort::make_pty(options.state / "serial"));
+    }
+    QDUINO_TRY_ASSIGN(
+        auto host, printd::SerialHost::start(std::move(*ground.device), spool, std::move(on_spool), has_bed));
+    spdlog::info("a serial host may open {}", host->name());
+    return host;
+}
+
 Result<void> serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
     LinkWatch link{options.link};
     std::optional<printd::Inspection> inspection;
@@ -178,6 +200,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     spool_options.opened_s = clock_now().now_s;
     printd::PreflightAnalyzer analyzer{machine};
     printd::StepCostFile step_cost{options.state, analyzer};
+    printd::KeptHeatFile kept_heat{options.state};
     spool_options.analyzer = &analyzer;
     QDUINO_TRY_ASSIGN(const auto spool,
                       spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr));
@@ -190,6 +213,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     // Last in, first out: the threads end before what their tasks use.
     std::unique_ptr<web::Service> service;
     std::unique_ptr<web::Publisher> publisher;
+    std::unique_ptr<printd::SerialHost> serial_host;
     web::Threads threads;
     service = std::make_unique<web::Service>(
         web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(*spool, machine, options.vcpu),
@@ -200,15 +224,21 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     server_options.address = options.address;
     server_options.port = options.port;
     QDUINO_TRY_ASSIGN(const auto server, web::Server::listen(server_options, threads, *service, clock_now));
+    QDUINO_TRY_ASSIGN(serial_host,
+                      start_serial_host(options, ground, *spool, threads.executors().spool, machine.has_bed));
     say_where(options, server->port(), ground.key);
     threads.every(web::Publisher::kTickEvery, [&, said = std::string{}]() mutable {
-        publisher->tick(clock_now());
+        const web::Moment now = clock_now();
+        publisher->tick(now);
+        if (serial_host) serial_host->tick(now.now);
         if (link.trouble() != said && !link.trouble().empty()) spdlog::warn("{}", link.trouble());
         said = link.trouble();
+        if (kept_heat.take(link.current())) spdlog::info("the heaters' settings are kept (M500)");
         if (step_cost.take(link.current())) say_step_cost(analyzer.step_cost());
     });
     threads.stop_on_signals([](int signal) { spdlog::info("stopping on signal {}", signal); });
     threads.run();
+    if (serial_host) serial_host->stop();
     threads.join();
     return {};
 }
@@ -226,7 +256,8 @@ Result<void> recover(const printd::Options& options, const printer::MachineConfi
 }
 
 Result<void> run(const printd::Options& options) {
-    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine, apps::read_machine_file(options.machine));
+    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine,
+                      apps::read_machine_files(options.machine, printd::kept_heat_path(options.state)));
     QDUINO_TRY_ASSIGN(Ground ground, prepare(options));
     return options.recover ? recover(options, machine) : serve(options, machine, std::move(ground));
 }

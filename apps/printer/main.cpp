@@ -2,14 +2,20 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "PrinterWiring.h"
 #include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
+#include "apps/host/sketch_report.h"
 #include "apps/link/link_file.h"
+#include "apps/machine_file/machine_check.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/terminal/program.h"
 #include "board/linux/linux_board.h"
+#include "posix/small_file.h"
 #include "runtime/runtime.h"
 
 namespace {
@@ -22,10 +28,12 @@ struct Arguments {
     board::linux::LinuxConfig board;
     std::string link_path;
     std::string machine_path;
+    std::string kept_path;
 };
 
 Result<void> run(const Arguments& arguments) {
-    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine, apps::read_machine_file(arguments.machine_path));
+    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine,
+                      apps::read_machine_files(arguments.machine_path, arguments.kept_path));
     QDUINO_TRY_ASSIGN(const auto board, board::linux::LinuxBoard::open(arguments.board));
     const auto started_s = static_cast<std::uint64_t>(std::time(nullptr));
     QDUINO_TRY_ASSIGN(const apps::LinkFile link, apps::create_link(arguments.link_path, started_s));
@@ -38,16 +46,43 @@ Result<void> run(const Arguments& arguments) {
     std::fflush(stdout);
     link.get()->guarantee.write({std::string_view{apps::guarantee_json(report)}});
     runtime.run(kForever);
+    std::fputs(apps::run_report(runtime, board->now()).c_str(), stdout);
     std::fputs(apps::budgets_kept(board->guarantee()).c_str(), stdout);
     return {};
+}
+
+/// `printer check FILE…`: 0 when every file is a machine.
+int check(int argc, char** argv) {
+    CLI::App app{
+        "Reads machine files as the printer would: says what is wrong, with its line, or what the "
+        "machine is.\nExample: printer check machines/i3.toml"};
+    std::vector<std::string> paths;
+    app.name("printer check");
+    app.add_option("FILE", paths, "Machine files (TOML, docs/machine.md)")->required();
+    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    int status = 0;
+    for (const std::string& path : paths) {
+        const Result<std::string> text = posix::read_small_file(path);
+        printer::MachineConfig machine;
+        const std::string error =
+            text ? apps::machine_error(*text, path, machine) : path + " cannot be read: check its path";
+        if (error.empty()) {
+            std::fputs(apps::describe(machine, path).c_str(), stdout);
+        } else {
+            status = fail(error);
+        }
+    }
+    return status;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    if (argc > 1 && std::string_view{argv[1]} == "check") return check(argc - 1, argv + 1);
     CLI::App app{
         "The printer sketch on the Linux board, on the pins of a virtual machine.\n"
-        "Example: printer --pins /dev/shm/qduino/pins --link /dev/shm/qduino/link"};
+        "Example: printer --pins /dev/shm/qduino/pins --link /dev/shm/qduino/link\n"
+        "         printer check machines/i3.toml      is this machine file right?"};
     Arguments arguments;
     app.add_option("--pins", arguments.board.pins_path, "File of the virtual pins, made by virtual-machine")
         ->required();
@@ -55,6 +90,8 @@ int main(int argc, char** argv) {
         ->required();
     app.add_option("--machine", arguments.machine_path,
                    "Machine file (TOML); default: the reference machine");
+    app.add_option("--kept", arguments.kept_path,
+                   "File of the settings that M500 keeps; they go before the machine file's");
     app.add_flag("--isolate", arguments.board.isolate,
                  "Move everything else off the stepper loop's core; undone at the end (root)");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;

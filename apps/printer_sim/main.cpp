@@ -4,13 +4,18 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 
+#include "apps/board_file/board_file.h"
 #include "apps/command_line/command_line.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/machine_file/twin_machine.h"
+#include "apps/picture/picture_file.h"
+#include "apps/printer_sim/part_picture.h"
 #include "apps/printer_sim/print_file.h"
 #include "apps/printer_sim/sim_printer.h"
 #include "apps/terminal/program.h"
+#include "posix/durable_file.h"
 #include "posix/small_file.h"
 
 namespace {
@@ -23,15 +28,40 @@ constexpr int kExitUsage = 2;
 
 constexpr apps::Fail fail{"printer-sim: ", kExitUsage};
 
-int print(const apps::PrintOptions& options, const std::string& report_path) {
+/// What is written beside the summary; empty: it is not.
+struct Outputs {
+    std::string report;
+    std::string picture;
+    std::size_t layer = 0;  ///< of the picture, from 1; 0: all
+    std::string kept;       ///< what M500 keeps
+};
+
+Result<void> draw(const apps::PrintResult& printed, const apps::PrintOptions& options,
+                  const Outputs& outputs) {
+    if (outputs.picture.empty() || !printed.observed) return {};
+    apps::PartPictureOptions how{.title = std::filesystem::path{options.file}.filename().string(),
+                                 .layer = std::nullopt,
+                                 .line_mm = options.metal.nozzle_diameter_mm};
+    if (outputs.layer > 0) how.layer = outputs.layer;
+    QDUINO_TRY_ASSIGN(const std::string page, apps::part_picture(printed, how));
+    return apps::picture::write_picture(outputs.picture, page);
+}
+
+int print(const apps::PrintOptions& options, const Outputs& outputs) {
     const Result<apps::PrintResult> printed = apps::print_file(options);
     if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r%60s\r", "");
     if (!printed.ok()) return fail(printed.error());
     std::fputs(apps::summary(*printed).c_str(), stdout);
-    if (!report_path.empty()) {
-        if (!posix::write_file(report_path, apps::to_json(*printed).dump(2) + '\n'))
-            return fail(report_path + ": cannot be written");
+    if (!outputs.report.empty()) {
+        if (!posix::write_file(outputs.report, apps::to_json(*printed).dump(2) + '\n'))
+            return fail(outputs.report + ": cannot be written");
     }
+    const printer::link::KeptHeat& kept = printed->kept;
+    if (!outputs.kept.empty() && kept.number > 0) {
+        if (!posix::write_durably(outputs.kept, apps::kept_text(kept.hot_end, kept.bed)))
+            return fail(outputs.kept + ": cannot be written");
+    }
+    if (const Result<void> drawn = draw(*printed, options, outputs); !drawn) return fail(drawn.error());
     return printed->success() ? kExitMatches : kExitDiffers;
 }
 
@@ -41,51 +71,86 @@ void show_progress(double fraction, double virtual_s) {
                  static_cast<int>(virtual_s) % 60);
 }
 
+/// The command line.
+struct Request {
+    apps::PrintOptions print;
+    apps::LiveOptions live;
+    Outputs outputs;
+    std::string machine_path, twin_path;
+    std::vector<std::string> faults;
+};
+
+void declare(CLI::App& app, Request& r) {
+    app.footer(
+        "Example: printer-sim benchy.gcode --report report.json\n"
+        "Live:    printer-sim --link /dev/shm/link --speed 20  (what ./run --speed starts)");
+    app.add_option("FILE", r.print.file, "The G-code file");
+    app.add_option("--link", r.live.link_path, "Instead of a file: serve a print service through this link");
+    app.add_option("--inspect", r.live.inspect_path,
+                   "With --link: answer questions about the twin on this socket");
+    app.add_option("--speed", r.live.speed, "With --link: virtual seconds per second")
+        ->check(CLI::Range(0.01, 10000.0))
+        ->capture_default_str();
+    app.add_option("--machine", r.machine_path,
+                   "Another printer than the reference machine (TOML, docs/machine.md)");
+    app.add_option("--twin-machine", r.twin_path,
+                   "The machine that stands there in truth (keys as of --machine); left out: the one that "
+                   "the printer takes it for");
+    app.add_option("--kept", r.outputs.kept,
+                   "File of the settings that M500 keeps (M301, M303, M306): read before the machine file's "
+                   "numbers count, and written after a file that has M500 in it");
+    app.add_option("--report", r.outputs.report, "Write the report here, as JSON");
+    app.add_flag("--heights", r.print.heights,
+                 "Watch how high the plastic lies, how it oozes, and how long each kind of line takes");
+    app.add_option("--picture", r.outputs.picture,
+                   "Draw the built part, its errors of height and its faults (.svg or .png)");
+    app.add_option("--layer", r.outputs.layer, "With --picture: from above, this layer alone (from 1)");
+    app.add_option("--board", r.print.board_name,
+                   "The simulated computer (TOML, docs/board-file.md, [sim]); its costs are reported");
+    app.add_option("--steps", r.print.steps_path, "Write every step here: time_ns,axis,direction");
+    app.add_option("--fault", r.faults,
+                   "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
+}
+
+/// Reads the files that the command line names. A returned value is the status to leave with: one
+/// is wrong, and the user was told.
+std::optional<int> read_files(Request& r) {
+    const Result<printer::MachineConfig> machine = apps::read_machine_files(r.machine_path, r.outputs.kept);
+    if (!machine) return fail(machine.error());
+    const Result<twin::Machine> metal = apps::read_twin_machine(r.twin_path, r.machine_path, *machine);
+    if (!metal) return fail(metal.error());
+    const auto faults = apps::parse_faults(r.faults);
+    if (!faults) return fail(faults.error());
+    r.live.machine = r.print.machine = *machine;
+    r.live.metal = r.print.metal = *metal;
+    r.print.faults = *faults;
+    if (!r.print.board_name.empty()) {
+        const apps::ReadBoardFile board = apps::read_board_file(r.print.board_name);
+        if (!board.ok()) return fail(board.error);
+        r.print.computer = board.board.sim;
+    }
+    if (r.outputs.picture.empty()) return std::nullopt;
+    const Result<void> named = apps::picture::check_picture_name(r.outputs.picture);
+    if (!named) return fail(named.error());
+    r.print.heights = r.print.cells = true;
+    return std::nullopt;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     CLI::App app{
         "Prints a G-code file in virtual time: the printer sketch, the simulated board and "
         "the virtual machine in one process. Ends with 0 only if what was built is what was asked."};
-    apps::PrintOptions options;
-    std::string machine_path, twin_path, report_path;
-    std::vector<std::string> faults;
-    apps::LiveOptions live;
-    app.footer(
-        "Example: printer-sim benchy.gcode --report report.json\n"
-        "Live:    printer-sim --link /dev/shm/link --speed 20  (what ./run --speed starts)");
-    app.add_option("FILE", options.file, "The G-code file");
-    app.add_option("--link", live.link_path, "Instead of a file: serve a print service through this link");
-    app.add_option("--inspect", live.inspect_path,
-                   "With --link: answer questions about the twin on this socket");
-    app.add_option("--speed", live.speed, "With --link: virtual seconds per second")
-        ->check(CLI::Range(0.01, 10000.0))
-        ->capture_default_str();
-    app.add_option("--machine", machine_path,
-                   "Another printer than the reference machine (TOML, docs/machine.md)");
-    app.add_option("--twin-machine", twin_path,
-                   "The machine that stands there in truth (keys as of --machine); left out: the one that "
-                   "the printer takes it for");
-    app.add_option("--report", report_path, "Write the report here, as JSON");
-    app.add_option("--steps", options.steps_path, "Write every step here: time_ns,axis,direction");
-    app.add_option("--fault", faults,
-                   "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
+    Request request;
+    declare(app, request);
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
-
-    const Result<printer::MachineConfig> machine = apps::read_machine_file(machine_path);
-    if (!machine) return fail(machine.error());
-    const Result<twin::Machine> metal = apps::read_twin_machine(twin_path, machine_path, *machine);
-    if (!metal) return fail(metal.error());
-    const auto parsed = apps::parse_faults(faults);
-    if (!parsed) return fail(parsed.error());
-    live.machine = options.machine = *machine;
-    live.metal = options.metal = *metal;
-    options.faults = *parsed;
-    if (!live.link_path.empty()) {
-        const Result<void> ended = apps::run_live(live);
+    if (const auto status = read_files(request)) return *status;
+    if (!request.live.link_path.empty()) {
+        const Result<void> ended = apps::run_live(request.live);
         return ended.ok() ? 0 : fail(ended.error());
     }
-    if (options.file.empty()) return fail("which file? (printer-sim --help)");
-    if (isatty(STDERR_FILENO)) options.progress = show_progress;
-    return print(options, report_path);
+    if (request.print.file.empty()) return fail("which file? (printer-sim --help)");
+    if (isatty(STDERR_FILENO)) request.print.progress = show_progress;
+    return print(request.print, request.outputs);
 }

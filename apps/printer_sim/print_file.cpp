@@ -10,6 +10,7 @@
 #include "apps/printer_sim/sim_printer.h"
 #include "apps/printer_sim/step_log.h"
 #include "posix/small_file.h"
+#include "printer/estimate/estimator.h"
 #include "printer/gcode/content.h"
 #include "printer/link/frame.h"
 #include "printer/preflight/preflight.h"
@@ -26,7 +27,7 @@ constexpr Nanoseconds kSlice = 50ms;
 // Virtual time. A job's longest wait is a heat-up.
 constexpr Nanoseconds kStallLimit = 30min;
 
-/// Collects the sketch's words during the print: unknown codes and warnings, each once.
+/// Collects the sketch's words during the print: answers; unknown codes and warnings, each once.
 class ReplyReader {
   public:
     void read(link::LinkLayout& from, PrintResult& into) {
@@ -34,8 +35,12 @@ class ReplyReader {
             const auto frame = reader_.read(from.replies);
             if (!frame.ok() || !frame->has_value()) return;
             const auto reply = link::decode_reply((*frame)->payload);
-            if (!reply.ok() || reply->kind == link::ReplyKind::text) continue;
+            if (!reply.ok()) continue;
             const std::string text(reply->text);
+            if (reply->kind == link::ReplyKind::text) {
+                if (into.answers.size() < kKept) into.answers.push_back(text);
+                continue;
+            }
             const bool unknown = text.find("Unknown command") != std::string::npos;
             auto& list = unknown ? into.unknown_codes : into.warnings;
             if (list.size() < kKept && std::find(list.begin(), list.end(), text) == list.end())
@@ -49,12 +54,12 @@ class ReplyReader {
 };
 
 /// A feeder of the file at `path`, if that is G-code.
-Result<spool::Feeder> open_job(const std::string& path) {
+Result<spool::Feeder> open_job(const std::string& path, const printer::MachineConfig& machine) {
     posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     std::array<char, 4096> head;
     const Result<std::size_t> count = posix::read_some(file.get(), head, path);
     if (!count) return make_error(ErrorCode::not_found, path, ": cannot be read; check the path");
-    const auto content = printer::gcode::look_at_content(std::span{head}.first(*count));
+    const auto content = printer::gcode::look_at_content(std::span{head}.first(*count), machine);
     if (content != printer::gcode::Content::gcode)
         return make_error(ErrorCode::unsupported, path, ": ", printer::gcode::explain(content));
     return spool::Feeder{std::move(file), kJobId, std::filesystem::file_size(path)};
@@ -64,10 +69,13 @@ Result<spool::Feeder> open_job(const std::string& path) {
 void check(const PrintOptions& options, PrintResult& result) {
     // On the heap: findings and parser state are too large for a stack to be taken for granted.
     const auto preflight = std::make_unique<printer::preflight::Preflight>(options.machine);
+    const auto estimator = std::make_unique<printer::estimate::Estimator>(options.machine);
+    preflight->add_sink(*estimator);
     twin::FileSource file{options.file};
     std::array<char, 16 * 1024> bytes;
     while (const std::size_t count = file.read(bytes)) preflight->feed(std::span{bytes}.first(count));
     const printer::preflight::Facts& facts = preflight->finish();
+    result.estimate = estimator->estimate();
     for (const auto& found : facts.warnings)
         result.remarks.push_back(text<std::string>("line ", found.line, ": ", found.message));
     if (facts.accepted()) return;
@@ -84,6 +92,14 @@ void resume(link::LinkLayout& to, const link::JobStatus& status, PrintResult& re
     static_cast<void>(link::try_push(to.commands, link::encode(command)));
     const auto told = text<std::string>("line ", status.line, ": the job paused, and was resumed");
     if (result.remarks.empty() || result.remarks.back() != told) result.remarks.push_back(told);
+}
+
+BoardCosts costs_of(const PrintOptions& options, SimPrinter& printer) {
+    std::uint64_t steps = 0;
+    for (const twin::AxisCounters& axis : printer.twin().state(printer.now()).counters)
+        steps += axis.moved + axis.lost();
+    return board_costs(options.board_name, options.computer, printer.board(),
+                       to_seconds(printer.now().time_since_epoch()), steps);
 }
 
 /// Runs the job until it has an outcome.
@@ -124,7 +140,7 @@ void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& opt
 
 Result<PrintResult> print_file(const PrintOptions& options) {
     const auto wall_start = std::chrono::steady_clock::now();
-    QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file));
+    QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file, options.machine));
     PrintResult result;
     check(options, result);
     if (result.refusal) return result;
@@ -139,13 +155,18 @@ Result<PrintResult> print_file(const PrintOptions& options) {
             return make_error(ErrorCode::not_permitted, options.steps_path, ": cannot be written");
     }
     for (const twin::Fault& fault : options.faults) printer.twin().inject(fault);
-    QDUINO_TRY(printer.begin(steps.get()));
+    QDUINO_TRY(printer.begin(steps.get(), options.computer));
     printer.run(instant_from_ns(0) + 1s);  // the sketch says that it is idle
 
+    std::optional<twin::PrintRecord> record;
     twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(options.file), printer.now());
+    if (options.heights) job.fill_in(&record.emplace(options.metal, printer.now(), options.cells));
     run_job(printer, feeder, options, result);
     printer.run(printer.now() + 500ms);
     result.motion = memory->motion_status.read();
+    result.kept = memory->kept_heat.read();
+    if (record) result.observed = observed(*record, printer.now(), options.file);
+    if (!options.board_name.empty()) result.board = costs_of(options, printer);
     result.built = job.finish(printer.now(), true, memory->job_status.read().excursions);
     if (steps && !steps->close())
         return make_error(ErrorCode::unavailable, options.steps_path, ": disk full?");

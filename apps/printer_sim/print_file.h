@@ -7,7 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "apps/printer_sim/board_costs.h"
+#include "apps/printer_sim/observed.h"
 #include "base/result.h"
+#include "board/sim/config.h"
+#include "printer/estimate/estimator.h"
 #include "printer/link/layout.h"
 #include "printer/machine_config.h"
 #include "twin/fault.h"
@@ -27,14 +31,19 @@ struct PrintResult {
     std::optional<Refusal> refusal;  ///< nothing was heated or moved; what follows is empty
     /// What preflight would have people look at, each once, with its line.
     std::vector<std::string> remarks;
-    bool job_completed = false;  ///< by the sketch's own word
-    std::string error;           ///< why not
-    double print_time_s = 0;     ///< virtual, from the job's beginning to its end
+    bool job_completed = false;            ///< by the sketch's own word
+    std::string error;                     ///< why not
+    double print_time_s = 0;               ///< virtual, from the job's beginning to its end
+    printer::estimate::Estimate estimate;  ///< made before the print
     double wall_s = 0;
     twin::Report built;
     printer::link::MotionStatus motion;
     std::vector<std::string> unknown_codes;
     std::vector<std::string> warnings;
+    std::vector<std::string> answers;  ///< to the job's questions and experiments (M306 T)
+    printer::link::KeptHeat kept{};    ///< of M500
+    std::optional<Observed> observed;  ///< when it was asked for
+    std::optional<BoardCosts> board;   ///< of a board file
 
     /// The built part is the one that was asked for, and the job ran to its end.
     [[nodiscard]] bool success() const { return job_completed && built.matches; }
@@ -52,6 +61,10 @@ struct PrintOptions {
     twin::Machine metal;     ///< what the twin is
     std::string steps_path;  ///< CSV of every step; empty: none
     std::vector<twin::Fault> faults;
+    bool heights = false;  ///< watch them: PrintResult::observed
+    bool cells = false;    ///< and keep them for a picture
+    board::sim::SimConfig computer;
+    std::string board_name;  ///< of its file; empty: its costs are not reported
     /// Called now and then with the fraction of the file executed and the virtual time in seconds.
     /// May be empty.
     std::function<void(double, double)> progress;

@@ -1,6 +1,7 @@
 // The report of printer-sim: see print_file.h.
 #include "apps/printer_sim/print_file.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "apps/terminal/human.h"
@@ -18,6 +19,18 @@ Json per_axis(F value) {
     Json out = Json::object();
     for (std::size_t i = 0; i < kNames.size(); ++i) out[kNames[i]] = value(i);
     return out;
+}
+
+Json activities_json(const printer::estimate::Estimate& estimate) {
+    Json out = Json::object();
+    for (std::size_t i = 0; i < estimate.activity_s.size(); ++i)
+        out[std::string{name_of(static_cast<printer::estimate::Activity>(i))}] = estimate.activity_s[i];
+    return out;
+}
+
+/// How far the estimate is off, in percent of what the print took.
+double estimate_error_percent(const PrintResult& result) {
+    return 100 * (result.estimate.total_s / std::max(result.print_time_s, 1e-9) - 1);
 }
 
 std::uint64_t total_lost(const twin::Report& built) {
@@ -56,6 +69,8 @@ Json to_json(const PrintResult& result) {
     out["remarks"] = result.remarks;
     out["error"] = result.error.empty() ? Json(nullptr) : Json(result.error);
     out["print_time_s"] = result.print_time_s;
+    out["estimated_s"] = result.estimate.total_s;
+    out["activities_s"] = activities_json(result.estimate);
     out["wall_s"] = result.wall_s;
     out["steps"] = by_axis(&twin::AxisFindings::steps);
     out["final_position_mm"] = by_axis(&twin::AxisFindings::final_built_mm);
@@ -83,6 +98,14 @@ Json to_json(const PrintResult& result) {
     out["bed_temperature_c"] = range_json(built, built.bed);
     out["layers"] = built.layers.size();
     out["volume_mm3"] = built.volume_mm3;
+    if (result.observed) {
+        const Observed& seen = *result.observed;
+        out["layer_height"] = heights_json(seen.heights);
+        out["peak_steps_s"] = per_axis([&](std::size_t i) { return seen.peak_steps_s[i]; });
+        out["features"] = features_json(seen);
+        out["rested_s"] = seen.rested_s;
+    }
+    if (result.board) out["board"] = to_json(*result.board);
     out["unknown_codes"] = result.unknown_codes;
     out["warnings"] = result.warnings;
     out["differences"] = built.differences;
@@ -101,17 +124,21 @@ std::string summary(const PrintResult& result) {
     std::string out = text<std::string>(
         result.success() ? "Built is what was asked." : "NOT what was asked.", "\n  printed   ",
         Fixed{result.print_time_s, 0}, " s in ", Fixed{result.wall_s, 1}, " s of wall time, ",
-        built.layers.size(), " layers\n  filament  asked ", Fixed{built.findings.filament_asked_mm},
-        " mm, built ", Fixed{built.findings.filament_built_mm}, " mm\n  deviation X ",
-        Fixed{axes[0].path_deviation_mm_max, 4}, "  Y ", Fixed{axes[1].path_deviation_mm_max, 4}, "  Z ",
-        Fixed{axes[2].path_deviation_mm_max, 5}, "  E ", Fixed{axes[3].path_deviation_mm_max, 4},
-        " mm at most\n  steps     X ", axes[0].steps, "  Y ", axes[1].steps, "  Z ", axes[2].steps, "  E ",
-        axes[3].steps, ", lost ", total_lost(built), "\n  lateness  p50 ", late(0.5), "  p99 ", late(0.99),
-        "  max ", late(1), '\n');
+        built.layers.size(), " layers\n  estimated ", Fixed{result.estimate.total_s, 1},
+        " s before the print, ", Fixed{estimate_error_percent(result), 2}, " % off\n  filament  asked ",
+        Fixed{built.findings.filament_asked_mm}, " mm, built ", Fixed{built.findings.filament_built_mm},
+        " mm\n  deviation X ", Fixed{axes[0].path_deviation_mm_max, 4}, "  Y ",
+        Fixed{axes[1].path_deviation_mm_max, 4}, "  Z ", Fixed{axes[2].path_deviation_mm_max, 5}, "  E ",
+        Fixed{axes[3].path_deviation_mm_max, 4}, " mm at most\n  steps     X ", axes[0].steps, "  Y ",
+        axes[1].steps, "  Z ", axes[2].steps, "  E ", axes[3].steps, ", lost ", total_lost(built),
+        "\n  lateness  p50 ", late(0.5), "  p99 ", late(0.99), "  max ", late(1), '\n');
+    if (result.observed) out += summary(*result.observed);
     if (!result.error.empty()) out += "  error     " + result.error + "\n";
     for (const std::string& difference : built.differences) out += "  differs   " + difference + "\n";
+    for (const std::string& answer : result.answers) out += "  answer    " + answer + "\n";
     for (const std::string& remark : result.remarks) out += "  remark    " + remark + "\n";
     for (const std::string& code : result.unknown_codes) out += "  unknown   " + code + "\n";
+    if (result.board) out += table(*result.board);
     return out;
 }
 

@@ -32,9 +32,9 @@ SimPrinter::~SimPrinter() {
     }
 }
 
-Result<void> SimPrinter::begin(board::Peripherals* front) {
+Result<void> SimPrinter::begin(board::Peripherals* front, const board::sim::SimConfig& computer) {
     sketches::printer_wiring() = {config_, &link_};
-    board_ = std::make_unique<board::sim::SimBoard>(board::sim::SimConfig{},
+    board_ = std::make_unique<board::sim::SimBoard>(computer,
                                                     front ? *front : static_cast<board::Peripherals&>(twin_));
     runtime_ = std::make_unique<runtime::Runtime>(*board_);
     QDUINO_TRY(runtime_->begin(runtime::sketch_table()));

@@ -27,12 +27,14 @@ class SimPrinter {
     SimPrinter& operator=(const SimPrinter&) = delete;
 
     /// Admits and starts the sketch. `front`: what the board sees as its peripherals; null for the
-    /// twin itself.
-    Result<void> begin(board::Peripherals* front = nullptr);
+    /// twin itself. `computer`: the simulated one; its peripherals are the twin's.
+    Result<void> begin(board::Peripherals* front = nullptr, const board::sim::SimConfig& computer = {});
     /// Plays everything before `until`. Returns false when the sketch has stopped.
     bool run(Instant until);
     [[nodiscard]] Instant now() const { return now_; }
 
+    /// After begin().
+    [[nodiscard]] const board::sim::SimBoard& board() const { return *board_; }
     [[nodiscard]] twin::Printer& twin() { return twin_; }
     [[nodiscard]] printer::link::LinkLayout& link() { return link_; }
     [[nodiscard]] const printer::MachineConfig& config() const { return config_; }

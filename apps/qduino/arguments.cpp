@@ -204,6 +204,25 @@ void add_vcpu(CLI::App& app, Arguments& arguments) {
     });
 }
 
+void add_metal(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub =
+        add_command(app, arguments, Command::metal, "metal", "Boot a sketch without Linux",
+                    "'build' makes an image for x86-64 in the cache and prints its path: the\n"
+                    "sketch and the scheduler, no operating system. 'run' boots it in QEMU: Serial\n"
+                    "is this terminal, reports are beside it, and what was written to the pins is\n"
+                    "seen from outside. Ends with 2 when admission refuses the sketch.\n"
+                    "Example: qduino metal run sketches/pulse_train --for 1");
+    add_option(*sub, "action", arguments.action, "build or run", "ACTION")
+        ->required()
+        ->check(CLI::IsMember({"build", "run"}));
+    add_sketch(*sub, arguments);
+    add_length(*sub, arguments, "Seconds of the machine (default: until Ctrl-C)");
+    add_option(*sub, "--cores", arguments.cores, "Cores, 1 to 8 (default 2)", "N")->check(CLI::Range(1, 8));
+    sub->add_flag("--deterministic", arguments.counted_time, "Time counts instructions: repeatable");
+    add_option(*sub, "--wire", arguments.wire, "Make a socket that drives pins, a byte a change", "FILE");
+    add_option(*sub, "--record", arguments.record, "Keep here a byte for each write to a pin", "FILE");
+}
+
 void add_machine_commands(CLI::App& app, Arguments& arguments) {
     CLI::App* doctor =
         add_command(app, arguments, Command::doctor, "doctor", "Is this computer fit for real time?",
@@ -270,6 +289,7 @@ std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
     add_trace(*app, arguments);
     add_profile(*app, arguments);
     add_vcpu(*app, arguments);
+    add_metal(*app, arguments);
     add_machine_commands(*app, arguments);
     return app;
 }

@@ -12,7 +12,20 @@
 
 namespace qduino::apps {
 
-enum class Command { make_new, build, run, sim, check, trace, profile, vcpu, doctor, restore, completion };
+enum class Command {
+    make_new,
+    build,
+    run,
+    sim,
+    check,
+    trace,
+    profile,
+    vcpu,
+    metal,
+    doctor,
+    restore,
+    completion
+};
 
 struct Arguments {
     Command command{};
@@ -35,6 +48,11 @@ struct Arguments {
     bool in_simulator = false, real_time = false, write = false;
     double margin_percent = 20;
     std::string profile;  ///< where the sketch's program writes it
+    // metal:
+    std::string action;         ///< "build" or "run"
+    std::string record;         ///< run: what the witness writes at the pins; empty: kept nowhere
+    std::string wire;           ///< run: a socket through which pins are driven from outside
+    bool counted_time = false;  ///< run: time is a count of instructions
     bool json = false;
     std::string certificate;  ///< check: file
     // vcpu: the paper's default VCPU (RTAS 2017, section IV), unless others are named

@@ -17,6 +17,7 @@
 #include "apps/picture/picture_file.h"
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/kernel_trace.h"
+#include "apps/qduino/metal_command.h"
 #include "apps/qduino/profile_result.h"
 #include "apps/qduino/sketch_build.h"
 #include "apps/qduino/traced_picture.h"
@@ -303,6 +304,11 @@ Result<int> profile(const Arguments& given) {
 
 Result<int> vcpu(const Arguments& arguments) { return run_in_vcpu(arguments); }
 
+Result<int> boot_metal(const Arguments& arguments) {
+    QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
+    return metal(arguments, sdk);
+}
+
 Result<int> doctor(const Arguments& arguments) {
     return run_doctor({.json = arguments.json, .root = {}}, stdout);
 }
@@ -316,7 +322,8 @@ Result<int> restore(const Arguments& arguments) {
 }
 
 // In the order of Command.
-constexpr std::array kCommands{make_new, build, run, sim, check, trace, profile, vcpu, doctor, restore};
+constexpr std::array kCommands{make_new, build, run,        sim,    check,  trace,
+                               profile,  vcpu,  boot_metal, doctor, restore};
 static_assert(kCommands.size() == static_cast<std::size_t>(Command::completion));
 
 }  // namespace

@@ -70,6 +70,15 @@ function(qduino_write_sdk file)
     qduino_json_list(${board}_libraries ${libraries})
     qduino_json_list(${board}_options ${options})
   endforeach()
+  set(metal_libraries "")
+  set(metal_options "")
+  if(TARGET qduino_metal_program)
+    qduino_json_list(metal_libraries $<TARGET_FILE:qduino_metal_program> $<TARGET_FILE:qduino_board_metal> -lstdc++
+                     ${QDUINO_MUSL_LIBRARY} -lgcc)
+    qduino_json_list(metal_options -static -nostdlib -no-pie -Wl,--build-id=none -Wl,-z,max-page-size=4096
+                     -Wl,--no-warn-rwx-segments)
+  endif()
+  qduino_json_list(metal_flags ${QDUINO_METAL_FLAGS})
   set(include "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_INCLUDE_DIRECTORIES>>")
   set(definitions "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_COMPILE_DEFINITIONS>>")
   file(GENERATE OUTPUT ${file} CONTENT "{
@@ -83,7 +92,9 @@ function(qduino_write_sdk file)
   \"ino_to_cpp\": \"${CMAKE_SOURCE_DIR}/tools/ino/ino_to_cpp.py\",
   \"supervisor\": \"$<TARGET_FILE:qduino-supervisor>\",
   \"sim\": {\"libraries\": [${sim_libraries}], \"options\": [${sim_options}]},
-  \"linux\": {\"libraries\": [${linux_libraries}], \"options\": [${linux_options}]}
+  \"linux\": {\"libraries\": [${linux_libraries}], \"options\": [${linux_options}]},
+  \"metal\": {\"libraries\": [${metal_libraries}], \"options\": [${metal_options}], \"flags\": [${metal_flags}],
+            \"script\": \"${CMAKE_SOURCE_DIR}/board/metal/boot/image.ld\", \"why_not\": \"${QDUINO_NO_METAL}\"}
 }
 ")
 endfunction()

@@ -44,7 +44,15 @@ Sdk::Linking linking_of(const Json& json, const fs::path& folder) {
 
 }  // namespace
 
-const char* name_of(BoardKind board) { return board == BoardKind::sim ? "sim" : "linux"; }
+const char* name_of(BoardKind board) {
+    return board == BoardKind::sim ? "sim" : board == BoardKind::linux ? "linux" : "metal";
+}
+
+Sdk for_images(Sdk sdk) {
+    sdk.flags = sdk.metal_flags;
+    sdk.metal.options.push_back("-Wl,-T," + sdk.metal_script.string());
+    return sdk;
+}
 
 std::vector<std::string> words_of(std::string_view text) { return parts_of(text, " \t\n"); }
 
@@ -85,6 +93,10 @@ Result<Sdk> read_sdk(const fs::path& file) {
         sdk.supervisor = resolved(folder, json.at("supervisor"));
         sdk.sim = linking_of(json.at("sim"), folder);
         sdk.linux = linking_of(json.at("linux"), folder);
+        sdk.metal = linking_of(json.at("metal"), folder);
+        sdk.metal_flags = json.at("metal").at("flags").get<std::vector<std::string>>();
+        sdk.metal_script = resolved(folder, json.at("metal").at("script"));
+        sdk.no_metal = json.at("metal").at("why_not");
         return sdk;
     } catch (const Json::exception&) {
         return make_error(ErrorCode::corrupt,

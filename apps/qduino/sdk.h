@@ -14,9 +14,9 @@
 
 namespace qduino::apps {
 
-enum class BoardKind { sim, linux };
+enum class BoardKind { sim, linux, metal };
 
-/// "sim", "linux".
+/// "sim", "linux", "metal".
 [[nodiscard]] const char* name_of(BoardKind board);
 
 struct Sdk {
@@ -36,11 +36,18 @@ struct Sdk {
     };
     Linking sim;
     Linking linux;
+    Linking metal;                         ///< no libraries: images cannot be built here …
+    std::string no_metal;                  ///< … and why
+    std::vector<std::string> metal_flags;  ///< in the place of `flags`
+    std::filesystem::path metal_script;    ///< the linker's: where the parts of an image lie
 
     [[nodiscard]] const Linking& linking(BoardKind board) const {
-        return board == BoardKind::sim ? sim : linux;
+        return board == BoardKind::sim ? sim : board == BoardKind::linux ? linux : metal;
     }
 };
+
+/// The same with the flags and the linker script of images.
+[[nodiscard]] Sdk for_images(Sdk sdk);
 
 /// The places to look for it.
 struct SdkPlaces {

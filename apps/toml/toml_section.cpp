@@ -53,6 +53,19 @@ std::string spelled(const toml::node& node) {
     return out.str();
 }
 
+/// A key without the unit that it ends with: "max_speed_mm_s" and "max_speed_mm_min" have the same.
+std::string_view without_unit(std::string_view key) {
+    constexpr std::string_view kParts[] = {"mm", "cm",      "um",  "m",   "s",   "s2",   "ms",      "us",
+                                           "ns", "min",     "h",   "w",   "mw",  "kw",   "j",       "k",
+                                           "hz", "celsius", "ohm", "mm2", "mm3", "kohm", "degrees", "c"};
+    while (true) {
+        const std::size_t cut = key.rfind('_');
+        if (cut == std::string_view::npos) return key;
+        if (std::ranges::find(kParts, key.substr(cut + 1)) == std::end(kParts)) return key;
+        key = key.substr(0, cut);
+    }
+}
+
 }  // namespace
 
 std::optional<Nanoseconds> parse_duration(std::string_view text) {
@@ -136,11 +149,30 @@ void TomlSection::fault(const char* key, const std::string& what) {
     say(node ? *node : table_, "'" + std::string(key) + "' " + what);
 }
 
+std::string place_in_toml(std::string_view text, std::string_view name, std::string_view path) {
+    const toml::table table = toml::parse(text);
+    std::uint32_t line = 0;
+    for (std::string_view here = path; !here.empty() && line == 0;) {
+        if (const toml::node* node = table.at_path(here).node()) line = node->source().begin.line;
+        const std::size_t dot = here.rfind('.');
+        here = here.substr(0, dot == std::string_view::npos ? 0 : dot);
+    }
+    return line == 0 ? qduino::text<std::string>(name, ": ")
+                     : qduino::text<std::string>(name, ':', line, ": ");
+}
+
 void TomlSection::finish() {
     for (const auto& [key, node] : table_) {
         if (std::ranges::find(known_, key.str()) != known_.end()) continue;
         std::string accepted;
         for (const std::string& known : known_) accepted += (accepted.empty() ? "" : ", ") + known;
+        const auto other_unit = std::ranges::find_if(known_, [&, name = key.str()](const std::string& known) {
+            return without_unit(known) == without_unit(name);
+        });
+        if (other_unit != known_.end()) {
+            say(node,
+                "'" + std::string(key.str()) + "' is not known: is it '" + *other_unit + "', in that unit?");
+        }
         say(node, "'" + std::string(key.str()) + "' is not known; accepted: " + accepted);
     }
 }

@@ -96,6 +96,7 @@ class TomlSection {
         }
         blame(*node, key, accepted);
     }
+    [[nodiscard]] bool has(const char* key) const { return table_.contains(key); }
     /// The table must have this key.
     void require(const char* key);
 
@@ -173,6 +174,10 @@ class TomlSection {
     TomlReading& reading_;
     std::vector<std::string> known_;
 };
+
+/// "NAME:LINE: " for a message about `path` ("axes.x.minimum_mm"), or about the table around it
+/// where the key itself is left out; "NAME: " where neither is in the file. `text` must be TOML.
+[[nodiscard]] std::string place_in_toml(std::string_view text, std::string_view name, std::string_view path);
 
 /// Parses `text`, which messages call `name`, and hands the section of the whole file to `read`.
 /// Returns the first error, with file and line; empty: none.

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "base/result.h"
@@ -41,5 +42,9 @@ class SerialPort {
     /// no sense.
     virtual void hold_output(bool held) { static_cast<void>(held); }
 };
+
+/// The port of Serial `number`: 0 is the console. A program is linked with the one of its system:
+/// host/serial_ports.cpp on Linux and in the simulator, apps/metal/line_port.cpp without one.
+std::unique_ptr<SerialPort> default_serial_port(int number);
 
 }  // namespace qduino::arduino

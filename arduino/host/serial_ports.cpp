@@ -252,15 +252,16 @@ class AnnouncedPseudoTerminal final : public PseudoTerminalPort {
 };
 
 }  // namespace
+}  // namespace qduino::arduino::host
 
-std::unique_ptr<SerialPort> default_serial_port(int number) {
-    if (number == 0) return std::make_unique<ConsolePort>();
+/// The others than the console follow QDUINO_SERIAL<number>.
+std::unique_ptr<qduino::arduino::SerialPort> qduino::arduino::default_serial_port(int number) {
+    if (number == 0) return std::make_unique<host::ConsolePort>();
     const std::string variable = "QDUINO_SERIAL" + std::to_string(number);
     const char* setting = std::getenv(variable.c_str());
     const std::string where = setting ? setting : "pty";
-    if (where == "pty") return std::make_unique<AnnouncedPseudoTerminal>(number, "");
-    if (where.starts_with("pty:")) return std::make_unique<AnnouncedPseudoTerminal>(number, where.substr(4));
-    return std::make_unique<TerminalPort>(where);
+    if (where == "pty") return std::make_unique<host::AnnouncedPseudoTerminal>(number, "");
+    if (where.starts_with("pty:"))
+        return std::make_unique<host::AnnouncedPseudoTerminal>(number, where.substr(4));
+    return std::make_unique<host::TerminalPort>(where);
 }
-
-}  // namespace qduino::arduino::host

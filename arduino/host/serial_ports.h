@@ -116,7 +116,4 @@ class PseudoTerminalPort : public DescriptorPort {
     posix::UniqueFd slave_;
 };
 
-/// The port of Serial `number`: 0 is the console; the others follow QDUINO_SERIAL<number>.
-std::unique_ptr<SerialPort> default_serial_port(int number);
-
 }  // namespace qduino::arduino::host

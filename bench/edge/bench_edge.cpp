@@ -64,7 +64,7 @@ void add_remarks(Report& report) {
     for (const auto& [load, who] : by_load_and_who(report)) {
         for (const char* handler : {kQuarter, kTenth}) {
             if (!who.contains(handler) || !who.contains(kPlain)) continue;
-            const auto more = [&](const char* figure) {
+            const auto more = [&who = who, handler](const char* figure) {
                 return (*who.at(handler))[figure].get<std::int64_t>() -
                        (*who.at(kPlain))[figure].get<std::int64_t>();
             };

@@ -99,6 +99,7 @@ struct CountingPins {
     void set_step(int, bool) { ++edges; }
     void set_direction(int, bool) { ++edges; }
     [[nodiscard]] bool endstop_pressed(int) const { return false; }
+    void watch_switches(int, bool) const {}
 };
 
 /// Steps of three axes at 10, 9 and 1 kHz, turning back every 1000 steps, in calls of 100 µs as

@@ -11,9 +11,9 @@
 
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
+#include "bench/rig/pins.h"
 #include "bench/rig/samples.h"
 #include "board/linux/linux_board.h"
-#include "board/linux/pins_server.h"
 #include "board/linux/real_time_thread.h"
 
 namespace qduino::bench {
@@ -26,46 +26,19 @@ constexpr Nanoseconds kStart = 300ms;
 /// For making and giving back a core, beside the length of the train itself.
 constexpr Nanoseconds kOverhead = 8s;
 
-/// The machine at the other end of the pins: notes when pin 6 rises.
-class EdgeRecorder final : public board::Peripherals {
+/// Notes when pin 6 rises.
+class EdgeRecorder final : public BareMachine {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (pin.number == kTrainPin && level == board::Level::high) rising_ns.push_back(to_ns(now));
     }
-    void pwm_written(Instant, board::PinId, double) override {}
-    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
-    double analog_level(Instant, board::PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return make_error(ErrorCode::timed_out, "nothing is wired here");
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
-        return {};
-    }
     std::vector<std::int64_t> rising_ns;
 };
 
-/// A file of virtual pins of this process, and the edges that crossed them.
-class Pins {
-  public:
-    Pins() : path_("/dev/shm/qduino-bench-" + std::to_string(::getpid()) + ".pins") {
-        auto created = PinsServer::create(path_);
-        if (created) server_.emplace(std::move(created.value()));
-    }
-    ~Pins() { std::filesystem::remove(path_); }
-    [[nodiscard]] bool ready() const { return server_.has_value(); }
-    [[nodiscard]] const std::string& path() const { return path_; }
-    void poll() {
-        while (server_->poll(monotonic_now(), recorder_) > 0) {
-        }
-    }
-    [[nodiscard]] std::uint64_t lost() const { return server_->faults().lost; }
-    std::vector<std::int64_t>& rising_ns() { return recorder_.rising_ns; }
-
-  private:
-    std::string path_;
-    std::optional<PinsServer> server_;
-    EdgeRecorder recorder_;
+/// The pins of one train, and its edges.
+struct TrainPins {
+    EdgeRecorder recorder;
+    Pins pins{recorder};
 };
 
 void drop_start(std::vector<std::int64_t>& instants) {
@@ -74,12 +47,13 @@ void drop_start(std::vector<std::int64_t>& instants) {
     instants.erase(instants.begin(), std::lower_bound(instants.begin(), instants.end(), from));
 }
 
-Train seen_on(Pins& pins, std::string failure) {
+Train seen_on(TrainPins& train_pins, std::string failure) {
     ::usleep(20'000);  // what a dead writer held back is let go
+    Pins& pins = train_pins.pins;
     pins.poll();
     Train train;
     train.failure = std::move(failure);
-    train.rising_ns = std::move(pins.rising_ns());
+    train.rising_ns = std::move(train_pins.recorder.rising_ns);
     train.lost_edges = pins.lost();
     drop_start(train.rising_ns);
     if (train.rising_ns.size() < 2 && train.failure.empty()) train.failure = "made no pulses";
@@ -170,11 +144,12 @@ Train run_bare_spin(Nanoseconds length, std::optional<Nanoseconds> phase) {
 }  // namespace
 
 Train run_listing1(Nanoseconds length, bool real_time) {
-    Pins pins;
+    TrainPins on;
+    Pins& pins = on.pins;
     if (!pins.ready()) return failed_train("no virtual pins to be had in /dev/shm");
     std::string failure = run_child([&] { return play_listing1(pins.path(), length + kStart, real_time); },
                                     length + kOverhead, [&] { pins.poll(); });
-    Train train = seen_on(pins, std::move(failure));
+    Train train = seen_on(on, std::move(failure));
     if (real_time && ::geteuid() != 0)
         train.guarantee = {
             {"loops", {{{"shortfall", "no real-time priority, no locked memory: run as root"}}}}};
@@ -182,7 +157,8 @@ Train run_listing1(Nanoseconds length, bool real_time) {
 }
 
 Train run_sketch(const std::string& program, Nanoseconds length) {
-    Pins pins;
+    TrainPins on;
+    Pins& pins = on.pins;
     if (!pins.ready()) return failed_train("no virtual pins to be had in /dev/shm");
     const GuaranteeFile guarantee;
     const std::string log = pins.path() + ".log";
@@ -191,7 +167,7 @@ Train run_sketch(const std::string& program, Nanoseconds length) {
         {program, "--pins", pins.path(), "--isolate", "--for", seconds, "--report", guarantee.path()},
         length + kOverhead, log, [&] { pins.poll(); });
     const bool good = failure.empty();
-    Train train = seen_on(pins, std::move(failure));
+    Train train = seen_on(on, std::move(failure));
     train.guarantee = guarantee.read();
     if (good) std::filesystem::remove(log);
     return train;

@@ -34,7 +34,7 @@ void EventLoop::consume(Nanoseconds cost) {
 }
 
 void EventLoop::charge_poll(ApiCall call) {
-    charge(call);
+    if (calls_cost_) consume(config_.costs[call]);
     if (polls_ > config_.poll_limit) consume(config_.poll_cost);
 }
 
@@ -111,6 +111,7 @@ void EventLoop::wake_up(Vcpu& vcpu) {
 
 void EventLoop::work_of_device(DeviceClass device, Nanoseconds cost) {
     if (cost <= Nanoseconds{0}) return;
+    tally_->bus.add(cost);
     Vcpu* const server = cpus_.vcpu(interrupts_.server_of(device));
     const bool served = server && server->queue && current_ && !current_->spec.is_io() && !stop_requested_;
     Vcpu* const caller = current_;
@@ -179,12 +180,16 @@ void EventLoop::fire_interrupts() {
         SimCore& core = cpus_.core(fired.core);
         emit(fired.core, static_cast<VcpuId>(fired.device), TraceKind::interrupt);
         core.steal(now_, fired.top_half);
-        if (fired.bottom_half <= Nanoseconds{0} || fired.device == DeviceClass::all) continue;
+        const bool is_tick = fired.device == DeviceClass::all;
+        Tally& tally = is_tick ? core.tally().ticks : core.tally().interrupts;
+        tally.add(fired.top_half);
+        if (fired.bottom_half <= Nanoseconds{0} || is_tick) continue;
         const VcpuId io = interrupts_.server_of(fired.device);
         if (const Vcpu* server = cpus_.vcpu(io); io != kNoVcpu && server && server->queue) {
             give_work(io, {.cost = fired.bottom_half});
         } else {
             core.steal(now_, fired.bottom_half);
+            tally.time += fired.bottom_half;
         }
     }
 }
@@ -195,10 +200,12 @@ void EventLoop::execute(SimCore& core) {
                          cpus_.others_due(core, now_)});
     sleep_is_local_ = vcpu.spec.owns_core && !vcpu.has_fault;
     current_ = &vcpu;
+    tally_ = &core.tally();
     ++resumes_;
     polls_ = vcpu.polls;
     vcpu.fiber->resume();
     vcpu.polls = polls_;
+    tally_ = &host_;
     current_ = nullptr;
 
     if (vcpu.state == VcpuState::finished && !vcpu.spec.is_io()) cpus_.note_finished();

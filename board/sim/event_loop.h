@@ -68,12 +68,14 @@ class EventLoop {
     }
     /// A call of this kind takes its CPU time.
     void charge(ApiCall call) {
+        tally_->note(call);
         if (calls_cost_) [[unlikely]]
             consume(config_.costs[call]);
     }
     /// The same for a call that asks for something: more than `poll_limit` of them at one instant
     /// are a spin, and cost time.
     void before_poll(ApiCall call) {
+        tally_->note(call);
         if (++polls_ > free_polls_) [[unlikely]]
             charge_poll(call);
     }
@@ -158,6 +160,7 @@ class EventLoop {
     bool started_ = false;
     std::uint32_t polls_ = 0;       // of the time or of a pin at one instant
     std::uint32_t free_polls_ = 0;  // so many of them cost nothing
+    CoreTally* tally_ = &host_;     // of the core whose code runs
     Nanoseconds wake_latency_{};
     TraceHash hash_;
     Vcpu* current_ = nullptr;
@@ -170,6 +173,7 @@ class EventLoop {
     SimCpus cpus_;
     std::uint64_t lost_work_ = 0;
     std::uint64_t resumes_ = 0;
+    CoreTally host_;  // calls from outside of VCPUs
 };
 
 }  // namespace qduino::board::sim

@@ -109,6 +109,10 @@ class SimBoard final : public SimPins {
     [[nodiscard]] std::uint64_t resumes() const { return loop_.resumes(); }
     /// Edges that came while their I/O VCPU's queue was full.
     [[nodiscard]] std::uint64_t lost_edges() const { return loop_.lost_work(); }
+    /// What took the time of `core`, and how often.
+    [[nodiscard]] const CoreTally& tally(int core) const { return loop_.cpus().core(core).tally(); }
+    /// CPU time charged to the VCPUs of `core` so far; of an owned core: all of it.
+    [[nodiscard]] Nanoseconds busy_time(int core) const { return loop_.cpus().core(core).busy_total(); }
     /// Time that top halves and shared bottom halves took from `core`.
     [[nodiscard]] Nanoseconds stolen_time(int core) const { return loop_.cpus().core(core).stolen_total(); }
 

@@ -63,6 +63,12 @@ Nanoseconds SimCore::running_time(Instant now) const {
            (config_.charge_interrupts_to_victim ? passed : passed - stolen);
 }
 
+Nanoseconds SimCore::busy_total() const {
+    Nanoseconds total{0};
+    for (const Vcpu* vcpu : vcpus_) total += cpu_time(vcpu->spec.id);
+    return total;
+}
+
 void SimCore::give_up(Vcpu& vcpu, Instant now) {
     account(now);
     if (vcpu.waits_for)
@@ -174,6 +180,7 @@ void SimCore::turn_to(Vcpu* next, Instant now) {
     running_ = next;
     if (!running_) return;
     loop_.emit(number_, running_->spec.id, TraceKind::run);
+    tally_.switches.add(config_.costs.context_switch);
     steal(now, config_.costs.context_switch);
 }
 

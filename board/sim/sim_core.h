@@ -16,6 +16,7 @@
 
 #include "base/time.h"
 #include "board/sim/config.h"
+#include "board/sim/tally.h"
 #include "board/sim/vcpu.h"
 #include "sched/core_scheduler.h"
 
@@ -73,6 +74,10 @@ class SimCore {
 
     [[nodiscard]] int number() const { return number_; }
     [[nodiscard]] Nanoseconds stolen_total() const { return stolen_total_; }
+    [[nodiscard]] CoreTally& tally() { return tally_; }
+    [[nodiscard]] const CoreTally& tally() const { return tally_; }
+    /// CPU time of all loops and I/O VCPUs of this core.
+    [[nodiscard]] Nanoseconds busy_total() const;
     [[nodiscard]] Nanoseconds cpu_time(VcpuId id) const { return scheduler_.consumed(id); }
     /// CPU time of the running VCPU up to `now`, which is not charged yet.
     [[nodiscard]] Nanoseconds running_time(Instant now) const;
@@ -95,6 +100,7 @@ class SimCore {
     Instant accounted_ = kEpoch;
     Instant stolen_until_ = kEpoch;
     Nanoseconds stolen_total_{};
+    CoreTally tally_;
     Instant disturbed_at_ = kForever;
     Instant done_at_ = kForever;
 };

@@ -180,8 +180,10 @@ void SimPins::pin_edge(Instant now, PinId pin, Level level) {
     if (watch.edge != Edge::both && watch.edge != edge) return;
     static_cast<void>(now);  // the instant of the call being served: that of the loop
     loop_.give_work(watch.io, {.handler = watch.handler, .context = watch.context});
-    if (const Vcpu* const server = loop_.cpus().vcpu(watch.io);
-        server && config_.edge_top_half > Nanoseconds{0}) {
+    const Vcpu* const server = loop_.cpus().vcpu(watch.io);
+    if (!server) return;
+    server->core->tally().edges.add(config_.edge_top_half);
+    if (config_.edge_top_half > Nanoseconds{0}) {
         server->core->steal(loop_.now(), config_.edge_top_half);
         loop_.look_up();
     }

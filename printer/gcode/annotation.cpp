@@ -8,7 +8,8 @@
 namespace qduino::printer::gcode {
 namespace {
 
-/// As PrusaSlicer, its kin (SuperSlicer, OrcaSlicer, Bambu Studio) and Cura spell them.
+/// As PrusaSlicer and its kin (SuperSlicer, OrcaSlicer, Bambu Studio), Cura, ideaMaker, Simplify3D,
+/// FlashPrint and KISSlicer spell them.
 constexpr std::pair<std::string_view, Feature> kFeatureNames[]{
     {"External perimeter", Feature::outer_wall},
     {"Perimeter", Feature::inner_wall},
@@ -50,6 +51,58 @@ constexpr std::pair<std::string_view, Feature> kFeatureNames[]{
     {"SUPPORT", Feature::support},
     {"SUPPORT-INTERFACE", Feature::support_interface},
     {"PRIME-TOWER", Feature::prime_tower},
+    {"Floating vertical shell", Feature::solid_infill},
+    {"SOLID-FILL", Feature::solid_infill},
+    {"outer perimeter", Feature::outer_wall},
+    {"inner perimeter", Feature::inner_wall},
+    {"infill", Feature::sparse_infill},
+    {"solid layer", Feature::solid_infill},
+    {"gap fill", Feature::gap_fill},
+    {"bridge", Feature::bridge},
+    {"skirt", Feature::skirt},
+    {"support", Feature::support},
+    {"dense support", Feature::support_interface},
+    {"prime pillar", Feature::prime_tower},
+    {"ooze shield", Feature::prime_tower},
+    {"shell-outer", Feature::outer_wall},
+    {"shell-inner", Feature::inner_wall},
+    {"infill-solid", Feature::solid_infill},
+    {"infill-sparse", Feature::sparse_infill},
+    {"pre-extrude", Feature::custom},
+    {"Perimeter Path", Feature::outer_wall},
+    {"Loop Path", Feature::inner_wall},
+    {"Solid Path", Feature::solid_infill},
+    {"Sparse Infill Path", Feature::sparse_infill},
+    {"Stacked Sparse Infill Path", Feature::sparse_infill},
+    {"Crown", Feature::gap_fill},
+    {"Skirt Path", Feature::skirt},
+    {"Raft", Feature::support},
+    {"Support (may Stack) Path", Feature::support},
+    {"Support Interface", Feature::support_interface},
+    {"Prime Pillar Path", Feature::prime_tower},
+};
+
+/// What a comment begins with, and what the rest of it is.
+struct Form {
+    std::string_view prefix;
+    AnnotationKind kind;
+};
+constexpr Form kForms[]{
+    {"LAYER_CHANGE", AnnotationKind::layer_change},           // PrusaSlicer
+    {"CHANGE_LAYER", AnnotationKind::layer_change},           // Bambu Studio
+    {"BEGIN_LAYER_OBJECT z=", AnnotationKind::layer_change},  // KISSlicer
+    {"layer:", AnnotationKind::layer_change},                 // FlashPrint; its height follows
+    {"LAYER:", AnnotationKind::layer_number},                 // Cura
+    {"TYPE:", AnnotationKind::feature},
+    {"FEATURE:", AnnotationKind::feature},    // Bambu Studio
+    {"feature ", AnnotationKind::feature},    // Simplify3D
+    {"structure:", AnnotationKind::feature},  // FlashPrint
+    {"Z:", AnnotationKind::z},
+    {"Z_HEIGHT:", AnnotationKind::z},
+    {"HEIGHT:", AnnotationKind::height},
+    {"LAYER_HEIGHT:", AnnotationKind::height},
+    {"WIDTH:", AnnotationKind::width},
+    {"LINE_WIDTH:", AnnotationKind::width},
 };
 
 /// A comment that is a number from 0 to 1e6 and nothing else.
@@ -64,6 +117,20 @@ Annotation measured(AnnotationKind kind, std::string_view text) {
     return value ? Annotation{kind, *value, Feature::unknown} : Annotation{};
 }
 
+/// KISSlicer: `'Perimeter Path', 0.0 [feed mm/s], …`.
+Annotation quoted_feature(std::string_view text) {
+    const std::size_t end = text.find('\'');
+    if (end == std::string_view::npos) return {};
+    const Feature feature = feature_from_name(text.substr(0, end));
+    return feature == Feature::unknown ? Annotation{} : Annotation{AnnotationKind::feature, 0, feature};
+}
+
+/// Simplify3D: `layer 1, Z = 0.480`.
+Annotation numbered_layer(std::string_view text) {
+    const bool counts = take_integer(text).has_value() && text.starts_with(',');
+    return counts ? Annotation{AnnotationKind::layer_change, 0, Feature::unknown} : Annotation{};
+}
+
 }  // namespace
 
 Feature feature_from_name(std::string_view name) {
@@ -74,14 +141,18 @@ Feature feature_from_name(std::string_view name) {
 Annotation parse_annotation(std::string_view comment) {
     comment = trim(comment);
     // Nearly every annotation begins with one of these letters: other comments end here.
-    if (comment.empty() || std::string_view{"LTZHW"}.find(comment.front()) == std::string_view::npos)
+    if (comment.empty() || std::string_view{"LTZHWCBFlfs'"}.find(comment.front()) == std::string_view::npos)
         return {};
-    if (comment == "LAYER_CHANGE") return {AnnotationKind::layer_change, 0, Feature::unknown};
-    if (skip_prefix(comment, "TYPE:")) return {AnnotationKind::feature, 0, feature_from_name(trim(comment))};
-    if (skip_prefix(comment, "LAYER:")) return measured(AnnotationKind::layer_number, comment);
-    if (skip_prefix(comment, "Z:")) return measured(AnnotationKind::z, comment);
-    if (skip_prefix(comment, "HEIGHT:")) return measured(AnnotationKind::height, comment);
-    if (skip_prefix(comment, "WIDTH:")) return measured(AnnotationKind::width, comment);
+    if (comment.front() == '\'') return quoted_feature(comment.substr(1));
+    if (skip_prefix(comment, "layer ")) return numbered_layer(comment);
+    for (const Form& form : kForms) {
+        std::string_view rest = comment;
+        if (!skip_prefix(rest, form.prefix)) continue;
+        if (form.kind == AnnotationKind::feature) return {form.kind, 0, feature_from_name(trim(rest))};
+        if (form.kind != AnnotationKind::layer_change) return measured(form.kind, rest);
+        const bool alone = rest.empty() || !is_letter(form.prefix.back());
+        return alone ? Annotation{form.kind, 0, Feature::unknown} : Annotation{};
+    }
     return {};
 }
 

@@ -1,10 +1,13 @@
 // What a slicer's comments say about the moves that follow: layer, kind of path, width, height.
 //
 // Facts, from files of the slicers themselves: PrusaSlicer and its kin write `;LAYER_CHANGE`,
-// `;Z:0.2`, `;HEIGHT:0.2`, `;TYPE:External perimeter`, `;WIDTH:0.45`; Cura writes `;LAYER:0`,
-// `;TYPE:WALL-OUTER`.
+// `;Z:0.2`, `;HEIGHT:0.2`, `;TYPE:External perimeter`, `;WIDTH:0.45`; Cura and ideaMaker
+// `;LAYER:0`, `;TYPE:WALL-OUTER`; Bambu Studio `; CHANGE_LAYER`, `; FEATURE: Outer wall`;
+// Simplify3D `; layer 1, Z = 0.48`, `; feature outer perimeter`; FlashPrint `;layer:0.19`,
+// `;structure:shell-outer`; KISSlicer `; BEGIN_LAYER_OBJECT z=0.25 …`, `; 'Perimeter Path', …`.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -28,6 +31,7 @@ enum class Feature : std::uint8_t {
     ironing = 13,
     custom = 14,  ///< the user's own start and end code
 };
+inline constexpr std::size_t kFeatureCount = 15;
 
 /// By either slicer's name (`External perimeter`, `WALL-OUTER`); unknown when it is none of them.
 Feature feature_from_name(std::string_view name);

@@ -21,13 +21,19 @@ SureHandler inches, millimetres, absolute, relative, absolute_extrusion, relativ
     machine_coordinates, plane, nothing;
 // handlers_machine.cpp
 Handler hot_end, tool_temperatures, hot_end_wait, bed, bed_wait, wait_for_heat, fan_on, fan_off, motors_off,
-    axis_accelerations, axis_speeds, accelerations, instantaneous_speeds, progress, stop, pause,
-    filament_change, refused;
+    axis_accelerations, axis_speeds, accelerations, instantaneous_speeds, input_shaping, linear_advance,
+    pressure_advance, progress, stop, pause, park, filament_change, refused;
+// handlers_heat.cpp
+Handler hot_end_gains, bed_gains, tune_gains, heater_model, keep_settings, restore_settings;
+SureHandler report_settings;
+// handlers_machine.cpp, which cannot fail
 SureHandler message, echo, report_temperatures, report_position, report_firmware, cold_extrusion,
     emergency_stop;
-// handlers_words.cpp
-Handler heater_temperature, heaters_off, velocity_limit, code_offset, choose_extruder, object_begins,
-    object_ends, exclude_object, object_labels;
+// handlers_words.cpp, handlers_compensation.cpp
+Handler heater_temperature, heaters_off, velocity_limit, set_input_shaper, set_pressure_advance, code_offset,
+    choose_extruder, object_begins, object_ends, exclude_object, object_labels;
+// handlers_bed.cpp
+Handler probe_bed, follow_bed, forget_bed, bed_profile, skew, set_skew;
 }  // namespace handlers
 
 namespace {
@@ -36,6 +42,7 @@ using namespace handlers;
 using enum Strictness;
 using enum Typed;
 using enum Tail;
+using enum Ok;
 
 template <handlers::SureHandler* act>
 Result<void> sure(Context& context, const Command& command) {
@@ -43,18 +50,20 @@ Result<void> sure(Context& context, const Command& command) {
     return {};
 }
 
+// M110, M113 and M155 speak to the serial host's session (apps/serial/serial_session.h). M108 and
+// M410 act when they arrive (machine/machine.cpp): in a job there is nothing for them to do.
 constexpr CodeInfo kCodes[]{
     {{"ACTIVATE_EXTRUDER"}, "tool", "", choose_extruder},
-    {{"BED_MESH_CALIBRATE"}, "probe the bed mesh", ""},
-    {{"BED_MESH_CLEAR"}, "bed mesh off", ""},
-    {{"BED_MESH_PROFILE"}, "bed mesh", ""},
+    {{"BED_MESH_CALIBRATE"}, "probe the bed mesh", "", probe_bed, when_done},
+    {{"BED_MESH_CLEAR"}, "bed mesh off", "", forget_bed},
+    {{"BED_MESH_PROFILE"}, "bed mesh", "", bed_profile},
     {{"CLEAR_PAUSE"}, "forget a pause", ""},
     {{"EXCLUDE_OBJECT"}, "leave an object out", "", exclude_object, printing},
     {{"EXCLUDE_OBJECT_DEFINE"}, "name an object", ""},
     {{"EXCLUDE_OBJECT_END"}, "an object ends", "", object_ends},
     {{"EXCLUDE_OBJECT_START"}, "an object begins", "", object_begins},
-    {{"GET_POSITION"}, "report position", "", sure<report_position>, always},
-    {{"PAUSE"}, "pause", "", pause},
+    {{"GET_POSITION"}, "report position", "", sure<report_position>, always, when_done},
+    {{"PAUSE"}, "pause", "", pause, when_done},
     {{"QUAD_GANTRY_LEVEL"}, "align the gantry", ""},
     {{"QUERY_ENDSTOPS"}, "report endstops", ""},
     {{"RESPOND"}, "echo", ""},
@@ -67,11 +76,12 @@ constexpr CodeInfo kCodes[]{
     {{"SET_GCODE_VARIABLE"}, "a macro's number", ""},
     {{"SET_HEATER_TEMPERATURE"}, "temperature", "", heater_temperature},
     {{"SET_IDLE_TIMEOUT"}, "idle time-out", ""},
-    {{"SET_INPUT_SHAPER"}, "input shaping", ""},
+    {{"SET_INPUT_SHAPER"}, "input shaping", "", set_input_shaper},
     {{"SET_LED"}, "lights", ""},
     {{"SET_PIN"}, "switch a pin", ""},
-    {{"SET_PRESSURE_ADVANCE"}, "pressure advance", ""},
+    {{"SET_PRESSURE_ADVANCE"}, "pressure advance", "", set_pressure_advance},
     {{"SET_PRINT_STATS_INFO"}, "layer number", ""},
+    {{"SET_SKEW"}, "skew correction", "", set_skew},
     {{"SET_VELOCITY_LIMIT"}, "largest speed and acceleration", "", velocity_limit},
     {{"SKEW_PROFILE"}, "skew correction", ""},
     {{"STATUS"}, "report", ""},
@@ -83,7 +93,7 @@ constexpr CodeInfo kCodes[]{
     {{'G', 1}, "linear move", "XYZEFSH", linear_move, strict, parked},
     {{'G', 2}, "arc, clockwise", "XYZEFIJKRP", arc_clockwise, strict},
     {{'G', 3}, "arc, counterclockwise", "XYZEFIJKRP", arc_counterclockwise, strict},
-    {{'G', 4}, "dwell", "SP", dwell},
+    {{'G', 4}, "dwell", "SP", dwell, when_still},
     {{'G', 5}, "cubic spline", "XYZEFIJPQ", spline, strict},
     {{'G', 10}, "retract; with P: a tool's temperatures", "PRSXYZ", retract, strict},
     {{'G', 11}, "recover from retraction", "S", recover, strict},
@@ -95,8 +105,8 @@ constexpr CodeInfo kCodes[]{
     {{'G', 21}, "millimetres", "", sure<millimetres>},
     {{'G', 26}, "mesh validation pattern", "BCDFHIKLOPQRSUXY", refused},
     {{'G', 27}, "park", "P"},
-    {{'G', 28}, "home", "XYZ", home},
-    {{'G', 29}, "probe the bed mesh", "ABCDEFHIJKLOPQRSTUVWXYZ"},
+    {{'G', 28}, "home", "XYZ", home, when_done},
+    {{'G', 29}, "probe the bed mesh", "ABCDEFHIJKLOPQRSTUVWXYZ", probe_bed, when_done},
     {{'G', 30}, "probe one point", "CXY"},
     {{'G', 31}, "probe's trigger height", ""},
     {{'G', 32}, "level the bed", ""},
@@ -106,14 +116,14 @@ constexpr CodeInfo kCodes[]{
     {{'G', 40}, "cutter compensation off", "", sure<nothing>},
     {{'G', 49}, "tool length offset off", "", sure<nothing>},
     {{'G', 54}, "first work coordinates", "", sure<nothing>},
-    {{'G', 80}, "bed mesh on", ""},
+    {{'G', 80}, "probe the bed mesh", "", probe_bed, when_done},
     {{'G', 90}, "absolute coordinates", "", sure<absolute>, parked},
     {{'G', 91}, "relative coordinates", "", sure<relative>, parked},
     {{'G', 92}, "set position", "XYZEABCUVW", set_position, strict},
     {{'G', 92, 1}, "machine coordinates", "", sure<machine_coordinates>, strict},
     {{'G', 94}, "speeds are per minute", "", sure<nothing>},
-    {{'M', 0}, "stop and wait", "", stop, free_text},
-    {{'M', 1}, "stop and wait", "", stop, free_text},
+    {{'M', 0}, "stop and wait", "", stop, free_text, when_still},
+    {{'M', 1}, "stop and wait", "", stop, free_text, when_still},
     {{'M', 3}, "spindle or laser on", "IOS", refused},
     {{'M', 4}, "spindle or laser on", "IOS", refused},
     {{'M', 5}, "spindle or laser off", ""},
@@ -124,7 +134,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 22}, "card ends", ""},
     {{'M', 23}, "select file", "", nullptr, free_text},
     {{'M', 24}, "start file", "ST"},
-    {{'M', 25}, "pause", "", pause},
+    {{'M', 25}, "pause", "", pause, when_still},
     {{'M', 27}, "file progress", "CS"},
     {{'M', 28}, "write file", "", nullptr, free_text},
     {{'M', 29}, "end of written file", ""},
@@ -132,7 +142,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 31}, "print time", ""},
     {{'M', 32}, "print another file", "", refused},
     {{'M', 42}, "switch a pin", "IPST"},
-    {{'M', 73}, "progress", "PRQS", progress, always},
+    {{'M', 73}, "progress", "PRQS", progress, always, when_done},
     {{'M', 74}, "print weight", "W"},
     {{'M', 75}, "print timer on", ""},
     {{'M', 76}, "print timer pause", ""},
@@ -147,29 +157,29 @@ constexpr CodeInfo kCodes[]{
     {{'M', 102}, "extruder backward", ""},
     {{'M', 103}, "extruder off", ""},
     {{'M', 104}, "hot end temperature", "STRIBF", hot_end, printing},
-    {{'M', 105}, "report temperatures", "T", sure<report_temperatures>, always},
+    {{'M', 105}, "report temperatures", "T", sure<report_temperatures>, always, when_done},
     {{'M', 106}, "fan on", "SP", fan_on, printing},
     {{'M', 107}, "fan off", "P", fan_off, printing},
-    {{'M', 108}, "end a wait", ""},
-    {{'M', 109}, "hot end temperature, and wait", "SRTIBF", hot_end_wait},
-    {{'M', 110}, "line number", "N", sure<nothing>},  // host_session.h takes it
+    {{'M', 108}, "end a wait", "", sure<nothing>, always},
+    {{'M', 109}, "hot end temperature, and wait", "SRTIBF", hot_end_wait, when_done},
+    {{'M', 110}, "line number", "N", sure<nothing>},
     {{'M', 111}, "debug level", "S"},
     {{'M', 112}, "emergency stop", "", sure<emergency_stop>, always},
-    {{'M', 113}, "host keepalive", "S"},
-    {{'M', 114}, "report position", "DER", sure<report_position>, always},
-    {{'M', 115}, "report firmware", "", sure<report_firmware>, always, free_text},
-    {{'M', 116}, "wait for the heaters", "", wait_for_heat},
+    {{'M', 113}, "host keepalive", "S", sure<nothing>},
+    {{'M', 114}, "report position", "DER", sure<report_position>, always, when_done},
+    {{'M', 115}, "report firmware", "", sure<report_firmware>, always, free_text, when_done},
+    {{'M', 116}, "wait for the heaters", "", wait_for_heat, when_done},
     {{'M', 117}, "message", "", sure<message>, always, free_text},
-    {{'M', 118}, "echo", "", sure<echo>, free_text},
+    {{'M', 118}, "echo", "", sure<echo>, free_text, when_done},
     {{'M', 119}, "report endstops", ""},
-    {{'M', 125}, "park and wait", "", pause},
+    {{'M', 125}, "park and wait", "XYZLP", park, when_still},
     {{'M', 140}, "bed temperature", "SI", bed, printing},
     {{'M', 141}, "chamber temperature", "S"},
     {{'M', 145}, "material preset", "BFHS"},
     {{'M', 149}, "temperature units", "CFK"},
     {{'M', 150}, "lights", "BIKPRSUW"},
-    {{'M', 155}, "report temperatures by itself", "S"},
-    {{'M', 190}, "bed temperature, and wait", "SRI", bed_wait},
+    {{'M', 155}, "report temperatures by itself", "S", sure<nothing>},
+    {{'M', 190}, "bed temperature, and wait", "SRI", bed_wait, when_done},
     {{'M', 191}, "chamber temperature, and wait", "SR"},
     {{'M', 200}, "volumetric extrusion", "DLST", volumetric, strict},
     {{'M', 201}, "largest accelerations", "XYZEFSTP", axis_accelerations},
@@ -183,44 +193,45 @@ constexpr CodeInfo kCodes[]{
     {{'M', 211}, "software endstops", "S"},
     {{'M', 220}, "speed factor", "SBR", speed_factor, printing},
     {{'M', 221}, "flow factor", "ST", flow_factor, printing},
-    {{'M', 226}, "pause", "", pause},
+    {{'M', 226}, "pause", "", pause, when_still},
     {{'M', 290}, "babystep", "XYZSP", refused},
     {{'M', 300}, "beep", "PS"},
-    {{'M', 301}, "hot end PID", "CDEFILP"},
-    {{'M', 302}, "report cold extrusion", "PS", sure<cold_extrusion>, always},
-    {{'M', 303}, "tune PID", "CDESU"},
-    {{'M', 304}, "bed PID", "DIP"},
-    {{'M', 306}, "hot end model", "ACEFHPRT"},
+    {{'M', 301}, "hot end PID", "CDEFILP", hot_end_gains, printing, when_done},
+    {{'M', 302}, "report cold extrusion", "PS", sure<cold_extrusion>, always, when_done},
+    {{'M', 303}, "tune PID", "CDESU", tune_gains, when_done},
+    {{'M', 304}, "bed PID", "DIP", bed_gains, printing, when_done},
+    {{'M', 306}, "heater model; with T: tune it", "ACEFHPRST", heater_model, when_done},
     {{'M', 355}, "case light", "PS"},
-    {{'M', 400}, "wait for the moves", "", wait_for_moves},
-    {{'M', 410}, "stop the moves", ""},
+    {{'M', 400}, "wait for the moves", "", wait_for_moves, when_still},
+    {{'M', 410}, "stop the moves", "", sure<nothing>, always},
     {{'M', 412}, "filament sensor", "DHRS"},
     {{'M', 413}, "power loss recovery", "S"},
-    {{'M', 420}, "bed mesh", "CLSTVZ"},
+    {{'M', 420}, "bed mesh", "CLSTVZ", follow_bed},
     {{'M', 425}, "backlash", "FSXYZ"},
     {{'M', 428}, "home offset by the present place", "", home_offsets_here, strict},
     {{'M', 486}, "object labels", "ACPSTU", object_labels, either, printing},
-    {{'M', 500}, "save settings", ""},
-    {{'M', 501}, "load settings", ""},
+    {{'M', 500}, "save settings", "", keep_settings, printing},
+    {{'M', 501}, "load settings", "", restore_settings},
     {{'M', 502}, "factory settings", ""},
-    {{'M', 503}, "report settings", "CS"},
+    {{'M', 503}, "report settings", "CS", sure<report_settings>, always, when_done},
     {{'M', 540}, "stop at endstop", "S"},
     {{'M', 555}, "print area", "XYWH"},
     {{'M', 566}, "allowed speed changes", "XYZEP"},
     {{'M', 568}, "a tool's temperatures", "APRS", tool_temperatures, printing},
     {{'M', 569}, "stepper driver", "EISTXYZ"},
-    {{'M', 572}, "pressure advance", "DSW"},
-    {{'M', 593}, "input shaping", "DFPXY"},
-    {{'M', 600}, "filament change", "BELTUXYZR", filament_change},
-    {{'M', 601}, "pause", "", pause},
+    {{'M', 572}, "pressure advance", "DSW", pressure_advance},
+    {{'M', 593}, "input shaping", "DFPSTXY", input_shaping},
+    {{'M', 600}, "filament change", "BELTUXYZR", filament_change, when_still},
+    {{'M', 601}, "pause", "", pause, when_still},
     {{'M', 602}, "resume", ""},
     {{'M', 603}, "filament change lengths", "LTU"},
     {{'M', 701}, "load filament", "LPTZ"},
     {{'M', 702}, "unload filament", "PTUZ"},
     {{'M', 851}, "probe offset", "XYZ"},
+    {{'M', 852}, "skew correction", "IJKS", skew},
     {{'M', 862, Code::kAnySubcode}, "printer check", "PQTU"},
     {{'M', 862}, "printer check", ""},
-    {{'M', 900}, "pressure advance", "KLST"},
+    {{'M', 900}, "pressure advance", "KLST", linear_advance},
     {{'M', 906}, "motor current", "EITXYZ"},
     {{'M', 907}, "motor current", "BCDESXYZ"},
     {{'M', 914}, "sensorless homing", "IXYZ"},
@@ -278,6 +289,17 @@ Typed may_be_typed(const Command& command) {
     const CodeInfo* const code = command.letter == '\0' ? find_row(Code{command.word.view()})
                                                         : find_family(command.letter, command.number);
     return code != nullptr ? code->typed : at_rest;
+}
+
+Ok ok_of(const Command& command) {
+    const CodeInfo* const code = find_code(command);
+    return code != nullptr && code->handler != nullptr ? code->ok : when_done;
+}
+
+bool takes_the_printer(const Command& command) {
+    const CodeInfo* const code = find_code(command);
+    if (code == nullptr) return command.letter != 'M';
+    return code->handler != nullptr && code->handler != sure<nothing> && code->typed < printing;
 }
 
 }  // namespace qduino::printer::gcode

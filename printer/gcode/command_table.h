@@ -45,6 +45,14 @@ enum class Typed : std::uint8_t {
     always,    ///< also while a fault is latched: questions, and the emergency stop
 };
 
+/// When a serial host is told `ok`. Marlin says it when the command has returned: a move returns
+/// when the planner has it.
+enum class Ok : std::uint8_t {
+    at_once,     ///< as soon as the line has been taken: it can only change what later lines do
+    when_done,   ///< it answers, or waits: when it has
+    when_still,  ///< … and when all motion before it has been played
+};
+
 /// How the text behind the code is read.
 enum class Tail : std::uint8_t {
     words,      ///< parameters: a letter, and mostly a number
@@ -71,8 +79,8 @@ struct Code {
 };
 
 struct CodeInfo {
-    /// `options` are of Strictness, Typed and Tail, in any order. An option left out is the first
-    /// of its kind.
+    /// `options` are of Strictness, Typed, Tail and Ok, in any order. An option left out is the
+    /// first of its kind.
     template <typename... Options>
     constexpr CodeInfo(Code its_code, std::string_view its_name, std::string_view its_parameters,
                        Handler* its_handler = nullptr, Options... options)
@@ -87,11 +95,13 @@ struct CodeInfo {
     Strictness strictness = Strictness::lenient;
     Typed typed = Typed::at_rest;
     Tail tail = Tail::words;
+    Ok ok = Ok::at_once;
 
   private:
     constexpr void set(Strictness option) { strictness = option; }
     constexpr void set(Typed option) { typed = option; }
     constexpr void set(Tail option) { tail = option; }
+    constexpr void set(Ok option) { ok = option; }
 };
 
 /// All known codes, sorted by Code.
@@ -118,5 +128,12 @@ bool is_known_word(std::string_view word);
 
 /// When a person may type the code, whatever its subcode. An unknown code is answered at rest.
 Typed may_be_typed(const Command& command);
+
+/// When a serial host is told `ok`. Of a code that is unknown or skipped: when that has been said.
+Ok ok_of(const Command& command);
+
+/// True for a line that takes the printer for a serial host: it may move, wait or change how later
+/// lines are read. False for questions, and for what may be typed beside a job.
+bool takes_the_printer(const Command& command);
 
 }  // namespace qduino::printer::gcode

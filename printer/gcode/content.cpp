@@ -15,9 +15,15 @@ bool is_binary(char c) {
     return (byte < 0x20 && !(byte >= 0x09 && byte <= 0x0D)) || byte == 0x7F;
 }
 
+bool is_known(const Command& command, const MachineConfig& machine) {
+    const auto is_it = [&](const Macro& macro) { return macro.name.view() == command.word.view(); };
+    const bool is_macro = command.letter == '\0' && std::ranges::any_of(machine.macros, is_it);
+    return is_macro || find_code(command) != nullptr;
+}
+
 }  // namespace
 
-Content look_at_content(std::span<const char> bytes) {
+Content look_at_content(std::span<const char> bytes, const MachineConfig& machine) {
     const std::string_view text{bytes.data(), bytes.size()};
     if (text.starts_with("GCDE")) return Content::binary_gcode;
     if (std::any_of(bytes.begin(), bytes.end(), is_binary)) return Content::binary;
@@ -26,7 +32,7 @@ Content look_at_content(std::span<const char> bytes) {
     int speak_against = 0;
     const auto count = [&](const Line& line) {
         const bool comment = line.command == nullptr && !line.comment.empty();
-        const bool known = line.command != nullptr && find_code(*line.command) != nullptr;
+        const bool known = line.command != nullptr && is_known(*line.command, machine);
         if (line.error || (line.command != nullptr && !known)) {
             ++speak_against;
         } else if (known || comment) {

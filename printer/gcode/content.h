@@ -6,6 +6,8 @@
 #include <span>
 #include <string_view>
 
+#include "printer/machine_config.h"
+
 namespace qduino::printer::gcode {
 
 enum class Content : std::uint8_t {
@@ -16,8 +18,9 @@ enum class Content : std::uint8_t {
     other_text,    ///< text, but no line of it looks like a command or a `;` comment
 };
 
-/// Judges by the first `bytes` of a file; 4 KiB are plenty, fewer will do.
-Content look_at_content(std::span<const char> bytes);
+/// Judges by the first `bytes` of a file; 4 KiB are plenty, fewer will do. A macro of `machine` is
+/// a command like others.
+Content look_at_content(std::span<const char> bytes, const MachineConfig& machine);
 
 /// For people: what it is and what to do; empty for gcode.
 std::string_view explain(Content content);

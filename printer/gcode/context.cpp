@@ -4,14 +4,27 @@
 #include <cmath>
 
 namespace qduino::printer::gcode {
+
+/// M200 L: a move that prints may not push more mm³ a second. As in Marlin a retraction may.
+MillimetresPerSecond Context::fastest(const Position& from, const Position& to, MoveKind kind) const {
+    const double pushed_mm = (to[Axis::e] - from[Axis::e]).value();
+    if (kind == MoveKind::filament) return kFastest;
+    if (kind == MoveKind::travel || state.flow_limit_mm3_s == 0 || pushed_mm <= 0) return state.speed_limit;
+    const auto along = [&](Axis axis) { return (to[axis] - from[axis]).value(); };
+    const double length_mm = std::hypot(along(Axis::x), along(Axis::y), along(Axis::z));
+    const MillimetresPerSecond flows{state.flow_limit_mm3_s / state.filament_area_mm2 * length_mm /
+                                     pushed_mm};
+    return std::clamp(flows, kSlowest, state.speed_limit);
+}
+
 Result<void> Context::hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
                               bool firmware_retract) {
     const auto moves = [&](Axis axis) { return from[axis] != to[axis]; };
     const bool tool = std::ranges::any_of(kToolAxes, moves);
     const MoveKind kind = !tool ? MoveKind::filament : moves(Axis::e) ? MoveKind::print : MoveKind::travel;
-    const MillimetresPerSecond fastest = tool ? state.speed_limit : kFastest;
-    return actions.move({from, to, std::clamp(feedrate * state.speed_factor, kSlowest, fastest), kind,
-                         firmware_retract, source});
+    const MillimetresPerSecond speed =
+        std::clamp(feedrate * state.speed_factor, kSlowest, fastest(from, to, kind));
+    return actions.move({from, to, speed, kind, firmware_retract, source});
 }
 
 Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedrate, bool firmware_retract) {
@@ -93,12 +106,34 @@ Result<void> Context::check_target(Position& target) const {
         }
         target[axis] = std::clamp(target[axis], low, high);
     }
+    QDUINO_TRY(check_room(target));
     const double extruded_mm = (target[Axis::e] - state.machine[Axis::e]).value();
     if (!(std::abs(extruded_mm) <= kLongestExtrusion.value())) {
         return outside('E', extruded_mm, -kLongestExtrusion.value(), kLongestExtrusion.value(),
                        "mm in one move (is a G92 E0 missing?)");
     }
     return {};
+}
+
+/// What the box of the axes' bounds does not say: a round bed, and carriages at their switches.
+Result<void> Context::check_room(const Position& target) const {
+    AxisValues from{}, to{};
+    for (const Axis axis : kToolAxes) {
+        from[axis] = state.machine[axis].value();
+        to[axis] = target[axis].value();
+    }
+    const double tolerance = kBoundsTolerance.value();
+    const bool sideways = from[0] != to[0] || from[1] != to[1];
+    if (sideways && !kinematics.is_on_bed(to[0], to[1], tolerance)) {
+        return make_error(ErrorCode::out_of_range, "the tool would go to X ", Shortest{to[0]}, ", Y ",
+                          Shortest{to[1]}, " mm; this machine reaches ", Shortest{kinematics.bed_radius()},
+                          " mm around X 0, Y 0");
+    }
+    const bool moves = sideways || from[2] != to[2];
+    if (!moves || kinematics.carriages_have_room(from, to, tolerance)) return {};
+    return make_error(ErrorCode::out_of_range, "the tool would go to X ", Shortest{to[0]}, ", Y ",
+                      Shortest{to[1]}, ", Z ", Shortest{to[2]},
+                      " mm, and on the way a carriage above its switch: go down before you go sideways");
 }
 
 void Context::warn(std::string_view text) {

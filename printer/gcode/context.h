@@ -10,7 +10,7 @@
 // (objects.h), a curve (curve.h) or lines (expansion.h) that are begun.
 //
 // For handlers and the interpreter alone. Their bodies: handlers_motion.cpp, handlers_state.cpp,
-// handlers_machine.cpp, handlers_words.cpp.
+// handlers_machine.cpp, handlers_compensation.cpp, handlers_words.cpp.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +25,7 @@
 #include "printer/gcode/expansion.h"
 #include "printer/gcode/objects.h"
 #include "printer/gcode/position.h"
+#include "printer/kinematics.h"
 #include "printer/machine_config.h"
 
 namespace qduino::printer::gcode {
@@ -36,6 +37,9 @@ inline constexpr Millimetres kBoundsTolerance{0.001};
 /// own limits are far inside.
 inline constexpr MillimetresPerSecond kSlowest{0.001};
 inline constexpr MillimetresPerSecond kFastest{100'000};
+/// Of any acceleration that a job may ask for.
+inline constexpr double kAccelerationMin_mm_s2 = 0.1;
+inline constexpr double kAccelerationMax_mm_s2 = 1e6;
 /// More filament than this in one move is a slip, not a wish (a forgotten G92 E0): it is refused.
 inline constexpr Millimetres kLongestExtrusion{1000};
 inline constexpr Seconds kLongestDwell{86400};
@@ -60,6 +64,7 @@ struct ModalState {
     double filament_scale = 1;                    ///< M92 E, by the machine file's steps per mm
     bool volumetric = false;                      ///< M200: E is in mm³
     double filament_area_mm2 = 0;                 ///< M200 D
+    double flow_limit_mm3_s = 0;                  ///< M200 L, of moves that print; 0: none
     MillimetresPerSecond speed_limit = kFastest;  ///< SET_VELOCITY_LIMIT, of the tool
     ArcPlane plane = ArcPlane::xy;
     Position machine;           ///< where the last accepted move ends
@@ -71,6 +76,7 @@ struct ModalState {
     Celsius bed_target{};
     Millimetres programmed_e;  ///< E as G-code counts it; G92 sets it, flow does not scale it
     PerAxis<bool> homed{};     ///< X, Y, Z
+    SkewConfig skew{};         ///< M852; outlasts a job
     PerAxis<bool> warned_unhomed{};
     RetractionSettings retraction{};
     bool retracted = false;
@@ -92,6 +98,7 @@ struct ModalState {
 struct Context {
     MachineConfig config;
     Actions& actions;
+    Kinematics kinematics{config};
     ModalState state{};
     Source source{};               ///< of the command in hand
     std::optional<Curve> curve{};  ///< begun; the interpreter hands its chords on
@@ -101,6 +108,7 @@ struct Context {
     std::optional<Position> left_at{};
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
     std::uint32_t warnings = 0;
+    bool not_done = false;  ///< the machine lacks what the command in hand is for: skip it
 
     /// Hands on a straight line from `state.machine` to `target`, at `feedrate` and M220; none when
     /// it has no length. `target` has been checked.
@@ -124,8 +132,10 @@ struct Context {
     void warn(std::string_view text);
 
   private:
+    [[nodiscard]] MillimetresPerSecond fastest(const Position& from, const Position& to, MoveKind kind) const;
     Result<void> hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
                          bool firmware_retract);
+    [[nodiscard]] Result<void> check_room(const Position& target) const;
     void warn_unhomed(const Position& target);
 };
 

@@ -16,6 +16,13 @@ struct EmergencyCodes {
     bool stop = false;        ///< M112
     bool break_wait = false;  ///< M108
     bool stop_moves = false;  ///< M410
+
+    [[nodiscard]] bool any() const { return stop || break_wait || stop_moves; }
+    void add(const EmergencyCodes& others) {
+        stop |= others.stop;
+        break_wait |= others.break_wait;
+        stop_moves |= others.stop_moves;
+    }
 };
 
 class EmergencyScanner {

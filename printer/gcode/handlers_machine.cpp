@@ -1,6 +1,7 @@
 // Heaters, fans, limits, messages, reports, pauses: everything that the machine does besides
 // moving.
 #include <algorithm>
+#include <cmath>
 
 #include "printer/gcode/context.h"
 #include "printer/gcode/text.h"
@@ -10,9 +11,9 @@ namespace {
 
 constexpr double kFanFull = 255;
 constexpr std::uint8_t kFanIndexMax = 255;  // other machines number chamber fans from 100 on
-constexpr double kAccelerationMin_mm_s2 = 0.1;
-constexpr double kAccelerationMax_mm_s2 = 1e6;
 constexpr double kJunctionDeviationMax_mm = 0.5;
+/// Of places and lengths of a pause: more is a slip.
+constexpr double kParkMax = 1000;
 
 Result<std::uint8_t> fan_index(const Command& command) {
     QDUINO_TRY_ASSIGN(const auto index, number_within(command, 'P', 0, kFanIndexMax, "(the fan's number)"));
@@ -131,14 +132,12 @@ Result<void> fan_off(Context& context, const Command& command) {
 }
 
 Result<void> motors_off(Context& context, const Command& command) {
-    if (command.parameters.has('S')) {
-        context.warn("the idle time S of M18 and M84 is not done by this printer: the motors stay on");
-        return {};
-    }
+    QDUINO_TRY_ASSIGN(const auto after, number_within(command, 'S', 0, kLongestDwell.value(), "s"));
+    if (after) return context.actions.motors_time_out(Seconds{*after});
     const AxisSet axes = axes_of(command, AxisSet::all());
     QDUINO_TRY(context.actions.motors_off(axes));
     for (const Axis axis : kToolAxes) {
-        if (axes.contains(axis)) context.state.set_homed(axis, false);
+        if (context.kinematics.shares_motor(axis, axes)) context.state.set_homed(axis, false);
     }
     return {};
 }
@@ -188,6 +187,10 @@ void echo(Context& context, const Command& command) {
 }
 
 Result<void> progress(Context& context, const Command& command) {
+    if (command.parameters.empty()) {
+        context.actions.report(Report::progress);
+        return {};
+    }
     QDUINO_TRY_ASSIGN(const auto percent, number_within(command, 'P', 0, 100, "percent"));
     QDUINO_TRY_ASSIGN(const auto minutes, number_within(command, 'R', 0, 1e6, "minutes"));
     context.actions.progress({percent, minutes ? std::optional{Seconds{*minutes * 60}} : std::nullopt});
@@ -233,13 +236,35 @@ Result<void> stop(Context& context, const Command& command) {
             return context.actions.dwell(Seconds{seconds});
         }
     }
-    return context.actions.pause(PauseReason::requested, command.text);
+    return context.actions.pause({.text = command.text});
 }
 
-Result<void> pause(Context& i, const Command&) { return i.actions.pause(PauseReason::requested, {}); }
+Result<void> pause(Context& context, const Command&) { return context.actions.pause({}); }
 
-Result<void> filament_change(Context& context, const Command&) {
-    return context.actions.pause(PauseReason::filament_change, {});
+/// M125 and M600: X and Y of the park place, Z up before it, and lengths of filament. Hosts write
+/// lengths with either sign.
+Result<void> pause_elsewhere(Context& context, const Command& command, PauseOrder order, char retract) {
+    const auto take = [&](char letter, std::optional<Millimetres>& length, bool sign) -> Result<void> {
+        QDUINO_TRY_ASSIGN(const auto given, number_within(command, letter, -kParkMax, kParkMax, ""));
+        const double mm = given.value_or(0) * context.state.unit_mm;
+        if (given) length = Millimetres{sign ? mm : std::abs(mm)};
+        return {};
+    };
+    QDUINO_TRY(take('X', order.x, true));
+    QDUINO_TRY(take('Y', order.y, true));
+    QDUINO_TRY(take('Z', order.lift, false));
+    QDUINO_TRY(take(retract, order.retract, false));
+    if (order.reason == PauseReason::filament_change) {
+        QDUINO_TRY(take('U', order.unload, false));
+        QDUINO_TRY(take('L', order.purge, false));
+    }
+    return context.actions.pause(order);
+}
+
+Result<void> park(Context& i, const Command& c) { return pause_elsewhere(i, c, {}, 'L'); }
+
+Result<void> filament_change(Context& i, const Command& c) {
+    return pause_elsewhere(i, c, {.reason = PauseReason::filament_change}, 'E');
 }
 
 void emergency_stop(Context& context, const Command&) { context.actions.emergency_stop(); }

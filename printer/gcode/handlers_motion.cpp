@@ -233,8 +233,10 @@ Result<void> home(Context& context, const Command& command) {
         return {};
     }
     AxisSet axes;
+    // One tower's switch alone says nothing of a delta's tool.
+    const bool all = !named || context.kinematics.homes_together();
     for (const Axis axis : kToolAxes)
-        if (!named || has(kAxisLetter[axis])) axes.add(axis);
+        if (all || has(kAxisLetter[axis])) axes.add(axis);
     QDUINO_TRY(context.actions.home(axes));
     ModalState& state = context.state;
     context.stop_waiting();

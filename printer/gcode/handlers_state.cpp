@@ -15,6 +15,7 @@ constexpr double kRetractionMax_mm = 100;
 constexpr double kLiftMax_mm = 20;
 constexpr double kFilamentMin_mm = 0.5;
 constexpr double kFilamentMax_mm = 5;
+constexpr double kFlowMax_mm3_s = 1000;
 /// M92: E may be calibrated so far from the machine file; X, Y, Z must be the same.
 constexpr double kCalibrationShare = 0.25;
 constexpr double kSameStepsShare = 1e-4;
@@ -61,20 +62,22 @@ void plane(Context& context, const Command& command) {
                                                  : ArcPlane::yz;
 }
 
-/// M200 D: E is in mm³ of filament of this diameter; D0: in mm again. S switches alone.
+/// M200 D: E is in mm³ of filament of this diameter; D0: in mm again. S switches alone. L: no move
+/// that prints pushes more mm³ a second, however E is counted; L0: no limit.
 Result<void> volumetric(Context& context, const Command& command) {
     ModalState& state = context.state;
     QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
     QDUINO_TRY_ASSIGN(const auto diameter, number(command, 'D'));
     QDUINO_TRY_ASSIGN(const auto on, number(command, 'S'));
     if (tool.value_or(0) != 0) return {};  // of a tool that is not there
-    if (command.parameters.has('L')) context.warn("M200 L, a limit of the flow, is not done by this printer");
+    QDUINO_TRY_ASSIGN(const auto limit, number_within(command, 'L', 0, kFlowMax_mm3_s, "mm³/s"));
     const double diameter_mm = diameter.value_or(0) * state.unit_mm;
     if (diameter_mm != 0 && !(diameter_mm >= kFilamentMin_mm && diameter_mm <= kFilamentMax_mm))
         return outside('D', diameter_mm, kFilamentMin_mm, kFilamentMax_mm, "mm of diameter");
     if (diameter) state.volumetric = diameter_mm > 0;
     if (diameter_mm > 0) state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
     if (on) state.volumetric = *on != 0;
+    if (limit) state.flow_limit_mm3_s = *limit;
     return {};
 }
 

@@ -10,8 +10,6 @@
 namespace qduino::printer::gcode::handlers {
 namespace {
 
-constexpr double kAccelerationMin_mm_s2 = 0.1;
-constexpr double kAccelerationMax_mm_s2 = 1e6;
 constexpr double kShiftMax_mm = 1000;
 
 /// X, Y, Z or E of SET_GCODE_OFFSET: the new offset, given whole or as a change; none: not named.

@@ -7,7 +7,7 @@
 //                                             ok
 //
 // The words are Marlin's, as hosts parse them. A line without a number passes unchecked, as in
-// Marlin.
+// Marlin; but not one that has a check sum: its number was lost on the way.
 #pragma once
 
 #include <cstdint>
@@ -27,11 +27,10 @@ class HostSession {
     /// Judges a parsed line. Only an accepted line may be executed. M110 N sets the number of the
     /// last line.
     HostVerdict accept(const Line& line);
-    [[nodiscard]] std::uint64_t last_line() const { return last_line_; }
 
   private:
     HostVerdict refuse(const char* what) const;
-    std::uint64_t last_line_ = 0;
+    std::int64_t last_line_ = 0;
 };
 
 }  // namespace qduino::printer::gcode

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <numbers>
+#include <utility>
 
 #include "printer/gcode/parser.h"
 
@@ -41,6 +42,7 @@ const Macro* find_macro(const MachineConfig& config, std::string_view word) {
 Interpreter::Interpreter(const MachineConfig& machine, Actions& actions)
     : context_{.config = machine, .actions = actions} {
     context_.state.machine = home_positions(machine);
+    context_.state.skew = machine.skew;
     set_defaults(context_.state, machine);
 }
 
@@ -65,7 +67,7 @@ Result<void> Interpreter::dispatch(const Command& command, std::size_t moves_max
     if (done && context_.curve) done = proceed_on_curve(moves_max);
     const bool moved = context_.state.machine != before.machine;
     if (!done && !moved) context_.state = before;
-    return done;
+    return std::exchange(context_.not_done, false) ? skip(command, code) : done;
 }
 
 Result<void> Interpreter::expand(const Command& command, const Macro& macro) {
@@ -147,6 +149,7 @@ void Interpreter::reset_modes() {
     ModalState fresh;
     fresh.machine = context_.state.machine;
     fresh.homed = context_.state.homed;
+    fresh.skew = context_.state.skew;
     fresh.filament_peak = fresh.machine[Axis::e];
     set_defaults(fresh, context_.config);
     context_.state = fresh;

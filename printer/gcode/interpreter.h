@@ -60,6 +60,11 @@ class Interpreter {
         context_.state.machine = machine;
         context_.state.filament_peak = machine[Axis::e];
     }
+    /// What is left of a curve or of a macro is not carried out.
+    void drop_pending() {
+        context_.curve.reset();
+        context_.lines.clear();
+    }
     /// Homed or not, by an event outside of G-code (a motor switched off, a fault).
     void set_homed(Axis axis, bool homed) {
         QDUINO_EXPECT(axis != Axis::e);
@@ -69,6 +74,8 @@ class Interpreter {
     void adopt_factors(const ModalState& from);
     /// Leaves out as well the objects that another interpreter was told to.
     void adopt_exclusions(const Interpreter& from) { context_.objects.adopt(from.context_.objects); }
+    /// Grows whenever it changes which objects are left out.
+    [[nodiscard]] std::uint32_t exclusions() const { return context_.objects.changes(); }
     /// To the state at start (modes, offsets, factors, retraction); position and homing stay. For
     /// the next job.
     void reset_modes();

@@ -119,9 +119,7 @@ LeadingCode leading_code(std::string_view code) {
 }
 
 Result<bool> parse_words(std::string_view code, Command& command) {
-    const Source source = command.source;
-    command = Command{};
-    command.source = source;
+    command.clear();
     std::string_view rest = trim(code);
     if (rest.empty() || rest == "%") return false;  // RS274's mark of a tape's ends
     if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);

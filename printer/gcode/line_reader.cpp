@@ -12,21 +12,39 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Index of the first LF or CR, or the size.
+/// Index of the first LF or CR, or the size. In steps, so that a file without any LF is not
+/// searched to its end for each of its lines.
 std::size_t find_line_end(std::span<const char> bytes) {
-    const auto end = std::ranges::find_if(bytes, [](char c) { return c == '\n' || c == '\r'; });
-    return static_cast<std::size_t>(end - bytes.begin());
+    constexpr std::size_t kStep = 256;
+    for (std::size_t begin = 0; begin < bytes.size(); begin += kStep) {
+        const char* const first = bytes.data() + begin;
+        const std::size_t size = std::min(kStep, bytes.size() - begin);
+        const auto find = [&](char c, std::size_t count) {
+            const void* const found = std::memchr(first, c, count);
+            return found ? static_cast<std::size_t>(static_cast<const char*>(found) - first) : count;
+        };
+        const std::size_t end = find('\r', find('\n', size));
+        if (end < size) return begin + end;
+    }
+    return bytes.size();
 }
 
-/// Takes `N123` off the front.
-std::optional<std::uint64_t> take_line_number(std::string_view& code) {
+/// No host counts further; so the next number never wraps.
+constexpr std::uint64_t kLineNumberMax = std::uint64_t{1} << 62;
+
+/// Takes `N123` or `N-1` off the front.
+std::optional<std::int64_t> take_line_number(std::string_view& code) {
     std::string_view rest = trim(code);
     if (rest.empty() || to_upper(rest.front()) != 'N') return std::nullopt;
     rest.remove_prefix(1);
     while (!rest.empty() && is_space(rest.front())) rest.remove_prefix(1);
-    const auto number = take_integer(rest);
-    if (number) code = rest;
-    return number;
+    const bool negative = !rest.empty() && rest.front() == '-';
+    if (negative) rest.remove_prefix(1);
+    const auto size = take_integer(rest);
+    if (!size || *size > kLineNumberMax) return std::nullopt;
+    code = rest;
+    const auto number = static_cast<std::int64_t>(*size);
+    return negative ? -number : number;
 }
 
 /// Takes `*57` off the end of `code`, whose first byte is the line's first. Marlin's sum: the
@@ -53,6 +71,21 @@ bool has_free_text(std::string_view line) {
 /// As find_first_of, but a plain loop: the library's makes a call for every character.
 bool contains_either(std::string_view text, char a, char b) {
     return std::any_of(text.begin(), text.end(), [=](char c) { return c == a || c == b; });
+}
+
+/// True when `text` is letters, digits, signs, points and blanks alone, as nearly every line of a
+/// job is: no comment, no quote, no parenthesis, no check sum.
+bool is_plain(std::string_view text) {
+    static constexpr auto kPlain = [] {
+        std::array<bool, 256> plain{};
+        for (int c = 0; c < 256; ++c)
+            plain[static_cast<std::size_t>(c)] = is_letter(static_cast<char>(c)) || (c >= '0' && c <= '9');
+        for (const char c : {' ', '\t', '.', '-', '+'}) plain[static_cast<unsigned char>(c)] = true;
+        return plain;
+    }();
+    bool plain = true;
+    for (const char c : text) plain = plain && kPlain[static_cast<unsigned char>(c)];
+    return plain;
 }
 
 /// Where the `;` comment begins, or the size. Quotes and parentheses hide a `;`, but in free text.
@@ -150,6 +183,10 @@ std::optional<Error> LineReader::split(RawLine& line) {
     }
     std::string_view held{held_.data(), held_count_};
     if (line.source.offset == 0 && line.source.line == 1) skip_prefix(held, kByteOrderMark);
+    if (line_length_ <= kCommandBytesMax && is_plain(held)) {
+        line.code = trim(held);
+        if (line.code.empty() || to_upper(line.code.front()) != 'N') return std::nullopt;
+    }
     const bool overflowed = line_length_ > kLineBytesMax;
     const std::size_t comment_at = find_comment(held);
     if (comment_at < held.size()) {

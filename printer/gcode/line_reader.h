@@ -35,7 +35,8 @@ enum class Checksum : std::uint8_t { absent, right, wrong };
 /// What a serial host puts around a command: `N<number> command*<exclusive or of all bytes before
 /// the *>`.
 struct HostFrame {
-    std::optional<std::uint64_t> number{};
+    /// May be negative: Printrun begins with `N-1 M110*15`, so that its first line is number 0.
+    std::optional<std::int64_t> number{};
     Checksum checksum = Checksum::absent;  ///< looked for only behind a number, as Marlin does
 };
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <string_view>
 
 #include "base/fixed_string.h"
@@ -40,20 +41,28 @@ class Objects {
     /// False: no room for another name.
     [[nodiscard]] bool exclude(std::string_view name) {
         const Name cut{name};
-        if (!is_excluded(cut.view()) && !excluded_.try_push_back(cut)) return false;
+        if (is_excluded(cut.view())) return true;
+        if (!excluded_.try_push_back(cut)) return false;
+        ++changes_;
         note_change();
         return true;
     }
     void include(std::string_view name) {
         const Name cut{name};
-        for (std::size_t i = excluded_.size(); i-- > 0;)
-            if (excluded_[i].view() == cut.view()) excluded_.erase(i);
+        for (std::size_t i = excluded_.size(); i-- > 0;) {
+            if (excluded_[i].view() != cut.view()) continue;
+            excluded_.erase(i);
+            ++changes_;
+        }
         note_change();
     }
     void include_all() {
+        if (!excluded_.empty()) ++changes_;
         excluded_.clear();
         note_change();
     }
+    /// How often it has changed which objects are left out.
+    [[nodiscard]] std::uint32_t changes() const { return changes_; }
     /// Leaves out as well what `other` leaves out, as far as there is room.
     void adopt(const Objects& other) {
         for (const Name& name : other.excluded_) static_cast<void>(exclude(name.view()));
@@ -67,6 +76,7 @@ class Objects {
 
     FixedVector<Name, kExcludedMax> excluded_;
     Name current_;
+    std::uint32_t changes_ = 0;
     bool inside_ = false;
     bool skipping_ = false;
 };

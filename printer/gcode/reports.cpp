@@ -40,6 +40,13 @@ ReportText format_position(const Position& programmed, const PerAxis<std::int64_
     return out;
 }
 
+ReportText format_progress(const PrintProgress& progress) {
+    const double whole_s = (progress.passed + progress.remaining).value();
+    const double percent = whole_s > 0 ? 100 * progress.passed.value() / whole_s : 0;
+    return text<ReportText>("M73 Progress: ", Fixed{std::floor(percent), 0},
+                            "%; Time left: ", Fixed{std::ceil(progress.remaining.value() / 60), 0}, "m");
+}
+
 ReportText format_firmware(const FirmwareReport& report) {
     ReportText out{"FIRMWARE_NAME:QduinoMC "};
     append_printable(out, report.version.substr(0, 64));
@@ -56,6 +63,28 @@ ReportText format_firmware(const FirmwareReport& report) {
         {"HOST_ACTION_COMMANDS", false},
     };
     for (const auto& [name, present] : capabilities) write(out, "\nCap:", name, present ? ":1" : ":0");
+    return out;
+}
+
+ReportText format_gains(Heater heater, const HeaterSettings& settings) {
+    ReportText out{heater == Heater::bed ? "M304" : "M301"};
+    write(out, " P", Fixed{settings.kp}, " I", Fixed{settings.ki, 4}, " D", Fixed{settings.kd});
+    return out;
+}
+
+ReportText format_tuned_gains(Heater heater, const HeaterSettings& settings) {
+    ReportText out{"PID Autotune finished! Kp: "};
+    write(out, Fixed{settings.kp}, " Ki: ", Fixed{settings.ki, 4}, " Kd: ", Fixed{settings.kd}, '\n');
+    return out.append(format_gains(heater, settings));
+}
+
+ReportText format_model(Heater heater, const HeaterModel& model, double filament_area_mm2) {
+    ReportText out{"M306"};
+    if (heater == Heater::bed) out.append(" E-1");
+    write(out, " P", Fixed{model.power_w}, " C", Fixed{model.heat_capacity_j_k}, " R",
+          Fixed{1 / model.sensor_lag_s, 4}, " A", Fixed{model.loss_w_k, 4}, " F",
+          Fixed{model.loss_w_k + model.fan_loss_w_k, 4}, " H",
+          Fixed{model.filament_j_mm3_k * filament_area_mm2, 4});
     return out;
 }
 

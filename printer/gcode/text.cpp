@@ -5,24 +5,58 @@
 
 namespace qduino::printer::gcode {
 
+namespace {
+
+/// All exact: 10^22 is the largest power of ten that a double holds.
+constexpr double kPowersOfTen[]{1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+/// So many digits are below 2^53.
+constexpr std::size_t kExactDigits = 15;
+
+/// Digits and at most one point, as they are read.
+struct Digits {
+    std::uint64_t mantissa = 0;  ///< as if there were no point; meaningless past kExactDigits
+    std::size_t count = 0;
+    std::size_t behind_point = 0;
+
+    void take(std::string_view text, std::size_t& at) {
+        const std::size_t before = at;
+        for (; at < text.size() && is_digit(text[at]); ++at)
+            mantissa = mantissa * 10 + static_cast<std::uint64_t>(text[at] - '0');
+        count += at - before;
+    }
+};
+
+}  // namespace
+
+/// Nearly every number of a job has 15 digits at most. It is then the quotient of two doubles
+/// that are exact, which the division rounds correctly (Clinger, How to read floating point
+/// numbers accurately, 1990). That takes a quarter of the library's time.
 std::optional<double> take_number(std::string_view& text) {
     std::size_t at = 0;
-    if (at < text.size() && (text[at] == '+' || text[at] == '-')) ++at;
+    const bool negative = !text.empty() && text.front() == '-';
+    if (negative || (!text.empty() && text.front() == '+')) ++at;
     const std::size_t sign_end = at;
-    std::size_t digits = 0;
-    for (; at < text.size() && is_digit(text[at]); ++at) ++digits;
+    Digits digits;
+    digits.take(text, at);
     if (at < text.size() && text[at] == '.') {
-        ++at;
-        for (; at < text.size() && is_digit(text[at]); ++at) ++digits;
+        const std::size_t before = digits.count;
+        digits.take(text, ++at);
+        digits.behind_point = digits.count - before;
     }
-    if (digits == 0) return std::nullopt;
-    // The grammar is checked above, so from_chars sees only digits and a point. It does not take a
-    // plus sign.
-    const char* const first = text.data() + (text.front() == '+' ? sign_end : 0);
-    const char* const last = text.data() + at;
+    if (digits.count == 0) return std::nullopt;
     double value = 0;
-    const auto [end, error] = std::from_chars(first, last, value, std::chars_format::fixed);
-    if (error != std::errc{} || end != last || !std::isfinite(value)) return std::nullopt;
+    if (digits.count <= kExactDigits) {
+        value = static_cast<double>(digits.mantissa) / kPowersOfTen[digits.behind_point];
+        value = negative ? -value : value;
+    } else {
+        // The grammar is checked above, so from_chars sees only digits and a point. It does not
+        // take a plus sign.
+        const char* const first = text.data() + (negative ? 0 : sign_end);
+        const char* const last = text.data() + at;
+        const auto [end, error] = std::from_chars(first, last, value, std::chars_format::fixed);
+        if (error != std::errc{} || end != last || !std::isfinite(value)) return std::nullopt;
+    }
     text.remove_prefix(at);
     return value;
 }

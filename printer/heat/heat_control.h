@@ -1,7 +1,7 @@
 // Loop 3's work: two heaters and the part fan, one sample at a time.
 //
 //   targets (four-slot, loop 1 writes) ──────►┐
-//   readings (converter, read by the sketch) ─►  watch → PID ─► duties (the sketch drives the pins)
+//   readings (converter, read by the sketch) ─►  watch → control ─► duties (the sketch's pins)
 //                                                ▲           └► status (four-slots)
 //                                             idle watch ◄─ step pulses, temperatures asked for
 //
@@ -16,9 +16,10 @@
 #include "base/time.h"
 #include "channel/broadcast.h"
 #include "channel/four_slot.h"
-#include "printer/heat/heater_watch.h"
+#include "printer/heat/filament_flow.h"
+#include "printer/heat/heater_loop.h"
+#include "printer/heat/heater_tuning.h"
 #include "printer/heat/idle_watch.h"
-#include "printer/heat/pid.h"
 #include "printer/link/layout.h"
 #include "printer/machine_config.h"
 
@@ -32,12 +33,18 @@ struct HeatTargets {
     std::uint32_t clear_faults = 0;  ///< a new number clears latched faults
     /// A new number: a temperature was asked for, maybe the same again.
     std::uint32_t requests = 0;
+    TuningRequest tuning{};  ///< its target must be the heater's, too
+    /// Other settings: in force once `settings_number` is new.
+    std::uint32_t settings_number = 0;
+    HeaterSettings hot_end_settings{};
+    HeaterSettings bed_settings{};
 };
 
 struct HeatReadings {
     std::optional<Celsius> hot_end;
     std::optional<Celsius> bed;
-    std::uint64_t step_pulses = 0;  ///< ever sent by loop 2: while they go out, the heat is used
+    std::uint64_t step_pulses = 0;    ///< ever sent by loop 2: while they go out, the heat is used
+    std::int64_t filament_steps = 0;  ///< where E stands
 };
 
 /// The duties that the sketch drives onto the pins; 0…1.
@@ -56,35 +63,53 @@ class HeatControl {
     void set_targets(const HeatTargets& targets) { targets_.write(targets); }
     /// Loop 1. Wait-free; the freshest sample's result.
     [[nodiscard]] link::HeatStatus status() const { return for_loop_1_.read(); }
+    /// Loop 1. Wait-free; the newest experiment.
+    [[nodiscard]] TuningReport tuning() const { return tuning_report_.read(); }
 
     /// Loop 3, once per sample. `cut` is the emergency stop: heat off whatever is asked.
     [[nodiscard]] HeatDuties sample(Instant now, const HeatReadings& readings, bool cut);
 
   private:
-    struct Heater {
-        Pid pid;
-        HeaterWatch watch;
-        Celsius last_target{};
-        Celsius shown{};       // last good reading
-        bool reading = false;  // there is one now
+    /// What both heaters see in a sample.
+    struct Surroundings {
+        Instant now;
+        double dt_s = 0;
+        double flow_mm3_s = 0;
+        bool cut = false;
     };
-    double drive(Heater& heater, Instant now, std::optional<Celsius> reading, Celsius target, double dt_s,
-                 bool cut);
+
+    /// The samples so far, and the newest of loop 1's numbers that they have heeded.
+    struct Taken {
+        std::uint64_t samples = 0;
+        Instant last{};
+        std::uint32_t cleared = 0;
+        std::uint32_t settings = 0;
+    };
+
+    void take(const HeatTargets& targets);
+    double drive(HeaterLoop& heater, std::optional<Celsius> reading, Celsius target, const Surroundings& at);
+    void follow_tuning(const HeatTargets& targets, bool cut);
+    void note_room(const HeatReadings& readings);
     [[nodiscard]] bool nobody_uses(Instant now, const HeatTargets& targets, std::uint64_t step_pulses);
     void publish(const HeatTargets& targets, const HeatDuties& duties);
-    [[nodiscard]] static link::HeaterStatus status_of(const Heater& heater, Celsius target, double duty);
+    [[nodiscard]] static link::HeaterStatus status_of(const HeaterLoop& heater, Celsius target, double duty);
+    [[nodiscard]] bool faulted() const { return hot_end_.watch().faulted() || bed_.watch().faulted(); }
 
-    Heater hot_end_;
-    Heater bed_;
+    HeaterLoop hot_end_;
+    HeaterLoop bed_;
     bool has_bed_;
     double idle_timeout_s_;
     IdleWatch idle_;
+    FilamentFlow flow_;
+    HeaterTuning tuning_;
+    std::optional<double> tuned_fan_;  // what an experiment makes of the fan
+    double fan_duty_ = 0;
+    double room_celsius_ = 40;
     channel::FourSlot<HeatTargets> targets_;
     channel::FourSlot<link::HeatStatus> for_loop_1_;
+    channel::FourSlot<TuningReport> tuning_report_;
     channel::Broadcast<link::HeatStatus, 2> status_;
-    std::uint64_t samples_ = 0;
-    std::uint32_t cleared_ = 0;
-    Instant last_{};
+    Taken taken_;
 };
 
 }  // namespace qduino::printer::heat

@@ -73,6 +73,16 @@ bool HeaterWatch::check_runaway(Instant now, Celsius now_celsius, Celsius target
     return raise("is far above what was asked,", now_celsius, "its switch may be stuck on: cut the power");
 }
 
+void HeaterWatch::take_balance(HeatBalance::Verdict verdict, Celsius reading) {
+    if (faulted() || verdict == HeatBalance::Verdict::fits) return;
+    if (verdict == HeatBalance::Verdict::too_hot) {
+        raise("is warmer than its power explains,", reading, "its switch may be stuck on: cut the power");
+    } else {
+        raise("is colder than its power explains,", reading,
+              "check sensor seat, heater and wires; new parts: M306 T");
+    }
+}
+
 bool HeaterWatch::sample(Instant now, std::optional<Celsius> reading, Celsius target) {
     const bool bad = reads_badly(reading);
     if (faulted()) return false;

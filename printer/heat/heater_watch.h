@@ -20,6 +20,8 @@
 //    not stay more than `kRunawayCelsius` above the reference for `kRunawaySeconds`. If its power
 //    is off then, its switch is stuck on.
 //
+// Where the heater's model is known, a fifth rule compares power with temperature (heat_balance.h).
+//
 // The rules and figures follow Klipper's verify_heater and Marlin's thermal protection
 // (docs/sources.md); the code is our own. Time is a parameter. Samples come at a regular interval:
 // 8 ms on the reference machine.
@@ -30,6 +32,7 @@
 #include "base/quantity.h"
 #include "base/text.h"
 #include "base/time.h"
+#include "printer/heat/heat_balance.h"
 #include "printer/machine_config.h"
 
 namespace qduino::printer::heat {
@@ -47,6 +50,9 @@ class HeaterWatch {
     /// open or short. `target`: 0 °C is off. True when this sample raises a fault; fault() keeps
     /// it.
     [[nodiscard]] bool sample(Instant now, std::optional<Celsius> reading, Celsius target);
+
+    /// Rule 5 (heat_balance.h) of a heater that reads `reading`: anything but `fits` is a fault.
+    void take_balance(HeatBalance::Verdict verdict, Celsius reading);
 
     [[nodiscard]] bool faulted() const { return !fault_.empty(); }
     [[nodiscard]] const Fault& fault() const { return fault_; }

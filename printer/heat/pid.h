@@ -19,7 +19,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace qduino::printer::heat {
 
@@ -44,9 +43,10 @@ class Pid {
     [[nodiscard]] double update(double target_celsius, double celsius, double dt_s) {
         const double error = target_celsius - celsius;
         const double weight = 1.0 - std::exp(-dt_s / gains_.derivative_filter_s);
-        const double before = smoothed_.value_or(celsius);
+        const double before = started_ ? smoothed_ : celsius;
+        started_ = true;
         smoothed_ = before + weight * (celsius - before);
-        const double derivative = (*smoothed_ - before) / dt_s;  // °C/s
+        const double derivative = (smoothed_ - before) / dt_s;  // °C/s
 
         if (std::abs(error) > gains_.functional_range) {
             integral_ = 0;
@@ -64,8 +64,9 @@ class Pid {
   private:
     static constexpr double kFull = 255.0;
     PidGains gains_;
-    double integral_ = 0;             // °C·s
-    std::optional<double> smoothed_;  // °C
+    bool started_ = false;
+    double integral_ = 0;  // °C·s
+    double smoothed_ = 0;  // °C, once started
 };
 
 }  // namespace qduino::printer::heat

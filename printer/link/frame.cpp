@@ -82,7 +82,7 @@ class FrameBuilder {
 
 Frame encode(const JobBegin& begin) {
     QDUINO_EXPECT(begin.job_id != 0);
-    return FrameBuilder::build(FrameType::job_begin, begin.job_id, begin.length);
+    return FrameBuilder::build(FrameType::job_begin, begin.job_id, begin.length, begin.estimated_s);
 }
 
 Frame encode(const JobBytes& bytes) {
@@ -107,8 +107,9 @@ Frame encode_raw(std::uint8_t type, std::span<const std::uint8_t> payload) {
 }
 
 Result<JobBegin> decode_job_begin(std::span<const std::uint8_t> payload) {
-    if (payload.size() != 16) return wrong_form("job_begin");
-    const JobBegin begin{load<std::uint64_t>(payload.data()), load<std::uint64_t>(payload.data() + 8)};
+    if (payload.size() != 24) return wrong_form("job_begin");
+    const JobBegin begin{load<std::uint64_t>(payload.data()), load<std::uint64_t>(payload.data() + 8),
+                         load<std::uint64_t>(payload.data() + 16)};
     if (begin.job_id == 0) return wrong_form("job_begin: job id 0");
     return begin;
 }
@@ -130,14 +131,15 @@ Result<JobEnd> decode_job_end(std::span<const std::uint8_t> payload) {
 
 Result<CommandText> decode_command(std::span<const std::uint8_t> payload) {
     if (payload.empty()) return wrong_form("command");
-    if (!is_within(payload[0], Command::pause, Command::clear_fault))
+    if (!is_within(payload[0], Command::pause, Command::host_line))
         return wrong_form("command that is known");
     return CommandText{static_cast<Command>(payload[0]), as_text(payload.subspan(1))};
 }
 
 Result<ReplyText> decode_reply(std::span<const std::uint8_t> payload) {
     if (payload.empty()) return wrong_form("reply");
-    if (!is_within(payload[0], ReplyKind::text, ReplyKind::error)) return wrong_form("reply of a known kind");
+    if (!is_within(payload[0], ReplyKind::text, ReplyKind::host_error))
+        return wrong_form("reply of a known kind");
     return ReplyText{static_cast<ReplyKind>(payload[0]), as_text(payload.subspan(1))};
 }
 

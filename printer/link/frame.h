@@ -70,8 +70,9 @@ struct FrameView {
 };
 
 struct JobBegin {
-    std::uint64_t job_id = 0;  ///< not 0
-    std::uint64_t length = 0;  ///< bytes
+    std::uint64_t job_id = 0;       ///< not 0
+    std::uint64_t length = 0;       ///< bytes
+    std::uint64_t estimated_s = 0;  ///< of one copy, whole seconds; 0: not known
 };
 struct JobBytes {
     std::uint64_t job_id = 0;
@@ -83,7 +84,7 @@ struct JobEnd {
 };
 struct CommandText {
     Command command;
-    std::string_view text;  ///< gcode: one line without its end; otherwise empty
+    std::string_view text;  ///< gcode, host_line: one line without its end; otherwise empty
 };
 struct ReplyText {
     ReplyKind kind;

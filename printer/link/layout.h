@@ -33,7 +33,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 7;
+inline constexpr std::uint32_t kVersion = 8;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -41,7 +41,7 @@ inline constexpr std::size_t kReplyRingBytes = std::size_t{1} << 16;
 inline constexpr std::size_t kMaxPayload = 4096;
 
 enum class FrameType : std::uint8_t {
-    job_begin = 1,  ///< payload: u64 job id, u64 length in bytes
+    job_begin = 1,  ///< payload: u64 job id, u64 length in bytes, u64 estimated seconds
     job_bytes = 2,  ///< payload: u64 job id, u64 offset, then the bytes
     job_end = 3,    ///< payload: u64 job id; after it the job's last byte has been sent
     command = 4,    ///< payload: u8 Command, then its text (gcode: one line)
@@ -56,9 +56,23 @@ enum class Command : std::uint8_t {
     gcode = 4,
     /// Back to idle after a fault or an emergency stop; refused while `fault_persists`.
     clear_fault = 5,
+    /// One line of a serial host, carried out as a job's would be: what is not a move happens at
+    /// its place in the motion. No text: a host begins, and G-code's modes are as at the start.
+    host_line = 6,
 };
 
-enum class ReplyKind : std::uint8_t { text = 1, warning = 2, error = 3 };
+/// The last three answer the line of a serial host.
+enum class ReplyKind : std::uint8_t {
+    text = 1,
+    warning = 2,
+    error = 3,
+    host_text = 4,
+    host_warning = 5,
+    host_error = 6,
+};
+
+/// Lines of a serial host that may be in the sketch's hands; the sender counts by `host_lines`.
+inline constexpr std::size_t kHostLinesMax = 128;
 
 /// `LinkLayout::emergency` counts the emergency stops asked for. The sketch stops when it differs
 /// from the last one that it served.
@@ -73,6 +87,14 @@ enum class MachineState : std::uint8_t {
 };
 
 enum class JobOutcome : std::uint8_t { none = 0, running = 1, completed = 2, cancelled = 3, failed = 4 };
+
+/// A line that a person typed beside a job, and that changes which part it makes: an object is
+/// left out, or printed after all.
+struct TypedObject {
+    std::uint64_t behind_line = 0;  ///< the job's last line that was read before it
+    FixedString<96> text;
+};
+inline constexpr std::size_t kTypedObjects = 8;
 
 /// Written by loop 1.
 struct JobStatus {
@@ -89,16 +111,16 @@ struct JobStatus {
     std::uint64_t line = 0;            ///< line number in the job, executed
     std::uint32_t unknown_codes = 0;
     std::uint32_t warnings = 0;
-    std::uint32_t layer = 0;      ///< from layer comments, 0 when there are none
-    double progress_slicer = -1;  ///< M73 P, 0…100; −1: none
-    double feed_factor = 1;       ///< M220
-    double flow_factor = 1;       ///< M221
+    std::uint32_t layer = 0;  ///< from layer comments, 0 when there are none
+    double feed_factor = 1;   ///< M220
+    double flow_factor = 1;   ///< M221
     /// Time of the running or last job, pauses excluded.
     double print_time_s = 0;
+    double heating_time_s = 0;      ///< … of it, waiting for heat
     PerAxis<double> position_mm{};  ///< planned G-code position
     std::array<bool, 3> homed{};
-    /// Pulse counts at machine position 0: position in mm = (MotionStatus::steps − this) / steps
-    /// per mm.
+    /// Pulse counts at motor position 0: a motor's place in mm = (MotionStatus::steps − this) / its
+    /// steps per mm (printer/kinematics.h).
     PerAxis<std::int64_t> origin_steps{};
     FixedString<128> message;  ///< M117
     FixedString<236> fault;    ///< why faulted, or why the last job failed
@@ -109,6 +131,11 @@ struct JobStatus {
     /// How often the head has left the running or last job's path, and come back.
     std::uint32_t excursions = 0;
     std::uint64_t replies_dropped = 0;
+    /// How many TypedObjects this job has had; number n, from 0, is at n % kTypedObjects.
+    std::uint32_t typed_objects = 0;
+    std::array<TypedObject, kTypedObjects> typed_object{};
+    /// Lines of serial hosts that are over in this session: done, refused or dropped.
+    std::uint64_t host_lines = 0;
 };
 
 /// Written by loop 2 (step/stepper_loop.h), often: what loops 1 and 3 need of it.
@@ -163,6 +190,14 @@ struct HeatStatus {
     std::uint32_t requests_seen = 0;
 };
 
+/// The heaters' numbers as M500 last kept them. The service writes them to disk: the sketch never
+/// does.
+struct KeptHeat {
+    std::uint32_t number = 0;  ///< of the M500 in this session; 0: none yet
+    HeaterSettings hot_end{};
+    HeaterSettings bed{};
+};
+
 /// What the sketch could be promised at start: the guarantee report as JSON text, for the page.
 struct GuaranteeText {
     FixedString<8000> json;
@@ -200,6 +235,7 @@ struct LinkLayout {
     channel::FourSlot<JobStatus> job_status;
     channel::FourSlot<MotionStatus> motion_status;
     channel::FourSlot<HeatStatus> heat_status;
+    channel::FourSlot<KeptHeat> kept_heat;
     channel::FourSlot<GuaranteeText> guarantee;
 };
 

@@ -1,6 +1,5 @@
 #include "printer/machine/console.h"
 
-#include "printer/gcode/command_table.h"
 #include "printer/gcode/parser.h"
 #include "printer/machine/motion_pipe.h"
 
@@ -19,19 +18,39 @@ Result<void> Console::may_type(const gcode::Command& command, const Situation& n
                                     "and while it is paused jogs");
 }
 
-Result<void> Console::take(std::string_view line) {
+Result<void> Console::take(std::string_view line, Speaker speaker) {
     if (line.size() > gcode::kCommandBytesMax)
         return make_error(ErrorCode::invalid_argument, "the line is longer than 256 bytes: it was not taken");
-    if (lines_.try_push_back(line)) return {};
-    return make_error(ErrorCode::unavailable,
-                      "busy: sixteen lines are waiting already; try again when they are done");
+    const bool of_host = speaker == Speaker::host;
+    if (held_for(speaker) >= (of_host ? link::kHostLinesMax : kLinesMax) || count_ == entries_.size()) {
+        return make_error(ErrorCode::unavailable, "busy: ",
+                          of_host ? "more lines are waiting than a host may send"
+                                  : "sixteen lines are waiting already; try again when they are done");
+    }
+    entries_[(first_ + count_) % entries_.size()] = {FixedString<gcode::kCommandBytesMax>{line}, speaker};
+    ++count_;
+    if (of_host && !line.empty()) ++of_host_;
+    return {};
+}
+
+gcode::Ok Console::ok() const {
+    const Result<std::optional<gcode::Command>> parsed = gcode::parse_line(next().line);
+    const bool known = parsed.ok() && parsed->has_value();
+    return known ? gcode::ok_of(**parsed) : gcode::Ok::when_done;
+}
+
+std::size_t Console::forget() {
+    const std::size_t of_host = of_host_;
+    count_ = of_host_ = 0;
+    return of_host;
 }
 
 std::optional<Result<void>> Console::run_next(const Situation& now, gcode::Interpreter& interpreter) {
-    QDUINO_EXPECT(waiting());
-    const FixedString<gcode::kCommandBytesMax> text = lines_.front();
-    lines_.erase(0);
-    const Result<std::optional<gcode::Command>> parsed = gcode::parse_line(text);
+    const Entry entry = next();
+    first_ = (first_ + 1) % entries_.size();
+    --count_;
+    if (entry.speaker == Speaker::host && !entry.line.empty()) --of_host_;
+    const Result<std::optional<gcode::Command>> parsed = gcode::parse_line(entry.line);
     if (!parsed.ok()) return Result<void>{parsed.error()};
     if (!parsed->has_value()) return std::nullopt;
     if (const Result<void> may = may_type(**parsed, now); !may.ok()) return may;

@@ -1,9 +1,16 @@
 #include "printer/machine/heating.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace qduino::printer::machine {
 
 Heating::Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published)
-    : config_(config), control_(config, published) {}
+    : config_(config), control_(config, published) {
+    kept_settings_ = {0, settings_of(config.hot_end), settings_of(config.bed)};
+    targets_.hot_end_settings = kept_settings_.hot_end;
+    targets_.bed_settings = kept_settings_.bed;
+}
 
 // ---- what is heard ------------------------------------------------------------------------------
 
@@ -62,6 +69,60 @@ void Heating::clear_faults() {
     ++targets_.clear_faults;
     all_off();
     seen_.fault.clear();
+}
+
+// ---- the heaters' numbers -----------------------------------------------------------------------
+
+void Heating::change(gcode::Heater heater, const gcode::HeaterChange& change) {
+    HeaterSettings& settings =
+        heater == gcode::Heater::bed ? targets_.bed_settings : targets_.hot_end_settings;
+    settings.kp = change.kp.value_or(settings.kp);
+    settings.ki = change.ki.value_or(settings.ki);
+    settings.kd = change.kd.value_or(settings.kd);
+    HeaterModel& model = settings.model;
+    model.power_w = change.power_w.value_or(model.power_w);
+    model.heat_capacity_j_k = change.heat_capacity_j_k.value_or(model.heat_capacity_j_k);
+    model.sensor_lag_s = change.sensor_lag_s.value_or(model.sensor_lag_s);
+    model.filament_j_mm3_k = change.filament_j_mm3_k.value_or(model.filament_j_mm3_k);
+    model.loss_w_k = change.loss_w_k.value_or(model.loss_w_k);
+    if (change.loss_with_fan_w_k)
+        model.fan_loss_w_k = std::max(*change.loss_with_fan_w_k - model.loss_w_k, 0.0);
+    ++targets_.settings_number;
+    control_.set_targets(targets_);
+}
+
+link::KeptHeat Heating::keep_settings() {
+    kept_settings_ = {kept_settings_.number + 1, targets_.hot_end_settings, targets_.bed_settings};
+    return kept_settings_;
+}
+
+void Heating::restore_settings() {
+    targets_.hot_end_settings = kept_settings_.hot_end;
+    targets_.bed_settings = kept_settings_.bed;
+    ++targets_.settings_number;
+    control_.set_targets(targets_);
+}
+
+std::optional<Heating::TuningOver> Heating::advance_tuning() {
+    if (!tuning_) return std::nullopt;
+    const gcode::TuningAsked asked = tuning_->asked;
+    const bool of_bed = asked.heater == gcode::Heater::bed;
+    if (!std::exchange(tuning_->begun, true)) {
+        const std::uint32_t number = targets_.tuning.number + 1;
+        targets_.tuning = {number, asked.kind, of_bed, asked.target, asked.swings};
+        set_target(asked.heater, asked.target);
+        return std::nullopt;
+    }
+    const heat::TuningReport report = control_.tuning();
+    const bool over = report.state == heat::TuningState::done || report.state == heat::TuningState::failed;
+    if (report.number != targets_.tuning.number || !over) return std::nullopt;
+    tuning_.reset();
+    if (asked.use && report.state == heat::TuningState::done) {
+        (of_bed ? targets_.bed_settings : targets_.hot_end_settings) = report.found;
+        ++targets_.settings_number;
+    }
+    set_target(asked.heater, Celsius{});
+    return TuningOver{asked, report};
 }
 
 // ---- while a job is paused ----------------------------------------------------------------------

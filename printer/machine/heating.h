@@ -3,6 +3,7 @@
 //
 //   set_target() ─► targets ──four-slot──► loop 3  sample()
 //                      ▲                                │
+//   settings, tuning ──┘
 //   kept while the job │ is paused, or has lost         └──four-slot──► observe() ─► seen(),
 //   its heat: asked for again by resume                                 fault(), idle_lost()
 #pragma once
@@ -65,6 +66,29 @@ class Heating {
     /// Loop 3 forgets its latched faults.
     void clear_faults();
 
+    // ---- loop 1: the heaters' numbers -----------------------------------------------------------
+
+    /// In force from loop 3's next sample on.
+    void change(gcode::Heater heater, const gcode::HeaterChange& change);
+    [[nodiscard]] const HeaterSettings& settings(gcode::Heater heater) const {
+        return heater == gcode::Heater::bed ? targets_.bed_settings : targets_.hot_end_settings;
+    }
+    /// The settings in force, as those that are kept from now on.
+    [[nodiscard]] link::KeptHeat keep_settings();
+    /// Back to those that are kept: of the last keep_settings(), or of the start.
+    void restore_settings();
+
+    /// An experiment that has ended.
+    struct TuningOver {
+        gcode::TuningAsked asked;
+        heat::TuningReport report;
+    };
+    /// Asks for an experiment; it begins with advance_tuning().
+    void tune(const gcode::TuningAsked& asked) { tuning_ = Tuning{asked}; }
+    /// Begins what was asked for. An experiment that has ended is told once: its heater is off, and
+    /// what it found is in force if that was asked for.
+    [[nodiscard]] std::optional<TuningOver> advance_tuning();
+
     // ---- loop 1: while a job is paused ----------------------------------------------------------
 
     /// Keeps the targets in force, unless some are kept already; later requests change them.
@@ -83,8 +107,19 @@ class Heating {
     [[nodiscard]] HeatWait& wait() { return wait_; }
     [[nodiscard]] const HeatWait& wait() const { return wait_; }
     void advance_wait(Instant now);
+    /// The job is held: it waits for heat, or an experiment is on.
+    [[nodiscard]] bool holds() const { return wait_.active() || tuning_.has_value(); }
+    /// Gives up what holds(). The targets stay.
+    void forget_wait() {
+        wait_.clear();
+        tuning_.reset();
+    }
 
   private:
+    struct Tuning {
+        gcode::TuningAsked asked;
+        bool begun = false;
+    };
     struct Kept {
         Celsius hot_end;
         Celsius bed;
@@ -100,6 +135,8 @@ class Heating {
     bool silent_ = false;
     std::optional<Kept> kept_;  // in force when the job was paused, or lost its heat
     HeatWait wait_;
+    std::optional<Tuning> tuning_;
+    link::KeptHeat kept_settings_;
 };
 
 }  // namespace qduino::printer::machine

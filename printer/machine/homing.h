@@ -1,17 +1,20 @@
-// Homes the axes, one after the other. A stepper motor cannot tell where its axis stands; only the
-// switch at the end of the axis can. A fast approach finds the switch soon, and a slow one finds it
-// exactly:
+// Homes the axes, one after the other; a delta's towers all at once. A stepper motor cannot tell
+// where its axis stands; only the switch at the end of the axis can. A fast approach finds the
+// switch soon, and a slow one finds it exactly:
 //
 //   fast_approach   towards the switch at `home_speed`, until it presses
 //   retreat         `home_retreat` away from it, at the same speed
 //   slow_approach   towards it at a tenth of that speed, until it presses again
 //   settle          rest for `kHomingRest_s`; the axis is then at `home_position`, by definition
 //
-// Loop 2 looks at the switch before each step of an approach, and sends no more steps of that axis
-// once it presses. Loop 1 then has the rest of the move dropped. When the axis has settled, loop
-// 2's step count marks the home position. An approach without a press ends the homing as failed.
+// Loop 2 looks at the switch before each step of an approach, and sends no more steps of the motors
+// that it ends once it presses (printer/kinematics.h: stopped_by). Loop 1 then has the rest of the
+// move dropped. When the axis has settled, loop 2's step counts mark the home position. An approach
+// without a press ends the homing as failed.
 //
-// X and Y are homed before Z, so that the nozzle never comes down beside the bed.
+// X and Y are homed before Z, so that the nozzle never comes down beside the bed. On a delta one
+// switch alone says nothing of X, Y or Z: the tool goes straight up, which moves all carriages by
+// the same, and each stops at its own switch.
 //
 // The class is pure: order() says what to do next, and done() is told how it ended.
 #pragma once
@@ -20,6 +23,7 @@
 
 #include "base/contract.h"
 #include "printer/gcode/position.h"
+#include "printer/kinematics.h"
 #include "printer/machine_config.h"
 
 namespace qduino::printer::machine {
@@ -31,8 +35,9 @@ class Homing {
     enum class Phase : std::uint8_t { fast_approach, retreat, slow_approach, settle };
     struct Order {
         Phase phase = Phase::fast_approach;
-        Axis axis = Axis::x;
-        double distance_mm = 0;  ///< signed, machine direction; 0: rest
+        Axis axis = Axis::x;      ///< the tool moves along it
+        gcode::AxisSet switches;  ///< all of them must be pressed
+        double distance_mm = 0;   ///< signed, machine direction; 0: rest
         double speed_mm_s = 0;
 
         /// The switch ends it.
@@ -41,13 +46,14 @@ class Homing {
         }
     };
 
-    explicit Homing(const MachineConfig& config) : config_(config) {}
+    explicit Homing(const MachineConfig& config)
+        : config_(config), together_(Kinematics{config}.homes_together()) {}
 
     void begin(gcode::AxisSet axes) {
         left_ = axes;
         phase_ = Phase::fast_approach;
-        axis_ = Axis::x;
-        active_ = skip_to_wanted_axis();
+        axis_ = together_ ? Axis::z : Axis::x;
+        active_ = together_ || skip_to_wanted_axis();
     }
     [[nodiscard]] bool active() const { return active_; }
     void abandon() { active_ = false; }
@@ -57,18 +63,21 @@ class Homing {
         QDUINO_EXPECT(active_);
         const AxisConfig& axis = config_.axes[axis_];
         const double towards = axis.home_towards_minimum ? -1.0 : 1.0;
-        const double travel = (axis.maximum - axis.minimum).value() * 1.1 + axis.home_retreat.value();
+        const double retreat = axis.home_retreat.value();
+        const double speed = axis.home_speed.value();
+        const double travel = (axis.maximum - axis.minimum).value() * 1.1 + retreat;
+        const gcode::AxisSet switches = together_ ? gcode::AxisSet::tool() : gcode::AxisSet{}.add(axis_);
         switch (phase_) {
             case Phase::fast_approach:
-                return {phase_, axis_, towards * travel, axis.home_speed.value()};
+                return {phase_, axis_, switches, towards * travel, speed};
             case Phase::retreat:
-                return {phase_, axis_, -towards * axis.home_retreat.value(), axis.home_speed.value()};
+                return {phase_, axis_, switches, -towards * retreat, speed};
             case Phase::slow_approach:
-                return {phase_, axis_, towards * 2 * axis.home_retreat.value(), axis.home_speed.value() / 10};
+                return {phase_, axis_, switches, towards * 2 * retreat, speed / 10};
             case Phase::settle:
                 break;
         }
-        return {phase_, axis_, 0, 0};
+        return {phase_, axis_, switches, 0, 0};
     }
 
     /// The order has been carried out. `pressed`: the switch ended it. False: an approach came to
@@ -96,6 +105,7 @@ class Homing {
     }
 
     const MachineConfig& config_;
+    bool together_;
     gcode::AxisSet left_;
     Axis axis_ = Axis::x;
     Phase phase_ = Phase::fast_approach;

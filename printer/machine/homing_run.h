@@ -18,6 +18,7 @@
 #include "printer/machine/homing.h"
 #include "printer/machine/motion_pipe.h"
 #include "printer/machine/motors.h"
+#include "printer/machine/probe_run.h"
 
 namespace qduino::printer::machine {
 
@@ -25,46 +26,67 @@ class HomingRun {
   public:
     /// All must outlive this.
     HomingRun(const MachineConfig& config, MotionPipe& pipe, Motors& motors)
-        : config_(config), pipe_(pipe), motors_(motors), homing_(config) {}
+        : config_(config),
+          kinematics_(config),
+          pipe_(pipe),
+          motors_(motors),
+          homing_(config),
+          probe_(config, pipe, motors) {}
 
     /// Contract: `axes` is not empty, and holds none but X, Y, Z.
     void begin(gcode::AxisSet axes);
-    [[nodiscard]] bool active() const { return homing_.active(); }
+    /// Measures the bed. Contract: as ProbeRun::begin().
+    void probe() { probe_.begin(); }
+    [[nodiscard]] bool active() const { return homing_.active() || probe_.active(); }
 
     /// One look, once per release while active. `may_start`: everything before has been played.
     /// True: an axis has just settled at its home position, and the pipe begins anew there. Error:
     /// homing is over, and has failed.
     [[nodiscard]] Result<bool> advance(Instant now, bool may_start);
-    /// Loop 2 has dropped everything, and the pipe begins anew where the machine stands.
-    [[nodiscard]] Result<void> stopped() { return running_ ? ended(true) : Result<void>{}; }
+    /// Loop 2 has dropped everything, and nobody has yet worked out where that left the machine. On
+    /// a delta that would make no sense before its carriages have been found: they stand at their
+    /// switches.
+    void locate();
+    /// … and the pipe begins anew where the machine stands.
+    [[nodiscard]] Result<void> stopped() {
+        if (probe_.active()) return probe_.stopped();
+        return running_ ? ended(true) : Result<void>{};
+    }
+    /// The bed is being measured, or has just been.
+    [[nodiscard]] bool probes() const { return !homing_.active(); }
     /// Ends it, wherever it is; no axis is homed then. The caller has the motion stopped.
     void abandon();
 
     [[nodiscard]] bool homed(Axis axis) const { return homed_[axis]; }
     [[nodiscard]] bool all_homed() const { return homed_[0] && homed_[1] && homed_[2]; }
-    /// `axes` may be moved by hand from now on.
+    /// `axes` may be moved by hand from now on, and so may all that share a motor with them.
     void forget(gcode::AxisSet axes);
     /// Tells `interpreter` which axes are homed.
     void tell(gcode::Interpreter& interpreter) const;
 
   private:
-    /// The order in hand, and loop 2's counts of the axis when it began.
+    /// The order in hand, and loop 2's counts when it began.
     struct Running {
         Instant began{};
-        std::uint32_t hits = 0;
-        std::int64_t steps = 0;
+        PerAxis<std::uint32_t> hits{};
+        StepCounts steps{};
     };
 
     void start(Instant now);
     void append(const Homing::Order& order);
+    [[nodiscard]] bool watch(const Homing::Order& order, bool on);
+    [[nodiscard]] bool all_pressed(const Homing::Order& order) const;
     [[nodiscard]] Result<void> ended(bool pressed);
-    void settle(Axis axis);
+    motion::AxisVector stand_at_home(gcode::AxisSet axes);
+    void settle(gcode::AxisSet axes);
     [[nodiscard]] Error failed(Axis axis, std::string_view why);
 
     const MachineConfig& config_;
+    Kinematics kinematics_;
     MotionPipe& pipe_;
     Motors& motors_;
     Homing homing_;
+    ProbeRun probe_;
     std::optional<Running> running_;
     PerAxis<bool> homed_{};
 };

@@ -28,20 +28,43 @@ Result<void> JobActions::move(const gcode::Move& move) {
     const motion::AxisVector to = to_vector(move.to);
     const double filament_mm = to[3] - from[3];
     QDUINO_TRY(parts_.heating.check_cold(filament_mm));
-    parts_.motors.on_for(from, to);
-    const bool from_job = !typed_ && parts_.link.job_running();
+    const bool from_job = speaker_ == Speaker::job && parts_.link.job_running();
     Place done;
     if (from_job) done.progress = {move.source.end_offset, move.source.line, parts_.places.layer()};
-    const bool fits = parts_.pipe.planner().append({{to[0], to[1], to[2]},
-                                                    filament_mm,
-                                                    move.feedrate.value(),
-                                                    parts_.pipe.accelerations().of(move.kind)});
-    QDUINO_EXPECT(fits);  // nothing is read without room for a line's pieces
+    motion::Correction& correction = parts_.pipe.correction();
+    const Accelerations& accelerations = parts_.pipe.accelerations();
+    if (correction.take_stale())
+        append(correction.corrected(from), 0, parts_.config.axes[Axis::z].max_speed.value(),
+               accelerations.travel);
+    if (!correction.active()) {
+        append(to, filament_mm, move.feedrate.value(), accelerations.of(move.kind));
+    } else {
+        double pushed_mm = 0;
+        for (const motion::Correction::Piece& piece : correction.split(from, to)) {
+            append(piece.end, piece.share * filament_mm - pushed_mm, move.feedrate.value(),
+                   accelerations.of(move.kind));
+            pushed_mm = piece.share * filament_mm;
+        }
+    }
     mark(done);
     return {};
 }
 
+/// A straight way of the machine.
+void JobActions::append(const motion::AxisVector& to, double filament_mm, double speed_mm_s,
+                        double acceleration_mm_s2) {
+    motion::Planner& planner = parts_.pipe.planner();
+    motion::AxisVector end = to;
+    end[Axis::e] = planner.position_mm()[Axis::e] + filament_mm;
+    parts_.motors.on_for(planner.position_mm(), end);
+    const bool fits = planner.append({{to[0], to[1], to[2]}, filament_mm, speed_mm_s, acceleration_mm_s2});
+    QDUINO_EXPECT(fits);  // nothing is read without room for a line's pieces
+}
+
 Result<void> JobActions::dwell(Seconds duration) {
+    // Loop 2 begins a new time line at the first event that it finds. Where nothing moves before
+    // the dwell, that would be the dwell's end.
+    mark({});
     const bool fits = parts_.pipe.planner().append_dwell(duration.value());
     QDUINO_EXPECT(fits);
     return {};
@@ -52,15 +75,39 @@ Result<void> JobActions::home(AxisSet axes) {
     return {};
 }
 
+Result<void> JobActions::probe_bed() {
+    parts_.homing.probe();
+    return {};
+}
+
+Result<void> JobActions::change_bed(const gcode::BedChange& change) {
+    motion::Correction& correction = parts_.pipe.correction();
+    if (change.profile != gcode::BedProfile::none)
+        QDUINO_TRY(parts_.profiles.apply(change.profile, change.name, correction));
+    if (change.forget) correction.set_mesh({});
+    if (change.fade_end) correction.set_fade_end(change.fade_end->value());
+    if (change.skew) correction.set_skew(*change.skew);
+    if (!change.follow) return {};
+    if (*change.follow && !correction.mesh().known())
+        parts_.link.say(ReplyKind::warning, "the bed has not been measured (G29): it is taken to be flat");
+    correction.use_mesh(*change.follow);
+    return {};
+}
+
 Result<void> JobActions::set_limits(const gcode::LimitChange& change) {
     parts_.pipe.change_limits(change);
+    return {};
+}
+
+Result<void> JobActions::set_compensation(const gcode::CompensationChange& change) {
+    parts_.pipe.change_compensation(change);
     return {};
 }
 
 // ---- at a place in the motion -------------------------------------------------------------------
 
 void JobActions::place(const PlaceAction& action) {
-    if (typed_) return perform(action);
+    if (acts_at_once()) return perform(action);
     mark({action});
 }
 
@@ -105,6 +152,25 @@ Result<void> JobActions::wait_temperature(Heater heater, Celsius target, gcode::
     return {};
 }
 
+Result<void> JobActions::set_heater(Heater heater, const gcode::HeaterChange& change) {
+    parts_.heating.change(heater, change);
+    return {};
+}
+
+Result<void> JobActions::tune_heater(const gcode::TuningAsked& asked) {
+    parts_.heating.tune(asked);
+    return {};
+}
+
+Result<void> JobActions::settings(gcode::SettingsAsked asked) {
+    if (asked == gcode::SettingsAsked::restore) {
+        parts_.heating.restore_settings();
+    } else {
+        parts_.link.keep(parts_.heating.keep_settings());
+    }
+    return {};
+}
+
 Result<void> JobActions::set_fan(std::uint8_t index, double duty) {
     if (index == 0) place(FanDuty{duty});  // there is one fan; slicers may speak of others
     return {};
@@ -122,23 +188,22 @@ void JobActions::factors(double speed, double flow) {
     parts_.link.status().flow_factor = flow;
 }
 
-void JobActions::progress(const gcode::Progress& progress) {
-    if (progress.percent) parts_.link.status().progress_slicer = *progress.percent;
-}
-
 void JobActions::note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) {
     if (kind == gcode::NoteKind::echo) return parts_.link.say(ReplyKind::text, text);
     FixedString<400> line;
-    if (source.line > 0 && !typed_) write(line, "line ", source.line, ": ");
+    if (source.line > 0 && speaker_ == Speaker::job) write(line, "line ", source.line, ": ");
     parts_.link.say(ReplyKind::warning, line.append(text));
 }
 
 // ---- what only the machine can do ---------------------------------------------------------------
 
-Result<void> JobActions::pause(gcode::PauseReason, std::string_view text) {
-    if (!parts_.link.job_running() || typed_) return {};
-    if (!text.empty()) message(text);
-    request_ = PauseAsked{};
+Result<void> JobActions::pause(const gcode::PauseOrder& order) {
+    const bool of_host = speaker_ == Speaker::host && !parts_.link.job_running();
+    const bool of_job = speaker_ == Speaker::job && parts_.link.job_running();
+    if (!of_host && !of_job) return {};
+    if (!order.text.empty()) message(order.text);
+    request_ = PauseAsked{order};
+    std::get<PauseAsked>(*request_).order.text = {};
     return {};
 }
 

@@ -3,10 +3,10 @@
 //   Interpreter ──Actions──► JobActions ──► planner, places, heat, motors, homing, status
 //                                  └── request: pause, stop, answer
 //
-// An action of a job's line happens at its place in the motion. A typed action happens at once,
-// unless it moves. Three things only the machine can do: pause, stop, answer. A line that asks for
-// one leaves a request here, and the machine takes it when the line is done; so no call goes back
-// into the machine from inside the interpreter. Loop 1 only.
+// An action of a job's line happens at its place in the motion, and so does a serial host's. A
+// typed action happens at once, unless it moves. Three things only the machine can do: pause, stop,
+// answer. A line that asks for one leaves a request here, and the machine takes it when the line is
+// done; so no call goes back into the machine from inside the interpreter. Loop 1 only.
 #pragma once
 
 #include <optional>
@@ -14,17 +14,21 @@
 #include <variant>
 
 #include "printer/gcode/actions.h"
+#include "printer/machine/bed_profiles.h"
 #include "printer/machine/heating.h"
 #include "printer/machine/homing_run.h"
 #include "printer/machine/link_end.h"
 #include "printer/machine/motion_pipe.h"
 #include "printer/machine/motors.h"
 #include "printer/machine/places.h"
+#include "printer/machine/speaker.h"
 
 namespace qduino::printer::machine {
 
 /// A line asks the machine to pause (M0), to stop at once (M112), or to answer (M105, M114, M115).
-struct PauseAsked {};
+struct PauseAsked {
+    gcode::PauseOrder order;  ///< its text has been shown, and is empty
+};
 struct EmergencyAsked {};
 using Request = std::variant<PauseAsked, EmergencyAsked, gcode::Report>;
 
@@ -39,11 +43,15 @@ class JobActions final : public gcode::Actions {
         Heating& heating;
         Places& places;
         HomingRun& homing;
+        BedProfiles& profiles;
     };
     explicit JobActions(const Parts& parts) : parts_(parts) {}
 
-    /// Whether the lines from here on are typed, or the job's.
-    void set_typed(bool typed) { typed_ = typed; }
+    /// Whose the lines from here on are.
+    void set_speaker(Speaker speaker) {
+        speaker_ = speaker;
+        parts_.link.answer_host(speaker == Speaker::host);
+    }
     /// The request of the line just carried out; once.
     [[nodiscard]] std::optional<Request> take_request() { return std::exchange(request_, std::nullopt); }
     /// The motion has passed `place`.
@@ -52,16 +60,27 @@ class JobActions final : public gcode::Actions {
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
     Result<void> home(gcode::AxisSet axes) override;
+    Result<void> probe_bed() override;
+    Result<void> change_bed(const gcode::BedChange& change) override;
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
+    Result<void> set_heater(gcode::Heater heater, const gcode::HeaterChange& change) override;
+    Result<void> tune_heater(const gcode::TuningAsked& asked) override;
+    Result<void> settings(gcode::SettingsAsked asked) override;
     Result<void> set_fan(std::uint8_t index, double duty) override;
     Result<void> motors_off(gcode::AxisSet axes) override;
+    Result<void> motors_time_out(Seconds after) override {
+        parts_.motors.time_out_after(from_seconds(after.value()));
+        return {};
+    }
     Result<void> set_limits(const gcode::LimitChange& change) override;
+    Result<void> set_compensation(const gcode::CompensationChange& change) override;
     void factors(double speed, double flow) override;
     void message(std::string_view text) override { parts_.link.status().message.assign(text); }
-    void progress(const gcode::Progress& progress) override;
+    /// The slicer's claim (M73 P R) changes nothing: the printer has an estimate of its own.
+    void progress(const gcode::Progress&) override {}
     void report(gcode::Report what) override { request_ = what; }
-    Result<void> pause(gcode::PauseReason reason, std::string_view text) override;
+    Result<void> pause(const gcode::PauseOrder& order) override;
     void emergency_stop() override { request_ = EmergencyAsked{}; }
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
@@ -70,11 +89,17 @@ class JobActions final : public gcode::Actions {
     void place(const PlaceAction& action);
     void mark(const Place& place);
     void perform(const PlaceAction& action);
+    void append(const motion::AxisVector& to, double filament_mm, double speed_mm_s,
+                double acceleration_mm_s2);
+    /// It happens now, not at a place: typed; or beside the path of a job that runs.
+    [[nodiscard]] bool acts_at_once() const {
+        return speaker_ == Speaker::person || (speaker_ == Speaker::host && parts_.link.job_running());
+    }
     [[nodiscard]] Result<void> check_homed_for_jog(const gcode::Move& move) const;
 
     Parts parts_;
     std::optional<Request> request_;
-    bool typed_ = false;
+    Speaker speaker_ = Speaker::job;
 };
 
 }  // namespace qduino::printer::machine

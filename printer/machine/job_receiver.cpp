@@ -34,6 +34,7 @@ JobReceiver::Event JobReceiver::take_begin(std::span<const std::uint8_t> payload
     ended_ = false;
     job_id_ = begin->job_id;
     length_ = begin->length;
+    estimated_s_ = begin->estimated_s;
     accepted_ = 0;
     held_begin_ = held_end_ = 0;
     return Event::begun;

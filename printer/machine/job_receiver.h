@@ -48,6 +48,8 @@ class JobReceiver {
     [[nodiscard]] bool running() const { return running_; }
     [[nodiscard]] std::uint64_t job_id() const { return job_id_; }
     [[nodiscard]] std::uint64_t length() const { return length_; }
+    /// What the service estimates for it; 0: not known.
+    [[nodiscard]] std::uint64_t estimated_s() const { return estimated_s_; }
     /// Bytes of the job taken in order so far; a feeder resumes here.
     [[nodiscard]] std::uint64_t accepted() const { return accepted_; }
     /// Frames that broke a rule or a check sum.
@@ -68,6 +70,7 @@ class JobReceiver {
     bool ended_ = false;
     std::uint64_t job_id_ = 0;
     std::uint64_t length_ = 0;
+    std::uint64_t estimated_s_ = 0;
     std::uint64_t accepted_ = 0;
     std::uint64_t refused_ = 0;
 };

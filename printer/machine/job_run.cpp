@@ -1,5 +1,7 @@
 #include "printer/machine/job_run.h"
 
+#include <algorithm>
+
 namespace qduino::printer::machine {
 
 using link::JobOutcome;
@@ -10,6 +12,7 @@ void JobRun::begin() {
     layers_ = {};
     places_.begin_layer(0);
     read_to_end_ = false;
+    last_line_ = 0;
     link_.status() = {};
     link_.status().outcome = JobOutcome::running;
     link_.status().job_id = receiver_.job_id();
@@ -55,7 +58,21 @@ Result<void> JobRun::carry_out(const gcode::Line& line) {
         if (layers_.on_annotation(annotation)) places_.begin_layer(layers_.layers());
     }
     if (line.error) return *line.error;
+    if (line.command != nullptr) last_line_ = line.source.line;
     return line.command == nullptr ? Result<void>{} : interpreter_.execute(*line.command, kArcPiecesAtOnce);
+}
+
+gcode::PrintProgress JobRun::progress() const {
+    const auto estimated_s = static_cast<double>(receiver_.estimated_s());
+    if (!running() || estimated_s <= 0) return {};
+    const double passed_s = link_.status().print_time_s;
+    return {Seconds{passed_s}, Seconds{std::max(0.0, estimated_s - passed_s)}};
+}
+
+void JobRun::note_typed_object(std::string_view line) {
+    link::JobStatus& status = link_.status();
+    status.typed_object[status.typed_objects % link::kTypedObjects] = {last_line_, FixedString<96>{line}};
+    ++status.typed_objects;
 }
 
 void JobRun::end(const JobEnding& ending) {
@@ -69,9 +86,13 @@ void JobRun::end(const JobEnding& ending) {
     read_to_end_ = false;
 }
 
-void JobRun::publish(Instant now, bool counts) {
+void JobRun::publish(Instant now, bool counts, bool waits_for_heat) {
     link::JobStatus& status = link_.status();
-    if (counts && running() && published_) status.print_time_s += to_seconds(now - *published_);
+    if (counts && running() && published_) {
+        const double passed_s = to_seconds(now - *published_);
+        status.print_time_s += passed_s;
+        if (waits_for_heat) status.heating_time_s += passed_s;
+    }
     published_ = now;
     if (running()) {
         status.bytes_accepted = receiver_.accepted();

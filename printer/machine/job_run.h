@@ -17,6 +17,7 @@
 #include "printer/gcode/annotation.h"
 #include "printer/gcode/interpreter.h"
 #include "printer/gcode/parser.h"
+#include "printer/gcode/reports.h"
 #include "printer/machine/job_receiver.h"
 #include "printer/machine/link_end.h"
 #include "printer/machine/motion_pipe.h"
@@ -40,6 +41,9 @@ class JobRun {
     [[nodiscard]] bool running() const { return link_.job_running(); }
     /// Every byte of it has been read.
     [[nodiscard]] bool read_to_end() const { return read_to_end_; }
+    /// How far it is by the printer's own estimate, which the service has made. Zeros: no job
+    /// runs, or it came without one.
+    [[nodiscard]] gcode::PrintProgress progress() const;
     [[nodiscard]] gcode::Interpreter& interpreter() { return interpreter_; }
     [[nodiscard]] const gcode::Interpreter& interpreter() const { return interpreter_; }
 
@@ -60,6 +64,9 @@ class JobRun {
     /// caller ends it.
     [[nodiscard]] bool take_arrival();
 
+    /// A typed line has changed which objects are left out of the lines to come.
+    void note_typed_object(std::string_view line);
+
     /// How it will have ended when everything is at rest.
     void will_end(const JobEnding& ending) { ending_ = ending; }
     [[nodiscard]] const JobEnding& ending() const { return ending_; }
@@ -67,8 +74,8 @@ class JobRun {
     void end(const JobEnding& ending);
 
     /// Brings its numbers in the status up to date. `counts`: the time since the last call is time
-    /// of printing.
-    void publish(Instant now, bool counts);
+    /// of printing; `waits_for_heat`: and of waiting for heat.
+    void publish(Instant now, bool counts, bool waits_for_heat);
 
   private:
     void begin();
@@ -82,6 +89,7 @@ class JobRun {
     gcode::LayerCounter layers_;
     JobEnding ending_;
     bool read_to_end_ = false;
+    std::uint64_t last_line_ = 0;  ///< that held a command
     std::optional<Instant> published_;
 };
 

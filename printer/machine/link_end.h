@@ -14,7 +14,7 @@ namespace qduino::printer::machine {
 
 class LinkEnd {
   public:
-    static constexpr int kCommandsPerRelease = 32;
+    static constexpr int kCommandsPerRelease = 192;  ///< more than a host sends ahead
 
     /// `layout` must outlive this.
     explicit LinkEnd(link::LinkLayout& layout) : layout_(layout) {}
@@ -39,10 +39,16 @@ class LinkEnd {
         }
     }
 
+    /// From here on, whether say() answers the line of a serial host.
+    void answer_host(bool answers) { to_host_ = answers; }
     /// To the console. Dropped when the service does not read, and counted.
     void say(link::ReplyKind kind, std::string_view text) {
+        if (to_host_) kind = host_kind(kind);
         if (!link::try_push(layout_.replies, link::encode(link::ReplyText{kind, text}))) ++replies_dropped_;
     }
+
+    /// M500: the service keeps these numbers.
+    void keep(const link::KeptHeat& heat) { layout_.kept_heat.write(heat); }
 
     /// Of the running or last job, and of the machine.
     [[nodiscard]] link::JobStatus& status() { return status_; }
@@ -57,11 +63,18 @@ class LinkEnd {
     }
 
   private:
+    static link::ReplyKind host_kind(link::ReplyKind kind) {
+        constexpr int kOffset =
+            static_cast<int>(link::ReplyKind::host_text) - static_cast<int>(link::ReplyKind::text);
+        return static_cast<link::ReplyKind>(static_cast<int>(kind) + kOffset);
+    }
+
     link::LinkLayout& layout_;
     link::FrameReader commands_;
     link::JobStatus status_;
     std::uint64_t releases_ = 0;
     std::uint64_t replies_dropped_ = 0;
+    bool to_host_ = false;
 };
 
 }  // namespace qduino::printer::machine

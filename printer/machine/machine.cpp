@@ -27,22 +27,38 @@ gcode::ReportText position(const gcode::Interpreter& shown, const MotionPipe& pi
     return gcode::format_position(shown.programmed_position(), steps);
 }
 
+/// M301, M304, M306 without a number, M503.
+void report_heat(LinkEnd& link, const Heating& heating, const MachineConfig& config, gcode::Report what) {
+    using gcode::Report;
+    for (const gcode::Heater heater : {gcode::Heater::hot_end, gcode::Heater::bed}) {
+        const bool bed = heater == gcode::Heater::bed;
+        if (bed && !config.has_bed) continue;
+        const HeaterSettings& settings = heating.settings(heater);
+        const bool all = what == Report::heat_settings;
+        if (all || what == (bed ? Report::bed_gains : Report::hot_end_gains))
+            link.say(ReplyKind::text, gcode::format_gains(heater, settings));
+        if (all || what == (bed ? Report::bed_model : Report::hot_end_model))
+            link.say(ReplyKind::text, gcode::format_model(heater, settings.model, filament_area_mm2(config)));
+    }
+}
+
 }  // namespace
 
 Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitch& motors)
     : config_(config),
       link_(link),
-      motors_(motors),
+      motors_(Kinematics{config_}, motors),
       pipe_(config_, link.emergency),
       heating_(config_, link.heat_status),
       homing_(config_, pipe_, motors_),
-      actions_({config_, link_, pipe_, motors_, heating_, places_, homing_}),
+      actions_({config_, link_, pipe_, motors_, heating_, places_, homing_, profiles_}),
       parking_(config_, pipe_, heating_, motors_, actions_),
       job_(config_, actions_, link_, places_) {}
 
 heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
     heat::HeatReadings seen = readings;
     seen.step_pulses = pipe_.pulses();
+    seen.filament_steps = pipe_.filament_steps();
     return heating_.sample(now, seen, pipe_.stops().emergency_pending());
 }
 
@@ -69,18 +85,22 @@ void Machine::plan(Instant now) {
     take_in_motion();
     link_.take_commands([this](const link::CommandText& command) { serve(command); });
     advance_homing(now);
-    if (places_.all_passed()) heating_.advance_wait(now);  // else the target is not yet in force
+    if (places_.all_passed()) {  // else the target is not yet in force
+        heating_.advance_wait(now);
+        advance_tuning();
+    }
     advance_hold();
     advance_excursion();
     // While a job runs or a fault is latched, what may be typed waits for nothing; while away it
     // may be a jog, which needs room.
     const bool at_once = job_.running() || state_ == State::faulted;
     const auto ready = [this] { return parking_.away() ? pipe_.has_room() : !job_.interpreter().pending(); };
-    while (at_once && console_.waiting() && ready()) run_typed_line();
+    while (at_once && console_is_ready() && ready()) run_typed_line();
     const bool more_may_come = read_input();
     pipe_.pump(more_may_come);
+    watch_motors(now);
     const bool played = state_ == State::printing && !parking_.away() && job_.read_to_end() &&
-                        !heating_.wait().active() && !homing_.active() && !job_.interpreter().pending() &&
+                        !heating_.holds() && !homing_.active() && !job_.interpreter().pending() &&
                         !pipe_.stops().running() && pipe_.drained() && places_.all_passed();
     if (played) {
         link_.status().bytes_executed = link_.status().job_length;
@@ -98,7 +118,7 @@ void Machine::watch_heat(Instant now) {
     if (job_.running()) {
         heating_.keep_targets();
     } else {
-        heating_.wait().clear();
+        heating_.forget_wait();
     }
     heating_.heaters_off();
     if (state_ == State::printing) pause_job(false);
@@ -106,6 +126,36 @@ void Machine::watch_heat(Instant now) {
         ReplyKind::warning,
         text("nobody used the heaters for ", Fixed{heating_.seen().idle_timeout_s, 0}, " s: they are off",
              job_.running() ? "; the job is paused, and heats up again first when it is resumed" : ""));
+}
+
+/// What an experiment has found is told in the words that put it in force.
+void Machine::advance_tuning() {
+    const auto over = heating_.advance_tuning();
+    if (!over) return;
+    const gcode::TuningAsked& asked = over->asked;
+    if (over->report.state == heat::TuningState::failed) {
+        const auto why = text("tuning of the ", asked.heater == gcode::Heater::bed ? "bed" : "hot end",
+                              " has failed: ", over->report.why.view());
+        if (job_.running()) return stop_job(JobOutcome::failed, why);
+        return link_.say(ReplyKind::error, why);
+    }
+    const HeaterSettings& found = over->report.found;
+    const bool gains = asked.kind == HeaterControl::pid;
+    link_.say(ReplyKind::text,
+              gains ? gcode::format_tuned_gains(asked.heater, found)
+                    : gcode::format_model(asked.heater, found.model, filament_area_mm2(config_)));
+    link_.say(ReplyKind::text,
+              asked.use ? "in force; M500 keeps it" : "not in force yet: type the line above");
+}
+
+/// M84 S. A machine at rest loses nothing but the places of its axes.
+void Machine::watch_motors(Instant now) {
+    const bool in_use = state_ != State::idle || !pipe_.drained() || homing_.active() || heating_.holds() ||
+                        pipe_.stops().running() || job_.interpreter().pending();
+    if (!motors_.timed_out(now, in_use)) return;
+    motors_.off(gcode::AxisSet::all());
+    homing_.forget(gcode::AxisSet::all());
+    homing_.tell(job_.interpreter());
 }
 
 /// What has been played, and where a stop has left the machine: loop 2 has dropped everything, and
@@ -117,16 +167,30 @@ void Machine::take_in_motion() {
         return;
     }
     places_.forget();
+    homing_.locate();
     pipe_.reset(pipe_.scale().position_of(pipe_.seen().steps));
-    job_.stands_at(pipe_.planner().position_mm());
+    tell_place(homing_.active());
     if (const Result<void> homing = homing_.stopped(); !homing.ok()) enter_fault(homing.error().message);
 }
 
 void Machine::advance_homing(Instant now) {
     if (!homing_.active()) return;
+    const bool probes = homing_.probes();
     const Result<bool> settled = homing_.advance(now, pipe_.drained() && places_.all_passed());
     if (!settled.ok()) return enter_fault(settled.error().message);
-    if (*settled) job_.stands_at(pipe_.planner().position_mm());
+    if (!*settled) return;
+    if (!probes) return tell_place(true);
+    // Where the probe has left it counts as asked for, without the bed that it has found.
+    job_.stands_at(pipe_.planner().position_mm());
+    pipe_.correction().adjust();
+}
+
+/// The machine stands somewhere else than the moves said. While it homes in corrected coordinates
+/// the interpreter is right already: its next move leads there from wherever the switch is.
+void Machine::tell_place(bool homing) {
+    motion::Correction& correction = pipe_.correction();
+    if (homing && correction.active()) return correction.adjust();
+    job_.stands_at(pipe_.asked_mm());
 }
 
 /// Pausing and cancelling: the motion comes to rest at the end of a move, then the state changes.
@@ -146,7 +210,7 @@ void Machine::advance_hold() {
     pipe_.planner().discard_held();
     places_.forget();
     pipe_.reset(pipe_.planner().position_mm());
-    job_.stands_at(pipe_.planner().position_mm());
+    job_.stands_at(pipe_.asked_mm());
     end_job(job_.ending());
 }
 
@@ -181,10 +245,63 @@ void Machine::serve(const link::CommandText& command) {
         case link::Command::clear_fault:
             return clear_fault();
         case link::Command::gcode:
-            break;
+            return take_line(command.text, Speaker::person);
+        case link::Command::host_line:
+            return take_line(command.text, Speaker::host);
     }
-    const Result<void> taken = console_.take(command.text);
-    if (!taken.ok()) link_.say(ReplyKind::error, taken.error().message);
+}
+
+/// Emergency codes act here, before the lines that wait; every other line waits for its turn.
+void Machine::take_line(std::string_view line, Speaker speaker) {
+    const bool of_host = speaker == Speaker::host;
+    const bool counts = of_host && !line.empty();
+    gcode::EmergencyScanner scanner;
+    gcode::EmergencyCodes codes = scanner.feed(line);
+    codes.add(scanner.feed("\n"));
+    if (act_on(codes)) {
+        if (of_host) return host_.refuse();
+        return link_.say(ReplyKind::text, "ok");
+    }
+    const Result<void> taken = console_.take(line, speaker);
+    if (taken.ok()) return;
+    link_.answer_host(of_host);
+    link_.say(ReplyKind::error, taken.error().message);
+    link_.answer_host(false);
+    if (counts) host_.refuse();
+}
+
+/// True: there was one.
+bool Machine::act_on(const gcode::EmergencyCodes& codes) {
+    if (codes.stop) enter_fault("emergency stop (M112)");
+    if (codes.break_wait) {
+        heating_.wait().clear();
+        host_.let_go();
+        if (state_ == State::paused) resume_job();
+    }
+    if (codes.stop_moves) stop_moves();
+    return codes.any();
+}
+
+/// A serial host has come: it knows nothing of the modes that the lines before have left.
+void Machine::begin_host() {
+    if (job_.running() || parking_.away()) return;
+    job_.interpreter().reset_modes();
+    homing_.tell(job_.interpreter());
+}
+
+/// M410. What waits is dropped as well: it counted on the moves.
+void Machine::stop_moves() {
+    if (state_ != State::idle) {
+        return link_.say(ReplyKind::warning,
+                         "M410 was not taken: only moves that were typed or that a host sent are stopped so");
+    }
+    host_.drop(console_.forget());
+    job_.interpreter().drop_pending();
+    if (homing_.active()) {
+        homing_.abandon();
+        homing_.tell(job_.interpreter());
+    }
+    pipe_.stops().ask();
 }
 
 void Machine::pause_job(bool at_end) {
@@ -205,7 +322,7 @@ void Machine::resume_job() {
 
 void Machine::cancel_job() {
     const bool nothing_to_stop =
-        state_ == State::idle && !heating_.wait().active() && !homing_.active() && pipe_.drained();
+        state_ == State::idle && !heating_.holds() && !homing_.active() && pipe_.drained();
     if (nothing_to_stop) return link_.say(ReplyKind::warning, "cancel was not taken: nothing is printing");
     stop_job(JobOutcome::cancelled, "cancelled");
 }
@@ -227,7 +344,7 @@ void Machine::clear_fault() {
 
 bool Machine::reads() const {
     const bool takes_lines = state_ == State::idle || state_ == State::printing;
-    return takes_lines && !parking_.away() && !heating_.wait().active() && !homing_.active();
+    return takes_lines && !parking_.away() && !heating_.holds() && !homing_.active();
 }
 
 /// True: more may come at once, so the planner may go on hoping.
@@ -250,12 +367,11 @@ bool Machine::read_input() {
 /// One line, from whoever has one. False: nothing to read now.
 bool Machine::read_line() {
     if (job_.interpreter().pending()) {
-        const Result<void> proceeded = job_.interpreter().proceed(kArcPiecesAtOnce);
-        heed_request();
-        if (!proceeded.ok()) stop_job(JobOutcome::failed, proceeded.error().message);
+        proceed_pending();
         return true;
     }
     if (console_.waiting()) {
+        if (!console_is_ready()) return false;
         run_typed_line();
         return true;
     }
@@ -269,38 +385,87 @@ bool Machine::read_line() {
     return *read != JobRun::Read::nothing;
 }
 
+/// More of a curve, or of a macro.
+void Machine::proceed_pending() {
+    actions_.set_speaker(host_.in_hand() ? Speaker::host : Speaker::job);
+    const Result<void> proceeded = job_.interpreter().proceed(kArcPiecesAtOnce);
+    heed_request();
+    if (!proceeded.ok()) {
+        if (job_.running()) {
+            stop_job(JobOutcome::failed, proceeded.error().message);
+        } else {
+            link_.say(ReplyKind::error, proceeded.error().message);
+        }
+    }
+    actions_.set_speaker(Speaker::job);
+}
+
+/// A line is there, and no line of a host is in hand.
+bool Machine::console_is_ready() {
+    settle_host_line();
+    return console_.waiting() && !host_.in_hand();
+}
+
+void Machine::settle_host_line() {
+    // What may be said beside a job waits for nothing of the job's.
+    const bool beside = job_.running();
+    const bool done = !job_.interpreter().pending() && !heating_.wait().active() && !homing_.active() &&
+                      !pipe_.stops().running();
+    host_.settle(beside || done, beside || (done && pipe_.drained() && places_.all_passed()));
+}
+
 void Machine::run_typed_line() {
     gcode::Interpreter& of_job = job_.interpreter();
     gcode::Interpreter& interpreter = parking_.away() ? parking_.interpreter() : of_job;
-    actions_.set_typed(true);
+    const Speaker speaker = console_.speaker();
+    if (console_.host_begins()) {
+        begin_host();
+    } else if (speaker == Speaker::host) {
+        host_.begin(console_.ok());
+    }
+    actions_.set_speaker(speaker);
+    const FixedString<gcode::kCommandBytesMax> line{console_.line()};
+    const std::uint32_t exclusions = of_job.exclusions();
     const std::optional<Result<void>> done =
         console_.run_next({state_ == State::faulted, job_.running(), parking_.rests()}, interpreter);
-    actions_.set_typed(false);
     if (parking_.away()) {
         of_job.adopt_factors(interpreter.state());
         of_job.adopt_exclusions(interpreter);
     }
+    if (job_.running() && of_job.exclusions() != exclusions) job_.note_typed_object(line);
     heed_request();
-    if (!done) return;
-    if (!done->ok()) return link_.say(ReplyKind::error, done->error().message);
-    link_.say(ReplyKind::text, "ok");
+    if (done && !done->ok()) link_.say(ReplyKind::error, done->error().message);
+    if (done && done->ok() && speaker == Speaker::person) link_.say(ReplyKind::text, "ok");
+    actions_.set_speaker(Speaker::job);
 }
 
 /// What the line just carried out has asked the machine for.
 void Machine::heed_request() {
     const std::optional<Request> request = actions_.take_request();
     if (!request) return;
-    if (std::holds_alternative<PauseAsked>(*request)) return pause_job(true);
+    if (const auto* pause = std::get_if<PauseAsked>(&*request)) {
+        if (!job_.running()) return host_.hold();
+        parking_.order(pause->order);
+        return pause_job(true);
+    }
     if (std::holds_alternative<EmergencyAsked>(*request)) return enter_fault("emergency stop (M112)");
     switch (std::get<gcode::Report>(*request)) {
         case gcode::Report::temperatures:
             return link_.say(ReplyKind::text, temperatures(heating_.seen(), config_.has_bed));
         case gcode::Report::position:
             return link_.say(ReplyKind::text, position(parking_.shown(job_.interpreter()), pipe_));
+        case gcode::Report::progress:
+            return link_.say(ReplyKind::text, gcode::format_progress(job_.progress()));
         case gcode::Report::firmware:
             break;
+        case gcode::Report::hot_end_gains:
+        case gcode::Report::bed_gains:
+        case gcode::Report::hot_end_model:
+        case gcode::Report::bed_model:
+        case gcode::Report::heat_settings:
+            return report_heat(link_, heating_, config_, std::get<gcode::Report>(*request));
     }
-    link_.say(ReplyKind::text, gcode::format_firmware({version(), config_.name, "", false, true}));
+    link_.say(ReplyKind::text, gcode::format_firmware({version(), config_.name, "", true, true}));
 }
 
 // ---- ends ---------------------------------------------------------------------------------------
@@ -309,9 +474,9 @@ void Machine::heed_request() {
 void Machine::stop_job(JobOutcome outcome, std::string_view why) {
     if (!to(Event::stop)) return;
     job_.will_end({outcome, FixedString<236>{why}});
-    heating_.wait().clear();
+    heating_.forget_wait();
     heating_.all_off();
-    console_.forget();
+    host_.drop(console_.forget());
     if (!homing_.active()) return;
     homing_.abandon();
     homing_.tell(job_.interpreter());
@@ -328,16 +493,16 @@ void Machine::end_job(const JobEnding& ending) {
         homing_.tell(job_.interpreter());
     }
     parking_.forget();
-    heating_.wait().clear();
+    heating_.forget_wait();
 }
 
 /// Heat off, motion dropped, job failed; nothing moves until clear_fault.
 void Machine::enter_fault(std::string_view why) {
     to(Event::fault);
     heating_.all_off();
-    heating_.wait().clear();
+    heating_.forget_wait();
     link_.status().fault.assign(why);
-    console_.forget();
+    host_.drop(console_.forget());
     parking_.forget();
     homing_.abandon();
     homing_.tell(job_.interpreter());
@@ -350,7 +515,8 @@ void Machine::enter_fault(std::string_view why) {
 }
 
 void Machine::publish(Instant now) {
-    job_.publish(now, state_ == State::printing || state_ == State::pausing || state_ == State::cancelling);
+    const bool counts = state_ == State::printing || state_ == State::pausing || state_ == State::cancelling;
+    job_.publish(now, counts, heating_.wait().active() && places_.all_passed());
     link::JobStatus& status = link_.status();
     status.state = state_;
     status.homed = {homing_.homed(Axis::x), homing_.homed(Axis::y), homing_.homed(Axis::z)};
@@ -359,6 +525,8 @@ void Machine::publish(Instant now) {
     const bool paused = state_ == State::paused;
     status.parked = paused && parking_.has_parked();
     status.may_jog = (paused && parking_.rests()) || (state_ == State::idle && !job_.running() && reads());
+    settle_host_line();
+    status.host_lines = host_.over();
     status.fault_persists.assign(state_ == State::faulted ? heating_.persisting_fault() : std::string_view{});
     link_.publish();
 }

@@ -13,7 +13,8 @@
 //
 //   JobRun      the job's bytes, lines and outcome
 //   JobActions  carries out G-code on the parts
-//   Console     the typed lines
+//   Console     the typed lines, and a serial host's
+//   HostLines   which of the host's are over
 //   Places      the actions at places in the motion
 //   MotionPipe  planner, solver and step ring
 //   Heating     loop 3, as loop 1 sees it
@@ -25,12 +26,14 @@
 // nobody used it is paused.
 //
 // Calling context is said per function. Nothing here reads a clock, allocates after construction,
-// locks, or blocks. About 6 MB (the step ring): give it static storage.
+// locks, or blocks. About 7 MB (the step ring, the filters): give it static storage.
 #pragma once
 
+#include "printer/gcode/emergency_scanner.h"
 #include "printer/machine/console.h"
 #include "printer/machine/heating.h"
 #include "printer/machine/homing_run.h"
+#include "printer/machine/host_lines.h"
 #include "printer/machine/job_actions.h"
 #include "printer/machine/job_run.h"
 #include "printer/machine/link_end.h"
@@ -68,12 +71,19 @@ class Machine {
     bool to(Event event);
 
     void watch_heat(Instant now);
+    void advance_tuning();
+    void watch_motors(Instant now);
     void take_in_motion();
     void advance_homing(Instant now);
+    void tell_place(bool homing);
     void advance_hold();
     void advance_excursion();
 
     void serve(const link::CommandText& command);
+    void take_line(std::string_view line, Speaker speaker);
+    [[nodiscard]] bool act_on(const gcode::EmergencyCodes& codes);
+    void begin_host();
+    void stop_moves();
     void pause_job(bool at_end);
     void resume_job();
     void cancel_job();
@@ -82,7 +92,10 @@ class Machine {
     [[nodiscard]] bool reads() const;
     [[nodiscard]] bool read_input();
     bool read_line();
+    void proceed_pending();
+    [[nodiscard]] bool console_is_ready();
     void run_typed_line();
+    void settle_host_line();
     void heed_request();
 
     void stop_job(link::JobOutcome outcome, std::string_view why);
@@ -98,10 +111,12 @@ class Machine {
     Heating heating_;
     Places places_;
     HomingRun homing_;
+    BedProfiles profiles_;
     JobActions actions_;
     Parking parking_;
     JobRun job_;
     Console console_;
+    HostLines host_;
 };
 
 }  // namespace qduino::printer::machine

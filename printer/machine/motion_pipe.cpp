@@ -1,7 +1,5 @@
 #include "printer/machine/motion_pipe.h"
 
-#include <cmath>
-
 #include "printer/machine/vectors.h"
 
 namespace qduino::printer::machine {
@@ -18,8 +16,9 @@ MotionPipe::MotionPipe(const MachineConfig& config, const std::atomic<std::uint3
       solver_(motion::motion_settings(config), to_vector(home_positions(config))),
       stops_(emergency),
       scale_(config),
-      accelerations_{config.default_acceleration.value(), config.travel_acceleration.value(),
-                     config.default_acceleration.value()} {}
+      correction_(config),
+      accelerations_(accelerations_of(config)),
+      compensation_(config) {}
 
 void MotionPipe::pump(bool more_may_come) {
     if (stopping()) return;
@@ -47,7 +46,7 @@ void MotionPipe::pump(bool more_may_come) {
             // paused, or lose its heat.
             if (segment.kind == motion::SegmentKind::dwell && is_long(segment)) solver_.drain();
         } else if (planner().resting()) {
-            if (solver_.tail_size() == 0) return;
+            if (solver_.gave_all()) return;
             solver_.drain();
         } else if (more_may_come || ahead() >= kFlushBelow) {
             return;
@@ -58,8 +57,7 @@ void MotionPipe::pump(bool more_may_come) {
 }
 
 bool MotionPipe::played_out() const {
-    return solver_.wants_segment() && solver_.tail_size() == 0 && seen_.events_taken == ring_.pushed() &&
-           !seen_.moving;
+    return solver_.gave_all() && seen_.events_taken == ring_.pushed() && !seen_.moving;
 }
 
 void MotionPipe::depart() {
@@ -90,27 +88,30 @@ void MotionPipe::reset(const motion::AxisVector& position_mm) {
     solver_.reset(position);
     solved_ = Solved{seen_.timeline_ns, seen_.timeline_ns, true};
     stops_.finished();
+    // A change may have stood in the motion that is gone.
+    compensation_.in_force(solver_.filters());
+    append_filters();
+}
+
+void MotionPipe::append_filters() {
+    const std::optional<motion::MotionFilters> changed = compensation_.take_change();
+    if (!changed) return;
+    const bool fits = planner().append_filters(*changed);
+    QDUINO_EXPECT(fits);
+}
+
+void MotionPipe::change_compensation(const gcode::CompensationChange& change) {
+    QDUINO_EXPECT(!away_);
+    compensation_.apply(change);
+    motion::MotionSettings settings = planner_.settings();
+    settings.pressure_advance = compensation_.advance();
+    planner_.set_settings(settings);
+    append_filters();
 }
 
 void MotionPipe::change_limits(const gcode::LimitChange& change) {
     motion::MotionSettings settings = planner().settings();
-    for (std::size_t i = 0; i < kAxisCount; ++i) {
-        if (change.axis_acceleration[i]) settings.max_acceleration[i] = *change.axis_acceleration[i];
-        if (change.axis_speed[i]) settings.max_speed[i] = *change.axis_speed[i];
-        if (change.axis_instantaneous_speed[i]) {
-            settings.instantaneous_speed[i] = *change.axis_instantaneous_speed[i];
-        }
-    }
-    settings.square_corner_speed =
-        std::min(settings.instantaneous_speed[Axis::x], settings.instantaneous_speed[Axis::y]);
-    if (change.print_acceleration) accelerations_.print = change.print_acceleration->value();
-    if (change.travel_acceleration) accelerations_.travel = change.travel_acceleration->value();
-    if (change.filament_acceleration) accelerations_.filament = change.filament_acceleration->value();
-    if (change.junction_deviation) {
-        // δ back to the speed of a square corner (junction.h), at the acceleration now in force.
-        settings.square_corner_speed = MillimetresPerSecond{
-            std::sqrt(change.junction_deviation->value() * accelerations_.print / (std::sqrt(2.0) - 1))};
-    }
+    apply(change, settings, accelerations_);
     planner().set_settings(settings);
 }
 

@@ -28,8 +28,11 @@
 #include "channel/ring_buffer.h"
 #include "printer/gcode/actions.h"
 #include "printer/link/layout.h"
+#include "printer/machine/compensation.h"
+#include "printer/machine/limits.h"
 #include "printer/machine/step_scale.h"
 #include "printer/machine/stops.h"
+#include "printer/motion/correction.h"
 #include "printer/motion/planner.h"
 #include "printer/step/solver.h"
 #include "printer/step/step_event.h"
@@ -41,18 +44,6 @@ using StepRing = channel::RingBuffer<step::StepEvent, step::kStepRingCapacity>;
 /// Pieces of an arc that are appended at once; kPlannerReserve has room for them and their markers.
 inline constexpr std::size_t kArcPiecesAtOnce = 4;
 
-/// mm/s² along the path of a move, as M204 sets them.
-struct Accelerations {
-    double print = 0;
-    double travel = 0;
-    double filament = 0;
-
-    [[nodiscard]] double of(gcode::MoveKind kind) const {
-        if (kind == gcode::MoveKind::travel) return travel;
-        return kind == gcode::MoveKind::print ? print : filament;
-    }
-};
-
 class MotionPipe {
   public:
     static constexpr Nanoseconds kAhead = 2s;
@@ -61,13 +52,17 @@ class MotionPipe {
     /// Room that any one command may need: pieces of an arc and their markers, a homing order, or a
     /// move with the four before it that bring the head back from an object that was left out.
     static constexpr std::size_t kPlannerReserve = 16;
+    /// … and where moves are split: five of them, the way to where they begin, and their markers.
+    static constexpr std::size_t kSplitReserve = 5 * motion::Correction::kPiecesMax + kPlannerReserve;
 
     /// `emergency` (the link's counter) stops loop 2 too, without asking loop 1.
     MotionPipe(const MachineConfig& config, const std::atomic<std::uint32_t>& emergency);
 
     // ---- loop 1 ---------------------------------------------------------------------------------
 
-    [[nodiscard]] bool has_room() const { return planner().free() >= kPlannerReserve; }
+    [[nodiscard]] bool has_room() const {
+        return planner().free() >= (correction_.follows_bed() ? kSplitReserve : kPlannerReserve);
+    }
     /// Of the motion that is fed now: the path's, or while away the other.
     [[nodiscard]] motion::Planner& planner() { return away_ ? excursion_ : planner_; }
     [[nodiscard]] const motion::Planner& planner() const { return away_ ? excursion_ : planner_; }
@@ -107,12 +102,23 @@ class MotionPipe {
     /// Nothing is planned, on the path or away from it, and the machine rests at `position_mm`; a
     /// stop that loop 1 asked for is finished. Contract: not stopping().
     void reset(const motion::AxisVector& position_mm);
+    /// From what is asked to where the planner goes.
+    [[nodiscard]] motion::Correction& correction() { return correction_; }
+    [[nodiscard]] const motion::Correction& correction() const { return correction_; }
+    /// The planner's place as G-code counts it: in machine coordinates, without corrections.
+    [[nodiscard]] motion::AxisVector asked_mm() const {
+        return correction_.asked_of(planner().position_mm());
+    }
     [[nodiscard]] StepScale& scale() { return scale_; }
     [[nodiscard]] const StepScale& scale() const { return scale_; }
 
     /// M201, M203, M204, M205, for what is appended from now on.
     void change_limits(const gcode::LimitChange& change);
     [[nodiscard]] const Accelerations& accelerations() const { return accelerations_; }
+    /// M593, M900, M572, for what is appended from now on. Another advance holds in full motion;
+    /// for any other change the motion stands still there. Contract: not away(), and the planner
+    /// has room.
+    void change_compensation(const gcode::CompensationChange& change);
 
     // ---- loops 1 and 2 --------------------------------------------------------------------------
 
@@ -134,6 +140,9 @@ class MotionPipe {
         return std::accumulate(each.begin(), each.end(), std::uint64_t{0});
     }
 
+    /// Where the motor of E stands.
+    [[nodiscard]] std::int64_t filament_steps() const { return for_loop_3_.read().steps[Axis::e]; }
+
   private:
     /// What has been solved, on the print's time line, which runs on where motion is dropped.
     struct Solved {
@@ -148,6 +157,8 @@ class MotionPipe {
         return Nanoseconds{solved_.until_ns - std::max(seen_.timeline_ns, solved_.began_ns)};
     }
 
+    void append_filters();
+
     motion::Planner planner_;
     motion::Planner excursion_;
     bool away_ = false;
@@ -159,7 +170,9 @@ class MotionPipe {
     Solved solved_;
     Stops stops_;
     StepScale scale_;
+    motion::Correction correction_;
     Accelerations accelerations_;
+    Compensation compensation_;
 };
 
 }  // namespace qduino::printer::machine

@@ -45,10 +45,18 @@ bool Parking::leave(const gcode::Interpreter& path, const HomingRun& homing) {
     jogs_.adopt_factors(path.state());
     homing.tell(jogs_);
     phase_ = Phase::leaving;
+    left_.filament_mm = pipe_.planner().position_mm()[3];
     const bool parks = config_.park.enabled && homing.all_homed();
     if (parks) plan_way_out();
-    left_.filament_mm = pipe_.planner().position_mm()[3];
     return parks || !config_.park.enabled;
+}
+
+/// Z above `at`, by the hop: a delta's carriages may have less room there.
+double Parking::lifted(const motion::AxisVector& at) const {
+    const double z = at[2] + order_.lift.value_or(config_.park.z_hop).value();
+    if (kinematics_.is_linear()) return z;
+    const Millimetres x = order_.x.value_or(config_.park.x), y = order_.y.value_or(config_.park.y);
+    return std::min({z, kinematics_.ceiling(at[0], at[1]), kinematics_.ceiling(x.value(), y.value())});
 }
 
 void Parking::plan_way_out() {
@@ -57,23 +65,42 @@ void Parking::plan_way_out() {
     motion::AxisVector at = pipe_.planner().position_mm();
     rest();
     // What is drawn back must be pushed again: only if the hot end will be as warm then.
-    if (heating_.may_extrude_now_and_later()) {
-        left_.retracted_mm = park.retract.value();
-        at[3] -= park.retract.value();
+    const bool hot = heating_.may_extrude_now_and_later();
+    if (hot) {
+        left_.retracted_mm = order_.retract.value_or(park.retract).value();
+        at[3] -= left_.retracted_mm;
         go(at, park.retract_speed.value(), accelerations.filament);
     }
-    at[2] = up_to(at[2], at[2] + park.z_hop.value(), config_.axes[2]);
+    left_.filament_mm = at[3];
+    at[2] = up_to(at[2], lifted(at), config_.axes[2]);
     go(at, config_.axes[2].max_speed.value(), accelerations.travel);
-    at[0] = std::clamp(park.x, config_.axes[Axis::x].minimum, config_.axes[Axis::x].maximum).value();
-    at[1] = std::clamp(park.y, config_.axes[Axis::y].minimum, config_.axes[Axis::y].maximum).value();
+    const auto inside = [&](Millimetres place, Axis axis) {
+        return std::clamp(place, config_.axes[axis].minimum, config_.axes[axis].maximum).value();
+    };
+    at[0] = inside(order_.x.value_or(park.x), Axis::x);
+    at[1] = inside(order_.y.value_or(park.y), Axis::y);
     go(at, park.speed.value(), accelerations.travel);
+    if (hot && changes_filament()) plan_unloading(at);
     motors_.on_for(pipe_.left_at_mm(), at);
     left_.parked = true;
 }
 
+void Parking::plan_unloading(motion::AxisVector& at) {
+    const ParkConfig& park = config_.park;
+    const double unload_mm = order_.unload.value_or(park.unload).value();
+    left_.load_mm = unload_mm + order_.purge.value_or(park.purge).value();
+    at[3] -= unload_mm;
+    if (unload_mm > 0) go(at, park.retract_speed.value(), pipe_.accelerations().filament);
+}
+
+void Parking::plan_loading(motion::AxisVector& at) {
+    at[3] += left_.load_mm;
+    go(at, config_.park.purge_speed.value(), pipe_.accelerations().filament);
+}
+
 void Parking::stay() {
     phase_ = Phase::parked;
-    jogs_.set_position(to_position(pipe_.planner().position_mm()));
+    jogs_.set_position(to_position(pipe_.asked_mm()));
 }
 
 Result<Parking::Step> Parking::advance() {
@@ -102,13 +129,14 @@ void Parking::plan_detour(motion::AxisVector& at, const motion::AxisVector& to) 
         if (at[i] == to[i] || std::abs(at[i] - to[i]) >= kDetour_mm) continue;
         at[i] = is_within(to[i] + kDetour_mm, config_.axes[i]) ? to[i] + kDetour_mm : to[i] - kDetour_mm;
     }
-    at[2] = std::max(at[2], up_to(to[2], to[2] + config_.park.z_hop.value(), config_.axes[2]));
+    at[2] = std::max(at[2], up_to(to[2], lifted(to), config_.axes[2]));
 }
 
 void Parking::plan_way_back() {
     const Accelerations& accelerations = pipe_.accelerations();
     const motion::AxisVector& to = pipe_.left_at_mm();
     motion::AxisVector at = pipe_.planner().position_mm();
+    if (left_.load_mm > 0) plan_loading(at);
     const double jogged_mm = at[3] - left_.filament_mm;
     if (at[0] != to[0] || at[1] != to[1] || at[2] != to[2]) {
         plan_detour(at, to);
@@ -139,12 +167,14 @@ Result<Parking::Step> Parking::arrive_on_path() {
     pipe_.come_back();
     phase_ = Phase::on_path;
     left_ = Left{};
+    order_ = {};
     return Step::returned;
 }
 
 void Parking::forget() {
     phase_ = Phase::on_path;
     left_ = Left{};
+    order_ = {};
     resume_wanted_ = at_end_ = false;
     heating_.forget_kept();
 }

@@ -11,6 +11,9 @@
 // same steps; loop 2's counts prove it. E counts on from where it left, whatever filament was
 // pushed or drawn meanwhile.
 //
+// M600 changes the filament: at the park place the old one is drawn out as far as `unload`, and
+// before the way back as much is pushed in again, and `purge` on top. All of it is beside the part.
+//
 // Lines typed while the head waits go through an interpreter of their own. The job's interpreter
 // stands still, with all its modes, where the path was read to.
 //
@@ -34,7 +37,12 @@ class Parking {
     /// All must outlive this. `actions` carries out the lines typed meanwhile.
     Parking(const MachineConfig& config, MotionPipe& pipe, Heating& heating, Motors& motors,
             gcode::Actions& actions)
-        : config_(config), pipe_(pipe), heating_(heating), motors_(motors), jogs_(config, actions) {}
+        : config_(config),
+          kinematics_(config),
+          pipe_(pipe),
+          heating_(heating),
+          motors_(motors),
+          jogs_(config, actions) {}
 
     [[nodiscard]] bool away() const { return phase_ != Phase::on_path; }
     /// At rest beside the path: jogs are taken.
@@ -52,6 +60,8 @@ class Parking {
 
     // ---- before it leaves -----------------------------------------------------------------------
 
+    /// The pause that comes next is of this kind.
+    void order(const gcode::PauseOrder& order) { order_ = order; }
     /// The next pause begins when everything planned has been played (M0), or as soon as the motion
     /// can rest.
     void pause_at_end(bool at_end) { at_end_ = at_end; }
@@ -96,6 +106,7 @@ class Parking {
         StepCounts steps{};  ///< at the stop
         double retracted_mm = 0;
         double filament_mm = 0;  ///< the planner's E after the retraction; the rest was jogged
+        double load_mm = 0;      ///< to push at the park place before it comes back
         bool parked = false;     ///< the head has moved away
     };
 
@@ -106,17 +117,25 @@ class Parking {
         const bool fits = pipe_.planner().append_dwell(kRestAround_s);
         QDUINO_EXPECT(fits);
     }
+    [[nodiscard]] double lifted(const motion::AxisVector& at) const;
     void plan_way_out();
+    void plan_unloading(motion::AxisVector& at);
+    void plan_loading(motion::AxisVector& at);
+    [[nodiscard]] bool changes_filament() const {
+        return order_.reason == gcode::PauseReason::filament_change;
+    }
     void plan_way_back();
     void plan_detour(motion::AxisVector& at, const motion::AxisVector& to) const;
     [[nodiscard]] Result<Step> arrive_on_path();
 
     const MachineConfig& config_;
+    Kinematics kinematics_;
     MotionPipe& pipe_;
     Heating& heating_;
     Motors& motors_;
     gcode::Interpreter jogs_;
     Phase phase_ = Phase::on_path;
+    gcode::PauseOrder order_{};
     Left left_;
     bool resume_wanted_ = false;  // as soon as it is parked
     bool at_end_ = false;

@@ -1,55 +1,73 @@
-// Where the machine is, by its step counts: steps per millimetre, and the count at which each axis
+// Where the machine is, by its step counts: steps per millimetre, and the count at which each motor
 // has its zero.
 //
-// Homing moves the zero of X, Y and Z. A pause moves E's when filament was pushed meanwhile.
-// Loop 1 only.
+// Homing moves the zero of the motors that it moves. A pause moves E's when filament was pushed
+// meanwhile. Loop 1 only.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 
-#include "printer/machine_config.h"
-#include "printer/motion/kinematics.h"
+#include "printer/gcode/position.h"
+#include "printer/kinematics.h"
 #include "printer/motion/settings.h"
 
 namespace qduino::printer::machine {
 
-/// One count per axis, as pulses went out.
+/// One count per motor, as pulses went out.
 using StepCounts = PerAxis<std::int64_t>;
 
 class StepScale {
   public:
     /// At counts of 0 each of X, Y, Z is taken to stand at its home position.
-    explicit StepScale(const MachineConfig& config) {
+    explicit StepScale(const MachineConfig& config) : kinematics_(config) {
+        motion::AxisVector home{};
         for (std::size_t i = 0; i < kAxisCount; ++i) steps_per_mm_[i] = config.axes[i].steps_per_mm;
-        for (const Axis axis : {Axis::x, Axis::y, Axis::z})
-            origin_[axis] = -steps_to(axis, config.axes[axis].home_position.value());
+        for (const Axis axis : gcode::kToolAxes) home[axis] = config.axes[axis].home_position.value();
+        stand_at(home, {}, 0b0111);
     }
 
-    /// The counts at machine position 0.
+    /// The counts at motor position 0.
     [[nodiscard]] const StepCounts& origin() const { return origin_; }
     [[nodiscard]] motion::AxisVector position_of(const StepCounts& steps) const {
         motion::AxisVector motors_mm{};
         for (std::size_t i = 0; i < kAxisCount; ++i)
             motors_mm[i] = static_cast<double>(steps[i] - origin_[i]) / steps_per_mm_[i];
-        return motion::tool_from_motors(motors_mm);
+        return kinematics_.tool_from_motors(motors_mm);
     }
-    [[nodiscard]] double length_of(Axis axis, std::int64_t steps) const {
-        return static_cast<double>(std::abs(steps)) / steps_per_mm_[axis];
+    [[nodiscard]] double length_of(Axis motor, std::int64_t steps) const {
+        return static_cast<double>(std::abs(steps)) / steps_per_mm_[motor];
     }
 
-    /// By definition `axis` stands at `position_mm` when its count is `steps`.
-    void define(Axis axis, std::int64_t steps, double position_mm) {
-        origin_[axis] = steps - steps_to(axis, position_mm);
+    /// By definition each of `axes` stands at its value of `tool_mm` when the counts are `steps`;
+    /// the other axes stand where they did. A motor stands on a whole step: of two belts with an
+    /// odd number of steps between them, X and Y cannot both, and both belts are half a step off.
+    void define(gcode::AxisSet axes, const StepCounts& steps, const motion::AxisVector& tool_mm) {
+        motion::AxisVector at_mm = kinematics_.homes_together() ? tool_mm : position_of(steps);
+        MotorMask moved = 0;
+        for (const Axis axis : gcode::kToolAxes) {
+            if (!axes.contains(axis)) continue;
+            at_mm[axis] = tool_mm[axis];
+            moved |= kinematics_.motors_of(axis);
+        }
+        stand_at(at_mm, steps, moved);
     }
-    /// `steps` of `axis` went out beside the path: they do not count.
-    void skip(Axis axis, std::int64_t steps) { origin_[axis] += steps; }
+    /// `steps` of `motor` went out beside the path: they do not count.
+    void skip(Axis motor, std::int64_t steps) { origin_[motor] += steps; }
 
   private:
-    [[nodiscard]] std::int64_t steps_to(Axis axis, double mm) const {
-        return std::llround(mm * steps_per_mm_[axis]);
+    void stand_at(const motion::AxisVector& tool_mm, const StepCounts& steps, MotorMask motors) {
+        const motion::AxisVector motors_mm = kinematics_.motors_from_tool(tool_mm);
+        for (const Axis motor : gcode::kToolAxes)
+            if ((motors & motor_bit(motor)) != 0)
+                origin_[motor] = steps[motor] - whole_steps(motors_mm[motor] * steps_per_mm_[motor]);
+    }
+    /// Half a step is rounded up, as the solver does (step/solver.h).
+    [[nodiscard]] static std::int64_t whole_steps(double steps) {
+        return static_cast<std::int64_t>(std::floor(steps + 0.5));
     }
 
+    Kinematics kinematics_;
     motion::AxisVector steps_per_mm_{};
     StepCounts origin_{};
 };

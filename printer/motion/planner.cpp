@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/contract.h"
+#include "printer/motion/s_curve.h"
 
 namespace qduino::printer::motion {
 
@@ -12,7 +13,7 @@ Planner::Planner(const MotionSettings& settings, const AxisVector& position_mm)
 
 // ---- in -----------------------------------------------------------------------------------------
 
-MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, double speed_mm_s,
+MoveGeometry Planner::geometry_of(const AxisVector& end_mm, double length_mm, double speed_mm_s,
                                   double acceleration_mm_s2) const {
     MoveGeometry geometry;
     geometry.length_mm = length_mm;
@@ -20,15 +21,19 @@ MoveGeometry Planner::geometry_of(const AxisVector& delta_mm, double length_mm, 
     geometry.acceleration_mm_s2 = acceleration_mm_s2;
     geometry.deviation_mm = junction_deviation_mm(settings_.square_corner_speed.value(), acceleration_mm_s2);
     const double step_interval_s = to_seconds(settings_.step_interval_min);
+    const AxisVector rates = settings_.kinematics.rates(position_mm_, end_mm, length_mm);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        geometry.direction[i] = delta_mm[i] / length_mm;
-        const double share = std::abs(geometry.direction[i]);
+        geometry.direction[i] = (end_mm[i] - position_mm_[i]) / length_mm;
+        // The axis, and the motor of its number.
+        const double share = std::max(std::abs(geometry.direction[i]), rates[i]);
         if (share == 0) continue;
-        const double step_rate_speed = 1 / (step_interval_s * settings_.steps_per_mm[i]);
-        const double axis_speed = std::min(settings_.max_speed[i].value(), step_rate_speed);
+        const double axis_speed = settings_.max_speed[i].value();
         geometry.speed_mm_s = std::min(geometry.speed_mm_s, axis_speed / share);
         geometry.acceleration_mm_s2 =
             std::min(geometry.acceleration_mm_s2, settings_.max_acceleration[i].value() / share);
+        if (rates[i] == 0) continue;
+        const double step_rate_speed = 1 / (step_interval_s * settings_.steps_per_mm[i]);
+        geometry.speed_mm_s = std::min(geometry.speed_mm_s, step_rate_speed / rates[i]);
     }
     return geometry;
 }
@@ -50,12 +55,18 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     const double length_mm = extrude_only ? std::abs(delta_mm[3]) : space_mm;
     if (length_mm < kLengthMin_mm) return true;
 
-    MoveGeometry geometry = geometry_of(delta_mm, length_mm, speed_mm_s, acceleration_mm_s2);
+    MoveGeometry geometry = geometry_of(end_mm, length_mm, speed_mm_s, acceleration_mm_s2);
     geometry.extrude_only = extrude_only;
     const double limit2 =
         end_at_rest_ ? 0 : junction_speed_squared(last_move_, geometry, settings_.instantaneous_speed);
-    Entry& added = push(SegmentKind::move, limit2, 2 * geometry.acceleration_mm_s2 * length_mm);
+    Entry& added = push(SegmentKind::move, {.limit2 = limit2,
+                                            .gain2 = 2 * geometry.acceleration_mm_s2 * length_mm,
+                                            .acceleration_mm_s2 = geometry.acceleration_mm_s2,
+                                            .jerk_mm_s3 = settings_.jerk_mm_s3});
     added.segment.end_mm = end_mm;
+    // Filament that is pushed along a way; neither a retraction nor a travel move presses.
+    if (delta_mm[3] > 0 && (delta_mm[0] != 0 || delta_mm[1] != 0))
+        added.segment.advance_s = settings_.pressure_advance.value();
     added.geometry = geometry;
     position_mm_ = end_mm;
     last_move_ = geometry;
@@ -63,8 +74,8 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     return true;
 }
 
-Planner::Entry& Planner::push(SegmentKind kind, double limit2, double gain2) {
-    node(tail_) = Node{limit2, gain2, 0, 0, 0};
+Planner::Entry& Planner::push(SegmentKind kind, const Node& planned) {
+    node(tail_) = planned;
     Entry& added = entry(tail_);
     added = Entry{};
     added.segment.kind = kind;
@@ -76,7 +87,7 @@ Planner::Entry& Planner::push(SegmentKind kind, double limit2, double gain2) {
 
 bool Planner::push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s) {
     if (full()) return false;
-    Entry& added = push(kind, 0, 0);
+    Entry& added = push(kind, {});
     added.segment.axis = axis;
     added.segment.value = value;
     added.dwell_s = dwell_s;
@@ -89,20 +100,33 @@ bool Planner::append_dwell(double duration_s) {
     return push_standstill(SegmentKind::dwell, Axis::x, 0, duration_s);
 }
 
-bool Planner::append_homing(Axis axis, bool on) {
-    QDUINO_EXPECT(axis != Axis::e);
-    return push_standstill(SegmentKind::homing, axis, on ? 1 : 0, 0);
+bool Planner::append_homing(Axis axis, MotorMask motors) {
+    return push_standstill(SegmentKind::homing, axis, motors, 0);
+}
+
+bool Planner::append_filters(const MotionFilters& filters) {
+    if (!push_standstill(SegmentKind::filters, Axis::x, 0, 0)) return false;
+    entry(tail_ - 1).segment.filters = filters;
+    return true;
 }
 
 bool Planner::append_marker(std::uint32_t value) {
     if (full()) return false;
     const double nominal2 = last_move_.speed_mm_s * last_move_.speed_mm_s;
-    Entry& added = push(SegmentKind::marker, end_at_rest_ ? 0 : nominal2, 0);
+    Entry& added = push(SegmentKind::marker, {.limit2 = end_at_rest_ ? 0 : nominal2});
     added.segment.value = value;
     return true;
 }
 
 // ---- planning -----------------------------------------------------------------------------------
+
+double Planner::reach2(const Node& node, double speed2) {
+    if (node.jerk_mm_s3 <= 0 || node.gain2 <= 0) return speed2 + node.gain2;
+    const double length_mm = node.gain2 / (2 * node.acceleration_mm_s2);
+    const double reached =
+        speed_after_ramp(std::sqrt(speed2), length_mm, node.acceleration_mm_s2, node.jerk_mm_s3);
+    return reached * reached;
+}
 
 void Planner::plan() {
     const std::uint64_t end = plan_end();
@@ -117,8 +141,8 @@ void Planner::plan_backward(std::uint64_t end) {
     double hopeful2 = must_stop ? 0 : last_move_.speed_mm_s * last_move_.speed_mm_s;
     for (std::uint64_t i = end; i-- > head_;) {
         Node& here = node(i);
-        safe2 = here.safe2 = std::min(here.limit2, safe2 + here.gain2);
-        hopeful2 = here.hopeful2 = std::min(here.limit2, hopeful2 + here.gain2);
+        safe2 = here.safe2 = std::min(here.limit2, reach2(here, safe2));
+        hopeful2 = here.hopeful2 = std::min(here.limit2, reach2(here, hopeful2));
     }
 }
 
@@ -130,8 +154,8 @@ void Planner::plan_forward(std::uint64_t end) {
     ready_ = head_;
     for (std::uint64_t i = head_; i < end; ++i) {
         const bool is_last = i + 1 == end;
-        safe2 = std::min(is_last ? 0 : node(i + 1).safe2, safe2 + node(i).gain2);
-        hopeful2 = std::min(is_last ? last2 : node(i + 1).hopeful2, hopeful2 + node(i).gain2);
+        safe2 = std::min(is_last ? 0 : node(i + 1).safe2, reach2(node(i), safe2));
+        hopeful2 = std::min(is_last ? last2 : node(i + 1).hopeful2, reach2(node(i), hopeful2));
         node(i).exit2 = safe2;
         if (ready_ == i && safe2 == hopeful2) ready_ = i + 1;
     }
@@ -154,8 +178,12 @@ void Planner::release(Segment& out) {
     out.start = clock_;
     if (out.kind == SegmentKind::move) {
         const double exit_speed = std::sqrt(exit2);
-        out.shape = make_trapezoid(oldest.geometry.length_mm, entry_speed_mm_s_, oldest.geometry.speed_mm_s,
-                                   exit_speed, oldest.geometry.acceleration_mm_s2);
+        const MoveGeometry& move = oldest.geometry;
+        const double jerk = node(head_).jerk_mm_s3;
+        out.shape = jerk > 0 ? make_s_curve(move.length_mm, entry_speed_mm_s_, move.speed_mm_s, exit_speed,
+                                            move.acceleration_mm_s2, jerk)
+                             : make_trapezoid(move.length_mm, entry_speed_mm_s_, move.speed_mm_s, exit_speed,
+                                              move.acceleration_mm_s2);
         clock_.advance_s(out.shape.duration_s());
         entry_speed_mm_s_ = exit_speed;
         entry2_ = exit2;
@@ -184,7 +212,8 @@ std::uint64_t Planner::earliest_stop() {
     for (std::uint64_t stop = head_; stop < tail_; ++stop) {
         if (entry(stop).segment.kind == SegmentKind::marker) continue;
         double reachable2 = 0;
-        for (std::uint64_t i = stop; i-- > head_ && reachable2 < entry2_;) reachable2 += node(i).gain2;
+        for (std::uint64_t i = stop; i-- > head_ && reachable2 < entry2_;)
+            reachable2 = reach2(node(i), reachable2);
         if (reachable2 >= entry2_) return stop;
     }
     return tail_;

@@ -9,6 +9,9 @@
 //      w_i <= w_{i+1} + g_i        the move can brake
 //      w_{i+1} <= w_i + g_i        the move can accelerate
 //
+// (With a bounded jerk the right-hand sides are what an S-curve can reach, s_curve.h: they grow
+// with w as well, and all that follows holds.)
+//
 // One pass backward (braking) and one forward (accelerating) find them. But the end of the queue is
 // a trouble: a standstill there is safe and makes every print crawl, since the next move may be on
 // its way. A later move can only raise a speed, never lower it. So both passes are made twice: with
@@ -69,9 +72,11 @@ class Planner {
     [[nodiscard]] bool append_dwell(double duration_s);
     /// The player reports `value` when it has played everything before. Does not slow the motion.
     [[nodiscard]] bool append_marker(std::uint32_t value);
-    /// Between on and off, steps of `axis` end when its endstop is pressed (step/player.h).
-    /// Contract: X, Y or Z.
-    [[nodiscard]] bool append_homing(Axis axis, bool on);
+    /// From here on the switch of `axis` ends the steps of `motors` when it is pressed
+    /// (step/player.h). 0: of none any more.
+    [[nodiscard]] bool append_homing(Axis axis, MotorMask motors);
+    /// `filters` are in force behind everything so far. Stands still there.
+    [[nodiscard]] bool append_filters(const MotionFilters& filters);
 
     /// Call when nothing may follow for a while: plans everything appended so far down to a
     /// standstill, and releases it.
@@ -124,11 +129,13 @@ class Planner {
   private:
     /// The planning of one entry; squares of speeds in mm²/s².
     struct Node {
-        double limit2 = 0;    ///< V: bound of the speed at which the entry begins
-        double gain2 = 0;     ///< g = 2·a·L
-        double safe2 = 0;     ///< backward pass with the queue's end at rest
-        double hopeful2 = 0;  ///< … and in full motion
-        double exit2 = 0;     ///< planned, where the entry ends
+        double limit2 = 0;  ///< V: bound of the speed at which the entry begins
+        double gain2 = 0;   ///< g = 2·a·L
+        double acceleration_mm_s2 = 0;
+        double jerk_mm_s3 = 0;  ///< 0: unlimited
+        double safe2 = 0;       ///< backward pass with the queue's end at rest
+        double hopeful2 = 0;    ///< … and in full motion
+        double exit2 = 0;       ///< planned, where the entry ends
     };
     struct Entry {
         Segment segment;  ///< its times and shape are worked out when it is handed out
@@ -136,11 +143,13 @@ class Planner {
         MoveGeometry geometry;
     };
 
+    /// The largest square at one end of `node` when the other end has `speed2`.
+    [[nodiscard]] static double reach2(const Node& node, double speed2);
     Node& node(std::uint64_t number) { return nodes_[number % kCapacity]; }
     Entry& entry(std::uint64_t number) { return entries_[number % kCapacity]; }
-    [[nodiscard]] MoveGeometry geometry_of(const AxisVector& delta_mm, double length_mm, double speed_mm_s,
+    [[nodiscard]] MoveGeometry geometry_of(const AxisVector& end_mm, double length_mm, double speed_mm_s,
                                            double acceleration_mm_s2) const;
-    Entry& push(SegmentKind kind, double limit2, double gain2);
+    Entry& push(SegmentKind kind, const Node& planned);
     [[nodiscard]] bool push_standstill(SegmentKind kind, Axis axis, std::uint32_t value, double dwell_s);
     [[nodiscard]] std::uint64_t plan_end() const { return held_ ? hold_ : tail_; }
     void plan();

@@ -33,7 +33,8 @@ enum class SegmentKind : std::uint8_t {
     /// `value` is to be reported when everything before it has been played. In full motion; takes
     /// no time.
     marker,
-    homing,  ///< endstop watching of `axis` on (value 1) or off (0); at rest
+    homing,   ///< the switch of `axis` ends the steps of the motors in `value`; at rest
+    filters,  ///< `filters` are in force from here on; at rest
 };
 
 struct Segment {
@@ -44,7 +45,9 @@ struct Segment {
     TimelineInstant end;
     AxisVector start_mm{};
     AxisVector end_mm{};
-    Trapezoid shape;  ///< along X, Y, Z, or along E when nothing else moves
+    Trapezoid shape;       ///< along X, Y, Z, or along E when nothing else moves
+    double advance_s = 0;  ///< pressure advance of this move
+    MotionFilters filters{};
 };
 
 }  // namespace qduino::printer::motion

@@ -41,6 +41,9 @@ struct Trapezoid {
     double accelerate_s = 0;
     double cruise_s = 0;
     double decelerate_s = 0;
+    /// Above 0 the ramps are S-curves (s_curve.h), and the two functions of the distance below do
+    /// not hold: the solver then reads the ramps (step/motion_track.h).
+    double jerk_mm_s3 = 0;
 
     [[nodiscard]] double duration_s() const { return accelerate_s + cruise_s + decelerate_s; }
     /// Seconds from the start until `distance_mm` (clamped to 0 … length) is covered.

@@ -28,7 +28,10 @@ bool same_place(const gcode::Position& a, const gcode::Position& b) {
 }  // namespace
 
 LayerPacker::LayerPacker(double filament_diameter_mm, LayerSink& sink)
-    : sink_(sink), filament_area_mm2_(std::numbers::pi / 4 * filament_diameter_mm * filament_diameter_mm) {}
+    : sink_(sink), filament_area_mm2_(std::numbers::pi / 4 * filament_diameter_mm * filament_diameter_mm) {
+    // Pages that are not used cost nothing.
+    bytes_.reserve(kLayerHeaderBytes + kVertexBytes * kVerticesMax);
+}
 
 void LayerPacker::on_move(const gcode::Move& move, const MoveContext& context) {
     if (!context.extrudes) return;

@@ -50,8 +50,8 @@ inline constexpr std::uint32_t kLayerMagic = 0x314C4451;
 inline constexpr std::size_t kLayerHeaderBytes = 40;
 inline constexpr std::size_t kVertexBytes = 20;
 inline constexpr std::uint8_t kVertexStartsPolyline = 1;
-/// Vertices of one record: 20 MB at most.
-inline constexpr std::size_t kVerticesMax = std::size_t{1} << 20;
+/// Vertices of one record: 2.6 MB at most.
+inline constexpr std::size_t kVerticesMax = std::size_t{1} << 17;
 
 struct LayerRecord {
     Layer layer;
@@ -68,7 +68,7 @@ class LayerSink {
     virtual void on_layer(const LayerRecord& record, std::span<const std::uint8_t> bytes) = 0;
 };
 
-/// Holds one record at a time; allocates only while it grows to the largest.
+/// Holds one record at a time, and allocates once.
 class LayerPacker final : public MoveSink {
   public:
     /// `filament_diameter_mm` gives the width where no comment does. `sink` must outlive the

@@ -1,7 +1,9 @@
-// Receives a job's moves while the job is read, before it is printed: the layer packer.
+// Receives what a job does while it is read, before it is printed: the layer packer takes the
+// moves, the estimate everything that takes time.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "printer/gcode/actions.h"
 #include "printer/gcode/annotation.h"
@@ -30,6 +32,15 @@ class MoveSink {
     virtual ~MoveSink() = default;
     /// `context.layer` changes with the first extruding move of a layer.
     virtual void on_move(const gcode::Move& move, const MoveContext& context) = 0;
+    // Everything else that takes time, as gcode::Actions says it.
+    virtual void on_dwell(Seconds /*duration*/) {}
+    virtual void on_home(gcode::AxisSet /*axes*/) {}
+    /// `wait`: the job is held until the target is reached.
+    virtual void on_temperature(gcode::Heater /*heater*/, Celsius /*target*/,
+                                std::optional<gcode::WaitFor> /*wait*/) {}
+    virtual void on_limits(const gcode::LimitChange& /*change*/) {}
+    /// The motion comes to rest: a pause.
+    virtual void on_pause() {}
     /// The job has ended. `bytes` is its length.
     virtual void on_end(std::uint64_t /*bytes*/) {}
 };

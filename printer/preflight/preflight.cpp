@@ -36,7 +36,8 @@ void Bounds::include(const gcode::Position& position) {
     empty = false;
 }
 
-Preflight::Preflight(const MachineConfig& machine) : machine_(machine), interpreter_(machine_, *this) {
+Preflight::Preflight(const MachineConfig& machine)
+    : machine_(machine), kinematics_(machine), interpreter_(machine_, *this) {
     for (const Axis axis : gcode::kAllAxes) speed_max_[axis] = machine.axes[axis].max_speed;
 }
 
@@ -73,7 +74,7 @@ void Preflight::look(std::span<const char> bytes) {
 
 void Preflight::judge_content() {
     judged_ = true;
-    facts_.content = gcode::look_at_content({head_.data(), head_count_});
+    facts_.content = gcode::look_at_content({head_.data(), head_count_}, machine_);
     refused_ = facts_.content != gcode::Content::gcode;
     if (!refused_) return;
     line_ = nullptr;
@@ -141,6 +142,7 @@ void Preflight::measure_layers(const MoveContext& context) {
 
 Result<void> Preflight::home(gcode::AxisSet axes) {
     for (const Axis axis : gcode::kToolAxes) was_homed_[axis] = was_homed_[axis] || axes.contains(axis);
+    for (MoveSink* sink : sinks_) sink->on_home(axes);
     return {};
 }
 
@@ -177,24 +179,28 @@ void Preflight::check_extrusion(const gcode::Move& move) {
 }
 
 void Preflight::check_step_rate(const gcode::Move& move) {
-    const auto distance_mm = [&](Axis axis) { return std::abs((move.to[axis] - move.from[axis]).value()); };
-    double tool_mm2 = 0;
-    for (const Axis axis : gcode::kToolAxes) tool_mm2 += distance_mm(axis) * distance_mm(axis);
-    const double length_mm = tool_mm2 > 0 ? std::sqrt(tool_mm2) : distance_mm(Axis::e);
-    // As the planner does: the whole move is slowed until no axis is above its own limit.
+    AxisValues from{}, to{}, way{};
+    for (const Axis axis : gcode::kAllAxes) {
+        from[axis] = move.from[axis].value();
+        to[axis] = move.to[axis].value();
+        way[axis] = std::abs(to[axis] - from[axis]);
+    }
+    const double tool_mm2 = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    const double length_mm = tool_mm2 > 0 ? std::sqrt(tool_mm2) : way[Axis::e];
+    const AxisValues rates = kinematics_.rates(from, to, length_mm);
+    // As the planner does: the whole move is slowed until no axis, and no motor, is above its own
+    // limit.
     double duration_s = length_mm / move.feedrate.value();
-    for (const Axis axis : gcode::kAllAxes)
-        duration_s = std::max(duration_s, distance_mm(axis) / speed_max_[axis].value());
-    const double rate_max_hz = 1 / to_seconds(step_interval(machine_));
+    for (const Axis axis : gcode::kAllAxes) {
+        const double most_mm = std::max(way[axis], rates[axis] * length_mm);
+        duration_s = std::max(duration_s, most_mm / speed_max_[axis].value());
+    }
     double together_hz = 0;
     for (const Axis axis : gcode::kAllAxes) {
-        const double rate_hz = distance_mm(axis) * machine_.axes[axis].steps_per_mm / duration_s;
-        together_hz += rate_hz;
-        facts_.step_rate_maximum_hz = std::max(facts_.step_rate_maximum_hz, rate_hz);
-        if (rate_hz <= rate_max_hz * (1 + 1e-9)) continue;
-        add_error(text(kAxisLetter[axis], " would need ", std::llround(rate_hz),
-                       " steps/s; this board plays at most ", std::llround(rate_max_hz)),
-                  "Lower the speed in the slicer, or the axis' largest speed with M203.");
+        const AxisConfig& motor = machine_.axes[axis];
+        const double rate_hz = rates[axis] * length_mm * motor.steps_per_mm / duration_s;
+        together_hz += rate_hz * static_cast<double>(1 + motor.extra_motors.size());
+        check_motor_rate(axis, rate_hz);
     }
     const double limit_hz = step_rate_limit_hz(machine_.step_cost);
     if (limit_hz <= 0 || together_hz <= limit_hz) return;
@@ -202,6 +208,15 @@ void Preflight::check_step_rate(const gcode::Move& move) {
                    " steps/s; this computer plays at most ", std::llround(limit_hz), " (one takes ",
                    machine_.step_cost, ", measured)"),
               "Lower the speed in the slicer, or take coarser microsteps.");
+}
+
+void Preflight::check_motor_rate(Axis motor, double rate_hz) {
+    facts_.step_rate_maximum_hz = std::max(facts_.step_rate_maximum_hz, rate_hz);
+    const double rate_max_hz = 1 / to_seconds(step_interval(machine_));
+    if (rate_hz <= rate_max_hz * (1 + 1e-9)) return;
+    add_error(text(kAxisLetter[motor], " would need ", std::llround(rate_hz),
+                   " steps/s; this board plays at most ", std::llround(rate_max_hz)),
+              "Lower the speed in the slicer, or the axis' largest speed with M203.");
 }
 
 Result<void> Preflight::dwell(Seconds duration) {
@@ -212,28 +227,39 @@ Result<void> Preflight::dwell(Seconds duration) {
                          Shortest{timeout_s}, " s: the heaters go off in it, and the job pauses"),
                     "Shorten it, or raise idle_timeout_s in the machine file.");
     }
+    for (MoveSink* sink : sinks_) sink->on_dwell(duration);
     return {};
+}
+
+void Preflight::take_target(gcode::Heater heater, Celsius target) {
+    const bool is_bed = heater == gcode::Heater::bed;
+    Celsius& maximum = is_bed ? facts_.bed_maximum : facts_.hot_end_maximum;
+    maximum = std::max(maximum, target);
+    (is_bed ? bed_target_ : hot_end_target_) = target;
 }
 
 Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
-    if (heater == gcode::Heater::bed) {
-        facts_.bed_maximum = std::max(facts_.bed_maximum, target);
-        bed_target_ = target;
-        return {};
-    }
-    facts_.hot_end_maximum = std::max(facts_.hot_end_maximum, target);
-    hot_end_target_ = target;
+    take_target(heater, target);
+    for (MoveSink* sink : sinks_) sink->on_temperature(heater, target, std::nullopt);
     return {};
 }
 
-Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor) {
+Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) {
     was_hot_ = was_hot_ || (heater == gcode::Heater::hot_end && target >= machine_.minimum_extrude);
-    return set_temperature(heater, target);
+    take_target(heater, target);
+    for (MoveSink* sink : sinks_) sink->on_temperature(heater, target, direction);
+    return {};
 }
 
 Result<void> Preflight::set_limits(const gcode::LimitChange& change) {
     for (const Axis axis : gcode::kAllAxes)
         speed_max_[axis] = change.axis_speed[axis].value_or(speed_max_[axis]);
+    for (MoveSink* sink : sinks_) sink->on_limits(change);
+    return {};
+}
+
+Result<void> Preflight::pause(const gcode::PauseOrder&) {
+    for (MoveSink* sink : sinks_) sink->on_pause();
     return {};
 }
 

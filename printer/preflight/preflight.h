@@ -57,6 +57,7 @@ class Preflight final : private gcode::NoActions {
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;
+    Result<void> pause(const gcode::PauseOrder& order) override;
     void emergency_stop() override;
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
@@ -67,13 +68,16 @@ class Preflight final : private gcode::NoActions {
     void check_homed(const gcode::Move& move);
     void check_extrusion(const gcode::Move& move);
     void check_step_rate(const gcode::Move& move);
+    void check_motor_rate(Axis motor, double rate_hz);
     void check_whole();
     void measure_layers(const MoveContext& context);
+    void take_target(gcode::Heater heater, Celsius target);
     void add_error(std::string_view message, std::string_view advice);
     void add_warning(std::string_view message, std::string_view advice);
     [[nodiscard]] Finding finding(std::string_view message, std::string_view advice) const;
 
     MachineConfig machine_;
+    Kinematics kinematics_;
     Facts facts_;
     gcode::Parser parser_;
     gcode::Interpreter interpreter_;

@@ -24,10 +24,14 @@
 // again `lead` after now. In motion (the last event was no rest) this is starvation: it is counted
 // and added to shift_ns. At rest it is idleness.
 //
-// Homing. Between homing on and off, each step of that axis first reads its endstop. Once that is
-// pressed, the steps of that axis are dropped. The counter stays at the pulses sent, and so differs
-// from the plan exactly when the switch was found. When all axes in homing have been pressed, the
-// player skips the remaining steps without waiting for their time.
+// Homing. A homing event says which motors a switch ends: on a cartesian machine one, on CoreXY
+// both belts, on a delta each tower's switch its own carriage, and a probe every motor that moves
+// the nozzle. While the switch is watched, each step of the first of these motors reads it. Once it
+// is pressed, their steps are dropped. (The first one alone: the others step with it, at the same
+// instant or within a step of it, and so the steps of two belts stay in pairs.) The counters stay
+// at the pulses sent, and so differ from the plan exactly when the switch was found. When all
+// watched switches have been pressed, the player skips the remaining steps without waiting for
+// their time. The switch in E's place is the probe.
 //
 // A template over the pins, so that the calls are direct on a board and in the simulator. Real-time
 // safe: no heap, no locks. All methods are for loop 2 alone.
@@ -42,20 +46,25 @@
 #include <cstdint>
 
 #include "base/time.h"
+#include "printer/kinematics.h"
 #include "printer/link/layout.h"
 #include "printer/step/step_event.h"
 
 namespace qduino::printer::step {
 
 /// What the player needs: a clock, and two outputs and a switch for each axis. `positive` is in
-/// machine coordinates; the pins do the inversion.
+/// the motor's coordinates; the pins do the inversion, and drive every motor of an axis that has
+/// several.
 template <class P>
 concept StepPins = requires(P& pins, Instant t, int axis, bool on) {
     { pins.now() } -> std::same_as<Instant>;
     { pins.busy_until(t) } -> std::same_as<void>;  // never returns early
     { pins.set_step(axis, on) } -> std::same_as<void>;
     { pins.set_direction(axis, on) } -> std::same_as<void>;
+    // Of several motors with switches of their own: all are pressed.
     { pins.endstop_pressed(axis) } -> std::same_as<bool>;
+    // While on, a motor whose own switch is pressed gets no steps, whatever its axis does.
+    { pins.watch_switches(axis, on) } -> std::same_as<void>;
 };
 
 struct PlayerSettings {
@@ -127,7 +136,7 @@ class Player {
         const std::int64_t ready_ns = now_ns() + std::max(to_ns(settings_.low), to_ns(settings_.direction));
         for (AxisState& axis : axes_) axis = {.rise_ns_min = ready_ns, .direction = axis.direction};
         falls_begin_ = falls_end_;
-        homing_ = pressed_ = 0;
+        for (int axis = 0; axis < kAxisCount; ++axis) switch_homing(axis, 0);
         status_.moving = false;
         stopped_ = true;
         drop_all();
@@ -274,7 +283,7 @@ class Player {
                 status_.last_marker = event.value;
                 break;
             case EventKind::homing:
-                switch_homing(event.axis, event.value != 0);
+                switch_homing(event.axis, event.value);
                 break;
             case EventKind::rest:
                 status_.moving = false;
@@ -325,20 +334,31 @@ class Player {
 
     // ---- homing ---------------------------------------------------------------------------------
 
-    void switch_homing(int axis, bool on) {
+    void switch_homing(int axis, MotorMask motors) {
         const unsigned bit = 1u << axis;
-        homing_ = on ? homing_ | bit : homing_ & ~bit;
+        homing_ = motors != 0 ? homing_ | bit : homing_ & ~bit;
         pressed_ &= ~bit;
+        if (motors_of_[axis] != motors) pins_.watch_switches(axis, motors != 0);
+        motors_of_[axis] = motors;
+        ended_ = 0;
+        for (int each = 0; each < kAxisCount; ++each)
+            if ((pressed_ >> each & 1u) != 0) ended_ |= motors_of_[each];
     }
 
-    [[nodiscard]] bool endstop_ends(int axis) {
-        const unsigned bit = 1u << axis;
-        if ((homing_ & bit) == 0) return false;
-        if ((pressed_ & bit) == 0 && pins_.endstop_pressed(axis)) {
-            pressed_ |= bit;
-            ++status_.endstop_hits[axis];
+    [[nodiscard]] bool endstop_ends(int motor) {
+        const unsigned bit = 1u << motor;
+        if (homing_ == 0) [[likely]]
+            return false;
+        for (int axis = 0; axis < kAxisCount; ++axis) {
+            const bool is_first = (motors_of_[axis] & (2 * bit - 1)) == bit;
+            if (is_first && (pressed_ >> axis & 1u) == 0 && pins_.endstop_pressed(axis)) press(axis);
         }
-        return (pressed_ & bit) != 0;
+        return (ended_ & bit) != 0;
+    }
+    void press(int axis) {
+        pressed_ |= 1u << axis;
+        ended_ |= motors_of_[axis];
+        ++status_.endstop_hits[axis];
     }
 
     void drop_step(int axis) {
@@ -353,7 +373,7 @@ class Player {
     /// True for a step that will be dropped, so that the player need not wait for it.
     [[nodiscard]] bool skips(const StepEvent& event) const {
         return homing_ != 0 && pressed_ == homing_ && event.kind == EventKind::step &&
-               (homing_ >> event.axis & 1u) != 0 && falls_begin_ == falls_end_;
+               (ended_ >> event.axis & 1u) != 0 && falls_begin_ == falls_end_;
     }
 
     /// Drops the step at the front now; the time line comes forward with it.
@@ -384,14 +404,16 @@ class Player {
     std::array<Fall, kAxisCount> falls_{};  // ring of at most one per axis, oldest at falls_begin_
     std::uint32_t falls_begin_ = 0;
     std::uint32_t falls_end_ = 0;
-    std::size_t looked_ = 0;      // events looked at, from the front of the ring
-    std::int64_t anchor_ns_ = 0;  // board time of 0 on the time line
-    std::int64_t played_ns_ = 0;  // on the time line: the last event taken
-    bool stopped_ = false;        // by stop_now(): nothing is played
-    bool started_ = false;        // the anchor means something
-    bool dry_ = true;             // the ring was found empty since the last event
-    unsigned homing_ = 0;         // bit per axis
-    unsigned pressed_ = 0;
+    std::size_t looked_ = 0;                         // events looked at, from the front of the ring
+    std::int64_t anchor_ns_ = 0;                     // board time of 0 on the time line
+    std::int64_t played_ns_ = 0;                     // on the time line: the last event taken
+    bool stopped_ = false;                           // by stop_now(): nothing is played
+    bool started_ = false;                           // the anchor means something
+    bool dry_ = true;                                // the ring was empty since the last event
+    unsigned homing_ = 0;                            // bit per switch that is watched
+    unsigned pressed_ = 0;                           // … and has been pressed since
+    std::array<MotorMask, kAxisCount> motors_of_{};  // … and ends these motors
+    MotorMask ended_ = 0;
     std::uint64_t steps_dropped_ = 0;
     link::MotionStatus status_;
 };

@@ -32,6 +32,7 @@ class MuffledPins {
     void set_step(int axis, bool) { pins_.set_step(axis, false); }
     void set_direction(int axis, bool) { pins_.set_direction(axis, true); }
     [[nodiscard]] bool endstop_pressed(int) { return false; }
+    void watch_switches(int, bool) {}
 
   private:
     Pins& pins_;

@@ -3,6 +3,8 @@
 #include <Arduino.h>
 #include <Wire.h>
 
+#include <algorithm>
+
 #include "PrinterWiring.h"
 #include "board/board.h"
 #include "device/ads7828.h"
@@ -19,22 +21,68 @@ Instant StepperPins::now() { return board::current().now(); }
 void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
 void StepperPins::sleep_until(Instant t) { board::current().sleep_until(t); }
 
+void StepperPins::write(int axis, unsigned motors, Pin pin_of, bool high) {
+    const printer::AxisConfig& a = config_.axes[axis];
+    const Level level = high ? Level::high : Level::low;
+    if ((motors & 1u) != 0) board::current().pin_write(PinId{a.*pin_of.first}, level);
+    for (std::size_t i = 0; i < a.extra_motors.size(); ++i)
+        if ((motors >> (i + 1) & 1u) != 0)
+            board::current().pin_write(PinId{a.extra_motors[i].*pin_of.extra}, level);
+}
+
 void StepperPins::set_step(int axis, bool high) {
-    board::current().pin_write(PinId{config_.axes[axis].step_pin}, high ? Level::high : Level::low);
+    constexpr Pin kStep{&printer::AxisConfig::step_pin, &printer::ExtraMotor::step_pin};
+    if (watched_[axis] && high) [[unlikely]]
+        stop_at_switches(axis);
+    write(axis, high ? ~stopped_[axis] : ~0u, kStep, high);
 }
 
 void StepperPins::set_direction(int axis, bool positive) {
-    const printer::AxisConfig& a = config_.axes[axis];
-    board::current().pin_write(PinId{a.direction_pin},
-                               positive != a.direction_inverted ? Level::high : Level::low);
+    constexpr Pin kDirection{&printer::AxisConfig::direction_pin, &printer::ExtraMotor::direction_pin};
+    write(axis, ~0u, kDirection, positive != config_.axes[axis].direction_inverted);
+}
+
+bool StepperPins::is_high(std::uint16_t pin) { return board::current().pin_read(PinId{pin}) == Level::high; }
+
+bool StepperPins::is_pressed(const printer::AxisConfig& axis, std::uint16_t pin) {
+    return is_high(pin) != axis.endstop_pressed_low;
 }
 
 bool StepperPins::endstop_pressed(int axis) {
-    return board::current().pin_read(PinId{config_.axes[axis].endstop_pin}) == Level::high;
+    if (axis == static_cast<int>(printer::step::kProbeSwitch)) return is_high(config_.probe.pin);
+    const printer::AxisConfig& a = config_.axes[axis];
+    if (!is_pressed(a, a.endstop_pin) && (stopped_[axis] & 1u) == 0) return false;
+    for (std::size_t i = 0; i < a.extra_motors.size(); ++i) {
+        const std::uint16_t own = a.extra_motors[i].endstop_pin;
+        if (own != printer::kNoPin && (stopped_[axis] >> (i + 1) & 1u) == 0 && !is_pressed(a, own))
+            return false;
+    }
+    return true;
 }
 
-void EnablePins::switch_motor(printer::Axis axis, bool on) {
-    board::current().pin_write(PinId{config_.axes[axis].enable_pin}, on ? Level::low : Level::high);
+void StepperPins::watch_switches(int axis, bool on) {
+    const auto& extra = config_.axes[axis].extra_motors;
+    watched_[axis] = on && std::ranges::any_of(
+                               extra, [](const auto& motor) { return motor.endstop_pin != printer::kNoPin; });
+    stopped_[axis] = 0;
+}
+
+void StepperPins::stop_at_switches(int axis) {
+    const printer::AxisConfig& a = config_.axes[axis];
+    const bool first = is_pressed(a, a.endstop_pin);
+    if (first) stopped_[axis] |= 1u;
+    for (std::size_t i = 0; i < a.extra_motors.size(); ++i) {
+        const std::uint16_t own = a.extra_motors[i].endstop_pin;
+        if (own == printer::kNoPin ? first : is_pressed(a, own)) stopped_[axis] |= 2u << i;
+    }
+}
+
+void EnablePins::switch_motor(printer::Axis motor, bool on) {
+    const printer::AxisConfig& a = config_.axes[motor];
+    const Level level = on ? Level::low : Level::high;
+    board::current().pin_write(PinId{a.enable_pin}, level);
+    for (const printer::ExtraMotor& extra : a.extra_motors)
+        board::current().pin_write(PinId{extra.enable_pin}, level);
 }
 
 // ---- start --------------------------------------------------------------------------------------
@@ -42,6 +90,8 @@ void EnablePins::switch_motor(printer::Axis axis, bool on) {
 struct Printer::Parts {
     explicit Parts(const PrinterWiring& wiring)
         : config(wiring.config),
+          hot_end(wiring.config.hot_end.sensor),
+          bed(wiring.config.bed.sensor),
           enables(config),
           machine(config, *wiring.link, enables),
           stepper_pins(config),
@@ -49,6 +99,7 @@ struct Printer::Parts {
                   wiring.link->motion_status, printer::step::player_settings(config)) {}
 
     printer::MachineConfig config;
+    device::TemperatureSensor hot_end, bed;
     EnablePins enables;
     printer::machine::Machine machine;
     StepperPins stepper_pins;
@@ -65,6 +116,14 @@ void begin_output(std::uint16_t pin, int level) {
     pinMode(pin, OUTPUT);
 }
 
+/// A driver's three inputs: off, and no step.
+void begin_driver(std::uint16_t step_pin, std::uint16_t direction_pin, std::uint16_t enable_pin) {
+    begin_output(enable_pin, HIGH);  // low would switch the motor's driver on
+    begin_output(step_pin, LOW);
+    digitalWrite(direction_pin, LOW);
+    pinMode(direction_pin, OUTPUT);
+}
+
 }  // namespace
 
 void Printer::begin() {
@@ -76,12 +135,14 @@ void Printer::begin() {
     }
     for (std::size_t i = 0; i < printer::kAxisCount; ++i) {
         const printer::AxisConfig& axis = wiring.config.axes[i];
-        begin_output(axis.enable_pin, HIGH);  // low would switch the motor's driver on
-        begin_output(axis.step_pin, LOW);
-        digitalWrite(axis.direction_pin, LOW);
-        pinMode(axis.direction_pin, OUTPUT);
+        begin_driver(axis.step_pin, axis.direction_pin, axis.enable_pin);
         if (i < 3) pinMode(axis.endstop_pin, INPUT_PULLUP);
+        for (const printer::ExtraMotor& extra : axis.extra_motors) {
+            begin_driver(extra.step_pin, extra.direction_pin, extra.enable_pin);
+            if (extra.endstop_pin != printer::kNoPin) pinMode(extra.endstop_pin, INPUT_PULLUP);
+        }
     }
+    if (wiring.config.probe.pin != printer::kNoPin) pinMode(wiring.config.probe.pin, INPUT_PULLUP);
     Wire.begin();
     parts_ = std::make_shared<Parts>(wiring);
     measures_steps_ = wiring.measure_steps;
@@ -111,7 +172,7 @@ void Printer::measure_steps() {
 
 // ---- loop 3 -------------------------------------------------------------------------------------
 
-std::optional<Celsius> Printer::read_thermistor(std::uint8_t channel) {
+std::optional<Celsius> Printer::read_sensor(std::uint8_t channel, const device::TemperatureSensor& sensor) {
     Wire.beginTransmission(parts_->config.adc_address);
     Wire.write(device::ads7828::command_byte(channel));
     if (Wire.endTransmission(false) != 0) return std::nullopt;
@@ -119,7 +180,7 @@ std::optional<Celsius> Printer::read_thermistor(std::uint8_t channel) {
     std::array<std::uint8_t, 2> bytes{};
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(Wire.read());
     const double fraction = device::ads7828::fraction(device::ads7828::decode(bytes));
-    const Result<Celsius> celsius = thermistor_.celsius(fraction);
+    const Result<Celsius> celsius = sensor.celsius(fraction);
     return celsius.ok() ? std::optional{*celsius} : std::nullopt;
 }
 
@@ -132,8 +193,8 @@ void Printer::drive_heaters(const printer::heat::HeatDuties& duties) {
 
 void Printer::heat() {
     printer::heat::HeatReadings readings;
-    readings.hot_end = read_thermistor(parts_->config.hot_end.adc_channel);
-    if (parts_->config.has_bed) readings.bed = read_thermistor(parts_->config.bed.adc_channel);
+    readings.hot_end = read_sensor(parts_->config.hot_end.adc_channel, parts_->hot_end);
+    if (parts_->config.has_bed) readings.bed = read_sensor(parts_->config.bed.adc_channel, parts_->bed);
     drive_heaters(parts_->machine.heat_sample(board::current().now(), readings));
 }
 

@@ -5,19 +5,21 @@
 //   loop 3  heat()   two thermistors through the ADS7828, PID, heaters and fan    1 of 8 ms
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 
 #include "base/quantity.h"
 #include "base/time.h"
-#include "device/thermistor.h"
+#include "device/temperature_sensor.h"
 #include "printer/machine/machine.h"
 #include "printer/step/stepper_loop.h"
 
 namespace qduino::sketches {
 
-/// The player's pins: per axis STEP, DIR and endstop.
+/// The player's pins: STEP, DIR and endstop of each motor. Motors of one axis step together, but
+/// for those that have a switch of their own while the axis homes.
 class StepperPins {
   public:
     explicit StepperPins(const printer::MachineConfig& config) : config_(config) {}
@@ -27,16 +29,29 @@ class StepperPins {
     void set_step(int axis, bool high);
     void set_direction(int axis, bool positive);
     [[nodiscard]] bool endstop_pressed(int axis);
+    void watch_switches(int axis, bool on);
 
   private:
+    /// One kind of pin, of an axis' first motor and of the others.
+    struct Pin {
+        std::uint16_t printer::AxisConfig::*first;
+        std::uint16_t printer::ExtraMotor::*extra;
+    };
+    void write(int axis, unsigned motors, Pin pin_of, bool high);
+    void stop_at_switches(int axis);
+    [[nodiscard]] static bool is_high(std::uint16_t pin);
+    [[nodiscard]] static bool is_pressed(const printer::AxisConfig& axis, std::uint16_t pin);
+
     const printer::MachineConfig& config_;
+    std::array<bool, printer::kAxisCount> watched_{};
+    std::array<unsigned, printer::kAxisCount> stopped_{};  // bit per motor: at its switch
 };
 
 /// The drivers' ENABLE pins; low enables.
 class EnablePins final : public printer::machine::MotorSwitch {
   public:
     explicit EnablePins(const printer::MachineConfig& config) : config_(config) {}
-    void switch_motor(printer::Axis axis, bool on) override;
+    void switch_motor(printer::Axis motor, bool on) override;
 
   private:
     const printer::MachineConfig& config_;
@@ -56,14 +71,14 @@ class Printer {
     /// Everything that exists from begin() on, made once.
     struct Parts;
 
-    [[nodiscard]] std::optional<Celsius> read_thermistor(std::uint8_t channel);
+    [[nodiscard]] std::optional<Celsius> read_sensor(std::uint8_t channel,
+                                                     const device::TemperatureSensor& sensor);
     void drive_heaters(const printer::heat::HeatDuties& duties);
 
     void measure_steps();
 
     std::shared_ptr<Parts> parts_;
     bool measures_steps_ = false;  ///< loop 2 has yet to
-    device::Thermistor thermistor_;
 };
 
 }  // namespace qduino::sketches

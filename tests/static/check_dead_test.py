@@ -80,6 +80,11 @@ class Reachability(Case):
         self.assertEqual(self.found({"engine/oil.cpp": "int oil(int n) {\n    return n ? oil(n - 1) : 0;\n}\n"}),
                          ["engine/oil.cpp:1: oil"])
 
+    def test_assembly_calls_functions_and_has_bodies(self):
+        text = 'extern "C" {\nvoid pump();\nint oil();\nint sand() { return 1; }\n}\nint oil() { pump(); return 1; }\n'
+        self.assertEqual(self.found({"engine/oil.cpp": text, "engine/entry.S": "pump:\n        call    oil\n"}),
+                         ["engine/oil.cpp:4: sand"])
+
     def test_a_name_in_a_comment_or_a_string_is_no_call(self):
         text = 'int oil() { return 1; }\nconst char* word = "oil";  // oil\n'
         self.assertEqual(self.found({"engine/oil.cpp": text}), ["engine/oil.cpp:1: oil"])

@@ -2,7 +2,7 @@
 
 A definition is a node: a function, a class, an enumerator, a constant, a member. Its text names others. A node lives when
 living text names it, and its class lives; what stands outside of all nodes (registrations, tables that are not constexpr), `main`,
-the sketches and everything that a sketch may call (arduino/) lives from the start.
+the sketches and everything that a sketch may call (arduino/) lives from the start. So does what an assembly file calls.
 
     main ──names──► Printer ──names──► plan() ──names──► Planner, append()      living
     only a test ──names──► Endstop ──names──► steady_                           dead: nothing living names it
@@ -44,6 +44,9 @@ class Reach:
         self.class_names = {t["name"] for t in self.tags if t["kind"] in CLASSES}
         self.nodes = {}
         self.root_names = set()
+        assembly = "\n".join(tree.text(p) for p in tree.paths if p.endswith(".S"))
+        self.called_in_assembly = set(re.findall(r"\bcall\s+(\w+)", assembly)) | set(re.findall(r"\$([a-z]\w*)", assembly))
+        self.labels = set(re.findall(r"^(\w+):", assembly, re.M))
         self.seen_with = self.read_includes()
         self.virtual = {t["name"] for t in self.tags if t["kind"] in ("prototype", "function") and "virtual" in self.line_of(t)}
         self.read()
@@ -136,7 +139,7 @@ class Reach:
         line = lines[tag["line"] - 1]
         node = self.node(owner, name)
         node.places.append((tag["path"], tag["line"]))
-        if name.startswith("operator") or name in PROTOCOL or tag["path"].startswith(ALWAYS):
+        if (owner is None and name in self.called_in_assembly) or name.startswith("operator") or name in PROTOCOL or tag["path"].startswith(ALWAYS):
             node.always = True
         if kind in ("function", "prototype") and re.search(r"\boverride\b", self.head_of(tag, lines)):
             node.overrides = True
@@ -199,7 +202,7 @@ class Reach:
             lines = self.tree.code(tag["path"]).split("\n")
             text = " ".join(lines[tag["line"] - 1:self.last_line(tag, lines)])
             in_assembly = tag["name"] + ":" in self.tree.text(tag["path"])
-            if re.search(r"=\s*(0|default|delete)\s*;|\bfriend\b", text) or tag["name"] in in_macros or in_assembly:
+            if re.search(r"=\s*(0|default|delete)\s*;|\bfriend\b", text) or tag["name"] in in_macros | self.labels or in_assembly:
                 continue
             owner = self.owner_of(tag)
             if (owner, tag["name"], parameters(tag)) not in bodies:

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/words.h"
+#include "web/api/eta.h"
 
 namespace qduino::web::api {
 
@@ -63,6 +64,7 @@ Json facts_json(const spool::Job& job) {
     Json facts = Json::parse(job.facts_json, nullptr, false);
     if (!facts.is_object()) facts = Json::object();
     if (!facts.contains("thumbnail")) facts["thumbnail"] = job.has_thumbnail;
+    facts.erase("profile");  // the service's own (eta.h)
     return facts;
 }
 
@@ -148,7 +150,9 @@ Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
     const double elapsed_s = machine.job.print_time_s;
     progress.elapsed_s = std::isfinite(elapsed_s) && elapsed_s > 0 ? elapsed_s : 0;
     if (job.estimated_s > 0) {
-        progress.remaining_s = std::max(0.0, job.estimated_s * (1 - progress.fraction));
+        const Json facts = Json::parse(job.facts_json, nullptr, false);
+        progress.remaining_s = remaining_s(facts, job.estimated_s, job.size,
+                                           {progress.bytes, progress.elapsed_s, machine.job.heating_time_s});
     } else if (progress.fraction > 0.01) {
         progress.remaining_s = progress.elapsed_s / progress.fraction - progress.elapsed_s;
     } else {

@@ -118,6 +118,7 @@ Response profiles(Context& context, const Call&) {
     const auto length_mm = [&](printer::Axis axis) {
         return (context.machine.axes[axis].maximum - context.machine.axes[axis].minimum).value();
     };
+    const bool round = context.machine.kinematics.type == printer::KinematicsType::delta;
     return json_response({{"profiles",
                            {{"_default",
                              {{"id", "_default"},
@@ -132,8 +133,8 @@ Response profiles(Context& context, const Call&) {
                                 {"nozzleDiameter", context.machine.nozzle_diameter.value()},
                                 {"sharedNozzle", false}}},
                               {"volume",
-                               {{"formFactor", "rectangular"},
-                                {"origin", "lowerleft"},
+                               {{"formFactor", round ? "circular" : "rectangular"},
+                                {"origin", round ? "center" : "lowerleft"},
                                 {"width", length_mm(printer::Axis::x)},
                                 {"depth", length_mm(printer::Axis::y)},
                                 {"height", length_mm(printer::Axis::z)}}}}}}}});

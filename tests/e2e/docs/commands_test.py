@@ -43,6 +43,11 @@ ADAPTED = [
     # Minutes, and into the tree.
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),
+    # Of a file of the reader's.
+    (r"(build/release/bin/bench-plan) FILE.gcode --json", lambda program: "test -x %s" % program),
+    # ./test has installed them.
+    (r"apt-get install -y musl-dev qemu-system-x86", lambda: "true"),
+    (r"(qduino metal run sketches/.*)", lambda command: "( cd '%s' && %s )" % (ROOT, command)),
     (r"bench/plot.py", lambda: "test -x bench/plot.py"),
     # Ends with the number of things this computer lacks.
     (r"qduino doctor", lambda: "qduino doctor | grep -q ."),

@@ -125,6 +125,9 @@ class FakeSketch {
                     hot_target_ = std::stod(std::string{command.text.substr(6)});
                 reply("ok");
                 return;
+            case Command::host_line:
+                if (!command.text.empty()) ++status_.host_lines;
+                return;
         }
     }
 

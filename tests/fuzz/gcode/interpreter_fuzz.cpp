@@ -56,6 +56,19 @@ class Checker final : public Actions {
         FUZZ_EXPECT(target.value() >= 0 && target <= highest_target(config));
         return answer();
     }
+    Result<void> set_heater(Heater, const HeaterChange& change) override {
+        for (const auto& each : {change.kp, change.ki, change.kd, change.loss_with_fan_w_k})
+            FUZZ_EXPECT(!each || (std::isfinite(*each) && *each >= 0));
+        for (const auto& each :
+             {change.power_w, change.heat_capacity_j_k, change.sensor_lag_s, change.loss_w_k})
+            FUZZ_EXPECT(!each || (std::isfinite(*each) && *each > 0));
+        return answer();
+    }
+    Result<void> tune_heater(const TuningAsked& asked) override {
+        FUZZ_EXPECT(asked.target.value() > 0 && asked.swings >= 3);
+        return set_temperature(asked.heater, asked.target);
+    }
+    Result<void> settings(SettingsAsked) override { return answer(); }
     Result<void> wait_temperature(Heater heater, Celsius target, WaitFor) override {
         return set_temperature(heater, target);
     }
@@ -65,6 +78,30 @@ class Checker final : public Actions {
     }
     Result<void> motors_off(AxisSet axes) override {
         FUZZ_EXPECT(!axes.empty());
+        return answer();
+    }
+    Result<void> probe_bed() override {
+        FUZZ_EXPECT(config_.probe.pin != kNoPin);
+        return answer();
+    }
+    Result<void> change_bed(const BedChange& change) override {
+        FUZZ_EXPECT(!change.fade_end || *change.fade_end >= Millimetres{0});
+        const SkewConfig skew = change.skew.value_or(SkewConfig{});
+        for (const double tangent : {skew.xy, skew.xz, skew.yz})
+            FUZZ_EXPECT(tangent >= -kSkewMax && tangent <= kSkewMax);
+        return answer();
+    }
+    Result<void> set_compensation(const CompensationChange& change) override {
+        for (const auto& shaper : change.shapers) {
+            const double hz = shaper.frequency_hz.value_or(0);
+            FUZZ_EXPECT(hz == 0 || (hz >= kShaperFrequencyMin_hz && hz <= kShaperFrequencyMax_hz));
+            const double damping = shaper.damping_ratio.value_or(0);
+            FUZZ_EXPECT(damping >= 0 && damping <= kDampingRatioMax);
+        }
+        const Seconds advance = change.advance.value_or(Seconds{0});
+        FUZZ_EXPECT(advance >= Seconds{0} && advance <= kAdvanceMax);
+        FUZZ_EXPECT(!change.smooth_time ||
+                    (*change.smooth_time >= kSmoothTimeMin && *change.smooth_time <= kSmoothTimeMax));
         return answer();
     }
     Result<void> set_limits(const LimitChange& change) override {
@@ -88,7 +125,8 @@ class Checker final : public Actions {
         FUZZ_EXPECT(!progress.percent || (*progress.percent >= 0 && *progress.percent <= 100));
     }
     void report(Report) override {}
-    Result<void> pause(PauseReason, std::string_view) override { return answer(); }
+    Result<void> pause(const PauseOrder&) override { return answer(); }
+    Result<void> motors_time_out(Seconds) override { return answer(); }
     void emergency_stop() override {}
     void note(NoteKind, std::string_view, const Source&) override {}
 

@@ -69,7 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t step = 1 + data[0] % 64;
     const auto bytes = as_chars({data + 1, size - 1});
     const std::string_view text{bytes.data(), bytes.size()};
-    (void)look_at_content(bytes);
+    (void)look_at_content(bytes, {});
 
     Checker whole{text};
     Parser at_once;

@@ -106,15 +106,22 @@ void check(std::uint64_t seed, std::size_t count, const MachineConfig& config) {
     }
 }
 
+/// The reference machine, where only illegal pairs are left out.
+MachineConfig near_gap() {
+    MachineConfig config;
+    config.reversal_gap = 2us;
+    return config;
+}
+
 TEST(SolverOracle, EveryStepIsWithinAMicrosecondOfBisection) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-        check(seed, 40, MachineConfig{});
+        check(seed, 40, near_gap());
         if (HasFatalFailure()) return;
     }
 }
 
 TEST(SolverOracle, TheSameOnAFastMachineWithFineSteps) {
-    MachineConfig config;
+    MachineConfig config = near_gap();
     for (int i = 0; i < 2; ++i) {
         config.axes[i].steps_per_mm = 160;
         config.axes[i].max_speed = 400_mm_s;

@@ -132,6 +132,45 @@ TEST_F(Parked, JogsAndAFilamentChangeDoNotShiftThePrint) {
     resume_and_match();
 }
 
+TEST_F(Parked, M600DrawsTheFilamentOutAndPushesItInBesideThePart) {
+    std::string job = hot_job();
+    const std::size_t half = job.find("\nG1", job.size() / 2) + 1;
+    job.insert(half, "M600 X20 Y90 Z3 E1.5 U40 L25\n");
+    ASSERT_TRUE(bench.begin());
+    bench.job(job);
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().state == MachineState::paused; }, 900));
+    const auto parked = bench.metal().position_mm;
+    EXPECT_NEAR(parked[0], 20, 0.02);
+    EXPECT_NEAR(parked[1], 90, 0.02);
+    EXPECT_NEAR(parked[2], 3.3, 0.002) << "up by Z";
+    bench.command(Command::resume);
+    double highest = parked[3];
+    ASSERT_TRUE(bench.run_until(
+        [&] {
+            const auto at = bench.metal().position_mm;
+            if (std::abs(at[0] - 20) < 0.02 && std::abs(at[1] - 90) < 0.02)
+                highest = std::max(highest, at[3]);
+            return bench.status().excursions == 1;
+        },
+        120));
+    EXPECT_NEAR(highest - parked[3], 40 + 25, 0.2) << "in again, and the purge, at the park place";
+    ASSERT_TRUE(bench.finish_job());
+    const twin::Report report = bench.report();
+    EXPECT_TRUE(report.matches) << all_differences(report);
+}
+
+TEST_F(Parked, M125ParksWhereItSays) {
+    std::string job = hot_job();
+    job.insert(job.find("\nG1", job.size() / 2) + 1, "M125 X15 Y95 Z1\n");
+    ASSERT_TRUE(bench.begin());
+    bench.job(job);
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().state == MachineState::paused; }, 900));
+    EXPECT_NEAR(bench.metal().position_mm[0], 15, 0.02);
+    EXPECT_NEAR(bench.metal().position_mm[1], 95, 0.02);
+    EXPECT_NEAR(bench.metal().position_mm[2], 1.3, 0.002);
+    resume_and_match();
+}
+
 TEST_F(Parked, AJogOutsideTheBoundsOrColdIsRefused) {
     start(hot_job(), 9);
     pause();

@@ -8,6 +8,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/machine_file/twin_machine.h"
 #include "apps/printer_sim/sim_printer.h"
@@ -24,7 +26,10 @@ namespace link = printer::link;
 class PrinterBench {
   public:
     explicit PrinterBench(const printer::MachineConfig& config = {})
-        : printer_(config, apps::twin_machine(config), *memory_) {}
+        : PrinterBench(config, apps::twin_machine(config)) {}
+    /// On a machine of its own numbers.
+    PrinterBench(const printer::MachineConfig& config, const twin::Machine& metal)
+        : printer_(config, metal, *memory_) {}
 
     /// `front`: see SimPrinter::begin.
     bool begin(board::Peripherals* front = nullptr) {
@@ -40,6 +45,7 @@ class PrinterBench {
             }
             printer_.run(std::min(end, printer_.now() + 50ms));
             drain_replies();
+            tell_typed_objects();
         }
     }
     /// Runs until `done()` or for `limit_s` of virtual time; says which.
@@ -56,9 +62,13 @@ class PrinterBench {
         posix::UniqueFd file{::memfd_create("job", MFD_CLOEXEC)};
         ASSERT_TRUE(posix::write_all(file.get(), text, "job"));
         feeder_.emplace(std::move(file), id, text.size());
+        watch(std::move(text));
+    }
+    /// From here on the twin compares with `text`, whoever prints it.
+    void watch(std::string text) {
         watch_.reset();  // one at a time watches the pins
-        watch_ = std::make_unique<twin::Job>(printer_.twin(), std::make_unique<twin::TextSource>(text),
-                                             printer_.now());
+        watch_ = std::make_unique<twin::Job>(
+            printer_.twin(), std::make_unique<twin::TextSource>(std::move(text)), printer_.now());
     }
     bool finish_job(double limit_s = 2000) {
         return run_until(
@@ -77,17 +87,36 @@ class PrinterBench {
     [[nodiscard]] twin::Printer& twin() { return printer_.twin(); }
     [[nodiscard]] twin::Report report() { return watch_->finish(printer_.now(), true, status().excursions); }
     [[nodiscard]] const std::string& replies() const { return replies_; }
+    /// To a serial host, since the last call.
+    [[nodiscard]] std::vector<std::pair<link::ReplyKind, std::string>> take_host_replies() {
+        return std::exchange(host_replies_, {});
+    }
     [[nodiscard]] std::string fault() { return std::string(status().fault.view()); }
     [[nodiscard]] Instant now() const { return printer_.now(); }
     [[nodiscard]] apps::SimPrinter& printer() { return printer_; }
 
   private:
+    /// As the service does it (spool/spool.cpp).
+    void tell_typed_objects() {
+        const link::JobStatus now = status();
+        if (now.job_id != job_id_) typed_told_ = 0;
+        job_id_ = now.job_id;
+        for (; watch_ && typed_told_ < now.typed_objects; ++typed_told_) {
+            const link::TypedObject& typed = now.typed_object[typed_told_ % link::kTypedObjects];
+            watch_->on_typed(typed.behind_line, typed.text.view());
+        }
+    }
     void drain_replies() {
         while (true) {
             const auto frame = reader_.read(printer_.link().replies);
             if (!frame.ok() || !frame->has_value()) return;
             const auto reply = link::decode_reply((*frame)->payload);
-            if (reply.ok()) replies_.append(reply->text).push_back('\n');
+            if (!reply.ok()) continue;
+            if (reply->kind >= link::ReplyKind::host_text) {
+                host_replies_.emplace_back(reply->kind, reply->text);
+            } else {
+                replies_.append(reply->text).push_back('\n');
+            }
         }
     }
 
@@ -95,8 +124,11 @@ class PrinterBench {
     std::optional<spool::Feeder> feeder_;
     apps::SimPrinter printer_;
     std::unique_ptr<twin::Job> watch_;
+    std::uint64_t job_id_ = 0;
+    std::uint32_t typed_told_ = 0;
     link::FrameReader reader_;
     std::string replies_;
+    std::vector<std::pair<link::ReplyKind, std::string>> host_replies_;
 };
 
 }  // namespace qduino::tests

@@ -242,6 +242,8 @@ TEST(Printer, AnObjectMayBeLeftOutWhileAJobRunsOrIsPaused) {
         EXPECT_NEAR(bench.metal().position_mm[2], 20, 0.0005) << "the other object is printed to its top";
         EXPECT_GT(bench.metal().position_mm[3], 20 * 60 * 0.05 - 0.1) << "with all its filament";
         EXPECT_LT(bench.metal().position_mm[3], 26 * 60 * 0.05) << "the planner was six layers ahead at most";
+        const twin::Report report = bench.report();
+        EXPECT_TRUE(report.matches) << (report.differences.empty() ? "" : report.differences[0]);
     }
 }
 

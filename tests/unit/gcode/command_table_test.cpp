@@ -80,6 +80,7 @@ TEST(CommandTable, KnowsTheWholeDialect) {
                              "M221",
                              "M900",
                              "M572",
+                             "M593",
                              "M486",
                              "M84",
                              "M18",
@@ -153,8 +154,9 @@ TEST(CommandTable, WhatMayBeTypedBesidesAJobIsThis) {
         return codes;
     };
     EXPECT_EQ(typed(Typed::parked), "G0 G1 G90 G91 M82 M83 ");
-    EXPECT_EQ(typed(Typed::printing), "EXCLUDE_OBJECT M104 M106 M107 M140 M220 M221 M486 M568 ");
-    EXPECT_EQ(typed(Typed::always), "GET_POSITION M73 M105 M112 M114 M115 M117 M302 ");
+    EXPECT_EQ(typed(Typed::printing),
+              "EXCLUDE_OBJECT M104 M106 M107 M140 M220 M221 M301 M304 M486 M500 M568 ");
+    EXPECT_EQ(typed(Typed::always), "GET_POSITION M73 M105 M108 M112 M114 M115 M117 M302 M410 M503 ");
     Command unknown;
     ASSERT_TRUE(parse_words("M9999", unknown).ok());
     EXPECT_EQ(may_be_typed(unknown), Typed::at_rest);

@@ -7,7 +7,7 @@
 namespace qduino::printer::gcode::content_test {
 namespace {
 
-Content look(std::string_view text) { return look_at_content({text.data(), text.size()}); }
+Content look(std::string_view text) { return look_at_content({text.data(), text.size()}, {}); }
 
 TEST(Content, KnowsGcode) {
     for (const char* text : {
@@ -51,6 +51,15 @@ TEST(Content, EveryRefusalSaysWhatToDo) {
         EXPECT_FALSE(explain(content).empty());
     }
     EXPECT_NE(explain(Content::binary_gcode).find(".bgcode"), std::string_view::npos);
+}
+
+TEST(Content, AMacroOfTheMachineIsACommand) {
+    const std::string_view text = "PRINT_START BED=60\nLAYER_BEGIN\nPRINT_END\n";
+    EXPECT_EQ(look(text), Content::other_text);
+    MachineConfig machine;
+    for (const char* name : {"PRINT_START", "LAYER_BEGIN", "PRINT_END"})
+        machine.macros.push_back({FixedString<32>{name}, FixedString<768>{"G28"}});
+    EXPECT_EQ(look_at_content({text.data(), text.size()}, machine), Content::gcode);
 }
 
 }  // namespace

@@ -35,7 +35,6 @@ TEST(HostSession, NumbersMustFollowEachOther) {
     EXPECT_EQ(s.say(summed("N2 G1 X10")),
               "Error:Line Number is not Last Line Number+1, Last Line: 2\nResend: 3\nok");
     EXPECT_EQ(s.say(summed("N3 G1 X20")), "accepted");
-    EXPECT_EQ(s.session.last_line(), 3U);
 }
 
 TEST(HostSession, CheckSumsMustBeThereAndRight) {
@@ -49,7 +48,7 @@ TEST(HostSession, CheckSumsMustBeThereAndRight) {
 TEST(HostSession, ALineWithoutNumberPasses) {
     Session s;
     EXPECT_EQ(s.say("M105\n"), "accepted");
-    EXPECT_EQ(s.session.last_line(), 0U);
+    EXPECT_EQ(s.say(summed("N1 G28")), "accepted") << "and has no number";
 }
 
 TEST(HostSession, M110SetsTheNumber) {
@@ -59,7 +58,19 @@ TEST(HostSession, M110SetsTheNumber) {
     EXPECT_EQ(s.say(summed("N50 M110")), "accepted");
     EXPECT_EQ(s.say(summed("N51 G28")), "accepted");
     EXPECT_EQ(s.say(summed("N5 M110 N-3")), "accepted");
-    EXPECT_EQ(s.session.last_line(), 5U);
+    EXPECT_EQ(s.say(summed("N-2 G28")), "accepted");
+    // Printrun's first line, and the one behind it.
+    EXPECT_EQ(s.say("N-1 M110*15\n"), "accepted");
+    EXPECT_EQ(s.say(summed("N0 G28")), "accepted");
+}
+
+TEST(HostSession, ALineThatLostItsNumberIsAskedForAgain) {
+    Session s;
+    EXPECT_EQ(s.say(summed("N1 G28")), "accepted");
+    EXPECT_EQ(s.say("G1 X10 E5*97\n"), "Error:No Line Number with checksum, Last Line: 1\nResend: 2\nok");
+    EXPECT_EQ(s.say("2 G1 X10*97\n"), "Error:No Line Number with checksum, Last Line: 1\nResend: 2\nok");
+    EXPECT_EQ(s.say("M117 a*b\n"), "accepted");
+    EXPECT_EQ(s.say(summed("N2 G28")), "accepted");
 }
 
 }  // namespace

@@ -102,6 +102,11 @@ TEST(Dialect, Filament) {
          "G20\nM200 D0.11220472 S1\nM83\nG1 E.1 F60\n",
          {"filament E256.875 at 25.4"}},
         {"of a tool that is not there", "M200 T1 D2.85\nG1 E1 F60\n", {"filament E1 at 1"}},
+        // 1.75 mm filament has 2.40528 mm²: 1.20264 mm³/s are 0.5 mm of it a second.
+        {"M200 L: a move that prints is slowed down to its flow",
+         "M200 L1.20264\nM83\nG1 X10 E1 F1200\nG1 X20 E.1\nG1 X30\nG1 E2\nM200 L0\nG1 X40 E1\n",
+         {"print X10 E1 at 5", "print X20 E1.1 at 20", "travel X30 at 20", "filament E3.1 at 20",
+          "print X40 E4.1 at 20"}},
         {"no filament is that thick",
          "M200 D100\n",
          {"error: line 1, M200: D100 is outside of 0.5 to 5 mm of diameter"}},
@@ -134,9 +139,39 @@ TEST(Dialect, MachineWords) {
          {"set bed 60", "set hot end 200", "wait bed 60 heating", "wait hot end 200 heating"}},
         {"pauses", "M25\nM125\nM226\nPAUSE\n", {"pause []", "pause []", "pause []", "pause []"}},
         {"what cannot matter is named once a line",
-         "SET_PRESSURE_ADVANCE ADVANCE=0.05\nM572 D0 S0.1\n",
-         {"not done line 1: SET_PRESSURE_ADVANCE (pressure advance) is not done by this printer: skipped",
-          "not done line 2: M572 (pressure advance) is not done by this printer: skipped"}},
+         "SET_FAN_SPEED FAN=aux SPEED=1\nM300 S1\n",
+         {"not done line 1: SET_FAN_SPEED (another fan) is not done by this printer: skipped",
+          "not done line 2: M300 (beep) is not done by this printer: skipped"}},
+    });
+}
+
+TEST(Dialect, InputShapingAndPressureAdvance) {
+    check({
+        {"Marlin",
+         "M593 F40 D0.15\nM593 X F0\nM900 K0.05\nM900\n",
+         {"compensate X 40 Hz X damping 0.15 Y 40 Hz Y damping 0.15", "compensate X 0 Hz",
+          "compensate advance 0.05"}},
+        {"RepRapFirmware",
+         "M593 P\"mzv\" F38.5 S0.2\nM593 P\"none\"\nM572 D0 S0.04\nM572 D1 S0.3\n",
+         {"compensate X type 3 X 38.5 Hz X damping 0.2 Y type 3 Y 38.5 Hz Y damping 0.2",
+          "compensate X type 0 Y type 0", "compensate advance 0.04"}},
+        {"Prusa's numbers",
+         "M593 X T4 F55\nM593 Y T0 F30\n",
+         {"compensate X type 5 X 55 Hz", "compensate Y type 1 Y 30 Hz"}},
+        {"Klipper",
+         "SET_INPUT_SHAPER SHAPER_TYPE=ei SHAPER_FREQ_X=40 DAMPING_RATIO_Y=0.2 SHAPER_TYPE_Y=2hump_ei\n"
+         "SET_PRESSURE_ADVANCE ADVANCE=0.06 SMOOTH_TIME=0.03\nSET_PRESSURE_ADVANCE SMOOTH_TIME=0\n",
+         {"compensate X type 4 X 40 Hz Y type 5 Y damping 0.2", "compensate advance 0.06 smooth 0.03",
+          "compensate smooth 0.001"}},
+        {"what is wrong is refused",
+         "M593 F3\n",
+         {"error: line 1, M593: a shaper of 3 Hz: give 0 (off), or 10 to 500 Hz"}},
+        {"an unknown shaper",
+         "M593 P\"zvdd\" F40\n",
+         {"error: line 1, M593: no input shaper zvdd: this printer has ZV, ZVD, MZV, EI and 2HUMP_EI"}},
+        {"a tool that is not there",
+         "SET_PRESSURE_ADVANCE EXTRUDER=extruder1 ADVANCE=0.1\n",
+         {"error: line 1, SET_PRESSURE_ADVANCE: this machine has one tool, T0"}},
     });
 }
 

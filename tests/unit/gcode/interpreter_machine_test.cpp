@@ -1,6 +1,9 @@
 // Heaters, fans, limits, messages, pauses: a program in, the actions it asks for out.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -33,6 +36,106 @@ TEST(InterpreterMachine, ColdExtrusionIsReportedAndNeverAllowed) {
     MachineConfig clay;
     clay.minimum_extrude = 0_celsius;
     EXPECT_EQ(Bench{clay}.run("M302\n"), Log{"echo line 1: Cold extrudes are enabled (min temp 0C)"});
+}
+
+TEST(InterpreterMachine, ABedIsProbedByAMachineThatHasAProbeAndIsHomed) {
+    const Log skipped = Bench{}.run("G28\nG29\n");
+    ASSERT_EQ(skipped.size(), 2u);
+    EXPECT_NE(skipped[1].find("G29 (probe the bed mesh) is not done by this printer"), std::string::npos);
+    MachineConfig machine;
+    machine.probe.pin = 34;
+    EXPECT_EQ(Bench{machine}.run("G80\n"), Log{"error: line 1, G80: home first (G28)"});
+    // Rows go to and fro: the last of five ends at the far corner.
+    EXPECT_EQ(Bench{machine}.run("G28\nG29\nG91\nG1 Z-1 F600\nG90\nG1 X120 F600\n"),
+              (Log{"home XYZ", "probe bed", "travel Z4 at 10", "travel X120 at 10"}));
+    EXPECT_EQ(Bench{machine}.run("G28\nBED_MESH_CALIBRATE PROFILE=x\n"), (Log{"home XYZ", "probe bed"}));
+}
+
+TEST(InterpreterMachine, ABedIsFollowedFadedAndNamed) {
+    check({
+        {"M420 S1 Z10\n", {"bed follow fade 10"}},
+        {"M420 S0\n", {"bed plane"}},
+        {"M420 V\n", {"bed"}},
+        {"G20\nM420 Z1\n", {"bed fade 25.4"}},
+        {"M420 Z-1\n", {"error: line 1, M420: Z-1 is outside of 0 to 1000 mm"}},
+        {"BED_MESH_CLEAR\n", {"bed plane forget"}},
+        {"BED_MESH_PROFILE LOAD=default\n", {"bed follow load default"}},
+        {"BED_MESH_PROFILE SAVE=\"a b\"\n", {"bed save a b"}},
+        {"BED_MESH_PROFILE REMOVE=x\n", {"bed remove x"}},
+        {"BED_MESH_PROFILE\n", {"error: line 1, BED_MESH_PROFILE: needs LOAD, SAVE or REMOVE, and a name"}},
+    });
+}
+
+TEST(InterpreterMachine, SkewIsGivenByTangentsOrByASquare) {
+    check({
+        {"M852\n", {}},
+        {"M852 I0.01 J-0.02\nM852 K0.03\n", {"bed 0.01 -0.02 0", "bed 0.01 -0.02 0.03"}},
+        {"M852 S0.005\n", {"bed 0.005 0 0"}},
+        {"M852 I0.3\n", {"error: line 1, M852: I0.3 is outside of -0.2 to 0.2 (a tangent)"}},
+        {"M852 I0.1\nSET_SKEW CLEAR=1\n", {"bed 0.1 0 0", "bed 0 0 0"}},
+        {"SET_SKEW XY=1,2\n", {"error: line 1, SET_SKEW: give AC,BD,AD, three lengths"}},
+        {"SET_SKEW XY=100,140,99\n", {"error: line 1, SET_SKEW: these lengths are of no square"}},
+    });
+    // A parallelogram of sides 100 and 100 whose angle at A lacks atan(0.02) of 90 degrees.
+    const double angle = std::atan(0.02), ac = 200 * std::cos((std::numbers::pi / 2 - angle) / 2),
+                 bd = 200 * std::sin((std::numbers::pi / 2 - angle) / 2);
+    char line[80];
+    std::snprintf(line, sizeof line, "SET_SKEW XY=%.12f,%.12f,100\n", ac, bd);
+    const Log log = Bench{}.run(line);
+    ASSERT_EQ(log.size(), 1u);
+    EXPECT_NEAR(std::stod(log[0].substr(4)), 0.02, 1e-6) << log[0];
+}
+
+TEST(InterpreterMachine, ADeltaKeepsToItsBedAndHomesAsAWhole) {
+    MachineConfig machine;
+    machine.kinematics = {.type = KinematicsType::delta,
+                          .delta_radius = 105_mm,
+                          .arm_length = 215_mm,
+                          .home_height = 250_mm,
+                          .bed_radius = 90_mm};
+    for (const Axis axis : {Axis::x, Axis::y}) machine.axes[axis].minimum = Millimetres{-90};
+    machine.axes[Axis::z].maximum = 260_mm;
+    place_delta_home(machine);
+    EXPECT_EQ(Bench{machine}.run("G28 X\n"), Log{"home XYZ"});
+    const Log outside = Bench{machine}.run("G28\nG1 X70 Y70 Z50 F600\n");
+    EXPECT_NE(outside.back().find("this machine reaches 90 mm around X 0, Y 0"), std::string::npos)
+        << outside.back();
+    const Log above = Bench{machine}.run("G28\nG1 X80 F600\n");
+    EXPECT_NE(above.back().find("a carriage above its switch"), std::string::npos) << above.back();
+    EXPECT_EQ(Bench{machine}.run("G28\nG1 Z100 F600\nG1 X80\n").size(), 3u);
+    EXPECT_EQ(Bench{machine}.run("G28\nM84 X\n").back(), "off X");
+}
+
+TEST(InterpreterMachine, NumbersOfTheHeaters) {
+    check({
+        {"M301 P22.2 I1.08\n", {"settings of hot end, kp 22.2, ki 1.08"}},
+        {"M304 D305\n", {"settings of bed, kd 305"}},
+        {"M306 P60 C18 R0.5 A0.1 F0.12\n",
+         {"settings of hot end, power 60, capacity 18, lag 2, loss 0.1, loss with fan 0.12"}},
+        {"M306 E-1 C500\n", {"settings of bed, capacity 500"}},
+        {"M301\n", {"report settings 3"}},
+        {"M304\n", {"report settings 4"}},
+        {"M306\n", {"report settings 5"}},
+        {"M306 E-1\n", {"report settings 6"}},
+        {"M503\n", {"report settings 7"}},
+        {"M303\n", {"tune hot end gains at 150, 5 swings"}},
+        {"M303 E-1 S60 C8 U1\n", {"tune bed gains at 60, 8 swings, use"}},
+        {"M306 P50 T\n", {"settings of hot end, power 50", "tune hot end model at 200, 5 swings, use"}},
+        {"M500\n", {"keep settings"}},
+        {"M501\n", {"restore settings"}},
+    });
+}
+
+TEST(InterpreterMachine, NumbersThatNoHeaterHasAreRefused) {
+    for (const char* line : {"M301 P-1\n", "M306 C0\n", "M306 R0\n", "M306 A0\n", "M303 S400\n", "M303 S20\n",
+                             "M303 C2\n", "M303 E1\n", "M306 T S300\n"}) {
+        const Log log = Bench{}.run(line);
+        ASSERT_EQ(log.size(), 1u) << line;
+        EXPECT_TRUE(log[0].starts_with("error")) << line << log[0];
+    }
+    MachineConfig bare;
+    bare.has_bed = false;
+    EXPECT_TRUE(Bench{bare}.run("M304 P1\n")[0].find("no heated bed") != std::string::npos);
 }
 
 TEST(InterpreterMachine, Temperatures) {
@@ -91,8 +194,8 @@ TEST(InterpreterMachine, MotorsOff) {
         {"M84\n", {"off XYZE"}},
         {"M18\n", {"off XYZE"}},
         {"M84 X Y E\n", {"off XYE"}},
-        {"M84 S60\n",
-         {"warning line 1: the idle time S of M18 and M84 is not done by this printer: the motors stay on"}},
+        {"M84 S60\n", {"off after 60"}},
+        {"M18 S0 X\n", {"off after 0"}},
     });
     Bench bench;
     (void)bench.run("G28\nM84 X Y E\n");
@@ -134,6 +237,7 @@ TEST(InterpreterMachine, MessagesProgressAndReports) {
         {"M118 hello\n", {"echo line 1: hello"}},
         {"M73 P50 R12\n", {"progress 50% 720s"}},
         {"M73 R0\n", {"progress 0s"}},
+        {"M73\n", {"report progress"}},
         {"M73 P101\n", {"error: line 1, M73: P101 is outside of 0 to 100 percent"}},
         {"M105\nM114\nM115\n", {"report temperatures", "report position", "report firmware"}},
         {"M115 U3.9.1\n", {}},

@@ -101,7 +101,7 @@ TEST(LineReader, AByteOrderMarkIsSkippedAtTheBeginningOnly) {
 TEST(LineReader, HostFramesAreTakenOff) {
     struct Case {
         std::string line;
-        std::optional<std::uint64_t> number;
+        std::optional<std::int64_t> number;
         Checksum checksum;
         std::string code;
     };
@@ -118,6 +118,7 @@ TEST(LineReader, HostFramesAreTakenOff) {
         {summed("n 9 g28") + " ", 9, Checksum::right, "g28"},
         {summed("N12G1X1") + " ; comment", 12, Checksum::right, "G1X1"},
         {"N8 G28", 8, Checksum::absent, "G28"},
+        {summed("N-1 M110"), -1, Checksum::right, "M110"},
         {"M117 5*5", std::nullopt, Checksum::absent, "M117 5*5"},
     };
     for (const Case& c : cases) {

@@ -162,7 +162,7 @@ TEST(Preflight, ADwellLongerThanTheIdleTimeOutIsWarnedOf) {
 }
 
 TEST(Preflight, UnknownAndUndoneCodesAreWarningsOnceEach) {
-    const Facts facts = read(kStart + "M9999\nM9999\nM300 S1\nM900 K0.04\nM9999\nG1 X1 F600\n");
+    const Facts facts = read(kStart + "M9999\nM9999\nM300 S1\nM355 P1\nM9999\nG1 X1 F600\n");
     EXPECT_TRUE(facts.accepted());
     EXPECT_EQ(facts.unknown_codes, 3U);
     EXPECT_EQ(facts.codes_not_done, 2U);

@@ -34,6 +34,21 @@ class Recorder final : public Actions {
     }
     Result<void> dwell(Seconds duration) override { return act("dwell " + number(duration.value())); }
     Result<void> home(AxisSet axes) override { return act("home" + letters(axes)); }
+    Result<void> probe_bed() override { return act("probe bed"); }
+    Result<void> change_bed(const BedChange& change) override {
+        std::string words = "bed";
+        if (change.follow) words += *change.follow ? " follow" : " plane";
+        if (change.forget) words += " forget";
+        if (change.fade_end) words += " fade " + number(change.fade_end->value());
+        if (change.profile == BedProfile::save) words += " save " + std::string(change.name);
+        if (change.profile == BedProfile::load) words += " load " + std::string(change.name);
+        if (change.profile == BedProfile::remove) words += " remove " + std::string(change.name);
+        if (change.skew) {
+            for (const double factor : {change.skew->xy, change.skew->xz, change.skew->yz})
+                words += " " + number(factor);
+        }
+        return act(words);
+    }
     Result<void> set_temperature(Heater heater, Celsius target) override {
         return act("set " + name(heater) + " " + number(target.value()));
     }
@@ -41,11 +56,48 @@ class Recorder final : public Actions {
         const std::string how = direction == WaitFor::heating ? " heating" : " either way";
         return act("wait " + name(heater) + " " + number(target.value()) + how);
     }
+    Result<void> set_heater(Heater heater, const HeaterChange& change) override {
+        std::string words = "settings of " + name(heater);
+        const std::pair<const char*, std::optional<double>> given[]{
+            {"kp", change.kp},
+            {"ki", change.ki},
+            {"kd", change.kd},
+            {"power", change.power_w},
+            {"capacity", change.heat_capacity_j_k},
+            {"lag", change.sensor_lag_s},
+            {"loss", change.loss_w_k},
+            {"loss with fan", change.loss_with_fan_w_k},
+            {"filament", change.filament_j_mm3_k}};
+        for (const auto& [word, value] : given)
+            if (value) words += std::string(", ") + word + " " + number(*value);
+        return act(words);
+    }
+    Result<void> tune_heater(const TuningAsked& asked) override {
+        return act("tune " + name(asked.heater) + (asked.kind == HeaterControl::pid ? " gains" : " model") +
+                   " at " + number(asked.target.value()) + ", " + std::to_string(asked.swings) + " swings" +
+                   (asked.use ? ", use" : ""));
+    }
+    Result<void> settings(SettingsAsked asked) override {
+        return act(asked == SettingsAsked::keep ? "keep settings" : "restore settings");
+    }
     Result<void> set_fan(std::uint8_t index, double duty) override {
         return act("fan " + std::to_string(index) + " " + number(duty));
     }
     Result<void> motors_off(AxisSet axes) override { return act("off" + letters(axes)); }
     Result<void> set_limits(const LimitChange& change) override { return act("limits" + describe(change)); }
+    Result<void> set_compensation(const CompensationChange& change) override {
+        std::ostringstream out;
+        out << "compensate";
+        for (std::size_t axis = 0; axis < change.shapers.size(); ++axis) {
+            const auto& shaper = change.shapers[axis];
+            if (shaper.type) out << ' ' << kAxisLetter[axis] << " type " << static_cast<int>(*shaper.type);
+            if (shaper.frequency_hz) out << ' ' << kAxisLetter[axis] << ' ' << *shaper.frequency_hz << " Hz";
+            if (shaper.damping_ratio) out << ' ' << kAxisLetter[axis] << " damping " << *shaper.damping_ratio;
+        }
+        if (change.advance) out << " advance " << change.advance->value();
+        if (change.smooth_time) out << " smooth " << change.smooth_time->value();
+        return act(out.str());
+    }
     void factors(double speed, double flow) override { say("factors " + number(speed) + " " + number(flow)); }
     void message(std::string_view text) override { say("message [" + std::string(text) + "]"); }
     void progress(const Progress& progress) override {
@@ -57,11 +109,26 @@ class Recorder final : public Actions {
     void report(Report what) override {
         say(what == Report::temperatures ? "report temperatures"
             : what == Report::position   ? "report position"
-                                         : "report firmware");
+            : what == Report::firmware   ? "report firmware"
+            : what == Report::progress   ? "report progress"
+                                         : "report settings " + std::to_string(static_cast<int>(what)));
     }
-    Result<void> pause(PauseReason reason, std::string_view text) override {
-        return act((reason == PauseReason::requested ? "pause [" : "filament change [") + std::string(text) +
-                   "]");
+    Result<void> pause(const PauseOrder& order) override {
+        std::string line = order.reason == PauseReason::requested ? "pause [" : "filament change [";
+        line += std::string(order.text) + "]";
+        const auto add = [&](const char* name, const std::optional<Millimetres>& mm) {
+            if (mm) line += " " + std::string(name) + text<std::string>(Shortest{mm->value()});
+        };
+        add("X", order.x);
+        add("Y", order.y);
+        add("lift ", order.lift);
+        add("retract ", order.retract);
+        add("unload ", order.unload);
+        add("purge ", order.purge);
+        return act(line);
+    }
+    Result<void> motors_time_out(Seconds after) override {
+        return act(text<std::string>("off after ", Shortest{after.value()}));
     }
     void emergency_stop() override { say("emergency stop"); }
     void note(NoteKind kind, std::string_view text, const Source& source) override {

@@ -36,5 +36,12 @@ TEST(Reports, Firmware) {
     EXPECT_NE(format_firmware(report).view().find("\nCap:AUTOREPORT_TEMP:1"), std::string_view::npos);
 }
 
+TEST(Reports, ProgressIsByTheEstimate) {
+    EXPECT_EQ(format_progress({Seconds{370}, Seconds{630}}).view(), "M73 Progress: 37%; Time left: 11m");
+    EXPECT_EQ(format_progress({}).view(), "M73 Progress: 0%; Time left: 0m");
+    EXPECT_EQ(format_progress({Seconds{999.9}, Seconds{0.1}}).view(), "M73 Progress: 99%; Time left: 1m")
+        << "not yet";
+}
+
 }  // namespace
 }  // namespace qduino::printer::gcode::reports_test

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <clocale>
+#include <cstdlib>
+#include <random>
 #include <string>
 
 namespace qduino::printer::gcode::text_test {
@@ -115,6 +118,34 @@ TEST(AppendPrintable, NeverCutsACharacterInTwo) {
     FixedString<4> out;
     EXPECT_FALSE(append_printable(out, "ab\xE2\x82\xAC"));
     EXPECT_EQ(out.view(), "ab");
+}
+
+/// The quick way (15 digits) and the library's must not differ by a bit, wherever one ends.
+TEST(TakeNumber, GivesTheLibrarysNumber) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        SCOPED_TRACE(seed);
+        std::mt19937 random{seed};
+        const auto digits = [&](unsigned most) {
+            std::string text;
+            for (unsigned count = random() % (most + 1); count > 0; --count)
+                text += static_cast<char>('0' + random() % 10);
+            return text;
+        };
+        for (int i = 0; i < 2000; ++i) {
+            const std::string number = std::string{"-"}.substr(random() % 2) + digits(1 + random() % 18) +
+                                       "." + digits(1 + random() % 24);
+            std::string_view text = number;
+            const auto value = take_number(text);
+            if (number.size() < 2 || number == "-.") {
+                EXPECT_FALSE(value) << number;
+                continue;
+            }
+            ASSERT_TRUE(value) << number;
+            EXPECT_TRUE(text.empty()) << number;
+            const double expected = std::strtod(number.c_str(), nullptr);
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(*value), std::bit_cast<std::uint64_t>(expected)) << number;
+        }
+    }
 }
 
 }  // namespace

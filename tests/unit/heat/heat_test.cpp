@@ -21,8 +21,15 @@ struct Plant {
     [[nodiscard]] Celsius reading() const { return Celsius{std::round((celsius + read_offset) / 0.3) * 0.3}; }
 };
 
-struct Bench {
+/// By PID: the plant is not the reference machine's, so its model says nothing of it.
+MachineConfig by_pid() {
     MachineConfig config;
+    config.hot_end.control = config.bed.control = HeaterControl::pid;
+    return config;
+}
+
+struct Bench {
+    MachineConfig config = by_pid();
     channel::FourSlot<link::HeatStatus> service;
     HeatControl control{config, service};
     Plant hot_end;
@@ -74,6 +81,19 @@ TEST(Heat, OvershootStaysWithinTheFunctionalRange) {
     }
     EXPECT_GT(peak, 208);
     EXPECT_LT(peak, 219);
+}
+
+TEST(Pid, ALoadThatFullPowerCannotCarryDoesNotWindItUp) {
+    Pid pid{{.kp = 22.2, .ki = 1.08, .kd = 114}};
+    double duty = 0;
+    const auto run = [&](double celsius, double seconds) {
+        for (double at = 0; at < seconds; at += 0.008) duty = pid.update(200, celsius, 0.008);
+    };
+    run(193, 300);
+    EXPECT_EQ(duty, 1.0);
+    run(200, 30);  // the load is gone: what is left is the integral
+    EXPECT_LT(duty, 0.5);
+    EXPECT_GT(duty, 0.2);
 }
 
 TEST(Heat, OffMeansNoPower) {

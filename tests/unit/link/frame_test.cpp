@@ -30,7 +30,7 @@ TEST(Frame, EveryTypeComesBackAsItWent) {
     auto ring = std::make_unique<Ring>();
     FrameReader reader;
     const auto payload = bytes_of("G1 X10\nG1 Y20\n");
-    ASSERT_TRUE(try_push(*ring, encode(JobBegin{7, 14})));
+    ASSERT_TRUE(try_push(*ring, encode(JobBegin{7, 14, 4804})));
     ASSERT_TRUE(try_push(*ring, encode(JobBytes{7, 0, payload})));
     ASSERT_TRUE(try_push(*ring, encode(JobEnd{7})));
     ASSERT_TRUE(try_push(*ring, encode(CommandText{Command::gcode, "M105"})));
@@ -44,6 +44,7 @@ TEST(Frame, EveryTypeComesBackAsItWent) {
     const JobBegin begin = *decode_job_begin(next().payload);
     EXPECT_EQ(begin.job_id, 7u);
     EXPECT_EQ(begin.length, 14u);
+    EXPECT_EQ(begin.estimated_s, 4804u);
     const JobBytes bytes = *decode_job_bytes(next().payload);
     EXPECT_EQ(bytes.offset, 0u);
     EXPECT_EQ(text_of(bytes.bytes), "G1 X10\nG1 Y20\n");
@@ -111,8 +112,8 @@ TEST(Frame, PayloadsOfTheWrongFormAreRefused) {
     EXPECT_FALSE(decode_job_end(none).ok());
     EXPECT_FALSE(decode_command(none).ok());
     EXPECT_FALSE(decode_command(std::vector<std::uint8_t>{0}).ok());
-    EXPECT_FALSE(decode_command(std::vector<std::uint8_t>{6}).ok());
-    EXPECT_FALSE(decode_reply(std::vector<std::uint8_t>{4}).ok());
+    EXPECT_FALSE(decode_command(std::vector<std::uint8_t>{99}).ok());
+    EXPECT_FALSE(decode_reply(std::vector<std::uint8_t>{7}).ok());
     EXPECT_FALSE(decode_reply(none).ok());
 }
 

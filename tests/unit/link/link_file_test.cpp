@@ -33,7 +33,7 @@ TEST_F(LinkFileTest, WhatTheSketchMakesTheServiceOpens) {
     EXPECT_NE(service->get()->session, 0u);
     EXPECT_EQ(service->get()->session, sketch->get()->session);
     EXPECT_EQ(service->get()->started_unix_s, 1234u);
-    EXPECT_EQ(service->get()->job_status.read().progress_slicer, -1)
+    EXPECT_EQ(service->get()->job_status.read().feed_factor, 1)
         << "a slot holds the defaults until it is written";
     ASSERT_TRUE(sketch->get()->jobs.try_push(42));
     EXPECT_EQ(*service->get()->jobs.front(), 42);

@@ -52,6 +52,7 @@ class FakeLoop2 {
         pipe_.readers().write(seen_);
     }
     [[nodiscard]] const StepCounts& steps() const { return seen_.steps; }
+    [[nodiscard]] bool moves() const { return seen_.moving; }
     /// A step that the motor made without a pulse of ours.
     void slip(Axis axis, std::int64_t steps) { seen_.steps[axis] += steps; }
 
@@ -87,7 +88,7 @@ class FakeLoop2 {
 class MachineBench {
   public:
     explicit MachineBench(const MachineConfig& config = {})
-        : machine(std::make_unique<Machine>(config, *link, motors)) {
+        : machine(std::make_unique<Machine>(by_pid(config), *link, motors)) {
         loop2.emplace(machine->motion());
         for (const Axis axis : gcode::kToolAxes) loop2->put_switch(axis, -100);
     }
@@ -141,6 +142,11 @@ class MachineBench {
     bool thermistor_open = false;  ///< of the hot end
 
   private:
+    /// These heaters follow their targets whatever power they get: no model explains them.
+    static MachineConfig by_pid(MachineConfig config) {
+        config.hot_end.control = config.bed.control = HeaterControl::pid;
+        return config;
+    }
     static double follow(double celsius, double target) {
         return celsius + std::clamp(std::max(target, 20.0) - celsius, -0.5, 0.5);
     }

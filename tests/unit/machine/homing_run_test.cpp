@@ -14,7 +14,7 @@ struct Bench {
     MachineConfig config;
     std::unique_ptr<MotionPipe> pipe = std::make_unique<MotionPipe>(config, emergency);
     NotedMotors pins;
-    Motors motors{pins};
+    Motors motors{Kinematics{config}, pins};
     HomingRun homing{config, *pipe, motors};
     FakeLoop2 loop2{*pipe};
     Instant now = instant_from_ns(0);

@@ -66,5 +66,19 @@ TEST(Homing, ASwitchAtTheMaximumIsApproachedUpwards) {
     EXPECT_LT(homing.order().distance_mm, 0);
 }
 
+TEST(Homing, ADeltasTowersAreApproachedTogetherWhateverIsAsked) {
+    MachineConfig config;
+    config.kinematics.type = KinematicsType::delta;
+    config.axes[Axis::z].home_towards_minimum = false;
+    Homing homing(config);
+    homing.begin(gcode::AxisSet{}.add(Axis::x));
+    for (int phase = 0; phase < 4; ++phase) {
+        EXPECT_EQ(homing.order().axis, Axis::z);
+        EXPECT_EQ(homing.order().switches, gcode::AxisSet::tool());
+        ASSERT_TRUE(homing.done(true));
+    }
+    EXPECT_FALSE(homing.active());
+}
+
 }  // namespace
 }  // namespace qduino::printer::machine::homing_test

@@ -13,11 +13,12 @@ struct Bench {
     LinkEnd link{*layout};
     std::unique_ptr<MotionPipe> pipe = std::make_unique<MotionPipe>(config, layout->emergency);
     NotedMotors pins;
-    Motors motors{pins};
+    Motors motors{Kinematics{config}, pins};
     Heating heating{config, layout->heat_status};
     std::unique_ptr<Places> places = std::make_unique<Places>();
     HomingRun homing{config, *pipe, motors};
-    JobActions actions{{config, link, *pipe, motors, heating, *places, homing}};
+    BedProfiles profiles;
+    JobActions actions{{config, link, *pipe, motors, heating, *places, homing, profiles}};
 
     explicit Bench(const MachineConfig& with = {}) : config(with) {
         link.status().outcome = link::JobOutcome::running;
@@ -48,7 +49,7 @@ TEST(JobActions, WhatAJobAsksForHappensAtItsPlace) {
 
 TEST(JobActions, WhatIsTypedHappensAtOnce) {
     Bench bench;
-    bench.actions.set_typed(true);
+    bench.actions.set_speaker(Speaker::person);
     ASSERT_TRUE(bench.actions.set_fan(0, 0.5).ok());
     EXPECT_EQ(bench.fan_duty(), 0.5);
     EXPECT_TRUE(bench.places->all_passed());
@@ -71,7 +72,7 @@ TEST(JobActions, AMoveSwitchesItsMotorOnAndCarriesTheJobsProgress) {
 
 TEST(JobActions, ATypedMoveIsNoProgressOfTheJob) {
     Bench bench;
-    bench.actions.set_typed(true);
+    bench.actions.set_speaker(Speaker::person);
     ASSERT_TRUE(bench.actions.move(bench.move_x(10)).ok());
     EXPECT_FALSE(bench.places->all_passed()) << "it is waited for all the same";
     bench.pass_all();
@@ -123,15 +124,15 @@ TEST(JobActions, RequestsAreTakenOnce) {
 
 TEST(JobActions, OnlyAJobPausesItself) {
     Bench bench;
-    ASSERT_TRUE(bench.actions.pause(gcode::PauseReason::requested, "take it off").ok());
+    ASSERT_TRUE(bench.actions.pause({.text = "take it off"}).ok());
     EXPECT_TRUE(std::holds_alternative<PauseAsked>(*bench.actions.take_request()));
     EXPECT_EQ(bench.link.status().message.view(), "take it off");
-    bench.actions.set_typed(true);
-    ASSERT_TRUE(bench.actions.pause(gcode::PauseReason::requested, {}).ok());
+    bench.actions.set_speaker(Speaker::person);
+    ASSERT_TRUE(bench.actions.pause({}).ok());
     EXPECT_FALSE(bench.actions.take_request().has_value());
-    bench.actions.set_typed(false);
+    bench.actions.set_speaker(Speaker::job);
     bench.link.status().outcome = link::JobOutcome::completed;
-    ASSERT_TRUE(bench.actions.pause(gcode::PauseReason::requested, {}).ok());
+    ASSERT_TRUE(bench.actions.pause({}).ok());
     EXPECT_FALSE(bench.actions.take_request().has_value());
 }
 

@@ -89,13 +89,13 @@ TEST(JobRun, TheNextJobBeginsWithFreshModesAndAFreshStatus) {
     Bench bench;
     bench.send("G91\nM9876\n;LAYER:0\n");
     bench.read_all();
-    bench.job->publish(instant_from_ns(0), true);
+    bench.job->publish(instant_from_ns(0), true, false);
     EXPECT_EQ(bench.link.status().unknown_codes, 1u);
     EXPECT_EQ(bench.places->layer(), 1u);
     bench.job->end({JobOutcome::completed});
     bench.send("M107\n", 2);
     EXPECT_EQ(*bench.job->read(), Read::begun);
-    bench.job->publish(instant_from_ns(0), true);
+    bench.job->publish(instant_from_ns(0), true, false);
     EXPECT_EQ(bench.link.status().unknown_codes, 0u);
     EXPECT_EQ(bench.link.status().job_id, 2u);
     EXPECT_EQ(bench.places->layer(), 0u);
@@ -123,15 +123,30 @@ TEST(JobRun, AnArrivalIsBegunWithoutBeingRead) {
 
 TEST(JobRun, OnlyPrintingTimeCounts) {
     Bench bench;
-    bench.job->publish(instant_from_ns(0), true);
+    bench.job->publish(instant_from_ns(0), true, false);
     bench.send("M107\n");
     bench.read_all();
-    bench.job->publish(instant_from_ns(2'000'000'000), true);
-    bench.job->publish(instant_from_ns(7'000'000'000), false);
-    bench.job->publish(instant_from_ns(8'000'000'000), true);
+    bench.job->publish(instant_from_ns(2'000'000'000), true, true);
+    bench.job->publish(instant_from_ns(7'000'000'000), false, true);
+    bench.job->publish(instant_from_ns(8'000'000'000), true, false);
     EXPECT_EQ(bench.link.status().print_time_s, 3);
+    EXPECT_EQ(bench.link.status().heating_time_s, 2);
     EXPECT_EQ(bench.link.status().bytes_accepted, 5u);
     EXPECT_EQ(bench.link.status().bytes_planned, 5u);
+}
+
+TEST(JobRun, ProgressGoesByTheEstimateThatCameWithTheJob) {
+    Bench bench;
+    ASSERT_TRUE(link::try_push(bench.layout->jobs, link::encode(link::JobBegin{5, 100, 60})));
+    bench.read_all();
+    bench.job->publish(instant_from_ns(0), true, false);
+    bench.job->publish(instant_from_ns(15'000'000'000), true, false);
+    EXPECT_EQ(bench.job->progress().remaining.value(), 45);
+    bench.job->publish(instant_from_ns(90'000'000'000), true, false);
+    EXPECT_EQ(bench.job->progress().remaining.value(), 0) << "longer than estimated";
+    bench.job->end({link::JobOutcome::completed});
+    EXPECT_EQ(bench.job->progress().remaining.value(), 0);
+    EXPECT_EQ(bench.job->progress().passed.value(), 0) << "nothing runs";
 }
 
 }  // namespace

@@ -73,6 +73,27 @@ TEST(Machine, PauseAndResume) {
     EXPECT_EQ(bench.loop2->steps()[0], -100 + 800);
 }
 
+TEST(Machine, MotorsThatNobodyMovesForAsLongAsM84SSaysGoOff) {
+    MachineBench bench;
+    bench.run();
+    bench.command(Command::gcode, "M84 S5");
+    bench.command(Command::gcode, "G28");
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().homed[2] && !bench.loop2->moves(); }));
+    bench.run(40);
+    EXPECT_TRUE(bench.status().homed[0]);
+    bench.command(Command::gcode, "G1 X10 F6000");
+    bench.run(45);
+    EXPECT_TRUE(bench.status().homed[0]) << "it was moved meanwhile";
+    bench.motors.log.clear();
+    bench.run(20);
+    EXPECT_EQ(bench.motors.log, "X-Y-Z-E-");
+    EXPECT_EQ(bench.status().homed, (std::array{false, false, false}));
+    bench.job("G28\nG4 S20\nG1 X10 F6000\n");
+    ASSERT_TRUE(bench.reaches(State::printing));
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_TRUE(bench.status().homed[0]) << "not while a job runs";
+}
+
 TEST(Machine, AResumeOnTheWayToTheParkPlaceIsPutOffNotLost) {
     MachineBench bench;
     bench.job("G28\nM0\nG1 X20 F3000\n");
@@ -246,6 +267,76 @@ TEST(Machine, APauseWhileItHeatsUpAgainStaysParked) {
     bench.run();
     EXPECT_EQ(bench.status().state, State::paused);
     EXPECT_TRUE(bench.status().may_jog);
+}
+
+// ---- filtered motion ----------------------------------------------------------------------------
+
+MachineConfig filtered() {
+    MachineConfig config;
+    config.axes[Axis::x].shaper = {ShaperType::mzv, 40, 0.1};
+    config.axes[Axis::y].shaper = {ShaperType::two_hump_ei, 40, 0.1};
+    config.pressure_advance.advance = Seconds{0.05};
+    config.jerk_mm_s3 = 100'000;
+    return config;
+}
+
+// Whatever comes in between, the filters have run out where the machine says that it stands.
+TEST(Machine, AShapedMotionPausesParksAndComesBackToTheStep) {
+    MachineBench bench{filtered()};
+    std::string job = "G28\n";
+    for (int i = 1; i <= 12; ++i) write(job, "G1 X", i % 2 * 40 + 10, " Y", i * 7, " F600\n");
+    job += "G1 X10\n";
+    bench.job(job);
+    for (std::uint32_t pause = 1; pause <= 3; ++pause) {
+        const std::uint64_t line = 3 * pause;
+        ASSERT_TRUE(bench.run_until([&] { return bench.status().line >= line; }));
+        bench.command(Command::pause);
+        ASSERT_TRUE(bench.reaches(State::paused));
+        EXPECT_TRUE(bench.status().parked);
+        bench.command(Command::resume);
+        ASSERT_TRUE(bench.reaches(State::printing)) << bench.status().fault.view();
+    }
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.status().excursions, 3u);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 800);
+}
+
+TEST(Machine, WordsChangeTheFiltersAtTheirPlaceAndACancelForgetsNone) {
+    MachineBench bench;
+    std::string job = "G28\nM593 F40\nG1 X20 F3000\nM900 K0.05\nM593 X F0\n";
+    bench.job(job + "G1 X10 Y10\nSET_INPUT_SHAPER SHAPER_TYPE=ei SHAPER_FREQ_X=60\nG1 X5 Y5\n");
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 400);
+    EXPECT_EQ(bench.loop2->steps()[1], -100 + 400);
+    // A change that is cancelled while it waits in the planner is in force for the next job.
+    bench.job("G1 X20 F60\nM593 F0\nG1 X0\n", 2);
+    ASSERT_TRUE(bench.run_until([&] { return bench.loop2->steps()[0] > 400; }));
+    bench.command(Command::cancel);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    bench.job("G28\nG1 X30 Y30 F3000\n", 3);
+    bench.run(2);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 2400);
+}
+
+TEST(Machine, AnEmergencyStopInAShapedMotionKnowsWhereTheMachineStands) {
+    MachineBench bench{filtered()};
+    bench.job("G28\n" + std::string(kLong));
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().line >= 3; }));
+    bench.link->emergency.fetch_add(1);
+    bench.run(3);
+    ASSERT_EQ(bench.status().state, State::faulted);
+    bench.command(Command::clear_fault);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    bench.job("G28\nG1 X10 Y10 F3000\n", 2);
+    bench.run(2);
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 800);
+    EXPECT_EQ(bench.loop2->steps()[1], -100 + 800);
 }
 
 }  // namespace

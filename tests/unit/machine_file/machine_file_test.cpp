@@ -43,14 +43,78 @@ TEST(MachineFile, ErrorsNameFileLineAndKey) {
     EXPECT_EQ(error_of("axes = 3\n"), "m.toml:1: 'axes' is 3; accepted: a table, [axes]");
     EXPECT_NE(error_of("[axes.x\n").find("m.toml:1: "), std::string::npos);
     EXPECT_EQ(error_of("[axes.y]\nminimum_mm = 5\nmaximum_mm = 5\n"),
-              "axis Y: minimum_mm is not below maximum_mm");
+              "m.toml:2: 'minimum_mm' is 5, not below maximum_mm, 5");
+}
+
+TEST(MachineFile, ADeltaIsPlacedByItsArmsAndSwitches) {
+    const std::string delta =
+        "[kinematics]\ntype = \"delta\"\ndelta_radius_mm = 105\narm_length_mm = 215\nbed_radius_mm = 90\n";
+    const auto parsed =
+        parse_machine(delta + "[axes.z]\nmaximum_mm = 260\nhome_position_mm = 250\n", "m.toml");
+    ASSERT_TRUE(parsed) << parsed.error().message.view();
+    EXPECT_EQ(parsed->axes[Axis::x].minimum, -90_mm);
+    EXPECT_NEAR(parsed->axes[Axis::x].home_position.value(), 0, 1e-9);
+    EXPECT_NEAR(parsed->axes[Axis::z].home_position.value(), 250, 1e-9);
+    EXPECT_FALSE(parsed->axes[Axis::y].home_towards_minimum);
+    EXPECT_EQ(error_of("[kinematics]\ntype = \"delta\"\n").find("m.toml:1: [kinematics]"), 0u);
+    EXPECT_NE(error_of(delta + "[park]\nx_mm = 80\ny_mm = 80\n").find("bed_radius_mm"), std::string::npos);
+    EXPECT_NE(error_of("[kinematics]\ntype = \"delta\"\ndelta_radius_mm = 105\narm_length_mm = 190\n"
+                       "bed_radius_mm = 90\n")
+                  .find("too short"),
+              std::string::npos);
+}
+
+TEST(MachineFile, BeltsOfCoreXyAreAlike) {
+    EXPECT_NE(error_of("[kinematics]\ntype = \"corexy\"\n[axes.x]\nsteps_per_mm = 100\n").find("belts"),
+              std::string::npos);
+}
+
+TEST(MachineFile, MoreMotorsOfAnAxisAreListed) {
+    const auto parsed = parse_machine(
+        "[[axes.z.motors]]\nstep_pin = 30\ndirection_pin = 31\nenable_pin = 32\n"
+        "[[axes.z.motors]]\nstep_pin = 33\ndirection_pin = 34\nenable_pin = 35\nendstop_pin = 36\n",
+        "m.toml");
+    ASSERT_TRUE(parsed) << parsed.error().message.view();
+    const auto& motors = parsed->axes[Axis::z].extra_motors;
+    ASSERT_EQ(motors.size(), 2u);
+    EXPECT_EQ(motors[0].endstop_pin, printer::kNoPin);
+    EXPECT_EQ(motors[1].endstop_pin, 36);
+}
+
+TEST(MachineFile, AProbeMustReachItsGrid) {
+    EXPECT_TRUE(parse_machine("[probe]\npin = 34\n", "m.toml"));
+    EXPECT_EQ(error_of("[probe]\npin = 34\nx_offset_mm = 25\n"),
+              "m.toml:2: [bed_mesh] the nozzle does not reach X -5, Y 20 to probe there");
+    EXPECT_NE(error_of("[probe]\npin = 34\n[bed_mesh]\nfade_start_mm = 5\nfade_end_mm = 5\n"), "");
+}
+
+TEST(MachineFile, ShapersAdvanceAndJerk) {
+    const auto parsed = parse_machine(
+        "jerk_mm_s3 = 100000\nreversal_gap_s = 0.001\n[axes.y.shaper]\ntype = \"2hump_ei\"\n"
+        "frequency_hz = 40\n[pressure_advance]\nseconds = 0.05\nsmooth_time_s = 0.03\n",
+        "m.toml");
+    ASSERT_TRUE(parsed);
+    EXPECT_EQ(parsed->jerk_mm_s3, 100'000);
+    EXPECT_EQ(parsed->reversal_gap, 1ms);
+    EXPECT_FALSE(parsed->axes[Axis::x].shaper.active());
+    EXPECT_EQ(parsed->axes[Axis::y].shaper,
+              (printer::ShaperConfig{printer::ShaperType::two_hump_ei, 40, 0.1}));
+    EXPECT_EQ(parsed->pressure_advance.advance, Seconds{0.05});
+    EXPECT_EQ(parsed->pressure_advance.smooth_time, Seconds{0.03});
+    EXPECT_EQ(error_of("[axes.x.shaper]\ntype = \"ei\"\n"),
+              "m.toml:2: a shaper needs 'frequency_hz', the resonance of its axis");
+    EXPECT_EQ(error_of("[axes.x.shaper]\ntype = \"best\"\n"),
+              "m.toml:2: [axes.x.shaper] 'type' is 'best'; accepted: \"none\", \"zv\", \"zvd\", \"mzv\", "
+              "\"ei\", \"2hump_ei\"");
+    EXPECT_NE(error_of("[axes.z.shaper]\ntype = \"ei\"\n"), "");
 }
 
 TEST(MachineFile, TheIdleTimeOutIsZeroOrLongEnoughToRead) {
     EXPECT_EQ(parse_machine("", "m.toml")->idle_timeout, Seconds{600});
     EXPECT_EQ(parse_machine("idle_timeout_s = 0\n", "m.toml")->idle_timeout, Seconds{0});
     EXPECT_EQ(parse_machine("idle_timeout_s = 1800\n", "m.toml")->idle_timeout, Seconds{1800});
-    EXPECT_EQ(error_of("idle_timeout_s = 5\n"), "idle_timeout_s: give 0 (never) or at least 30 s");
+    EXPECT_EQ(error_of("idle_timeout_s = 5\n"),
+              "m.toml:1: 'idle_timeout_s' is 5: give 0 (never) or at least 30 s");
     EXPECT_EQ(error_of("idle_timeout_s = -1\n"),
               "m.toml:1: 'idle_timeout_s' is -1; accepted: a number from 0 to 86400");
     EXPECT_NE(error_of("idle_timeout_s = nan\n"), "");
@@ -73,7 +137,7 @@ TEST(MachineFile, TheParkPlaceFollowsTheBoundsAndStaysInside) {
     EXPECT_FALSE(given->park.enabled);
     EXPECT_EQ(given->park.x, 5_mm);
     EXPECT_EQ(given->park.z_hop, 12_mm);
-    EXPECT_EQ(error_of("[park]\nx_mm = 200\n"), "park: x_mm is 200, outside the axis' 0 to 150");
+    EXPECT_EQ(error_of("[park]\nx_mm = 200\n"), "m.toml:2: [park] 'x_mm' is 200, outside the axis' 0 to 150");
     EXPECT_EQ(error_of("[park]\nretract_mm = 90\n"),
               "m.toml:2: [park] 'retract_mm' is 90; accepted: a number from 0 to 20");
 }
@@ -109,6 +173,89 @@ TEST(MachineFile, MacrosAreWordsWithTheirLines) {
     std::string many = "[macros]\n";
     for (int i = 0; i < 13; ++i) many += "MACRO_" + std::to_string(i) + " = 'M84'\n";
     EXPECT_NE(error_of(many).find("is one macro more than 12"), std::string::npos);
+}
+
+TEST(MachineFile, AKeyInAnotherUnitIsToldSo) {
+    EXPECT_EQ(error_of("[axes.x]\nmax_speed_mm_min = 6000\n"),
+              "m.toml:2: [axes.x] 'max_speed_mm_min' is not known: is it 'max_speed_mm_s', in that unit?");
+    EXPECT_EQ(error_of("step_pulse_us = 2\n"),
+              "m.toml:1: 'step_pulse_us' is not known: is it 'step_pulse_s', "
+              "in that unit?");
+    EXPECT_EQ(error_of("step_pulse_s = 2\n"),
+              "m.toml:1: 'step_pulse_s' is 2; accepted: a number from 0 to 0.001");
+}
+
+struct Impossible {
+    const char* name;
+    const char* text;
+    const char* words;
+};
+class MachineFileRefuses : public testing::TestWithParam<Impossible> {};
+
+TEST_P(MachineFileRefuses, WhatCannotBeWithItsLine) {
+    const std::string error = error_of(GetParam().text);
+    EXPECT_EQ(error.substr(0, error.find(": ")), "m.toml:2") << error;
+    EXPECT_NE(error.find(GetParam().words), std::string::npos) << error;
+}
+INSTANTIATE_TEST_SUITE_P(
+    Rules, MachineFileRefuses,
+    testing::Values(
+        Impossible{"OnePinTwice", "[bed]\nheater_pin = 17\n", "pin 17 is hot_end.heater_pin already"},
+        Impossible{"OneStepPinTwice", "[axes.y]\nstep_pin = 2\n", "pin 2 is axes.x.step_pin already"},
+        Impossible{"AnEnableThatSteps", "[axes.y]\nenable_pin = 2\n", "pin 2 is axes.x.step_pin already"},
+        Impossible{"OneChannelTwice", "[bed]\nadc_channel = 0\n", "as the hot end's"},
+        Impossible{"FasterThanPulses", "[axes.x]\nmax_speed_mm_s = 120\nsteps_per_mm = 6400\n",
+                   "500000: at most 78.1 mm/s"},
+        Impossible{"HomesFasterThanItMoves", "[axes.z]\nhome_speed_mm_s = 6\n", "above max_speed_mm_s, 5"},
+        Impossible{"RetreatsOutOfTheAxis", "[axes.x]\nhome_retreat_mm = 30\nmaximum_mm = 20\n",
+                   "longer than the axis"},
+        Impossible{"TooWeakForItsTarget", "[hot_end.model]\npower_w = 20\n", "heats to 231 °C at most"},
+        Impossible{"SensorEndsBelow", "[hot_end]\nmaximum_celsius = 500\n", "more than the sensor can show"},
+        Impossible{"NothingCouldBePrinted", "name = 'a'\nminimum_extrude_celsius = 290\n",
+                   "nothing could be printed"},
+        Impossible{"NearerThanTheWatch", "[bed]\nat_target_celsius = 6\n", "verify_hysteresis_celsius, 5"},
+        Impossible{"KeysOfAnotherSensor", "[hot_end.sensor]\nsteinhart_a = 0.001\n", "is not known"},
+        Impossible{"NoSuchControl", "[hot_end]\ncontrol = 'bang'\n", "accepted: \"model\", \"pid\""}),
+    [](const auto& each) { return each.param.name; });
+
+TEST(MachineFile, GainsWithoutAModelAreUsed) {
+    using printer::HeaterControl;
+    EXPECT_EQ(parse_machine("", "m.toml")->hot_end.control, HeaterControl::model);
+    EXPECT_EQ(parse_machine("[hot_end]\nkp = 20\n", "m.toml")->hot_end.control, HeaterControl::pid);
+    EXPECT_EQ(parse_machine("[hot_end]\nkp = 20\ncontrol = 'model'\n", "m.toml")->hot_end.control,
+              HeaterControl::model);
+    EXPECT_EQ(parse_machine("[hot_end]\nkp = 20\n[hot_end.model]\npower_w = 40\n", "m.toml")->hot_end.control,
+              HeaterControl::model);
+}
+
+TEST(MachineFile, DriversMayShareAnEnableLine) {
+    EXPECT_TRUE(parse_machine("[axes.y]\nenable_pin = 4\n", "m.toml"));
+}
+
+TEST(MachineFile, ASensorHasItsTypesKeys) {
+    const auto pt1000 = parse_machine("[bed.sensor]\ntype = 'pt1000'\npull_up_ohm = 2200\n", "m.toml");
+    ASSERT_TRUE(pt1000) << pt1000.error().message.view();
+    EXPECT_EQ(pt1000->bed.sensor.kind, device::SensorKind::pt1000);
+    EXPECT_EQ(pt1000->bed.sensor.pull_up_ohm, 2200);
+    EXPECT_NE(error_of("[bed.sensor]\ntype = 'steinhart_hart'\n").find("needs 'steinhart_a'"),
+              std::string::npos);
+}
+
+TEST(MachineFile, WhatM500KeepsIsReadBackToTheBit) {
+    printer::MachineConfig found;
+    found.hot_end.kp = 31.41592653589793;
+    found.hot_end.model.sensor_lag_s = 1.0 / 3;
+    found.bed.model.heat_capacity_j_k = 912.345678901234;
+    printer::MachineConfig read;
+    const std::string text = kept_text(settings_of(found.hot_end), settings_of(found.bed));
+    ASSERT_TRUE(apply_kept(text, "kept.toml", read));
+    EXPECT_EQ(read.hot_end.kp, found.hot_end.kp);
+    EXPECT_EQ(read.hot_end.model.sensor_lag_s, found.hot_end.model.sensor_lag_s);
+    EXPECT_EQ(read.bed.model.heat_capacity_j_k, found.bed.model.heat_capacity_j_k);
+    const auto refused = apply_kept("[hot_end]\nkp = 1\nmaximum_celsius = 400\n", "kept.toml", read);
+    ASSERT_FALSE(refused);
+    EXPECT_TRUE(refused.error().message.view().starts_with("kept.toml:3: [hot_end] 'maximum_celsius'"));
+    EXPECT_EQ(read.hot_end.kp, found.hot_end.kp) << "nothing is changed";
 }
 
 TEST(MachineFile, MissingFileIsNamed) {

@@ -177,7 +177,7 @@ TEST_F(PlannerTest, DwellAndHomingStandStillOnBothSides) {
     ASSERT_TRUE(planner_->append(to(50, 0)));
     ASSERT_TRUE(planner_->append_dwell(0.25));
     ASSERT_TRUE(planner_->append(to(100, 0)));
-    ASSERT_TRUE(planner_->append_homing(Axis::y, true));
+    ASSERT_TRUE(planner_->append_homing(Axis::y, motor_bit(Axis::y)));
     ASSERT_TRUE(planner_->append(to(150, 0)));
     const auto segments = take_to_rest();
     ASSERT_EQ(segments.size(), 5u);
@@ -188,7 +188,7 @@ TEST_F(PlannerTest, DwellAndHomingStandStillOnBothSides) {
     EXPECT_EQ(segments[2].shape.exit_speed_mm_s, 0);
     EXPECT_EQ(segments[3].kind, SegmentKind::homing);
     EXPECT_EQ(segments[3].axis, Axis::y);
-    EXPECT_EQ(segments[3].value, 1u);
+    EXPECT_EQ(segments[3].value, motor_bit(Axis::y));
     EXPECT_EQ(segments[4].shape.entry_speed_mm_s, 0);
 }
 
@@ -198,7 +198,7 @@ TEST_F(PlannerTest, FullQueueRefusesAndThenGivesAtASpeedThatCanBeStopped) {
     EXPECT_FALSE(planner_->append(to(100, 0)));
     EXPECT_FALSE(planner_->append_marker(1));
     EXPECT_FALSE(planner_->append_dwell(1));
-    EXPECT_FALSE(planner_->append_homing(Axis::x, true));
+    EXPECT_FALSE(planner_->append_homing(Axis::x, motor_bit(Axis::x)));
     EXPECT_DOUBLE_EQ(planner_->position_mm()[0], 0.001 * Planner::kCapacity);
     const std::size_t taken = take().size();
     EXPECT_GE(taken, 1u);

@@ -42,8 +42,15 @@ const std::string kPart =
 TEST_F(AnalyzerTest, AGoodFileFitsAndItsFactsAreRead) {
     const spool::Analysis analysis = analyze(kPart);
     ASSERT_EQ(analysis.verdict, Verdict::fits) << analysis.message;
-    EXPECT_EQ(analysis.estimated_s, 100.0);
     const auto facts = nlohmann::json::parse(analysis.facts_json);
+    EXPECT_EQ(facts["slicer_s"], 100.0) << "a claim, and not the estimate";
+    EXPECT_GT(analysis.estimated_s, 130) << "it heats up to 200 °C";
+    EXPECT_NEAR(facts["estimated_s"].get<double>(), analysis.estimated_s, 0.05);
+    double activities_s = 0;
+    for (const auto& [name, time_s] : facts["activities_s"].items()) activities_s += time_s.get<double>();
+    EXPECT_NEAR(activities_s, analysis.estimated_s, 0.5);
+    EXPECT_GT(facts["activities_s"]["homing"], 5);
+    EXPECT_FALSE(facts["profile"]["bytes"].empty());
     EXPECT_EQ(facts["hot_end_c"], 200.0);
     EXPECT_EQ(facts["layers"], 2);
     EXPECT_NEAR(facts["filament_mm"].get<double>(), 6.0, 1e-9);
@@ -60,6 +67,7 @@ TEST_F(AnalyzerTest, TheIndexOfLayersFitsTheirFile) {
     EXPECT_EQ(bytes, std::filesystem::file_size(folder_ / "layers"));
     EXPECT_EQ(layers[0]["segments"], 2);
     EXPECT_EQ(layers[1]["segments"], 1);
+    EXPECT_NEAR(layers[1]["time_s"].get<double>(), 2, 0.3) << "40 mm at 20 mm/s";
 }
 
 TEST_F(AnalyzerTest, ViolationsNameTheirLine) {

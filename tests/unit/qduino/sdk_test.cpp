@@ -15,7 +15,9 @@ constexpr const char* kSdk =
   "ino_to_cpp": "/s/ino_to_cpp.py",
   "supervisor": "bin/qduino-supervisor",
   "sim": {"libraries": ["lib/a.a", "/usr/lib/b.so", "-lm"], "options": []},
-  "linux": {"libraries": [], "options": ["-fsanitize=address"]}})";
+  "linux": {"libraries": [], "options": ["-fsanitize=address"]},
+  "metal": {"libraries": ["lib/m.a"], "options": ["-static"], "flags": ["-ffreestanding"],
+            "script": "lib/image.ld", "why_not": ""}})";
 
 class SdkTest : public TemporaryFolder {};
 
@@ -30,6 +32,11 @@ TEST_F(SdkTest, PathsMayBeRelativeToTheFile) {
               (std::vector<std::string>{here + "/lib/a.a", "/usr/lib/b.so", "-lm"}));
     EXPECT_EQ(sdk->linking(BoardKind::linux).options, std::vector<std::string>{"-fsanitize=address"});
     EXPECT_EQ(sdk->cxx, std::vector<std::string>{"/usr/bin/g++"});
+    const Sdk images = for_images(*sdk);
+    EXPECT_EQ(images.flags, std::vector<std::string>{"-ffreestanding"});
+    EXPECT_EQ(images.linking(BoardKind::metal).libraries, std::vector<std::string>{here + "/lib/m.a"});
+    EXPECT_EQ(images.linking(BoardKind::metal).options,
+              (std::vector<std::string>{"-static", "-Wl,-T," + here + "/lib/image.ld"}));
 }
 
 TEST_F(SdkTest, AFileThatIsNoneIsNamed) {

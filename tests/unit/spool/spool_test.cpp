@@ -441,6 +441,10 @@ class SlowInspector final : public Inspector {
         told.push_back("begin " + std::to_string(run));
     }
     bool begun(std::uint64_t) override { return ++asked > 3; }
+    void typed(std::uint64_t run, std::uint32_t number, std::uint64_t behind,
+               const std::string& line) override {
+        told.push_back(text<std::string>("typed ", run, ' ', number, ' ', behind, ' ', line));
+    }
     void end(std::uint64_t run, std::uint32_t) override { told.push_back("end " + std::to_string(run)); }
     std::optional<std::string> report(std::uint64_t) override {
         if (++asked_report < 3) return std::nullopt;

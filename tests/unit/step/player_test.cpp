@@ -294,7 +294,7 @@ class PlayerHomingTest : public PlayerTest {
         pins_.endstop = [this, steps_to_switch](int axis) {
             return axis == kX && pins_.position(kX) <= -steps_to_switch;
         };
-        tell(0, EventKind::homing, kX, 1);
+        tell(0, EventKind::homing, kX, 1 << kX);
         for (int i = 0; i < 1000; ++i) step(100'000 * (i + 1), kX, -1);
         tell(101'000'000, EventKind::rest);
         tell(101'000'000, EventKind::homing, kX, 0);
@@ -354,8 +354,8 @@ TEST_F(PlayerHomingTest, StepsAwayFromTheSwitchFollowInTime) {
 
 TEST_F(PlayerHomingTest, TwoAxesHomeTogetherEachToItsOwnSwitch) {
     pins_.endstop = [this](int axis) { return pins_.position(axis) <= (axis == kX ? -50 : -200); };
-    tell(0, EventKind::homing, kX, 1);
-    tell(0, EventKind::homing, kY, 1);
+    tell(0, EventKind::homing, kX, 1 << kX);
+    tell(0, EventKind::homing, kY, 1 << kY);
     for (int i = 0; i < 1000; ++i) {
         step(100'000 * (i + 1), kX, -1);
         step(100'000 * (i + 1), kY, -1);
@@ -371,9 +371,39 @@ TEST_F(PlayerHomingTest, TwoAxesHomeTogetherEachToItsOwnSwitch) {
     EXPECT_LT(pins_.now_ns, kLead + 201 * 100'000 + 2'000'000);
 }
 
+// CoreXY: the switch of X, which A and B reach together.
+TEST_F(PlayerHomingTest, ASwitchEndsEveryMotorOfItsMaskAndLeavesThemInPairs) {
+    pins_.endstop = [this](int axis) {
+        return axis == kX && pins_.position(kX) + pins_.position(kY) <= -201;
+    };
+    tell(0, EventKind::homing, kX, 0b0011);
+    for (int i = 0; i < 400; ++i) {
+        step(100'000 * (i + 1), kX, -1);
+        step(100'000 * (i + 1), kY, -1);
+    }
+    tell(101'000'000, EventKind::homing, kX, 0);
+    step(101'100'000, kY, 1);
+    play_all();
+    EXPECT_EQ(player_->steps()[kX], -101);
+    EXPECT_EQ(player_->steps()[kY], -101 + 1);
+    EXPECT_EQ(player_->endstop_hits()[Axis::x], 1u);
+    EXPECT_EQ(player_->endstop_hits()[Axis::y], 0u);
+}
+
+TEST_F(PlayerHomingTest, ThePinsAreToldWhichSwitchesAreWatched) {
+    pins_.endstop = [](int) { return false; };
+    tell(0, EventKind::homing, kX, 0b0011);
+    tell(1'000, EventKind::marker, 0, 1);
+    play_until_ns(kLead + 500);
+    EXPECT_EQ(pins_.watched, 1u << kX);
+    tell(10'000, EventKind::homing, kX, 0);
+    play_all();
+    EXPECT_EQ(pins_.watched, 0u);
+}
+
 TEST_F(PlayerHomingTest, SkippingIsBoundedInEachCall) {
     pins_.endstop = [](int) { return true; };
-    tell(0, EventKind::homing, kX, 1);
+    tell(0, EventKind::homing, kX, 1 << kX);
     for (int i = 0; i < 4000; ++i) step(1'000 + 100'000 * i, kX, -1);
     play_until_ns(kLead + 10'000);
     EXPECT_GT(ring_.size(), 2000u);

@@ -49,11 +49,16 @@ struct VirtualPins {
         state.positive = positive;
     }
     [[nodiscard]] bool endstop_pressed(int axis) const { return endstop && endstop(axis); }
+    void watch_switches(int axis, bool on) {
+        const auto bit = 1u << static_cast<unsigned>(axis);
+        watched = on ? watched | bit : watched & ~bit;
+    }
 
     // What the test sets and sees.
     std::int64_t now_ns = 0;
     std::int64_t write_cost_ns = 0;
     std::function<bool(int)> endstop;
+    unsigned watched = 0;  ///< bit per axis whose switches are watched
     std::vector<Edge> edges;
     std::vector<std::int64_t> sleeps;  ///< the instants that were slept to
 

@@ -110,7 +110,7 @@ class NaiveFirmware {
     std::vector<Event> events;
 
     [[nodiscard]] InspectionStart start() const {
-        return InspectionStart::at_power_on(start_, start_pressed_);
+        return InspectionStart::at_power_on(machine_, start_, start_pressed_);
     }
     [[nodiscard]] const Position& at_mm() const { return at_mm_; }
     [[nodiscard]] Instant now() const { return instant_from_ns(time_ns_); }

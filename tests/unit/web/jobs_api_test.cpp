@@ -277,7 +277,8 @@ TEST_F(JobsApiTest, TheStatusSaysWhenEachWaitingJobIsReady) {
     static_cast<void>(upload("d", "G28\n", {{"print", "true"}}));
     auto status = request("GET /api/v1/machine").json();
     const double left_s = status["progress"]["remaining_s"];
-    EXPECT_EQ(left_s, 100 * (1 - status["progress"]["fraction"].get<double>()));
+    EXPECT_GT(left_s, 0);
+    EXPECT_LT(left_s, 500) << "100 s, at the pace of what has been printed";
     EXPECT_GT(status["progress"]["bytes"], 0);
     EXPECT_EQ(status["ready_in_s"].size(), 2u) << "not what is held";
     EXPECT_NEAR(status["ready_in_s"]["2"].get<double>(), left_s + 100 + 300, 0.51);

@@ -11,7 +11,11 @@ export function makeJob(part, estimated_s, id, name, state, more = {}) {
     position: null, created: '2026-11-21T06:00:00Z', started: null, ended: null, error: null, stopped_line: null, stopped_layer: null,
     facts: {
       estimated_s, filament_mm: 3918.2, layers: part.layers.length, lines: Math.round(part.size / 34), min_mm: [40, 40, 0.3], max_mm: [110, 110, 36],
-      hot_end_c: 209, bed_c: 60, slicer: 'PrusaSlicer 2.5.0', thumbnail: false, warnings: [],
+      activities_s: {
+        outer_wall: estimated_s * 0.31, inner_wall: estimated_s * 0.2, sparse_infill: estimated_s * 0.24, solid_infill: estimated_s * 0.08,
+        travel: estimated_s * 0.11, retraction: estimated_s * 0.02, homing: 12, heating: 150,
+      },
+      slicer_s: estimated_s * 0.92, hot_end_c: 209, bed_c: 60, slicer: 'PrusaSlicer 2.5.0', thumbnail: false, warnings: [],
     },
     progress: { bytes: 0, fraction: 0, elapsed_s: 0, remaining_s: null }, ...more,
   };

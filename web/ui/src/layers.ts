@@ -128,3 +128,39 @@ const FEATURES: readonly (readonly [name: string, colour: readonly [number, numb
 ];
 export const FEATURE_NAMES = FEATURES.map(([name]) => name);
 export const FEATURE_COLOURS = FEATURES.map(([, colour]) => colour);
+
+/** The words of `activities_s`: the features by their numbers, and what is no extrusion. */
+const ACTIVITIES: Record<string, string> = {
+  unknown: 'Extrusion', outer_wall: 'Outer wall', inner_wall: 'Inner wall', overhang: 'Overhang', sparse_infill: 'Infill',
+  solid_infill: 'Solid infill', top_surface: 'Top surface', bridge: 'Bridge', gap_fill: 'Gap fill', skirt: 'Skirt', support: 'Support',
+  support_interface: 'Support interface', prime_tower: 'Prime tower', ironing: 'Ironing', custom: 'Custom', travel: 'Travel',
+  retraction: 'Retraction', dwell: 'Waiting', homing: 'Homing', heating: 'Heating',
+};
+
+export interface ActivityShare {
+  name: string;
+  seconds: number;
+  share: number;
+  /** As linear light, like the features of the part; null: nothing is laid down. */
+  colour: readonly [number, number, number] | null;
+}
+
+/**
+ * What the estimated time goes into, the longest first. A word that the page does not know is shown
+ * as it is.
+ */
+export function activityShares(activities: Record<string, number> | undefined): ActivityShare[] {
+  const entries = Object.entries(activities ?? {}).filter(([, seconds]) => seconds > 0);
+  const total = entries.reduce((sum, [, seconds]) => sum + seconds, 0);
+  return entries
+    .map(([word, seconds]) => {
+      const feature = FEATURE_NAMES.indexOf(ACTIVITIES[word]);
+      const colour = word === 'unknown' ? FEATURE_COLOURS[0] : feature > 0 ? FEATURE_COLOURS[feature] : null;
+      return { name: ACTIVITIES[word] ?? word, seconds, share: seconds / total, colour };
+    })
+    .sort((a, b) => b.seconds - a.seconds);
+}
+
+/** For a style sheet. */
+export const cssColour = (linear: readonly number[]): string =>
+  `rgb(${linear.map((c) => Math.round(Math.pow(c, 1 / 2.2) * 255)).join(' ')})`;

@@ -3,7 +3,12 @@
 export type JobState = 'uploading' | 'queued' | 'held' | 'printing' | 'paused' | 'done' | 'cancelled' | 'failed';
 
 export interface JobFacts {
+  /** The printer's own estimate. */
   estimated_s: number | null;
+  /** What that time goes into: by the slicer's feature, travel, heating and so on. */
+  activities_s?: Record<string, number>;
+  /** The slicer's claim. */
+  slicer_s?: number | null;
   filament_mm: number | null;
   layers: number | null;
   lines?: number | null;
@@ -165,6 +170,8 @@ export interface LayerIndex {
   segments: number;
   bytes: number;
   first_byte: number;
+  /** Estimated, in the layer's first record. */
+  time_s?: number;
 }
 
 /** A process tree that is held to a budget. */

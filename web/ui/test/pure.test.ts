@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { bars } from '../src/components/Timing';
 import * as format from '../src/format';
-import { chunks, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
+import { activityShares, chunks, cssColour, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
 import { ApiError, keyProblem, sentenceOf } from '../src/api';
 import { shallowEqual } from '../src/hooks';
 import { joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
@@ -41,6 +41,21 @@ function join(...parts: ArrayBuffer[]): ArrayBuffer {
   }
   return out.buffer;
 }
+
+describe('the time by feature', () => {
+  it('is in shares of the whole, the longest first', () => {
+    const shares = activityShares({ outer_wall: 60, travel: 30, heating: 110, retraction: 0 });
+    expect(shares.map(({ name, seconds }) => [name, seconds])).toEqual([['Heating', 110], ['Outer wall', 60], ['Travel', 30]]);
+    expect(shares.reduce((sum, { share }) => sum + share, 0)).toBeCloseTo(1);
+    expect(shares[1].colour).toEqual([1.00, 0.47, 0.16]);
+    expect(shares[2].colour).toBeNull();
+  });
+  it('shows a word that is new to the page, and nothing of an old job', () => {
+    expect(activityShares({ brushing: 5 })[0].name).toBe('brushing');
+    expect(activityShares(undefined)).toEqual([]);
+  });
+  it('has the colours of the part', () => expect(cssColour([1, 0, 0])).toBe('rgb(255 0 0)'));
+});
 
 describe('layers', () => {
   const one = record(0, 1000, [[0, 0, 0.2, 0, 1, 0], [10, 0, 0.2, 1, 0, 20], [10, 5, 0.2, 2, 0, 40], [50, 50, 0.2, 0, 1, 60], [60, 50, 0.2, 4, 0, 80]]);

@@ -3,6 +3,8 @@ import { act, inspection } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { hasStopped, stopOf } from '../jobs';
+import { activityShares, cssColour } from '../layers';
+import type { ActivityShare } from '../layers';
 import { ask, isRunning, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
 import type { Inspection, Job } from '../types';
 import { Refusal } from './Refusal';
@@ -96,6 +98,40 @@ function Facts({ job }: { job: Job }) {
   );
 }
 
+/** What the estimated time goes into: a bar, and its parts in words. */
+function TimeShares({ job }: { job: Job }) {
+  const shares = activityShares(job.facts.activities_s);
+  if (shares.length === 0) return null;
+  const paint = (share: ActivityShare) => (e: HTMLElement | null) => {
+    if (!e) return;
+    e.style.flexGrow = String(share.share);
+    if (share.colour) e.style.background = cssColour(share.colour);
+  };
+  return (
+    <details class="time-shares" data-testid="time-shares">
+      <summary>
+        Time by feature
+        <span class="share-bar" aria-hidden="true">{shares.map((share) => <i key={share.name} ref={paint(share)} />)}</span>
+      </summary>
+      <table>
+        <tbody>
+          {shares.map((share) => (
+            <tr key={share.name}>
+              <th scope="row"><i ref={paint(share)} />{share.name}</th>
+              <td>{format.duration(share.seconds)}</td>
+              <td>{format.percent(share.share)}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      <p class="muted small-note">
+        Estimated by the printer itself, with its own limits and heaters.
+        {job.facts.slicer_s ? ` The slicer says ${format.duration(job.facts.slicer_s)}.` : ''}
+      </p>
+    </details>
+  );
+}
+
 /**
  * The virtual machine's own word on a finished print. It may come after the print's end: the list
  * of jobs is sent again when it does, and is asked about then.
@@ -152,6 +188,7 @@ export function Part() {
       {job && !isRunning(job) && <Facts job={job} />}
       {job && hasStopped(job.state) && <Stopped job={job} />}
       {job?.state === 'done' && <Report key={job.id} job={job} />}
+      {job && <TimeShares job={job} />}
       {job && <Remarks job={job} />}
       {other && <h3 class="name">Printing {running.name}</h3>}
       {running && <Progress job={running} />}

@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { layerBytes, layerIndex } from '../api';
 import { useStore } from '../hooks';
-import { chunks, decodeLayers, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
+import { chunks, cssColour, decodeLayers, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
 import { hasStopped } from '../jobs';
 import { isRunning, store } from '../store';
 import type { Job } from '../types';
@@ -60,11 +60,10 @@ function useFollow(view: PartView | null, job: Job | null, top: number | null, l
 }
 
 function Legend({ features }: { features: number[] }) {
-  const colour = (f: number) => `rgb(${FEATURE_COLOURS[f].map((c) => Math.round(Math.pow(c, 1 / 2.2) * 255)).join(' ')})`;
   return (
     <ul class="legend">
       {features.filter((f) => f in FEATURE_NAMES).map((f) => (
-        <li key={f}><i ref={(e) => { if (e) e.style.background = colour(f); }} />{FEATURE_NAMES[f]}</li>
+        <li key={f}><i ref={(e) => { if (e) e.style.background = cssColour(FEATURE_COLOURS[f]); }} />{FEATURE_NAMES[f]}</li>
       ))}
     </ul>
   );

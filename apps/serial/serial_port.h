@@ -1,0 +1,53 @@
+// The port that a serial host opens: a pseudo-terminal of this computer, or a device (a USB gadget,
+// a UART) with a wire behind it.
+//
+//   pty      host opens /dev/pts/N ◄── link with a name that stays ── state folder
+//   device   /dev/ttyGS0, /dev/ttyAMA0@250000
+//
+// Raw bytes both ways, eight bits, no flow control. Nothing blocks.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "posix/unique_fd.h"
+
+namespace qduino::apps {
+
+class SerialPort {
+  public:
+    static constexpr std::uint32_t kBaud = 250'000;
+
+    /// A new pseudo-terminal; `link` becomes a symbolic link to the host's end of it.
+    [[nodiscard]] static Result<SerialPort> make_pty(const std::filesystem::path& link);
+    /// `name`: a device, or `DEVICE@BAUD` (any number that the device can). Errors: the kernel's;
+    /// invalid_argument.
+    [[nodiscard]] static Result<SerialPort> open_device(std::string_view name);
+
+    /// For poll(2).
+    [[nodiscard]] int fd() const { return fd_.get(); }
+    /// The host's end.
+    [[nodiscard]] const std::string& name() const { return name_; }
+    /// False of a device: nobody can tell whether a host is at the wire's other end.
+    [[nodiscard]] bool sees_host() const { return is_pty_; }
+    /// A host has opened the pty. Of a device: true.
+    [[nodiscard]] bool host_is_there() const;
+    /// Bytes read; 0: none now. Error: the port has gone, or of a pty its host.
+    [[nodiscard]] Result<std::size_t> read(std::span<char> bytes) const;
+    /// Bytes written; the rest did not fit now. What a port that has gone would get is lost.
+    [[nodiscard]] std::size_t write(std::string_view bytes) const;
+
+  private:
+    SerialPort(posix::UniqueFd fd, std::string name, bool is_pty)
+        : fd_(std::move(fd)), name_(std::move(name)), is_pty_(is_pty) {}
+
+    posix::UniqueFd fd_;
+    std::string name_;
+    bool is_pty_ = false;
+};
+
+}  // namespace qduino::apps

@@ -1,0 +1,225 @@
+#include "board/metal/core/core.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "board/metal/core/device_interrupts.h"
+#include "board/metal/core/locks.h"
+#include "board/metal/library/system_calls.h"
+#include "board/metal/library/thread_locals.h"
+#include "board/metal/machine/instructions.h"
+#include "board/metal/machine/tsc_clock.h"
+#include "board/metal/panic.h"
+
+extern "C" qduino::board::metal::Frame* enter_kernel(const qduino::board::metal::Frame* frame) {
+    return qduino::board::metal::this_core().enter(*frame);
+}
+
+namespace qduino::board::metal {
+namespace {
+
+constexpr std::uint32_t kFsBase = 0xc0000100, kGsBase = 0xc0000101;
+constexpr std::uint64_t kExceptions = 32;
+
+void idle(void*) {
+    for (;;) asm volatile("sti\n\thlt");
+}
+
+}  // namespace
+
+// ---- set up -------------------------------------------------------------------------------------
+
+void Core::open(int number, bool host) {
+    number_ = number;
+    msr_write(kGsBase, reinterpret_cast<std::uint64_t>(this));
+    descriptors_.load();
+    accept_system_calls();
+    for (Context* context : {&host_.context, &idle_.context}) context->thread_locals = make_thread_locals();
+    idle_.context.begin(&idle, nullptr, boot_stack_top());
+    host_.exists = host_.runs = host;
+    turn_to(host ? host_.context : idle_.context, nullptr);
+}
+
+bool Core::add(Thread& thread, Nanoseconds activation, Instant now) {
+    const VcpuSpec& spec = thread.spec;
+    const bool added =
+        spec.is_io() ? scheduler_.add_io(spec.id, spec.parameters(), now,
+                                         {.activation = activation, .client_period = spec.client_period})
+                     : scheduler_.add(spec.id, spec.parameters(), now,
+                                      {.owns_core = spec.owns_core, .deferrable = spec.deferrable});
+    if (added) threads_[spec.id] = &thread;
+    return added;
+}
+
+void Core::begin_threads() {
+    for (auto* count : {&counts_.alarms, &counts_.devices, &counts_.calls}) count->store(0);
+    threads_began_.store(true, std::memory_order_release);
+    call();
+}
+
+// ---- what came ----------------------------------------------------------------------------------
+
+Frame* Core::enter(const Frame& frame) {
+    if (frame.vector < kExceptions) panic(frame);
+    const Instant now = tsc_clock.now();
+    inside_ = true;
+    switch (frame.vector) {
+        case kTimerVector:
+            counts_.alarms.fetch_add(1, std::memory_order_relaxed);
+            LocalApic::end_of_interrupt();
+            break;
+        case kCallVector:
+            counts_.calls.fetch_add(1, std::memory_order_relaxed);
+            LocalApic::end_of_interrupt();
+            break;
+        case kSwitchVector:
+        case kSpuriousVector:
+            break;
+        default:
+            serve_device(frame.vector, now);
+    }
+    Context& next = choose(tsc_clock.now());
+    inside_ = false;
+    return &next.frame();
+}
+
+/// Its top half is nobody's budget.
+void Core::serve_device(std::uint64_t vector, Instant now) {
+    const bool charging = threads_began_.load(std::memory_order_acquire) && !host_.runs;
+    if (charging) scheduler_.account(now);
+    counts_.devices.fetch_add(1, std::memory_order_relaxed);
+    device_interrupts.serve(static_cast<std::size_t>(vector - kDeviceVectors), now);
+    LocalApic::end_of_interrupt();
+    const Instant end = tsc_clock.now();
+    if (charging) scheduler_.account(end, end - now);
+}
+
+// ---- who goes on --------------------------------------------------------------------------------
+
+Context& Core::choose(Instant now) {
+    if (!threads_began_.load(std::memory_order_acquire) || host_.runs) return *current_;
+    open_mail(now);
+    const Instant next_wake = wake_sleepers(now);
+    if (host_is_due(now)) {
+        scheduler_.account(now);
+        host_.runs = true;
+        host_.since = now;
+        LocalApic::set_alarm(kForever, now);
+        turn_to(host_.context, nullptr);
+        return host_.context;
+    }
+    const sched::Decision decision = scheduler_.decide(now);
+    const Instant own = alarms_allowed() ? std::min(decision.until, next_wake) : kForever;
+    // An instant that is past would interrupt the next context before its first instruction; the
+    // smallest count of the timer lets it get on.
+    LocalApic::set_alarm(std::min(own, host_.until), now);
+    Thread* const thread = decision.vcpu ? threads_[*decision.vcpu] : nullptr;
+    turn_to(thread ? thread->context : idle_.context, thread);
+    return *current_;
+}
+
+bool Core::host_is_due(Instant now) {
+    if (!host_.exists) return false;
+    const bool called = mail_.host.exchange(false);
+    if (!called && now < host_.until) return false;
+    host_.until = kForever;
+    return true;
+}
+
+void Core::turn_to(Context& next, Thread* thread) {
+    running_ = thread;
+    if (current_ == &next) return;
+    current_ = &next;
+    descriptors_.set_kernel_stack(next.kernel_stack_top());
+    msr_write(kFsBase, next.thread_locals);
+}
+
+void Core::open_mail(Instant now) {
+    mail_.work.take_all([&](VcpuId io) {
+        Thread* const thread = threads_[io];
+        if (thread && thread->state == ThreadState::idle) wake(*thread, now);
+    });
+    mail_.locks.take_all([&](VcpuId id) {
+        threads_[id]->state = ThreadState::ready;
+        scheduler_.wait_for_lock(id, false, now);
+    });
+    mail_.ranks.take_all([&](VcpuId id) { scheduler_.inherit(id, locks.inherited_by(*threads_[id])); });
+    mail_.changes.take_all([&](VcpuId io) {
+        Thread& thread = *threads_[io];
+        const SpinGuard held(thread.change_lock);
+        scheduler_.change_io(io, thread.change, now);
+        thread.spec.budget = thread.change.budget;
+        thread.spec.period = thread.change.period;
+    });
+}
+
+/// Returns when the next one is to wake.
+Instant Core::wake_sleepers(Instant now) {
+    Instant next = kForever;
+    for (Thread* thread : threads_) {
+        if (!thread || thread->state != ThreadState::sleeping) continue;
+        if (thread->wake <= now)
+            wake(*thread, now);
+        else
+            next = std::min(next, thread->wake);
+    }
+    return next;
+}
+
+void Core::wake(Thread& thread, Instant now) {
+    thread.state = ThreadState::ready;
+    thread.wake = kForever;
+    scheduler_.wake(thread.spec.id, now);
+}
+
+// ---- the running thread -------------------------------------------------------------------------
+
+void Core::give_up(ThreadState state, Instant wake) {
+    QDUINO_EXPECT(running_ != nullptr);
+    running_->state = state;
+    running_->wake = wake;
+    scheduler_.block(running_->spec.id, tsc_clock.now());
+    look_up();
+}
+
+void Core::wait_for_lock() {
+    running_->state = ThreadState::waiting;
+    scheduler_.wait_for_lock(running_->spec.id, true, tsc_clock.now());
+    look_up();
+}
+
+void Core::finish() {
+    give_up(ThreadState::finished, kForever);
+    contract_broken("a thread that has ended runs on", __FILE__, __LINE__);
+}
+
+void Core::release(Instant nominal) { scheduler_.release(running_->spec.id, nominal, tsc_clock.now()); }
+
+Nanoseconds Core::cpu_time() {
+    scheduler_.account(tsc_clock.now());
+    return scheduler_.consumed(running_->spec.id);
+}
+
+// ---- the host -----------------------------------------------------------------------------------
+
+void Core::let_threads_run(Instant until) {
+    const InterruptsOff off;
+    const Instant now = tsc_clock.now();
+    scheduler_.account(now, now - std::max(host_.since, kEpoch));
+    host_.until = until;
+    host_.runs = false;
+    look_up();
+}
+
+void Core::call_host() {
+    mail_.host.store(true);
+    call();
+}
+
+void Core::call() {
+    // At its end enter() looks into the mail anyway.
+    if (this == &this_core() && inside_) return;
+    LocalApic::interrupt_core(apic_, kCallVector);
+}
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,140 @@
+// One core: sched::CoreScheduler decides which thread runs, this class makes it so.
+//
+//   alarm, device, call, switch ──► enter(): what came? ──► mail, sleepers ──► decide(now)
+//                                                                                │ thread, until
+//                                   the thread goes on ◄── alarm at `until` ◄────┘
+//
+// A core's scheduler and the states of its threads belong to that core, with its interrupts off. It
+// takes no lock for them. Others leave a bit in its mail and call it:
+//
+//   core 1: work for I/O VCPU 33 ──► core 0's mail: bit 33 ──► interrupt ──► core 0 wakes it
+//
+// The first core has the host, too: what runs before the loops, between them and after. While the
+// host runs on, no thread of that core does, and nobody is charged.
+//
+// It has more functions than other classes: a list for each kind of caller.
+//
+// Invariants: one context runs; the alarm is set to the earliest instant at which another one
+// could, or not at all where noTimer() said so; what a device's top half takes is charged to
+// nobody.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "base/time.h"
+#include "board/metal/core/mail.h"
+#include "board/metal/core/thread.h"
+#include "board/metal/machine/descriptors.h"
+#include "board/metal/machine/local_apic.h"
+#include "sched/core_scheduler.h"
+
+namespace qduino::board::metal {
+
+/// What came to a core since the loops began: for the guarantee report.
+struct CoreCounts {
+    std::atomic<std::uint64_t> alarms{0};
+    std::atomic<std::uint64_t> devices{0};
+    std::atomic<std::uint64_t> calls{0};  ///< of other cores, and of itself
+};
+
+class Core {
+  public:
+    // ---- set up ---------------------------------------------------------------------------------
+    /// On the core itself, once. `host`: it is the first core, and its caller is the host.
+    void open(int number, bool host);
+    /// The number of its local APIC. Before anybody calls it.
+    void set_apic(std::uint32_t apic) { apic_ = apic; }
+    /// Where the core begins when it is started.
+    [[nodiscard]] std::uint64_t boot_stack_top() const {
+        return reinterpret_cast<std::uint64_t>(idle_.stack.data() + idle_.stack.size());
+    }
+    /// By the host, before begin_threads(). False when the scheduler's table refuses it.
+    [[nodiscard]] bool add(Thread& thread, Nanoseconds activation, Instant now);
+    /// By the host: from the next interrupt on, the threads that were added run.
+    void begin_threads();
+
+    // ---- the way in: boot/entry.S ---------------------------------------------------------------
+    /// Takes up what came, and returns the frame to go on with.
+    Frame* enter(const Frame& frame);
+
+    // ---- the running thread, with interrupts off ------------------------------------------------
+    void sleep_until(Instant t) { give_up(ThreadState::sleeping, t); }
+    void wait_for_work() { give_up(ThreadState::idle, kForever); }
+    void wait_for_lock();
+    [[noreturn]] void finish();
+    /// Somebody may have to run in its place.
+    static void look_up() { asm volatile("int %0" : : "i"(kSwitchVector) : "memory"); }
+    /// It begins the release that was due at `nominal`.
+    void release(Instant nominal);
+    /// CPU time that it has consumed.
+    [[nodiscard]] Nanoseconds cpu_time();
+
+    // ---- the host, on the first core ------------------------------------------------------------
+    /// Threads run until `until`, or until call_host().
+    void let_threads_run(Instant until);
+
+    // ---- from any core --------------------------------------------------------------------------
+    /// Something was left in its mail: it looks there soon.
+    void call();
+    [[nodiscard]] Mail& mail() { return mail_; }
+    void call_host();
+    void allow_alarms(bool allowed) { alarms_allowed_.store(allowed); }
+
+    [[nodiscard]] bool alarms_allowed() const { return alarms_allowed_.load(); }
+    [[nodiscard]] int number() const { return number_; }
+    [[nodiscard]] std::uint32_t apic() const { return apic_; }
+    /// Null: the host runs, or nobody.
+    [[nodiscard]] Thread* running() const { return running_; }
+    [[nodiscard]] const CoreCounts& counts() const { return counts_; }
+
+  private:
+    struct Host {
+        bool exists = false;
+        bool runs = false;
+        Instant until = kForever;  // its next turn
+        Instant since = kEpoch;    // of this turn
+        Context context;
+    };
+    struct Idle {
+        Context context;
+        alignas(16) std::array<std::uint8_t, 4096> stack{};
+    };
+
+    void give_up(ThreadState state, Instant wake);
+    void serve_device(std::uint64_t vector, Instant now);
+    Context& choose(Instant now);
+    void open_mail(Instant now);
+    [[nodiscard]] Instant wake_sleepers(Instant now);
+    void wake(Thread& thread, Instant now);
+    [[nodiscard]] bool host_is_due(Instant now);
+    void turn_to(Context& next, Thread* thread);
+
+    Core* self_ = this;  // first: %gs:0
+    int number_ = 0;
+    std::uint32_t apic_ = 0;
+    std::atomic<bool> threads_began_{false};
+    std::atomic<bool> alarms_allowed_{true};
+    bool inside_ = false;  // enter() is at work
+    Descriptors descriptors_;
+    sched::CoreScheduler scheduler_;
+    std::array<Thread*, kVcpuLimit> threads_{};
+    Context* current_ = nullptr;
+    Thread* running_ = nullptr;  // current_, where that is a thread
+    Mail mail_;
+    CoreCounts counts_;
+    Host host_;
+    Idle idle_;
+
+    friend Core& this_core();
+};
+
+/// The calling core. Hold it only while interrupts are off, or on a thread, which never moves.
+inline Core& this_core() {
+    Core* core = nullptr;
+    asm volatile("movq %%gs:0, %0" : "=r"(core));
+    return *core;
+}
+
+}  // namespace qduino::board::metal

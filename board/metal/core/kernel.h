@@ -1,0 +1,32 @@
+// The tables of the kernel, one of each: cores, threads by their VCPU's number. And how work gets
+// to an I/O VCPU.
+#pragma once
+
+#include <array>
+
+#include "board/metal/core/core.h"
+#include "board/metal/machine/firmware_tables.h"
+
+namespace qduino::board::metal {
+
+extern std::array<Core, kCoresMax> cores;
+extern std::array<Thread, kVcpuLimit> threads;
+
+/// Cores that have come up.
+[[nodiscard]] int core_count();
+/// The calling core has.
+void count_core();
+
+/// The core that thread `thread` is on.
+[[nodiscard]] inline Core& core_of(const Thread& thread) {
+    return cores[static_cast<std::size_t>(thread.spec.core)];
+}
+
+/// Queues `work` for I/O VCPU `io`, from any core, from a thread or a top half. False when there is
+/// no such VCPU that serves handlers, or its queue is full (which is counted).
+bool give_work(VcpuId io, const Work& work);
+
+/// The body of an I/O VCPU: does the work that it is given, until `stopped` is true.
+void serve_work(Thread& self, const std::atomic<bool>& stopped);
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,36 @@
+// What a C++ compiler takes for granted, on a machine without exceptions and without an end of the
+// program. The standard library would throw where it calls std::__throw_…; here that is a panic.
+#include <cstdlib>
+
+#include "board/metal/panic.h"
+
+using qduino::board::metal::panic;
+
+extern "C" {
+void* __dso_handle = nullptr;
+/// Static objects are never destroyed: the machine is turned off before.
+int __cxa_atexit(void (*)(void*), void*, void*) { return 0; }
+void __cxa_pure_virtual() { panic("a pure virtual function was called"); }
+void abort() { panic("abort() was called"); }
+
+// The compiler's library was compiled with exceptions. Nothing here throws one.
+void __gxx_personality_v0() { panic("an exception was thrown"); }
+void _Unwind_Resume(void*) { panic("an exception was thrown"); }
+/// std::shared_ptr counts with plain additions where a program has one thread. This one has many.
+char __libc_single_threaded = 0;
+}
+
+namespace std {
+
+void __throw_length_error(const char* what) { panic(what); }
+void __throw_logic_error(const char* what) { panic(what); }
+void __throw_out_of_range(const char* what) { panic(what); }
+void __throw_out_of_range_fmt(const char* what, ...) { panic(what); }
+void __throw_invalid_argument(const char* what) { panic(what); }
+void __throw_bad_alloc() { panic("no memory is left"); }
+void __throw_bad_array_new_length() { panic("an array of a negative or an immense size"); }
+void __throw_bad_function_call() { panic("an empty std::function was called"); }
+void __throw_bad_optional_access() { panic("an empty std::optional was read"); }
+void __throw_bad_variant_access(const char* what) { panic(what); }
+
+}  // namespace std

@@ -1,0 +1,91 @@
+#include "board/metal/machine/firmware_tables.h"
+
+#include <cstring>
+#include <string_view>
+
+namespace qduino::board::metal {
+namespace {
+
+/// Tables have no alignment.
+template <typename T>
+T read_at(std::uint64_t address) {
+    T value;
+    std::memcpy(&value, reinterpret_cast<const void*>(address), sizeof value);
+    return value;
+}
+
+bool has_name(std::uint64_t address, std::string_view name) {
+    return std::memcmp(reinterpret_cast<const void*>(address), name.data(), name.size()) == 0;
+}
+
+/// ACPI 5.2.5.1: in the read-only memory of a BIOS, at a multiple of 16.
+std::uint64_t search_rsdp() {
+    for (std::uint64_t at = 0xe0000; at < 0x100000; at += 16) {
+        if (has_name(at, "RSD PTR ")) return at;
+    }
+    return 0;
+}
+
+std::uint64_t find_table(std::uint64_t rsdp, std::string_view name) {
+    constexpr int kHead = 36;
+    const bool wide = read_at<std::uint8_t>(rsdp + 15) >= 2 && read_at<std::uint64_t>(rsdp + 24) != 0;
+    const std::uint64_t root = wide ? read_at<std::uint64_t>(rsdp + 24) : read_at<std::uint32_t>(rsdp + 16);
+    const std::uint64_t end = root + read_at<std::uint32_t>(root + 4);
+    for (std::uint64_t at = root + kHead; at < end; at += wide ? 8 : 4) {
+        const std::uint64_t table = wide ? read_at<std::uint64_t>(at) : read_at<std::uint32_t>(at);
+        if (has_name(table, name)) return table;
+    }
+    return 0;
+}
+
+void take_core(Machine& machine, std::uint32_t apic, std::uint32_t flags) {
+    constexpr std::uint32_t kEnabled = 1;
+    if ((flags & kEnabled) == 0 || (!machine.cores.empty() && machine.cores.front() == apic)) return;
+    static_cast<void>(machine.cores.try_push_back(apic));
+}
+
+LineOverride override_at(std::uint64_t entry) {
+    const auto flags = read_at<std::uint16_t>(entry + 8);
+    return {.line = read_at<std::uint8_t>(entry + 3),
+            .input = read_at<std::uint32_t>(entry + 4),
+            .active_low = (flags & 3) == 3,
+            .level_triggered = (flags >> 2 & 3) == 3};
+}
+
+void take_entry(std::uint64_t entry, Machine& machine) {
+    switch (read_at<std::uint8_t>(entry)) {
+        case 0:  // processor, local APIC
+            return take_core(machine, read_at<std::uint8_t>(entry + 3), read_at<std::uint32_t>(entry + 4));
+        case 9:  // processor, local x2APIC
+            return take_core(machine, read_at<std::uint32_t>(entry + 4), read_at<std::uint32_t>(entry + 8));
+        case 1:  // I/O APIC
+            if (read_at<std::uint32_t>(entry + 8) == 0) machine.io_apic = read_at<std::uint32_t>(entry + 4);
+            return;
+        case 2:
+            static_cast<void>(machine.overrides.try_push_back(override_at(entry)));
+            return;
+        default:
+            return;
+    }
+}
+
+}  // namespace
+
+Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first) {
+    if (rsdp == 0) rsdp = search_rsdp();
+    const std::uint64_t madt = rsdp == 0 ? 0 : find_table(rsdp, "APIC");
+    if (madt == 0) return make_error(ErrorCode::not_found, "the firmware has no ACPI table of interrupts");
+    Machine machine;
+    machine.cores.push_back(first);
+    machine.local_apic = read_at<std::uint32_t>(madt + 36);
+    const std::uint64_t end = madt + read_at<std::uint32_t>(madt + 4);
+    for (std::uint64_t entry = madt + 44; entry + 2 <= end;) {
+        const auto length = read_at<std::uint8_t>(entry + 1);
+        if (length < 2) break;
+        take_entry(entry, machine);
+        entry += length;
+    }
+    return machine;
+}
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,37 @@
+// What the firmware says of the computer: its cores, its interrupt controllers, and where the ISA
+// interrupts arrive.
+//
+//   RSDP ──► XSDT or RSDT ──► MADT "APIC" ──► one entry for each core, I/O APIC and rerouted line
+//
+// ACPI Specification 6.5, 5.2.5 (RSDP), 5.2.7–8 (RSDT, XSDT), 5.2.12 (MADT). No AML is needed.
+#pragma once
+
+#include <cstdint>
+
+#include "base/fixed_vector.h"
+#include "base/result.h"
+
+namespace qduino::board::metal {
+
+inline constexpr std::size_t kCoresMax = 8;
+
+/// An ISA line that arrives at another input of the I/O APIC, or with another polarity.
+struct LineOverride {
+    std::uint8_t line = 0;
+    std::uint32_t input = 0;
+    bool active_low = false;
+    bool level_triggered = false;
+};
+
+struct Machine {
+    FixedVector<std::uint32_t, kCoresMax> cores;  ///< their local APIC numbers, the first one first
+    std::uint64_t local_apic = 0xfee00000;
+    std::uint64_t io_apic = 0;  ///< of inputs 0…; 0: none
+    FixedVector<LineOverride, 16> overrides;
+};
+
+/// `rsdp`: where the loader says that it is; 0: it is looked for where a BIOS has it. `first`: the
+/// local APIC number of the calling core. Cores beyond kCoresMax are left alone. Error: not_found.
+Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first);
+
+}  // namespace qduino::board::metal

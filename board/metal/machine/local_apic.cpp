@@ -1,0 +1,117 @@
+#include "board/metal/machine/local_apic.h"
+
+#include <algorithm>
+
+#include "board/metal/machine/instructions.h"
+#include "board/metal/machine/tsc_clock.h"
+
+namespace qduino::board::metal {
+namespace {
+
+constexpr std::uint32_t kBaseMsr = 0x1b;
+constexpr std::uint32_t kDeadlineMsr = 0x6e0;
+constexpr std::uint32_t kX2ApicMsrs = 0x800;
+constexpr std::uint32_t kCommandMsr = 0x830;
+
+constexpr std::uint32_t kMasked = 0x10000;
+constexpr std::uint32_t kDeadlineMode = 0x40000;
+constexpr std::uint32_t kDivideByOne = 0xb;
+constexpr std::uint32_t kPending = 0x1000;
+
+// Words of the command register (SDM volume 3, figure 11-12).
+constexpr std::uint32_t kInit = 0x4500;
+constexpr std::uint32_t kStartup = 0x4600;
+constexpr std::uint32_t kNmiToAllOthers = 0xc4400;
+
+void wait_us(std::uint64_t length) {
+    const std::uint64_t end = time_stamp_counter() + tsc_clock.hz() / 1'000'000 * length;
+    while (time_stamp_counter() < end) spin_hint();
+}
+
+}  // namespace
+
+std::uint32_t LocalApic::read(std::uint32_t offset) {
+    return x2apic_ ? static_cast<std::uint32_t>(msr_read(kX2ApicMsrs + offset / 16))
+                   : memory_read(address_ + offset);
+}
+
+void LocalApic::write(std::uint32_t offset, std::uint32_t value) {
+    if (x2apic_) return msr_write(kX2ApicMsrs + offset / 16, value);
+    memory_write(address_ + offset, value);
+}
+
+void LocalApic::enable(std::uint64_t address) {
+    constexpr std::uint32_t kHasX2Apic = 1u << 21, kHasDeadline = 1u << 24;
+    const std::uint32_t features = cpuid(1).ecx;
+    address_ = address;
+    x2apic_ = (features & kHasX2Apic) != 0;
+    tsc_deadline_ = (features & kHasDeadline) != 0;
+    constexpr std::uint64_t kEnabled = 1u << 11, kX2Mode = 1u << 10;
+    msr_write(kBaseMsr, msr_read(kBaseMsr) | kEnabled | (x2apic_ ? kX2Mode : 0));
+    write(kSpurious, 0x100 | kSpuriousVector);
+    write(kTaskPriority, 0);
+    write(kLint0, kMasked);
+    write(kLint1, kMasked);
+    write(kDivider, kDivideByOne);
+    write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0));
+}
+
+std::uint32_t LocalApic::number() { return x2apic_ ? read(kNumber) : read(kNumber) >> 24; }
+
+/// Channel 2 of the PIT counts 59,659 of its ticks, 50 ms, and then raises its output (Intel 8254,
+/// mode 0; port 0x61 has gate and output).
+void LocalApic::calibrate() {
+    constexpr std::uint64_t kPitHz = 1'193'182, kPitTicks = 59'659;
+    constexpr std::uint16_t kControl = 0x43, kChannel2 = 0x42, kGate = 0x61;
+    port_write(kGate, static_cast<std::uint8_t>((port_read(kGate) & ~2u) | 1u));
+    port_write(kControl, 0xb0);
+    write(kTimer, kMasked | kTimerVector);
+    port_write(kChannel2, kPitTicks & 0xff);
+    port_write(kChannel2, kPitTicks >> 8);
+    write(kCount, UINT32_MAX);
+    const std::uint64_t begin = time_stamp_counter();
+    while ((port_read(kGate) & 0x20) == 0) {
+    }
+    const std::uint64_t end = time_stamp_counter();
+    const std::uint64_t counted = UINT32_MAX - read(kCountLeft);
+    write(kCount, 0);
+    write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0));
+    timer_hz_ = counted * kPitHz / kPitTicks;
+    tsc_clock.set((end - begin) * kPitHz / kPitTicks, begin);
+}
+
+void LocalApic::set_alarm(Instant t, Instant now) {
+    if (tsc_deadline_)
+        return msr_write(kDeadlineMsr, t == kForever ? 0 : tsc_clock.count_at(std::max(t, now)));
+    if (t == kForever) return write(kCount, 0);
+    const auto ns = static_cast<std::uint64_t>(std::clamp(t - now, Nanoseconds{0}, Nanoseconds{1s}).count());
+    const std::uint64_t ticks = ns * timer_hz_ / 1'000'000'000 + 1;
+    write(kCount, static_cast<std::uint32_t>(std::min<std::uint64_t>(ticks, UINT32_MAX)));
+}
+
+void LocalApic::command(std::uint32_t apic, std::uint32_t word) {
+    if (x2apic_) return msr_write(kCommandMsr, std::uint64_t{apic} << 32 | word);
+    while ((read(kCommand) & kPending) != 0) spin_hint();
+    write(kCommandHigh, apic << 24);
+    write(kCommand, word);
+}
+
+void LocalApic::interrupt_core(std::uint32_t apic, std::uint8_t vector) {
+    constexpr std::uint32_t kFixed = 0x4000;
+    const InterruptsOff off;  // two registers are one command
+    command(apic, kFixed | vector);
+}
+
+/// SDM volume 3, 9.4.4.1: INIT, 10 ms, STARTUP twice, 200 us apart.
+void LocalApic::start_core(std::uint32_t apic, std::uint32_t trampoline) {
+    command(apic, kInit);
+    wait_us(10'000);
+    for (int i = 0; i < 2; ++i) {
+        command(apic, kStartup | trampoline >> 12);
+        wait_us(200);
+    }
+}
+
+void LocalApic::stop_other_cores() { command(0, kNmiToAllOthers); }
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,61 @@
+// The local APIC of each core: its timer, its interrupts to other cores, the end of an interrupt.
+//
+//   registers   in memory (xAPIC), or as model-specific registers (x2APIC) where the processor has
+//               them
+//   timer       counts down once, or fires at a count of the time-stamp counter (TSC-deadline)
+//
+// Intel SDM volume 3, chapter 11. Every call is about the core that makes it.
+#pragma once
+
+#include <cstdint>
+
+#include "base/time.h"
+
+namespace qduino::board::metal {
+
+/// Interrupt vectors. 0…31 are the processor's own exceptions.
+inline constexpr std::uint8_t kTimerVector = 0x20;
+inline constexpr std::uint8_t kSwitchVector = 0x30;  ///< a thread gives the core up: `int`
+inline constexpr std::uint8_t kCallVector = 0x31;    ///< another core, or this one, left something
+inline constexpr std::uint8_t kDeviceVectors = 0x40;
+inline constexpr std::uint8_t kSpuriousVector = 0xff;
+
+class LocalApic {
+  public:
+    /// Once on every core; the first core's call decides about the mode of all.
+    static void enable(std::uint64_t address);
+    /// Measures the timer, and sets the clock, by the PIT's 1.193182 MHz. Once, on the first core,
+    /// with interrupts off. Takes 50 ms.
+    static void calibrate();
+    static std::uint32_t number();
+    static void end_of_interrupt() { write(kEndOfInterrupt, 0); }
+    /// Interrupts this core once, at `t` or soon after; kForever: not at all. What was set before
+    /// is gone. It may come early by what its clock differs, or when `t` is more than a second off.
+    static void set_alarm(Instant t, Instant now);
+    static void interrupt_core(std::uint32_t apic, std::uint8_t vector);
+    /// INIT, and STARTUP at the page of `trampoline`, which lies below 1 MiB.
+    static void start_core(std::uint32_t apic, std::uint32_t trampoline);
+    /// An interrupt that cannot be masked, to every other core.
+    static void stop_other_cores();
+
+    [[nodiscard]] static bool uses_x2apic() { return x2apic_; }
+    [[nodiscard]] static bool uses_tsc_deadline() { return tsc_deadline_; }
+
+  private:
+    // Registers, by their offset in memory.
+    static constexpr std::uint32_t kNumber = 0x20, kTaskPriority = 0x80, kEndOfInterrupt = 0xb0,
+                                   kSpurious = 0xf0, kCommand = 0x300, kCommandHigh = 0x310, kTimer = 0x320,
+                                   kLint0 = 0x350, kLint1 = 0x360, kCount = 0x380, kCountLeft = 0x390,
+                                   kDivider = 0x3e0;
+
+    static std::uint32_t read(std::uint32_t offset);
+    static void write(std::uint32_t offset, std::uint32_t value);
+    static void command(std::uint32_t apic, std::uint32_t word);
+
+    inline static constinit std::uint64_t address_ = 0;
+    inline static constinit std::uint64_t timer_hz_ = 0;
+    inline static constinit bool x2apic_ = false;
+    inline static constinit bool tsc_deadline_ = false;
+};
+
+}  // namespace qduino::board::metal

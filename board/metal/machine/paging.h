@@ -1,0 +1,26 @@
+// Memory that must not be touched: page 0, and one page below every stack.
+//
+// All memory is mapped in pages of 2 MiB (boot/entry.S). Page 0 would make a null pointer a store
+// into the machine's first bytes, and a stack that grows too far would write over its neighbour. So
+// two of those pages are split into pages of 4 KiB, of which some are taken out. A touch of one is
+// a page fault, and that is the panic (panic.h).
+//
+//   ┄┄ 2 MiB ┄┄┊▒┊─────── stack 0 ───────┊▒┊─────── stack 1 ───────┊▒┊ …       ▒ not there
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace qduino::board::metal {
+
+inline constexpr std::size_t kStackBytes = 128 * 1024;  ///< with the page that is not there
+inline constexpr std::size_t kStackCount = 64;
+
+/// Once, before other cores start.
+void forbid_guard_pages();
+/// The top of stack `index`, a multiple of 16; index < kStackCount.
+[[nodiscard]] std::uint64_t stack_top(std::size_t index);
+/// `address` is in page 0, or in the page below a stack.
+[[nodiscard]] bool is_guard_page(std::uint64_t address);
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,54 @@
+// The board's clock: nanoseconds since boot, from the time-stamp counter.
+//
+// Every core reads its own counter. They are taken to be one clock, which needs a counter that is
+// invariant and was started everywhere at once (Intel SDM volume 3, 17.17). invariant() says
+// whether the processor promises it; the guarantee report says so when it does not.
+#pragma once
+
+#include <cstdint>
+
+#include "base/time.h"
+#include "board/metal/machine/instructions.h"
+
+namespace qduino::board::metal {
+
+class TscClock {
+  public:
+    /// `hz` ticks a second; `origin` is instant 0. Before any other call.
+    void set(std::uint64_t hz, std::uint64_t origin) {
+        constexpr std::uint64_t kSecond = 1'000'000'000;
+        hz_ = hz;
+        origin_ = origin;
+        ns_of_tick_ = static_cast<std::uint64_t>((Wide{kSecond} << kFraction) / hz);
+        ticks_of_ns_ = static_cast<std::uint64_t>((Wide{hz} << kFraction) / kSecond);
+    }
+    [[nodiscard]] std::uint64_t hz() const { return hz_; }
+
+    [[nodiscard]] Instant now() const {
+        const std::uint64_t ticks = time_stamp_counter() - origin_;
+        return instant_from_ns(static_cast<std::int64_t>(Wide{ticks} * ns_of_tick_ >> kFraction));
+    }
+    /// The first count at which now() >= t. Contract: t is not before instant 0.
+    [[nodiscard]] std::uint64_t count_at(Instant t) const {
+        const auto ns = static_cast<std::uint64_t>(to_ns(t));
+        // Each factor may be too small by one part in 2^40, and each product by one.
+        return origin_ + static_cast<std::uint64_t>(Wide{ns} * ticks_of_ns_ >> kFraction) + (ns >> 30) + 2;
+    }
+    [[nodiscard]] static bool invariant() {
+        constexpr std::uint32_t kAdvanced = 0x80000007;
+        return cpuid(0x80000000).eax >= kAdvanced && (cpuid(kAdvanced).edx >> 8 & 1) != 0;
+    }
+
+  private:
+    __extension__ using Wide = unsigned __int128;
+    static constexpr int kFraction = 40;
+
+    std::uint64_t hz_ = 0;
+    std::uint64_t origin_ = 0;
+    std::uint64_t ns_of_tick_ = 0;  // both with kFraction binary places
+    std::uint64_t ticks_of_ns_ = 0;
+};
+
+inline constinit TscClock tsc_clock;
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,260 @@
+#include "board/metal/metal_board.h"
+
+#include <algorithm>
+
+#include "base/contract.h"
+#include "base/text.h"
+#include "board/metal/core/device_interrupts.h"
+#include "board/metal/library/thread_locals.h"
+#include "board/metal/machine/local_apic.h"
+#include "board/metal/machine/paging.h"
+#include "board/real_time_mark.h"
+
+namespace qduino::board::metal {
+namespace {
+
+constinit MetalBoard* the_board = nullptr;
+
+Core& core_at(int number) { return cores[static_cast<std::size_t>(number)]; }
+
+/// Into the kernel, a decision, and back: the median of some, for an emulator's host may stop it in
+/// one of them.
+Nanoseconds measure_switch() {
+    std::array<Nanoseconds, 33> lengths;
+    const InterruptsOff off;
+    for (Nanoseconds& length : lengths) {
+        const Instant before = tsc_clock.now();
+        Core::look_up();
+        length = tsc_clock.now() - before;
+    }
+    std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
+    return lengths[lengths.size() / 2];
+}
+
+}  // namespace
+
+MetalBoard::MetalBoard() {
+    QDUINO_EXPECT(the_board == nullptr);
+    the_board = this;
+    switch_cost_ = measure_switch();
+}
+
+// ---- time ---------------------------------------------------------------------------------------
+
+void MetalBoard::busy_until(Instant t) {
+    if (t <= kEpoch) return;
+    const std::uint64_t end = tsc_clock.count_at(t);
+    // The hint saves power and may take tens of nanoseconds, so not in the last microsecond.
+    const std::uint64_t close = end - std::min(end, tsc_clock.hz() / 1'000'000);
+    while (time_stamp_counter() < close) spin_hint();
+    while (time_stamp_counter() < end) {
+    }
+}
+
+void MetalBoard::sleep_until(Instant t) {
+    Core& core = this_core();
+    Thread* const self = core.running();
+    if (!self || !core.alarms_allowed()) return busy_until(t);
+    const InterruptsOff off;
+    const Instant before = now();
+    if (t <= before) return;
+    self->slept += t - before;
+    core.sleep_until(t);
+}
+
+// ---- VCPUs --------------------------------------------------------------------------------------
+
+VcpuId MetalBoard::current_vcpu() const {
+    const Thread* const self = this_core().running();
+    return self ? self->spec.id : kNoVcpu;
+}
+
+Nanoseconds MetalBoard::slept() const {
+    const Thread* const self = this_core().running();
+    return self ? self->slept : Nanoseconds{0};
+}
+
+Nanoseconds MetalBoard::cpu_time() {
+    const InterruptsOff off;
+    return this_core().running() ? this_core().cpu_time() : Nanoseconds{0};
+}
+
+void MetalBoard::note_release(Instant nominal) {
+    const InterruptsOff off;
+    const Thread* const self = this_core().running();
+    if (self && self->spec.deferrable) this_core().release(nominal);
+}
+
+Result<void> MetalBoard::check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
+    if (spec.core < 0 || spec.core >= core_count())
+        return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
+    const bool main = !spec.is_io();
+    if (main ? spec.id < 1 || spec.id > kMaxLoop : spec.id < kFirstIoVcpu || spec.id >= kVcpuLimit)
+        return make_error(ErrorCode::invalid_argument, "a VCPU's number is 1…32 (loop) or 33…63 (I/O)");
+    if (main && !spec.entry) return make_error(ErrorCode::invalid_argument, "a loop without an entry");
+    if (!spec.parameters().valid())
+        return make_error(ErrorCode::invalid_argument, "a VCPU needs 0 < budget <= period");
+    for (const VcpuSpec& other : all) {
+        if (&other == &spec) continue;
+        if (other.id == spec.id)
+            return make_error(ErrorCode::already_exists, "start: two VCPUs of one number");
+        if (spec.owns_core && other.core == spec.core)
+            return make_error(ErrorCode::not_permitted, "a loop owns its core: nothing else may run there");
+    }
+    return {};
+}
+
+Result<void> MetalBoard::start(std::span<const VcpuSpec> specs) {
+    if (began_ != kForever) return make_error(ErrorCode::already_exists, "start: the board runs already");
+    for (const VcpuSpec& spec : specs) QDUINO_TRY(check(spec, specs));
+    began_ = now();
+    for (const VcpuSpec& spec : specs) QDUINO_TRY(add_thread(spec, began_));
+    device_interrupts.route_all();
+    for (int core = 0; core < core_count(); ++core) core_at(core).begin_threads();
+    return {};
+}
+
+Result<void> MetalBoard::add_thread(const VcpuSpec& spec, Instant now) {
+    Thread& thread = threads[spec.id];
+    thread.spec = spec;
+    thread.rank = {spec.period, spec.id};
+    thread.context.thread_locals = make_thread_locals();
+    thread.context.begin(&thread_main, &thread, stack_top(spec.id));
+    thread.state = ThreadState::sleeping;
+    thread.wake = now;
+    thread.serving.store(spec.is_io() && !spec.entry);
+    if (!core_at(spec.core).add(thread, 2 * switch_cost_, now))
+        return make_error(ErrorCode::invalid_argument, "a VCPU needs a number of its own");
+    if (!spec.is_io()) loops_left_.fetch_add(1);
+    threads_left_.fetch_add(1);
+    return {};
+}
+
+void MetalBoard::thread_main(void* context) {
+    Thread& self = *static_cast<Thread*>(context);
+    {
+        const RealTimeSection section(self.spec.classic ? kNoVcpu : self.spec.id);
+        if (self.spec.entry)
+            self.spec.entry(self.spec.context);
+        else
+            serve_work(self, the_board->stop_);
+    }
+    disable_interrupts();
+    const bool last_loop = !self.spec.is_io() && the_board->loops_left_.fetch_sub(1) == 1;
+    const bool last = the_board->threads_left_.fetch_sub(1) == 1;
+    if (last_loop || last) cores[0].call_host();
+    this_core().finish();
+}
+
+void MetalBoard::run(Instant until) {
+    while (!ended_ && now() < until) {
+        if (loops_left_.load() == 0) return end();
+        cores[0].let_threads_run(until);
+    }
+}
+
+void MetalBoard::request_stop() {
+    stop_.store(true);
+    for (const Thread& thread : threads) {
+        if (!thread.serving.load()) continue;
+        core_of(thread).mail().work.post(thread.spec.id);
+        core_of(thread).call();
+    }
+}
+
+/// The loops have returned. I/O VCPUs end by themselves; one whose handler does not return for a
+/// tenth of a second is left where it is.
+void MetalBoard::end() {
+    ended_ = true;
+    request_stop();
+    const Instant give_up = now() + 100ms;
+    while (threads_left_.load() > 0 && now() < give_up) cores[0].let_threads_run(give_up);
+    pins.force_safe_levels();
+    device_interrupts.serve_all();
+}
+
+// ---- what the kernel takes ----------------------------------------------------------------------
+
+sched::PlatformOverheads MetalBoard::platform_overheads(int core) {
+    sched::PlatformOverheads overheads;
+    // To it and back; and once more when its budget ends.
+    overheads.release_cost = overheads.enforcement_cost = overheads.wait_cost = 2 * switch_cost_;
+    if (const int devices = device_interrupts.count_on(core); devices > 0) {
+        // A byte at 115,200 baud takes 86.8 us, and each may interrupt. A top half is a way into
+        // the kernel with a few ports to write: counted as two switches.
+        overheads.interferers.push_back({.name = "top halves",
+                                         .cost = 2 * devices * switch_cost_,
+                                         .interval = Nanoseconds{86'800},
+                                         .jitter = {}});
+    }
+    return overheads;
+}
+
+Result<void> MetalBoard::serve_interrupts(DeviceClass device, VcpuId io) {
+    if (io != kNoVcpu && (io < kFirstIoVcpu || io >= kVcpuLimit))
+        return make_error(ErrorCode::invalid_argument, "serve_interrupts: not the number of an I/O VCPU");
+    device_interrupts.serve_on(device, io);
+    return {};
+}
+
+Result<void> MetalBoard::change_io(VcpuId io, sched::VcpuParameters parameters) {
+    if (io >= kVcpuLimit || !threads[io].serving.load())
+        return make_error(ErrorCode::not_found, "there is no I/O VCPU ", io);
+    Thread& thread = threads[io];
+    {
+        const SpinGuard held(thread.change_lock);
+        thread.change = parameters;
+    }
+    core_of(thread).mail().changes.post(io);
+    core_of(thread).call();
+    return {};
+}
+
+Result<void> MetalBoard::route_interrupts(DeviceClass device, int core, bool allowed) {
+    if (core < 0 || core >= core_count())
+        return make_error(ErrorCode::invalid_argument, "route_interrupts: no such core");
+    return device_interrupts.route(device, core, allowed);
+}
+
+Result<void> MetalBoard::core_timer(int core, bool enabled) {
+    if (core < 0 || core >= core_count())
+        return make_error(ErrorCode::invalid_argument, "core_timer: no such core");
+    core_at(core).allow_alarms(enabled);
+    core_at(core).call();
+    return {};
+}
+
+GuaranteeReport MetalBoard::guarantee() const {
+    GuaranteeReport report;
+    report.board =
+        text<FixedString<64>>("no operating system, ", LocalApic::uses_x2apic() ? "x2APIC" : "xAPIC",
+                              LocalApic::uses_tsc_deadline() ? ", TSC deadline" : ", one-shot timer");
+    report.memory_locked = true;  // there is no other
+    for (const Thread& thread : threads) {
+        if (thread.state == ThreadState::unused) continue;
+        LoopGuarantee loop{thread.spec};
+        loop.priority_enforced = loop.budget_enforced = true;
+        loop.core_owned = thread.spec.owns_core;
+        if (const std::uint64_t lost = thread.lost.load(); lost > 0)
+            loop.shortfall = text<FixedString<200>>("its queue was full ", lost, " times: that work is lost");
+        report.loops.push_back(loop);
+        if (!thread.times.empty())
+            report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));
+    }
+    const double seconds = began_ == kForever ? 0 : to_seconds(tsc_clock.now() - began_);
+    for (int number = 0; number < core_count(); ++number) {
+        const CoreCounts& counts = core_at(number).counts();
+        const auto came = counts.alarms.load() + counts.devices.load();
+        report.cores.push_back(
+            {.core = number,
+             .interrupts_per_second = seconds > 0 ? static_cast<double>(came) / seconds : 0,
+             .tick_stopped = !core_at(number).alarms_allowed(),
+             .throttling_lifted = true,
+             .note = text<FixedString<200>>("timer ", counts.alarms.load(), ", devices ",
+                                            counts.devices.load(), ", calls of cores ", counts.calls.load(),
+                                            TscClock::invariant() ? "" : "; its clock may change its rate")});
+    }
+    return report;
+}
+
+}  // namespace qduino::board::metal

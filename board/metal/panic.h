@@ -1,0 +1,28 @@
+// The end of a machine that cannot go on: a broken contract, an exception of the processor, no
+// memory.
+//
+//   safe levels ──► the other cores stop (NMI) ──► safe levels again ──► words ──► off
+//
+// The pins come first: what is said may take milliseconds, or never end. They come twice, because a
+// core that was about to write one does so before it stops.
+#pragma once
+
+#include <string_view>
+
+#include "board/metal/core/context.h"
+
+namespace qduino::board::metal {
+
+[[noreturn]] void panic(std::string_view why);
+/// An exception came; or, from a core that panics, the order to stop.
+[[noreturn]] void panic(const Frame& frame);
+
+/// Words about the sketch: to the debug console (port 0xe9) where there is one, else to the serial
+/// line. Takes no lock.
+void report(std::string_view text);
+
+/// Turns the machine off; 0: all is well. In an emulator that has the device (QEMU's
+/// isa-debug-exit) the emulator ends with 2·status + 1; elsewhere the machine halts.
+[[noreturn]] void turn_off(int status);
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,94 @@
+#include "board/metal/pins.h"
+
+#include "board/metal/core/kernel.h"
+#include "board/metal/machine/instructions.h"
+#include "board/metal/machine/tsc_clock.h"
+
+namespace qduino::board::metal {
+namespace {
+
+Result<void> check(PinId pin) {
+    if (pin.number < kPinCount) return {};
+    return make_error(ErrorCode::invalid_argument, "no such pin: the board has 0…127");
+}
+
+}  // namespace
+
+Result<void> Pins::set_mode(PinId pin, PinMode mode) {
+    QDUINO_TRY(check(pin));
+    Pin& state = pins_[pin.number];
+    const bool was_output = state.output.exchange(is_output(mode));
+    // What was written before shows from now on.
+    if (is_output(mode) && !was_output) drive(pin, state.written.load());
+    return {};
+}
+
+void Pins::write(PinId pin, Level level) {
+    if (pin.number >= kPinCount) return;
+    Pin& state = pins_[pin.number];
+    state.written.store(level, std::memory_order_relaxed);
+    if (state.output.load(std::memory_order_relaxed)) drive(pin, level);
+}
+
+void Pins::drive(PinId pin, Level level) {
+    port_write(kPinsPort, static_cast<std::uint8_t>(pin.number | (level == Level::high ? 0x80 : 0)));
+    if (pins_[pin.number].watched.load(std::memory_order_acquire)) note_edge(pin, level);
+}
+
+Level Pins::read(PinId pin) const {
+    if (pin.number >= kPinCount) return Level::low;
+    const Pin& state = pins_[pin.number];
+    return (state.output.load(std::memory_order_relaxed) ? state.written : state.outside)
+        .load(std::memory_order_relaxed);
+}
+
+Result<void> Pins::set_safe_level(PinId pin, Level level) {
+    QDUINO_TRY(check(pin));
+    pins_[pin.number].safe_level = level;
+    pins_[pin.number].has_safe_level = true;
+    return {};
+}
+
+void Pins::force_safe_levels() {
+    for (std::uint16_t number = 0; number < kPinCount; ++number) {
+        Pin& state = pins_[number];
+        if (!state.has_safe_level) continue;
+        state.watched.store(false);  // no handler would run
+        state.output.store(true);
+        write(PinId{number}, state.safe_level);
+    }
+}
+
+// ---- edges --------------------------------------------------------------------------------------
+
+Result<void> Pins::attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) {
+    QDUINO_TRY(check(pin));
+    if (!handler) return make_error(ErrorCode::invalid_argument, "attach_edge without a handler");
+    if (io < kFirstIoVcpu || io >= kVcpuLimit)
+        return make_error(ErrorCode::not_found, "attach_edge: no I/O VCPU of this number serves handlers");
+    watches_[pin.number] = {
+        .edge = edge, .handler = handler, .context = context, .io = io, .last = read(pin)};
+    pins_[pin.number].watched.store(true, std::memory_order_release);
+    return {};
+}
+
+void Pins::detach(PinId pin) {
+    if (pin.number < kPinCount) pins_[pin.number].watched.store(false);
+}
+
+void Pins::driven(PinId pin, Level level) {
+    Pin& state = pins_[pin.number];
+    state.outside.store(level, std::memory_order_relaxed);
+    if (state.watched.load(std::memory_order_acquire) && !state.output.load()) note_edge(pin, level);
+}
+
+void Pins::note_edge(PinId pin, Level level) {
+    Watch& watch = watches_[pin.number];
+    if (watch.last == level) return;
+    watch.last = level;
+    const Edge edge = level == Level::high ? Edge::rising : Edge::falling;
+    if (watch.edge != Edge::both && watch.edge != edge) return;
+    give_work(watch.io, {.handler = watch.handler, .context = watch.context, .came = tsc_clock.now()});
+}
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,65 @@
+// The pins: virtual ones, whose other ends are outside of the machine.
+//
+//   pin_write ──► one byte to kPinsPort ──► whoever listens there: the witness
+//   pin_read  ◄── what the wire has said ◄── one byte for each change, on the second serial line
+//
+//   a byte:  level ▕ p p p p p p p   the pin's number in the lower seven bits
+//
+// One `out` is one write, so the witness has every write, in order, of all cores. The level of an
+// output is the one that was written; an input's is what came over the wire, low before that.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "board/board.h"
+
+namespace qduino::board::metal {
+
+inline constexpr std::uint16_t kPinsPort = 0x2e8;
+
+class Pins {
+  public:
+    // As board.h has them:
+    Result<void> set_mode(PinId pin, PinMode mode);
+    void write(PinId pin, Level level);
+    [[nodiscard]] Level read(PinId pin) const;
+    Result<void> set_safe_level(PinId pin, Level level);
+    Result<void> attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
+    void detach(PinId pin);
+
+    /// The wire drives this level onto a pin. From the top half of its line.
+    void driven(PinId pin, Level level);
+    /// Drives every safe level. From anywhere, also from a panic: it takes no lock.
+    void force_safe_levels();
+
+  private:
+    struct Pin {
+        std::atomic<Level> written{Level::low};
+        std::atomic<Level> outside{Level::low};
+        std::atomic<bool> output{false};
+        std::atomic<bool> watched{false};
+        bool has_safe_level = false;
+        Level safe_level = Level::low;
+    };
+    struct Watch {
+        Edge edge = Edge::both;
+        EdgeHandler handler = nullptr;
+        void* context = nullptr;
+        VcpuId io = kNoVcpu;
+        Level last = Level::low;
+    };
+
+    void drive(PinId pin, Level level);
+    void note_edge(PinId pin, Level level);
+
+    std::array<Pin, kPinCount> pins_{};
+    std::array<Watch, kPinCount> watches_{};
+};
+
+inline constinit Pins pins;
+
+}  // namespace qduino::board::metal

@@ -1,0 +1,83 @@
+// A serial line: a 16550 UART, whose bytes go through two rings.
+//
+//   write() ─► ring ─► serve(): 16 bytes at a time ─► UART ─► wire
+//   read()  ◄─ ring ◄─ serve() ◄──────────────────── UART ◄─ wire
+//                        ▲ when the UART interrupts: bytes came, or its transmitter is empty
+//
+// PC16550D datasheet (National Semiconductor): registers and the FIFOs of 16 bytes. Any number
+// of writers, one reader at a time; serve() on its I/O VCPU, or in the top half where it has none.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "board/metal/core/device_interrupts.h"
+#include "board/metal/machine/spin_lock.h"
+#include "channel/ring_buffer.h"
+
+namespace qduino::board::metal {
+
+class SerialLine : public Device {
+  public:
+    static constexpr std::uint16_t kFirstPort = 0x3f8, kSecondPort = 0x2f8;
+    static constexpr std::uint8_t kFirstLine = 4, kSecondLine = 3;  // ISA interrupts
+
+    constexpr explicit SerialLine(std::uint16_t port) : port_(port) {}
+
+    /// 115,200 baud, 8N1, FIFOs on, no interrupts. Once. False: there is no UART.
+    bool open();
+    /// From now on it interrupts when bytes come.
+    void listen();
+
+    /// Takes as many as there is room for, and returns how many.
+    std::size_t write(std::span<const std::uint8_t> bytes);
+    [[nodiscard]] std::size_t room() const { return out_.free(); }
+    [[nodiscard]] bool all_sent() const { return out_.size() == 0; }
+    [[nodiscard]] std::size_t available() const { return in_.size(); }
+    [[nodiscard]] bool read(std::uint8_t& byte) { return in_.try_pop(byte); }
+    [[nodiscard]] bool peek(std::uint8_t& byte);
+
+    /// Sends what is in the ring, and then `text`, without interrupts: where none are served. It
+    /// takes no lock, for a panic.
+    void send_now(std::span<const char> text);
+
+    void quiet() override;
+    void serve() override;
+
+  protected:
+    /// A byte came. The line keeps it for read(); a derived one does what it likes with it.
+    virtual void received(std::uint8_t byte) { static_cast<void>(in_.try_push(byte)); }
+    ~SerialLine() = default;
+
+  private:
+    void set(std::uint16_t offset, std::uint8_t value) const;
+    [[nodiscard]] std::uint8_t get(std::uint16_t offset) const;
+    void let_interrupt();
+
+    std::uint16_t port_;
+    bool listens_ = false;
+    bool quiet_ = false;  // quieted, and not served yet; under lock_
+    SpinLock lock_;
+    SpinLock writers_lock_;  // between Serial and the C library's standard output
+    channel::RingBuffer<std::uint8_t, 16384> out_;
+    channel::RingBuffer<std::uint8_t, 1024> in_;
+};
+
+/// The line of Serial.
+class ConsoleLine final : public SerialLine {
+  public:
+    constexpr ConsoleLine() : SerialLine(kFirstPort) {}
+};
+extern ConsoleLine console_line;
+
+/// The wire to the pins: each byte is a change of a pin (pins.h).
+class PinsWire final : public SerialLine {
+  public:
+    constexpr PinsWire() : SerialLine(kSecondPort) {}
+
+  protected:
+    void received(std::uint8_t byte) override;
+};
+extern PinsWire pins_wire;
+
+}  // namespace qduino::board::metal

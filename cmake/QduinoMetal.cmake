@@ -1,0 +1,31 @@
+# For images that boot without an operating system: the same sources as on Linux, compiled for
+# x86-64 without exceptions, RTTI and the red zone, and linked with musl's C library (Debian's
+# musl-dev).
+#
+#   qduino_metal_library(NAME sources…)     as qduino_library(), for images
+#   QDUINO_METAL                            they can be built here; QDUINO_NO_METAL says why not
+
+set(QDUINO_MUSL_LIBRARY /usr/lib/x86_64-linux-musl/libc.a)
+set(QDUINO_METAL OFF)
+if(NOT CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64 OR NOT CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  set(QDUINO_NO_METAL "images are built with g++ for x86-64")
+elseif(QDUINO_SANITIZE OR QDUINO_FUZZ)
+  set(QDUINO_NO_METAL "a sanitizer needs a system")
+elseif(NOT EXISTS ${QDUINO_MUSL_LIBRARY})
+  set(QDUINO_NO_METAL "Debian's musl-dev is not installed")
+else()
+  set(QDUINO_METAL ON)
+endif()
+
+# -fno-pic: the image is where it is linked for. -D…EXTERN_TEMPLATE=0: std::string is compiled with
+# us, not taken from a library that throws. The system has no thread to guard a static's first use.
+set(QDUINO_METAL_FLAGS -ffreestanding -fno-exceptions -fno-rtti -fno-pic -fno-pie -mno-red-zone -mcmodel=small
+    -fno-stack-protector -fcf-protection=none -fno-asynchronous-unwind-tables -fno-threadsafe-statics
+    -D_GLIBCXX_EXTERN_TEMPLATE=0 -U_FORTIFY_SOURCE)
+
+function(qduino_metal_library name)
+  add_library(${name} STATIC ${ARGN})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_compile_options(${name} PRIVATE ${QDUINO_METAL_FLAGS} $<$<COMPILE_LANGUAGE:CXX>:${QDUINO_WARNINGS}>)
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF ARCHIVE_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/metal)
+endfunction()

@@ -1,0 +1,187 @@
+#include "printer/estimate/estimator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "printer/machine/vectors.h"
+
+namespace qduino::printer::estimate {
+namespace {
+
+/// Loop 2 begins 2 ms after it finds the first step (step/player.h: lead), and tells every 10 ms
+/// how far it is (step/stepper_loop.h).
+constexpr double kHandOver_s = 0.002 + 0.010 / 2;
+
+double away_from_switch(const AxisConfig& config) { return config.home_towards_minimum ? 1 : -1; }
+
+}  // namespace
+
+std::string_view name_of(Activity activity) {
+    constexpr std::array<std::string_view, kActivityCount> kNames{
+        "unknown",      "outer_wall",        "inner_wall",  "overhang", "sparse_infill",
+        "solid_infill", "top_surface",       "bridge",      "gap_fill", "skirt",
+        "support",      "support_interface", "prime_tower", "ironing",  "custom",
+        "travel",       "retraction",        "dwell",       "homing",   "heating"};
+    return kNames[static_cast<std::size_t>(activity)];
+}
+
+Estimator::Estimator(const MachineConfig& machine)
+    : machine_(machine),
+      planner_(motion::motion_settings(machine_), machine::to_vector(home_positions(machine_))),
+      accelerations_(machine::accelerations_of(machine_)),
+      heat_(machine_) {
+    for (const Axis axis : gcode::kToolAxes) {
+        const AxisConfig& config = machine_.axes[axis];
+        unknown_mm_[axis] = away_from_switch(config) * config.expected_from_switch.value();
+    }
+}
+
+// ---- what the job does --------------------------------------------------------------------------
+
+void Estimator::on_move(const gcode::Move& move, const preflight::MoveContext& context) {
+    make_room();
+    layer_ = context.layer.index;
+    end_offset_ = move.source.end_offset;
+    const std::size_t before = planner_.size();
+    const bool fits = planner_.append({{move.to[0].value(), move.to[1].value(), move.to[2].value()},
+                                       (move.to[Axis::e] - move.from[Axis::e]).value(),
+                                       move.feedrate.value(),
+                                       accelerations_.of(move.kind)});
+    QDUINO_EXPECT(fits);
+    if (planner_.size() == before) return;  // too short: left to the next one
+    const Activity activity = context.extrudes                         ? activity_of(context.feature)
+                              : move.kind == gcode::MoveKind::filament ? Activity::retraction
+                                                                       : Activity::travel;
+    remember({activity, {}, layer_, {}, end_offset_});
+}
+
+void Estimator::on_dwell(Seconds duration) {
+    make_room();
+    const bool fits = planner_.append_dwell(duration.value());
+    QDUINO_EXPECT(fits);
+    remember({Activity::dwell, {}, layer_, {}, end_offset_});
+}
+
+void Estimator::on_limits(const gcode::LimitChange& change) {
+    motion::MotionSettings settings = planner_.settings();
+    machine::apply(change, settings, accelerations_);
+    planner_.set_settings(settings);
+}
+
+void Estimator::on_temperature(gcode::Heater heater, Celsius target, std::optional<gcode::WaitFor> wait) {
+    make_room();
+    const bool fits = planner_.append_marker(0);
+    QDUINO_EXPECT(fits);
+    remember({Activity::heating, heater, layer_, target, end_offset_});
+    if (!wait) return;
+    come_to_rest();
+    wait_for_release(Activity::heating);
+    heat_.pass(cooling_s_);
+    cooling_s_ = 0;
+    const double waited_s = heat_.wait(heater, target, *wait);
+    estimate_.total_s += waited_s;
+    estimate_.activity_s[static_cast<std::size_t>(Activity::heating)] += waited_s;
+    estimate_.heated_byte = end_offset_;
+}
+
+void Estimator::on_end(std::uint64_t) {
+    come_to_rest();
+    wait_for_release(Activity::dwell);
+}
+
+// ---- homing -------------------------------------------------------------------------------------
+
+double Estimator::from_switch_mm(Axis axis) const {
+    const AxisConfig& config = machine_.axes[axis];
+    const double place_mm = planner_.position_mm()[axis] + unknown_mm_[axis];
+    return std::max(0.0, away_from_switch(config) * (place_mm - config.home_position.value()));
+}
+
+/// `from_switch_mm`: where an approach begins.
+double Estimator::duration_of(const machine::Homing::Order& order, double from_switch_mm) {
+    if (order.phase == machine::Homing::Phase::settle) return machine::kHomingRest_s;
+    const motion::AxisVector begin = planner_.position_mm();
+    motion::AxisVector end = begin;
+    end[order.axis] += order.distance_mm;
+    const bool fits = planner_.append_to(end, order.speed_mm_s, accelerations_.travel);
+    planner_.flush();
+    motion::Segment segment;
+    const bool moves = planner_.next(segment);
+    QDUINO_EXPECT(fits && moves);
+    planner_.reset(begin);
+    const double whole_mm = std::abs(order.distance_mm);
+    return segment.shape.time_at(order.approaches() ? std::min(from_switch_mm, whole_mm) : whole_mm);
+}
+
+void Estimator::on_home(gcode::AxisSet axes) {
+    come_to_rest();
+    wait_for_release(Activity::homing);
+    machine::Homing homing{machine_};
+    double left_mm = 0;
+    for (homing.begin(axes); homing.active();) {
+        const machine::Homing::Order order = homing.order();
+        if (order.phase == machine::Homing::Phase::fast_approach) left_mm = from_switch_mm(order.axis);
+        spend(Activity::homing, duration_of(order, left_mm));
+        // It is over when loop 1 sees it, and the next order begins one release later.
+        wait_for_release(Activity::homing);
+        left_mm = order.approaches() ? 0 : std::abs(order.distance_mm);
+        if (order.phase == machine::Homing::Phase::settle) {
+            motion::AxisVector home = planner_.position_mm();
+            for (const Axis axis : gcode::kToolAxes) {
+                if (!order.switches.contains(axis)) continue;
+                home[axis] = machine_.axes[axis].home_position.value();
+                unknown_mm_[axis] = 0;
+            }
+            planner_.reset(home);
+        }
+        const bool goes_on = homing.done(true);
+        QDUINO_EXPECT(goes_on);
+        if (homing.active()) wait_for_release(Activity::homing);
+    }
+}
+
+// ---- time ---------------------------------------------------------------------------------------
+
+void Estimator::take_final() {
+    motion::Segment segment;
+    while (planner_.next(segment)) take(segment);
+}
+
+void Estimator::come_to_rest() {
+    planner_.flush();
+    take_final();
+}
+
+void Estimator::take(const motion::Segment& segment) {
+    const Purpose& purpose = purposes_[taken_++ % purposes_.size()];
+    if (segment.kind == motion::SegmentKind::marker) {
+        heat_.pass(cooling_s_);
+        cooling_s_ = 0;
+        heat_.set_target(purpose.heater, purpose.target);
+        return;
+    }
+    const double duration_s =
+        segment.kind == motion::SegmentKind::move
+            ? segment.shape.duration_s()
+            : 1e-9 * static_cast<double>(segment.end.ns_after(0) - segment.start.ns_after(0));
+    spend(purpose.activity, duration_s);
+    estimate_.profile.add(estimate_.total_s - estimate_.heating_s(), purpose.end_offset);
+    if (estimate_.layer_s.size() <= purpose.layer) estimate_.layer_s.resize(purpose.layer + 1);
+    estimate_.layer_s[purpose.layer] += static_cast<float>(duration_s);
+}
+
+void Estimator::spend(Activity activity, double duration_s) {
+    estimate_.total_s += duration_s;
+    estimate_.activity_s[static_cast<std::size_t>(activity)] += duration_s;
+    cooling_s_ += duration_s;
+}
+
+/// On to the release in which loop 1 sees that everything has been played.
+void Estimator::wait_for_release(Activity activity) {
+    constexpr double kPeriod_s = HeatForecast::kRelease_s;
+    const double seen_s = estimate_.total_s + kHandOver_s;
+    const double next_s = (std::floor(seen_s / kPeriod_s + 1e-6) + 1) * kPeriod_s;
+    spend(activity, next_s - estimate_.total_s);
+}
+
+}  // namespace qduino::printer::estimate

@@ -1,0 +1,90 @@
+// The estimate against the print: the sketch, the simulated board and the twin do the job, and
+// take as long as was said.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "printer/estimate/estimator.h"
+#include "printer/preflight/preflight.h"
+#include "tests/scenario/printer/printer_bench.h"
+
+namespace qduino::tests::estimate_test {
+namespace {
+
+constexpr double kAsked = 0.005;
+
+printer::estimate::Estimate estimate_of(std::string_view job, const printer::MachineConfig& machine) {
+    const auto estimator = std::make_unique<printer::estimate::Estimator>(machine);
+    printer::preflight::Preflight preflight{machine};
+    preflight.add_sink(*estimator);
+    preflight.feed({job.data(), job.size()});
+    EXPECT_TRUE(preflight.finish().accepted());
+    return estimator->estimate();
+}
+
+/// Prints it, and compares.
+void expect_as_estimated(const std::string& job, const printer::MachineConfig& machine = {}) {
+    const printer::estimate::Estimate estimate = estimate_of(job, machine);
+    PrinterBench bench{machine};
+    ASSERT_TRUE(bench.begin());
+    bench.job(job);
+    ASSERT_TRUE(bench.finish_job(2 * estimate.total_s + 100)) << bench.fault();
+    ASSERT_EQ(bench.status().outcome, link::JobOutcome::completed) << bench.fault();
+    EXPECT_NEAR(estimate.total_s / bench.status().print_time_s, 1, kAsked)
+        << "estimated " << estimate.total_s << " s, printed " << bench.status().print_time_s << " s";
+    EXPECT_NEAR(estimate.heating_s(), bench.status().heating_time_s, 1.5);
+}
+
+/// A round tower: walls of short segments, infill, retractions, hops.
+std::string tower(int layers) {
+    std::string job = "M83\n";
+    for (int layer = 0; layer < layers; ++layer) {
+        job += text<std::string>(";LAYER_CHANGE\nG1 Z", Fixed{0.2 + 0.2 * layer, 1},
+                                 " F300\nG1 X85 Y75 F7200\nG1 F1800\n");
+        for (int side = 1; side <= 72; ++side) {
+            const double angle = side * 2 * std::numbers::pi / 72;
+            job += text<std::string>("G1 X", Fixed{75 + 10 * std::cos(angle), 3}, " Y",
+                                     Fixed{75 + 10 * std::sin(angle), 3}, " E0.029\n");
+        }
+        job += "G1 E-0.8 F2400\nG1 X60 Y60 F7800\nG1 E0.8 F2400\nG1 F3600\n";
+        for (int line = 0; line < 20; ++line)
+            job += text<std::string>("G1 X", line / 2 % 2 == 0 ? 60 : 90, " Y", Fixed{60 + 0.7 * line, 1},
+                                     " E0.3\n");
+    }
+    return job;
+}
+
+TEST(EstimateOfAPrint, AColdStartWithBedAndHotEndIsMet) {
+    expect_as_estimated("M140 S60\nM104 S150\nG28\nM190 S60\nM109 S210\n" + tower(8) +
+                        "M104 S0\nM140 S0\nG28 X\nM84\n");
+}
+
+TEST(EstimateOfAPrint, MotionAloneIsMet) {
+    // Long beside heat and homing, so that the motion decides.
+    expect_as_estimated("M104 S200\nG28\nM109 S200\nM204 P600 T600\n" + tower(30) + "M205 X5\n" + tower(6));
+}
+
+TEST(EstimateOfAPrint, DwellsAndHomingFromAKnownPlaceAreMet) {
+    // Nothing moves before the first two dwells.
+    std::string job = "G28\nG4 S20\nG28 X Y\nG4 S20\nG1 X5 F6000\n";
+    for (int i = 0; i < 12; ++i) job += "G1 X120 Y100 Z12 F6000\nG4 S3\nG4 P0\nG28\nM400\n";
+    expect_as_estimated(job);
+}
+
+TEST(EstimateOfAPrint, TemperaturesThatChangeOnTheWayAreMet) {
+    std::string job = "G28\nM109 S190\n";
+    for (int celsius = 195; celsius <= 230; celsius += 5)
+        job += text<std::string>("M109 S", celsius, "\n") + tower(1);
+    expect_as_estimated(job + "M109 R180\n" + tower(1));
+}
+
+TEST(EstimateOfAPrint, AnotherMachinesHeatersAreMet) {
+    printer::MachineConfig machine;
+    machine.bed.model = {.power_w = 220, .heat_capacity_j_k = 1200, .loss_w_k = 1.4, .sensor_lag_s = 8};
+    machine.hot_end.model.power_w = 60;
+    machine.room = Celsius{28};
+    expect_as_estimated("M190 S80\nG28\nM109 S240\n" + tower(3), machine);
+}
+
+}  // namespace
+}  // namespace qduino::tests::estimate_test

@@ -1,0 +1,105 @@
+// What a file asks for beside its path: to measure the bed and follow it, to put axes straight.
+//
+//   G29 G80 BED_MESH_CALIBRATE   M420 S Z   BED_MESH_CLEAR   BED_MESH_PROFILE   M852   SET_SKEW
+//
+// A measured bed is known by a number here; its heights are seen on the pins alone (inspector.h).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+
+#include "twin/line_reader.h"
+#include "twin/machine.h"
+
+namespace qduino::twin {
+
+/// In force for a piece of the path.
+struct AskedCorrection {
+    bool follows_bed = false;
+    int map = 0;  ///< of the bed; 0: none
+    double fade_end_mm = 0;
+    std::array<double, 3> skew{};  ///< tangents: XY, XZ, YZ
+
+    [[nodiscard]] bool active() const { return (follows_bed && map != 0) || skew != std::array<double, 3>{}; }
+    friend bool operator==(const AskedCorrection&, const AskedCorrection&) = default;
+};
+
+class AskedBed {
+  public:
+    AskedBed() = default;
+    explicit AskedBed(const Machine& machine)
+        : now_{false, 0, machine.grid.fade_end_mm, machine.skew},
+          has_probe_(machine.probe.pin != kNotWired) {}
+
+    [[nodiscard]] const AskedCorrection& now() const { return now_; }
+    /// How often a bed has been measured: their numbers count from 1.
+    [[nodiscard]] int maps() const { return maps_; }
+    [[nodiscard]] bool probes(const CommandLine& command) const {
+        const bool code = command.letter == 'G' && (command.number == 29 || command.number == 80);
+        return has_probe_ && (code || command.word == "BED_MESH_CALIBRATE");
+    }
+    /// Z is homed: the bed is elsewhere.
+    void lose_place() { now_.follows_bed = false; }
+    /// The bed has been measured once more; its number.
+    int measured() {
+        now_.map = ++maps_;
+        now_.follows_bed = true;
+        return now_.map;
+    }
+
+    /// Whatever `command` says of it. `unit_mm`: of its lengths.
+    void run(const CommandLine& command, double unit_mm) {
+        if (command.letter == 'M' && command.number == 420) {
+            if (command.has('S')) now_.follows_bed = command.value('S') != 0;
+            if (command.has('Z')) now_.fade_end_mm = command.value('Z') * unit_mm;
+        } else if (command.letter == 'M' && command.number == 852) {
+            constexpr std::array<char, 4> kLetters{'S', 'I', 'J', 'K'};
+            for (std::size_t i = 0; i < kLetters.size(); ++i)
+                if (command.has(kLetters[i])) now_.skew[i == 0 ? 0 : i - 1] = command.value(kLetters[i]);
+        } else if (command.word == "BED_MESH_CLEAR") {
+            now_.follows_bed = false;
+            now_.map = 0;
+        } else if (command.word == "BED_MESH_PROFILE") {
+            profile(command);
+        } else if (command.word == "SET_SKEW") {
+            skew(command);
+        }
+    }
+
+  private:
+    void profile(const CommandLine& command) {
+        if (const auto name = command.word_value("SAVE")) profiles_[std::string{*name}] = now_.map;
+        if (const auto name = command.word_value("REMOVE")) profiles_.erase(std::string{*name});
+        const auto name = command.word_value("LOAD");
+        if (!name) return;
+        now_.map = profiles_[std::string{*name}];
+        now_.follows_bed = true;
+    }
+    /// A printed parallelogram ABCD: AC² + BD² = 2 (AB² + AD²), AC² − BD² = 4 AB·AD·cos A.
+    void skew(const CommandLine& command) {
+        if (command.word_number("CLEAR").value_or(0) != 0) now_.skew = {};
+        constexpr std::array<const char*, 3> kKeys{"XY", "XZ", "YZ"};
+        for (std::size_t i = 0; i < kKeys.size(); ++i) {
+            const auto lengths = command.word_value(kKeys[i]);
+            if (!lengths) continue;
+            std::istringstream words{std::string{*lengths}};
+            double ac = 0, bd = 0, ad = 0;
+            char comma = 0;
+            words >> ac >> comma >> bd >> comma >> ad;
+            const double ab = std::sqrt((ac * ac + bd * bd) / 2 - ad * ad);
+            const double cosine = (ac * ac - bd * bd) / (4 * ab * ad);
+            now_.skew[i] = std::tan(std::asin(cosine));
+        }
+    }
+
+    AskedCorrection now_{};
+    bool has_probe_ = false;
+    int maps_ = 0;
+    std::map<std::string, int> profiles_;
+};
+
+}  // namespace qduino::twin
