@@ -3,7 +3,21 @@
 //
 // The standard headers that declare a word of the language (round is one) come first. Headers that
 // a sketch includes after this file see the macros of core/macros.h.
+//
+// A .c file gets C's half of the language (core/c_language.h).
 #pragma once
+
+// A build says these on the command line, for a library asks for them before it includes anything.
+// Here they are for code that is compiled by hand.
+#ifndef ARDUINO
+#define ARDUINO 10819
+#define ARDUINO_QDUINO 1
+#define ARDUINO_ARCH_QDUINO 1
+#endif
+
+#ifndef __cplusplus
+#include "arduino/core/c_language.h"
+#else
 
 #include <chrono>
 #include <cmath>
@@ -20,10 +34,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ARDUINO 10819
-#define ARDUINO_QDUINO
-#define ARDUINO_ARCH_QDUINO
-
 #include "arduino/HardwareSerial.h"
 #include "arduino/Print.h"
 #include "arduino/Printable.h"
@@ -34,8 +44,11 @@
 #include "arduino/core/constants.h"
 #include "arduino/core/digital_io.h"
 #include "arduino/core/interrupts.h"
+#include "arduino/core/libc_of_avr.h"
 #include "arduino/core/numbers.h"
+#include "arduino/core/port_registers.h"
 #include "arduino/core/program_memory.h"
+#include "arduino/core/status_register.h"
 #include "arduino/core/timing.h"
 
 using namespace std::chrono_literals;  // 10us, 5ms: literals only
@@ -47,3 +60,5 @@ void serialEvent();
 
 // Last: it defines the macros of the language.
 #include "arduino/QduinoMC.h"
+
+#endif

@@ -13,13 +13,28 @@ enum EthernetHardwareStatus { EthernetNoHardware, EthernetW5100, EthernetW5200, 
 
 class EthernetClass {
   public:
-    /// 1 when the computer has an address.
-    int begin(const std::uint8_t* /*mac*/) { return linkStatus() == LinkON ? 1 : 0; }
+    /// 1 when the computer has an address. The times are those of a request for one.
+    int begin(const std::uint8_t* /*mac*/, unsigned long /*timeout_ms*/ = 60000,
+              unsigned long /*answer_ms*/ = 4000) {
+        return linkStatus() == LinkON ? 1 : 0;
+    }
     template <typename... Addresses>
     void begin(const std::uint8_t* /*mac*/, IPAddress, Addresses...) {}
     void init(std::uint8_t /*select_pin*/) {}
     int maintain() { return 0; }
     [[nodiscard]] IPAddress localIP() const { return networkLocalIP(); }
+    [[nodiscard]] IPAddress subnetMask() const { return networkSubnetMask(); }
+    [[nodiscard]] IPAddress gatewayIP() const { return networkGatewayIP(); }
+    [[nodiscard]] IPAddress dnsServerIP() const { return networkNameServerIP(); }
+    /// Fills `address`, 6 bytes.
+    void MACAddress(std::uint8_t* address) const { networkHardwareAddress(address); }
+    void setMACAddress(const std::uint8_t*) {}
+    void setLocalIP(IPAddress) {}
+    void setSubnetMask(IPAddress) {}
+    void setGatewayIP(IPAddress) {}
+    void setDnsServerIP(IPAddress) {}
+    void setRetransmissionTimeout(std::uint16_t) {}
+    void setRetransmissionCount(std::uint8_t) {}
     [[nodiscard]] EthernetLinkStatus linkStatus() const {
         return localIP() == IPAddress() ? LinkOFF : LinkON;
     }

@@ -25,6 +25,20 @@ inline constexpr std::uint16_t SERIAL_5E2 = 0x512, SERIAL_6E2 = 0x612, SERIAL_7E
 inline constexpr std::uint16_t SERIAL_5O1 = 0x521, SERIAL_6O1 = 0x621, SERIAL_7O1 = 0x721, SERIAL_8O1 = 0x821;
 inline constexpr std::uint16_t SERIAL_5O2 = 0x522, SERIAL_6O2 = 0x622, SERIAL_7O2 = 0x722, SERIAL_8O2 = 0x822;
 
+// Which ports there are, for libraries that ask (the Mega's answers).
+#define HAVE_HWSERIAL0
+#define HAVE_HWSERIAL1
+#define HAVE_HWSERIAL2
+#define HAVE_HWSERIAL3
+#define SERIAL_PORT_MONITOR Serial
+#define SERIAL_PORT_HARDWARE Serial
+#define SERIAL_PORT_HARDWARE1 Serial1
+#define SERIAL_PORT_HARDWARE2 Serial2
+#define SERIAL_PORT_HARDWARE3 Serial3
+#define SERIAL_PORT_HARDWARE_OPEN Serial1
+#define SERIAL_PORT_HARDWARE_OPEN1 Serial2
+#define SERIAL_PORT_HARDWARE_OPEN2 Serial3
+
 class HardwareSerial : public Stream {
   public:
     /// Serial `number`; 0 is the console.
@@ -37,8 +51,9 @@ class HardwareSerial : public Stream {
     void begin(unsigned long baud, std::uint16_t config = SERIAL_8N1);
     void begin(unsigned long baud, std::uint16_t config, qduino::arduino::SerialPort& port);
     void end();
-    /// True once begun. A sketch's `while (!Serial)` ends at once.
-    explicit operator bool() const { return port_ != nullptr; }
+    /// True from the start for the console, for another port once it is open: a sketch's
+    /// `while (!Serial)` ends at once, also in front of begin().
+    explicit operator bool() const { return number_ == 0 || port_ != nullptr; }
 
     int available() override;
     int read() override;

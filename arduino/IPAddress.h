@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "arduino/Print.h"
 #include "arduino/Printable.h"
@@ -15,6 +16,12 @@ class IPAddress : public Printable {
     /// The bytes as they lie in memory: network order.
     IPAddress(std::uint32_t address);  // NOLINT: implicit, as the language has it
     explicit IPAddress(const std::uint8_t* bytes) : bytes_{bytes[0], bytes[1], bytes[2], bytes[3]} {}
+
+    /// Four bytes. (A template, so that `ip = {}` means one thing alone.)
+    template <typename Bytes>
+    requires std::is_convertible_v<Bytes, const std::uint8_t*> IPAddress& operator=(const Bytes& bytes) {
+        return *this = IPAddress(static_cast<const std::uint8_t*>(bytes));
+    }
 
     operator std::uint32_t() const;  // NOLINT
     std::uint8_t operator[](int index) const { return bytes_[static_cast<std::size_t>(index & 3)]; }

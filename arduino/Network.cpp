@@ -3,14 +3,15 @@
 #include <algorithm>
 
 #include "arduino/core/diagnostics.h"
-#include "arduino/host/socket.h"
+#include "arduino/core/interface.h"
+#include "arduino/core/socket.h"
 #include "board/board.h"
 
 using qduino::Result;
+using qduino::arduino::Endpoint;
 using qduino::arduino::report_error;
-using qduino::arduino::host::Endpoint;
-using qduino::arduino::host::Socket;
-namespace host = qduino::arduino::host;
+using qduino::arduino::Socket;
+namespace network = qduino::arduino;
 
 namespace {
 
@@ -26,6 +27,9 @@ Count moved(Count bytes) {
     return bytes;
 }
 
+/// The system was asked, and nothing moved. That takes the host as long as many steps of a sketch.
+void asked() { qduino::board::current().device_work(qduino::board::DeviceClass::nic, 0); }
+
 /// The socket; null, and reported, when it could not be made.
 std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shared_ptr<Socket>> made) {
     if (made.ok()) return std::move(*made);
@@ -38,13 +42,13 @@ std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shar
 // ---- NetClient ----------------------------------------------------------------------------------
 
 int NetClient::connect(IPAddress address, std::uint16_t port) {
-    auto made = Socket::connect({address, port}, connect_timeout_ms_);
+    auto made = network::connect_socket({address, port}, connect_timeout_ms_);
     socket_ = made.ok() ? made.value() : nullptr;
     return made.ok() ? 1 : 0;
 }
 
 int NetClient::connect(const char* host_name, std::uint16_t port) {
-    const auto address = host::resolve(host_name);
+    const auto address = network::resolve(host_name);
     return address ? connect(IPAddress(*address), port) : 0;
 }
 
@@ -54,7 +58,15 @@ std::size_t NetClient::write(const std::uint8_t* buffer, std::size_t size) {
     return sent;
 }
 
-int NetClient::available() { return socket_ ? socket_->available() : 0; }
+void NetClient::stop() {
+    if (socket_) socket_->close();
+    socket_.reset();
+}
+
+int NetClient::available() {
+    asked();
+    return socket_ ? socket_->available() : 0;
+}
 
 int NetClient::read() {
     std::uint8_t value;
@@ -69,6 +81,7 @@ int NetClient::peek() {
 }
 
 std::uint8_t NetClient::connected() {
+    asked();
     std::uint8_t value;
     return socket_ && socket_->receive({&value, 1}, true) >= 0 ? 1 : 0;
 }
@@ -79,11 +92,12 @@ std::uint16_t NetClient::localPort() const { return socket_ ? socket_->local().p
 
 // ---- NetServer ----------------------------------------------------------------------------------
 
-void NetServer::begin() { listener_ = or_reported("server.begin", port_, Socket::listen(port_)); }
+void NetServer::begin() { listener_ = or_reported("server.begin", port_, network::listen_socket(port_)); }
 
 std::uint16_t NetServer::port() const { return listener_ ? listener_->local().port : port_; }
 
 void NetServer::take_new() {
+    asked();
     std::erase_if(clients_, [](NetClient& client) { return !client.connected(); });
     while (listener_ && clients_.size() < kClientsMax) {
         auto socket = listener_->accept();
@@ -101,6 +115,7 @@ NetClient NetServer::available() {
 }
 
 NetClient NetServer::accept() {
+    asked();
     auto socket = listener_ ? listener_->accept() : nullptr;
     return socket ? NetClient(std::move(socket)) : NetClient();
 }
@@ -115,13 +130,13 @@ std::size_t NetServer::write(const std::uint8_t* buffer, std::size_t size) {
 // ---- NetUDP -------------------------------------------------------------------------------------
 
 std::uint8_t NetUDP::begin(std::uint16_t port) {
-    socket_ = or_reported("udp.begin", port, Socket::bind_udp(port, std::nullopt));
+    socket_ = or_reported("udp.begin", port, network::udp_socket(port, std::nullopt));
     return socket_ ? 1 : 0;
 }
 
 std::uint8_t NetUDP::beginMulticast(IPAddress group, std::uint16_t port) {
     socket_ =
-        or_reported("udp.beginMulticast", port, Socket::bind_udp(port, static_cast<std::uint32_t>(group)));
+        or_reported("udp.beginMulticast", port, network::udp_socket(port, static_cast<std::uint32_t>(group)));
     return socket_ ? 1 : 0;
 }
 
@@ -137,7 +152,7 @@ int NetUDP::beginPacket(IPAddress address, std::uint16_t port) {
     return socket_ ? 1 : 0;
 }
 int NetUDP::beginPacket(const char* host_name, std::uint16_t port) {
-    const auto address = host::resolve(host_name);
+    const auto address = network::resolve(host_name);
     return address ? beginPacket(IPAddress(*address), port) : 0;
 }
 
@@ -156,6 +171,7 @@ int NetUDP::endPacket() {
 
 int NetUDP::parsePacket() {
     in_size_ = in_read_ = 0;
+    asked();
     if (!socket_) return 0;
     Endpoint from;
     const auto size = socket_->receive_from(in_, from);
@@ -175,7 +191,20 @@ int NetUDP::read(unsigned char* buffer, std::size_t size) {
 
 std::uint16_t NetUDP::localPort() const { return socket_ ? socket_->local().port : 0; }
 
-IPAddress networkLocalIP() {
-    const auto address = host::first_local_address();
-    return address ? IPAddress(*address) : IPAddress();
+IPAddress networkLocalIP() { return IPAddress(network::first_interface().address); }
+IPAddress networkSubnetMask() { return IPAddress(network::first_interface().mask); }
+IPAddress networkGatewayIP() { return IPAddress(network::first_interface().gateway); }
+IPAddress networkNameServerIP() { return IPAddress(network::first_interface().name_server); }
+
+void networkHardwareAddress(std::uint8_t* address) {
+    const network::Interface interface = network::first_interface();
+    std::ranges::copy(interface.hardware_address, address);
+}
+
+std::int32_t networkSignal() { return network::first_interface().signal_dbm.value_or(0); }
+
+int networkHostByName(const char* host_name, IPAddress& address) {
+    const auto found = network::resolve(host_name);
+    if (found) address = IPAddress(*found);
+    return found ? 1 : 0;
 }

@@ -1,5 +1,6 @@
-// The network, over the host's sockets: TCP clients and servers, UDP. Ethernet.h and WiFi.h give
-// them those libraries' names.
+// The network, over the sockets of the host, or of the board where there is no system below it
+// (docs/metal.md): TCP clients and servers, UDP. Ethernet.h and WiFi.h give them those libraries'
+// names.
 //
 // The host brings the network up, not the sketch. Calls that may wait (connecting, resolving a
 // name, sending to a full socket) wait in the kernel: use them in setup() or in a loop without a
@@ -15,7 +16,7 @@
 #include "arduino/Server.h"
 #include "arduino/Udp.h"
 
-namespace qduino::arduino::host {
+namespace qduino::arduino {
 class Socket;
 }
 
@@ -23,7 +24,7 @@ class Socket;
 class NetClient : public Client {
   public:
     NetClient() = default;
-    explicit NetClient(std::shared_ptr<qduino::arduino::host::Socket> socket) : socket_(std::move(socket)) {}
+    explicit NetClient(std::shared_ptr<qduino::arduino::Socket> socket) : socket_(std::move(socket)) {}
 
     int connect(IPAddress address, std::uint16_t port) override;
     int connect(const char* host, std::uint16_t port) override;
@@ -37,17 +38,20 @@ class NetClient : public Client {
     int read() override;
     int read(std::uint8_t* buffer, std::size_t size) override;
     int peek() override;
-    void stop() override { socket_.reset(); }
+    /// Closes the connection, for its copies as well.
+    void stop() override;
     std::uint8_t connected() override;
     explicit operator bool() override { return socket_ != nullptr; }
     bool operator==(const NetClient& other) const { return socket_ == other.socket_; }
+    /// A state of TCP as the WiFi library numbers them: 4, established, or 0, closed.
+    std::uint8_t status() { return connected() ? 4 : 0; }
 
     [[nodiscard]] IPAddress remoteIP() const;
     [[nodiscard]] std::uint16_t remotePort() const;
     [[nodiscard]] std::uint16_t localPort() const;
 
   private:
-    std::shared_ptr<qduino::arduino::host::Socket> socket_;
+    std::shared_ptr<qduino::arduino::Socket> socket_;
     std::uint16_t connect_timeout_ms_ = 5000;
 };
 
@@ -67,15 +71,20 @@ class NetServer : public Server {
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;
     explicit operator bool() const { return listener_ != nullptr; }
+    /// 1, it listens, or 0.
+    [[nodiscard]] std::uint8_t status() const { return listener_ ? 1 : 0; }
     [[nodiscard]] std::uint16_t port() const;
 
   private:
     void take_new();
 
     std::uint16_t port_;
-    std::shared_ptr<qduino::arduino::host::Socket> listener_;
+    std::shared_ptr<qduino::arduino::Socket> listener_;
     std::vector<NetClient> clients_;
 };
+
+// A buffer that holds what most sketches send (the Ethernet library's number).
+#define UDP_TX_PACKET_MAX_SIZE 24
 
 class NetUDP : public UDP {
   public:
@@ -105,7 +114,7 @@ class NetUDP : public UDP {
     [[nodiscard]] std::uint16_t localPort() const;
 
   private:
-    std::shared_ptr<qduino::arduino::host::Socket> socket_;
+    std::shared_ptr<qduino::arduino::Socket> socket_;
     IPAddress remote_address_;
     std::uint16_t remote_port_ = 0;
     IPAddress to_address_;
@@ -117,5 +126,15 @@ class NetUDP : public UDP {
     std::size_t out_size_ = 0;
 };
 
-/// The first IPv4 address of this computer that is not the loopback; 0.0.0.0 when there is none.
+/// The first IPv4 address of this computer that is not the loopback; 0.0.0.0 when there is none. Of
+/// that interface are the others: each is zero when it has none.
 IPAddress networkLocalIP();
+IPAddress networkSubnetMask();
+IPAddress networkGatewayIP();
+IPAddress networkNameServerIP();
+/// Fills 6 bytes.
+void networkHardwareAddress(std::uint8_t* address);
+/// The radio's signal in dBm; 0: no radio.
+std::int32_t networkSignal();
+/// 1 and the address of `host`; 0 when nobody knows it. Waits for the resolver.
+int networkHostByName(const char* host, IPAddress& address);

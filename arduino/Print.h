@@ -51,6 +51,10 @@ class Print {
         }
     }
     std::size_t print(double value, int decimals = 2);
+    /// A byte that is an object: PORTB, EEPROM[3].
+    template <typename T>
+    requires requires(const T& value) { value.operator std::uint8_t(); }
+    std::size_t print(const T& value, int base = DEC) { return print(value.operator std::uint8_t(), base); }
 
     std::size_t println() { return write("\r\n", 2); }
     template <typename T, typename... Format>

@@ -12,11 +12,28 @@
 #include "arduino/core/lock.h"
 #include "board/types.h"
 
+// Libraries ask for these before they use beginTransaction() or notUsingInterrupt(): without them
+// they take the way of 2013, on which nothing keeps a transaction whole.
+#define SPI_HAS_TRANSACTION 1
+#define SPI_HAS_NOTUSINGINTERRUPT 1
+#define SPI_ATOMIC_VERSION 1
+
 inline constexpr std::uint8_t SPI_MODE0 = 0, SPI_MODE1 = 1, SPI_MODE2 = 2, SPI_MODE3 = 3;
+#define SPI_MODE0 SPI_MODE0
+#define SPI_MODE1 SPI_MODE1
+#define SPI_MODE2 SPI_MODE2
+#define SPI_MODE3 SPI_MODE3
 // Divisors of the Uno's 16 MHz, for setClockDivider().
 inline constexpr std::uint8_t SPI_CLOCK_DIV2 = 2, SPI_CLOCK_DIV4 = 4, SPI_CLOCK_DIV8 = 8,
                               SPI_CLOCK_DIV16 = 16, SPI_CLOCK_DIV32 = 32, SPI_CLOCK_DIV64 = 64,
                               SPI_CLOCK_DIV128 = 128;
+#define SPI_CLOCK_DIV2 SPI_CLOCK_DIV2
+#define SPI_CLOCK_DIV4 SPI_CLOCK_DIV4
+#define SPI_CLOCK_DIV8 SPI_CLOCK_DIV8
+#define SPI_CLOCK_DIV16 SPI_CLOCK_DIV16
+#define SPI_CLOCK_DIV32 SPI_CLOCK_DIV32
+#define SPI_CLOCK_DIV64 SPI_CLOCK_DIV64
+#define SPI_CLOCK_DIV128 SPI_CLOCK_DIV128
 
 class SPISettings {
   public:

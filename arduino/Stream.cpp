@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string_view>
 
+#include "arduino/core/timing.h"
 #include "board/board.h"
 
 namespace board = qduino::board;
@@ -22,7 +23,7 @@ int await_byte(unsigned long timeout_ms, Look look) {
         if (value >= 0) return value;
         const qduino::Instant now = board::current().now();
         if (now - start >= timeout || board::current().stop_requested()) return -1;
-        board::current().sleep_until(now + kLookStep);
+        qduino::arduino::wait_until(now + kLookStep);
     }
 }
 

@@ -11,11 +11,14 @@
 #include <string>
 #include <type_traits>
 
+#include "arduino/core/program_memory.h"
+
 /// Text in flash on an AVR. Here it is ordinary memory, but a type of its own, so that the
 /// overloads of libraries resolve.
 class __FlashStringHelper;
-#define PSTR(text) (text)
+#ifndef F
 #define F(text) (reinterpret_cast<const __FlashStringHelper*>(PSTR(text)))
+#endif
 
 class String {
     template <typename T>

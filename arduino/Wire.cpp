@@ -85,7 +85,7 @@ std::size_t TwoWire::requestFrom(int address, std::size_t quantity, bool) {
     const std::size_t out_size = transaction.kept ? transaction.out_size : 0;
     transaction.kept = false;
     transaction.address = wanted;
-    transfer(transaction, out_size, std::min(quantity, BUFFER_LENGTH));
+    transfer(transaction, out_size, std::min<std::size_t>(quantity, BUFFER_LENGTH));
     return transaction.in_size;
 }
 

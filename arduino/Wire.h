@@ -19,7 +19,10 @@
 #include "arduino/core/lock.h"
 #include "board/types.h"
 
-inline constexpr std::size_t BUFFER_LENGTH = 256;  // 32 on the AVR
+#define BUFFER_LENGTH 256  // 32 on the AVR; libraries compare it in #if
+#define I2C_BUFFER_LENGTH BUFFER_LENGTH
+#define WIRE_HAS_END 1
+#define WIRE_HAS_TIMEOUT 1
 
 class TwoWire : public Stream {
   public:

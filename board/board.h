@@ -138,8 +138,8 @@ class Board {
     // Told by the runtime, which knows of releases: for traces, and for a supervisor.
     /// The calling loop begins the release that was due at `nominal`.
     virtual void note_release(Instant nominal) { static_cast<void>(nominal); }
-    /// The calling loop's release ended after its next was due.
-    virtual void note_overrun() {}
+    /// The calling loop's release ended `lateness` after its next was due.
+    virtual void note_overrun([[maybe_unused]] Nanoseconds lateness) {}
     /// The calling loop's body returned without having waited for its next period, and is called
     /// again.
     virtual void note_body_end() {}

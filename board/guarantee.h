@@ -26,6 +26,13 @@ struct LoopGuarantee : sched::Vcpu {
     std::uint32_t held = 0;     ///< how often it was stopped for having taken more
     FixedString<160> escape{};  ///< what it did; empty: it kept to its budget
 
+    // Of its periods since the loops began. The runtime knows them, the board does not: < 0.
+    std::int64_t releases = -1;
+    std::int64_t overruns = 0;  ///< releases that ended after the next was due
+    std::int64_t dropped = 0;   ///< releases that were never run
+    std::int64_t missed = 0;    ///< whole periods that the release in hand has missed so far
+    Nanoseconds worst_late{};   ///< worst end after the next was due
+
     // Of an I/O VCPU: kernel threads that do bottom halves on its budget, and at its rank.
     std::uint32_t kernel_threads = 0;
     Nanoseconds kernel_used{-1};    ///< CPU time charged to its budget; < 0: nobody keeps them
@@ -46,6 +53,24 @@ struct BottomHalfGuarantee {
     // What admission promises (sched::IoResponse); the board does not know it: < 0.
     Nanoseconds response{-1};       ///< to the end, of one that finds budget …
     Nanoseconds replenishment{-1};  ///< … and for how long one may wait for budget before
+};
+
+/// The worst that came to a loop, and what else took its core at that time; at the end of a run.
+struct DelayGuarantee {
+    VcpuId id = kNoVcpu;
+    int core = 0;
+    bool owns_core = false;
+    /// Of a loop that owns its core: how long after its end a spin ended. Of any other: how long
+    /// after its next was due a release ended.
+    Nanoseconds worst{};
+    /// When, since the loops began; the time that ended then, and what the kernel counted in it.
+    Nanoseconds at{};
+    Nanoseconds window{};
+    // Each < 0 where the kernel does not tell:
+    Nanoseconds host{-1};          ///< the hypervisor took the core; in steps of 10 ms
+    Nanoseconds tasks{-1};         ///< the loop was ready, and another task ran on the core
+    std::int64_t interrupts = -1;  ///< came to the core
+    FixedString<40> most{};        ///< most of them were these
 };
 
 /// One line per core in use.
@@ -85,6 +110,7 @@ struct GuaranteeReport {
     FixedVector<BottomHalfGuarantee, kVcpuLimit> bottom_halves;
     FixedVector<CoreGuarantee, 64> cores;
     FixedVector<TreeGuarantee, 16> trees;
+    FixedVector<DelayGuarantee, kVcpuLimit> delays;
 };
 
 }  // namespace qduino::board

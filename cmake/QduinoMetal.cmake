@@ -3,6 +3,7 @@
 # musl-dev).
 #
 #   qduino_metal_library(NAME sources…)     as qduino_library(), for images
+#   qduino_metal_image(NAME)                an executable is an image: what else it is linked with
 #   QDUINO_METAL                            they can be built here; QDUINO_NO_METAL says why not
 
 set(QDUINO_MUSL_LIBRARY /usr/lib/x86_64-linux-musl/libc.a)
@@ -19,13 +20,26 @@ endif()
 
 # -fno-pic: the image is where it is linked for. -D…EXTERN_TEMPLATE=0: std::string is compiled with
 # us, not taken from a library that throws. The system has no thread to guard a static's first use.
-set(QDUINO_METAL_FLAGS -ffreestanding -fno-exceptions -fno-rtti -fno-pic -fno-pie -mno-red-zone -mcmodel=small
-    -fno-stack-protector -fcf-protection=none -fno-asynchronous-unwind-tables -fno-threadsafe-statics
+set(QDUINO_METAL_FLAGS -ffreestanding -fno-exceptions -fno-pic -fno-pie -mno-red-zone -mcmodel=small
+    -fno-stack-protector -fcf-protection=none -fno-asynchronous-unwind-tables
     -D_GLIBCXX_EXTERN_TEMPLATE=0 -U_FORTIFY_SOURCE)
+set(QDUINO_METAL_CXX_FLAGS -fno-rtti -fno-threadsafe-statics)
+
+set(QDUINO_METAL_LINK_FLAGS -static -nostdlib -no-pie -Wl,--build-id=none -Wl,-z,max-page-size=4096 -Wl,--no-warn-rwx-segments)
+set(QDUINO_METAL_SCRIPT ${CMAKE_SOURCE_DIR}/board/metal/boot/image.ld)
 
 function(qduino_metal_library name)
   add_library(${name} STATIC ${ARGN})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
-  target_compile_options(${name} PRIVATE ${QDUINO_METAL_FLAGS} $<$<COMPILE_LANGUAGE:CXX>:${QDUINO_WARNINGS}>)
+  target_compile_options(${name} PRIVATE ${QDUINO_METAL_FLAGS}
+                         $<$<COMPILE_LANGUAGE:CXX>:${QDUINO_METAL_CXX_FLAGS};${QDUINO_WARNINGS}>)
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF ARCHIVE_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/metal)
+endfunction()
+
+function(qduino_metal_image name)
+  target_compile_options(${name} PRIVATE ${QDUINO_METAL_FLAGS} ${QDUINO_METAL_CXX_FLAGS} ${QDUINO_WARNINGS})
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF LINK_DEPENDS ${QDUINO_METAL_SCRIPT})
+  target_link_options(${name} PRIVATE ${QDUINO_METAL_LINK_FLAGS} -Wl,-T,${QDUINO_METAL_SCRIPT})
+  target_link_libraries(${name} PRIVATE -Wl,--start-group qduino_metal_program qduino_board_metal -lstdc++ ${QDUINO_MUSL_LIBRARY} -lgcc
+                                        -Wl,--end-group)
 endfunction()

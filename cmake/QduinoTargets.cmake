@@ -54,6 +54,12 @@ function(qduino_compile_together name)
   endif()
 endfunction()
 
+# Under the fuzzer's sanitizers most code runs for milliseconds: to optimise it would take as long
+# again as to compile it. In these, tests and fuzzers compute for seconds.
+set(QDUINO_COMPUTES
+    qduino_base qduino_sched qduino_board_sim qduino_runtime qduino_twin qduino_printer_gcode qduino_printer_motion
+    qduino_printer_machine qduino_printer_step qduino_printer_heat qduino_printer_estimate)
+
 # qduino_library(NAME sources… LINK other libraries…): a folder of the house. Header-only when it
 # has no sources.
 function(qduino_library name)
@@ -62,6 +68,9 @@ function(qduino_library name)
     add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
     target_link_libraries(${name} PUBLIC qduino_options ${arg_LINK})
     qduino_compile_together(${name})
+    if(QDUINO_FUZZ AND NOT name IN_LIST QDUINO_COMPUTES)
+      target_compile_options(${name} PRIVATE -O0)
+    endif()
   else()
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE qduino_options ${arg_LINK})

@@ -22,13 +22,13 @@
 
 namespace qduino::printer {
 
-/// The numbers of one heater. Defaults: the reference machine's hot end.
+/// The numbers of one heater. Defaults: the reference machine's hot end, as M306 T finds them.
 struct HeaterModel {
     double power_w = 40;             ///< at full duty
-    double heat_capacity_j_k = 21;   ///< of the block
-    double loss_w_k = 0.095;         ///< to the room, part fan off
-    double fan_loss_w_k = 0.02;      ///< on top of that, part fan at full duty
-    double sensor_lag_s = 2.4;       ///< time constant
+    double heat_capacity_j_k = 22;   ///< of the block
+    double loss_w_k = 0.09;          ///< to the room, part fan off
+    double fan_loss_w_k = 0.0225;    ///< on top of that, part fan at full duty
+    double sensor_lag_s = 2.47;      ///< time constant
     double filament_j_mm3_k = 2e-3;  ///< heat that a mm³ of filament takes, for each kelvin
 };
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"
@@ -139,6 +140,18 @@ struct MeshConfig {
     friend bool operator==(const MeshConfig&, const MeshConfig&) = default;
 };
 
+/// A bed that was measured, by its name: a profile. M500 keeps it beyond the run.
+struct KeptBed {
+    FixedString<32> name{};
+    std::array<Millimetres, 2> minimum{}, maximum{};  ///< of the grid, as MeshConfig's
+    std::array<std::size_t, 2> points{2, 2};
+    std::array<std::array<double, kMeshPointsMax>, kMeshPointsMax> heights{};  ///< [row][column]
+};
+inline constexpr std::size_t kBedProfilesMax = 4;
+using KeptBeds = FixedVector<KeptBed, kBedProfilesMax>;
+/// The profile that a bed without a name is kept as, and that is there again at the next start.
+inline constexpr std::string_view kDefaultBed = "default";
+
 /// What axes are off square: tangents of the angles that lack to 90° (printer/motion/correction.h).
 struct SkewConfig {
     double xy = 0, xz = 0, yz = 0;
@@ -150,6 +163,12 @@ inline constexpr double kSkewMax = 0.2;
 /// How a heater's duty is decided (printer/heat).
 enum class HeaterControl : std::uint8_t { model, pid };
 inline constexpr Words<HeaterControl::model, HeaterControl::pid> kHeaterControlNames{"model", "pid"};
+
+/// What tuning finds, and what may change while the printer runs: M301, M304, M306.
+struct HeaterSettings {
+    double kp = 0, ki = 0, kd = 0;
+    HeaterModel model{};
+};
 
 /// Differences of temperatures are plain numbers, in kelvin.
 struct HeaterConfig {
@@ -169,15 +188,16 @@ struct HeaterConfig {
     HeaterControl control = HeaterControl::model;
     HeaterModel model{};
     device::SensorSpec sensor{};
+    /// What the machine file says where kept numbers (M500) went before it.
+    std::optional<HeaterSettings> factory{};
 };
 
-/// What tuning finds, and what may change while the printer runs: M301, M304, M306.
-struct HeaterSettings {
-    double kp = 0, ki = 0, kd = 0;
-    HeaterModel model{};
-};
 constexpr HeaterSettings settings_of(const HeaterConfig& heater) {
     return {heater.kp, heater.ki, heater.kd, heater.model};
+}
+/// What the machine file says, whatever is in force (M502).
+constexpr HeaterSettings factory_settings_of(const HeaterConfig& heater) {
+    return heater.factory.value_or(settings_of(heater));
 }
 constexpr void apply(const HeaterSettings& settings, HeaterConfig& heater) {
     heater.kp = settings.kp;
@@ -275,15 +295,16 @@ struct MachineConfig {
                      .verify_gain_time = Seconds{60},
                      .verify_error_celsius_s = 300,
                      .model = {.power_w = 100,
-                               .heat_capacity_j_k = 390,
-                               .loss_w_k = 0.95,
-                               .fan_loss_w_k = 0.03,
-                               .sensor_lag_s = 6.5,
+                               .heat_capacity_j_k = 400,
+                               .loss_w_k = 0.896,
+                               .fan_loss_w_k = 0,
+                               .sensor_lag_s = 5.76,
                                .filament_j_mm3_k = 0}};
     Celsius room{20};  ///< where cold heaters start
     bool has_bed = true;
     ProbeConfig probe;
     MeshConfig mesh;
+    KeptBeds beds{};  ///< that the printer knows at its start
     SkewConfig skew;
     std::uint16_t fan_pin = 19;
     std::uint8_t adc_address = 0x48;  ///< ADS7828

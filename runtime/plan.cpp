@@ -226,25 +226,37 @@ void Plan::count_lowered(sched::CoreLoad& load, Instant now) const {
     }
 }
 
+namespace {
+
+/// The load of the core that the loop `id` is on, with what `change` does to that loop.
+template <typename Change>
+sched::CoreLoad load_with(const sched::MulticoreAdmission& admission, board::VcpuId id, Change change) {
+    sched::CoreLoad load = *std::ranges::find(admission.loads, admission.core_of(id), &sched::CoreLoad::core);
+    change(*std::ranges::find(load.mains, id, &sched::Vcpu::id));
+    return load;
+}
+
+}  // namespace
+
 sched::LoopResponse Plan::response_with_sleep(board::VcpuId id, Nanoseconds sleep) const {
-    sched::CoreLoad load =
-        *std::ranges::find(admission_->loads, admission_->core_of(id), &sched::CoreLoad::core);
-    sched::Vcpu& loop = *std::ranges::find(load.mains, id, &sched::Vcpu::id);
-    loop.suspension = sleep;
-    loop.deferrable = true;
+    const sched::CoreLoad load = load_with(*admission_, id, [sleep](sched::Vcpu& loop) {
+        loop.suspension = sleep;
+        loop.deferrable = true;
+    });
     const sched::Admission judged = sched::admit_without_remedy(load);
     return *std::ranges::find(judged.loops, id, &sched::LoopResponse::id);
 }
 
 Nanoseconds Plan::room_for_sleep(board::VcpuId id) const {
-    sched::CoreLoad load =
-        *std::ranges::find(admission_->loads, admission_->core_of(id), &sched::CoreLoad::core);
-    sched::Vcpu& loop = *std::ranges::find(load.mains, id, &sched::Vcpu::id);
-    if (!loop.deferrable) return Nanoseconds{0};
+    bool deferrable = false;
+    Nanoseconds declared{};
     // The others have counted with it. A nanosecond stands for the sleep to come.
-    loop.sleeps = loop.times_asleep() + 1;
-    loop.suspension += Nanoseconds{1};
-    const Nanoseconds declared = loop.suspension;
+    const sched::CoreLoad load = load_with(*admission_, id, [&](sched::Vcpu& loop) {
+        deferrable = loop.deferrable;
+        loop.sleeps = loop.times_asleep() + 1;
+        declared = loop.suspension += Nanoseconds{1};
+    });
+    if (!deferrable) return Nanoseconds{0};
     const sched::CompletionTime analysis{load};
     std::size_t i = 0;
     while (analysis.loop(i).id != id) ++i;

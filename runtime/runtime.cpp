@@ -170,7 +170,7 @@ void Runtime::count_overrun(Loop& loop, const Release& release) {
     loop.statistics.overruns.add(1);
     loop.statistics.dropped.add(release.dropped);
     loop.statistics.lateness_ns_max.raise_to(release.lateness.count());
-    board_.note_overrun();
+    board_.note_overrun(release.lateness);
     if (loop.policy == OverrunPolicy::stop) board_.request_stop();
     if (loop.policy == OverrunPolicy::call_back && loop.on_overrun) {
         loop.on_overrun(loop.declaration.id, release.lateness);

@@ -110,6 +110,7 @@ class Runtime {
     Result<void> route_interrupts(board::DeviceClass device, int core, bool allowed);
     /// False holds back handlers that have not begun; they run when it is true again.
     void global_interrupts(bool enabled) { handlers_held_.store(!enabled, std::memory_order_release); }
+    [[nodiscard]] bool handlers_held() const { return handlers_held_.load(std::memory_order_acquire); }
 
   private:
     struct Handler {

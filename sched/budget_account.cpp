@@ -8,8 +8,12 @@ namespace qduino::sched {
 
 using Kind = BudgetEffect::Kind;
 
-BudgetAccount::BudgetAccount(const Server& server, const BudgetReading& reading)
-    : server_(server), settled_at_(reading.now), charged_to_(reading.cpu), switches_(reading.switches) {
+BudgetAccount::BudgetAccount(const Server& server, const BudgetReading& reading, Nanoseconds rest)
+    : server_(server),
+      rest_(rest),
+      settled_at_(reading.now),
+      charged_to_(reading.cpu),
+      switches_(reading.switches) {
     server_.wake(reading.now);
 }
 
@@ -94,7 +98,7 @@ BudgetEffect BudgetAccount::go_on() {
         return {.kind = Kind::arm_in, .in = grace_, .steps_back = true};
     }
     phase_ = Phase::throttled;
-    return {.kind = Kind::sleep_until, .at = server_.next_replenishment()};
+    return {.kind = Kind::sleep_until, .at = server_.next_replenishment() + rest_};
 }
 
 /// Charges what was used since the last event.

@@ -22,6 +22,12 @@
 // after a period without, and charges the others. All else is charged, the way into and out of the
 // sleep for a spent budget as well: nothing of it is counted twice.
 //
+// The way into the sleep for a spent budget is charged when that sleep is over, against the
+// replenishment that it waited for. If it slept to that very instant, its first token would be
+// ahead of the clock by that charge, so it would have nothing, and sleep again: for so short a time
+// that all of it is the way in and out, which moves the next token ahead by as much. It would pay
+// with its whole budget for sleeps. So it sleeps longer, by `rest`: more than the way in costs.
+//
 // Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
 // priority. If it went on at its rank instead, it would hold up those who want no lock. So a thread
 // whose budget ends while it holds one steps back: it goes on where nobody else wants the core, and
@@ -89,8 +95,9 @@ class BudgetAccount {
     };
 
     BudgetAccount() = default;  ///< for containers only: assign before use
-    /// Of a thread that runs, from `reading` on.
-    BudgetAccount(const Server& server, const BudgetReading& reading);
+    /// Of a thread that runs, from `reading` on. A throttled one sleeps `rest` longer than to its
+    /// replenishment.
+    BudgetAccount(const Server& server, const BudgetReading& reading, Nanoseconds rest = {});
 
     /// The timer came, or there is another reason to look at the account. Contract: the thread
     /// neither waits nor is throttled.
@@ -125,6 +132,7 @@ class BudgetAccount {
     [[nodiscard]] bool admission_has_this_wait();
 
     Server server_;
+    Nanoseconds rest_{};
     Phase phase_ = Phase::running;
     Instant settled_at_{};          // the last instant that the account knows of
     Nanoseconds charged_to_{};      // on the thread's CPU clock: what came before is settled

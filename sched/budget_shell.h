@@ -30,11 +30,11 @@ class BudgetShell {
   public:
     explicit BudgetShell(Host& host) : host_(host) {}
 
-    /// Begins to keep the calling thread.
-    void start(const Server& server) {
+    /// Begins to keep the calling thread. `rest`: longer than the way into a sleep takes.
+    void start(const Server& server, Nanoseconds rest = {}) {
         set_busy(true);
         const BudgetReading reading = host_.read();
-        account_ = Account{server, reading};
+        account_ = Account{server, reading, rest};
         leave(account_.timer(reading));
     }
     /// Around a wait of the thread that ends at `until`, or, kForever, nobody knows when. It ended

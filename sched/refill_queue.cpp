@@ -76,12 +76,21 @@ void RefillQueue::advance(Instant now) {
 void RefillQueue::join_splinters(Nanoseconds shortest) {
     if (refills_.size() == 1 || refills_.front().amount >= shortest) return;
     const Nanoseconds sum = total();
-    while (refills_.size() > 1 && refills_.front().amount < shortest) {
-        const Nanoseconds splinter = refills_.front().amount;
-        refills_.erase(0);
-        refills_.front() = {refills_.front().time - splinter, refills_.front().amount + splinter};
-    }
+    while (refills_.size() > 1 && refills_.front().amount < shortest) delay_head();
     check(sum);
+}
+
+void RefillQueue::close_gaps(Nanoseconds shortest) {
+    const Nanoseconds sum = total();
+    while (refills_.size() > 1 && refills_[1].time - refills_.front().end() < shortest) delay_head();
+    check(sum);
+}
+
+/// The run at the head becomes the beginning of the next one.
+void RefillQueue::delay_head() {
+    const Nanoseconds head = refills_.front().amount;
+    refills_.erase(0);
+    refills_.front() = {refills_.front().time - head, refills_.front().amount + head};
 }
 
 void RefillQueue::check(Nanoseconds total_before) const {

@@ -62,12 +62,16 @@ class RefillQueue {
     void advance(Instant now);
     /// Delays runs at the head that are shorter than `shortest` until they touch the next one.
     void join_splinters(Nanoseconds shortest);
+    /// Delays the run at the head until it touches the next one, while less than `shortest` lies
+    /// between them.
+    void close_gaps(Nanoseconds shortest);
 
     [[nodiscard]] Nanoseconds total() const;
     [[nodiscard]] std::span<const Refill> refills() const { return {refills_.begin(), refills_.size()}; }
 
   private:
     void append(Refill later);
+    void delay_head();
     void check(Nanoseconds total_before) const;
 
     FixedVector<Refill, kCapacity> refills_;

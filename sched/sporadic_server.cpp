@@ -20,6 +20,8 @@ Nanoseconds SporadicServer::consume(Instant now_end, Nanoseconds used) {
     const Nanoseconds overrun = std::max(used - refills_.contiguous_from(now_end - used), Nanoseconds{0});
     refills_.spend(used, parameters_.period);
     refills_.join_splinters(shortest_run_);
+    // A gap comes back one period after it was left, for as long as nobody waits: for ever.
+    if (!eligible(now_end)) refills_.close_gaps(shortest_run_);
     consumed_ += used;
     QDUINO_EXPECT(total() == parameters_.budget);
     return overrun;

@@ -38,7 +38,8 @@ struct SporadicServerOptions {
     /// longer.
     std::size_t refill_limit = RefillQueue::kCapacity;
     /// Runs shorter than this are held back until they join the next: a timer for a splinter of
-    /// budget costs more than the splinter. 0: every run stands for itself.
+    /// budget costs more than the splinter. So does a sleep for a gap: a throttled server whose
+    /// next two runs are nearer than this waits until they are one. 0: every run stands for itself.
     Nanoseconds shortest_run{0};
 };
 

@@ -181,7 +181,8 @@ class Spool {
     /// The machine at the last tick.
     [[nodiscard]] const MachineView& machine() const { return machine_; }
     [[nodiscard]] const std::optional<Run>& active_run() const { return run_; }
-    /// The guarantee report that the sketch published, JSON; empty when not connected.
+    /// The guarantee report that the sketch published last, JSON, as the sketch wrote it; empty
+    /// when not connected.
     [[nodiscard]] std::string guarantee();
 
     /// Does everything that time brings. `now` is monotonic, `now_s` the calendar's.

@@ -33,7 +33,7 @@ def copy(source, target):
 def copy_headers(home):
     for folder in HEADERS:
         for at, _, files in os.walk(os.path.join(ROOT, folder)):
-            for name in files:
+            for name in files if "third_party" not in at else ():
                 if name.endswith((".h", ".hpp")) or "." not in name:
                     source = os.path.join(at, name)
                     copy(source, os.path.join(home, "include", os.path.relpath(source, ROOT)))
@@ -54,8 +54,9 @@ def write_sdk(build, home):
                               for item in sdk["include"].split(";"))
     for board in ("sim", "linux", "metal"):
         sdk[board]["libraries"] = [installed_library(item, home) for item in sdk[board]["libraries"]]
-    copy(sdk["ino_to_cpp"], os.path.join(home, "tools", "ino_to_cpp.py"))
-    sdk["ino_to_cpp"] = "tools/ino_to_cpp.py"
+    for tool in ("ino_to_cpp", "as_arduino", "unpack_zip"):
+        copy(sdk[tool], os.path.join(home, "tools", tool + ".py"))
+        sdk[tool] = "tools/%s.py" % tool
     copy(sdk["metal"]["script"], os.path.join(home, "lib", "image.ld"))
     sdk["metal"]["script"] = "lib/image.ld"
     sdk["supervisor"] = "bin/qduino-supervisor"

@@ -5,6 +5,7 @@
 // A measured bed is known by a number here; its heights are seen on the pins alone (inspector.h).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -44,6 +45,12 @@ class AskedBed {
     }
     /// Z is homed: the bed is elsewhere.
     void lose_place() { now_.follows_bed = false; }
+    /// A bed that was measured earlier; its number. What has no name of its own is there at once.
+    int know(const std::string& name) {
+        profiles_[name] = ++maps_;
+        if (name == "default") now_.map = maps_;
+        return maps_;
+    }
     /// The bed has been measured once more; its number.
     int measured() {
         now_.map = ++maps_;
@@ -60,6 +67,10 @@ class AskedBed {
             constexpr std::array<char, 4> kLetters{'S', 'I', 'J', 'K'};
             for (std::size_t i = 0; i < kLetters.size(); ++i)
                 if (command.has(kLetters[i])) now_.skew[i == 0 ? 0 : i - 1] = command.value(kLetters[i]);
+        } else if (command.letter == 'M' && command.number == 500) {
+            // A bed that has no name is kept under this one.
+            const auto is_now = [&](const auto& profile) { return profile.second == now_.map; };
+            if (now_.map != 0 && std::ranges::none_of(profiles_, is_now)) profiles_["default"] = now_.map;
         } else if (command.word == "BED_MESH_CLEAR") {
             now_.follows_bed = false;
             now_.map = 0;

@@ -3,6 +3,7 @@
 // The head stays where it is while lines go by of an object that is left out.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -32,7 +33,9 @@ class AskedObjects {
         bare.erase(0, std::min(bare.find_first_not_of(" \t"), bare.size()));
         return bare;
     }
-    static std::string numbered(double index) { return std::to_string(std::llround(std::trunc(index))); }
+    static std::string numbered(double index) {
+        return std::to_string(std::llround(std::trunc(std::clamp(index, -1e9, 1e9))));
+    }
 
     void begin(std::string name) {
         inside_ = true;
@@ -50,11 +53,12 @@ class AskedObjects {
         }
     }
     void labels(const CommandLine& command) {
-        if (command.has('S') && command.value('S') >= 0) begin(numbered(command.value('S')));
-        if (command.has('S') && command.value('S') < 0) inside_ = false;
-        if (command.has('U')) left_out_.erase(numbered(command.value('U')));
-        if (command.has('P')) left_out_.insert(numbered(command.value('P')));
+        const double begins = command.value('S');
+        if (command.has_number('S') && begins >= 0) begin(numbered(begins));
+        if (command.has_number('S') && begins < 0) inside_ = false;
         if (command.has('C') && inside_) left_out_.insert(current_);
+        if (command.has_number('P')) left_out_.insert(numbered(command.value('P')));
+        if (command.has_number('U')) left_out_.erase(numbered(command.value('U')));
     }
 
     std::set<std::string> left_out_;

@@ -21,6 +21,15 @@ class BedMap {
     explicit BedMap(const GridSpec& grid)
         : grid_(grid), heights_(static_cast<std::size_t>((grid.points[0] + 2) * (grid.points[1] + 2))) {}
 
+    explicit BedMap(const KnownBedSpec& known) : BedMap(known.grid) {
+        for (std::size_t i = 0; i < known.heights.size(); ++i) {
+            const auto column = static_cast<int>(i) % grid_.points[0],
+                       row = static_cast<int>(i) / grid_.points[0];
+            at(column, row) = known.heights[i];
+            ++touches_;
+        }
+    }
+
     /// The probe touched the bed there. Heights are of the nozzle that would touch it.
     void touch(double x, double y, double height) {
         at(nearest(0, x), nearest(1, y)) = height;

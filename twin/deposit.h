@@ -48,7 +48,7 @@ class Deposit {
     Deposit(const Machine& machine, std::int64_t extruder_position);
 
     /// The extruder reached `position` (microsteps) while the nozzle stood at x, y, z (mm of
-    /// machine coordinates).
+    /// machine coordinates; z without what follows a bed that is not plane).
     void extruder_at(std::int64_t position, const std::array<double, kSlideCount>& nozzle_mm);
     /// Ends the last stretch. Call before reading the layers.
     void finish();

@@ -76,6 +76,15 @@ class Gantry {
         return motor_steps_per_mm * (type_ == GantryType::corexy && slide < 2 ? 2 : 1);
     }
 
+    /// The way of `motor` for a millimetre of the nozzle's there, in the direction that moves it
+    /// most: the length of its gradient.
+    [[nodiscard]] double rate_of(std::size_t motor, const Position& nozzle) const {
+        if (motor >= kSlideCount || type_ == GantryType::cartesian) return 1;
+        if (type_ == GantryType::corexy) return motor < 2 ? std::numbers::sqrt2 : 1;
+        const double sideways = std::hypot(nozzle[0] - columns_[motor][0], nozzle[1] - columns_[motor][1]);
+        return arm_mm_ / std::sqrt(std::max((arm_mm_ - sideways) * (arm_mm_ + sideways), 1.0));
+    }
+
     /// How far motors may be off when the nozzle's axes may be by so much. An arm of a delta is
     /// taken to lie no flatter than one in two.
     [[nodiscard]] Position reach_of(const Position& axes) const {

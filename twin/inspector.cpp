@@ -26,6 +26,8 @@ InspectionStart InspectionStart::at_power_on(const Machine& machine, const Count
                              std::floor(motors[axis] * machine.axes[axis].steps_per_mm + 0.5);
     start.pressed = pressed;
     start.bed = AskedBed{machine};
+    for (const KnownBedSpec& known : machine.known_beds)
+        start.maps.insert_or_assign(start.bed.know(known.name), BedMap{known});
     return start;
 }
 
@@ -38,12 +40,14 @@ Inspector::Inspector(const Machine& machine, ByteSource& source, const Inspectio
       read_to_(start.asked_mm),
       chord_error_mm_(kChordSteps / std::max({machine.axes[0].steps_per_mm, machine.axes[1].steps_per_mm,
                                               machine.axes[2].steps_per_mm})),
+      early_steps_(gantry_.is_linear() ? 0 : kTieSteps),
       origin_(start.origin),
       position_(start.built),
       pressed_(start.pressed) {
     so_far_.at = to_steps(corrected(start.asked_mm, start.bed.now()));
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+    widen_turn(start.asked_mm);
     // A piece of no length: the place to start from.
     pieces_.push_back({AskedItem::Kind::move, 0, false, 0, so_far_.at, so_far_.at, 0});
     widen_reach();
@@ -77,11 +81,26 @@ Position Inspector::corrected(const Position& asked, const AskedCorrection& by) 
     at[0] -= xy * asked[1] + (xz - xy * yz) * asked[2];
     const auto map = maps_.find(by.map);
     if (!by.follows_bed || map == maps_.end()) return at;
-    const double above = asked[2] - machine_.grid.fade_start_mm;
-    const double span = by.fade_end_mm - machine_.grid.fade_start_mm;
-    const double share = by.fade_end_mm > 0 && above > 0 ? std::max(1 - above / span, 0.0) : 1.0;
-    at[2] += share * map->second.height_at(at[0], at[1]);
+    at[2] += fade_at(asked[2], by.fade_end_mm) * map->second.height_at(at[0], at[1]);
     return at;
+}
+
+// The share of the bed's height that is followed so far above it.
+double Inspector::fade_at(double asked_z_mm, double fade_end_mm) const {
+    const double above = asked_z_mm - machine_.grid.fade_start_mm;
+    const double span = fade_end_mm - machine_.grid.fade_start_mm;
+    return fade_end_mm > 0 && above > 0 ? std::max(1 - above / span, 0.0) : 1.0;
+}
+
+double Inspector::lift_by_bed(const Position& nozzle) const {
+    const Piece& here = pieces_.front();
+    const auto map = maps_.find(here.map);
+    if (here.map == 0 || map == maps_.end()) return 0;
+    const double height = map->second.height_at(nozzle[0], nozzle[1]);
+    // Of asked + fade(asked)·height = built: each round leaves height / span of the error.
+    double lift = height;
+    for (int i = 0; i < 6; ++i) lift = fade_at(nozzle[2] - lift, here.fade_end_mm) * height;
+    return lift;
 }
 
 const Inspector::Piece& Inspector::piece(std::size_t index) {
@@ -115,6 +134,7 @@ void Inspector::push_way(const AskedItem& item) {
     const Position& from = read_to_;
     const double way_mm = std::hypot(item.to[0] - from[0], item.to[1] - from[1]);
     const bool bent = item.correction.follows_bed && maps_.contains(item.correction.map) && way_mm > 0;
+    widen_turn(item.to);
     int count = gantry_.pieces_of(from, item.to, chord_error_mm_);
     if (bent) count = std::max(count, static_cast<int>(std::ceil(way_mm / kBedPieceMm)));
     for (int i = 1; i <= count; ++i) {
@@ -122,7 +142,8 @@ void Inspector::push_way(const AskedItem& item) {
         for (std::size_t axis = 0; axis < kAxisCount && i < count; ++axis)
             to[axis] = from[axis] + (item.to[axis] - from[axis]) * i / count;
         const Point end = to_steps(corrected(to, item.correction));
-        push_piece({item.kind, 0, item.curved || bent, item.line, pieces_.back().to, end, item.advance_s});
+        push_piece({item.kind, 0, item.curved || bent, item.line, pieces_.back().to, end, item.advance_s,
+                    item.correction.follows_bed ? item.correction.map : 0, item.correction.fade_end_mm});
     }
 }
 
@@ -147,6 +168,17 @@ void Inspector::widen_reach() {
     const Position reach = gantry_.reach_of(reach_mm_.mm);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         reach_steps_[axis] = kSearch * reach[axis] * machine_.axes[axis].steps_per_mm;
+}
+
+void Inspector::widen_turn(const Position& nozzle) {
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        turn_mm_[axis] =
+            std::max(turn_mm_[axis], left_out_at_turn_mm(machine_, axis, gantry_.rate_of(axis, nozzle)));
+}
+
+// On top of kAstraySteps.
+double Inspector::slack_steps(std::size_t axis) const {
+    return reach_steps_[axis] + std::max(turn_mm_[axis] * machine_.axes[axis].steps_per_mm - kTurnSteps, 0.0);
 }
 
 // At its step the filament stands on the half-step before.
@@ -393,7 +425,7 @@ void Inspector::follow(std::size_t axis, int direction) {
     // On a curve crossings say nothing.
     const bool curved = pieces_.front().curved;
     const double beyond = way * (so_far_.at[axis] - step.boundary);
-    const bool ahead = curved || beyond <= kTieSteps;
+    const bool ahead = curved || beyond <= kTieSteps + early_steps_;
     const bool found = ahead && (advance_in_piece(step) || (so_far_.unexplained_run < kGiveUp && walk(step)));
     if (found || (!curved && beyond >= -kTieSteps)) {
         if (!found) note(axis, std::abs(beyond) + 0.5, pieces_.front().curved);
@@ -427,19 +459,14 @@ Inspector::Point Inspector::point_on(const Piece& piece, double share) {
     return point;
 }
 
-// Moves `cursor` along its piece to where the stepping axis reaches its boundary; false when it
-// does not.
+// Moves `cursor` along its piece to the first place that explains the step; false when none does.
 bool Inspector::creep(Cursor& cursor, const Step& step) const {
     const Piece& here = pieces_[cursor.piece];
     const double beyond = step.direction * (here.to[step.axis] - step.boundary);
     const double length = here.to[step.axis] - here.from[step.axis];
     if (beyond < -kTieSteps || step.direction * length <= 0) return false;
-    if (beyond < 0) {
-        cursor.share = 1;
-        cursor.at = here.to;
-        return true;
-    }
-    cursor.share = std::clamp((step.boundary - here.from[step.axis]) / length, cursor.share, 1.0);
+    const double first = step.boundary - step.direction * early_steps_;
+    cursor.share = std::clamp((first - here.from[step.axis]) / length, cursor.share, 1.0);
     cursor.at = point_on(here, cursor.share);
     return true;
 }
@@ -449,7 +476,7 @@ bool Inspector::creep(Cursor& cursor, const Step& step) const {
 bool Inspector::others_near(const Cursor& cursor, const Step& step) const {
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const double deviation = std::abs(so_far_.built[axis] - cursor.at[axis]);
-        const double limit = step.limit_steps + reach_steps_[axis];
+        const double limit = step.limit_steps + slack_steps(axis);
         if (deviation <= limit || axis == step.axis) continue;
         if (deviation > limit + std::max(std::abs(so_far_.built[axis] - so_far_.at[axis]), 0.5)) return false;
     }
@@ -466,7 +493,7 @@ bool Inspector::pass_end(Cursor& cursor, const Step& step) const {
         const double deviation = std::abs(before_step - cursor.at[axis]);
         if (!curved) cursor.worst[axis] = std::max(cursor.worst[axis], deviation);
         if (axis >= kSlideCount) continue;
-        const double limit = step.limit_steps + reach_steps_[axis];
+        const double limit = step.limit_steps + slack_steps(axis);
         if (deviation <= limit) continue;
         if (deviation > limit + std::max(std::abs(before_step - so_far_.at[axis]), 0.5)) return false;
     }
@@ -531,11 +558,13 @@ void Inspector::follow_extruder(int direction) {
     note(kExtruder, std::abs(so_far_.at[kExtruder] - (so_far_.built[kExtruder] - way)),
          pieces_.front().curved);
     Cursor cursor{0, so_far_.share, so_far_.at, {}, pieces_.front().curved};
+    const bool behind =
+        way * (step.boundary - so_far_.at[kExtruder]) > kWaitingSteps + reach_steps_[kExtruder];
     bool found = way * (so_far_.at[kExtruder] - step.boundary) > kTieSteps;
     while (!found && cursor.piece < kLookAhead) {
         const Piece& here = pieces_[cursor.piece];
         if (here.kind == AskedItem::Kind::move) {
-            const double reach = slides_reach(here, cursor.share);
+            const double reach = slides_reach(cursor, behind);
             Cursor crossing = cursor;
             found = creep(crossing, step) && crossing.share <= reach;
             if (found) {
@@ -557,17 +586,33 @@ void Inspector::follow_extruder(int direction) {
     commit(cursor);
 }
 
-// Share of `here` up to which every slide stays within half a step of its position; not less than
-// `share`.
-double Inspector::slides_reach(const Piece& here, double share) const {
+// Share of the cursor's piece up to which every slide stays within half a step of its position; not
+// less than the cursor's. `behind`: E waits, so no step is waited for that a slide may leave out.
+double Inspector::slides_reach(const Cursor& cursor, bool behind) {
     double reach = 1;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
+        const Piece& here = pieces_[cursor.piece];
         const double length = here.to[axis] - here.from[axis];
         if (length == 0) continue;
-        const double edge = so_far_.built[axis] + (length > 0 ? 0.5 : -0.5);
-        reach = std::min(reach, (edge - here.from[axis]) / length);
+        const double way = length > 0 ? 1 : -1;
+        const double edge = so_far_.built[axis] + 0.5 * way;
+        const double share = (edge - here.from[axis]) / length;
+        if (share >= reach || (behind && turns_back(axis, cursor.piece, edge, way))) continue;
+        reach = share;
     }
-    return std::max(reach, share);
+    return std::max(reach, cursor.share);
+}
+
+// The path goes beyond the slide's `edge` by no more than may be left out, and comes back.
+bool Inspector::turns_back(std::size_t axis, std::size_t index, double edge, double way) {
+    const double most = turn_mm_[axis] * machine_.axes[axis].steps_per_mm;
+    for (std::size_t i = index; i < index + kAround; ++i) {
+        const Piece& there = piece(i);
+        const double beyond = way * (there.to[axis] - edge);
+        if (there.kind != AskedItem::Kind::move || beyond > most) return false;
+        if (beyond <= 0) return true;
+    }
+    return false;
 }
 
 void Inspector::drop_passed(const Cursor& cursor) {
@@ -667,6 +712,7 @@ Findings Inspector::finish(Instant now, bool read_rest) {
         const double built_steps = static_cast<double>(position_[axis]) - origin_[axis];
         AxisFindings& found = so_far_.findings.axes[axis];
         found.reach_mm = reach[axis];
+        found.turn_mm = turn_mm_[axis];
         found.path_deviation_mm_max = so_far_.worst[axis] / steps_per_mm;
         found.curve_deviation_mm_max = so_far_.worst_curved[axis] / steps_per_mm;
         found.final_asked_mm = final_asked_[axis];

@@ -21,8 +21,13 @@
 // stays. Each further unexplained step widens that limit by one, so that after lost steps the
 // comparison finds its place again (and reports them).
 //
+// Where a delta's carriage turns back it nearly stands, and .01 of a step is a long way: its
+// crossing is known to a fifth of a millimetre only. So there a step takes the cursor to the first
+// place that explains it but for a tie, never past it. The other carriages take it on.
+//
 // The extruder follows and does not lead: a step of E moves s only as far as no slide is
-// contradicted. After an earlier job it is unknown where E's zero lies within a microstep, and one
+// contradicted. A slide that turns back behind its half-step may leave out the pair (turn.h): E
+// goes on then. After an earlier job it is unknown where E's zero lies within a microstep, and one
 // microstep of filament is 25 of the slides.
 //
 // Curves. A firmware makes chords of its own of an arc. Near the place where the arc turns back, a
@@ -96,6 +101,7 @@
 #include "twin/homing_watch.h"
 #include "twin/machine.h"
 #include "twin/observer.h"
+#include "twin/turn.h"
 
 namespace qduino::twin {
 
@@ -131,6 +137,7 @@ struct AxisFindings {
     double final_built_mm = 0;
     bool final_exact = false;  ///< the motor is at the whole step nearest to asked
     double reach_mm = 0;       ///< what the filters that were asked for may add to the deviations
+    double turn_mm = 0;        ///< what the motor may lag behind where it turns back (turn.h)
     bool homed = false;
     /// Distance from where homing stopped to where the switch truly closes (set by Job).
     double homing_error_mm = 0;
@@ -160,6 +167,10 @@ struct Findings {
 class Inspector {
   public:
     static constexpr double kAstraySteps = 2.0;
+    /// So much of it is for what a motor leaves out where it turns back; more widens the limit.
+    static constexpr double kTurnSteps = 1.0;
+    /// E further behind than this waits for a step that was left out.
+    static constexpr double kWaitingSteps = 3.0;
     static constexpr std::size_t kLookAhead = 4096;
     /// Below a tie: where a carriage turns back, the chord may miss a crossing by so much.
     static constexpr double kChordSteps = 0.005;
@@ -219,6 +230,9 @@ class Inspector {
     /// That place, in microsteps from coordinate 0; between two steps it may be fractional.
     [[nodiscard]] const std::array<double, kAxisCount>& asked_steps() const { return so_far_.at; }
     [[nodiscard]] bool on_curve() const { return pieces_.front().curved; }
+    /// How much of the height of a nozzle there, in mm, follows the bed that was measured. What is
+    /// left is the height that the file asks for.
+    [[nodiscard]] double lift_by_bed(const Position& nozzle) const;
     /// Microsteps that E moved on excursions, all together.
     [[nodiscard]] std::int64_t pushed_away() const { return pushed_away_; }
 
@@ -232,6 +246,8 @@ class Inspector {
         Point from{};
         Point to{};
         double advance_s = 0;
+        int map = 0;  ///< of the bed that is followed; 0: none
+        double fade_end_mm = 0;
     };
     /// A place on the path: piece and share of it. `at` is asked(s).
     struct Cursor {
@@ -295,7 +311,7 @@ class Inspector {
     void commit_on_curve(const Cursor& cursor);
     void drop_passed(const Cursor& cursor);
     void follow_extruder(int direction);
-    [[nodiscard]] double slides_reach(const Piece& here, double share) const;
+    [[nodiscard]] double slides_reach(const Cursor& cursor, bool behind);
     [[nodiscard]] static Point point_on(const Piece& piece, double share);
     [[nodiscard]] bool creep(Cursor& cursor, const Step& step) const;
     [[nodiscard]] bool pass_end(Cursor& cursor, const Step& step) const;
@@ -315,11 +331,15 @@ class Inspector {
     void push_way(const AskedItem& item);
     void push_piece(const Piece& piece);
     [[nodiscard]] Position corrected(const Position& asked, const AskedCorrection& by) const;
+    [[nodiscard]] double fade_at(double asked_z_mm, double fade_end_mm) const;
     [[nodiscard]] Position home_from(const AskedItem& item) const;
     [[nodiscard]] Point to_steps(const Position& mm) const;
     [[nodiscard]] Position to_mm(const Point& steps) const;
     [[nodiscard]] Position built_mm() const;
     void widen_reach();
+    void widen_turn(const Position& nozzle);
+    [[nodiscard]] double slack_steps(std::size_t axis) const;
+    [[nodiscard]] bool turns_back(std::size_t axis, std::size_t index, double edge, double way);
     [[nodiscard]] Point off_nearest_piece() const;
     void watch_advance(int direction);
 
@@ -331,6 +351,7 @@ class Inspector {
     int last_map_ = 0;
     Position read_to_;          // the end of what has been read of it
     double chord_error_mm_;     // kChordSteps of the finest motor
+    double early_steps_;        // a step takes the cursor so far before its boundary
     std::deque<Piece> pieces_;  // [0] holds the cursor
     Comparison so_far_;
     std::array<double, kAxisCount> origin_{};
@@ -347,6 +368,7 @@ class Inspector {
     std::uint64_t since_rest_ = 0;  // steps of X and Y: a lift may be the path's and the way's
     Reach reach_mm_{};              // of all filters that were asked for so far
     Point reach_steps_{};
+    Position turn_mm_{};  // the largest of the motors on the way so far
     std::uint64_t filters_seen_ = 0;
     std::deque<Piece> passed_;  // the last kAround, of a shaped motion
     AdvanceWatch advance_;

@@ -35,7 +35,7 @@ bool Inspector::is_near_curve(const Cursor& cursor, double limit_steps) const {
     const Piece& here = pieces_[cursor.piece];
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const double chord_mm = here.from[axis] != here.to[axis] ? kChordMm : 0;
-        const double allowed = limit_steps + reach_steps_[axis] + chord_mm * machine_.axes[axis].steps_per_mm;
+        const double allowed = limit_steps + slack_steps(axis) + chord_mm * machine_.axes[axis].steps_per_mm;
         if (std::abs(so_far_.built[axis] - cursor.at[axis]) > allowed) return false;
     }
     return true;

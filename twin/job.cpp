@@ -87,7 +87,8 @@ void Job::on_step(const StepSeen& step) {
         for (std::size_t axis = 0; axis < kAxisCount; ++axis)
             motors[axis] = static_cast<double>(position_[axis]) * mm_per_step_[axis];
         const Position nozzle = gantry_.nozzle_at(motors);
-        deposit_.extruder_at(step.position - inspector_.pushed_away(), {nozzle[0], nozzle[1], nozzle[2]});
+        deposit_.extruder_at(step.position - inspector_.pushed_away(),
+                             {nozzle[0], nozzle[1], nozzle[2] - inspector_.lift_by_bed(nozzle)});
     }
     if (step.direction < 0) return;
     if (pushed_++ % kStepsPerSample == 0) sample_temperatures(step.at);

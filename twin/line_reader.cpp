@@ -45,6 +45,14 @@ bool begins_word(std::string_view line) {
     return line.size() >= 2 && letter(line[0]) && (letter(line[1]) || line[1] == '_');
 }
 
+/// The name of an object, which ends its line: `M486 Alid`. One in quotes does not.
+bool begins_name(const CommandLine& command, std::string_view line) {
+    if (command.letter != 'M' || command.number != 486 || upper(line.front()) != 'A') return false;
+    line.remove_prefix(1);
+    skip_blanks(line);
+    return line.empty() || line.front() != '"' || line.find('"', 1) == std::string_view::npos;
+}
+
 CommandLine word_line(std::string_view line) {
     CommandLine command;
     while (!line.empty() && is_of_word(line.front())) {
@@ -111,6 +119,7 @@ CommandLine LineReader::parse(std::string_view line) {
             continue;
         }
         if (command.letter == 0 && begins_word(line)) return word_line(line);
+        if (begins_name(command, line)) return command;
         const Word word = take_word(line);
         if (command.letter == 0) {
             if (word.letter == 'N' && word.has_number) continue;  // line number
@@ -122,7 +131,9 @@ CommandLine LineReader::parse(std::string_view line) {
         }
         const unsigned index = static_cast<unsigned>(word.letter - 'A');
         command.present |= 1u << index;
-        if (word.has_number) command.values[index] = word.number;
+        if (!word.has_number) continue;
+        command.numbers |= 1u << index;
+        command.values[index] = word.number;
     }
     return command;
 }

@@ -27,11 +27,13 @@ struct CommandLine {
     int number = -1;
     int subcode = 0;            ///< the 1 of G92.1
     std::uint32_t present = 0;  ///< bit per letter, with or without a number
+    std::uint32_t numbers = 0;  ///< likewise, with one
     std::array<double, 26> values{};
     std::string word{};  ///< of a command that is a word (SET_GCODE_OFFSET), in upper case
     std::string tail{};  ///< … and what follows it; of others, what stands in quotes
 
     [[nodiscard]] bool has(char name) const { return (present >> (name - 'A') & 1u) != 0; }
+    [[nodiscard]] bool has_number(char name) const { return (numbers >> (name - 'A') & 1u) != 0; }
     [[nodiscard]] double value(char name, double otherwise = 0) const {
         return has(name) ? values[static_cast<std::size_t>(name - 'A')] : otherwise;
     }

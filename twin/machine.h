@@ -150,6 +150,13 @@ struct MeltSpec {
     double idle_ooze_s = 10;  ///< … to 1/e in this time
 };
 
+/// A bed that was measured before the first job, and that a job may name.
+struct KnownBedSpec {
+    std::string name;
+    GridSpec grid{};              ///< of it
+    std::vector<double> heights;  ///< mm of the nozzle that would touch it; row by row
+};
+
 /// A word of a file, and the lines that it stands for (asked_lines.h).
 struct MacroSpec {
     std::string name;  ///< upper case
@@ -203,6 +210,7 @@ struct Machine {
     double smooth_s = 0.04;
     MeltSpec melt{};
     std::vector<MacroSpec> macros{};
+    std::vector<KnownBedSpec> known_beds{};
     /// Plastic pushed at less than this is counted as a violation.
     double minimum_extrude_celsius = 160;
 

@@ -34,7 +34,9 @@ class PrintRecord {
         Position motors_mm{};
         for (std::size_t motor = 0; motor < kAxisCount; ++motor)
             motors_mm[motor] = inspector.asked_steps()[motor] * mm_per_step_[motor];
-        heights_.slide_step(step.at, gantry_.nozzle_at(motors_mm), inspector.line(), !inspector.on_curve());
+        Position nozzle_mm = gantry_.nozzle_at(motors_mm);
+        nozzle_mm[2] -= inspector.lift_by_bed(nozzle_mm);
+        heights_.slide_step(step.at, nozzle_mm, inspector.line(), !inspector.on_curve());
     }
     void set_hot(Instant now, bool hot) { heights_.set_hot(now, hot); }
 

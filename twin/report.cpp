@@ -108,24 +108,24 @@ Json range_json(bool known, const TemperatureRange& range) {
 
 }  // namespace
 
-Tolerances tolerances_of(const Machine& machine) {
+Tolerances tolerances_of(const Machine& machine, const Findings& found) {
     Tolerances allowed;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         const double step_mm = 1 / machine.axes[axis].steps_per_mm;
-        const bool slide = axis < kSlideCount;
-        const bool coupled = slide && machine.gantry != GantryType::cartesian &&
-                             (machine.gantry == GantryType::delta || axis < 2);
-        const double curve_steps = coupled ? Tolerances::kCoupledSteps : Tolerances::kCurveSteps;
-        allowed.path_mm[axis] =
-            slide ? (coupled ? Tolerances::kCoupledSteps : Tolerances::kSlideSteps) * step_mm
-                  : std::max(Tolerances::kExtruderSteps * step_mm, Tolerances::kExtruderMm);
-        allowed.curve_mm[axis] = slide ? curve_steps * step_mm + Tolerances::kCurveMm : allowed.path_mm[axis];
+        const bool belt = machine.gantry == GantryType::corexy && axis < 2;
+        const double steps = Tolerances::kHalfStep + (belt ? Tolerances::kBeltSteps : 0);
+        const double lag_mm = steps * step_mm + found.axes[axis].turn_mm;
+        allowed.path_mm[axis] = std::max(Tolerances::kSlideSteps * step_mm, lag_mm);
+        allowed.curve_mm[axis] = std::max(Tolerances::kCurveSteps * step_mm, lag_mm) + Tolerances::kCurveMm;
     }
+    const double step_mm = 1 / machine.axes[kExtruder].steps_per_mm;
+    allowed.path_mm[kExtruder] = allowed.curve_mm[kExtruder] =
+        std::max(Tolerances::kExtruderSteps * step_mm, Tolerances::kExtruderMm);
     return allowed;
 }
 
 void judge(Report& report, const Machine& machine) {
-    const Tolerances tolerances = tolerances_of(machine);
+    const Tolerances tolerances = tolerances_of(machine, report.findings);
     report.differences.clear();
     report.completed = report.findings.path_consumed;
     if (!report.completed)

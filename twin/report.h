@@ -15,13 +15,14 @@
 namespace qduino::twin {
 
 /// How far built may be from asked. A perfect machine stands half a microstep from its path at
-/// most. The rest is for the order in which near-simultaneous steps were sent.
+/// most, and lags where a motor turns back (turn.h).
 struct Tolerances {
+    static constexpr double kHalfStep = 0.5;
+    /// Two belts that were homed along one axis may both stand half a step off: where the switch
+    /// is, their sum is a whole number, and one of them need not be.
+    static constexpr double kBeltSteps = 0.5;
+    /// Never less, for the order in which near-simultaneous steps were sent.
     static constexpr double kSlideSteps = 1.0;
-    /// Where several motors move the nozzle together, each may turn back at a corner at which the
-    /// nozzle is fast, and leaves out a step there and back. Two belts that were homed along one
-    /// axis may besides stand half a step off, both.
-    static constexpr double kCoupledSteps = 1.5;
     /// Of filament: where two moves meet, E may take its steps a little before the slides, or
     /// behind.
     static constexpr double kExtruderSteps = 5.0;
@@ -40,8 +41,8 @@ struct Tolerances {
     std::array<double, kAxisCount> curve_mm{};
     double filament_share = 0.0005;  ///< of the filament asked; never less than one microstep
 };
-/// From the microsteps of the machine's own axes.
-[[nodiscard]] Tolerances tolerances_of(const Machine& machine);
+/// From the microsteps of the machine's own axes, and from what was asked of them.
+[[nodiscard]] Tolerances tolerances_of(const Machine& machine, const Findings& found);
 
 struct TemperatureRange {
     double minimum_celsius = 0;

@@ -6,6 +6,7 @@
 
 #include "apps/toml/toml_section.h"
 #include "base/words.h"
+#include "board/sim/block_count.h"
 
 namespace qduino::apps {
 namespace {
@@ -96,6 +97,8 @@ void read_sim(TomlSection& s, SimConfig& config) {
     s.integer("poll_limit", config.poll_limit, 1, std::numeric_limits<std::uint32_t>::max());
     s.duration("poll_cost", config.poll_cost, Nanoseconds{1});
     s.duration("body_cost", config.body_cost, Nanoseconds{1});
+    s.integer("spin_limit", config.spin_limit, board::sim::kBlocksPerLook,
+              std::numeric_limits<std::uint32_t>::max());
     s.integer("stack_bytes", config.stack_bytes, kSmallestStack, kLargestStack);
     if (config.tick_cost > Nanoseconds{0} && config.tick_cost >= config.tick_period) {
         s.fault("tick_cost", "leaves nothing of 'tick_period'");

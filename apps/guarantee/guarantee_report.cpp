@@ -15,6 +15,9 @@ Json measured(Nanoseconds duration) {
     return duration < Nanoseconds{0} ? Json(nullptr) : Json(microseconds(duration));
 }
 
+/// Names and reasons may come from other programs: bytes that are no UTF-8 become U+FFFD.
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 Json json_of(const board::TreeGuarantee& tree) {
     return {{"name", tree.name.view()},
             {"core", tree.core},
@@ -39,60 +42,80 @@ Json json_of(const board::BottomHalfGuarantee& half) {
             {"replenishment_us", measured(half.replenishment)}};
 }
 
+Json json_of(const board::DelayGuarantee& delay) {
+    return {{"id", delay.id},
+            {"core", delay.core},
+            {"worst_us", microseconds(delay.worst)},
+            {"at_s", to_seconds(delay.at)},
+            {"window_s", to_seconds(delay.window)},
+            {"host_us", measured(delay.host)},
+            {"tasks_us", measured(delay.tasks)},
+            {"interrupts", delay.interrupts < 0 ? Json(nullptr) : Json(delay.interrupts)},
+            {"most", delay.most.view()}};
+}
+
+Json json_of(const board::LoopGuarantee& loop) {
+    const bool counted = loop.releases >= 0;
+    const auto count = [counted](std::int64_t number) { return counted ? Json(number) : Json(nullptr); };
+    return {{"id", loop.id},
+            {"core", loop.core},
+            {"budget_us", microseconds(loop.budget)},
+            {"period_us", microseconds(loop.period)},
+            {"priority_enforced", loop.priority_enforced},
+            {"budget_enforced", loop.budget_enforced},
+            {"core_owned", loop.core_owned},
+            {"shortfall", loop.shortfall.view()},
+            {"cpu_used_us", measured(loop.used)},
+            {"watched_us", measured(loop.used < Nanoseconds{0} ? loop.used : loop.watched)},
+            {"held_from_outside", loop.held},
+            {"escape", loop.escape.view()},
+            {"kernel_threads", loop.kernel_threads},
+            {"kernel_cpu_us", measured(loop.kernel_used)},
+            {"kernel_held", loop.kernel_held},
+            {"releases", count(loop.releases)},
+            {"overruns", count(loop.overruns)},
+            {"dropped", count(loop.dropped)},
+            {"missed", count(loop.missed)},
+            {"worst_late_us", counted ? Json(microseconds(loop.worst_late)) : Json(nullptr)}};
+}
+
+Json json_of(const board::CoreGuarantee& core) {
+    const bool counted = core.interrupts_per_second >= 0;
+    const bool admitted = core.counted_per_second >= 0;
+    return {{"core", core.core},
+            {"interrupts_per_second", counted ? Json(core.interrupts_per_second) : Json(nullptr)},
+            {"worst_gap_us", measured(core.worst_gap)},
+            {"counted_per_second", admitted ? Json(core.counted_per_second) : Json(nullptr)},
+            {"counted_us", admitted ? Json(microseconds(core.counted_cost)) : Json(nullptr)},
+            {"counted_longest_us", admitted ? Json(microseconds(core.counted_longest)) : Json(nullptr)},
+            {"tick_stopped", core.tick_stopped},
+            {"throttling_lifted", core.throttling_lifted},
+            {"note", core.note.view()}};
+}
+
+/// A list of what json_of() makes of each.
+Json list_of(const auto& pieces) {
+    Json list = Json::array();
+    for (const auto& piece : pieces) list.push_back(json_of(piece));
+    return list;
+}
+
 }  // namespace
 
-std::string tree_json(const board::TreeGuarantee& tree) { return json_of(tree).dump(); }
+std::string tree_json(const board::TreeGuarantee& tree) { return text_of(json_of(tree)); }
 
 std::string guarantee_json(const board::GuaranteeReport& report) {
-    Json loops = Json::array();
-    for (const board::LoopGuarantee& loop : report.loops) {
-        loops.push_back({{"id", loop.id},
-                         {"core", loop.core},
-                         {"budget_us", microseconds(loop.budget)},
-                         {"period_us", microseconds(loop.period)},
-                         {"priority_enforced", loop.priority_enforced},
-                         {"budget_enforced", loop.budget_enforced},
-                         {"core_owned", loop.core_owned},
-                         {"shortfall", loop.shortfall.view()},
-                         {"cpu_used_us", measured(loop.used)},
-                         {"watched_us", measured(loop.used < Nanoseconds{0} ? loop.used : loop.watched)},
-                         {"held_from_outside", loop.held},
-                         {"escape", loop.escape.view()},
-                         {"kernel_threads", loop.kernel_threads},
-                         {"kernel_cpu_us", measured(loop.kernel_used)},
-                         {"kernel_held", loop.kernel_held}});
-    }
-    Json cores = Json::array();
-    for (const board::CoreGuarantee& core : report.cores) {
-        const bool counted = core.interrupts_per_second >= 0;
-        const bool spun = core.worst_gap.count() >= 0;
-        const bool admitted = core.counted_per_second >= 0;
-        cores.push_back(
-            {{"core", core.core},
-             {"interrupts_per_second", counted ? Json(core.interrupts_per_second) : Json(nullptr)},
-             {"worst_gap_us", spun ? Json(microseconds(core.worst_gap)) : Json(nullptr)},
-             {"counted_per_second", admitted ? Json(core.counted_per_second) : Json(nullptr)},
-             {"counted_us", admitted ? Json(microseconds(core.counted_cost)) : Json(nullptr)},
-             {"counted_longest_us", admitted ? Json(microseconds(core.counted_longest)) : Json(nullptr)},
-             {"tick_stopped", core.tick_stopped},
-             {"throttling_lifted", core.throttling_lifted},
-             {"note", core.note.view()}});
-    }
-    Json bottom_halves = Json::array();
-    for (const board::BottomHalfGuarantee& half : report.bottom_halves)
-        bottom_halves.push_back(json_of(half));
-    Json trees = Json::array();
-    for (const board::TreeGuarantee& tree : report.trees) trees.push_back(json_of(tree));
     const Json out{{"board", report.board.view()},
                    {"simulated", report.simulated},
                    {"memory_locked", report.memory_locked},
                    {"watch_cost_us", measured(report.watch_cost)},
                    {"strange_threads", report.strange_threads},
-                   {"loops", loops},
-                   {"cores", cores},
-                   {"bottom_halves", bottom_halves},
-                   {"trees", trees}};
-    return out.dump();
+                   {"loops", list_of(report.loops)},
+                   {"cores", list_of(report.cores)},
+                   {"bottom_halves", list_of(report.bottom_halves)},
+                   {"delays", list_of(report.delays)},
+                   {"trees", list_of(report.trees)}};
+    return text_of(out);
 }
 
 Result<void> write_guarantee(const board::GuaranteeReport& report, const std::string& path) {

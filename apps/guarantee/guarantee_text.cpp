@@ -133,4 +133,47 @@ std::string handlers_kept(const board::GuaranteeReport& report) {
     return out;
 }
 
+namespace {
+
+/// The kernel tells a hypervisor's time in steps of this.
+constexpr Nanoseconds kHostStep = 10ms;
+
+/// Whatever had the core for at least half of the delay.
+const char* culprit(const board::DelayGuarantee& delay) {
+    if (delay.tasks >= delay.worst / 2) return "other tasks took its core";
+    if (delay.host > Nanoseconds{0} && delay.host >= delay.worst / 2) return "the host took its core";
+    if (!delay.owns_core) return "it was its own work, or it waited for its budget";
+    if (delay.worst < kHostStep) return "it was an interrupt, or the host";
+    return "it was an interrupt, or the host without saying so";
+}
+
+std::string delay_line(const board::DelayGuarantee& delay) {
+    auto line =
+        text<std::string>("Loop ", delay.id, " was late by ", human_duration(delay.worst), " at worst, ",
+                          Fixed{to_seconds(delay.at), 0}, " s after it began: ", culprit(delay), ". In the ",
+                          human_duration(delay.window), " before that, on core ", delay.core);
+    if (delay.tasks >= Nanoseconds{0}) write(line, ", others ran for ", human_duration(delay.tasks));
+    if (delay.host >= Nanoseconds{0}) write(line, ", the host for ", human_duration(delay.host));
+    if (delay.interrupts >= 0)
+        write(line, ", and ", counted(delay.interrupts, "interrupt"), " came (most: ", delay.most, ')');
+    return wrapped(line + ".", "");
+}
+
+std::string more_interrupts(const board::CoreGuarantee& core) {
+    if (core.counted_per_second < 0 || core.interrupts_per_second <= core.counted_per_second) return {};
+    return wrapped(text<std::string>("Core ", core.core, " had ", Fixed{core.interrupts_per_second, 0},
+                                     " interrupts/s, and admission counts ",
+                                     Fixed{core.counted_per_second, 0}, ": R of its loops may be longer."),
+                   "");
+}
+
+}  // namespace
+
+std::string delays_explained(const board::GuaranteeReport& report) {
+    std::string out;
+    for (const board::CoreGuarantee& core : report.cores) out += more_interrupts(core);
+    for (const board::DelayGuarantee& delay : report.delays) out += delay_line(delay);
+    return out;
+}
+
 }  // namespace qduino::apps

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <vector>
 
 #include "apps/terminal/human.h"
+#include "apps/terminal/message.h"
 #include "base/text.h"
 #include "base/words.h"
 #include "sched/explain.h"
@@ -111,30 +113,24 @@ std::string overheads_text(const Plan& plan) {
     return "Overheads counted, from the board file:\n" + out;
 }
 
-/// Of a sleep that nobody declares R knows nothing: how long it may be. In lines of 78 columns.
+/// Of a sleep that nobody declares R knows nothing: how long it may be.
 std::string sleepers_text(const Plan& plan) {
     if (!plan.admitted()) return "";
-    constexpr std::size_t kColumns = 78;
     constexpr Nanoseconds kGrain = 10us;
-    std::string out = "A sleep within a release (delay()) is in R only if it is declared. Room for it:";
-    std::size_t line = out.size();
-    bool first = true;
-    const auto add = [&](const std::string& piece) {
-        out += first ? "" : ",";
-        const bool breaks = first || line + 2 + piece.size() > kColumns;
-        out += breaks ? "\n  " : " ";
-        line = (breaks ? 2 : line + 2) + piece.size();
-        out += piece;
-        first = false;
-    };
+    std::vector<std::string> rooms;
     for (const sched::CoreLoad& load : plan.admission().loads) {
         for (const sched::Vcpu& loop : load.mains) {
             if (plan.owner_of(load.core) == loop.id) continue;
             const Nanoseconds room = plan.room_for_sleep(loop.id) / kGrain * kGrain;
-            add(runtime::vcpu_name(loop.id) + (room > Nanoseconds{0} ? " " + text_of(room) : " none"));
+            if (!rooms.empty()) rooms.back() += ',';
+            rooms.push_back(runtime::vcpu_name(loop.id) +
+                            (room > Nanoseconds{0} ? " " + text_of(room) : " none"));
         }
     }
-    return first ? "" : out + ".\n";
+    if (rooms.empty()) return "";
+    rooms.back() += '.';
+    return "A sleep within a release (delay()) is in R only if it is declared. Room for it:\n" +
+           wrapped(rooms, "  ");
 }
 
 }  // namespace

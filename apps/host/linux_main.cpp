@@ -57,8 +57,10 @@ int run(const Options& options, board::linux::LinuxConfig config) {
         runtime.run(board.now() + 2s);
     };
     course.report = [&](const auto&) {
+        const board::GuaranteeReport end = board.guarantee();
         apps::report_beside_sketch(text<std::string>(apps::run_report(*Runtime::current(), board.now()),
-                                                     apps::budgets_kept(board.guarantee()), '\n'));
+                                                     apps::delays_explained(end), apps::budgets_kept(end),
+                                                     '\n'));
         return 0;
     };
     return apps::run_sketch(board, options, course);

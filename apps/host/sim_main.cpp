@@ -2,10 +2,14 @@
 // kept their periods. With --check it only reports the verdict of admission.
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "apps/board_file/board_file.h"
@@ -13,15 +17,18 @@
 #include "apps/host/admission_report.h"
 #include "apps/host/certificate.h"
 #include "apps/host/chrome_trace.h"
+#include "apps/host/code_place.h"
 #include "apps/host/plan_picture.h"
 #include "apps/host/schedule_trace.h"
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
+#include "apps/host/spin_report.h"
 #include "apps/picture/page.h"
 #include "apps/picture/picture_file.h"
 #include "apps/picture/strip.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
+#include "board/sim/endless_jump.h"
 #include "board/sim/sim_board.h"
 #include "posix/small_file.h"
 
@@ -31,6 +38,7 @@ using namespace qduino;
 using runtime::Runtime;
 
 /// The limit on setup() during --check: some sketches wait there for input that does not come.
+/// Where it does not even come back to the board, twice that.
 constexpr unsigned kSetupSeconds = 10;
 
 struct Options : apps::SketchOptions {
@@ -49,18 +57,46 @@ struct Options : apps::SketchOptions {
 
 constexpr apps::Fail fail{""};
 
-/// In slices of 10 ms, so that Ctrl-C is seen and the pace is kept.
-void run_paced(Runtime& runtime, board::sim::SimBoard& board, const Options& options) {
+/// In slices, so that Ctrl-C is seen and the pace is kept, for as long as was asked for.
+/// `go_on(until)` is false when it has come to its end before that; so is the result.
+bool run_paced(board::sim::SimBoard& board, const Options& options,
+               const std::function<bool(Instant until)>& go_on) {
     const Instant begin = board.now();
     const Instant end = begin + from_seconds(options.length_s);
+    // A run of weeks is not looked at ten times a second.
+    const Nanoseconds slice =
+        options.speed > 0 ? 10ms : std::clamp<Nanoseconds>((end - begin) / 10'000, 100ms, 1s);
     const auto wall_begin = std::chrono::steady_clock::now();
-    while (board.now() < end && !board.stopped() && !apps::stop_asked()) {
-        runtime.run(std::min(end, board.now() + 10ms));
+    while (board.now() < end && !apps::stop_asked()) {
+        if (!go_on(std::min(end, board.now() + slice))) return false;
         if (options.speed <= 0) continue;
         const double due_s = to_seconds(board.now() - begin) / options.speed;
         std::this_thread::sleep_until(wall_begin + std::chrono::duration_cast<std::chrono::nanoseconds>(
                                                        std::chrono::duration<double>(due_s)));
     }
+    return true;
+}
+
+// ---- the last resort: code outside of the sketch that does not come back ------------------------
+
+/// Seconds from Ctrl-C to a forced end.
+constexpr unsigned kPatienceSeconds = 20;
+
+/// Says where the code is, and ends the program without its reports. In a signal's handler: if the
+/// code was in the memory allocator, this waits for ever, and the alarm ends it.
+[[noreturn]] void give_up_at(const void* place) {
+    std::signal(SIGALRM, SIG_DFL);
+    ::alarm(1);
+    const void* const after[] = {static_cast<const char*>(place) + 1};
+    apps::say(apps::verdict("the sketch does not come back from code that is not its own, at " +
+                            apps::place_of(after) + ": ended by force."));
+    ::_exit(1);
+}
+
+void give_up_after_stop(int) {
+    constexpr char kText[] = "Verdict: the sketch waits outside of virtual time: ended by force.\n";
+    static_cast<void>(!::write(STDERR_FILENO, kText, sizeof kText - 1));
+    ::_exit(1);
 }
 
 /// Writes the picture, if one is asked for. Returns what to say of it.
@@ -114,8 +150,20 @@ int report_end(const Options& options, board::sim::SimBoard& board,
     apps::report_beside_sketch(report);
     if (!written) return fail("the trace could not be written");
     if (!picture) return fail(picture.error());
-    apps::say(apps::verdict(options.name + ": " + apps::periods_kept(loops, board.now()) +
+    const auto spins = board.spins();
+    if (const std::string notes = apps::spin_notes(spins); !notes.empty()) apps::report_beside_sketch(notes);
+    apps::say(apps::verdict(options.name + ": " + apps::spin_verdict(spins) +
+                            apps::periods_kept(loops, board.now()) +
                             apps::sleep_verdict(*Runtime::current()) + "."));
+    return 0;
+}
+
+/// The end of a sketch whose setup() has not ended: no loop has run.
+int report_setup(const Options& options, board::sim::SimBoard& board, Nanoseconds after, Records& records) {
+    if (records.trace && !records.trace->finish(board.now()).ok())
+        return fail("the trace could not be written");
+    apps::say(apps::verdict(options.name + ": " + apps::setup_verdict(board.spins(), after) +
+                            ". No loop of it ran."));
     return 0;
 }
 
@@ -133,17 +181,34 @@ int run(const Options& options) {
     course.refused = apps::verdict(options.name + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
     course.opening = [] { return std::string{}; };
+    Nanoseconds in_setup{-1};  // −1: it has ended
+    course.setup = [&](void (*setup)()) {
+        if (!run_paced(board, options, [&](Instant until) { return !board.run_setup(setup, until); }))
+            return true;
+        in_setup = board.now() - kEpoch;
+        return false;
+    };
     course.play = [&](Runtime& runtime) {
         const Instant from = kEpoch + from_seconds(options.picture.from_s);
         records.schedule.follow(runtime, from, from + apps::length_for(runtime.plan(), options.picture));
-        run_paced(runtime, board, options);
+        run_paced(board, options, [&](Instant until) {
+            runtime.run(until);
+            return !board.stopped();
+        });
     };
     course.stop = [&](Runtime& runtime) {
         board.request_stop();
         runtime.run(board.now() + 1s);  // what has not ended by then is hung
         if (!board.stopped()) board.force_safe_states();
+        ::alarm(0);  // nothing of the sketch runs any more
     };
-    course.report = [&](const auto& loops) { return report_end(options, board, loops, records); };
+    course.report = [&](const auto& loops) {
+        return in_setup < Nanoseconds{0} ? report_end(options, board, loops, records)
+                                         : report_setup(options, board, in_setup, records);
+    };
+    std::signal(SIGALRM, give_up_after_stop);
+    apps::stop_on_signals(kPatienceSeconds);
+    const board::sim::EndlessJumps jumps(board.event_loop(), give_up_at);
     return apps::run_sketch(board, options, course);
 }
 
@@ -155,12 +220,30 @@ std::FILE* take_stdout() {
     return report >= 0 ? ::fdopen(report, "w") : nullptr;
 }
 
+constexpr const char* kSetupDoesNotEnd =
+    "setup() does not end with nothing wired to the board: admission cannot be checked without running it";
+
 void give_up_on_setup(int) {
-    constexpr char kText[] =
-        "setup() does not end with nothing wired to the board: admission cannot be checked without running "
-        "it\n";
-    static_cast<void>(!::write(STDERR_FILENO, kText, sizeof kText - 1));
+    static_cast<void>(!::write(STDERR_FILENO, kSetupDoesNotEnd, std::strlen(kSetupDoesNotEnd)));
+    static_cast<void>(!::write(STDERR_FILENO, "\n", 1));
     ::_exit(1);
+}
+
+/// The board on which setup() runs for a check. A table's setup() has no argument.
+board::sim::SimBoard* checked_board = nullptr;
+
+/// For kSetupSeconds of real time at most: the input that it waits for may come.
+void run_checked_setup() {
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds{kSetupSeconds};
+    while (!checked_board->run_setup(runtime::sketch_table().setup, checked_board->now() + 1s)) {
+        const auto spins = checked_board->spins();
+        const bool hopeless = !spins.empty() && spins.front().spin.endless;
+        if (!hopeless && std::chrono::steady_clock::now() < limit) continue;
+        fail(kSetupDoesNotEnd);
+        apps::say(apps::setup_verdict(spins, checked_board->now() - kEpoch) + ".\n");
+        apps::settle_sketch_output();
+        std::_Exit(1);
+    }
 }
 
 /// The worst schedule, for a picture or for the terminal. Empty where nobody asks for it and it
@@ -201,9 +284,11 @@ int check(const Options& options) {
     board::sim::SimBoard board(options.computer, nothing_wired);
     Runtime runtime(board);
     runtime::SketchTable table = runtime::sketch_table();
-    if (!apps::setup_may_declare()) table.setup = nullptr;
+    checked_board = &board;
+    if (table.setup) table.setup = apps::setup_may_declare() ? &run_checked_setup : nullptr;
+    const board::sim::EndlessJumps jumps(board.event_loop(), nullptr);
     std::signal(SIGALRM, give_up_on_setup);
-    ::alarm(kSetupSeconds);
+    ::alarm(2 * kSetupSeconds);
     const Result<void> begun = runtime.begin(table);
     ::alarm(0);
     apps::settle_sketch_output();
@@ -283,6 +368,5 @@ int main(int argc, char** argv) {
             return fail(named.error());
     }
     if (options.check) return check(options);
-    apps::stop_on_signals();
     return run(options);
 }

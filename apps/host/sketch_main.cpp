@@ -32,13 +32,28 @@ void hold_sketch_output(bool held) {
     if (&arduino::hold_console != nullptr) arduino::hold_console(held);
 }
 
+/// How setup() is called, and whether it has ended.
+struct SetupCall {
+    const SketchCourse* course = nullptr;
+    bool ended = true;
+
+    void operator()(void (*setup)()) {
+        if (setup && course->setup) {
+            ended = course->setup(setup);
+        } else if (setup) {
+            setup();
+        }
+    }
+};
+SetupCall call_setup;  // a table's setup() has no argument
+
 /// The sketch, with its loops' output held back behind setup()'s: the first report comes before
 /// their first words.
-runtime::SketchTable quiet_sketch() {
-    static void (*const setup)() = runtime::sketch_table().setup;
+runtime::SketchTable quiet_sketch(const SketchCourse& course) {
+    call_setup = {.course = &course};
     runtime::SketchTable table = runtime::sketch_table();
     table.setup = [] {
-        if (setup) setup();
+        call_setup(runtime::sketch_table().setup);
         settle_sketch_output();
         hold_sketch_output(true);
     };
@@ -91,12 +106,12 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     runtime::RuntimeOptions runtime_options = course.runtime;
     runtime_options.profile = options.profiles();
     runtime::Runtime runtime(board, runtime_options);
-    if (Result<void> begun = runtime.begin(quiet_sketch()); !begun)
+    if (Result<void> begun = runtime.begin(quiet_sketch(course)); !begun)
         return refuse(runtime, begun.error(), course.refused);
     report_beside_sketch(text<std::string>(runtime.plan().admission_table(), course.opening(), '\n'));
     hold_sketch_output(false);
     bool reported = report_to(options.report_path, guarantee_of(runtime));
-    course.play(runtime);
+    if (call_setup.ended) course.play(runtime);
     course.stop(runtime);
     settle_sketch_output();
     const board::GuaranteeReport guarantee = guarantee_of(runtime);

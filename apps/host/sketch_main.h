@@ -40,6 +40,9 @@ void add_sketch_options(CLI::App& app, SketchOptions& options, const char* lengt
 struct SketchCourse {
     std::string refused;  ///< said last when admission refuses the sketch
     runtime::RuntimeOptions runtime{};
+    /// Calls setup(); false: it was left before its end, and no loop is to run. Empty: it is
+    /// called.
+    std::function<bool(void (*setup)())> setup;
     std::function<std::string()> opening;         ///< behind the table of admission
     std::function<void(runtime::Runtime&)> play;  ///< runs the loops …
     std::function<void(runtime::Runtime&)> stop;  ///< … and ends them

@@ -18,14 +18,19 @@ long long sum_of(const std::vector<const runtime::Loop*>& loops,
     return sum;
 }
 
-/// Of loops that wait for their periods: one that is still in a release, in a delay() or a poll,
-/// has missed all the others, and no overrun has counted them yet.
+/// How long the release in hand has lasted, of a loop that waits for its periods; else nothing.
+Nanoseconds length_of_release(const runtime::Loop& loop, Instant now) {
+    const runtime::LoopStatistics& was = loop.statistics;
+    if (was.ended.get() > 0 || was.releases.get() < 2) return Nanoseconds{0};
+    return std::max(now - instant_from_ns(was.release_began_ns.get()), Nanoseconds{0});
+}
+
+/// One that is still in a release, in a delay() or a poll, has missed all the others, and no
+/// overrun has counted them yet.
 std::string stuck_loops(const std::vector<const runtime::Loop*>& loops, Instant now) {
     std::string out;
     for (const runtime::Loop* loop : loops) {
-        const runtime::LoopStatistics& was = loop->statistics;
-        if (was.ended.get() > 0 || was.releases.get() < 2) continue;
-        const Nanoseconds length = now - instant_from_ns(was.release_began_ns.get());
+        const Nanoseconds length = length_of_release(*loop, now);
         const long long missed = length / loop->declaration.period;
         if (missed < 1) continue;
         write(out, "; loop ", loop->declaration.id, " has not ended a release for ", human_duration(length),
@@ -105,8 +110,28 @@ std::string run_report(const runtime::Runtime& runtime, Instant now) {
                              ".\n");
 }
 
+namespace {
+
+/// How the loops have kept their periods up to `now`. They run on, and a wake-up may be late: one
+/// that is in the period after its own has not missed it yet.
+void add_periods(board::GuaranteeReport& report, const runtime::Runtime& runtime, Instant now) {
+    for (board::LoopGuarantee& line : report.loops) {
+        const runtime::Loop* loop = runtime.loop(line.id);
+        if (!loop) continue;  // a bottom half has no periods of its own
+        const runtime::LoopStatistics& was = loop->statistics;
+        line.releases = was.releases.get();
+        line.overruns = was.overruns.get();
+        line.dropped = was.dropped.get();
+        line.missed = std::max<std::int64_t>(length_of_release(*loop, now) / line.period - 1, 0);
+        line.worst_late = Nanoseconds{was.lateness_ns_max.get()};
+    }
+}
+
+}  // namespace
+
 board::GuaranteeReport guarantee_of(runtime::Runtime& runtime) {
     board::GuaranteeReport report = runtime.board().guarantee();
+    add_periods(report, runtime, runtime.board().now());
     if (!runtime.plan().admitted()) return report;
     for (const sched::Admission& core : runtime.plan().admission().cores) {
         for (const sched::IoResponse& promise : core.ios) {

@@ -29,7 +29,8 @@ std::string periods_kept(const std::vector<const runtime::Loop*>& loops, Instant
 /// How a run went, to be said at its end: loop_table(), and a line "Periods: …" of the two above.
 std::string run_report(const runtime::Runtime& runtime, Instant now);
 
-/// What its board guarantees, with what admission promises of the bottom halves that have run.
+/// What its board guarantees, with what admission promises of the bottom halves that have run, and
+/// how the loops have kept their periods so far. On the host's thread, also while the loops run.
 board::GuaranteeReport guarantee_of(runtime::Runtime& runtime);
 
 /// The loops of a runtime, in order of id.

@@ -143,7 +143,7 @@ ProcessPlan Launcher::plan_of(const char* name, const char* program, std::vector
     return plan;
 }
 
-/// Where the service writes what M500 keeps (apps/printd/kept_heat_file.h), for the next sketch.
+/// Where the service writes what M500 keeps (apps/printd/kept_settings_file.h).
 std::string Launcher::kept_settings() const { return options_.state / "kept-settings.toml"; }
 
 void Launcher::add(ProcessPlan plan) { processes_.push_back(std::make_unique<KeptProcess>(std::move(plan))); }
@@ -152,7 +152,7 @@ void Launcher::plan_machine() {
     const fs::path pins = memory_.file("pins");
     ProcessPlan plan = plan_of("virtual machine", "virtual-machine",
                                {"--pins", pins, "--inspect", memory_.file("inspect"), "--stay-while-locked",
-                                memory_.file("sketch.lock")});
+                                memory_.file("sketch.lock"), "--kept", kept_settings()});
     plan.ready = made_anew(pins);
     plan.after_end = [this] { processes_[1]->start_anew(); };
     add(std::move(plan));

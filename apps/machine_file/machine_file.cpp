@@ -1,6 +1,8 @@
 #include "apps/machine_file/machine_file.h"
 
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -187,14 +189,20 @@ void read_probe(Section& s, printer::ProbeConfig& p) {
 constexpr Words<printer::MeshSurface::bilinear, printer::MeshSurface::bicubic> kSurfaceWords{"bilinear",
                                                                                              "bicubic"};
 
-void read_mesh(Section& s, printer::MeshConfig& mesh) {
-    constexpr std::array<std::array<const char*, 3>, 2> kKeys{
-        {{"minimum_x_mm", "maximum_x_mm", "points_x"}, {"minimum_y_mm", "maximum_y_mm", "points_y"}}};
+constexpr std::array<std::array<const char*, 3>, 2> kGridKeys{
+    {{"minimum_x_mm", "maximum_x_mm", "points_x"}, {"minimum_y_mm", "maximum_y_mm", "points_y"}}};
+
+void read_grid(Section& s, std::array<Millimetres, 2>& minimum, std::array<Millimetres, 2>& maximum,
+               std::array<std::size_t, 2>& points) {
     for (std::size_t i = 0; i < 2; ++i) {
-        s.number(kKeys[i][0], mesh.minimum[i], -10000, 10000);
-        s.number(kKeys[i][1], mesh.maximum[i], -10000, 10000);
-        s.integer(kKeys[i][2], mesh.points[i], 2, printer::kMeshPointsMax);
+        s.number(kGridKeys[i][0], minimum[i], -10000, 10000);
+        s.number(kGridKeys[i][1], maximum[i], -10000, 10000);
+        s.integer(kGridKeys[i][2], points[i], 2, printer::kMeshPointsMax);
     }
+}
+
+void read_mesh(Section& s, printer::MeshConfig& mesh) {
+    read_grid(s, mesh.minimum, mesh.maximum, mesh.points);
     s.choice("surface", mesh.surface, kSurfaceWords);
     s.number("clearance_mm", mesh.clearance, 0.5, 100);
     s.number("travel_speed_mm_s", mesh.travel_speed, 1, 2000);
@@ -268,7 +276,37 @@ void read_machine(Section& s, MachineConfig& m) {
     s.number("nozzle_diameter_mm", m.nozzle_diameter, 0.05, 3);
 }
 
-/// What tuning may find (M500), and nothing else of a machine.
+/// "0.1 0.2; 0.3 0.4": rows of heights. False: not as many as the grid has points, or no heights.
+bool read_heights(std::string_view words, printer::KeptBed& bed) {
+    constexpr double kHighest_mm = 100;
+    const char* at = words.data();
+    const char* const end = at + words.size();
+    const auto skip = [&](char c) {
+        while (at != end && (*at == ' ' || *at == c)) ++at;
+    };
+    for (std::size_t row = 0; row < bed.points[1]; ++row) {
+        for (std::size_t column = 0; column < bed.points[0]; ++column) {
+            double& height = bed.heights[row][column];
+            const auto [next, failed] = std::from_chars(at, end, height);
+            if (failed != std::errc{} || !(std::abs(height) <= kHighest_mm)) return false;
+            at = next;
+            skip(column + 1 == bed.points[0] ? ';' : ' ');
+        }
+    }
+    return at == end;
+}
+
+void read_bed(Section& s, printer::KeptBed& bed) {
+    s.text("name", bed.name);
+    read_grid(s, bed.minimum, bed.maximum, bed.points);
+    std::string heights;
+    s.text("heights_mm", heights);
+    const bool spans = bed.minimum[0] < bed.maximum[0] && bed.minimum[1] < bed.maximum[1];
+    if (!spans || !read_heights(heights, bed))
+        s.fault("heights_mm", "'heights_mm' does not have a height for each point of the grid");
+}
+
+/// What tuning and measuring may find (M500), and nothing else of a machine.
 void read_kept(Section& s, MachineConfig& m) {
     const auto read = [](Section& heater, HeaterConfig& config) {
         read_gains(heater, config);
@@ -276,6 +314,12 @@ void read_kept(Section& s, MachineConfig& m) {
     };
     s.table("hot_end", [&](Section& heater) { read(heater, m.hot_end); });
     s.table("bed", [&](Section& heater) { read(heater, m.bed); });
+    std::vector<printer::KeptBed> beds;
+    s.tables("beds", beds, {"name", "heights_mm"},
+             [](Section& bed, printer::KeptBed& to) { read_bed(bed, to); });
+    for (const printer::KeptBed& bed : beds)
+        if (!m.beds.try_push_back(bed))
+            return s.fault("beds", "there are more than the printer has room for");
 }
 
 }  // namespace
@@ -294,7 +338,7 @@ std::string machine_error(std::string_view text, std::string_view name, MachineC
 Result<MachineConfig> parse_machine(std::string_view text, std::string_view name, const ReadMore& read_more) {
     MachineConfig machine;
     const std::string error = machine_error(text, name, machine, read_more);
-    if (!error.empty()) return make_error(ErrorCode::invalid_argument, error);
+    if (!error.empty()) return toml_error(error);
     return machine;
 }
 
@@ -320,23 +364,39 @@ void write_heater(std::string& out, std::string_view table, const printer::Heate
           "\nfilament_j_mm3_k = ", Shortest{model.filament_j_mm3_k}, '\n');
 }
 
+void write_bed(std::string& out, const printer::KeptBed& bed) {
+    write(out, "[[beds]]\nname = \"", bed.name.view(), "\"\n");
+    for (std::size_t i = 0; i < 2; ++i) {
+        write(out, kGridKeys[i][0], " = ", Shortest{bed.minimum[i].value()}, '\n', kGridKeys[i][1], " = ",
+              Shortest{bed.maximum[i].value()}, '\n', kGridKeys[i][2], " = ", bed.points[i], '\n');
+    }
+    std::string_view between = "heights_mm = \"";
+    for (std::size_t row = 0; row < bed.points[1]; ++row) {
+        for (std::size_t column = 0; column < bed.points[0]; ++column, between = " ")
+            write(out, between, Shortest{bed.heights[row][column]});
+        between = "; ";
+    }
+    write(out, "\"\n");
+}
+
 }  // namespace
 
-std::string kept_text(const printer::HeaterSettings& hot_end, const printer::HeaterSettings& bed) {
+std::string kept_text(const printer::HeaterSettings& hot_end, const printer::HeaterSettings& bed,
+                      const printer::KeptBeds& beds) {
     std::string out =
         "# Kept by M500: they go before the machine file. Without this file that counts again.\n";
     write_heater(out, "hot_end", hot_end);
     write_heater(out, "bed", bed);
+    for (const printer::KeptBed& each : beds) write_bed(out, each);
     return out;
 }
 
 Result<void> apply_kept(std::string_view text, std::string_view name, MachineConfig& machine) {
     MachineConfig changed = machine;
-    std::string error = read_toml(text, name, [&](Section& root) { read_kept(root, changed); });
-    if (!error.empty()) {
-        error += " (remove the file: the machine file counts)";
-        return make_error(ErrorCode::invalid_argument, error);
-    }
+    for (HeaterConfig* heater : {&changed.hot_end, &changed.bed})
+        heater->factory = printer::factory_settings_of(*heater);
+    const std::string error = read_toml(text, name, [&](Section& root) { read_kept(root, changed); });
+    if (!error.empty()) return toml_error(error, " (remove the file: the machine file counts)");
     machine = changed;
     return {};
 }

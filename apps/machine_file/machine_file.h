@@ -31,12 +31,12 @@ Result<printer::MachineConfig> parse_machine(std::string_view text, std::string_
                                         printer::MachineConfig& machine, const ReadMore& read_more = {});
 
 // What M500 keeps is a file of its own, in the service's state folder: the gains and models of the
-// heaters, in the keys of a machine file. It goes before the machine file. The sketch gives the
-// numbers to the service over the link, and the service writes them, whole or not at all.
+// heaters, in the keys of a machine file, and the beds that were measured. It goes before the
+// machine file. The sketch gives it to the service over the link, which writes it whole, or not.
 
 /// The kept file's text.
 [[nodiscard]] std::string kept_text(const printer::HeaterSettings& hot_end,
-                                    const printer::HeaterSettings& bed);
+                                    const printer::HeaterSettings& bed, const printer::KeptBeds& beds);
 /// Puts the kept file's `text` over `machine`. Error: names line and key, and nothing is changed.
 [[nodiscard]] Result<void> apply_kept(std::string_view text, std::string_view name,
                                       printer::MachineConfig& machine);

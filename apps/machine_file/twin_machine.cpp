@@ -91,6 +91,24 @@ void lay_bed(twin::Machine& twin, const printer::MachineConfig& config) {
     twin.skew = {config.skew.xy, config.skew.xz, config.skew.yz};
 }
 
+/// What a job may name comes from where the job does: the printer's own files.
+std::vector<twin::KnownBedSpec> known_beds(const printer::MachineConfig& config, const twin::GridSpec& grid) {
+    std::vector<twin::KnownBedSpec> known;
+    for (const printer::KeptBed& bed : config.beds) {
+        known.push_back({std::string{bed.name.view()}, grid, {}});
+        twin::KnownBedSpec& spec = known.back();
+        for (std::size_t i = 0; i < 2; ++i) {
+            spec.grid.minimum_mm[i] = bed.minimum[i].value();
+            spec.grid.maximum_mm[i] = bed.maximum[i].value();
+            spec.grid.points[i] = static_cast<int>(bed.points[i]);
+        }
+        for (std::size_t row = 0; row < bed.points[1]; ++row)
+            spec.heights.insert(spec.heights.end(), bed.heights[row].begin(),
+                                bed.heights[row].begin() + static_cast<std::ptrdiff_t>(bed.points[0]));
+    }
+    return known;
+}
+
 void read_melt(TomlSection& s, twin::MeltSpec& melt) {
     s.number("pressure_s", melt.pressure_s, 0.001, 2);
     s.number("idle_ooze_mm3", melt.idle_ooze_mm3, 0, 100);
@@ -122,6 +140,7 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
     twin.ambient_celsius = config.room.value();
     lay_bed(twin, config);
     if (twin.gantry == twin::GantryType::delta) stand_up(twin, config.kinematics);
+    twin.known_beds = known_beds(config, twin.grid);
     for (const printer::Macro& macro : config.macros)
         twin.macros.push_back({std::string{macro.name.view()}, std::string{macro.text.view()}});
     twin.filament_diameter_mm = config.filament_diameter.value();
@@ -136,7 +155,12 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
 Result<twin::Machine> read_twin_machine(const std::filesystem::path& twin_path,
                                         const std::filesystem::path& machine_path,
                                         const printer::MachineConfig& config) {
-    if (twin_path.empty()) return machine_path.empty() ? twin::Machine{} : twin_machine(config);
+    if (twin_path.empty() && !machine_path.empty()) return twin_machine(config);
+    if (twin_path.empty()) {
+        twin::Machine reference;
+        reference.known_beds = known_beds(config, reference.grid);
+        return reference;
+    }
     twin::MeltSpec melt;
     const auto read_more = [&](TomlSection& root) {
         root.table("melt", [&](TomlSection& s) { read_melt(s, melt); });
@@ -146,6 +170,7 @@ Result<twin::Machine> read_twin_machine(const std::filesystem::path& twin_path,
     machine.melt = melt;
     // What a job asks for, its macros too, comes from where the job does.
     if (machine.macros.empty()) machine.macros = twin_machine(config).macros;
+    machine.known_beds = known_beds(config, machine.grid);
     return machine;
 }
 

@@ -15,6 +15,11 @@
 #include "board/metal/panic.h"
 #include "runtime/runtime.h"
 
+namespace qduino::board::metal {
+/// Linked where a sketch uses the network (board/metal/net/network.cpp); null elsewhere.
+[[gnu::weak]] void open_network();
+}  // namespace qduino::board::metal
+
 namespace qduino::apps::metal {
 namespace {
 
@@ -60,6 +65,7 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
 
 void qduino::board::metal::metal_main(std::string_view words) {
     static MetalBoard board;
+    if (open_network) open_network();
     static runtime::Runtime runtime(board);
     const double seconds = std::strtod(apps::metal::value_of(words, "for").c_str(), nullptr);
     const int status = apps::metal::run_sketch(board, runtime, seconds);

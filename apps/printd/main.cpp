@@ -20,7 +20,7 @@
 #include "apps/machine_file/machine_file.h"
 #include "apps/printd/analyzer.h"
 #include "apps/printd/inspection.h"
-#include "apps/printd/kept_heat_file.h"
+#include "apps/printd/kept_settings_file.h"
 #include "apps/printd/options.h"
 #include "apps/printd/privileges.h"
 #include "apps/printd/serial_host.h"
@@ -200,7 +200,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     spool_options.opened_s = clock_now().now_s;
     printd::PreflightAnalyzer analyzer{machine};
     printd::StepCostFile step_cost{options.state, analyzer};
-    printd::KeptHeatFile kept_heat{options.state};
+    printd::KeptSettingsFile kept{options.state};
     spool_options.analyzer = &analyzer;
     QDUINO_TRY_ASSIGN(const auto spool,
                       spool::Spool::open(spool_options, link, inspection ? &*inspection : nullptr));
@@ -233,7 +233,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
         if (serial_host) serial_host->tick(now.now);
         if (link.trouble() != said && !link.trouble().empty()) spdlog::warn("{}", link.trouble());
         said = link.trouble();
-        if (kept_heat.take(link.current())) spdlog::info("the heaters' settings are kept (M500)");
+        if (kept.take(link.current())) spdlog::info("the settings are kept (M500)");
         if (step_cost.take(link.current())) say_step_cost(analyzer.step_cost());
     });
     threads.stop_on_signals([](int signal) { spdlog::info("stopping on signal {}", signal); });
@@ -257,7 +257,7 @@ Result<void> recover(const printd::Options& options, const printer::MachineConfi
 
 Result<void> run(const printd::Options& options) {
     QDUINO_TRY_ASSIGN(const printer::MachineConfig machine,
-                      apps::read_machine_files(options.machine, printd::kept_heat_path(options.state)));
+                      apps::read_machine_files(options.machine, printd::kept_settings_path(options.state)));
     QDUINO_TRY_ASSIGN(Ground ground, prepare(options));
     return options.recover ? recover(options, machine) : serve(options, machine, std::move(ground));
 }

@@ -11,6 +11,7 @@
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/sketch_report.h"
 #include "apps/link/link_file.h"
+#include "apps/link/live_guarantee.h"
 #include "apps/machine_file/machine_check.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/terminal/program.h"
@@ -44,10 +45,12 @@ Result<void> run(const Arguments& arguments) {
     const board::GuaranteeReport report = board->guarantee();
     std::fputs(apps::guarantee_text(report).c_str(), stdout);
     std::fflush(stdout);
-    link.get()->guarantee.write({std::string_view{apps::guarantee_json(report)}});
-    runtime.run(kForever);
-    std::fputs(apps::run_report(runtime, board->now()).c_str(), stdout);
-    std::fputs(apps::budgets_kept(board->guarantee()).c_str(), stdout);
+    apps::run_and_publish(*link.get(), runtime);
+    const board::GuaranteeReport end = board->guarantee();
+    std::fputs(text<std::string>(apps::run_report(runtime, board->now()), apps::delays_explained(end),
+                                 apps::budgets_kept(end))
+                   .c_str(),
+               stdout);
     return {};
 }
 

@@ -58,7 +58,7 @@ int print(const apps::PrintOptions& options, const Outputs& outputs) {
     }
     const printer::link::KeptHeat& kept = printed->kept;
     if (!outputs.kept.empty() && kept.number > 0) {
-        if (!posix::write_durably(outputs.kept, apps::kept_text(kept.hot_end, kept.bed)))
+        if (!posix::write_durably(outputs.kept, apps::kept_text(kept.hot_end, kept.bed, printed->kept_beds)))
             return fail(outputs.kept + ": cannot be written");
     }
     if (const Result<void> drawn = draw(*printed, options, outputs); !drawn) return fail(drawn.error());
@@ -97,8 +97,8 @@ void declare(CLI::App& app, Request& r) {
                    "The machine that stands there in truth (keys as of --machine); left out: the one that "
                    "the printer takes it for");
     app.add_option("--kept", r.outputs.kept,
-                   "File of the settings that M500 keeps (M301, M303, M306): read before the machine file's "
-                   "numbers count, and written after a file that has M500 in it");
+                   "File of the settings that M500 keeps (M301, M303, M306, beds): read before the machine "
+                   "file's numbers count, and written after a file that has M500 in it");
     app.add_option("--report", r.outputs.report, "Write the report here, as JSON");
     app.add_flag("--heights", r.print.heights,
                  "Watch how high the plastic lies, how it oozes, and how long each kind of line takes");

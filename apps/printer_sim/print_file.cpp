@@ -165,6 +165,7 @@ Result<PrintResult> print_file(const PrintOptions& options) {
     printer.run(printer.now() + 500ms);
     result.motion = memory->motion_status.read();
     result.kept = memory->kept_heat.read();
+    result.kept_beds = memory->kept_beds.read();
     if (record) result.observed = observed(*record, printer.now(), options.file);
     if (!options.board_name.empty()) result.board = costs_of(options, printer);
     result.built = job.finish(printer.now(), true, memory->job_status.read().excursions);

@@ -42,6 +42,7 @@ struct PrintResult {
     std::vector<std::string> warnings;
     std::vector<std::string> answers;  ///< to the job's questions and experiments (M306 T)
     printer::link::KeptHeat kept{};    ///< of M500
+    printer::KeptBeds kept_beds{};     ///< … and the beds
     std::optional<Observed> observed;  ///< when it was asked for
     std::optional<BoardCosts> board;   ///< of a board file
 

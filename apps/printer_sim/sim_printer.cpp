@@ -5,9 +5,9 @@
 #include <thread>
 
 #include "PrinterWiring.h"
-#include "apps/guarantee/guarantee_report.h"
 #include "apps/inspect/inspect_service.h"
 #include "apps/link/link_file.h"
+#include "apps/link/live_guarantee.h"
 #include "apps/terminal/program.h"
 
 namespace qduino::apps {
@@ -38,9 +38,11 @@ Result<void> SimPrinter::begin(board::Peripherals* front, const board::sim::SimC
                                                     front ? *front : static_cast<board::Peripherals&>(twin_));
     runtime_ = std::make_unique<runtime::Runtime>(*board_);
     QDUINO_TRY(runtime_->begin(runtime::sketch_table()));
-    link_.guarantee.write({std::string_view{guarantee_json(board_->guarantee())}});
+    publish_guarantee();
     return {};
 }
+
+void SimPrinter::publish_guarantee() { apps::publish_guarantee(link_, *runtime_); }
 
 bool SimPrinter::run(Instant until) {
     board_->run(until);
@@ -60,6 +62,7 @@ Result<void> run_live(const LiveOptions& options) {
 
     WallClock::time_point wall_start = WallClock::now();
     Instant virtual_start = printer.now();
+    WallClock::time_point published = wall_start;
     while (!stop_asked()) {
         std::this_thread::sleep_for(kWallSlice);
         const double wall_s = std::chrono::duration<double>(WallClock::now() - wall_start).count();
@@ -69,6 +72,10 @@ Result<void> run_live(const LiveOptions& options) {
         const Instant end = std::min(due, printer.now() + 500ms);
         if (!printer.run(end)) return {};
         if (socket) socket->poll();
+        if (WallClock::now() - published >= kGuaranteeEvery) {
+            printer.publish_guarantee();
+            published = WallClock::now();
+        }
         if (due - end > from_seconds(std::chrono::duration<double>(kBehindMax).count() * options.speed)) {
             wall_start = WallClock::now();
             virtual_start = printer.now();

@@ -29,6 +29,8 @@ class SimPrinter {
     /// Admits and starts the sketch. `front`: what the board sees as its peripherals; null for the
     /// twin itself. `computer`: the simulated one; its peripherals are the twin's.
     Result<void> begin(board::Peripherals* front = nullptr, const board::sim::SimConfig& computer = {});
+    /// Writes the guarantee report, as of now, into the link; begin() has done so once.
+    void publish_guarantee();
     /// Plays everything before `until`. Returns false when the sketch has stopped.
     bool run(Instant until);
     [[nodiscard]] Instant now() const { return now_; }

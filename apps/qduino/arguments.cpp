@@ -31,12 +31,25 @@ void add_sketch(CLI::App& sub, Arguments& arguments) {
     sub.add_flag("-v,--verbose", arguments.verbose, "Show the commands that build it");
 }
 
+/// A subcommand that is about a sketch.
+CLI::App* add_sketch_command(CLI::App& app, Arguments& arguments, Command command, const char* name,
+                             const char* description, const char* footer) {
+    CLI::App* sub = add_command(app, arguments, command, name, description, footer);
+    add_sketch(*sub, arguments);
+    return sub;
+}
+
 void add_length(CLI::App& sub, Arguments& arguments, const char* description) {
     add_option(sub, "--for", arguments.length_s, description, "S")->check(CLI::PositiveNumber);
 }
 
 void add_board(CLI::App& sub, Arguments& arguments) {
     add_option(sub, "--board", arguments.board, "Board file (docs/board-file.md)", "FILE")
+        ->check(CLI::ExistingFile);
+}
+
+void add_pins(CLI::App& sub, Arguments& arguments) {
+    add_option(sub, "--pins", arguments.pins, "Virtual pins, as virtual-machine makes them", "FILE")
         ->check(CLI::ExistingFile);
 }
 
@@ -70,40 +83,38 @@ void add_new(CLI::App& app, Arguments& arguments) {
 
 void add_build(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
-        add_command(app, arguments, Command::build, "build", "Compile a sketch",
-                    "Makes two programs, for the simulator and for Linux, in the cache\n"
-                    "($XDG_CACHE_HOME/qduino), and prints their paths. Only what has changed is\n"
-                    "made again. Errors point into the .ino. .cpp and .c files beside it, and in\n"
-                    "src/, are compiled too. Honours CXX, CC, CXXFLAGS, CFLAGS, LDFLAGS.\n"
-                    "Example: qduino build blinker --only linux --output /tmp");
-    add_sketch(*sub, arguments);
+        add_sketch_command(app, arguments, Command::build, "build", "Compile a sketch",
+                           "Makes two programs, for the simulator and for Linux, in the cache\n"
+                           "($XDG_CACHE_HOME/qduino), and prints their paths. Only what has changed is\n"
+                           "made again. Errors point into the .ino. .cpp and .c files beside it, and in\n"
+                           "src/, are compiled too. Honours CXX, CC, CXXFLAGS, CFLAGS, LDFLAGS.\n"
+                           "Example: qduino build blinker --only linux --output /tmp");
     add_option(*sub, "--only", arguments.only, "One board: sim or linux", "BOARD")
         ->check(CLI::IsMember({"sim", "linux"}));
     add_option(*sub, "-o,--output", arguments.output, "Copy the programs into this folder", "DIR");
 }
 
 void add_run(CLI::App& app, Arguments& arguments) {
-    CLI::App* sub = add_command(app, arguments, Command::run, "run", "Run a sketch here, in real time",
-                                "Under qduino-supervisor: when the sketch dies or hangs, pins with a safe\n"
-                                "state are forced to it. Says which guarantees hold. Ends with 2 when\n"
-                                "admission refuses the sketch.\n"
-                                "Example: qduino run blinker --for 10 --report guarantees.json");
-    add_sketch(*sub, arguments);
+    CLI::App* sub =
+        add_sketch_command(app, arguments, Command::run, "run", "Run a sketch here, in real time",
+                           "Under qduino-supervisor: when the sketch dies or hangs, pins with a safe\n"
+                           "state are forced to it. Says which guarantees hold. Ends with 2 when\n"
+                           "admission refuses the sketch.\n"
+                           "Example: qduino run blinker --for 10 --report guarantees.json");
     add_length(*sub, arguments, "Seconds (default: until Ctrl-C)");
     add_board(*sub, arguments);
-    add_option(*sub, "--pins", arguments.pins, "Virtual pins, as virtual-machine makes them", "FILE")
-        ->check(CLI::ExistingFile);
+    add_pins(*sub, arguments);
     sub->add_flag("--isolate", arguments.isolate, "Empty the cores that loops own (root)");
     sub->add_flag("--best-effort", arguments.best_effort, "Do not ask for real-time scheduling");
     add_report(*sub, arguments);
 }
 
 void add_sim(CLI::App& app, Arguments& arguments) {
-    CLI::App* sub = add_command(app, arguments, Command::sim, "sim", "Run a sketch in the simulator",
-                                "Virtual time: the same seed gives the same run, to the nanosecond. Ends\n"
-                                "with 2 when admission refuses the sketch.\n"
-                                "Example: qduino sim blinker --for 60 --picture blinker.svg");
-    add_sketch(*sub, arguments);
+    CLI::App* sub =
+        add_sketch_command(app, arguments, Command::sim, "sim", "Run a sketch in the simulator",
+                           "Virtual time: the same seed gives the same run, to the nanosecond. Ends\n"
+                           "with 2 when admission refuses the sketch.\n"
+                           "Example: qduino sim blinker --for 60 --picture blinker.svg");
     add_length(*sub, arguments, "Virtual seconds (default 10)");
     add_option(*sub, "--speed", arguments.speed, "Virtual seconds per second (default: all)", "K")
         ->check(CLI::PositiveNumber);
@@ -114,14 +125,13 @@ void add_sim(CLI::App& app, Arguments& arguments) {
 
 void add_check(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
-        add_command(app, arguments, Command::check, "check", "Would a sketch be admitted?",
-                    "No loop runs. setup() runs, with nothing wired, only if the sketch has calls\n"
-                    "that declare I/O VCPUs or critical sections, or route interrupts. Counts the\n"
-                    "overheads that the board file names.\n"
-                    "Ends with 0 when admitted, 2 when refused: then it names the loop, its R and\n"
-                    "T, each one's share, and the smallest change that would be admitted.\n"
-                    "Example: qduino check blinker.ino --cores 1 --json");
-    add_sketch(*sub, arguments);
+        add_sketch_command(app, arguments, Command::check, "check", "Would a sketch be admitted?",
+                           "No loop runs. setup() runs, with nothing wired, only if the sketch has calls\n"
+                           "that declare I/O VCPUs or critical sections, or route interrupts. Counts the\n"
+                           "overheads that the board file names.\n"
+                           "Ends with 0 when admitted, 2 when refused: then it names the loop, its R and\n"
+                           "T, each one's share, and the smallest change that would be admitted.\n"
+                           "Example: qduino check blinker.ino --cores 1 --json");
     sub->add_flag("--json", arguments.json, "As JSON (docs/qduino.md lists the keys)");
     add_option(*sub, "--certificate", arguments.certificate,
                "Write what was assumed and derived, for tools/check_certificate.py", "FILE");
@@ -131,14 +141,13 @@ void add_check(CLI::App& app, Arguments& arguments) {
 
 void add_trace(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
-        add_command(app, arguments, Command::trace, "trace", "Record who ran when",
-                    "Runs the sketch in the simulator and writes a file for ui.perfetto.dev or\n"
-                    "chrome://tracing: releases, preemption, throttling, replenishment, overruns,\n"
-                    "interrupts, per core. With --linux it runs in real time, and the kernel's\n"
-                    "tracer records what the kernel knows: who ran when, wakes, preemption,\n"
-                    "throttling, interrupts, but no overruns; root only.\n"
-                    "Example: qduino trace blinker --for 2 -o blinker.json");
-    add_sketch(*sub, arguments);
+        add_sketch_command(app, arguments, Command::trace, "trace", "Record who ran when",
+                           "Runs the sketch in the simulator and writes a file for ui.perfetto.dev or\n"
+                           "chrome://tracing: releases, preemption, throttling, replenishment, overruns,\n"
+                           "interrupts, per core. With --linux it runs in real time, and the kernel's\n"
+                           "tracer records what the kernel knows: who ran when, wakes, preemption,\n"
+                           "throttling, interrupts, but no overruns; root only.\n"
+                           "Example: qduino trace blinker --for 2 -o blinker.json");
     add_option(*sub, "-o,--output", arguments.output, "File to write (default: NAME-trace.json)", "FILE");
     add_length(*sub, arguments, "Seconds (default 10)");
     add_picture(*sub, arguments, "Draw the schedule as well, as .svg");
@@ -149,13 +158,12 @@ void add_trace(CLI::App& app, Arguments& arguments) {
 
 void add_profile(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
-        add_command(app, arguments, Command::profile, "profile", "Measure loops, and suggest budgets",
-                    "Runs the sketch and measures the CPU time of each release of a loop and each\n"
-                    "run of a handler. Suggests C = the worst observed and a margin, and T, shows\n"
-                    "the change of the sketch, and writes it with --write. Nothing is enforced\n"
-                    "meanwhile; with --real-time all is as in `qduino run`.\n"
-                    "Example: qduino profile blinker --for 60 --margin 50 --write");
-    add_sketch(*sub, arguments);
+        add_sketch_command(app, arguments, Command::profile, "profile", "Measure loops, and suggest budgets",
+                           "Runs the sketch and measures the CPU time of each release of a loop and each\n"
+                           "run of a handler. Suggests C = the worst observed and a margin, and T, shows\n"
+                           "the change of the sketch, and writes it with --write. Nothing is enforced\n"
+                           "meanwhile; with --real-time all is as in `qduino run`.\n"
+                           "Example: qduino profile blinker --for 60 --margin 50 --write");
     add_length(*sub, arguments, "Seconds (default 10)");
     add_option(*sub, "--margin", arguments.margin_percent, "Above the worst, in % (default 20)", "P")
         ->check(CLI::Range(0.0, 1000.0));
@@ -167,8 +175,7 @@ void add_profile(CLI::App& app, Arguments& arguments) {
         ->excludes(write)
         ->excludes(real_time);
     add_board(*sub, arguments);
-    add_option(*sub, "--pins", arguments.pins, "Virtual pins, as virtual-machine makes them", "FILE")
-        ->check(CLI::ExistingFile);
+    add_pins(*sub, arguments);
 }
 
 /// A duration in milliseconds, or with its unit: "10", "0.5", "500us", "1s".
@@ -204,23 +211,69 @@ void add_vcpu(CLI::App& app, Arguments& arguments) {
     });
 }
 
+/// Which emulator, and the way from its firmware to the image.
+void add_metal_ways(CLI::App& sub, Arguments& arguments) {
+    add_option(sub, "--boot", arguments.boot, "pvh (default), bios or uefi", "WAY")
+        ->check(CLI::IsMember({"pvh", "bios", "uefi"}));
+    add_option(sub, "--witness", arguments.witness, "qemu (default) or bochs", "NAME")
+        ->check(CLI::IsMember({"qemu", "bochs"}));
+    add_option(sub, "--vcd", arguments.vcd, "Bochs: keep the pins' changes here, with their times", "FILE");
+    add_option(sub, "--mips", arguments.mips, "Bochs: instructions in a microsecond (default 20)", "N")
+        ->check(CLI::IsMember({1, 2, 4, 5, 8, 10, 20, 25, 40, 50, 100, 200, 250, 500}));
+    add_option(sub, "-o,--output", arguments.output, "iso, efi: the file to make (default: in the cache)",
+               "FILE");
+}
+
+/// Empty: `words` are two ports, "8080:80".
+std::string port_pair_error(const std::string& words) {
+    const auto is_port = [](const std::string& digits) {
+        return !digits.empty() && digits.size() <= 5 &&
+               digits.find_first_not_of("0123456789") == std::string::npos && std::stoi(digits) >= 1 &&
+               std::stoi(digits) <= 65535;
+    };
+    const std::size_t colon = words.find(':');
+    const bool good =
+        colon != std::string::npos && is_port(words.substr(0, colon)) && is_port(words.substr(colon + 1));
+    return good ? "" : "'" + words + "' is not a pair of ports from 1 to 65535, such as 8080:80";
+}
+
 void add_metal(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
         add_command(app, arguments, Command::metal, "metal", "Boot a sketch without Linux",
                     "'build' makes an image for x86-64 in the cache and prints its path: the\n"
-                    "sketch and the scheduler, no operating system. 'run' boots it in QEMU: Serial\n"
-                    "is this terminal, reports are beside it, and what was written to the pins is\n"
-                    "seen from outside. Ends with 2 when admission refuses the sketch.\n"
+                    "sketch and the scheduler, no operating system. 'iso' makes a CD of it that a\n"
+                    "BIOS boots, 'efi' a program that UEFI starts. 'run' boots it in an emulator:\n"
+                    "Serial is this terminal, reports are beside it, and what was written to the\n"
+                    "pins is seen from outside. Ends with 2 when admission refuses the sketch.\n"
                     "Example: qduino metal run sketches/pulse_train --for 1");
-    add_option(*sub, "action", arguments.action, "build or run", "ACTION")
+    add_option(*sub, "action", arguments.action, "build, iso, efi or run", "ACTION")
         ->required()
-        ->check(CLI::IsMember({"build", "run"}));
+        ->check(CLI::IsMember({"build", "iso", "efi", "run"}));
     add_sketch(*sub, arguments);
     add_length(*sub, arguments, "Seconds of the machine (default: until Ctrl-C)");
     add_option(*sub, "--cores", arguments.cores, "Cores, 1 to 8 (default 2)", "N")->check(CLI::Range(1, 8));
     sub->add_flag("--deterministic", arguments.counted_time, "Time counts instructions: repeatable");
+    add_option(*sub, "--card", arguments.card, "A network card: virtio-net or e1000", "CARD")
+        ->check(CLI::IsMember({"virtio-net", "e1000"}));
+    add_option(*sub, "--forward", arguments.forwards, "A TCP port here is one there: 8080:80", "PORT:PORT")
+        ->check(CLI::Validator(port_pair_error, "PORT:PORT"));
     add_option(*sub, "--wire", arguments.wire, "Make a socket that drives pins, a byte a change", "FILE");
     add_option(*sub, "--record", arguments.record, "Keep here a byte for each write to a pin", "FILE");
+    add_metal_ways(*sub, arguments);
+}
+
+void add_lib(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub = add_command(app, arguments, Command::lib, "lib", "Install Arduino libraries",
+                                "Into the first folder of QDUINO_LIBRARIES, else ~/Arduino/libraries, where\n"
+                                "every sketch finds them by the headers that it includes. 'install' takes a\n"
+                                "folder, a zip, a git URL (URL#TAG), or NAME or NAME@VERSION of Arduino's\n"
+                                "index, with what it depends on; SHA-256 is verified. 'search' looks for\n"
+                                "words in the index.\n"
+                                "Example: qduino lib install Bounce2");
+    add_option(*sub, "action", arguments.action, "install, list, remove or search", "ACTION")
+        ->required()
+        ->check(CLI::IsMember({"install", "list", "remove", "search"}));
+    add_option(*sub, "what", arguments.words, "Libraries, or words to look for", "[WHAT...]");
 }
 
 void add_machine_commands(CLI::App& app, Arguments& arguments) {
@@ -290,6 +343,7 @@ std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
     add_profile(*app, arguments);
     add_vcpu(*app, arguments);
     add_metal(*app, arguments);
+    add_lib(*app, arguments);
     add_machine_commands(*app, arguments);
     return app;
 }

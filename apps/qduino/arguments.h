@@ -22,6 +22,7 @@ enum class Command {
     profile,
     vcpu,
     metal,
+    lib,
     doctor,
     restore,
     completion
@@ -33,7 +34,7 @@ struct Arguments {
     bool verbose = false;
     std::string name;    ///< new
     std::string only;    ///< build: "sim", "linux" or empty
-    std::string output;  ///< build: folder; trace, profile: file
+    std::string output;  ///< build: folder; trace, profile, metal: file
     std::optional<double> length_s;
     std::optional<double> speed;
     std::optional<int> cores;
@@ -48,11 +49,20 @@ struct Arguments {
     bool in_simulator = false, real_time = false, write = false;
     double margin_percent = 20;
     std::string profile;  ///< where the sketch's program writes it
-    // metal:
-    std::string action;         ///< "build" or "run"
-    std::string record;         ///< run: what the witness writes at the pins; empty: kept nowhere
-    std::string wire;           ///< run: a socket through which pins are driven from outside
-    bool counted_time = false;  ///< run: time is a count of instructions
+    /// metal: "build", "iso", "efi" or "run"; lib: "install", "list", "remove" or "search"
+    std::string action;
+    std::vector<std::string> words;  ///< lib: what to install, remove or look for
+    // metal run:
+    std::string boot;           ///< "pvh", "bios" or "uefi"; empty: "pvh"
+    std::string witness;        ///< "qemu" or "bochs"; empty: "qemu"
+    std::string vcd;            ///< where the pins' changes are kept; empty: nowhere
+    int mips = 20;              ///< of the machine in Bochs
+    std::string record;         ///< what the witness writes at the pins; empty: kept nowhere
+    std::string wire;           ///< a socket through which pins are driven from outside
+    bool counted_time = false;  ///< time is a count of instructions
+    std::string card;           ///< the machine's network card; empty: it has none
+    /// "PORT:PORT", one of this computer and one of the machine; then it has a card, too.
+    std::vector<std::string> forwards;
     bool json = false;
     std::string certificate;  ///< check: file
     // vcpu: the paper's default VCPU (RTAS 2017, section IV), unless others are named

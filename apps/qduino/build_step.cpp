@@ -27,11 +27,6 @@ fs::path beside(const fs::path& output, const char* extension) {
     return path;
 }
 
-std::string text_of(const fs::path& path) {
-    const auto read = posix::read_small_file(path);
-    return read ? *read : "";
-}
-
 /// Every word on a line of its own: none of them has a newline that would matter.
 std::string record_of(const BuildStep& step) {
     std::string record;
@@ -49,23 +44,6 @@ bool older_than(const fs::path& path, fs::file_time_type limit) {
 void say_log(const BuildStep& step) {
     const std::string log = text_of(beside(step.output, ".log"));
     std::fputs((::isatty(STDERR_FILENO) ? log : without_colours(log)).c_str(), stderr);
-}
-
-/// Runs one step. False: its program said no.
-Result<bool> make(const BuildStep& step) {
-    std::error_code failed;
-    fs::create_directories(step.output.parent_path(), failed);
-    fs::remove(beside(step.output, ".cmd"), failed);
-    const auto began = fs::file_time_type::clock::now();
-    QDUINO_TRY_ASSIGN(const int status, run_into(step.command, beside(step.output, ".log")));
-    if (status != 0) {
-        fs::remove(step.output, failed);
-        return false;
-    }
-    fs::last_write_time(step.output, began, failed);
-    if (!failed && posix::write_file(beside(step.output, ".cmd"), record_of(step))) return true;
-    return make_error(ErrorCode::unavailable,
-                      "cannot write to the build folder (disk full?): ", step.output.native());
 }
 
 /// The steps of one run, worked off by some threads.
@@ -89,7 +67,7 @@ class Work {
             std::fprintf(stderr, "%s\n", step.title.c_str());
             if (verbose_) std::fprintf(stderr, "  %s\n", shell_words(step.command).c_str());
         }
-        const Result<bool> made = make(step);
+        const Result<bool> made = run_step(step);
         const std::lock_guard lock{speaking_};
         if (!made || !*made) given_up_ = true;
         if (!made) {
@@ -110,6 +88,11 @@ class Work {
 };
 
 }  // namespace
+
+std::string text_of(const fs::path& path) {
+    const auto read = posix::read_small_file(path);
+    return read ? *read : "";
+}
 
 std::vector<fs::path> dependencies_in(std::string_view depfile) {
     std::vector<fs::path> files;
@@ -155,6 +138,24 @@ bool is_up_to_date(const BuildStep& step) {
 std::string without_colours(std::string_view text) {
     static const std::regex kColour{"\033\\[[^@-~]*[@-~]?"};
     return std::regex_replace(std::string{text}, kColour, "");
+}
+
+Result<bool> run_step(const BuildStep& step) {
+    std::error_code failed;
+    fs::create_directories(step.output.parent_path(), failed);
+    fs::remove(beside(step.output, ".cmd"), failed);
+    const auto began = fs::file_time_type::clock::now();
+    std::vector<std::string> command = step.command;
+    command.insert(command.end(), step.unrecorded.begin(), step.unrecorded.end());
+    QDUINO_TRY_ASSIGN(const int status, run_into(command, beside(step.output, ".log")));
+    if (status != 0) {
+        fs::remove(step.output, failed);
+        return false;
+    }
+    fs::last_write_time(step.output, began, failed);
+    if (!failed && posix::write_file(beside(step.output, ".cmd"), record_of(step))) return true;
+    return make_error(ErrorCode::unavailable,
+                      "cannot write to the build folder (disk full?): ", step.output.native());
 }
 
 Result<StepsDone> run_steps(const std::vector<BuildStep>& steps, bool verbose) {

@@ -23,6 +23,8 @@ struct BuildStep {
     std::vector<std::filesystem::path> inputs;
     std::filesystem::path output;
     std::filesystem::path depfile;  ///< empty: none
+    /// Further words of the command, which may differ from run to run without making it again.
+    std::vector<std::string> unrecorded = {};
 };
 
 /// True when the output stands, was made by the same command, and nothing that went into it has
@@ -32,6 +34,9 @@ struct BuildStep {
 /// The files that a depfile names (make's syntax: "a.o: a.cpp b\ c.h \"), without the target.
 [[nodiscard]] std::vector<std::filesystem::path> dependencies_in(std::string_view depfile);
 
+/// The text of a small file; empty where there is none.
+[[nodiscard]] std::string text_of(const std::filesystem::path& path);
+
 /// `text` without the escape sequences by which compilers colour it.
 [[nodiscard]] std::string without_colours(std::string_view text);
 
@@ -40,6 +45,10 @@ struct StepsDone {
     int made = 0;         ///< that had to be run
     bool failed = false;  ///< one could not be; what its program said has been printed
 };
+
+/// Runs one step, silently: what its program says is in output.log. False: it said no. Error: it
+/// could not be started, a file could not be written. May be called from several threads.
+[[nodiscard]] Result<bool> run_step(const BuildStep& step);
 
 /// Runs those of `steps` that are not up to date, as many at once as there are cores. Progress and
 /// the compilers' words go to stderr. Error: a program could not be started, a file could not be

@@ -17,6 +17,7 @@
 #include "apps/picture/picture_file.h"
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/kernel_trace.h"
+#include "apps/qduino/library_command.h"
 #include "apps/qduino/metal_command.h"
 #include "apps/qduino/profile_result.h"
 #include "apps/qduino/sketch_build.h"
@@ -58,10 +59,16 @@ struct Built {
 Result<Built> build_sketch(const Arguments& arguments, const std::vector<BoardKind>& boards) {
     QDUINO_TRY_ASSIGN(Sdk sdk, sdk_of_this_program());
     QDUINO_TRY_ASSIGN(Sketch sketch, find_sketch(arguments.sketch));
-    QDUINO_TRY_ASSIGN(const SketchBuild build, SketchBuild::open(sdk, sketch, environment_of_this_process()));
-    QDUINO_TRY_ASSIGN(const int made, build.make(boards, arguments.verbose));
-    Built built{.sdk = std::move(sdk), .sketch = std::move(sketch), .programs = {}, .steps = made};
-    for (const BoardKind board : boards) built.programs.push_back(build.program(board));
+    Built built{.sdk = std::move(sdk), .sketch = std::move(sketch), .programs = {}};
+    for (const BoardKind board : boards) {
+        const Sdk& tools = built.sdk;
+        QDUINO_TRY_ASSIGN(const SketchBuild build,
+                          SketchBuild::open(board == BoardKind::sim ? for_simulator(tools) : tools,
+                                            built.sketch, environment_of_this_process()));
+        QDUINO_TRY_ASSIGN(const int made, build.make({board}, arguments.verbose));
+        built.steps += made;
+        built.programs.push_back(build.program(board));
+    }
     return built;
 }
 
@@ -309,6 +316,11 @@ Result<int> boot_metal(const Arguments& arguments) {
     return metal(arguments, sdk);
 }
 
+Result<int> lib(const Arguments& arguments) {
+    QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
+    return library_command(arguments, sdk);
+}
+
 Result<int> doctor(const Arguments& arguments) {
     return run_doctor({.json = arguments.json, .root = {}}, stdout);
 }
@@ -322,8 +334,8 @@ Result<int> restore(const Arguments& arguments) {
 }
 
 // In the order of Command.
-constexpr std::array kCommands{make_new, build, run,        sim,    check,  trace,
-                               profile,  vcpu,  boot_metal, doctor, restore};
+constexpr std::array kCommands{make_new, build, run,        sim, check,  trace,
+                               profile,  vcpu,  boot_metal, lib, doctor, restore};
 static_assert(kCommands.size() == static_cast<std::size_t>(Command::completion));
 
 }  // namespace

@@ -8,8 +8,9 @@
 
 namespace qduino::apps {
 
-/// Carries out `arguments.action`, "build" or "run". Returns the exit status; 2 when admission
-/// refuses the sketch. Error: no image can be made here, or there is no emulator: what to do.
+/// Carries out `arguments.action`: "build", "iso", "efi" or "run". Returns the exit status; 2 when
+/// admission refuses the sketch. Error: no image or medium can be made here, or there is no
+/// emulator: what to do.
 [[nodiscard]] Result<int> metal(const Arguments& arguments, const Sdk& sdk);
 
 }  // namespace qduino::apps

@@ -75,10 +75,9 @@ function(qduino_write_sdk file)
   if(TARGET qduino_metal_program)
     qduino_json_list(metal_libraries $<TARGET_FILE:qduino_metal_program> $<TARGET_FILE:qduino_board_metal> -lstdc++
                      ${QDUINO_MUSL_LIBRARY} -lgcc)
-    qduino_json_list(metal_options -static -nostdlib -no-pie -Wl,--build-id=none -Wl,-z,max-page-size=4096
-                     -Wl,--no-warn-rwx-segments)
+    qduino_json_list(metal_options ${QDUINO_METAL_LINK_FLAGS})
   endif()
-  qduino_json_list(metal_flags ${QDUINO_METAL_FLAGS})
+  qduino_json_list(metal_flags ${QDUINO_METAL_FLAGS} ${QDUINO_METAL_CXX_FLAGS})
   set(include "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_INCLUDE_DIRECTORIES>>")
   set(definitions "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_COMPILE_DEFINITIONS>>")
   file(GENERATE OUTPUT ${file} CONTENT "{
@@ -90,11 +89,14 @@ function(qduino_write_sdk file)
   \"definitions\": \"${definitions}\",
   \"python\": \"${Python3_EXECUTABLE}\",
   \"ino_to_cpp\": \"${CMAKE_SOURCE_DIR}/tools/ino/ino_to_cpp.py\",
+  \"unpack_zip\": \"${CMAKE_SOURCE_DIR}/tools/library/unpack_zip.py\",
+  \"as_arduino\": \"${CMAKE_SOURCE_DIR}/tools/ino/as_arduino.py\",
   \"supervisor\": \"$<TARGET_FILE:qduino-supervisor>\",
-  \"sim\": {\"libraries\": [${sim_libraries}], \"options\": [${sim_options}]},
+  \"sim\": {\"libraries\": [${sim_libraries}], \"options\": [${sim_options}],
+          \"compiling\": [\"-fsanitize-coverage=trace-pc\"]},
   \"linux\": {\"libraries\": [${linux_libraries}], \"options\": [${linux_options}]},
   \"metal\": {\"libraries\": [${metal_libraries}], \"options\": [${metal_options}], \"flags\": [${metal_flags}],
-            \"script\": \"${CMAKE_SOURCE_DIR}/board/metal/boot/image.ld\", \"why_not\": \"${QDUINO_NO_METAL}\"}
+            \"script\": \"${QDUINO_METAL_SCRIPT}\", \"why_not\": \"${QDUINO_NO_METAL}\"}
 }
 ")
 endfunction()

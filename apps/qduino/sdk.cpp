@@ -48,6 +48,11 @@ const char* name_of(BoardKind board) {
     return board == BoardKind::sim ? "sim" : board == BoardKind::linux ? "linux" : "metal";
 }
 
+Sdk for_simulator(Sdk sdk) {
+    sdk.compiling = sdk.sim_compiling;
+    return sdk;
+}
+
 Sdk for_images(Sdk sdk) {
     sdk.flags = sdk.metal_flags;
     sdk.metal.options.push_back("-Wl,-T," + sdk.metal_script.string());
@@ -90,8 +95,11 @@ Result<Sdk> read_sdk(const fs::path& file) {
         sdk.definitions = list_of(json.at("definitions"));
         sdk.python = json.at("python");
         sdk.ino_to_cpp = resolved(folder, json.at("ino_to_cpp"));
+        sdk.unpack_zip = resolved(folder, json.at("unpack_zip"));
+        sdk.as_arduino = resolved(folder, json.at("as_arduino"));
         sdk.supervisor = resolved(folder, json.at("supervisor"));
         sdk.sim = linking_of(json.at("sim"), folder);
+        sdk.sim_compiling = json.at("sim").at("compiling").get<std::vector<std::string>>();
         sdk.linux = linking_of(json.at("linux"), folder);
         sdk.metal = linking_of(json.at("metal"), folder);
         sdk.metal_flags = json.at("metal").at("flags").get<std::vector<std::string>>();

@@ -24,11 +24,14 @@ struct Sdk {
     /// The C++ compiler: a program, perhaps with a launcher before it.
     std::vector<std::string> cxx;
     std::vector<std::string> cc;
-    std::vector<std::string> flags;  ///< of compiling and of linking
+    std::vector<std::string> flags;      ///< of compiling and of linking
+    std::vector<std::string> compiling;  ///< of compiling alone
     std::vector<std::string> include;
     std::vector<std::string> definitions;
     std::string python;
     std::filesystem::path ino_to_cpp;
+    std::filesystem::path unpack_zip;
+    std::filesystem::path as_arduino;  ///< stands before the compilers
     std::filesystem::path supervisor;
     struct Linking {
         std::vector<std::string> libraries;  ///< paths, or "-lname"
@@ -36,16 +39,20 @@ struct Sdk {
     };
     Linking sim;
     Linking linux;
-    Linking metal;                         ///< no libraries: images cannot be built here …
-    std::string no_metal;                  ///< … and why
-    std::vector<std::string> metal_flags;  ///< in the place of `flags`
-    std::filesystem::path metal_script;    ///< the linker's: where the parts of an image lie
+    std::vector<std::string> sim_compiling;  ///< in the place of `compiling`
+    Linking metal;                           ///< no libraries: images cannot be built here …
+    std::string no_metal;                    ///< … and why
+    std::vector<std::string> metal_flags;    ///< in the place of `flags`
+    std::filesystem::path metal_script;      ///< the linker's: where the parts of an image lie
 
     [[nodiscard]] const Linking& linking(BoardKind board) const {
         return board == BoardKind::sim ? sim : board == BoardKind::linux ? linux : metal;
     }
 };
 
+/// The same with the flags of the simulator's objects: the blocks that run are counted there
+/// (board/sim/block_count.h), and nowhere else.
+[[nodiscard]] Sdk for_simulator(Sdk sdk);
 /// The same with the flags and the linker script of images.
 [[nodiscard]] Sdk for_images(Sdk sdk);
 

@@ -1,29 +1,38 @@
 // Makes a sketch into programs, outside of any tree: in the user's cache. Makes only what has
 // changed.
 //
-//   ~/.cache/qduino/blink-1f0c…/       by the sketch's path, the tools and the flags
+//   ~/.cache/qduino/blink-1f0c…/       by the sketch's path, the tools and the flags: the simulator
+//                                      has one of its own, as its objects count what runs
 //     sketch.ino.cpp                   the tabs, joined by tools/ino/ino_to_cpp.py
-//     sketch.ino.cpp.o  filter.cpp.o   the same for both boards
-//     blink-sim  blink-linux           a port differs by what it is linked with
+//     sketch.ino.cpp.o  filter.cpp.o
+//     scan/                            what was read to find its libraries (library_discovery.h)
+//     libraries/…                      their objects, by the path of the source
+//     blink-sim                        a port differs by what it is linked with
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "apps/qduino/build_step.h"
+#include "apps/qduino/library_discovery.h"
 #include "apps/qduino/sdk.h"
 #include "apps/qduino/sketch_folder.h"
 #include "base/result.h"
 
 namespace qduino::apps {
 
-/// The environment: $XDG_CACHE_HOME, $HOME, $CXX, $CC, $CXXFLAGS, $CFLAGS, $LDFLAGS. Empty: not
-/// set.
+/// The environment: $XDG_CACHE_HOME, $HOME, $QDUINO_LIBRARIES, $CXX, $CC, $CXXFLAGS, $CFLAGS,
+/// $LDFLAGS, $QDUINO_LONG. Empty: not set.
 struct BuildEnvironment {
-    std::string xdg_cache_home, home;
+    std::string xdg_cache_home, home, qduino_libraries;
     std::string cxx, cc, cxxflags, cflags, ldflags;
+    std::string long_bits;  ///< "64": `long` is the compiler's own; else it has 32 bits
 };
 [[nodiscard]] BuildEnvironment environment_of_this_process();
+
+/// The folder for what is built and fetched. Error: not_found, when neither names one.
+[[nodiscard]] Result<std::filesystem::path> cache_root(const BuildEnvironment& environment);
 
 class SketchBuild {
   public:
@@ -42,15 +51,23 @@ class SketchBuild {
   private:
     SketchBuild(Sdk sdk, Sketch sketch) : sdk_(std::move(sdk)), sketch_(std::move(sketch)) {}
     [[nodiscard]] std::filesystem::path object_of(const std::filesystem::path& source) const;
-    [[nodiscard]] std::vector<std::filesystem::path> objects() const;
+    [[nodiscard]] BuildStep joining() const;
+    [[nodiscard]] Result<std::vector<Library>> libraries() const;
+    [[nodiscard]] BuildStep compiling(const std::filesystem::path& source, const std::string& title,
+                                      const std::vector<std::string>& further) const;
+    [[nodiscard]] std::vector<BuildStep> compiling_all(const std::vector<Library>& libraries) const;
+    [[nodiscard]] Result<BuildStep> linking(BoardKind board, const std::vector<BuildStep>& compiled,
+                                            const std::vector<Library>& libraries) const;
     [[nodiscard]] Result<int> make_locked(const std::vector<BoardKind>& boards, bool verbose) const;
 
     Sdk sdk_;
     Sketch sketch_;
+    std::string home_, qduino_libraries_;
     std::filesystem::path folder_;
     std::filesystem::path generated_;
     // The commands, up to their arguments.
-    std::vector<std::string> compile_cxx_, compile_c_, link_;
+    CompileCommands compile_;
+    std::vector<std::string> link_;
 };
 
 }  // namespace qduino::apps

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "apps/qduino/source_files.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -13,31 +14,13 @@ namespace fs = std::filesystem;
 
 bool is_tab(const fs::path& path) { return path.extension() == ".ino" || path.extension() == ".pde"; }
 
-bool is_source(const fs::path& path) {
-    return path.extension() == ".cpp" || path.extension() == ".cc" || path.extension() == ".c";
-}
-
-/// Editors leave hidden and backup files behind.
-bool is_hidden(const fs::path& path) { return path.filename().string().starts_with("."); }
-
-template <typename Iterator, typename Wanted>
-void collect(Iterator entries, Wanted wanted, std::vector<fs::path>& files) {
-    for (const fs::directory_entry& entry : entries) {
-        if (entry.is_regular_file() && !is_hidden(entry.path()) && wanted(entry.path()))
-            files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
-}
-
 Sketch whole_folder(const fs::path& folder) {
     Sketch sketch{.name = folder.filename().string(), .folder = folder, .tabs = {}, .sources = {}};
-    collect(fs::directory_iterator(folder), is_tab, sketch.tabs);
+    sketch.tabs = files_in(folder, Depth::this_folder, is_tab);
     std::stable_partition(sketch.tabs.begin(), sketch.tabs.end(),
                           [&](const fs::path& tab) { return tab.stem() == sketch.name; });
-    std::vector<fs::path> deeper;
-    if (fs::is_directory(folder / "src"))
-        collect(fs::recursive_directory_iterator(folder / "src"), is_source, deeper);
-    collect(fs::directory_iterator(folder), is_source, sketch.sources);
+    sketch.sources = sources_in(folder, Depth::this_folder);
+    const std::vector<fs::path> deeper = sources_in(folder / "src", Depth::whole_tree);
     sketch.sources.insert(sketch.sources.end(), deeper.begin(), deeper.end());
     return sketch;
 }

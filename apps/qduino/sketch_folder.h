@@ -3,8 +3,9 @@
 //   blink/            the folder is the sketch, and gives it its name
 //     blink.ino       tabs: every .ino (and .pde); the one named as the folder first
 //     motor.ino
-//     filter.cpp      compiled beside the tabs, as are .c files
+//     filter.cpp      compiled beside the tabs, as are .c and .S files
 //     src/…           and what is in here, at any depth
+//     libraries/…     libraries of this sketch's own (library_shelf.h)
 #pragma once
 
 #include <filesystem>
@@ -19,7 +20,7 @@ struct Sketch {
     std::string name;
     std::filesystem::path folder;                ///< absolute
     std::vector<std::filesystem::path> tabs;     ///< in the order in which they are joined
-    std::vector<std::filesystem::path> sources;  ///< .cpp and .c, sorted
+    std::vector<std::filesystem::path> sources;  ///< .cpp, .c and .S, sorted
 };
 
 /// Finds the sketch for `argument`, a folder or an .ino. An .ino with its folder's name, or the

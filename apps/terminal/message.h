@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace qduino::apps {
 
@@ -12,6 +13,9 @@ inline constexpr std::size_t kColumns = 80;
 /// `words` after `prefix`, broken at spaces; further lines are indented as far as the prefix
 /// reaches.
 [[nodiscard]] std::string wrapped(std::string_view words, std::string_view prefix);
+
+/// `pieces` with a space between them after `prefix`, broken between pieces alone.
+[[nodiscard]] std::string wrapped(const std::vector<std::string>& pieces, std::string_view prefix);
 
 /// The same for a shell command, which stays one that can be copied: broken only outside quotes,
 /// with a backslash at each broken end. A command begins with "sudo " or "echo "; other text is

@@ -2,6 +2,7 @@
 
 #include <signal.h>
 #include <sys/signalfd.h>
+#include <unistd.h>
 
 #include <atomic>
 
@@ -12,6 +13,7 @@ namespace {
 
 std::atomic<bool> g_stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler writes it");
+unsigned g_patience_s = 0;
 
 }  // namespace
 
@@ -20,9 +22,13 @@ int Fail::operator()(std::string_view message) const {
     return status;
 }
 
-void stop_on_signals() {
+void stop_on_signals(unsigned patience_s) {
+    g_patience_s = patience_s;
     struct sigaction action {};
-    action.sa_handler = [](int) { g_stop_asked = true; };
+    action.sa_handler = [](int) {
+        g_stop_asked = true;
+        if (g_patience_s > 0) ::alarm(g_patience_s);
+    };
     for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
 }
 

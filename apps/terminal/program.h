@@ -20,8 +20,8 @@ struct Fail {
 };
 
 /// From here on SIGINT and SIGTERM only set what stop_asked() reads. They interrupt a wait in the
-/// kernel.
-void stop_on_signals();
+/// kernel. With a `patience`, SIGALRM comes so many seconds later; alarm(0) calls it off.
+void stop_on_signals(unsigned patience_s = 0);
 /// A signal has come. Any thread.
 [[nodiscard]] bool stop_asked();
 

@@ -1,7 +1,5 @@
 #include "apps/terminal/message.h"
 
-#include <vector>
-
 #include "base/text.h"
 
 namespace qduino::apps {
@@ -42,7 +40,11 @@ std::string joined(const std::vector<std::string>& words, std::string_view prefi
 }  // namespace
 
 std::string wrapped(std::string_view words, std::string_view prefix) {
-    return joined(words_of(words, false), prefix, "");
+    return wrapped(words_of(words, false), prefix);
+}
+
+std::string wrapped(const std::vector<std::string>& pieces, std::string_view prefix) {
+    return joined(pieces, prefix, "");
 }
 
 std::string wrapped_command(std::string_view words, std::string_view prefix) {

@@ -177,4 +177,20 @@ void TomlSection::finish() {
     }
 }
 
+Error toml_error(std::string_view text, std::string_view advice) {
+    constexpr std::size_t kRoom = decltype(Error::message)::kCapacity;
+    const std::size_t list = text.find("; accepted: ");
+    if (text.size() + advice.size() > kRoom && list != std::string_view::npos) {
+        std::size_t entries = 1;
+        for (std::size_t at = text.find(", ", list); at != std::string_view::npos;
+             at = text.find(", ", at + 1))
+            ++entries;
+        const auto end = qduino::text<std::string>(", … (", entries, " in all)", advice);
+        const std::size_t cut = end.size() < kRoom ? text.rfind(", ", kRoom - end.size()) : 0;
+        if (cut > list && cut != std::string_view::npos)
+            return make_error(ErrorCode::invalid_argument, text.substr(0, cut), end);
+    }
+    return make_error(ErrorCode::invalid_argument, text, advice);
+}
+
 }  // namespace qduino::apps

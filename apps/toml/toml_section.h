@@ -195,4 +195,9 @@ template <typename Read>
     return std::move(reading.error);
 }
 
+/// What read_toml() returned as an Error, whose text is bounded. A list of what is accepted that is
+/// too long ends behind one of its entries, and says how many there are: "…; accepted: x, y, …
+/// (23 in all)". `advice` stands behind it, whole.
+[[nodiscard]] Error toml_error(std::string_view text, std::string_view advice = {});
+
 }  // namespace qduino::apps

@@ -78,13 +78,14 @@ int main(int argc, char** argv) {
         "outlives the sketch, watches what is built, and tells on its socket.\n"
         "Example: virtual-machine --pins /dev/shm/qduino-pins --inspect /run/inspect.sock"};
     apps::VirtualMachineOptions options;
-    std::string machine_file;
+    std::string machine_file, kept_file;
     std::string sketch_lock;
     std::vector<std::string> faults;
     int fifo = 20;  // above all ordinary load, below every loop
     app.add_option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs")->required();
     app.add_option("--inspect", options.inspect, "unix socket to answer questions on");
     app.add_option("--machine", machine_file, "machine file (TOML); default: the reference machine");
+    app.add_option("--kept", kept_file, "file of what M500 keeps: the beds that a job may name");
     app.add_option("--fault", faults,
                    "KIND[:WHERE][@SECONDS], such as sensor_stuck:hot_end@120; may be repeated");
     app.add_option("--fifo", fifo,
@@ -95,12 +96,14 @@ int main(int argc, char** argv) {
                    "asked to stop, stay while somebody holds a lock on this file (10 s at most)");
     if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
 
-    const auto config = apps::read_machine_file(machine_file);
+    const auto config = apps::read_machine_files(machine_file, kept_file);
     if (!config) return fail(config.error());
     const auto parsed = apps::parse_faults(faults);
     if (!parsed) return fail(parsed.error());
     // Without a file the twin keeps its own numbers, which check the sketch's (twin/machine.h).
-    if (!machine_file.empty()) options.machine = apps::twin_machine(*config);
+    const auto metal = apps::read_twin_machine("", machine_file, *config);
+    if (!metal) return fail(metal.error());
+    options.machine = *metal;
     options.faults = *parsed;
     const auto machine = apps::VirtualMachine::create(options);
     if (!machine) return fail(machine.error());

@@ -1,4 +1,4 @@
-// The AVR's header for data in flash, for sketches that include it by name.
+// The AVR's header for data in flash, for sketches and libraries that include it by name.
 #pragma once
 
 #include "arduino/core/program_memory.h"

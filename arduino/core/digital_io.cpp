@@ -23,7 +23,7 @@ namespace {
 std::atomic<int> read_bits{10};
 std::atomic<int> write_bits{8};
 std::array<std::atomic<bool>, kPinCount> pwm_active{};
-std::array<std::atomic<bool>, kPinCount> is_output{};
+std::array<std::atomic<bool>, kPinCount> outputs{};
 
 bool is_pin(const char* call, int pin) {
     return (pin >= 0 && pin < kPinCount) ||
@@ -63,11 +63,15 @@ void pinMode(int pin, int mode) {
         return;
     }
     if (!succeeded("pinMode", pin, board::current().pin_mode(pin_id(pin), known->second))) return;
-    is_output[static_cast<std::size_t>(pin)].store(mode == OUTPUT, std::memory_order_relaxed);
+    outputs[static_cast<std::size_t>(pin)].store(mode == OUTPUT, std::memory_order_relaxed);
 }
 
 void qduino::arduino::make_output(int pin) {
-    if (!is_output[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed)) pinMode(pin, OUTPUT);
+    if (!is_output(pin)) pinMode(pin, OUTPUT);
+}
+
+bool qduino::arduino::is_output(int pin) {
+    return outputs[static_cast<std::size_t>(pin)].load(std::memory_order_relaxed);
 }
 
 void digitalWrite(int pin, int level) {
@@ -141,7 +145,7 @@ void analogWriteResolution(int bits) {
     if (is_resolution("analogWriteResolution", bits)) write_bits.store(bits, std::memory_order_relaxed);
 }
 
-void shiftOut(int data_pin, int clock_pin, BitOrder order, std::uint8_t value) {
+void shiftOut(int data_pin, int clock_pin, int order, std::uint8_t value) {
     for (int i = 0; i < 8; ++i) {
         const int shift = order == LSBFIRST ? i : 7 - i;
         digitalWrite(data_pin, (value >> shift) & 1);
@@ -150,7 +154,7 @@ void shiftOut(int data_pin, int clock_pin, BitOrder order, std::uint8_t value) {
     }
 }
 
-std::uint8_t shiftIn(int data_pin, int clock_pin, BitOrder order) {
+std::uint8_t shiftIn(int data_pin, int clock_pin, int order) {
     unsigned value = 0;
     for (int i = 0; i < 8; ++i) {
         const int shift = order == LSBFIRST ? i : 7 - i;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "arduino/core/loops.h"
+#include "arduino/core/wiring.h"
 #include "runtime/sketch.h"
 
 namespace qduino::arduino {
@@ -28,18 +29,6 @@ bool attach_interrupt_vcpu(int pin, void (*handler)(), int mode, Nanoseconds bud
 bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
 
 }  // namespace qduino::arduino
-
-/// An interrupt's number is its pin's; every pin can have one.
-constexpr int digitalPinToInterrupt(int pin) { return pin; }
-inline constexpr int NOT_AN_INTERRUPT = -1;
-
-/// Runs `handler` on the default I/O VCPU at RISING, FALLING or CHANGE. LOW and HIGH are levels on
-/// the AVR; here they mean the edge that leads there. Setup-time.
-void attachInterrupt(int interrupt, void (*handler)(), int mode);
-void detachInterrupt(int interrupt);
-/// Holds all handlers back (they run at interrupts()); stops no loop.
-void noInterrupts();
-void interrupts();
 
 // ---- QduinoMC: true when the board granted it; a refusal is reported ----------------------------
 /// Routes the interrupts of a device class away from `core`, and back.

@@ -64,6 +64,9 @@
 #define QDUINO_ROUTED(name, device, core) name(::qduino::arduino::device_class::device, core)
 #define noInterrupts(...) QDUINO_ROUTE(noInterrupts, __VA_ARGS__)
 #define interrupts(...) QDUINO_ROUTE(interrupts, __VA_ARGS__)
+// The AVR's names for them, without arguments.
+#define cli() noInterrupts()
+#define sei() interrupts()
 #define interruptsVcpu(device, ...) \
     interruptsVcpu(qduino_time_unit(0), ::qduino::arduino::device_class::device, __VA_ARGS__)
 #define attachInterruptVcpu(...) attachInterruptVcpu(qduino_time_unit(0), __VA_ARGS__)

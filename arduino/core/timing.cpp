@@ -25,20 +25,38 @@ Nanoseconds since_start() {
     return board::current().now() - (runtime ? runtime->made_at() : qduino::kEpoch);
 }
 
-void (*setup_work)(qduino::Instant) = nullptr;
+constexpr std::size_t kSetupWorksMax = 4;
+void (*setup_works[kSetupWorksMax])(qduino::Instant) = {};
 
 }  // namespace
 
-void qduino::arduino::set_setup_work(void (*work)(Instant)) { setup_work = work; }
+void qduino::arduino::set_setup_work(void (*work)(Instant)) {
+    for (auto& place : setup_works) {
+        if (place && place != work) continue;
+        place = work;
+        return;
+    }
+}
 
-unsigned long millis() { return static_cast<unsigned long>(to_ns(since_start()) / 1'000'000); }
-unsigned long micros() { return static_cast<unsigned long>(to_ns(since_start()) / 1'000); }
+void qduino::arduino::wait_until(Instant until) {
+    if (board::current().current_vcpu() == qduino::board::kNoVcpu) {
+        for (auto* work : setup_works) {
+            if (work) work(until);
+        }
+    }
+    board::current().sleep_until(until);
+}
+
+std::uint64_t qduino_millis() { return static_cast<std::uint64_t>(to_ns(since_start()) / 1'000'000); }
+std::uint64_t qduino_micros() { return static_cast<std::uint64_t>(to_ns(since_start()) / 1'000); }
+
+unsigned long millis() { return qduino_millis(); }
+unsigned long micros() { return qduino_micros(); }
 unsigned long long nanos() { return static_cast<unsigned long long>(to_ns(board::current().now())); }
 
 void delay(unsigned long ms) {
     const qduino::Instant until = board::current().now() + duration_of(ms, 1'000'000);
-    if (setup_work && board::current().current_vcpu() == qduino::board::kNoVcpu) setup_work(until);
-    board::current().sleep_until(until);
+    qduino::arduino::wait_until(until);
 }
 void delayMicroseconds(unsigned long us) { board::current().busy_for(duration_of(us, 1'000)); }
 void delayBusyMicroseconds(unsigned long us) { delayMicroseconds(us); }

@@ -1,7 +1,5 @@
-#include "arduino/host/socket.h"
-
+// Sockets of the host's system.
 #include <arpa/inet.h>
-#include <ifaddrs.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -11,9 +9,11 @@
 #include <cerrno>
 #include <cstring>
 
+#include "arduino/core/socket.h"
 #include "posix/system_error.h"
+#include "posix/unique_fd.h"
 
-namespace qduino::arduino::host {
+namespace qduino::arduino {
 
 namespace {
 
@@ -46,20 +46,81 @@ Error network_error(const char* what, std::uint16_t port) {
     return posix::system_error(what, text("port ", port));
 }
 
-std::shared_ptr<Socket> make_socket(int type, int& descriptor) {
-    posix::UniqueFd made{socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
-    descriptor = made.get();
-    return made.valid() ? std::make_shared<Socket>(std::move(made)) : nullptr;
-}
-
 bool wait_for(int descriptor, short events, int timeout_ms) {
     pollfd look{descriptor, events, 0};
     return poll(&look, 1, timeout_ms) == 1;
 }
 
+class HostSocket final : public Socket {
+  public:
+    explicit HostSocket(posix::UniqueFd descriptor) : descriptor_(std::move(descriptor)) {}
+
+    void close() override { descriptor_ = posix::UniqueFd{}; }
+    std::shared_ptr<Socket> accept() override;
+    std::size_t send(std::span<const std::uint8_t> bytes) override;
+    bool send_to(Endpoint to, std::span<const std::uint8_t> bytes) override;
+    int receive(std::span<std::uint8_t> bytes, bool peek) override;
+    std::optional<std::size_t> receive_from(std::span<std::uint8_t> bytes, Endpoint& from) override;
+    [[nodiscard]] int available() override;
+    [[nodiscard]] Endpoint local() const override { return end_of(descriptor_.get(), &getsockname); }
+    [[nodiscard]] Endpoint remote() const override { return end_of(descriptor_.get(), &getpeername); }
+
+  private:
+    posix::UniqueFd descriptor_;
+};
+
+std::shared_ptr<Socket> make_socket(int type, int& descriptor) {
+    posix::UniqueFd made{socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+    descriptor = made.get();
+    return made.valid() ? std::make_shared<HostSocket>(std::move(made)) : nullptr;
+}
+
+std::shared_ptr<Socket> HostSocket::accept() {
+    posix::UniqueFd accepted{accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+    return accepted.valid() ? std::make_shared<HostSocket>(std::move(accepted)) : nullptr;
+}
+
+std::size_t HostSocket::send(std::span<const std::uint8_t> bytes) {
+    std::size_t sent = 0;
+    while (sent < bytes.size()) {
+        const ssize_t count =
+            ::send(descriptor_.get(), bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+        if (count > 0) sent += static_cast<std::size_t>(count);
+        if (count >= 0 || errno == EINTR) continue;
+        if (errno != EAGAIN || !wait_for(descriptor_.get(), POLLOUT, kSendWaitMs)) break;
+    }
+    return sent;
+}
+
+bool HostSocket::send_to(Endpoint to, std::span<const std::uint8_t> bytes) {
+    const sockaddr_in address = system_address(to);
+    return sendto(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL, generic(address),
+                  sizeof address) >= 0;
+}
+
+int HostSocket::receive(std::span<std::uint8_t> bytes, bool peek) {
+    const ssize_t count = recv(descriptor_.get(), bytes.data(), bytes.size(), peek ? MSG_PEEK : 0);
+    if (count > 0) return static_cast<int>(count);
+    return count < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
+}
+
+std::optional<std::size_t> HostSocket::receive_from(std::span<std::uint8_t> bytes, Endpoint& from) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    const ssize_t count = recvfrom(descriptor_.get(), bytes.data(), bytes.size(), 0, generic(address), &size);
+    if (count < 0) return std::nullopt;
+    from = endpoint_of(address);
+    return static_cast<std::size_t>(count);
+}
+
+int HostSocket::available() {
+    int count = 0;
+    return ioctl(descriptor_.get(), FIONREAD, &count) == 0 ? count : 0;
+}
+
 }  // namespace
 
-Result<std::shared_ptr<Socket>> Socket::connect(Endpoint to, int timeout_ms) {
+Result<std::shared_ptr<Socket>> connect_socket(Endpoint to, int timeout_ms) {
     int descriptor = -1;
     auto made = make_socket(SOCK_STREAM, descriptor);
     const sockaddr_in address = system_address(to);
@@ -78,7 +139,7 @@ Result<std::shared_ptr<Socket>> Socket::connect(Endpoint to, int timeout_ms) {
     return network_error("connect to", to.port);
 }
 
-Result<std::shared_ptr<Socket>> Socket::listen(std::uint16_t port) {
+Result<std::shared_ptr<Socket>> listen_socket(std::uint16_t port) {
     int descriptor = -1;
     auto made = make_socket(SOCK_STREAM, descriptor);
     if (!made) return network_error("listen on", port);
@@ -91,7 +152,7 @@ Result<std::shared_ptr<Socket>> Socket::listen(std::uint16_t port) {
     return made;
 }
 
-Result<std::shared_ptr<Socket>> Socket::bind_udp(std::uint16_t port, std::optional<std::uint32_t> group) {
+Result<std::shared_ptr<Socket>> udp_socket(std::uint16_t port, std::optional<std::uint32_t> group) {
     int descriptor = -1;
     auto made = make_socket(SOCK_DGRAM, descriptor);
     if (!made) return network_error("take UDP", port);
@@ -109,76 +170,16 @@ Result<std::shared_ptr<Socket>> Socket::bind_udp(std::uint16_t port, std::option
     return made;
 }
 
-std::shared_ptr<Socket> Socket::accept() {
-    posix::UniqueFd accepted{accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
-    return accepted.valid() ? std::make_shared<Socket>(std::move(accepted)) : nullptr;
-}
-
-std::size_t Socket::send(std::span<const std::uint8_t> bytes) {
-    std::size_t sent = 0;
-    while (sent < bytes.size()) {
-        const ssize_t count =
-            ::send(descriptor_.get(), bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-        if (count > 0) sent += static_cast<std::size_t>(count);
-        if (count >= 0 || errno == EINTR) continue;
-        if (errno != EAGAIN || !wait_for(descriptor_.get(), POLLOUT, kSendWaitMs)) break;
-    }
-    return sent;
-}
-
-bool Socket::send_to(Endpoint to, std::span<const std::uint8_t> bytes) {
-    const sockaddr_in address = system_address(to);
-    return sendto(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL, generic(address),
-                  sizeof address) >= 0;
-}
-
-int Socket::receive(std::span<std::uint8_t> bytes, bool peek) {
-    const ssize_t count = recv(descriptor_.get(), bytes.data(), bytes.size(), peek ? MSG_PEEK : 0);
-    if (count > 0) return static_cast<int>(count);
-    return count < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
-}
-
-std::optional<std::size_t> Socket::receive_from(std::span<std::uint8_t> bytes, Endpoint& from) {
-    sockaddr_in address{};
-    socklen_t size = sizeof address;
-    const ssize_t count = recvfrom(descriptor_.get(), bytes.data(), bytes.size(), 0, generic(address), &size);
-    if (count < 0) return std::nullopt;
-    from = endpoint_of(address);
-    return static_cast<std::size_t>(count);
-}
-
-int Socket::available() const {
-    int count = 0;
-    return ioctl(descriptor_.get(), FIONREAD, &count) == 0 ? count : 0;
-}
-
-Endpoint Socket::local() const { return end_of(descriptor_.get(), &getsockname); }
-Endpoint Socket::remote() const { return end_of(descriptor_.get(), &getpeername); }
-
-std::optional<std::uint32_t> resolve(const std::string& host) {
+std::optional<std::uint32_t> resolve(const char* host) {
     addrinfo wanted{};
     wanted.ai_family = AF_INET;
     wanted.ai_socktype = SOCK_STREAM;
     addrinfo* found = nullptr;
-    if (getaddrinfo(host.c_str(), nullptr, &wanted, &found) != 0 || !found) return std::nullopt;
+    if (getaddrinfo(host, nullptr, &wanted, &found) != 0 || !found) return std::nullopt;
     sockaddr_in address{};
     std::memcpy(&address, found->ai_addr, sizeof address);
     freeaddrinfo(found);
     return address.sin_addr.s_addr;
 }
 
-std::optional<std::uint32_t> first_local_address() {
-    ifaddrs* all = nullptr;
-    if (getifaddrs(&all) != 0) return std::nullopt;
-    std::optional<std::uint32_t> found;
-    for (const ifaddrs* one = all; one && !found; one = one->ifa_next) {
-        if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
-        sockaddr_in address{};
-        std::memcpy(&address, one->ifa_addr, sizeof address);
-        if ((ntohl(address.sin_addr.s_addr) >> 24) != 127) found = address.sin_addr.s_addr;
-    }
-    freeifaddrs(all);
-    return found;
-}
-
-}  // namespace qduino::arduino::host
+}  // namespace qduino::arduino

@@ -1,10 +1,11 @@
 // bench-analysis: what an upload costs before it is a job.
 //
-//   bench-analysis [--json] [--megabytes N] [FILE.gcode]
+//   bench-analysis [--json] [--megabytes N] [--hostile] [FILE.gcode]
 //
 // Hashes the file as its bytes arrive, then analyses it as the print service does: preflight,
 // packed layers, the printer's own estimate. Without a file it makes one of N MB (150) in the
 // folder for temporary files: walls of short segments, infill, retractions, comments of a slicer.
+// --hostile makes a file that wants memory instead: every line of it begins a layer.
 // A process of its own reports the CPU time that all that took, and its peak memory.
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -74,6 +75,13 @@ void make_job(const std::filesystem::path& path, double megabytes) {
     out << "M104 S0\nM140 S0\nM84\n";
 }
 
+void make_hostile_job(const std::filesystem::path& path, double megabytes) {
+    std::ofstream out{path, std::ios::binary};
+    out << "G28\nM109 S215\nM83\nG1 F9000\n";
+    for (int i = 0; static_cast<double>(out.tellp()) < megabytes * 1e6; ++i)
+        out << (i % 2 == 0 ? ";LAYER:1\nG1 X1E1\n" : ";LAYER:1\nG1 X2E1\n");
+}
+
 double cpu_s() {
     rusage used{};
     ::getrusage(RUSAGE_SELF, &used);
@@ -138,19 +146,21 @@ std::string measure(const std::filesystem::path& path, const std::filesystem::pa
 int run(int argc, char** argv) {
     CLI::App app{"What an upload costs before it is a job: hash, preflight, packed layers, estimate."};
     bool json = false;
+    bool hostile = false;
     double megabytes = 150;
     std::string file;
     app.add_flag("--json", json, "One JSON object instead of a table");
     app.add_option("--megabytes", megabytes, "Of the file that is made")
         ->check(CLI::Range(0.1, 2000.0))
         ->capture_default_str();
+    app.add_flag("--hostile", hostile, "Make one of which every line begins a layer");
     app.add_option("FILE", file, "Analyse this one instead")->check(CLI::ExistingFile);
     CLI11_PARSE(app, argc, argv);
     std::string pattern = (std::filesystem::temp_directory_path() / "bench-analysis-XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr) return 1;
     const std::filesystem::path folder = pattern;
     const std::filesystem::path path = file.empty() ? folder / "made.gcode" : std::filesystem::path{file};
-    if (file.empty()) make_job(path, megabytes);
+    if (file.empty()) (hostile ? make_hostile_job : make_job)(path, megabytes);
     Report report;
     const std::string why = measure(path, folder / "layers", report);
     std::filesystem::remove_all(folder);

@@ -119,12 +119,10 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    options.seconds = 4;
-    options.rounds = 4;
-    const auto leave = parse_options(
-        options, argc, argv,
-        "Busy loops under a budget: longest burst and utilisation, ours against SCHED_DEADLINE.",
-        "Example: bench-budget --json > budget.json", false);
-    return leave ? *leave : run(options);
+    return run_benchmark(
+        argc, argv, {.seconds = 4, .rounds = 4},
+        {.description =
+             "Busy loops under a budget: longest burst and utilisation, ours against SCHED_DEADLINE.",
+         .footer = "Example: bench-budget --json > budget.json"},
+        run);
 }

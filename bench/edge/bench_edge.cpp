@@ -90,12 +90,10 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    options.seconds = 3;
-    options.rounds = 15;
-    const auto leave = parse_options(
-        options, argc, argv,
-        "Time from an edge to its handler, against a plain real-time thread that waits for the same edge.",
-        "Example: bench-edge --json > edge.json", true);
-    return leave ? *leave : run(options);
+    return run_benchmark(argc, argv, {.seconds = 3, .rounds = 15},
+                         {.description = "Time from an edge to its handler, against a plain real-time thread "
+                                         "that waits for the same edge.",
+                          .footer = "Example: bench-edge --json > edge.json",
+                          .has_load = true},
+                         run);
 }

@@ -66,11 +66,8 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    options.seconds = 5;
-    options.rounds = 1;
-    const auto leave =
-        parse_options(options, argc, argv, "Loops that try to take more than their budgets: what they get.",
-                      "Example: bench-escape --json > escape.json", false);
-    return leave ? *leave : run(options);
+    return run_benchmark(argc, argv, {.seconds = 5, .rounds = 1},
+                         {.description = "Loops that try to take more than their budgets: what they get.",
+                          .footer = "Example: bench-escape --json > escape.json"},
+                         run);
 }

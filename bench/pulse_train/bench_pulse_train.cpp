@@ -155,14 +155,13 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    const auto leave = parse_options(
-        options, argc, argv,
-        "A 10 kHz pulse train: the paper's Listing 1 and 2, an absolute-deadline variant, and a bare spin.",
-        "As root the train has a core of its own; as an ordinary user it runs too, and says what it could "
-        "not "
-        "have.\nThe computer is restored after every run. Example: bench-pulse-train --json > "
-        "pulse_train.json",
-        true);
-    return leave ? *leave : run(options);
+    return run_benchmark(
+        argc, argv, {},
+        {.description = "A 10 kHz pulse train: the paper's Listing 1 and 2, an absolute-deadline variant, "
+                        "and a bare spin.",
+         .footer = "As root the train has a core of its own; as an ordinary user it runs too, and says what "
+                   "it could not have.\nThe computer is restored after every run. Example: "
+                   "bench-pulse-train --json > pulse_train.json",
+         .has_load = true},
+        run);
 }

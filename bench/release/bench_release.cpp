@@ -80,12 +80,11 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    options.seconds = 4;
-    options.rounds = 20;
-    const auto leave = parse_options(
-        options, argc, argv,
-        "Release latency of a periodic loop, against cyclictest at the same priority, period and core.",
-        "Example: bench-release --json > release.json", true);
-    return leave ? *leave : run(options);
+    return run_benchmark(
+        argc, argv, {.seconds = 4, .rounds = 20},
+        {.description =
+             "Release latency of a periodic loop, against cyclictest at the same priority, period and core.",
+         .footer = "Example: bench-release --json > release.json",
+         .has_load = true},
+        run);
 }

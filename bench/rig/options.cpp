@@ -7,28 +7,24 @@
 
 namespace qduino::bench {
 
-std::optional<int> parse_options(Options& options, int argc, char** argv, const std::string& description,
-                                 const std::string& footer, bool has_load) {
-    CLI::App app(description);
-    app.footer(footer);
-    app.add_flag("--json", options.json, "Print one JSON object");
-    app.add_option("--seconds", options.seconds, "Length of each run")
+int run_benchmark(int argc, char** argv, Options defaults, const About& about,
+                  const std::function<int(const Options&)>& run) {
+    CLI::App app(about.description);
+    app.footer(about.footer);
+    app.add_flag("--json", defaults.json, "Print one JSON object");
+    app.add_option("--seconds", defaults.seconds, "Length of each run")
         ->check(CLI::Range(0.5, 20.0))
         ->capture_default_str();
-    app.add_option("--rounds", options.rounds, "Runs of each, in turn")
+    app.add_option("--rounds", defaults.rounds, "Runs of each, in turn")
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
-    if (has_load) {
-        app.add_option("--load", options.load, "What else the computer does")
+    if (about.has_load) {
+        app.add_option("--load", defaults.load, "What else the computer does")
             ->check(CLI::IsMember({"idle", "submission", "both"}))
             ->capture_default_str();
     }
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error);
-    }
-    return std::nullopt;
+    CLI11_PARSE(app, argc, argv);
+    return run(defaults);
 }
 
 bool under_each_load(const Options& options, Report& report,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "bench/rig/report.h"
@@ -17,10 +16,17 @@ struct Options {
     std::string load = "both";  ///< idle, submission or both
 };
 
-/// Fills in `options`. A returned value is the exit status to leave with: help was printed, or the
-/// line was wrong and the user was told.
-std::optional<int> parse_options(Options& options, int argc, char** argv, const std::string& description,
-                                 const std::string& footer, bool has_load);
+/// What a benchmark says of itself on --help.
+struct About {
+    std::string description;
+    std::string footer;
+    bool has_load = false;  ///< it takes --load
+};
+
+/// main() of a benchmark: `run` gets `defaults` as the command line changes them. Returns the exit
+/// status: that of `run`, or help was printed, or the line was wrong and the user was told.
+int run_benchmark(int argc, char** argv, Options defaults, const About& about,
+                  const std::function<int(const Options&)>& run);
 
 /// Calls `play` once without load and once under the submission load (load.h), as asked. False:
 /// `play` was false, or the load could not be started; that was reported. Adds a remark to `report`

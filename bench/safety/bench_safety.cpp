@@ -10,9 +10,7 @@
 // supervisor that waits for its child sees only that. `busy` is with two processes beside it that
 // only compute.
 #include <poll.h>
-#include <sched.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -27,6 +25,7 @@
 #include "apps/link/link_file.h"
 #include "bench/rig/child.h"
 #include "bench/rig/options.h"
+#include "bench/rig/processes.h"
 #include "bench/rig/samples.h"
 #include "board/linux/clock.h"
 #include "board/linux/pins_server.h"
@@ -45,64 +44,6 @@ using posix::UniqueFd;
 
 constexpr Nanoseconds kLook = 500us;
 constexpr Nanoseconds kPatience = 5s;
-constexpr int kPriority = 95;
-
-pid_t start(const std::vector<std::string>& words) {
-    std::vector<char*> arguments;
-    for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-    arguments.push_back(nullptr);
-    const pid_t child = ::fork();
-    if (child != 0) return child;
-    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (std::freopen("/dev/null", "w", stdout) && std::freopen("/dev/null", "w", stderr))
-        ::execv(arguments[0], arguments.data());
-    ::_exit(127);
-}
-
-/// Processes that only compute, for as long as this lives.
-class Busy {
-  public:
-    explicit Busy(int count) {
-        for (int i = 0; i < count; ++i) {
-            const pid_t child = ::fork();
-            if (child != 0) {
-                children_.push_back(child);
-                continue;
-            }
-            ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-            static volatile std::uint64_t counted = 0;
-            for (;;) counted = counted + 1;
-        }
-    }
-    ~Busy() {
-        for (const pid_t child : children_) {
-            ::kill(child, SIGKILL);
-            ::waitpid(child, nullptr, 0);
-        }
-    }
-    Busy(const Busy&) = delete;
-    Busy& operator=(const Busy&) = delete;
-
-  private:
-    std::vector<pid_t> children_;
-};
-
-/// This process above everything that it watches; its children are ordinary.
-class RealTime {
-  public:
-    RealTime() { set(SCHED_FIFO, kPriority); }
-    ~RealTime() { set(SCHED_OTHER, 0); }
-    RealTime(const RealTime&) = delete;
-    RealTime& operator=(const RealTime&) = delete;
-
-  private:
-    static void set(int policy, int priority) {
-        sched_param parameters{};
-        parameters.sched_priority = priority;
-        ::sched_setscheduler(0, policy | SCHED_RESET_ON_FORK, &parameters);
-    }
-};
-
 struct Killed {
     Nanoseconds heat_off{};     ///< from the kill to both duties 0
     Nanoseconds sketch_gone{};  ///< … to the sketch's pidfd
@@ -113,8 +54,9 @@ class HotPrinter {
   public:
     explicit HotPrinter(PinsServer server, const std::string& pins)
         : server_(std::move(server)), twin_(twin::Machine{}), link_path_(pins + ".link") {
-        supervisor_ = start({program_beside("qduino-supervisor"), "--pins", pins, "--link", link_path_, "--",
-                             program_beside("printer"), "--pins", pins, "--link", link_path_});
+        supervisor_ =
+            start_quietly({program_beside("qduino-supervisor"), "--pins", pins, "--link", link_path_, "--",
+                           program_beside("printer"), "--pins", pins, "--link", link_path_});
     }
     ~HotPrinter() {
         ::kill(supervisor_, SIGTERM);
@@ -154,7 +96,7 @@ class HotPrinter {
     std::optional<Killed> kill(bool the_supervisor) {
         const auto sketch = static_cast<pid_t>(server_.layout().sketch_pid.load());
         const UniqueFd process{static_cast<int>(::syscall(SYS_pidfd_open, sketch, 0))};
-        const RealTime while_it_counts;
+        const AboveAll while_it_counts;
         block_until(monotonic_now() + 20ms);
         Killed killed;
         const Instant from = monotonic_now();
@@ -265,10 +207,9 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    options.rounds = 20;
-    const auto leave = parse_options(
-        options, argc, argv, "How long the heaters stay on after a kill -9, as the machine sees its pins.",
-        "Example: bench-safety --json > safety.json", false);
-    return leave ? *leave : run(options);
+    return run_benchmark(
+        argc, argv, {.rounds = 20},
+        {.description = "How long the heaters stay on after a kill -9, as the machine sees its pins.",
+         .footer = "Example: bench-safety --json > safety.json"},
+        run);
 }

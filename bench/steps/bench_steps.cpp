@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <optional>
 
 #include "base/text.h"
 #include "bench/rig/child.h"
@@ -112,12 +111,11 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
     using namespace qduino::bench;
-    Options options;
-    options.seconds = 4;
-    options.rounds = 3;
-    const auto leave = parse_options(
-        options, argc, argv,
-        "The highest rate of steps that the stepper loop sustains on a core of its own, on 1, 3 and 4 axes.",
-        "As root the loop has a core of its own. Example: bench-steps --json > steps.json", false);
-    return leave ? *leave : run(options);
+    return run_benchmark(
+        argc, argv, {.seconds = 4, .rounds = 3},
+        {.description =
+             "The highest rate of steps that the stepper loop sustains on a core of its own, on 1, 3 and 4 "
+             "axes.",
+         .footer = "As root the loop has a core of its own. Example: bench-steps --json > steps.json"},
+        run);
 }

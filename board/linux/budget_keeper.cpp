@@ -16,6 +16,8 @@ namespace {
 
 /// Shorter splinters of budget are joined to the next refill: to enforce one costs more.
 constexpr Nanoseconds kShortestRun = 20us;
+/// The way into the sleep for a spent budget takes some 10 us.
+constexpr Nanoseconds kRest = 20us;
 /// The timer is never set shorter: the signal alone takes as long.
 constexpr Nanoseconds kShortestTimer = 2us;
 
@@ -45,13 +47,13 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority) {
     mine_ = this;
     running_ = true;
     if (spec.is_io()) {
-        shell_.start(sched::Pibs{spec.parameters(), now, {}, spec.client_period});
+        shell_.start(sched::Pibs{spec.parameters(), now, {}, spec.client_period}, kRest);
     } else if (spec.deferrable) {
-        shell_.start(sched::DeferrableServer{spec.parameters(), now});
+        shell_.start(sched::DeferrableServer{spec.parameters(), now}, kRest);
     } else {
         sched::SporadicServerOptions options;
         options.shortest_run = std::min(kShortestRun, spec.budget / 4);
-        shell_.start(sched::SporadicServer{spec.parameters(), now, options});
+        shell_.start(sched::SporadicServer{spec.parameters(), now, options}, kRest);
     }
     return {};
 }

@@ -1,19 +1,13 @@
 // Measures what is left on a core: interrupts per second, and the worst gap that a bare spin sees.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "base/time.h"
 #include "board/linux/cpu_list.h"
 
 namespace qduino::board::linux {
-
-/// Interrupts of all kinds that `core` has served since boot (/proc/interrupts). Nothing when that
-/// cannot be read. `root` precedes /proc (tests).
-std::optional<std::uint64_t> interrupts_of(int core, const std::string& root = "");
 
 /// Cores whose tick stops while one task runs on them (booted with nohz_full).
 CpuList tickless_cores(const std::string& root = "");

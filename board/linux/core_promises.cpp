@@ -23,7 +23,6 @@ using posix::UniqueFd;
 namespace {
 
 constexpr std::string_view kPromisePrefix = "qduino-promise.";
-constexpr Nanoseconds kRegisterPatience = 5s;
 constexpr Nanoseconds kLookAtRegisterEvery = 5ms;
 constexpr std::size_t kNameShown = 40;
 
@@ -129,7 +128,7 @@ Promise read_promise(std::string_view text) {
     return promise;
 }
 
-Result<PromiseRegister> PromiseRegister::open(const std::string& root) {
+Result<PromiseRegister> PromiseRegister::open(const std::string& root, Nanoseconds patience) {
     PromiseRegister made;
     made.folder_ = shared_folder(root);
     if (made.folder_.empty()) {
@@ -140,11 +139,11 @@ Result<PromiseRegister> PromiseRegister::open(const std::string& root) {
     const std::string path = made.folder_ + "/qduino-promises.lock";
     made.lock_ = open_shared_file(path);
     if (!made.lock_.valid()) return system_error("open", path);
-    const Instant until = monotonic_now() + kRegisterPatience;
+    const Instant until = monotonic_now() + patience;
     while (::flock(made.lock_.get(), LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK && errno != EINTR) return system_error("lock", path);
         if (monotonic_now() >= until)
-            return make_error(ErrorCode::timed_out, path, " is held by another program for 5 s");
+            return make_error(ErrorCode::timed_out, path, " is held by another program for ", patience);
         block_until(monotonic_now() + kLookAtRegisterEvery);
     }
     made.read();

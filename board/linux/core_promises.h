@@ -68,8 +68,9 @@ using HeldPromise = HeldFile;
 class PromiseRegister {
   public:
     /// `root` precedes the folders (tests). Errors: not_permitted (no folder takes the file),
-    /// timed_out (a program holds the register for more than 5 s), and what the kernel says.
-    static Result<PromiseRegister> open(const std::string& root = "");
+    /// timed_out (a program holds the register for longer than `patience`), and what the kernel
+    /// says.
+    static Result<PromiseRegister> open(const std::string& root = "", Nanoseconds patience = 5s);
 
     /// Of programs that live, this one's included.
     [[nodiscard]] const std::vector<Promise>& living() const { return living_; }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "board/linux/clock.h"
+#include "board/linux/core_times.h"
 #include "board/linux/crew.h"
 #include "board/linux/device_interrupts.h"
 #include "board/linux/kernel_text.h"

@@ -1,13 +1,9 @@
 #include "board/linux/interference.h"
 
 #include <algorithm>
-#include <system_error>
-#include <thread>
 #include <vector>
 
-#include "board/linux/clock.h"
-#include "board/linux/core_probe.h"
-#include "board/linux/fatal_signals.h"
+#include "board/linux/bare_spin.h"
 #include "board/linux/real_time_thread.h"
 
 namespace qduino::board::linux {
@@ -21,43 +17,27 @@ Nanoseconds with_margin(Nanoseconds length) {
     return Nanoseconds{static_cast<std::int64_t>(kMargin * static_cast<double>(length.count()))};
 }
 
-std::vector<Nanoseconds> gaps_of_a_spin(Nanoseconds duration) {
-    std::vector<Nanoseconds> gaps;
-    gaps.reserve(4096);
-    const Instant end = monotonic_now() + duration;
-    for (Instant last = monotonic_now(); last < end;) {
-        const Instant now = monotonic_now();
-        if (now - last > kGap && gaps.size() < gaps.capacity()) gaps.push_back(now - last);
-        last = now;
-    }
-    return gaps;
-}
-
 }  // namespace
 
 Interference measure_interference(int core, Nanoseconds duration, int priority) {
     Interference found;
-    const auto spin = [&] {
+    const bool ran = run_apart([&] {
         if (!pin_to_core(core) || !become_real_time(priority)) return;
-        const auto before = interrupts_of(core);
-        std::vector<Nanoseconds> gaps = gaps_of_a_spin(duration);
-        const auto after = interrupts_of(core);
-        const double counted = before && after ? static_cast<double>(*after - *before) : 0;
-        found.per_second = std::max(static_cast<double>(gaps.size()), counted) / to_seconds(duration);
+        std::vector<Nanoseconds> gaps;
+        gaps.reserve(4096);
+        const auto counted = spin_and_count(core, duration, [&gaps](Nanoseconds between) {
+            if (between > kGap && gaps.size() < gaps.capacity()) gaps.push_back(between);
+        });
+        found.per_second =
+            std::max(static_cast<double>(gaps.size()) / to_seconds(duration), counted.value_or(0));
         found.measured = true;
         if (gaps.empty()) return;
         std::ranges::sort(gaps);
         found.usual = gaps[gaps.size() * 9 / 10];
         found.longest = gaps.size() > 1 ? gaps[gaps.size() - 2] : found.usual;
         found.worst = gaps.back();
-    };
-    const StopSignalsBlocked for_the_thread;
-    try {
-        std::thread{spin}.join();
-    } catch (const std::system_error&) {
-        found.measured = false;
-    }
-    return found;
+    });
+    return ran ? found : Interference{};
 }
 
 sched::PlatformInterferer Interference::counted() const {

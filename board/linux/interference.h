@@ -1,9 +1,6 @@
 // What interrupts take of a core on this computer: ticks, top halves, softirqs, and what a
-// hypervisor takes. No counter of the kernel has their cost, so a spin measures it: where its clock
-// jumps, something else ran.
-//
-//   spin  ▪▪▪▪▪▪▪▪▪▪▪      ▪▪▪▪▪▪▪▪▪▪▪▪▪▪   ▪▪▪▪▪▪▪▪       gaps above kGap count
-//                     └────┘              └─┘
+// hypervisor takes. No counter of the kernel has their cost, so a bare spin measures it
+// (bare_spin.h). Its gaps above 1 us count.
 #pragma once
 
 #include <cstddef>

@@ -39,9 +39,13 @@ constexpr Nanoseconds kReadingAtMost = 100ns;
 /// Before the end of a long spin: some cache misses, and little enough that what was fetched is
 /// still there.
 constexpr Nanoseconds kRehearsal = 1500ns;
+constexpr Nanoseconds kLookAtDelaysEvery = 1s;
 
-void spin_until(Instant t) {
-    for (Nanoseconds left = t - cycle_clock.soon(); left > Nanoseconds{0}; left = t - cycle_clock.soon()) {
+/// Returns how long after `t` it ended.
+Nanoseconds spin_until(Instant t) {
+    for (;;) {
+        const Nanoseconds left = t - cycle_clock.soon();
+        if (left <= Nanoseconds{0}) return -left;
         if (left > kTightSpin) relax_core();
     }
 }
@@ -90,10 +94,12 @@ void LinuxBoard::busy_until(Instant t) {
     const Nanoseconds left = t - cycle_clock.soon();
     if (left > kLongSpin) {
         cycle_clock.keep_fresh();
-        spin_until(t - kRehearsal);
+        static_cast<void>(spin_until(t - kRehearsal));
         if (thread) pins_.virtual_pins().rehearse_write(current_vcpu());
     }
-    if (left > Nanoseconds{0}) spin_until(t);
+    if (left <= Nanoseconds{0}) return;
+    const Nanoseconds late = spin_until(t);
+    if (thread && thread->spec().owns_core) thread->was_late(late);
 }
 
 // The caller measures from its own reading of the clock before the call to the one after it:
@@ -119,7 +125,7 @@ void LinuxBoard::sleep_until(Instant t) {
     VcpuThread* thread = VcpuThread::current();
     if (!thread) return block_until(t);
     thread->sleep_towards(t);
-    spin_until(t);
+    static_cast<void>(spin_until(t));
 }
 
 // ---- pins and buses -----------------------------------------------------------------------------
@@ -186,6 +192,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
     crew_.wait_until_ready();
     instruct_warden();
     rank_kernel_threads();
+    delays_.begin(now(), loops());
     crew_.go();
     return {};
 }
@@ -238,8 +245,24 @@ void LinuxBoard::edge_entry(void* self) {
     board.edges_.serve(VcpuThread::current_id(), board.crew_.stop());
 }
 
+std::vector<DelayWitness::Ward> LinuxBoard::loops() const {
+    std::vector<DelayWitness::Ward> loops;
+    for (const auto& thread : crew_.threads()) {
+        const VcpuSpec& spec = thread->spec();
+        if (spec.is_io()) continue;
+        loops.push_back({spec.id, spec.core, spec.owns_core, thread->tid(), thread->worst_late()});
+    }
+    return loops;
+}
+
 void LinuxBoard::run(Instant until) {
-    if (crew_.wait_until(until, [this] { renew_promise(); })) force_safe_states();
+    for (bool ended = false; !ended;) {
+        const Instant look = std::min(until, now() + kLookAtDelaysEvery);
+        ended = crew_.wait_until(look, [this] { renew_promise(); });
+        if (ended) force_safe_states();
+        delays_.look(now(), loops());
+        if (look == until) return;
+    }
 }
 
 Result<void> LinuxBoard::change_io(VcpuId io, sched::VcpuParameters parameters) {
@@ -314,6 +337,7 @@ GuaranteeReport LinuxBoard::guarantee() const {
             report.bottom_halves.push_back(times->describe(loop.id, loop.core));
     }
     cores_.describe_cores(report);
+    delays_.describe(report);
     describe_watch(report, warden_);
     promise_.describe_trees(report);
     return report;

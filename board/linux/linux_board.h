@@ -19,6 +19,7 @@
 //   EdgeServer  handlers on I/O VCPUs          Crew       threads: gate, run, stop
 //   SignsOfLife for the supervisor                pi_lock.cpp  locks
 //   Warden      keeps those to their budgets that escape
+//   DelayWitness  who took the core of a loop that was late
 //
 // Who may call what: board.h. One board per process: it owns the signal handlers and the process's
 // memory locking.
@@ -27,6 +28,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "base/result.h"
 #include "board/board.h"
@@ -35,6 +37,7 @@
 #include "board/linux/crew.h"
 #include "board/linux/cycle_clock.h"
 #include "board/linux/death_witness.h"
+#include "board/linux/delay_witness.h"
 #include "board/linux/edge_server.h"
 #include "board/linux/fatal_signals.h"
 #include "board/linux/linux_config.h"
@@ -143,6 +146,11 @@ class LinuxBoard final : public Board {
         life_.progressed(current_vcpu());
         if (VcpuThread* const self = VcpuThread::current()) self->begin_release(nominal);
     }
+    /// The delay witness wants to know. A loop that owns its core is told on by its spins.
+    void note_overrun(Nanoseconds lateness) override {
+        VcpuThread* const self = VcpuThread::current();
+        if (self && !self->spec().owns_core) self->was_late(lateness);
+    }
     void note_body_end() override { life_.progressed(current_vcpu()); }
     void note_setup(bool running) override {
         life_.limit_progress(kNoVcpu, running ? config_.setup_bound : Nanoseconds{0});
@@ -174,6 +182,7 @@ class LinuxBoard final : public Board {
     void rank_kernel_threads();
     void renew_promise();
     static void edge_entry(void* board);
+    [[nodiscard]] std::vector<DelayWitness::Ward> loops() const;
 
     LinuxConfig config_;
     int core_count_;
@@ -190,6 +199,7 @@ class LinuxBoard final : public Board {
     std::optional<sched::PlatformOverheads> overheads_;
     std::optional<sched::PlatformInterferer> warden_looks_;
     LoopPromise promise_;
+    DelayWitness delays_;
     bool memory_locked_ = false;
 };
 

@@ -8,6 +8,9 @@
 namespace qduino::board::linux {
 namespace {
 
+/// A report is made while the loops run, by the thread that ends them: it waits for no one.
+constexpr Nanoseconds kLookPatience = 20ms;
+
 TreeGuarantee describe_tree(const TreeVcpu& tree, const Promise& promise, std::span<const Promise> others) {
     const TreeVerdict verdict = admit_tree(tree, others);
     TreeGuarantee line;
@@ -62,7 +65,7 @@ void LoopPromise::change(VcpuId id, sched::VcpuParameters parameters) {
 
 void LoopPromise::describe_trees(GuaranteeReport& report) const {
     if (!held_.held()) return;
-    const auto promises = PromiseRegister::open(root_);
+    const auto promises = PromiseRegister::open(root_, kLookPatience);
     if (!promises) return;
     for (const Promise& promise : promises->living()) {
         for (const TreeVcpu& tree : promise.trees) {

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "board/linux/clock.h"
+#include "board/linux/bare_spin.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/unique_fd.h"
@@ -55,12 +55,7 @@ Nanoseconds signal_cost() {
             itimerspec soon{};
             soon.it_value.tv_nsec = 30'000;
             ::timer_settime(*timer, 0, &soon, nullptr);
-            const Instant end = monotonic_now() + 100us;
-            for (Instant last = monotonic_now(); last < end;) {
-                const Instant now = monotonic_now();
-                sample = std::max(sample, now - last);
-                last = now;
-            }
+            spin_and_look(100us, [&sample](Nanoseconds between) { sample = std::max(sample, between); });
         }
         ::timer_delete(*timer);
     }
@@ -112,11 +107,11 @@ sched::PlatformInterferer warden_looks(Nanoseconds wait) {
 }
 
 double real_time_share(const std::string& root) {
-    constexpr double kMargin = 0.03;
+    constexpr double kShareOfMargin = 0.03;
     const double runtime_us = kernel_number(root, "sched_rt_runtime_us");
     const double period_us = kernel_number(root, "sched_rt_period_us");
     if (runtime_us < 0 || period_us <= 0 || runtime_us >= period_us) return 1;
-    return std::max(0.1, runtime_us / period_us - kMargin);
+    return std::max(0.1, runtime_us / period_us - kShareOfMargin);
 }
 
 }  // namespace qduino::board::linux

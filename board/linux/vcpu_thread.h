@@ -98,6 +98,16 @@ class VcpuThread {
     void sleep_towards(Instant t);
     [[nodiscard]] bool rests() const { return spin_.limited(); }
 
+    /// The calling thread was so late.
+    void was_late(Nanoseconds lateness) {
+        if (lateness.count() > worst_late_ns_.load(std::memory_order_relaxed))
+            worst_late_ns_.store(lateness.count(), std::memory_order_relaxed);
+    }
+    /// At the worst, so far. Any thread.
+    [[nodiscard]] Nanoseconds worst_late() const {
+        return Nanoseconds{worst_late_ns_.load(std::memory_order_relaxed)};
+    }
+
     /// How long it has slept to known instants, so far. By itself.
     [[nodiscard]] Nanoseconds slept() const { return slept_; }
     /// The VCPU of the calling thread; kNoVcpu on any other thread.
@@ -128,6 +138,7 @@ class VcpuThread {
     Nanoseconds slept_{};
     FixedString<160> shortfall_;
     std::atomic<bool> finished_{false};
+    std::atomic<std::int64_t> worst_late_ns_{0};
     static constinit thread_local VcpuThread* current_;
 };
 

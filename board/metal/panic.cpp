@@ -95,8 +95,9 @@ void report(std::string_view text) {
 }
 
 void turn_off(int status) {
-    constexpr std::uint16_t kDebugExit = 0xf4;
+    constexpr std::uint16_t kDebugExit = 0xf4, kShutdown = 0x8900;
     port_write(kDebugExit, static_cast<std::uint8_t>(status));
+    for (const char c : std::string_view{"Shutdown"}) port_write(kShutdown, static_cast<std::uint8_t>(c));
     halt_forever();
 }
 

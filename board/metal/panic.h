@@ -21,8 +21,8 @@ namespace qduino::board::metal {
 /// line. Takes no lock.
 void report(std::string_view text);
 
-/// Turns the machine off; 0: all is well. In an emulator that has the device (QEMU's
-/// isa-debug-exit) the emulator ends with 2·status + 1; elsewhere the machine halts.
+/// Turns the machine off; 0: all is well. QEMU's isa-debug-exit ends the emulator with
+/// 2·status + 1; Bochs notes the status, and ends by its own port; elsewhere the machine halts.
 [[noreturn]] void turn_off(int status);
 
 }  // namespace qduino::board::metal

@@ -11,8 +11,8 @@ namespace {
 // Registers, from the line's port on.
 constexpr std::uint16_t kData = 0, kEnable = 1, kFifos = 2, kFormat = 3, kModem = 4, kState = 5, kScratch = 7;
 
-constexpr std::uint8_t kDataReady = 0x01, kTransmitterEmpty = 0x20;  // of kState
-constexpr std::uint8_t kOnData = 0x01, kOnEmpty = 0x02;              // of kEnable
+constexpr std::uint8_t kDataReady = 0x01, kTransmitterEmpty = 0x20, kAllSent = 0x40;  // of kState
+constexpr std::uint8_t kOnData = 0x01, kOnEmpty = 0x02;                               // of kEnable
 constexpr int kFifoBytes = 16;
 
 }  // namespace
@@ -100,6 +100,7 @@ void SerialLine::send_now(std::span<const char> text) {
     std::uint8_t byte = 0;
     while (out_.try_pop(byte)) send(byte);
     for (const char c : text) send(static_cast<std::uint8_t>(c));
+    while ((get(kState) & kAllSent) == 0) spin_hint();  // the machine may be turned off next
 }
 
 void PinsWire::received(std::uint8_t byte) {

@@ -116,6 +116,9 @@ struct SimConfig {
     /// Charged when a loop's body returns without having let any time pass: it is called again at
     /// once, and virtual time would stand still. A body that spent or waited pays nothing.
     Nanoseconds body_cost = 100ns;
+    /// So many basic blocks of a sketch may run at one instant; what runs on from there is taken
+    /// for a spin, and takes time (spin_watch.h). In steps of 65536.
+    std::uint32_t spin_limit = 1u << 25;
     std::size_t stack_bytes = 256 * 1024;  ///< of each VCPU; only touched pages take memory
 };
 

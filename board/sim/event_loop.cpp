@@ -13,7 +13,8 @@ EventLoop::EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace)
       pins_(pins),
       trace_(trace),
       interrupts_(config),
-      cpus_(*this, config) {
+      cpus_(*this, config),
+      spins_(*this, config) {
     calls_cost_ = config.costs.per_call != ApiCosts{}.per_call;
     free_polls_ = calls_cost_ ? 0 : config.poll_limit;
 }
@@ -27,10 +28,21 @@ void EventLoop::consume(Nanoseconds cost) {
         now_ += cost;  // polls_ stays: a spinning loop goes on paying
         return;
     }
-    QDUINO_EXPECT(current_ != nullptr);
+    if (!current_) return pass_setup_time_to(now_ + cost);
     current_->core->account(now_);
     current_->work_left += cost;
     current_->fiber->suspend();
+}
+
+void EventLoop::spin_for(Nanoseconds amount) {
+    if (!current_ && !setup_) return;
+    Vcpu* const self = current_;
+    if (!self) return consume(amount);
+    self->spinning = true;
+    ++spinning_;
+    consume(amount);
+    self->spinning = false;
+    --spinning_;
 }
 
 void EventLoop::charge_poll(ApiCall call) {
@@ -40,10 +52,16 @@ void EventLoop::charge_poll(ApiCall call) {
 
 void EventLoop::busy_through_events(Instant t) {
     polls_ = 0;
-    // The host has no time to spend between start() and the end of the run.
-    QDUINO_EXPECT(current_ != nullptr);
+    if (!current_) return pass_setup_time_to(t);
     current_->spin_until = t;
     current_->fiber->suspend();
+}
+
+/// The host itself has no time to spend between start() and the end of the run.
+void EventLoop::pass_setup_time_to(Instant t) {
+    QDUINO_EXPECT(setup_ != nullptr && !started_);
+    while (t >= horizon_) setup_->suspend();
+    pass_time_to(t);
 }
 
 void EventLoop::sleep_through_events(Instant t) {
@@ -138,8 +156,27 @@ void EventLoop::give_work(VcpuId io, Work work) {
 
 // ---- from instant to instant --------------------------------------------------------------------
 
+/// As the stack of a program's main thread; only touched pages take memory.
+constexpr std::size_t kSetupStack = 8 * 1024 * 1024;
+
+bool EventLoop::run_setup(void (*setup)(), Instant until) {
+    QDUINO_EXPECT(!started_ && current_ == nullptr);
+    const Counting counting(spins_);
+    const auto call = [](void* function) { reinterpret_cast<void (*)()>(function)(); };
+    if (!setup_) setup_ = std::make_unique<Fiber>(call, reinterpret_cast<void*>(setup), kSetupStack);
+    horizon_ = until;
+    setup_->resume();
+    horizon_ = kForever;
+    if (setup_->finished())
+        setup_.reset();
+    else
+        now_ = std::max(now_, until);
+    return !setup_;
+}
+
 void EventLoop::run(Instant until) {
     QDUINO_EXPECT(started_ && current_ == nullptr);
+    const Counting counting(spins_);
     until_ = until;
     while (!stopped_ && now_ < until) {
         if (next_due() <= now_) {
@@ -210,7 +247,23 @@ void EventLoop::execute(SimCore& core) {
 
     if (vcpu.state == VcpuState::finished && !vcpu.spec.is_io()) cpus_.note_finished();
     if (vcpu.state != VcpuState::ready) core.give_up(vcpu, now_);
+    if (spinning_ > 0) tell_spins(vcpu);
     core.decide(now_);
+}
+
+/// What two spins say to each other is seen so late at most. Between them nothing would end the
+/// exchange at one instant.
+constexpr Nanoseconds kBetweenSpins{100'000};
+
+/// The code of `ran` may have changed what others spin for: they look now.
+void EventLoop::tell_spins(const Vcpu& ran) {
+    const Nanoseconds within = ran.spinning ? kBetweenSpins : Nanoseconds{0};
+    cpus_.each([&](Vcpu& vcpu) {
+        if (&vcpu == &ran || !vcpu.spinning || vcpu.spin.endless || vcpu.work_left <= within) return;
+        vcpu.core->account(now_);
+        vcpu.work_left = std::min(vcpu.work_left, within);
+        vcpu.core->settle_soon(now_);
+    });
 }
 
 // ---- what is seen of it -------------------------------------------------------------------------

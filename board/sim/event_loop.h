@@ -1,7 +1,8 @@
 // Virtual time, and who runs in it. One runner at a time: the same seed gives the same run.
 //
 // Every VCPU is a fiber. Its code takes no time; time is what it asks for (busy_until, sleep_until,
-// and what SimConfig says a call or an interrupt costs). run() goes from instant to instant:
+// and what SimConfig says a call or an interrupt costs), unless it spins (spin_watch.h). run() goes
+// from instant to instant:
 //
 //      ┌─────────────► something due now? ── yes ──► physics, interrupts, then each core settles
 //      │                     │ no
@@ -30,6 +31,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "base/result.h"
@@ -37,6 +39,7 @@
 #include "board/sim/config.h"
 #include "board/sim/interrupts.h"
 #include "board/sim/sim_cpus.h"
+#include "board/sim/spin_watch.h"
 #include "board/sim/trace.h"
 
 namespace qduino::board::sim {
@@ -84,6 +87,8 @@ class EventLoop {
         polls_ = 0;
         consume(amount);
     }
+    /// The running code spins for `amount`, or until the code of another VCPU has run.
+    void spin_for(Nanoseconds amount);
     /// Makes the running code look up before it takes more time: another VCPU has something to do
     /// now, or at `t`.
     void look_up() { horizon_ = now_; }
@@ -92,6 +97,11 @@ class EventLoop {
     // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] Result<void> start(std::span<const VcpuSpec> specs);
     void run(Instant until);
+    /// Calls `setup`, before start(), on a stack of its own; false when virtual time comes to
+    /// `until` first. Called again it goes on where it was, or it is left there for good.
+    [[nodiscard]] bool run_setup(void (*setup)(), Instant until);
+    /// setup() was begun, and has not ended.
+    [[nodiscard]] bool in_setup() const { return setup_ != nullptr; }
     void request_stop() { stop_requested_ = true; }
     [[nodiscard]] bool stop_requested() const { return stop_requested_; }
     [[nodiscard]] bool stopped() const { return stopped_; }
@@ -102,6 +112,8 @@ class EventLoop {
     [[nodiscard]] const SimCpus& cpus() const { return cpus_; }
     [[nodiscard]] Interrupts& interrupts() { return interrupts_; }
     [[nodiscard]] const Interrupts& interrupts() const { return interrupts_; }
+    [[nodiscard]] SpinWatch& spins() { return spins_; }
+    [[nodiscard]] const SpinWatch& spins() const { return spins_; }
     /// The calling VCPU sleeps until another one, or an event, sets its `wake`.
     void wait();
     /// False, and counted, when I/O VCPU `io` is not there, has ended, or has no room.
@@ -140,6 +152,8 @@ class EventLoop {
     void charge_poll(ApiCall call);
     void busy_through_events(Instant t);
     void sleep_through_events(Instant t);
+    void pass_setup_time_to(Instant t);
+    void tell_spins(const Vcpu& ran);
     static void vcpu_main(void* vcpu);
     void serve(Vcpu& io);
     void wake_up(Vcpu& vcpu);
@@ -171,6 +185,9 @@ class EventLoop {
     Instant until_ = kForever;
     Interrupts interrupts_;
     SimCpus cpus_;
+    SpinWatch spins_;
+    int spinning_ = 0;              // VCPUs that wait in spin_for()
+    std::unique_ptr<Fiber> setup_;  // null: it has not begun, or has ended
     std::uint64_t lost_work_ = 0;
     std::uint64_t resumes_ = 0;
     CoreTally host_;  // calls from outside of VCPUs

@@ -45,8 +45,14 @@ class SimBoard final : public SimPins {
     void compute(Nanoseconds amount) { loop_.compute(amount); }
 
     // ---- locks ----------------------------------------------------------------------------------
-    void lock(LockWord& word) override { locks_.lock(word); }
-    [[nodiscard]] bool try_lock(LockWord& word) override { return locks_.try_lock(word); }
+    void lock(LockWord& word) override {
+        count_call();
+        locks_.lock(word);
+    }
+    [[nodiscard]] bool try_lock(LockWord& word) override {
+        count_call();
+        return locks_.try_lock(word);
+    }
     void unlock(LockWord& word) override { locks_.unlock(word); }
 
     // ---- VCPUs ----------------------------------------------------------------------------------
@@ -59,6 +65,9 @@ class SimBoard final : public SimPins {
     /// May be called again to go on. run(kForever) returns when all entries have, or when nothing
     /// can happen any more.
     void run(Instant until) override { loop_.run(until); }
+    /// Calls `setup`, before start(). False: it has not ended at `until`. Called again it goes on;
+    /// start() leaves it where it is, for good.
+    [[nodiscard]] bool run_setup(void (*setup)(), Instant until) { return loop_.run_setup(setup, until); }
     void request_stop() override { loop_.request_stop(); }
     [[nodiscard]] bool stop_requested() override {
         loop_.before_poll(ApiCall::now);
@@ -83,7 +92,7 @@ class SimBoard final : public SimPins {
         loop_.note(TraceKind::release);
         if (const Vcpu* self = loop_.current()) self->core->release(*self, nominal, loop_.now());
     }
-    void note_overrun() override { loop_.note(TraceKind::overrun); }
+    void note_overrun(Nanoseconds) override { loop_.note(TraceKind::overrun); }
     /// A body that let no time pass since it last returned is charged SimConfig::body_cost.
     void note_body_end() override { loop_.note_body_end(); }
 
@@ -113,6 +122,10 @@ class SimBoard final : public SimPins {
     [[nodiscard]] const CoreTally& tally(int core) const { return loop_.cpus().core(core).tally(); }
     /// CPU time charged to the VCPUs of `core` so far; of an owned core: all of it.
     [[nodiscard]] Nanoseconds busy_time(int core) const { return loop_.cpus().core(core).busy_total(); }
+    /// The last spin of setup() and of each VCPU.
+    [[nodiscard]] std::vector<SpinSeen> spins() const { return loop_.spins().seen(); }
+    /// For EndlessJumps.
+    [[nodiscard]] EventLoop& event_loop() { return loop_; }
     /// Time that top halves and shared bottom halves took from `core`.
     [[nodiscard]] Nanoseconds stolen_time(int core) const { return loop_.cpus().core(core).stolen_total(); }
 

@@ -109,6 +109,7 @@ Result<void> SimPins::spi_transfer(SpiBus bus, SpiSettings settings, std::span<s
 }
 
 void SimPins::device_work(DeviceClass device, std::size_t bytes) {
+    count_call();
     Nanoseconds per_byte{};
     if (device == DeviceClass::uart) per_byte = config_.costs.uart_per_byte;
     if (device == DeviceClass::nic) per_byte = config_.costs.nic_per_byte;

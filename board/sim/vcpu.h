@@ -10,6 +10,7 @@
 #include "board/board.h"
 #include "board/handler_times.h"
 #include "board/sim/fiber.h"
+#include "board/sim/spin.h"
 #include "board/types.h"
 #include "sched/core_scheduler.h"
 
@@ -63,6 +64,8 @@ struct Vcpu {
     std::unique_ptr<Fiber> fiber;
     VcpuState state = VcpuState::sleeping;
     Instant wake = kEpoch;
+    bool spinning = false;                ///< waits in EventLoop::spin_for()
+    Spin spin;                            ///< the last that it was in
     Nanoseconds slept{};                  ///< in sleeps that it asked for, and waits for a bus
     Nanoseconds client_period{};          ///< of the client of a waking I/O VCPU; 0: usual
     Nanoseconds work_left{};              ///< CPU time to be consumed before its code goes on

@@ -84,9 +84,15 @@ void Estimator::on_temperature(gcode::Heater heater, Celsius target, std::option
     estimate_.heated_byte = end_offset_;
 }
 
-void Estimator::on_end(std::uint64_t) {
+void Estimator::on_motors_off() {
     come_to_rest();
     wait_for_release(Activity::dwell);
+}
+
+void Estimator::on_end(std::uint64_t) {
+    come_to_rest();
+    // A job that waited for its last action ends in the release that saw it done.
+    if (estimate_.total_s != released_s_) wait_for_release(Activity::dwell);
 }
 
 // ---- homing -------------------------------------------------------------------------------------
@@ -182,6 +188,7 @@ void Estimator::wait_for_release(Activity activity) {
     const double seen_s = estimate_.total_s + kHandOver_s;
     const double next_s = (std::floor(seen_s / kPeriod_s + 1e-6) + 1) * kPeriod_s;
     spend(activity, next_s - estimate_.total_s);
+    released_s_ = estimate_.total_s;
 }
 
 }  // namespace qduino::printer::estimate

@@ -76,6 +76,7 @@ class Estimator final : public preflight::MoveSink {
     void on_temperature(gcode::Heater heater, Celsius target, std::optional<gcode::WaitFor> wait) override;
     void on_limits(const gcode::LimitChange& change) override;
     void on_pause() override { come_to_rest(); }
+    void on_motors_off() override;
     void on_end(std::uint64_t bytes) override;
 
   private:
@@ -111,7 +112,8 @@ class Estimator final : public preflight::MoveSink {
     PerAxis<double> unknown_mm_{};  ///< true place, as expected, less the believed one
     std::uint32_t layer_ = 0;
     std::uint64_t end_offset_ = 0;
-    double cooling_s_ = 0;  ///< time that the heat forecast has not been told of
+    double cooling_s_ = 0;    ///< time that the heat forecast has not been told of
+    double released_s_ = -1;  ///< total at the last release that was waited for
 };
 
 }  // namespace qduino::printer::estimate

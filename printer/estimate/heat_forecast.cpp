@@ -2,7 +2,18 @@
 
 #include <algorithm>
 
+#include "device/ads7828.h"
+
 namespace qduino::printer::estimate {
+
+std::optional<Celsius> HeatForecast::Block::shown() const {
+    const double fraction = sensor.fraction(Celsius{state.sensor_celsius});
+    const int number = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * device::ads7828::kFullScale);
+    const Result<Celsius> read =
+        sensor.celsius(device::ads7828::fraction(std::min(number, device::ads7828::kFullScale - 1)));
+    return read.ok() ? std::optional{*read} : std::nullopt;
+}
+
 void HeatForecast::Block::settle(double duration_s, double room_celsius) {
     if (target_celsius > 0) {
         state = {target_celsius, target_celsius};
@@ -15,8 +26,7 @@ HeatForecast::HeatForecast(const MachineConfig& machine)
     : room_celsius_(machine.room.value()),
       has_bed_(machine.has_bed),
       control_(machine, unread_),
-      blocks_{Block{&machine.hot_end, {room_celsius_, room_celsius_}},
-              Block{&machine.bed, {room_celsius_, room_celsius_}}} {}
+      blocks_{Block{machine.hot_end, room_celsius_}, Block{machine.bed, room_celsius_}} {}
 
 void HeatForecast::set_target(gcode::Heater heater, Celsius target) {
     Block& changed = block(heater);
@@ -28,13 +38,13 @@ void HeatForecast::set_target(gcode::Heater heater, Celsius target) {
 }
 
 Celsius HeatForecast::reading(gcode::Heater heater) const {
-    return Celsius{blocks_[heater == gcode::Heater::bed ? 1 : 0].state.sensor_celsius};
+    return Celsius{block(heater).state.sensor_celsius};
 }
 
 void HeatForecast::sample() {
     heat::HeatReadings readings;
-    readings.hot_end = reading(gcode::Heater::hot_end);
-    if (has_bed_) readings.bed = reading(gcode::Heater::bed);
+    readings.hot_end = block(gcode::Heater::hot_end).shown();
+    if (has_bed_) readings.bed = block(gcode::Heater::bed).shown();
     readings.step_pulses = ++pulses_;
     const heat::HeatDuties duties = control_.sample(now_, readings, false);
     now_ = now_ + from_seconds(kSample_s);
@@ -60,8 +70,11 @@ double HeatForecast::wait(gcode::Heater heater, Celsius target, gcode::WaitFor d
     wait_.begin(heater, target, direction);
     double waited_s = 0;
     if (played_s_ >= kPlayed_s) return waited_s;
-    while (
-        !wait_.is_over(instant_from_ns(0) + from_seconds(waited_s), reading(heater), *block(heater).config)) {
+    const auto is_over = [&] {
+        const Celsius shown = block(heater).shown().value_or(reading(heater));
+        return wait_.is_over(instant_from_ns(0) + from_seconds(waited_s), shown, *block(heater).config);
+    };
+    while (!is_over()) {
         if (waited_s >= kNever) return kNever;
         play(kRelease_s);
         same_targets_s_ += kRelease_s;

@@ -1,11 +1,13 @@
 // How long the heaters will take: loop 3's own control on a model of what it heats.
 //
-//   targets ─► HeatControl ─► duties ─► after(model, …) ─► readings ─┐       (heater_model.h)
-//                  ▲─────────────────────────────────────────────────┘ 8 ms later
+//   targets ─► HeatControl ─► duties ─► after(model, …) ─► converter ─► readings ─┐
+//                  ▲                    (heater_model.h)                          │
+//                  └──────────────────────────────────────────────────────────────┘ 8 ms later
 //
 // A formula for heating at full power misses the end of a heat-up, where the control takes the
 // power back: that is a fifth of the time. So the control itself runs here, on the model, sample
 // by sample (heat/heat_control.h), and a wait ends as the machine's does (machine/heat_wait.h).
+// It sees what the converter makes of a temperature: near a target a step of it is half a second.
 //
 // A print lasts hours and its waits minutes. So only what follows a change of a target is played
 // through: after kSettled of the same targets, a heater stands at its target, or cools by the
@@ -16,7 +18,9 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
+#include "device/temperature_sensor.h"
 #include "printer/heat/heat_control.h"
 #include "printer/machine/heat_wait.h"
 
@@ -36,7 +40,7 @@ class HeatForecast {
     /// 0 once too much has been played.
     [[nodiscard]] double wait(gcode::Heater heater, Celsius target, gcode::WaitFor direction);
 
-    /// As the sensor shows it.
+    /// At the sensor.
     [[nodiscard]] Celsius reading(gcode::Heater heater) const;
 
     /// A wait is given up after so long.
@@ -52,9 +56,16 @@ class HeatForecast {
     static constexpr double kSettled_s = 300;
 
     struct Block {
+        Block(const HeaterConfig& heater, double room_celsius)
+            : config(&heater), sensor(heater.sensor), state{room_celsius, room_celsius} {}
+
         const HeaterConfig* config;
+        device::TemperatureSensor sensor;
         HeaterState state;
         double target_celsius = 0;
+
+        /// What loop 3 reads; nothing where the converter's end is reached.
+        [[nodiscard]] std::optional<Celsius> shown() const;
 
         void advance(double duty, double room_celsius, double seconds) {
             state = after(config->model, state, {.duty = duty, .room_celsius = room_celsius}, seconds);
@@ -64,6 +75,9 @@ class HeatForecast {
     };
 
     Block& block(gcode::Heater heater) { return blocks_[heater == gcode::Heater::bed ? 1 : 0]; }
+    [[nodiscard]] const Block& block(gcode::Heater heater) const {
+        return blocks_[heater == gcode::Heater::bed ? 1 : 0];
+    }
     void sample();
     void play(double duration_s);
 

@@ -120,7 +120,11 @@ struct TuningAsked {
 };
 
 /// M500 keeps the settings in force beyond this run, M501 goes back to those kept.
-enum class SettingsAsked : std::uint8_t { keep, restore };
+enum class SettingsAsked : std::uint8_t {
+    keep,     ///< M500
+    restore,  ///< M501: what was kept
+    factory,  ///< M502: what the machine file says
+};
 
 enum class PauseReason : std::uint8_t { requested, filament_change };  ///< M0 M1 M601; M600
 

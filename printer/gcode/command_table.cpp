@@ -24,7 +24,7 @@ Handler hot_end, tool_temperatures, hot_end_wait, bed, bed_wait, wait_for_heat, 
     axis_accelerations, axis_speeds, accelerations, instantaneous_speeds, input_shaping, linear_advance,
     pressure_advance, progress, stop, pause, park, filament_change, refused;
 // handlers_heat.cpp
-Handler hot_end_gains, bed_gains, tune_gains, heater_model, keep_settings, restore_settings;
+Handler hot_end_gains, bed_gains, tune_gains, heater_model, keep_settings, restore_settings, factory_settings;
 SureHandler report_settings;
 // handlers_machine.cpp, which cannot fail
 SureHandler message, echo, report_temperatures, report_position, report_firmware, cold_extrusion,
@@ -209,10 +209,10 @@ constexpr CodeInfo kCodes[]{
     {{'M', 420}, "bed mesh", "CLSTVZ", follow_bed},
     {{'M', 425}, "backlash", "FSXYZ"},
     {{'M', 428}, "home offset by the present place", "", home_offsets_here, strict},
-    {{'M', 486}, "object labels", "ACPSTU", object_labels, either, printing},
+    {{'M', 486}, "object labels", "ACPSTU", object_labels, named, printing},
     {{'M', 500}, "save settings", "", keep_settings, printing},
     {{'M', 501}, "load settings", "", restore_settings},
-    {{'M', 502}, "factory settings", ""},
+    {{'M', 502}, "factory settings", "", factory_settings},
     {{'M', 503}, "report settings", "CS", sure<report_settings>, always, when_done},
     {{'M', 540}, "stop at endstop", "S"},
     {{'M', 555}, "print area", "XYWH"},
@@ -277,6 +277,11 @@ bool takes_free_text(char letter, std::uint32_t number) {
 bool must_be_words(char letter, std::uint32_t number) {
     const CodeInfo* const code = find_family(letter, number);
     return code != nullptr && code->tail == words && code->handler != nullptr && !is_refused(*code);
+}
+
+bool ends_in_a_name(char letter, std::uint32_t number) {
+    const CodeInfo* const code = find_family(letter, number);
+    return code != nullptr && code->tail == named;
 }
 
 bool is_known_word(std::string_view word) {

@@ -57,7 +57,9 @@ enum class Ok : std::uint8_t {
 enum class Tail : std::uint8_t {
     words,      ///< parameters: a letter, and mostly a number
     free_text,  ///< one text: a message, a file name, a version
-    either,     ///< parameters where it reads as such, else one text
+    /// Parameters; what follows A is a name, in quotes or to the end of the line (`M486 Alid (2)`,
+    /// as Prusa's slicer writes it). Its letters are no parameters.
+    named,
 };
 
 /// The key of a row.
@@ -121,6 +123,9 @@ bool takes_free_text(char letter, std::uint32_t number);
 /// a handler, except those that take a text. A code that is skipped may have any tail (`M1002
 /// action : 2`).
 bool must_be_words(char letter, std::uint32_t number);
+
+/// True for codes in whose tail A begins a name: M486.
+bool ends_in_a_name(char letter, std::uint32_t number);
 
 /// True for a word of the table, such as EXCLUDE_OBJECT_DEFINE: its text may be of any length, and
 /// only the beginning counts. Any case.

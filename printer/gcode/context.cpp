@@ -173,7 +173,7 @@ AxisSet axes_of(const Command& command, AxisSet otherwise) {
 
 Error outside(char letter, double value, double low, double high, std::string_view unit) {
     return make_error(ErrorCode::out_of_range, letter, Shortest{value}, " is outside of ", Shortest{low},
-                      " to ", Shortest{high}, ' ', unit);
+                      " to ", Shortest{high}, unit.empty() ? "" : " ", unit);
 }
 
 }  // namespace qduino::printer::gcode

@@ -34,6 +34,7 @@ constexpr NamedShaper kShapers[]{
     {"NONE", ShaperType::none},
 };
 constexpr int kNumbered = 5;
+constexpr double kAdvanceOfMarlinMax = 10;
 
 Result<ShaperType> shaper_named(std::string_view name) {
     FixedString<16> upper;
@@ -106,8 +107,15 @@ Result<void> set_input_shaper(Context& context, const Command& command) {
     return context.actions.set_compensation(change);
 }
 
-/// M900 K. L, S and T choose among Marlin's sets of factors: there is one.
+/// M900 K. L, S and T choose among Marlin's sets of factors: there is one. Marlin passes a K above
+/// 10 over: Prusa's profiles write one behind the other, for firmware of before 2018.
 Result<void> linear_advance(Context& context, const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto given, number(command, 'K'));
+    if (given.value_or(0) > kAdvanceOfMarlinMax) {
+        context.warn(
+            text("M900 K", Shortest{*given}, " is a factor of Linear Advance 1.0: it changes nothing"));
+        return {};
+    }
     QDUINO_TRY_ASSIGN(const auto seconds, number_within(command, 'K', 0, kAdvanceMax.value(), "s"));
     return advance_by(context, seconds);
 }

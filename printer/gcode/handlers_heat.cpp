@@ -1,4 +1,4 @@
-// The numbers of the heaters: M301, M303, M304, M306, and M500, M501, M503, which keep them.
+// The numbers of the heaters: M301, M303, M304, M306, and M500 to M503, which keep them.
 //
 // Letters and units are Marlin's (marlinfw.org: M301, M303, M304, M306). Where Marlin knows the
 // model of a hot end alone, `E-1` means the bed here, as in its M303.
@@ -109,6 +109,9 @@ Result<void> heater_model(Context& context, const Command& command) {
 Result<void> keep_settings(Context& i, const Command&) { return i.actions.settings(SettingsAsked::keep); }
 Result<void> restore_settings(Context& i, const Command&) {
     return i.actions.settings(SettingsAsked::restore);
+}
+Result<void> factory_settings(Context& i, const Command&) {
+    return i.actions.settings(SettingsAsked::factory);
 }
 void report_settings(Context& i, const Command&) { i.actions.report(Report::heat_settings); }
 

@@ -11,6 +11,7 @@ namespace qduino::printer::gcode::handlers {
 namespace {
 
 constexpr double kShiftMax_mm = 1000;
+constexpr double kObjectIndexMax = 9999;
 
 /// X, Y, Z or E of SET_GCODE_OFFSET: the new offset, given whole or as a change; none: not named.
 Result<std::optional<Millimetres>> asked_offset(const Command& command, Axis axis, Millimetres now) {
@@ -39,8 +40,16 @@ Result<void> leave_out(Context& context, std::string_view name) {
 }
 
 /// M486 counts objects: the name of number 2 is "2".
-FixedString<24> numbered(double index) {
-    return text<FixedString<24>>(static_cast<std::int64_t>(std::clamp(index, -1e9, 1e9)));
+FixedString<24> numbered(double index) { return text<FixedString<24>>(static_cast<std::int64_t>(index)); }
+
+Result<std::optional<double>> object_index(const Command& command, char letter) {
+    return number_within(command, letter, -kObjectIndexMax, kObjectIndexMax, "");
+}
+
+/// The object that is being printed.
+Result<void> leave_out_current(Context& context) {
+    if (context.objects.inside()) return leave_out(context, context.objects.current());
+    return make_error(ErrorCode::unavailable, "no object is being printed");
 }
 
 }  // namespace
@@ -139,24 +148,22 @@ Result<void> exclude_object(Context& context, const Command& command) {
     if (!name.empty()) return leave_out(context, name);
     if (!word_value(command.text, "CURRENT"))
         return make_error(ErrorCode::invalid_argument, "needs NAME=…, CURRENT=1 or RESET=1");
-    if (!objects.inside()) return make_error(ErrorCode::unavailable, "no object is being printed");
-    return leave_out(context, objects.current());
+    return leave_out_current(context);
 }
 
-/// M486 S: an object begins, or −1: ends. P: leave it out, C: this one; U: print it after all.
-/// T and A, their number and a name, change nothing.
+/// M486 S: an object begins, or −1: ends. C: leave it out; P: that one; U: print it after all. In
+/// this order, as Marlin does. T and A, their number and a name, change nothing.
 Result<void> object_labels(Context& context, const Command& command) {
     Objects& objects = context.objects;
-    QDUINO_TRY_ASSIGN(const auto begins, number(command, 'S'));
-    QDUINO_TRY_ASSIGN(const auto left_out, number(command, 'P'));
-    QDUINO_TRY_ASSIGN(const auto printed, number(command, 'U'));
+    QDUINO_TRY_ASSIGN(const auto begins, object_index(command, 'S'));
+    QDUINO_TRY_ASSIGN(const auto left_out, object_index(command, 'P'));
+    QDUINO_TRY_ASSIGN(const auto printed, object_index(command, 'U'));
     if (begins && *begins >= 0) objects.begin(numbered(*begins).view());
     if (begins && *begins < 0) objects.end();
+    if (command.parameters.has('C')) QDUINO_TRY(leave_out_current(context));
+    if (left_out) QDUINO_TRY(leave_out(context, numbered(*left_out).view()));
     if (printed) objects.include(numbered(*printed).view());
-    if (left_out) return leave_out(context, numbered(*left_out).view());
-    if (!command.parameters.has('C')) return {};
-    if (!objects.inside()) return make_error(ErrorCode::unavailable, "no object is being printed");
-    return leave_out(context, objects.current());
+    return {};
 }
 
 }  // namespace qduino::printer::gcode::handlers

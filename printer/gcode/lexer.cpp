@@ -1,6 +1,7 @@
 #include "printer/gcode/lexer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "printer/gcode/command_table.h"
 #include "printer/gcode/text.h"
@@ -56,8 +57,21 @@ Result<void> take_string(std::string_view& rest, Command& command) {
     return {};
 }
 
-/// One parameter: a letter, and what may stand behind it.
-Result<void> take_parameter(std::string_view& rest, Command& command) {
+bool take_text(std::string_view tail, Command& command) {
+    command.text_cut = !append_printable(command.text, trim(tail));
+    return true;
+}
+
+/// A name behind its letter: in quotes, or to the end of the line.
+Result<void> take_name(std::string_view& rest, Command& command) {
+    if (rest.starts_with('"') && rest.find('"', 1) != std::string_view::npos)
+        return take_string(rest, command);
+    take_text(std::exchange(rest, {}), command);
+    return {};
+}
+
+/// One parameter: a letter, and what may stand behind it. `named`: A begins a name.
+Result<void> take_parameter(std::string_view& rest, Command& command, bool named) {
     const std::string_view start = rest;
     const char letter = to_upper(rest.front());
     if (!is_letter(letter)) return malformed("expected a letter", rest);
@@ -65,6 +79,10 @@ Result<void> take_parameter(std::string_view& rest, Command& command) {
     if (letter == 'G' || letter == 'M') return malformed("more than one command on a line,", rest);
     rest.remove_prefix(1);
     skip_spaces(rest);
+    if (named && letter == 'A') {
+        command.parameters.add(letter);
+        return take_name(rest, command);
+    }
     if (!rest.empty() && rest.front() == '"') {
         command.parameters.add(letter);
         return take_string(rest, command);
@@ -79,16 +97,11 @@ Result<void> take_parameter(std::string_view& rest, Command& command) {
     return {};
 }
 
-Result<void> take_parameters(std::string_view rest, Command& command) {
+Result<void> take_parameters(std::string_view rest, Command& command, bool named) {
     for (skip_spaces(rest); !rest.empty(); skip_spaces(rest)) {
-        QDUINO_TRY(take_parameter(rest, command));
+        QDUINO_TRY(take_parameter(rest, command, named));
     }
     return {};
-}
-
-bool take_text(std::string_view tail, Command& command) {
-    command.text_cut = !append_printable(command.text, trim(tail));
-    return true;
 }
 
 void take_word(std::string_view code, Command& command) {
@@ -130,9 +143,10 @@ Result<bool> parse_words(std::string_view code, Command& command) {
     QDUINO_TRY(take_code(rest, command));
     if (takes_free_text(command.letter, command.number)) return take_text(rest, command);
     const std::string_view tail = rest;
-    const Result<void> taken = take_parameters(rest, command);
+    const bool named = ends_in_a_name(command.letter, command.number);
+    const Result<void> taken = take_parameters(rest, command, named);
     if (taken) return true;
-    if (must_be_words(command.letter, command.number)) return taken.error();
+    if (named || must_be_words(command.letter, command.number)) return taken.error();
     command.parameters.clear();
     command.text.clear();
     return take_text(tail, command);

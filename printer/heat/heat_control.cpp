@@ -15,8 +15,8 @@ constexpr double kRoomAtMost = 40;
 }  // namespace
 
 HeatControl::HeatControl(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& service)
-    : hot_end_(config.hot_end, "hot end", PidGains{}),
-      bed_(config.bed, "bed", kBedManner),
+    : hot_end_(HeaterWatch{config.hot_end, "hot end"}, PidGains{}),
+      bed_(HeaterWatch{config.bed, "bed"}, kBedManner),
       has_bed_(config.has_bed),
       idle_timeout_s_(config.idle_timeout.value()),
       idle_(config.idle_timeout.value()),

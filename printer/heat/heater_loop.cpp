@@ -12,13 +12,13 @@ PidGains gains_of(const HeaterConfig& config, PidGains manner) {
 
 }  // namespace
 
-HeaterLoop::HeaterLoop(const HeaterConfig& config, const char* name, const PidGains& manner)
-    : config_(config),
+HeaterLoop::HeaterLoop(const HeaterWatch& watch, const PidGains& manner)
+    : config_(watch.config()),
       manner_(manner),
-      pid_(gains_of(config, manner)),
-      model_(config.model),
-      balance_(config.model),
-      watch_(config, name) {}
+      pid_(gains_of(config_, manner)),
+      model_(config_.model),
+      balance_(config_.model),
+      watch_(watch) {}
 
 void HeaterLoop::set(const HeaterSettings& settings) {
     apply(settings, config_);

@@ -21,8 +21,8 @@ namespace qduino::printer::heat {
 
 class HeaterLoop {
   public:
-    /// `manner`: how PID works on this heater, whatever its gains are.
-    HeaterLoop(const HeaterConfig& config, const char* name, const PidGains& manner);
+    /// Of the heater that `watch` is for. `manner`: how PID works on it, whatever its gains are.
+    HeaterLoop(const HeaterWatch& watch, const PidGains& manner);
 
     /// One sample. `target` of 0 °C, or `cut`: off.
     struct Sample {

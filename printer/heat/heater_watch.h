@@ -54,6 +54,7 @@ class HeaterWatch {
     /// Rule 5 (heat_balance.h) of a heater that reads `reading`: anything but `fits` is a fault.
     void take_balance(HeatBalance::Verdict verdict, Celsius reading);
 
+    [[nodiscard]] const HeaterConfig& config() const { return config_; }
     [[nodiscard]] bool faulted() const { return !fault_.empty(); }
     [[nodiscard]] const Fault& fault() const { return fault_; }
     /// The fault that would come back at once after clear(); empty: none. It is the sensor's: the

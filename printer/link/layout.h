@@ -33,7 +33,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 8;
+inline constexpr std::uint32_t kVersion = 9;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -198,9 +198,10 @@ struct KeptHeat {
     HeaterSettings bed{};
 };
 
-/// What the sketch could be promised at start: the guarantee report as JSON text, for the page.
+/// What holds, and how it has been kept so far: the guarantee report as JSON text, for the page.
+/// Written once a second by the thread that the loops were started from, never by a loop.
 struct GuaranteeText {
-    FixedString<8000> json;
+    FixedString<24'000> json;
 };
 
 /// The shared object. Zeroed memory plus the header fields is a valid, empty link.
@@ -236,6 +237,8 @@ struct LinkLayout {
     channel::FourSlot<MotionStatus> motion_status;
     channel::FourSlot<HeatStatus> heat_status;
     channel::FourSlot<KeptHeat> kept_heat;
+    /// The beds of the same M500, written before the heaters' numbers.
+    channel::FourSlot<KeptBeds> kept_beds;
     channel::FourSlot<GuaranteeText> guarantee;
 };
 

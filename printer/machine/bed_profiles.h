@@ -1,6 +1,12 @@
-// Measured beds by name: BED_MESH_PROFILE SAVE, LOAD and REMOVE.
+// Measured beds by name: BED_MESH_PROFILE SAVE, LOAD and REMOVE; and M500, which keeps them.
 //
-// Kept for as long as the printer runs. Bounded; loop 1 only.
+//   G29 ─► the bed in force ─SAVE=a─► profiles ─M500─► the link ─► the service's file
+//                          ◄─LOAD=a─          ◄──────────────────── at the next start
+//
+// M500 also keeps the bed in force, as kDefaultBed if no profile is the same. That is there again
+// after the next start: M420 S1 follows it, as Marlin does.
+//
+// Bounded; loop 1 only.
 #pragma once
 
 #include <algorithm>
@@ -16,26 +22,19 @@ namespace qduino::printer::machine {
 
 class BedProfiles {
   public:
-    static constexpr std::size_t kProfilesMax = 4;
+    /// With those that `config` brings.
+    explicit BedProfiles(const MachineConfig& config) : laid_as_(config.mesh), kept_(config.beds) {
+        restore();
+    }
 
-    /// Error: there is no bed to save, no such profile, or no room for one more.
+    /// Error: there is no bed to save, no such profile, no room for one more, or a name that cannot
+    /// be kept.
     [[nodiscard]] Result<void> apply(gcode::BedProfile what, std::string_view name,
                                      motion::Correction& correction) {
-        const auto found = std::ranges::find_if(
-            profiles_, [&](const Profile& profile) { return profile.name.view() == name; });
-        const bool known = found != profiles_.end();
-        if (what == gcode::BedProfile::save) {
-            if (!correction.mesh().known())
-                return make_error(ErrorCode::unavailable, "the bed has not been measured (G29)");
-            if (known) {
-                found->mesh = correction.mesh();
-            } else if (!profiles_.try_push_back({FixedString<32>{name}, correction.mesh()})) {
-                return make_error(ErrorCode::unavailable, "there are ", kProfilesMax,
-                                  " profiles of the bed already: remove one");
-            }
-            return {};
-        }
-        if (!known) return make_error(ErrorCode::not_found, "there is no profile ", name, " of the bed");
+        if (what == gcode::BedProfile::save) return save(name, correction.mesh());
+        const auto found = std::ranges::find(profiles_, name, &name_of);
+        if (found == profiles_.end())
+            return make_error(ErrorCode::not_found, "there is no profile ", name, " of the bed");
         if (what == gcode::BedProfile::load) {
             correction.set_mesh(found->mesh);
         } else {
@@ -43,13 +42,79 @@ class BedProfiles {
         }
         return {};
     }
+    /// Null: there is none of this name.
+    [[nodiscard]] const motion::BedMesh* find(std::string_view name) const {
+        const auto found = std::ranges::find(profiles_, name, &name_of);
+        return found != profiles_.end() ? &found->mesh : nullptr;
+    }
+
+    /// What is there now is kept from now on, and `in_force` with it. Error: that had no room.
+    [[nodiscard]] Result<void> keep(const motion::BedMesh& in_force) {
+        Result<void> saved;
+        const bool named = std::ranges::find(profiles_, in_force, &Profile::mesh) != profiles_.end();
+        if (in_force.known() && !named) saved = save(kDefaultBed, in_force);
+        kept_.clear();
+        for (const Profile& profile : profiles_) kept_.push_back(kept_of(profile));
+        return saved;
+    }
+    /// As of the last keep(), or of the start.
+    [[nodiscard]] const KeptBeds& kept() const { return kept_; }
+    /// Back to those.
+    void restore() {
+        profiles_.clear();
+        for (const KeptBed& bed : kept_) profiles_.push_back({bed.name, mesh_of(bed)});
+    }
 
   private:
     struct Profile {
         FixedString<32> name{};
         motion::BedMesh mesh{};
     };
-    FixedVector<Profile, kProfilesMax> profiles_;
+    static std::string_view name_of(const Profile& profile) { return profile.name.view(); }
+
+    [[nodiscard]] Result<void> save(std::string_view name, const motion::BedMesh& mesh) {
+        if (!mesh.known()) return make_error(ErrorCode::unavailable, "the bed has not been measured (G29)");
+        const auto is_plain = [](char c) {
+            return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' ||
+                   c == '-' || c == '.';
+        };
+        if (name.empty() || name.size() > decltype(Profile::name)::kCapacity ||
+            !std::ranges::all_of(name, is_plain))
+            return make_error(ErrorCode::invalid_argument,
+                              "a profile's name is 1 to 32 letters, digits and _ - .");
+        const auto found = std::ranges::find(profiles_, name, &name_of);
+        if (found != profiles_.end()) {
+            found->mesh = mesh;
+        } else if (!profiles_.try_push_back({FixedString<32>{name}, mesh})) {
+            return make_error(ErrorCode::unavailable, "there are ", kBedProfilesMax,
+                              " profiles of the bed already: remove one");
+        }
+        return {};
+    }
+    [[nodiscard]] static KeptBed kept_of(const Profile& profile) {
+        const MeshConfig& grid = profile.mesh.config();
+        KeptBed bed{
+            .name = profile.name, .minimum = grid.minimum, .maximum = grid.maximum, .points = grid.points};
+        for (std::size_t row = 0; row < grid.points[1]; ++row)
+            for (std::size_t column = 0; column < grid.points[0]; ++column)
+                bed.heights[row][column] = profile.mesh.point(column, row);
+        return bed;
+    }
+    [[nodiscard]] motion::BedMesh mesh_of(const KeptBed& bed) const {
+        MeshConfig grid = laid_as_;
+        grid.minimum = bed.minimum;
+        grid.maximum = bed.maximum;
+        grid.points = bed.points;
+        motion::BedMesh mesh{grid};
+        for (std::size_t row = 0; row < grid.points[1]; ++row)
+            for (std::size_t column = 0; column < grid.points[0]; ++column)
+                mesh.set(column, row, bed.heights[row][column]);
+        return mesh;
+    }
+
+    MeshConfig laid_as_;  // of what the grid does not say
+    KeptBeds kept_;
+    FixedVector<Profile, kBedProfilesMax> profiles_;
 };
 
 }  // namespace qduino::printer::machine

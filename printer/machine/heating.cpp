@@ -96,9 +96,9 @@ link::KeptHeat Heating::keep_settings() {
     return kept_settings_;
 }
 
-void Heating::restore_settings() {
-    targets_.hot_end_settings = kept_settings_.hot_end;
-    targets_.bed_settings = kept_settings_.bed;
+void Heating::take_settings(const HeaterSettings& hot_end, const HeaterSettings& bed) {
+    targets_.hot_end_settings = hot_end;
+    targets_.bed_settings = bed;
     ++targets_.settings_number;
     control_.set_targets(targets_);
 }

@@ -76,7 +76,11 @@ class Heating {
     /// The settings in force, as those that are kept from now on.
     [[nodiscard]] link::KeptHeat keep_settings();
     /// Back to those that are kept: of the last keep_settings(), or of the start.
-    void restore_settings();
+    void restore_settings() { take_settings(kept_settings_.hot_end, kept_settings_.bed); }
+    /// To the machine file's. What is kept stays kept.
+    void take_factory_settings() {
+        take_settings(factory_settings_of(config_.hot_end), factory_settings_of(config_.bed));
+    }
 
     /// An experiment that has ended.
     struct TuningOver {
@@ -126,6 +130,7 @@ class Heating {
     };
 
     void note_request(gcode::Heater heater, Celsius target);
+    void take_settings(const HeaterSettings& hot_end, const HeaterSettings& bed);
 
     const MachineConfig& config_;
     heat::HeatControl control_;

@@ -163,12 +163,18 @@ Result<void> JobActions::tune_heater(const gcode::TuningAsked& asked) {
 }
 
 Result<void> JobActions::settings(gcode::SettingsAsked asked) {
+    if (asked == gcode::SettingsAsked::factory) {
+        parts_.heating.take_factory_settings();
+        return {};
+    }
     if (asked == gcode::SettingsAsked::restore) {
         parts_.heating.restore_settings();
-    } else {
-        parts_.link.keep(parts_.heating.keep_settings());
+        parts_.profiles.restore();
+        return {};
     }
-    return {};
+    const Result<void> named = parts_.profiles.keep(parts_.pipe.correction().mesh());
+    parts_.link.keep(parts_.heating.keep_settings(), parts_.profiles.kept());
+    return named;
 }
 
 Result<void> JobActions::set_fan(std::uint8_t index, double duty) {

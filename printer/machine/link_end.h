@@ -48,7 +48,10 @@ class LinkEnd {
     }
 
     /// M500: the service keeps these numbers.
-    void keep(const link::KeptHeat& heat) { layout_.kept_heat.write(heat); }
+    void keep(const link::KeptHeat& heat, const KeptBeds& beds) {
+        layout_.kept_beds.write(beds);
+        layout_.kept_heat.write(heat);
+    }
 
     /// Of the running or last job, and of the machine.
     [[nodiscard]] link::JobStatus& status() { return status_; }

@@ -51,9 +51,12 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
       pipe_(config_, link.emergency),
       heating_(config_, link.heat_status),
       homing_(config_, pipe_, motors_),
+      profiles_(config_),
       actions_({config_, link_, pipe_, motors_, heating_, places_, homing_, profiles_}),
       parking_(config_, pipe_, heating_, motors_, actions_),
-      job_(config_, actions_, link_, places_) {}
+      job_(config_, actions_, link_, places_) {
+    if (const motion::BedMesh* bed = profiles_.find(kDefaultBed)) pipe_.correction().set_mesh(*bed);
+}
 
 heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
     heat::HeatReadings seen = readings;
@@ -344,7 +347,8 @@ void Machine::clear_fault() {
 
 bool Machine::reads() const {
     const bool takes_lines = state_ == State::idle || state_ == State::printing;
-    return takes_lines && !parking_.away() && !heating_.holds() && !homing_.active();
+    return takes_lines && !parking_.away() && !heating_.holds() && !homing_.active() &&
+           !places_.motors_go_off();
 }
 
 /// True: more may come at once, so the planner may go on hoping.

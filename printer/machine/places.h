@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "base/contract.h"
@@ -60,11 +61,16 @@ class Places {
     [[nodiscard]] bool has_room() const { return last_ - passed_ + kPerCommand <= kCapacity; }
     [[nodiscard]] bool all_passed() const { return last_ == passed_; }
 
+    /// Motors go off at a place that has not been passed. Nothing may be read until then: a move
+    /// that is read now would find its motor on, and make its steps when it is off.
+    [[nodiscard]] bool motors_go_off() const { return off_at_.has_value(); }
+
     /// The number to mark the place with. Contract: not full.
     [[nodiscard]] std::uint32_t append(const Place& place) {
         QDUINO_EXPECT(!full());
         ++last_;
         places_[last_ % kCapacity] = place;
+        if (std::holds_alternative<MotorsOff>(place.action)) off_at_ = last_;
         return last_;
     }
 
@@ -73,19 +79,26 @@ class Places {
     template <typename Perform>
     void pass(std::uint32_t number, Perform&& perform) {
         if (number - passed_ > last_ - passed_) return;
-        while (passed_ != number) perform(places_[++passed_ % kCapacity]);
+        while (passed_ != number) {
+            if (off_at_ == ++passed_) off_at_.reset();
+            perform(places_[passed_ % kCapacity]);
+        }
     }
 
     /// Forgets what has not been passed: the motion that it stood in is gone.
-    void forget() { passed_ = last_; }
+    void forget() {
+        passed_ = last_;
+        off_at_.reset();
+    }
 
     /// Of the job's lines that are read now.
     void begin_layer(std::uint32_t layer) { layer_ = layer; }
     [[nodiscard]] std::uint32_t layer() const { return layer_; }
 
   private:
-    std::uint32_t last_ = 0;    // number of the newest place
-    std::uint32_t passed_ = 0;  // … of the last one passed
+    std::uint32_t last_ = 0;               // number of the newest place
+    std::uint32_t passed_ = 0;             // … of the last one passed
+    std::optional<std::uint32_t> off_at_;  // … of the newest to come at which motors go off
     std::uint32_t layer_ = 0;
     std::array<Place, kCapacity> places_{};
 };

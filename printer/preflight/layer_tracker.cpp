@@ -26,6 +26,8 @@ const MoveContext& LayerTracker::on_move(const gcode::Move& move) {
         by_comment_ = true;
     } else if (layers_ == 0) {
         begin(z_mm, 0);
+    } else if (layers_ == kLayersMax) {
+        by_comment_ = by_comment_ || change_pending_;
     } else if (change_pending_) {
         begin(z_mm, change_offset_);
     } else if (comments_.layers() == 0 && std::abs(z_mm - context_.layer.z_mm) >= kImplicitStepMm) {

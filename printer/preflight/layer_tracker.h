@@ -5,6 +5,9 @@
 // layer. Without comments (Slic3r), a layer begins with the first extrusion whose Z differs from
 // that of its layer by at least kImplicitStepMm. A spiral then falls into slices of that height,
 // and not into one layer for each of its segments.
+//
+// A job has kLayersMax layers at most, so that a file of nothing but comments fills no memory. What
+// follows belongs to the last one.
 #pragma once
 
 #include "printer/gcode/actions.h"
@@ -16,6 +19,8 @@ namespace qduino::printer::preflight {
 class LayerTracker {
   public:
     static constexpr double kImplicitStepMm = 0.04;
+    /// 65 cm of layers of kImplicitStepMm.
+    static constexpr std::uint32_t kLayersMax = 16'384;
 
     void on_annotation(const gcode::Annotation& annotation, const gcode::Source& source);
     /// The context of `move`, up to date with it.

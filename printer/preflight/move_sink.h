@@ -41,6 +41,8 @@ class MoveSink {
     virtual void on_limits(const gcode::LimitChange& /*change*/) {}
     /// The motion comes to rest: a pause.
     virtual void on_pause() {}
+    /// Motors go off. Nothing more is read before that.
+    virtual void on_motors_off() {}
     /// The job has ended. `bytes` is its length.
     virtual void on_end(std::uint64_t /*bytes*/) {}
 };

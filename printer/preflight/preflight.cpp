@@ -263,6 +263,11 @@ Result<void> Preflight::pause(const gcode::PauseOrder&) {
     return {};
 }
 
+Result<void> Preflight::motors_off(gcode::AxisSet) {
+    for (MoveSink* sink : sinks_) sink->on_motors_off();
+    return {};
+}
+
 void Preflight::emergency_stop() {
     add_error("M112, the emergency stop, would end this job here",
               "Remove it from the slicer's custom G-code.");

@@ -58,6 +58,7 @@ class Preflight final : private gcode::NoActions {
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;
     Result<void> pause(const gcode::PauseOrder& order) override;
+    Result<void> motors_off(gcode::AxisSet axes) override;
     void emergency_stop() override;
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 

@@ -75,6 +75,7 @@ struct State {
     std::vector<std::string> calls;  ///< routing and the like, as text
     std::vector<AttachedEdge> attached;
     std::map<board::DeviceClass, std::size_t> device_bytes;  ///< device_work()
+    std::map<board::VcpuId, Nanoseconds> promises;           ///< promise_progress(): the latest
     std::int64_t slept_ns = 0;
     std::int64_t spun_ns = 0;
 
@@ -120,6 +121,7 @@ class FakeBoard final : public board::Board {
     void device_work(board::DeviceClass device, std::size_t bytes) override {
         state.device_bytes[device] += bytes;
     }
+    void promise_progress(board::VcpuId id, Nanoseconds limit) override { state.promises[id] = limit; }
     void lock(board::LockWord& word) override;
     bool try_lock(board::LockWord& word) override;
     void unlock(board::LockWord& word) override;

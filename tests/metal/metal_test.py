@@ -1,78 +1,19 @@
-"""Sketches on the board without an operating system, booted in QEMU by `qduino metal run`: what a witness outside saw at the pins,
-what came over the serial line, and what the guarantee report says.
+"""Sketches on the board without an operating system, booted in QEMU by `qduino metal run`.
 
 Time is a count of instructions (--deterministic), so a run is the same every time and on every computer.
 
-  metal_test.py QDUINO [Class.test]
-Skipped, with exit status 77, when qduino was built without images or no emulator is installed: it says which."""
-import os
+  metal_test.py QDUINO [Class.test]"""
+import concurrent.futures
+import contextlib
+import http.client
 import pathlib
-import re
-import shutil
+import random
 import socket
 import subprocess
-import sys
-import tempfile
+import threading
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-HERE = ROOT / 'tests/metal'
-SKIPPED = 77
-QDUINO = sys.argv.pop(1)
-CACHE = tempfile.mkdtemp(prefix='qduino-metal-')
-
-
-ENVIRONMENT = {**os.environ, 'XDG_CACHE_HOME': CACHE}
-
-
-def metal(*words):
-    return [QDUINO, 'metal', *map(str, words)]
-
-
-def read_to(stream, word):
-    """The lines up to one that begins with `word`, or to the end."""
-    lines = [stream.readline()]
-    while lines[-1] and not lines[-1].startswith(word):
-        lines.append(stream.readline())
-    return b''.join(lines)
-
-
-class Run:
-    """One boot, from outside."""
-
-    def __init__(self, sketch, *options, said=None, driven=None):
-        """`said`: bytes to say on the serial line when the sketch has said that it is ready; `driven`: on the wire to its pins, when its loops run."""
-        record = pathlib.Path(CACHE) / 'record'
-        with subprocess.Popen(metal('run', sketch, '--record', record, '--deterministic', *options), stdin=subprocess.PIPE,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=ENVIRONMENT, bufsize=0) as process:
-            before = b''
-            if said:
-                before += read_to(process.stdout, b'ready')
-                process.stdin.write(said)
-                process.stdin.flush()
-            with socket.socket(socket.AF_UNIX) as wire:  # open to the end: a machine drops what a closed one still holds
-                if driven:
-                    before += read_to(process.stdout, b'line')
-                    wire.connect(f'{CACHE}/wire')
-                    wire.sendall(driven)
-                rest, report = process.communicate(timeout=200)
-        self.status = process.returncode
-        self.serial = (before + rest).decode(errors='replace')
-        self.report = report.decode(errors='replace')
-        self.record = record.read_bytes() if record.exists() else b''
-        self.pins = [(byte & 0x7f, byte >> 7) for byte in self.record]
-
-    def levels(self, pin):
-        return [level for at, level in self.pins if at == pin]
-
-    def rises(self, pin):
-        return self.levels(pin).count(1)
-
-    def came_to(self, core):
-        """(timer, devices): interrupts of a core while the loops ran, from the report at the end."""
-        last = self.report.rsplit(f'  core {core}:', 1)[1]
-        found = re.search(r'timer (\d+), devices (\d+)', last)
-        return int(found[1]), int(found[2])
+from runs import CACHE, ENVIRONMENT, HERE, ROOT, Run, changed, main, metal
 
 
 class PulseTrain(unittest.TestCase):
@@ -162,6 +103,162 @@ class Kernel(unittest.TestCase):
         self.assertIn((4, 1), pins[asked + 3:], 'mid ran afterwards')
 
 
+    def test_a_wait_that_the_kernel_does_not_know_lends_no_rank(self):
+        """The mutant of the test above, which has to fail on it, and on nothing else."""
+        mutant = changed(HERE / 'kernel', 'no_inheritance', ('  lock.lock();\n  digitalWrite(10, LOW);', '  while (!lock.tryLock()) delay(1);\n  digitalWrite(10, LOW);'))
+        self.run1 = Run(mutant, '--for', '1', '--cores', 3, '--wire', f'{CACHE}/wire', said=b'AZ', driven=bytes((0x80 | 21, 21)) * 10)
+        self.assertEqual(self.run1.status, 0, self.run1.report)
+        with self.assertRaises(AssertionError):
+            self.test_a_waiter_lends_its_rank_to_the_holder()
+        self.test_loops_that_want_more_get_their_budgets()
+        self.test_interrupts_go_where_they_are_routed()
+        self.test_each_edge_has_its_handler()
+
+
+def free_port():
+    with socket.socket() as taken:
+        taken.bind(('127.0.0.1', 0))
+        return taken.getsockname()[1]
+
+
+def ask(port, path='/', body=None):
+    """The answer's status and text."""
+    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=60)
+    try:
+        connection.request('GET' if body is None else 'POST', path, body)
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
+    finally:
+        connection.close()
+
+
+@contextlib.contextmanager
+def someone_who_answers():
+    """The ports of a server that answers one line, and one packet, with itself and a word."""
+    with socket.create_server(('127.0.0.1', 0)) as listener, socket.socket(type=socket.SOCK_DGRAM) as packets:
+        packets.bind(('127.0.0.1', 0))
+
+        def by_tcp():
+            with listener.accept()[0] as connection, connection.makefile('rb') as lines:
+                connection.sendall(lines.readline().replace(b'\r', b', indeed\r'))
+
+        def by_udp():
+            words, whom = packets.recvfrom(100)
+            packets.sendto(words + b', indeed', whom)
+
+        for answer in by_tcp, by_udp:
+            threading.Thread(target=answer, daemon=True).start()
+        yield listener.getsockname()[1], packets.getsockname()[1]
+
+
+def size_and_hash(body):
+    """As tests/metal/network answers: FNV-1a."""
+    hashed = 2166136261
+    for byte in body:
+        hashed = (hashed ^ byte) * 16777619 % 2**32
+    return f'{len(body)} {hashed}'
+
+
+class WebLight(unittest.TestCase):
+    """sketches/web_light, as it is."""
+
+    def test_a_browser_switches_the_light(self):
+        port = free_port()
+        answers = []
+
+        def visit():
+            answers.extend(ask(port, path) for path in ('/', '/on', '/', '/off'))
+
+        run = Run(ROOT / 'sketches/web_light', '--for', '2', '--forward', f'{port}:8080', visit=visit)
+        self.assertEqual(run.status, 0, run.report)
+        self.assertEqual(answers, [(200, f'The light is {state}.\r\n') for state in ('off', 'on', 'on', 'off')])
+        self.assertEqual(run.levels(13), [0, 1, 0] + run.levels(13)[3:])
+        self.assertEqual(set(run.levels(13)[3:]), {0})
+
+
+class Network(unittest.TestCase):
+    """tests/metal/network, which says what it answers."""
+
+    @classmethod
+    def setUpClass(cls):
+        port = free_port()
+        cls.bodies = [b'', b'x', bytes(range(256)) * 5, random.Random(14).randbytes(300_000)]
+        cls.answers = []
+
+        def visit():
+            for body in cls.bodies:
+                cls.answers.append(ask(port, body=body))
+            with concurrent.futures.ThreadPoolExecutor(8) as visitors:
+                cls.crowd = list(visitors.map(lambda number: ask(port, body=b'?' * number), range(16)))
+            with someone_who_answers() as (tcp, udp):
+                cls.asked = [ask(port, f'/tcp/{tcp}'), ask(port, f'/udp/{udp}')]
+            cls.asked.append(ask(port, f'/tcp/{free_port()}'))
+
+        cls.run1 = Run(HERE / 'network', '--for', '5', '--forward', f'{port}:80', visit=visit)
+
+    def setUp(self):
+        self.assertEqual(self.run1.status, 0, self.run1.report)
+
+    def test_it_asks_for_its_address(self):
+        self.assertIn('ready at 10.0.2.15', self.run1.serial)
+
+    def test_what_is_sent_arrives_whole(self):
+        self.assertEqual(self.answers, [(200, size_and_hash(body)) for body in self.bodies])
+
+    def test_many_at_once_are_answered(self):
+        self.assertEqual(self.crowd, [(200, size_and_hash(b'?' * number)) for number in range(16)])
+
+    def test_it_asks_others(self):
+        self.assertEqual(self.asked, [(200, 'who is there?, indeed\r'), (200, 'who is there?, indeed'), (200, 'nobody')])
+
+    def test_the_card_interrupts_core_0_alone(self):
+        self.assertEqual(self.run1.came_to(1), (0, 0), self.run1.report)
+        self.assertGreater(self.run1.came_to(0)[1], 10, self.run1.report)
+        self.assertGreater(self.run1.rises(6), 40_000)
+
+
+class OtherCard(unittest.TestCase):
+    """The same sketch with the card that interrupts by a line, and not by messages."""
+
+    def test_it_serves_as_well(self):
+        port = free_port()
+        body = random.Random(15).randbytes(20_000)
+        answers = []
+        run = Run(HERE / 'network', '--for', '1.5', '--card', 'e1000', '--forward', f'{port}:80',
+                  visit=lambda: answers.append(ask(port, body=body)))
+        self.assertEqual(run.status, 0, run.report)
+        self.assertEqual(answers, [(200, size_and_hash(body))])
+        self.assertEqual(run.came_to(1), (0, 0), run.report)
+        self.assertGreater(run.came_to(0)[1], 5, run.report)
+
+
+class NoNetwork(unittest.TestCase):
+    def test_without_a_card_a_server_says_so(self):
+        folder = pathlib.Path(CACHE) / 'alone'
+        folder.mkdir()
+        (folder / 'alone.ino').write_text('#include <WiFi.h>\nWiFiServer server(80);\n'
+                                          'void setup() { Serial.begin(115200); server.begin(); Serial.println(WiFi.status()); }\n'
+                                          'void loop() { delay(100); }\n')
+        run = Run(folder, '--for', '0.3')
+        self.assertEqual(run.status, 0, run.report)
+        self.assertIn('no network card', run.report)
+        self.assertIn('6\r\n', run.serial)
+
+
+class Turns(unittest.TestCase):
+    """tests/metal/turns: devices that are served without an interrupt."""
+
+    def test_each_is_served_when_it_said_and_when_asked(self):
+        run = Run(HERE / 'turns', '--for', '1')
+        self.assertEqual(run.status, 0, run.report)
+        self.assertGreater(run.rises(2), 90)
+        self.assertLessEqual(run.rises(2), 101)
+        self.assertGreater(run.rises(3), 45)
+        self.assertLessEqual(run.rises(3), 51)
+        self.assertGreater(run.rises(4), 90)
+        self.assertLessEqual(abs(run.rises(5) - run.rises(4)), 1)
+
+
 class Death(unittest.TestCase):
     """tests/metal/death: the pins come first."""
 
@@ -201,21 +298,5 @@ class Refusal(unittest.TestCase):
         self.assertEqual(run.rises(2), 0)
 
 
-def can_run():
-    built = subprocess.run(metal('build', ROOT / 'sketches/blink'), capture_output=True, timeout=200, check=False, env=ENVIRONMENT)
-    if not shutil.which('qemu-system-x86_64'):
-        print('skipped: no emulator. As root, run: apt-get install qemu-system-x86')
-    elif b'musl-dev' in built.stderr:
-        print('skipped: ' + built.stderr.decode())
-    else:
-        return True
-    return False
-
-
 if __name__ == '__main__':
-    try:
-        if not can_run():
-            sys.exit(SKIPPED)
-        unittest.main(verbosity=2)
-    finally:
-        shutil.rmtree(CACHE, ignore_errors=True)
+    main(qemu_system_x86_64='qemu-system-x86')

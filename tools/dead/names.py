@@ -12,7 +12,7 @@ in a string too (fields of JSON, units): so a name that only a test still has is
 import functools
 import re
 
-from dead.source import CPP, IDENTIFIER, comments_of, without_comments
+from dead.source import CPP, IDENTIFIER, comments_of, without_comments, is_ours
 
 FILE = re.compile(r"(?<![\w/.*<-])((?:[\w.-]+/)*[\w-]+\.(?:h|cpp|ino|py|sh|mjs|tsx?|md|cmake))(?![\w*/(])")
 FOLDER = re.compile(r"^[\w.-]+(?:/[\w.-]+)*/?$")
@@ -100,9 +100,9 @@ class Names:
     def unknown(self):
         """(path, line, kind, name) of each name that names nothing."""
         for path in self.tree.paths:
-            if path.endswith(CPP):
+            if is_ours(path):
                 yield from self.in_text(path, comments_of(self.tree.text(path)), is_page=False)
-            elif path.endswith(".md"):
+            elif path.endswith(".md") and "/third_party/" not in path:
                 yield from self.in_text(path, self.tree.text(path), is_page=True)
 
     def in_text(self, path, text, is_page):

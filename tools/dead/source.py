@@ -38,6 +38,11 @@ def comments_of(text):
     return "".join(kept) + blank(text[at:])
 
 
+def is_ours(path):
+    """Code that is not: it is compared with nothing, and what it names is known."""
+    return path.endswith(CPP) and "/third_party/" not in path
+
+
 class Tree:
     """The files below `root` that `paths` names."""
 
@@ -60,7 +65,7 @@ class Tree:
         return code_of(self.text(path))
 
     def cpp(self, without=("tests/",)):
-        return [p for p in self.paths if p.endswith(CPP) and not p.startswith(without)]
+        return [p for p in self.paths if is_ours(p) and not p.startswith(without)]
 
     def tags(self, paths):
         """What ctags says of these files: one dictionary a definition or declaration."""

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "web/api/guarantee.h"
 #include "web/api/json.h"
 #include "web/api/route.h"
 
@@ -162,13 +163,11 @@ Response gcode(Context& context, const Call& call) {
 }
 
 Response guarantee(Context& context, const Call&) {
-    const std::string report = context.spool.guarantee();
-    Json json = Json::parse(report, nullptr, false);
-    if (!json.is_object())
-        return refused(ErrorCode::unavailable, "the machine has published no guarantee report");
+    std::optional<Json> report = checked_guarantee(context.spool.guarantee());
+    if (!report) return refused(ErrorCode::unavailable, "the machine has published no guarantee report");
     const Json own = Json::parse(context.own_vcpu_json ? context.own_vcpu_json() : "", nullptr, false);
-    json["service"] = own.is_object() ? own : Json(nullptr);
-    return json_response(json);
+    (*report)["service"] = own.is_object() ? own : Json(nullptr);
+    return json_response(*report);
 }
 
 Response config(Context& context, const Call&) { return {.body = context.config_json}; }

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <span>
 
 #include "base/contract.h"
 #include "base/text.h"
-#include "board/metal/boot/start_info.h"
+#include "board/metal/boot/boot_facts.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/core/kernel.h"
 #include "board/metal/library/heap.h"
@@ -27,7 +26,7 @@ extern std::uint8_t image_end[];
 extern std::uint8_t trampoline[], trampoline_end[];
 extern std::uint64_t next_core_stack;
 
-[[noreturn]] void boot_main(const qduino::board::metal::StartInfo* info);
+[[noreturn]] void boot_main(std::uint32_t magic, std::uint64_t told_at);
 [[noreturn]] void core_main();
 }
 
@@ -38,18 +37,9 @@ constexpr std::uint64_t kMapped = std::uint64_t{1} << 32;  // boot/entry.S maps 
 constexpr std::uint32_t kTrampoline = 0x8000;              // and as boot/entry.S has it
 constexpr std::uint32_t kFsBase = 0xc0000100;
 
+constinit BootFacts facts{};
 Machine machine;
 constinit Core* starting = nullptr;
-
-/// The RAM behind the image, to the end of the range that the image is in.
-void find_heap(const StartInfo& info) {
-    const auto begin = reinterpret_cast<std::uint64_t>(image_end);
-    const std::span ranges(reinterpret_cast<const MemoryRange*>(info.memory_at), info.memory_ranges);
-    for (const MemoryRange& range : ranges) {
-        if (range.kind == MemoryRange::kRam && range.begin <= begin && begin < range.begin + range.size)
-            return set_heap(begin, std::min(range.begin + range.size, kMapped));
-    }
-}
 
 /// A core that does not come up within a tenth of a second stays out.
 void start_core(Core& core, std::uint32_t apic) {
@@ -70,7 +60,7 @@ void start_other_cores() {
 }
 
 /// The first core and its controllers.
-void start_machine(const StartInfo& info) {
+void start_machine() {
     cores[0].open(0, true);  // exceptions are told from here on
     set_contract_handler([](const char* condition, const char* file, int line) {
         panic(text(file, ":", line, ": contract broken: ", condition));
@@ -78,7 +68,7 @@ void start_machine(const StartInfo& info) {
     forbid_guard_pages();
     silence_old_pic();
     LocalApic::enable(machine.local_apic);
-    Result<Machine> read = read_firmware_tables(info.rsdp_at, LocalApic::number());
+    Result<Machine> read = read_firmware_tables(facts.rsdp_at, LocalApic::number());
     if (!read) panic(read.error().message.view());
     machine = *read;
     cores[0].set_apic(LocalApic::number());
@@ -102,18 +92,18 @@ void open_devices() {
 }  // namespace
 }  // namespace qduino::board::metal
 
-void boot_main(const qduino::board::metal::StartInfo* info) {
+void boot_main(std::uint32_t magic, std::uint64_t told_at) {
     using namespace qduino::board::metal;
-    if (info->magic != StartInfo::kMagic) halt_forever();  // no PVH loader
-    find_heap(*info);
+    const auto heap = reinterpret_cast<std::uint64_t>(image_end);  // the RAM behind the image
+    if (!read_boot_facts(magic, told_at, heap, facts)) halt_forever();
+    if (facts.ram_end != 0) set_heap(heap, std::min(facts.ram_end, kMapped));
     msr_write(kFsBase, make_thread_locals());
     std::for_each(constructors, constructors_end, [](void (*construct)()) { construct(); });
-    start_machine(*info);
+    start_machine();
     open_devices();
     start_other_cores();
     enable_interrupts();
-    const auto* const words = reinterpret_cast<const char*>(info->command_line_at);
-    metal_main(words ? std::string_view{words} : std::string_view{});
+    metal_main(facts.words);
 }
 
 void core_main() {

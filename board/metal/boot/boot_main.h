@@ -1,6 +1,6 @@
 // From the first instruction in C++ to the program around the sketch:
 //
-//   start info ─► heap ─► static objects ─► guard pages ─► ACPI ─► clock ─► core 0
+//   boot facts ─► heap ─► static objects ─► guard pages ─► ACPI ─► clock ─► core 0
 //              ─► I/O APIC, serial lines ─► the other cores, one by one ─► metal_main()
 #pragma once
 

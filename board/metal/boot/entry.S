@@ -1,12 +1,14 @@
 // From the loader to C++, and from each interrupt to C++ and back.
 //
-//   PVH loader ──► start32: page tables, long mode ──► start64 ──► boot_main(start info)
+//   PVH, multiboot2 ──► start32: page tables, long mode ──► start64 ──► boot_main(magic, facts)
 //   other cores: INIT, STARTUP ──► trampoline at 0x8000 ──► core_main()
 //   interrupt n ──► stub n: error code, n ──► all registers onto this stack ──► enter_kernel(frame)
 //                                                    iretq ◄── registers ◄── the frame that it returns
 //
 // PVH: the boot protocol of Xen's "x86/HVM direct boot ABI" (docs/misc/pvh.pandoc), which QEMU
 // speaks for `-kernel`: 32-bit protected mode, no paging, ebx points to the start info.
+// Multiboot2 Specification 2.0: the same state, ebx points to the boot information, and eax holds
+// 0x36d76289. GRUB speaks it from a BIOS and from UEFI alike.
 // Long mode: Intel SDM volume 3, 10.8.5. Start of other cores: the same, 9.4 (MP initialization).
 // All memory below 4 GiB is mapped one to one; the last GiB, where the devices are, uncached.
 
@@ -15,6 +17,17 @@
         .long   4, 4, 18                        // sizes of name and descriptor; PHYS32_ENTRY
         .asciz  "Xen"
         .long   start32
+
+        .section .multiboot2, "a"
+        .balign 8
+        .set    MULTIBOOT2, 0xe85250d6
+multiboot2_header:
+        .long   MULTIBOOT2, 0                   // for i386, which means 32-bit protected mode
+        .long   multiboot2_end - multiboot2_header
+        .long   -(MULTIBOOT2 + multiboot2_end - multiboot2_header)
+        .short  0, 0                            // no tag but the last
+        .long   8
+multiboot2_end:
 
         .set    CODE64, 0x08
         .set    DATA, 0x10
@@ -34,6 +47,7 @@ boot_stack:
 next_core_stack: .skip 8                        // of the core that is being started
 
         .section .rodata
+vector_control: .long 0x1f80                    // MXCSR: no exception of vectors either
         .balign 8
 boot_segments:
         .quad   0
@@ -53,7 +67,8 @@ boot_segments_at:
 start32:
         cli
         cld
-        movl    %ebx, %esi                      // the start info; kept
+        movl    %eax, %ebp                      // the loader's magic and facts; kept
+        movl    %ebx, %esi
         movl    $boot_stack, %esp
         lgdt    boot_segments_at
         movl    $DATA, %eax
@@ -84,7 +99,7 @@ start32:
         call    enter_long_mode
         ljmp    $CODE64, $start64
 
-// Paging and long mode with the tables above. Clobbers eax, ecx, edx.
+// Paging and long mode with the tables above, and floating point. Clobbers eax, ecx, edx.
 enter_long_mode:
         movl    $0x660, %eax                    // PAE, MCE, OSFXSR, OSXMMEXCPT
         movl    %eax, %cr4
@@ -96,6 +111,8 @@ enter_long_mode:
         wrmsr
         movl    $0x80010033, %eax               // PG, WP, NE, ET, MP, PE
         movl    %eax, %cr0
+        fninit                                  // at reset it interrupts on inexact results
+        ldmxcsr vector_control
         ret
 
         .code64
@@ -105,7 +122,8 @@ start64:
         movl    %eax, %es
         movl    %eax, %ss
         movl    $boot_stack, %esp
-        movl    %esi, %edi
+        movl    %ebp, %edi
+        movl    %esi, %esi
         xorl    %ebp, %ebp
         call    boot_main
         ud2

@@ -66,6 +66,7 @@ Frame* Core::enter(const Frame& frame) {
     switch (frame.vector) {
         case kTimerVector:
             counts_.alarms.fetch_add(1, std::memory_order_relaxed);
+            serve_turns(now);
             LocalApic::end_of_interrupt();
             break;
         case kCallVector:
@@ -83,13 +84,25 @@ Frame* Core::enter(const Frame& frame) {
     return &next.frame();
 }
 
-/// Its top half is nobody's budget.
 void Core::serve_device(std::uint64_t vector, Instant now) {
+    counts_.devices.fetch_add(1, std::memory_order_relaxed);
+    charge_nobody(now, [&] {
+        device_interrupts.serve(static_cast<std::size_t>(vector - kDeviceVectors), now);
+        LocalApic::end_of_interrupt();
+    });
+}
+
+void Core::serve_turns(Instant now) {
+    if (device_interrupts.next_turn(number_) > now) return;
+    charge_nobody(now, [&] { device_interrupts.serve_turns(number_, now); });
+}
+
+/// A top half, which is nobody's budget.
+template <typename TopHalf>
+void Core::charge_nobody(Instant now, TopHalf top_half) {
     const bool charging = threads_began_.load(std::memory_order_acquire) && !host_.runs;
     if (charging) scheduler_.account(now);
-    counts_.devices.fetch_add(1, std::memory_order_relaxed);
-    device_interrupts.serve(static_cast<std::size_t>(vector - kDeviceVectors), now);
-    LocalApic::end_of_interrupt();
+    top_half();
     const Instant end = tsc_clock.now();
     if (charging) scheduler_.account(end, end - now);
 }
@@ -109,7 +122,9 @@ Context& Core::choose(Instant now) {
         return host_.context;
     }
     const sched::Decision decision = scheduler_.decide(now);
-    const Instant own = alarms_allowed() ? std::min(decision.until, next_wake) : kForever;
+    const Instant own = alarms_allowed()
+                            ? std::min({decision.until, next_wake, device_interrupts.next_turn(number_)})
+                            : kForever;
     // An instant that is past would interrupt the next context before its first instruction; the
     // smallest count of the timer lets it get on.
     LocalApic::set_alarm(std::min(own, host_.until), now);

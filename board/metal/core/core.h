@@ -104,6 +104,9 @@ class Core {
 
     void give_up(ThreadState state, Instant wake);
     void serve_device(std::uint64_t vector, Instant now);
+    void serve_turns(Instant now);
+    template <typename TopHalf>
+    void charge_nobody(Instant now, TopHalf top_half);
     Context& choose(Instant now);
     void open_mail(Instant now);
     [[nodiscard]] Instant wake_sleepers(Instant now);

@@ -1,10 +1,12 @@
 #include "board/metal/core/device_interrupts.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "board/metal/core/kernel.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/machine/local_apic.h"
+#include "board/metal/machine/tsc_clock.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -22,9 +24,14 @@ void DeviceInterrupts::add(IoApic& io_apic, DeviceClass kind, std::uint8_t line,
     route(entries_.back());
 }
 
+void DeviceInterrupts::add(MessageInterrupt& message, DeviceClass kind, Device& device) {
+    entries_.push_back({.message = &message, .device = &device, .kind = kind});
+    route(entries_.back());
+}
+
 void DeviceInterrupts::serve_on(DeviceClass kind, VcpuId io) {
-    for (Entry& entry : entries_) {
-        if (names(kind, static_cast<std::size_t>(entry.kind))) entry.io = io;
+    for (std::size_t i = 0; i < io_.size(); ++i) {
+        if (names(kind, i)) io_[i] = io;
     }
 }
 
@@ -51,19 +58,56 @@ void DeviceInterrupts::route_all() {
 /// To the core of its I/O VCPU, or to the first that takes it.
 void DeviceInterrupts::route(Entry& entry) {
     const std::uint64_t forbidden = forbidden_[static_cast<std::size_t>(entry.kind)];
-    const int wanted = entry.io == kNoVcpu ? 0 : threads[entry.io].spec.core;
+    const int wanted = io_of(entry) == kNoVcpu ? 0 : threads[io_of(entry)].spec.core;
     entry.core = wanted >= 0 && (forbidden >> wanted & 1) == 0 ? wanted : std::countr_one(forbidden);
     const auto index = static_cast<std::size_t>(&entry - entries_.begin());
-    entry.io_apic->route(entry.line, static_cast<std::uint8_t>(kDeviceVectors + index),
-                         cores[static_cast<std::size_t>(entry.core)].apic());
+    const auto vector = static_cast<std::uint8_t>(kDeviceVectors + index);
+    const std::uint32_t apic = cores[static_cast<std::size_t>(entry.core)].apic();
+    if (entry.message)
+        entry.message->route(vector, apic);
+    else
+        entry.io_apic->route(entry.line, vector, apic);
+}
+
+/// The bottom half becomes the work of its I/O VCPU. False: there is none that takes it.
+bool DeviceInterrupts::give(const Entry& entry, Instant now) const {
+    const Work work{.handler = &run_bottom_half, .context = entry.device, .came = now, .after_stop = true};
+    return io_of(entry) != kNoVcpu && give_work(io_of(entry), work);
 }
 
 void DeviceInterrupts::serve(std::size_t index, Instant now) {
     if (index >= entries_.size()) return;  // nobody's vector
     const Entry& entry = entries_[index];
     entry.device->quiet();
-    const Work work{.handler = &run_bottom_half, .context = entry.device, .came = now, .after_stop = true};
-    if (entry.io == kNoVcpu || !give_work(entry.io, work)) entry.device->serve();
+    if (!give(entry, now)) entry.device->serve();
+}
+
+void DeviceInterrupts::ask(const Device& device) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        const Entry& entry = entries_[i];
+        if (entry.device != &device || give(entry, tsc_clock.now())) continue;
+        const InterruptsOff off;
+        LocalApic::interrupt_core(cores[static_cast<std::size_t>(entry.core)].apic(),
+                                  static_cast<std::uint8_t>(kDeviceVectors + i));
+    }
+}
+
+bool DeviceInterrupts::serves_on(const Entry& entry, int core) const {
+    return core == (io_of(entry) == kNoVcpu ? entry.core : threads[io_of(entry)].spec.core);
+}
+
+Instant DeviceInterrupts::next_turn(int core) const {
+    Instant next = kForever;
+    for (const Entry& entry : entries_) {
+        if (serves_on(entry, core)) next = std::min(next, entry.device->next_turn());
+    }
+    return next;
+}
+
+void DeviceInterrupts::serve_turns(int core, Instant now) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        if (serves_on(entries_[i], core) && entries_[i].device->next_turn() <= now) serve(i, now);
+    }
 }
 
 void DeviceInterrupts::serve_all() {

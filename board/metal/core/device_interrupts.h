@@ -1,12 +1,16 @@
 // The devices that interrupt: on which core each one's top half runs, and on which I/O VCPU its
 // bottom half does.
 //
-//   line ─► I/O APIC ─► core ─► top half: quiet() ─► work for the I/O VCPU ─► bottom half: serve()
+//   line ─► I/O APIC ─┐
+//   message ──────────┴► core ─► top half: quiet() ─► work for the I/O VCPU ─► bottom half: serve()
 //              ▲                                       none: serve() at once, above every loop
-//   noInterrupts(device, core) rewrites the entry
+//   noInterrupts(device, core) rewrites the I/O APIC's entry, or the device's
 //
 // A device that was quieted raises no interrupt until it was served. So a storm of interrupts costs
 // a core one top half for each time that the I/O VCPU's budget lets it serve.
+//
+// A device may be served without an interrupt, too: when a program asks, or at an instant that the
+// device has named.
 #pragma once
 
 #include <array>
@@ -15,6 +19,7 @@
 #include "base/fixed_vector.h"
 #include "base/result.h"
 #include "base/time.h"
+#include "board/metal/driver/message_interrupt.h"
 #include "board/metal/machine/io_apic.h"
 #include "board/types.h"
 
@@ -27,6 +32,8 @@ class Device {
     /// The bottom half: does all that there is to do, and lets the device interrupt again. By one
     /// caller at a time.
     virtual void serve() = 0;
+    /// When it is to be served though nothing interrupts. From any core.
+    [[nodiscard]] virtual Instant next_turn() const { return kForever; }
 
   protected:
     ~Device() = default;
@@ -36,6 +43,7 @@ class DeviceInterrupts {
   public:
     /// Contract: not more than 16. `io_apic` and `device` outlive it. The first core gets it.
     void add(IoApic& io_apic, DeviceClass kind, std::uint8_t line, Device& device);
+    void add(MessageInterrupt& message, DeviceClass kind, Device& device);
     /// As board.h has them. Setup-time.
     void serve_on(DeviceClass kind, VcpuId io);
     Result<void> route(DeviceClass kind, int core, bool allowed);
@@ -44,6 +52,12 @@ class DeviceInterrupts {
 
     /// The top half of device `index`, which interrupted this core at `now`.
     void serve(std::size_t index, Instant now);
+    /// `device` is served soon, as if it had interrupted. From anywhere.
+    void ask(const Device& device);
+    /// The next turn of a device whose bottom half is on `core`.
+    [[nodiscard]] Instant next_turn(int core) const;
+    /// The top halves of those whose turn has come.
+    void serve_turns(int core, Instant now);
     /// The I/O VCPUs have ended: from now on top halves serve, and here what was left to serve.
     void serve_all();
     /// Of the devices whose interrupts come to `core`.
@@ -51,16 +65,20 @@ class DeviceInterrupts {
 
   private:
     struct Entry {
-        IoApic* io_apic = nullptr;
+        IoApic* io_apic = nullptr;            // one of these two
+        MessageInterrupt* message = nullptr;  //
         Device* device = nullptr;
         DeviceClass kind = DeviceClass::all;
         std::uint8_t line = 0;
-        VcpuId io = kNoVcpu;
         int core = 0;
     };
     void route(Entry& entry);
+    [[nodiscard]] VcpuId io_of(const Entry& entry) const { return io_[static_cast<std::size_t>(entry.kind)]; }
+    [[nodiscard]] bool serves_on(const Entry& entry, int core) const;
+    [[nodiscard]] bool give(const Entry& entry, Instant now) const;
 
     FixedVector<Entry, 16> entries_;
+    std::array<VcpuId, kDeviceClassCount> io_{};
     std::array<std::uint64_t, kDeviceClassCount> forbidden_{};  // one bit for each core
 };
 

@@ -1,6 +1,7 @@
 // What a C++ compiler takes for granted, on a machine without exceptions and without an end of the
 // program. The standard library would throw where it calls std::__throw_…; here that is a panic.
 #include <cstdlib>
+#include <memory>
 
 #include "board/metal/panic.h"
 
@@ -21,6 +22,10 @@ char __libc_single_threaded = 0;
 }
 
 namespace std {
+
+/// std::make_shared() asks for its own tag by its address, and then here, in case that another
+/// library has a copy of it. There is none.
+bool _Sp_make_shared_tag::_S_eq(const type_info&) noexcept { return false; }
 
 void __throw_length_error(const char* what) { panic(what); }
 void __throw_logic_error(const char* what) { panic(what); }

@@ -21,6 +21,7 @@ void silence_old_pic() {
 IoApic::IoApic(const Machine& machine) : machine_(machine) {
     const std::uint32_t last = read(kVersion) >> 16 & 0xff;
     for (std::uint32_t input = 0; input <= last; ++input) write(kEntries + 2 * input, kMasked);
+    of_machine_ = this;
 }
 
 void IoApic::write(std::uint32_t number, std::uint32_t value) const {

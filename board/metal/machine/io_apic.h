@@ -19,6 +19,8 @@ class IoApic {
   public:
     /// All inputs are masked. `machine` outlives it.
     explicit IoApic(const Machine& machine);
+    /// The machine's, when it has been made.
+    static IoApic* of_machine() { return of_machine_; }
 
     /// ISA line `line` raises `vector` on the core with this local APIC number, from now on.
     void route(std::uint8_t line, std::uint8_t vector, std::uint32_t apic);
@@ -28,6 +30,7 @@ class IoApic {
     [[nodiscard]] std::uint32_t read(std::uint32_t number) const;
 
     const Machine& machine_;
+    inline static constinit IoApic* of_machine_ = nullptr;
 };
 
 }  // namespace qduino::board::metal

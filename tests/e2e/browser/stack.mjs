@@ -88,7 +88,8 @@ export async function startStack({ speed }) {
   }
 }
 
-export function startBrowser() {
+/** `draws`: with WebGL, in software, which costs more than all else that the page does. */
+export function startBrowser({ draws = true } = {}) {
   const { chromium } = createRequire(join(ROOT, 'web/ui/package.json'))('playwright-core');
-  return chromium.launch({ executablePath: chromiumPath(), args: BROWSER_ARGUMENTS });
+  return chromium.launch({ executablePath: chromiumPath(), args: draws ? BROWSER_ARGUMENTS : [...BROWSER_ARGUMENTS, '--disable-3d-apis'] });
 }

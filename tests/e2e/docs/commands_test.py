@@ -47,6 +47,8 @@ ADAPTED = [
     (r"(build/release/bin/bench-plan) FILE.gcode --json", lambda program: "test -x %s" % program),
     # ./test has installed them.
     (r"apt-get install -y musl-dev qemu-system-x86", lambda: "true"),
+    # It runs until Ctrl-C, and the port may be somebody's.
+    (r"(qduino metal run sketches/web_light) --forward 8080:8080", lambda command: "( cd '%s' && %s --card virtio-net --for 1 )" % (ROOT, command)),
     (r"(qduino metal run sketches/.*)", lambda command: "( cd '%s' && %s )" % (ROOT, command)),
     (r"bench/plot.py", lambda: "test -x bench/plot.py"),
     # Ends with the number of things this computer lacks.

@@ -72,6 +72,18 @@ class Simulated(unittest.TestCase):
             wait_until(lambda: self.stack.machine_state() == "idle", "the machine is seen again")
 
 
+    def loop_1(self):
+        status, report = self.stack.request("GET", "/api/v1/guarantee")
+        return next((loop for loop in report["loops"] if loop["id"] == 1), None) if status == 200 else None
+
+    def test_the_guarantee_is_as_of_now(self):
+        first = wait_until(self.loop_1, "the sketch has published its guarantee")
+        later = wait_until(lambda: self.loop_1()["releases"] > first["releases"] + 10 and self.loop_1(), "its releases go on")
+        if first["watched_us"] is not None:
+            self.assertGreater(later["watched_us"], first["watched_us"])
+            self.assertGreaterEqual(later["cpu_used_us"], first["cpu_used_us"])
+
+
 class RealTime(Simulated):
     """The same, with the sketch on this computer: isolated, as root."""
 
@@ -83,6 +95,9 @@ class RealTime(Simulated):
 
     def test_it_stops_well_and_leaves_nothing(self):
         super().test_it_stops_well_and_leaves_nothing()
+
+    def test_the_guarantee_is_as_of_now(self):
+        super().test_the_guarantee_is_as_of_now()
 
     def test_a_killed_sketch_and_a_killed_machine_come_back(self):
         for name in ("printer", "virtual-machine", "qduino-supervisor"):

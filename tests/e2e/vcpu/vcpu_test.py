@@ -233,7 +233,8 @@ class BesideASketch(unittest.TestCase):
                 run.communicate()
                 self.skipTest("no real-time loops here: " + said)
             refused = subprocess.run(vcpu("--budget", "50", "true"), capture_output=True, text=True, timeout=30, check=False)
-            admitted = subprocess.run(vcpu("--budget", "10", "true"), capture_output=True, text=True, timeout=30, check=False)
+            # Little: what interrupts take of the core is measured, and a busy computer has many.
+            admitted = subprocess.run(vcpu("--budget", "4", "true"), capture_output=True, text=True, timeout=30, check=False)
             run.communicate(timeout=60)
             if "control group" in refused.stderr:
                 self.skipTest(refused.stderr)

@@ -4,9 +4,10 @@
 // Input: operations. First byte of each: 0 job status, 1 motion, 2 heat (then as many bytes as
 // follow, up to the slot's size, laid over it), 3 replies (a length byte, then raw bytes), 4 the
 // sketch is dead or not (from 128 on, then eight bytes of its time factor), 5 a tick, 6 a
-// well-formed frame whose type and payload are the input's. Properties: every frame that the reader
-// accepts encodes to the very bytes that it was read from; the status that goes out is valid JSON;
-// a job is never begun twice with the same run.
+// well-formed frame whose type and payload are the input's, 7 the guarantee report (two length
+// bytes, then its text). Properties: every frame that the reader accepts encodes to the very bytes
+// that it was read from; the status and the guarantee report that go out are valid JSON, and a
+// report that passed once passes again; a job is never begun twice with the same run.
 #include <unistd.h>
 
 #include <cstdint>
@@ -17,6 +18,7 @@
 #include "printer/link/frame.h"
 #include "spool/spool.h"
 #include "tests/fuzz/gcode/fuzz_check.h"
+#include "web/api/guarantee.h"
 #include "web/api/json.h"
 
 namespace {
@@ -79,11 +81,15 @@ class World {
         // Once an input: writing JSON takes longer than all the rest.
         FUZZ_EXPECT(nlohmann::json::accept(web::api::text_of(web::api::status_json(*spool_))));
         FUZZ_EXPECT(nlohmann::json::accept(web::api::text_of(web::api::jobs_json(*spool_))));
+        if (const auto report = web::api::checked_guarantee(spool_->guarantee())) {
+            const auto again = web::api::checked_guarantee(web::api::text_of(*report));
+            FUZZ_EXPECT(again && *again == *report);
+        }
     }
 
   private:
     void step(Input& input) {
-        switch (input.byte() % 7) {
+        switch (input.byte() % 8) {
             case 0:
                 overlay(job_status_, input), layout_->job_status.write(job_status_);
                 return;
@@ -105,6 +111,10 @@ class World {
             case 5:
                 tick();
                 return;
+            case 7: {
+                const std::size_t high = input.byte();
+                return publish(input.take(high * 256 + input.byte()));
+            }
             default: {
                 const std::uint8_t type = input.byte();
                 round_trip(printer::link::encode_raw(type, input.take(input.byte())));
@@ -117,6 +127,10 @@ class World {
         double factor = 0;
         if (!bytes.empty()) std::memcpy(&factor, bytes.data(), bytes.size());
         layout_->time_factor.store(factor);
+    }
+
+    void publish(std::span<const std::uint8_t> text) {
+        layout_->guarantee.write({std::string_view{reinterpret_cast<const char*>(text.data()), text.size()}});
     }
 
     template <typename Slot>

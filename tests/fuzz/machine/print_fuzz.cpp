@@ -59,9 +59,6 @@ void check_bounds(MachineBench& bench) {
 }
 
 void compare(MachineBench& bench, const std::string& job) {
-    // The readers differ on a malformed label of an object (`M486 S-1G1`): the printer takes its
-    // tail for a name. Well-formed ones are compared in tests/property/gcode/two_readers_test.cpp.
-    if (job.find("486") != std::string::npos) return;
     twin::TextSource source{job};
     const twin::Machine metal = apps::twin_machine(config());
     twin::AskedPath asked{source, twin::Position{}, metal};

@@ -48,8 +48,9 @@ class NaiveBudgetAccount {
     using Kind = BudgetEffect::Kind;
 
     NaiveBudgetAccount() : NaiveBudgetAccount(1, 1) {}
-    NaiveBudgetAccount(const Server& server, const BudgetReading& reading)
+    NaiveBudgetAccount(const Server& server, const BudgetReading& reading, Nanoseconds rest = {})
         : NaiveBudgetAccount(server.parameters().budget.count(), server.parameters().period.count()) {
+        rest_ = rest;
         now_ = to_ns(reading.now);
         switches_ = reading.switches;
         charges_.assign(static_cast<std::size_t>(reading.cpu.count()), 0);
@@ -131,9 +132,10 @@ class NaiveBudgetAccount {
         overruns_ = locks_ > 0 && grace_ > 0 && kRules.finish_with_lock;
         if (overruns_) return {.kind = Kind::arm_in, .in = Nanoseconds{grace_}, .steps_back = true};
         const std::int64_t next = tokens_.tokens().front() + kRules.sleep_longer_by * period_;
-        return {.kind = Kind::sleep_until, .at = instant_from_ns(next)};
+        return {.kind = Kind::sleep_until, .at = instant_from_ns(next) + rest_};
     }
 
+    Nanoseconds rest_{};
     std::int64_t budget_, period_;
     TokenServer tokens_;
     WaitBucket bucket_;

@@ -111,6 +111,13 @@ TEST(SporadicServerOracle, HoldingSplintersBackNeverAdvances) {
         ASSERT_EQ(before.size(), after.size());
         for (std::size_t k = 0; k < after.size(); ++k) ASSERT_GE(after[k], before[k]);
         ASSERT_GE(queue.head().amount, 10ns);
+        queue.close_gaps(10ns);
+        const auto closed = tokens_of(queue.refills());
+        ASSERT_EQ(after.size(), closed.size());
+        for (std::size_t k = 0; k < closed.size(); ++k) ASSERT_GE(closed[k], after[k]);
+        if (queue.refills().size() > 1) {
+            ASSERT_GE(queue.refills()[1].time - queue.head().end(), 10ns);
+        }
     }
 }
 

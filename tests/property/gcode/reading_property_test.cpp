@@ -114,6 +114,7 @@ TEST(ReadingProperty, AWellFormedCommandReadsAsTheNaiveOracleReadsIt) {
             << "seed " << seed << ": " << line << ": " << words.error().message.view();
         if (takes_free_text(command.letter, command.number)) continue;
         const Oracle oracle{line};
+        if (oracle.code == "M486" && oracle.has[0]) continue;  // what stands behind A is a name
         ASSERT_EQ(std::string(command.name().view()), oracle.code) << "seed " << seed << ": " << line;
         for (char letter = 'A'; letter <= 'Z'; ++letter) {
             const auto index = static_cast<std::size_t>(letter - 'A');

@@ -88,7 +88,11 @@ std::string random_line(RandomGcode& random) {
         case 18:
             return "MOVE_BY X=" + random.number(-5, 5, 2) + (random.chance(0.5) ? " e=2" : "");
         case 19:
-            return "M486 S" + std::to_string(static_cast<int>(random.below(4)) - 1);
+            return (random.chance(0.3) ? "M486 C S" : "M486 S") +
+                   std::to_string(static_cast<int>(random.below(4)) - 1) +
+                   (random.chance(0.3)   ? " ACup P2 U1"
+                    : random.chance(0.3) ? " U1"
+                                         : "");
         case 20:
             return std::string(random.chance(0.5) ? "M486 P" : "M486 U") + std::to_string(random.below(3));
         case 21:

@@ -1,6 +1,8 @@
 // Runs moves through planner and solver as loop 1 does, and keeps everything that came out.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -37,17 +39,32 @@ struct Pipeline {
         solve();
     }
     void solve() {
-        solver.solve_some(~std::size_t{0}, [&](const printer::step::StepEvent& event) {
-            if (keep_events) events.push_back(event);
-        });
+        std::size_t given = portion;
+        while (given == portion) {
+            given = solver.solve_some(portion, [&](const printer::step::StepEvent& event) {
+                if (keep_events) events.push_back(event);
+            });
+            most_given = std::max(most_given, given);
+        }
     }
 
     std::unique_ptr<printer::motion::Planner> planner;
     printer::step::Solver solver;
+    std::size_t portion = ~std::size_t{0};  ///< events asked for at a time
+    std::size_t most_given = 0;
     bool keep_segments = true;
     bool keep_events = true;
     std::vector<printer::motion::Segment> segments;
     std::vector<printer::step::StepEvent> events;
 };
+
+/// The number of the first event that is not the same step, or where the shorter one ends.
+inline std::size_t first_difference(const std::vector<printer::step::StepEvent>& a,
+                                    const std::vector<printer::step::StepEvent>& b) {
+    const auto same = [](const printer::step::StepEvent& one, const printer::step::StepEvent& other) {
+        return one.time_ns == other.time_ns && one.axis == other.axis && one.direction == other.direction;
+    };
+    return static_cast<std::size_t>(std::ranges::mismatch(a, b, same).in1 - a.begin());
+}
 
 }  // namespace qduino::test

@@ -1,110 +1,111 @@
-// Runs one sketch, a shared object made of its .ino, on the fake board of tests/unit/arduino for
-// ten seconds of virtual time.
+// Runs one sketch, a shared object made of its .ino, in the simulator for ten seconds of virtual
+// time.
 //
 //   example_runner SKETCH.so Serial is standard input and output; stderr has a summary of pins
 //
-// Inputs of the fake world: every pin toggles each 0.7 s; every analog input is a slow ramp. The
-// program ends when the virtual time is over. A sketch that ends in an empty `while (true)` ends
-// when it has used half a second of CPU.
+// Inputs of its world: every pin toggles each 0.7 s; every analog input is a slow ramp. What ends
+// the run is the time, also where the sketch spins or its setup() does not return: nothing here
+// knows of that, the simulator alone does.
 #include <dlfcn.h>
-#include <sys/time.h>
-#include <unistd.h>
 
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
+#include <map>
 
 #include "arduino/HardwareSerial.h"
+#include "board/peripherals.h"
+#include "board/sim/endless_jump.h"
+#include "board/sim/sim_board.h"
 #include "runtime/runtime.h"
-#include "tests/fake/fake_board.h"
 
 namespace {
 
-using qduino::Instant;
-using qduino::fake::state;
+using namespace qduino;
+using board::Level;
+using board::PinId;
 
-constexpr Instant kEnd{std::chrono::seconds{10}};
-constexpr qduino::Nanoseconds kPassCost{50'000};  // of a body that lets no time pass
+constexpr Instant kEnd = kEpoch + 10s;
 
-/// Thrown through the sketch when its time is over.
-struct TimeIsOver {};
-
-void end_when_over() {
-    if (state().now >= kEnd) throw TimeIsOver{};
-}
-
-int input_level(int pin, Instant now) {
-    end_when_over();
-    return (qduino::to_ns(now) / 700'000'000 + pin) % 2 == 0 ? 0 : 1;
-}
-
-double input_voltage(int pin) {
-    end_when_over();
-    const double seconds = static_cast<double>(qduino::to_ns(state().now)) * 1e-9;
-    return 0.1 * (pin % 4) + 0.06 * seconds;
-}
-
-void prepare_board() {
-    qduino::fake::reset();
-    state().look_cost = qduino::Nanoseconds{200};
-    state().level_of = input_level;
-    state().analog_of = input_voltage;
-    state().while_sleeping = end_when_over;
-}
-
-/// One line for each pin that was driven: how often it changed, and its PWM.
-void report() {
-    std::map<int, int> changes;
-    std::map<int, int> level;
-    std::map<int, int> duties;
-    for (const auto& event : state().writes) {
-        changes[event.pin] += level[event.pin] != event.level ? 1 : 0;
-        level[event.pin] = event.level;
+class World final : public board::Peripherals {
+  public:
+    void pin_written(Instant, PinId pin, Level level) override {
+        changes_[pin.number] += level_[pin.number] != level ? 1 : 0;
+        level_[pin.number] = level;
     }
-    for (const auto& event : state().pwm) ++duties[event.pin];
-    for (const auto& [pin, count] : changes) std::fprintf(stderr, "pin %d changed %d\n", pin, count);
-    for (const auto& [pin, count] : duties) std::fprintf(stderr, "pin %d pwm %d\n", pin, count);
-}
-
-void run_sketch() {
-    const qduino::runtime::Runtime runtime{qduino::fake::board()};
-    auto& table = qduino::runtime::sketch_table();
-    if (table.setup) table.setup();
-    while (true) {
-        for (const auto& loop : table.loops) {
-            state().vcpu = loop.id;
-            loop.body();
-        }
-        state().now += kPassCost;
-        end_when_over();
+    void pwm_written(Instant, PinId pin, double) override { ++duties_[pin.number]; }
+    Level pin_level(Instant now, PinId pin) override {
+        return (to_ns(now) / 700'000'000 + pin.number) % 2 == 0 ? Level::low : Level::high;
     }
+    double analog_level(Instant now, PinId pin) override {
+        return 0.1 * (pin.number % 4) + 0.06 * to_seconds(now - kEpoch);
+    }
+    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
+                              std::span<std::uint8_t>) override {
+        return {};
+    }
+    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
+        return {};
+    }
+
+    /// One line for each pin that was driven: how often it changed, and its PWM.
+    void report() const {
+        for (const auto& [pin, count] : changes_) std::fprintf(stderr, "pin %d changed %d\n", pin, count);
+        for (const auto& [pin, count] : duties_) std::fprintf(stderr, "pin %d pwm %d\n", pin, count);
+    }
+
+  private:
+    std::map<int, int> changes_;
+    std::map<int, Level> level_;
+    std::map<int, int> duties_;
+};
+
+/// A question to a pin, and a pass of loop(), cost about what they do on an AVR: most sketches ask
+/// all the time.
+board::sim::SimConfig computer() {
+    board::sim::SimConfig config;
+    config.poll_cost = 1us;
+    config.body_cost = 50us;
+    return config;
 }
 
-/// The sketch spins for ever without a call, as some examples do at their end. Output is flushed by
-/// hand: the sketch holds no lock.
-void end_of_cpu_time(int) {
-    Serial.flush();
-    std::fprintf(stderr, "still running\n");
-    _exit(0);
+board::sim::SimBoard* in_setup = nullptr;  // a table's setup() has no argument
+void (*sketch_setup)() = nullptr;
+
+/// Returns how the run ended.
+const char* run_sketch(board::sim::SimBoard& board) {
+    const board::sim::EndlessJumps jumps(board.event_loop(), nullptr);
+    runtime::Runtime runtime{board};
+    runtime::SketchTable table = runtime::sketch_table();
+    in_setup = &board;
+    sketch_setup = table.setup;
+    static bool ended = false;
+    table.setup = [] { ended = in_setup->run_setup(sketch_setup, kEnd); };
+    if (const Result<void> begun = runtime.begin(table); !begun) {
+        const std::string_view why = begun.error().message;
+        std::fprintf(stderr, "%.*s\n", static_cast<int>(why.size()), why.data());
+        return nullptr;
+    }
+    if (!ended) return "setup() has not ended";
+    runtime.run(kEnd);
+    for (const board::sim::SpinSeen& seen : board.spins()) {
+        if (seen.goes_on) return "it spins";
+    }
+    return "it goes on";
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     if (argc != 2) return 2;
-    prepare_board();
     if (!dlopen(argv[1], RTLD_NOW | RTLD_GLOBAL)) {
         std::fprintf(stderr, "%s\n", dlerror());
         return 1;
     }
-    std::signal(SIGVTALRM, end_of_cpu_time);
-    const itimerval cpu_time{{0, 0}, {0, 500'000}};
-    setitimer(ITIMER_VIRTUAL, &cpu_time, nullptr);
-    try {
-        run_sketch();
-    } catch (const TimeIsOver&) {
-    }
-    Serial.flush();
-    report();
+    World world;
+    board::sim::SimBoard board(computer(), world);
+    const char* const ended = run_sketch(board);
+    Serial.settle(1000);
+    world.report();
+    if (!ended) return 1;
+    std::fprintf(stderr, "%s\n", ended);
     return 0;
 }

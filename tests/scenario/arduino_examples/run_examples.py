@@ -14,8 +14,9 @@ import sys
 
 UNPACKED = pathlib.Path(__file__).resolve().parents[3] / 'build/arduino/usr/share/arduino/examples'
 FOLDERS = ['/usr/share/arduino/examples', '/usr/share/doc/arduino/examples', UNPACKED]
-# As the Arduino IDE compiles sketches: lenient, and without warnings.
-COMPILE = ['-std=gnu++20', '-fpermissive', '-w', '-O0', '-fPIC']
+# As the Arduino IDE compiles sketches: lenient, and without warnings. For the simulator, as
+# `qduino` does: blocks that run are counted.
+COMPILE = ['-std=gnu++20', '-fpermissive', '-w', '-O0', '-fPIC', '-fno-finite-loops', '-fsanitize-coverage=trace-pc']
 SKIPPED = 77
 
 # What comes in on Serial, for the sketches that read it.

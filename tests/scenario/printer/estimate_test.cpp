@@ -32,7 +32,7 @@ void expect_as_estimated(const std::string& job, const printer::MachineConfig& m
     ASSERT_EQ(bench.status().outcome, link::JobOutcome::completed) << bench.fault();
     EXPECT_NEAR(estimate.total_s / bench.status().print_time_s, 1, kAsked)
         << "estimated " << estimate.total_s << " s, printed " << bench.status().print_time_s << " s";
-    EXPECT_NEAR(estimate.heating_s(), bench.status().heating_time_s, 1.5);
+    EXPECT_NEAR(estimate.heating_s(), bench.status().heating_time_s, 0.5);
 }
 
 /// A round tower: walls of short segments, infill, retractions, hops.

@@ -214,10 +214,10 @@ TEST(Settings, AreReportedChangedKeptAndRestored) {
                              "M301 P1", "M501", "M301"})
         bench.type(line);
     bench.run(3);
-    const std::string& replies = bench.replies();
+    const std::string replies = bench.replies();
     EXPECT_NE(replies.find("M301 P22.20 I1.0800 D114.00"), std::string::npos) << replies;
     EXPECT_NE(replies.find("M304 P10.00 I0.0230 D305.40"), std::string::npos) << replies;
-    EXPECT_NE(replies.find("M306 P40.00 C21.00 R0.4167 A0.0950 F0.1150 H0.0048"), std::string::npos)
+    EXPECT_NE(replies.find("M306 P40.00 C22.00 R0.4049 A0.0900 F0.1125 H0.0048"), std::string::npos)
         << replies;
     EXPECT_NE(replies.find("M306 P40.00 C18.00"), std::string::npos) << replies;
     EXPECT_EQ(replies.rfind("M301 P30.00 I2.0000 D114.00"), replies.rfind("M301 P")) << replies;
@@ -225,6 +225,16 @@ TEST(Settings, AreReportedChangedKeptAndRestored) {
     EXPECT_EQ(kept.number, 1u);
     EXPECT_EQ(kept.hot_end.kp, 30);
     EXPECT_EQ(kept.hot_end.model.heat_capacity_j_k, 18);
+    for (const char* line : {"M502", "M301", "M306"}) bench.type(line);
+    bench.run(1);
+    const std::string after = bench.replies().substr(replies.size());
+    EXPECT_NE(after.find("M301 P22.20 I1.0800 D114.00"), std::string::npos) << "M502: the machine file's";
+    EXPECT_NE(after.find("M306 P40.00 C22.00"), std::string::npos) << after;
+    EXPECT_EQ(bench.printer().link().kept_heat.read().number, 1u) << "nothing is kept by it";
+    bench.type("M501");
+    bench.type("M301");
+    bench.run(1);
+    EXPECT_EQ(bench.replies().rfind("M301 P30.00"), bench.replies().rfind("M301 P")) << "M501: what was kept";
 }
 
 }  // namespace

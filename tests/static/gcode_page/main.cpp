@@ -30,10 +30,12 @@ given a meaning: `[macros]` in the [machine file](machine.md#macros).) Any other
 - `M92` calibrates E by up to 25 %; X, Y and Z must be what the machine file says.
 - An object that is left out (`M486 P`, `EXCLUDE_OBJECT`, in the job or typed beside it) moves nothing: the head waits where it was
   until a line behind the object goes sideways, and then goes up, sideways and down to that place. What the planner holds already is still printed.
-  At most 64 objects. The twin is told of what was typed.
+  At most 64 objects. The twin is told of what was typed. What stands behind the A of `M486` is a name: its letters are no parameters.
+- `M900 K30`: a K above 10 is a factor of Linear Advance 1.0, which Prusa's profiles write beside the other. It changes nothing.
 - `M0`, `M1`, `M25`, `M125`, `M600`, `M601` and `PAUSE` park the head beside the part and wait; the job goes on at the very step. `M600`
   also draws the filament out there, and pushes the new one in with a purge (`[park]` in the [machine file](machine.md)).
-- `M84 S60`: motors that nobody has moved for 60 s go off, while no job runs.
+- `M84` waits for the motion before it, and the lines behind it wait for `M84`; a move switches its motors on again. `M84 S60`: motors
+  that nobody has moved for 60 s go off, while no job runs.
 
 *When it may be typed* (or sent by a host beside the job): **at rest** while no job runs; **paused** also while a job is paused and
 the head waits beside the part; **printing** also while a job runs; **always** also while a fault is latched.

@@ -10,6 +10,8 @@
 #include "arduino/EEPROM.h"
 #include "arduino/Ethernet.h"
 #include "arduino/LiquidCrystal.h"
+#include "arduino/WiFi.h"
+#include "arduino/host/interface.h"
 #include "tests/unit/arduino/arduino_fixture.h"
 
 namespace parts_test {
@@ -201,6 +203,24 @@ TEST_F(ArduinoParts, AServerAndAClientOfThisMachine) {
     EXPECT_EQ(board().device_bytes[qduino::board::DeviceClass::nic], 7U + 6U + 6U + 6U);
 }
 
+TEST_F(ArduinoParts, AClientThatIsStoppedIsClosedThoughItsServerKnowsIt) {
+    EthernetServer server(0);
+    server.begin();
+    EthernetClient client;
+    ASSERT_EQ(client.connect(IPAddress(127, 0, 0, 1), server.port()), 1);
+    client.println("GET /, and more than is read");
+    EthernetClient served;
+    for (int i = 0; i < 1000 && !served; ++i) {
+        served = server.available();
+        usleep(1000);
+    }
+    ASSERT_EQ(served.read(), 'G');
+    served.stop();
+    EXPECT_FALSE(static_cast<bool>(server.available())) << "what was not read is gone";
+    for (int i = 0; i < 1000 && client.connected(); ++i) usleep(1000);
+    EXPECT_FALSE(client.connected());
+}
+
 TEST_F(ArduinoParts, PacketsGoThereAndBack) {
     EthernetUDP here;
     EthernetUDP there;
@@ -299,6 +319,48 @@ TEST_F(ArduinoParts, ALockIsRecursiveForItsHolderAlone) {
     EXPECT_TRUE(lock.try_lock());
     lock.unlock();
     EXPECT_DEATH(lock.unlock(), "owner_") << "a lock is released by its holder";
+}
+
+// ---- the host's interface -----------------------------------------------------------------------
+
+TEST_F(ArduinoParts, TheHostsTablesAreRead) {
+    namespace host = qduino::arduino::host;
+    const char* route =
+        "Iface\tDestination\tGateway \tFlags\tRefCnt\n"
+        "eth1\t00000000\t0101A8C0\t0003\t0\n"
+        "eth0\t0000A8C0\t00000000\t0001\t0\n"
+        "eth0\t00000000\t0200A8C0\t0003\t0\n";
+    EXPECT_EQ(IPAddress(host::gateway_in(route, "eth0")), IPAddress(192, 168, 0, 2));
+    EXPECT_EQ(IPAddress(host::gateway_in(route, "eth1")), IPAddress(192, 168, 1, 1));
+    EXPECT_EQ(host::gateway_in(route, "wlan0"), 0u);
+    EXPECT_EQ(host::gateway_in("eth0\t00000000\tnonsense\n", "eth0"), 0u);
+    EXPECT_EQ(IPAddress(host::name_server_in("# none\nsearch home\nnameserver ::1\nnameserver 9.8.7.6\n")),
+              IPAddress(9, 8, 7, 6));
+    EXPECT_EQ(host::name_server_in("nameserver\nnameserver x\n"), 0u);
+    const char* wireless =
+        "Inter-| sta-|   Quality        |\n face | tus | link level noise |\n wlan0: 0000   60.  -50.  -256  "
+        "      0\n";
+    EXPECT_EQ(host::signal_in(wireless, "wlan0"), -50);
+    EXPECT_EQ(host::signal_in(wireless, "eth0"), std::nullopt);
+}
+
+TEST_F(ArduinoParts, WiFiIsTheHostsNetwork) {
+    const byte bytes[4] = {10, 0, 0, 7};
+    IPAddress address;
+    address = bytes;
+    EXPECT_EQ(address, IPAddress(10, 0, 0, 7));
+    address = {};
+    EXPECT_EQ(address, IPAddress());
+    EXPECT_EQ(WiFi.hostByName("127.0.0.1", address), 1);
+    EXPECT_EQ(address, IPAddress(127, 0, 0, 1));
+    WiFi.begin("here", "secret");
+    EXPECT_STREQ(WiFi.SSID(), "here");
+    EXPECT_EQ(WiFi.scanNetworks(), -1);
+    EXPECT_EQ(errors(), std::vector<std::string>{"WiFi.scanNetworks(0)"});
+    byte ethernet[6] = {}, wifi[6] = {};
+    Ethernet.MACAddress(ethernet);
+    WiFi.macAddress(wifi);
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(wifi[i], ethernet[5 - i]);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ TEST(BoardCapabilities, WhatABoardLacksIsUnsupported) {
     EXPECT_EQ(refusal(board.route_interrupts(DeviceClass::nic, 0, false)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.core_timer(0, false)), ErrorCode::unsupported);
     EXPECT_EQ(board.platform_overheads(0).release_cost, Nanoseconds{0});
-    board.note_overrun();
+    board.note_overrun(1us);
     board.note_setup(true);
     board.note_progress();
     board.promise_progress(1, 1s);

@@ -51,6 +51,7 @@ TEST(BoardFile, TheExampleOfThePageSaysEverythingThatCanBeSaidOfASimulator) {
     EXPECT_EQ(sim.poll_limit, 500u);
     EXPECT_EQ(sim.poll_cost, 200ns);
     EXPECT_EQ(sim.body_cost, 150ns);
+    EXPECT_EQ(sim.spin_limit, 1000000u);
     EXPECT_EQ(sim.stack_bytes, 131072u);
 
     EXPECT_EQ(sim.costs[ApiCall::now], 30ns);
@@ -175,7 +176,7 @@ TEST(BoardFile, UnknownKeysAreErrorsThatListTheKnownOnes) {
         error_of("[sim]\nseeed = 1\n"),
         "b.toml:2: [sim] 'seeed' is not known; accepted: cores, seed, tick_period, tick_cost, wake_latency, "
         "edge_top_half, charge_interrupts_to_victim, edge_poll_period, poll_limit, poll_cost, body_cost, "
-        "stack_bytes, costs, interrupt, fault");
+        "spin_limit, stack_bytes, costs, interrupt, fault");
     EXPECT_EQ(error_of("[[gpio]]\npin = 1\nline = 2\npull = \"up\"\n"),
               "b.toml:4: [[gpio]] 'pull' is not known; accepted: pin, chip, line");
     EXPECT_EQ(error_of("[[sim.fault.motor]]\npin = 1\n"),

@@ -123,6 +123,7 @@ TEST(InterpreterMachine, NumbersOfTheHeaters) {
         {"M306 P50 T\n", {"settings of hot end, power 50", "tune hot end model at 200, 5 swings, use"}},
         {"M500\n", {"keep settings"}},
         {"M501\n", {"restore settings"}},
+        {"M502\n", {"factory settings"}},
     });
 }
 
@@ -183,8 +184,8 @@ TEST(InterpreterMachine, Fans) {
         {"M106 P1 S255\n", {"fan 1 1"}},
         {"M107\n", {"fan 0 0"}},
         {"M107 P2\n", {"fan 2 0"}},
-        {"M106 S256\n", {"error: line 1, M106: S256 is outside of 0 to 255 "}},
-        {"M106 S-1\n", {"error: line 1, M106: S-1 is outside of 0 to 255 "}},
+        {"M106 S256\n", {"error: line 1, M106: S256 is outside of 0 to 255"}},
+        {"M106 S-1\n", {"error: line 1, M106: S-1 is outside of 0 to 255"}},
         {"M106 P999\n", {"error: line 1, M106: P999 is outside of 0 to 255 (the fan's number)"}},
     });
 }

@@ -77,6 +77,16 @@ TEST(LayerTracker, ASpiralWithoutCommentsFallsIntoSlices) {
     EXPECT_LE(layers, 26U);
 }
 
+TEST(LayerTracker, AJobHasSoManyLayersAndTheRestIsOfTheLast) {
+    for (const char* begins : {";LAYER_CHANGE\n", ""}) {
+        std::string program;
+        for (std::uint32_t i = 0; i < LayerTracker::kLayersMax + 50; ++i)
+            program +=
+                begins + ("G1 X" + std::to_string(i % 2 + 1)) + " Z" + std::to_string(i % 3 + 1) + " E.1\n";
+        EXPECT_EQ(layers_of(program).size(), LayerTracker::kLayersMax);
+    }
+}
+
 TEST(LayerTracker, AnEmptyLayerIsNone) {
     EXPECT_EQ(layers_of(";LAYER:0\nG1 X1 E1\n;LAYER:1\nG1 X5\n;LAYER:2\nG1 X1 E1\n").size(), 2U);
 }

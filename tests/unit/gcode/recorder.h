@@ -78,7 +78,9 @@ class Recorder final : public Actions {
                    (asked.use ? ", use" : ""));
     }
     Result<void> settings(SettingsAsked asked) override {
-        return act(asked == SettingsAsked::keep ? "keep settings" : "restore settings");
+        return act(asked == SettingsAsked::keep      ? "keep settings"
+                   : asked == SettingsAsked::restore ? "restore settings"
+                                                     : "factory settings");
     }
     Result<void> set_fan(std::uint8_t index, double duty) override {
         return act("fan " + std::to_string(index) + " " + number(duty));

@@ -88,5 +88,96 @@ TEST(GuaranteeReport, KernelThreadsAreNamedBesideTheLoopsThatKeptTheirBudgets) {
     EXPECT_TRUE(nlohmann::json::parse(guarantee_json(report))["loops"][0]["kernel_cpu_us"].is_null());
 }
 
+TEST(GuaranteeReport, PeriodsAreThereWhereTheRuntimeKnowsThem) {
+    board::GuaranteeReport report;
+    report.loops.push_back({});
+    const auto loop = [&] { return nlohmann::json::parse(guarantee_json(report))["loops"][0]; };
+    for (const char* member : {"releases", "overruns", "dropped", "missed", "worst_late_us"})
+        EXPECT_TRUE(loop()[member].is_null()) << member;
+    report.loops[0].releases = 70;
+    report.loops[0].overruns = 2;
+    report.loops[0].dropped = 1;
+    report.loops[0].missed = 3;
+    report.loops[0].worst_late = 1500us;
+    EXPECT_EQ(loop()["releases"], 70);
+    EXPECT_EQ(loop()["overruns"], 2);
+    EXPECT_EQ(loop()["dropped"], 1);
+    EXPECT_EQ(loop()["missed"], 3);
+    EXPECT_EQ(loop()["worst_late_us"], 1500);
+}
+
+TEST(GuaranteeReport, ANameThatIsNoUtf8IsStillWritten) {
+    board::GuaranteeReport report;
+    report.trees.push_back({.name = "a\xff\xc3"});
+    const auto json = nlohmann::json::parse(guarantee_json(report));
+    EXPECT_EQ(json["trees"][0]["name"], "a\uFFFD\uFFFD");
+}
+
+// ---- who took the core of a loop that was late --------------------------------------------------
+
+board::GuaranteeReport late_by(Nanoseconds worst, bool owns_core = true) {
+    board::GuaranteeReport report;
+    board::DelayGuarantee delay;
+    delay.id = 2;
+    delay.core = 1;
+    delay.owns_core = owns_core;
+    delay.worst = worst;
+    delay.at = 412s;
+    delay.window = 1s;
+    delay.host = Nanoseconds{0};
+    delay.tasks = Nanoseconds{0};
+    delay.interrupts = 283;
+    delay.most = "LOC";
+    report.delays.push_back(delay);
+    return report;
+}
+
+std::string explained(const board::GuaranteeReport& report) { return in_one_line(delays_explained(report)); }
+
+TEST(GuaranteeReport, ADelayIsTheHostsWhereTheHostHadTheCoreForHalfOfIt) {
+    board::GuaranteeReport report = late_by(49ms);
+    report.delays[0].host = 50ms;
+    EXPECT_EQ(explained(report),
+              "Loop 2 was late by 49 ms at worst, 412 s after it began: the host took its core. In the 1 s "
+              "before that, on core 1, others ran for 0 ns, the host for 50 ms, and 283 interrupts came "
+              "(most: LOC). ");
+    report.delays[0].host = 20ms;
+    EXPECT_THAT(explained(report), HasSubstr("an interrupt, or the host without saying so."));
+}
+
+TEST(GuaranteeReport, ADelayIsOtherTasksWhereTheyHadTheCoreForHalfOfIt) {
+    board::GuaranteeReport report = late_by(49ms);
+    report.delays[0].tasks = 25ms;
+    report.delays[0].host = 50ms;
+    EXPECT_THAT(explained(report), HasSubstr("other tasks took its core."));
+}
+
+TEST(GuaranteeReport, AShortDelayOfAnOwnerMayBeAnyInterrupt) {
+    EXPECT_THAT(explained(late_by(9us)), HasSubstr("it was an interrupt, or the host."));
+    EXPECT_THAT(explained(late_by(9us, false)), HasSubstr("its own work, or it waited for its budget."));
+}
+
+TEST(GuaranteeReport, WhatNobodyTellsIsNotSaid) {
+    board::GuaranteeReport report = late_by(49ms);
+    report.delays[0].host = report.delays[0].tasks = Nanoseconds{-1};
+    report.delays[0].interrupts = -1;
+    EXPECT_THAT(explained(report), HasSubstr("In the 1 s before that, on core 1."));
+    const auto json = nlohmann::json::parse(guarantee_json(report))["delays"][0];
+    EXPECT_TRUE(json["host_us"].is_null());
+    EXPECT_TRUE(json["interrupts"].is_null());
+    EXPECT_EQ(json["worst_us"], 49'000);
+    EXPECT_EQ(delays_explained({}), "");
+}
+
+TEST(GuaranteeReport, MoreInterruptsThanAdmissionCountsAreSaid) {
+    board::GuaranteeReport report;
+    board::CoreGuarantee core;
+    core.interrupts_per_second = core.counted_per_second = 1000;
+    report.cores.push_back(core);
+    EXPECT_EQ(delays_explained(report), "");
+    report.cores[0].interrupts_per_second = 1001;
+    EXPECT_THAT(explained(report), HasSubstr("Core 0 had 1001 interrupts/s, and admission counts 1000"));
+}
+
 }  // namespace
 }  // namespace qduino::apps::guarantee_report_test

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "board/linux/core_probe.h"
+#include "board/linux/core_times.h"
 #include "board/linux/device_interrupts.h"
 #include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"

@@ -17,7 +17,7 @@ struct Bench {
     Heating heating{config, layout->heat_status};
     std::unique_ptr<Places> places = std::make_unique<Places>();
     HomingRun homing{config, *pipe, motors};
-    BedProfiles profiles;
+    BedProfiles profiles{config};
     JobActions actions{{config, link, *pipe, motors, heating, *places, homing, profiles}};
 
     explicit Bench(const MachineConfig& with = {}) : config(with) {

@@ -239,6 +239,18 @@ TEST(Machine, MotorsThatAreSwitchedOffAreNoLongerHomed) {
     EXPECT_TRUE(bench.motors.log.ends_with("X-"));
 }
 
+TEST(Machine, AMoveBehindAnM84FindsItsMotorOn) {
+    for (const std::string middle : {"M84 X\n", "M84\n", "M84 X\nG4 P10\n", "M84 X\nM84 E\n"}) {
+        MachineBench bench;
+        bench.job("G28\nG1 X50 F600\n" + middle + "G1 X60 F600\n");
+        ASSERT_TRUE(bench.run_until([&] { return bench.status().outcome == JobOutcome::completed; }));
+        EXPECT_EQ(bench.loop2->steps()[0], -100 + 60 * 80);
+        const std::size_t off = bench.motors.log.rfind("X-");
+        ASSERT_NE(off, std::string::npos);
+        EXPECT_NE(bench.motors.log.find("X+", off), std::string::npos) << middle << bench.motors.log;
+    }
+}
+
 TEST(Machine, AJobWithLostHeatPausesAndHeatsUpBeforeItGoesOn) {
     MachineConfig config;
     config.idle_timeout = Seconds{2};

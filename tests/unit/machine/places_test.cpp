@@ -64,6 +64,25 @@ TEST(Places, AreFullAtTheirCapacityAndGoRoundManyTimes) {
     EXPECT_EQ(bench.performed.back(), 2);
 }
 
+TEST(Places, SayThatMotorsGoOffUntilTheLastSuchPlaceIsPassedOrForgotten) {
+    const auto places = std::make_unique<Places>();
+    const auto off = [&] { return places->append({MotorsOff{gcode::AxisSet::all()}}); };
+    const auto pass = [&](std::uint32_t number) { places->pass(number, [](const Place&) {}); };
+    pass(places->append({FanDuty{1}}));
+    EXPECT_FALSE(places->motors_go_off());
+    const std::uint32_t first = off();
+    const std::uint32_t second = off();
+    const std::uint32_t behind = places->append({FanDuty{0}});
+    pass(first);
+    EXPECT_TRUE(places->motors_go_off());
+    pass(second);
+    EXPECT_FALSE(places->motors_go_off());
+    pass(behind);
+    static_cast<void>(off());
+    places->forget();
+    EXPECT_FALSE(places->motors_go_off());
+}
+
 TEST(Places, EachActionKeepsItsOwnKindOfValue) {
     auto places = std::make_unique<Places>();
     static_cast<void>(places->append({HeaterTarget{gcode::Heater::bed, Celsius{60}}, {10, 2, 1}}));

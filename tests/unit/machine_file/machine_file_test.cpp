@@ -209,7 +209,7 @@ INSTANTIATE_TEST_SUITE_P(
         Impossible{"HomesFasterThanItMoves", "[axes.z]\nhome_speed_mm_s = 6\n", "above max_speed_mm_s, 5"},
         Impossible{"RetreatsOutOfTheAxis", "[axes.x]\nhome_retreat_mm = 30\nmaximum_mm = 20\n",
                    "longer than the axis"},
-        Impossible{"TooWeakForItsTarget", "[hot_end.model]\npower_w = 20\n", "heats to 231 °C at most"},
+        Impossible{"TooWeakForItsTarget", "[hot_end.model]\npower_w = 20\n", "heats to 242 °C at most"},
         Impossible{"SensorEndsBelow", "[hot_end]\nmaximum_celsius = 500\n", "more than the sensor can show"},
         Impossible{"NothingCouldBePrinted", "name = 'a'\nminimum_extrude_celsius = 290\n",
                    "nothing could be printed"},
@@ -247,11 +247,17 @@ TEST(MachineFile, WhatM500KeepsIsReadBackToTheBit) {
     found.hot_end.model.sensor_lag_s = 1.0 / 3;
     found.bed.model.heat_capacity_j_k = 912.345678901234;
     printer::MachineConfig read;
-    const std::string text = kept_text(settings_of(found.hot_end), settings_of(found.bed));
+    const std::string text = kept_text(settings_of(found.hot_end), settings_of(found.bed), found.beds);
     ASSERT_TRUE(apply_kept(text, "kept.toml", read));
     EXPECT_EQ(read.hot_end.kp, found.hot_end.kp);
     EXPECT_EQ(read.hot_end.model.sensor_lag_s, found.hot_end.model.sensor_lag_s);
     EXPECT_EQ(read.bed.model.heat_capacity_j_k, found.bed.model.heat_capacity_j_k);
+    const printer::MachineConfig file;
+    EXPECT_EQ(printer::factory_settings_of(read.hot_end).kp, file.hot_end.kp) << "for M502";
+    ASSERT_TRUE(apply_kept(text, "kept.toml", read));
+    EXPECT_EQ(printer::factory_settings_of(read.bed).model.heat_capacity_j_k,
+              file.bed.model.heat_capacity_j_k)
+        << "read twice";
     const auto refused = apply_kept("[hot_end]\nkp = 1\nmaximum_celsius = 400\n", "kept.toml", read);
     ASSERT_FALSE(refused);
     EXPECT_TRUE(refused.error().message.view().starts_with("kept.toml:3: [hot_end] 'maximum_celsius'"));

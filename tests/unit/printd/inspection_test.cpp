@@ -49,10 +49,13 @@ class Answerer {
             const bool end = question.is_object() && question["op"] == "job_end";
             const std::string answer =
                 end ? "{\"ok\":true,\"report\":{\"completed\":true}}\n" : "{\"ok\":true}\n";
+            {
+                // Before the answer: whoever has that looks here.
+                const std::scoped_lock lock{mutex};
+                asked.push_back(line);
+            }
             if (::write(client, answer.data(), answer.size()) < 0) std::abort();
             ::close(client);
-            const std::scoped_lock lock{mutex};
-            asked.push_back(line);
         }
     }
     std::string path_;

@@ -12,9 +12,11 @@ namespace fs = std::filesystem;
 constexpr const char* kSdk =
     R"({"version": 1, "cxx": "/usr/bin/g++", "cc": "/usr/bin/gcc", "flags": ["-pthread"],
   "include": "../source;/opt/include", "definitions": "", "python": "python3",
-  "ino_to_cpp": "/s/ino_to_cpp.py",
+  "ino_to_cpp": "/s/ino_to_cpp.py", "unpack_zip": "tools/unpack_zip.py",
+  "as_arduino": "../tools/as_arduino.py",
   "supervisor": "bin/qduino-supervisor",
-  "sim": {"libraries": ["lib/a.a", "/usr/lib/b.so", "-lm"], "options": []},
+  "sim": {"libraries": ["lib/a.a", "/usr/lib/b.so", "-lm"], "options": [],
+          "compiling": ["-fcount"]},
   "linux": {"libraries": [], "options": ["-fsanitize=address"]},
   "metal": {"libraries": ["lib/m.a"], "options": ["-static"], "flags": ["-ffreestanding"],
             "script": "lib/image.ld", "why_not": ""}})";
@@ -28,10 +30,14 @@ TEST_F(SdkTest, PathsMayBeRelativeToTheFile) {
     EXPECT_EQ(sdk->include, (std::vector<std::string>{(folder_ / "source").string(), "/opt/include"}));
     EXPECT_TRUE(sdk->definitions.empty());
     EXPECT_EQ(sdk->supervisor, here + "/bin/qduino-supervisor");
+    EXPECT_EQ(sdk->unpack_zip, here + "/tools/unpack_zip.py");
     EXPECT_EQ(sdk->linking(BoardKind::sim).libraries,
               (std::vector<std::string>{here + "/lib/a.a", "/usr/lib/b.so", "-lm"}));
     EXPECT_EQ(sdk->linking(BoardKind::linux).options, std::vector<std::string>{"-fsanitize=address"});
     EXPECT_EQ(sdk->cxx, std::vector<std::string>{"/usr/bin/g++"});
+    EXPECT_EQ(sdk->as_arduino, folder_ / "tools/as_arduino.py");
+    EXPECT_TRUE(sdk->compiling.empty());
+    EXPECT_EQ(for_simulator(*sdk).compiling, std::vector<std::string>{"-fcount"});
     const Sdk images = for_images(*sdk);
     EXPECT_EQ(images.flags, std::vector<std::string>{"-ffreestanding"});
     EXPECT_EQ(images.linking(BoardKind::metal).libraries, std::vector<std::string>{here + "/lib/m.a"});

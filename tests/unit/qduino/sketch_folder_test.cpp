@@ -24,9 +24,9 @@ class SketchFolderTest : public TemporaryFolder {
 };
 
 TEST_F(SketchFolderTest, AFolderIsASketchWithItsMainTabFirst) {
-    for (const char* file :
-         {"blink/alpha.ino", "blink/blink.ino", "blink/old.pde", "blink/b.cpp", "blink/a.c", "blink/h.h",
-          "blink/.hidden.cpp", "blink/src/deep/x.cpp", "blink/src/a.cpp", "blink/data/no.cpp"}) {
+    for (const char* file : {"blink/alpha.ino", "blink/blink.ino", "blink/old.pde", "blink/b.cpp",
+                             "blink/a.c", "blink/h.h", "blink/.hidden.cpp", "blink/src/deep/x.cpp",
+                             "blink/src/a.cpp", "blink/fast.S", "blink/data/no.cpp"}) {
         write(file, "");
     }
     const auto found = find_sketch(folder_ / "blink");
@@ -34,7 +34,8 @@ TEST_F(SketchFolderTest, AFolderIsASketchWithItsMainTabFirst) {
     EXPECT_EQ(found->name, "blink");
     EXPECT_EQ(found->folder, folder_ / "blink");
     EXPECT_EQ(names(found->tabs, found->folder), (Names{"blink.ino", "alpha.ino", "old.pde"}));
-    EXPECT_EQ(names(found->sources, found->folder), (Names{"a.c", "b.cpp", "src/a.cpp", "src/deep/x.cpp"}));
+    EXPECT_EQ(names(found->sources, found->folder),
+              (Names{"a.c", "b.cpp", "fast.S", "src/a.cpp", "src/deep/x.cpp"}));
     // The main tab means the same sketch.
     const auto by_tab = find_sketch(folder_ / "blink" / "blink.ino");
     ASSERT_TRUE(by_tab);

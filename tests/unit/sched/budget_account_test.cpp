@@ -44,6 +44,34 @@ TEST(BudgetAccount, SleepsWhenTheBudgetIsSpentUntilItComesBack) {
     EXPECT_EQ(account.phase(), Phase::running);
 }
 
+/// How often a thread that never waits sleeps in ten periods. The way into a sleep costs 4 of CPU
+/// time and the way out of it 5; a sleep to an instant that has passed, or nearly so, is nothing
+/// but these two.
+int sleeps_in_ten_periods(Nanoseconds rest) {
+    constexpr std::int64_t kWayIn = 4, kWayOut = 5;
+    BudgetAccount account{SporadicServer{{100ns, 1000ns}}, at(0, 0), rest};
+    std::int64_t now = 0, cpu = 0;
+    int sleeps = 0;
+    for (BudgetEffect effect = account.timer(at(0, 0)); now < 10'000;) {
+        const bool sleep = effect.kind == Kind::sleep_until;
+        const std::int64_t used = sleep ? kWayIn : effect.in.count();
+        now += used;
+        cpu += used;
+        if (sleep) {
+            ++sleeps;
+            now = std::max(now, to_ns(effect.at)) + kWayOut;
+            cpu += kWayOut;
+        }
+        effect = sleep ? account.resumed(at(now, cpu)) : account.timer(at(now, cpu));
+    }
+    return sleeps;
+}
+
+TEST(BudgetAccount, AThrottledThreadThatSleepsALittleLongerSleepsOncePerPeriod) {
+    EXPECT_GT(sleeps_in_ten_periods(0ns), 100) << "it pays for sleeps with its budget";
+    EXPECT_EQ(sleeps_in_ten_periods(5ns), 10);
+}
+
 TEST(BudgetAccount, SetsTheTimerAheadOfAWaitWhoseEndIsKnown) {
     BudgetAccount account = make_account();
     EXPECT_EQ(account.blocks(at(3, 3), at_ns(50)), arm_at(57));

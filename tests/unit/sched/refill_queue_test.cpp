@@ -93,6 +93,16 @@ TEST(RefillQueue, SplintersAreHeldBackUntilTheyJoin) {
     EXPECT_THAT(queue.refills(), ElementsAre(refill(99, 9)));
 }
 
+TEST(RefillQueue, AGapIsClosedByDelay) {
+    RefillQueue queue{at_ns(0), 9ns};
+    queue.spend(2ns, 100ns);   // {2,7} {100,2}
+    queue.advance(at_ns(92));  // {92,7} {100,2}: 1 between them
+    queue.close_gaps(1ns);
+    EXPECT_THAT(queue.refills(), ElementsAre(refill(92, 7), refill(100, 2)));
+    queue.close_gaps(2ns);
+    EXPECT_THAT(queue.refills(), ElementsAre(refill(93, 9)));
+}
+
 TEST(RefillQueue, ContiguousTimeCountsWhatFallsDueMeanwhile) {
     RefillQueue queue{at_ns(0), 9ns};
     queue.spend(4ns, 20ns);  // {4,5} {20,4}

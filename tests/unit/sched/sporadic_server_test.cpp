@@ -99,6 +99,30 @@ TEST(SporadicServer, SplintersAreHeldBackWhenAsked) {
     EXPECT_EQ(server.total(), 9ns);
 }
 
+/// A loop that never waits pays for each sleep with its budget. So a gap that is not worth a sleep
+/// must not stay: its refills would come back as it left them.
+TEST(SporadicServer, OfRunsThatNearlyTouchAThrottledOneWaitsForAll) {
+    SporadicServer server{{9ns, 100ns}, kEpoch, {.refill_limit = 4, .shortest_run = 2ns}};
+    server.unblock(at_ns(0));
+    server.consume(at_ns(3), 3ns);
+    server.block(at_ns(3));
+    server.unblock(at_ns(4));  // {4,6} {100,3}
+    server.consume(at_ns(10), 6ns);
+    EXPECT_THAT(server.refills(), ElementsAre(Refill{at_ns(101), 9ns})) << "and not {100,3} {104,6}";
+    EXPECT_EQ(server.available(at_ns(101)), 9ns);
+}
+
+TEST(SporadicServer, ARunThatIsDueIsNotHeldBackForAGap) {
+    SporadicServer server{{9ns, 100ns}, kEpoch, {.refill_limit = 4, .shortest_run = 2ns}};
+    server.unblock(at_ns(0));
+    server.consume(at_ns(3), 3ns);
+    server.block(at_ns(3));
+    server.unblock(at_ns(93));  // {93,6} {100,3}
+    EXPECT_EQ(server.available(at_ns(93)), 6ns);
+    server.consume(at_ns(94), 1ns);
+    EXPECT_EQ(server.available(at_ns(94)), 5ns);
+}
+
 TEST(SporadicServerDeathTest, ContractsHold) {
     EXPECT_DEATH((SporadicServer{{11ns, 10ns}}), "contract broken");
     EXPECT_DEATH((SporadicServer{{0ns, 10ns}}), "contract broken");

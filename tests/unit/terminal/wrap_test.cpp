@@ -24,6 +24,12 @@ std::string read_by_shell(const std::string& lines, std::size_t prefix) {
 
 TEST(Wrap, KeepsShortTextOnOneLine) { EXPECT_EQ(wrapped("two words", "> "), "> two words\n"); }
 
+TEST(Wrap, PiecesStayWhole) {
+    const std::string piece = "loop 11 5.8 ms,";
+    EXPECT_EQ(wrapped(std::vector<std::string>(6, piece), "  "),
+              "  " + piece + " " + piece + " " + piece + " " + piece + "\n  " + piece + " " + piece + "\n");
+}
+
 TEST(Wrap, IndentsFurtherLines) {
     const std::string word(30, 'x');
     EXPECT_EQ(wrapped(word + " " + word + " " + word, "why  "),

@@ -179,6 +179,19 @@ TEST(AskedPath, AnObjectThatIsLeftOutIsNotAsked) {
     EXPECT_EQ(items[4].to, (Position{31, 0, 2, 1}));
 }
 
+TEST(AskedPath, AnObjectsNameSaysNothingAndItsLabelsHaveMarlinsOrder) {
+    const auto at = [](const std::string& labels) {
+        const auto items = items_of(labels + "\nG1 X9\n");
+        return items.empty() ? 0.0 : items.back().to[0];
+    };
+    for (const char* built : {"M486 S0\nM486 ACup P0", "M486 S0 A\"C P0\"", "M486 S0 A\"P0", "M486 S1 C U1",
+                              "M486 P1 U1 S1", "M486 S0 P", "M486 P1\nM486 S1\nM486 S-1G1"})
+        EXPECT_EQ(at(built), 9) << built;
+    for (const char* left_out :
+         {"M486 S0\nM486 P0 ACup", "M486 S3 C P4", "M486 S1 C S", "M486 S0 A\"lid\" C"})
+        EXPECT_EQ(at(left_out), 0) << left_out;
+}
+
 double length_of(const std::vector<AskedItem>& items, Position from) {
     double length = 0;
     for (const AskedItem& item : items) {

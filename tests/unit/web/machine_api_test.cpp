@@ -19,6 +19,7 @@ class MachineApiTest : public WebTest {
     Answer post(const std::string& action, const std::string& body = "") {
         return request("POST /api/v1/machine/" + action, body);
     }
+    void publish(std::string_view guarantee) { layout_->guarantee.write({guarantee}); }
     /// The lines that reached the machine since the last call.
     std::vector<std::string> lines() {
         run(2);
@@ -175,12 +176,28 @@ TEST_F(MachineApiTest, TheEmergencyStopIsServedAtOnce) {
     EXPECT_EQ(request("GET /api/v1/machine").json()["state"], "idle");
 }
 
-TEST_F(MachineApiTest, TheGuaranteeIsWhatTheSketchPublished) {
+TEST_F(MachineApiTest, TheGuaranteeIsWhatTheSketchPublishedLast) {
     EXPECT_EQ(request("GET /api/v1/guarantee").status, 503);
-    layout_->guarantee.write({R"({"loops":[]})"});
-    EXPECT_EQ(request("GET /api/v1/guarantee").body, R"({"loops":[],"service":null})");
-    layout_->guarantee.write({"not json"});
-    EXPECT_EQ(request("GET /api/v1/guarantee").status, 503);
+    nlohmann::json report = nlohmann::json::parse(
+        R"({"board":"linux","loops":[],"cores":[],"bottom_halves":[],"delays":[],"trees":[],"watch_cost_us":null})");
+    for (const int strange_threads : {0, 3}) {
+        report["strange_threads"] = strange_threads;
+        publish(report.dump());
+        const Answer answer = request("GET /api/v1/guarantee");
+        EXPECT_EQ(answer.status, 200);
+        nlohmann::json expected = report;
+        expected["service"] = nullptr;
+        EXPECT_EQ(answer.json(), expected);
+    }
+}
+
+TEST_F(MachineApiTest, AGuaranteeThatTheSketchCannotHaveWrittenIsNone) {
+    for (const std::string text : {"not json", "[]", "{}", R"({"board":"linux","loops":[{}]})"}) {
+        publish(text);
+        EXPECT_EQ(request("GET /api/v1/guarantee").status, 503) << text;
+    }
+    publish(std::string(5000, '[') + std::string(5000, ']'));
+    EXPECT_EQ(request("GET /api/v1/guarantee").status, 503) << "deep";
 }
 
 TEST_F(MachineApiTest, ConfigAndMetricsAreServed) {

@@ -148,9 +148,10 @@ export async function layerBytes(job: number, first: number, last: number, signa
 
 export async function loadGuarantee(): Promise<void> {
   try {
-    store.set({ guarantee: await request<Guarantee>('GET', 'guarantee') });
+    const guarantee = await request<Guarantee>('GET', 'guarantee');
+    store.update((s) => ({ ...s, guarantee, guaranteeBefore: s.guarantee }));
   } catch {
-    store.set({ guarantee: null });
+    store.set({ guarantee: null, guaranteeBefore: null });
   }
 }
 

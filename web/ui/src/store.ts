@@ -52,6 +52,8 @@ export interface State {
   console: ConsoleLine[];
   uploads: Upload[];
   guarantee: Guarantee | null;
+  /** The one before it. */
+  guaranteeBefore: Guarantee | null;
   /** What was refused, by the place on the page where it was asked for. */
   refusals: Record<string, string>;
   /** Why the page asks for the key, in words; null: no reason but that there is none. */
@@ -71,7 +73,7 @@ const NO_JOBS: JobCounts = { queued: 0, held: 0, printing: 0, done: 0, cancelled
 export const initialState: State = {
   signedIn: null, online: false, status: null, jobs: [], older: [], older_before: null, counts: NO_JOBS,
   search: { text: '', states: '' }, found: null, gate: { held: false, reason: null, bed_occupied: false, confirm_bed: true },
-  config: null, question: null, history: emptyHistory(), console: [], uploads: [], guarantee: null, refusals: {}, keyProblem: null,
+  config: null, question: null, history: emptyHistory(), console: [], uploads: [], guarantee: null, guaranteeBefore: null, refusals: {}, keyProblem: null,
   shown: null,
 };
 

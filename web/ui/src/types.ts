@@ -185,14 +185,23 @@ export interface ServiceVcpu extends TreeGuarantee {
   enforced_by: string | null; used_share: number; periods: number; throttled: number;
 }
 
+/** A loop, or a bottom half's I/O VCPU: what it is promised, and what became of that so far. */
+export interface LoopGuarantee {
+  id: number; core: number; budget_us: number; period_us: number;
+  priority_enforced: boolean; budget_enforced: boolean; core_owned: boolean; shortfall: string;
+  /** CPU time in the time since the loops began; null: nobody watches it. */
+  cpu_used_us: number | null; watched_us: number | null;
+  held_from_outside: number; escape: string;
+  /** Null: it has no periods of its own. */
+  releases: number | null; overruns: number | null; missed: number | null; worst_late_us: number | null;
+}
+
+/** As of the last second. */
 export interface Guarantee {
   board: string;
-  loops: {
-    id: number; core: number; budget_us: number; period_us: number;
-    priority_enforced: boolean; budget_enforced: boolean; core_owned: boolean; shortfall: string;
-  }[];
+  loops: LoopGuarantee[];
   cores: {
-    core: number; interrupts_per_second: number | null; worst_gap_us: number | null;
+    core: number; interrupts_per_second: number | null; worst_gap_us: number | null; counted_per_second: number | null;
     note: string;
   }[];
   trees?: TreeGuarantee[];

@@ -1,12 +1,12 @@
 import { describe, expect, it } from 'vitest';
-import { bars } from '../src/components/Timing';
+import { bars, periodsOf, usedShare } from '../src/components/Timing';
 import * as format from '../src/format';
 import { activityShares, chunks, cssColour, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
 import { ApiError, keyProblem, sentenceOf } from '../src/api';
 import { shallowEqual } from '../src/hooks';
 import { joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
 import { addSample, initialState, progressNow, onTheWall, reduce, shownJob, withoutJob } from '../src/store';
-import type { Job, JobPage, Status } from '../src/types';
+import type { Job, JobPage, LoopGuarantee, Status } from '../src/types';
 import { rateOf } from '../src/uploads';
 
 /** One record as printer/preflight/layer_packer.h lays it out. */
@@ -263,5 +263,34 @@ describe('lateness bars', () => {
     expect(bars([[15, 5], [31, 2], [1023, 7], [4095, 1]]).map((b) => [b.upTo_ns, b.count])).toEqual(
       [[16, 5], [32, 2], [64, 0], [128, 0], [256, 0], [512, 0], [1024, 7], [2048, 0], [4096, 1]]);
     expect(bars([])).toEqual([]);
+  });
+});
+
+describe('what is guaranteed', () => {
+  const loop = (part: Partial<LoopGuarantee>): LoopGuarantee => ({
+    id: 1, core: 0, budget_us: 30_000, period_us: 100_000, priority_enforced: true, budget_enforced: true, core_owned: false, shortfall: '',
+    cpu_used_us: 2e6, watched_us: 10e6, held_from_outside: 0, escape: '', releases: 100, overruns: 0, missed: 0, worst_late_us: 0, ...part,
+  });
+  it('shows the share of the core that was used since the report before', () => {
+    expect(usedShare(loop({}))).toBe(0.2);
+    expect(usedShare(loop({}), loop({ cpu_used_us: 1.5e6, watched_us: 5e6 }))).toBe(0.1);
+  });
+  it('takes the whole run where the one before is of another run, or just made', () => {
+    expect(usedShare(loop({}), loop({ cpu_used_us: 9e6, watched_us: 90e6 }))).toBe(0.2);
+    expect(usedShare(loop({}), loop({ cpu_used_us: 1.9e6, watched_us: 9.5e6 }))).toBe(0.2);
+    expect(usedShare(loop({}), loop({ cpu_used_us: 3e6, watched_us: 5e6 }))).toBe(0.2);
+  });
+  it('shows no share where nobody watches', () => {
+    expect(usedShare(loop({ cpu_used_us: null, watched_us: null }))).toBeNull();
+    expect(usedShare(loop({ cpu_used_us: 0, watched_us: 0 }))).toBeNull();
+  });
+  it('counts late releases, and the periods of one that does not end', () => {
+    expect(periodsOf(loop({}))).toMatchObject({ text: '✓', bad: false });
+    expect(periodsOf(loop({ overruns: 2, worst_late_us: 1500 }))).toEqual({ text: '2 late', title: '100 releases, 2 late, the worst by 1.50 ms', bad: true });
+    expect(periodsOf(loop({ missed: 7 }))).toEqual({ text: '7 late', title: '100 releases, 0 late; it is in one for 7 periods now', bad: true });
+  });
+  it('says nothing of the periods of a loop that does not wait for them', () => {
+    expect(periodsOf(loop({ releases: 1 })).text).toBe('–');
+    expect(periodsOf(loop({ releases: null, overruns: null, missed: null, worst_late_us: null })).text).toBe('–');
   });
 });

@@ -3,7 +3,7 @@ import { useRef, useEffect } from 'preact/hooks';
 import { loadGuarantee } from '../api';
 import * as format from '../format';
 import { useStore, useStoreSlowly } from '../hooks';
-import type { Guarantee, ServiceVcpu, Timing as TimingData, TreeGuarantee } from '../types';
+import type { Guarantee, LoopGuarantee, ServiceVcpu, Timing as TimingData, TreeGuarantee } from '../types';
 
 /**
  * Steps by their lateness, one bar for each power of two; heights are logarithmic, or nobody would
@@ -78,36 +78,76 @@ function Trees({ guarantee, mark }: { guarantee: Guarantee; mark: (yes: boolean)
   );
 }
 
-function Held({ guarantee }: { guarantee: Guarantee | null }) {
+/** A shorter stretch says little: the kernel tells a thread's CPU time by its ticks. */
+const STRETCH_US = 1e6;
+
+/**
+ * The share of its core that a loop has used: since the report before, or, where that is not of the
+ * same run or just made, since the loops began. Null: nobody watches it.
+ */
+export function usedShare(now: LoopGuarantee, before?: LoopGuarantee): number | null {
+  if (now.cpu_used_us === null || !now.watched_us) return null;
+  const used = now.cpu_used_us - (before?.cpu_used_us ?? 0);
+  const lasted = now.watched_us - (before?.watched_us ?? 0);
+  return lasted >= STRETCH_US && used >= 0 ? used / lasted : now.cpu_used_us / now.watched_us;
+}
+
+/** How a loop has kept its periods: "✓", or how many it has not. */
+export function periodsOf(loop: LoopGuarantee): { text: string; title: string; bad: boolean } {
+  if (loop.releases === null || loop.releases < 2) return { text: '–', title: 'It does not wait for periods', bad: false };
+  const late = (loop.overruns ?? 0) + (loop.missed ?? 0);
+  const worst = loop.worst_late_us ? `, the worst by ${format.nanoseconds(loop.worst_late_us * 1000)}` : '';
+  const stuck = loop.missed ? `; it is in one for ${format.count(loop.missed)} periods now` : '';
+  return {
+    text: late > 0 ? `${format.briefCount(late)} late` : '✓',
+    title: `${format.count(loop.releases)} releases, ${format.count(loop.overruns ?? 0)} late${worst}${stuck}`,
+    bad: late > 0,
+  };
+}
+
+function LoopRow({ loop, before, mark }: { loop: LoopGuarantee; before?: LoopGuarantee; mark: (yes: boolean) => JSX.Element }) {
+  const share = usedShare(loop, before);
+  const periods = periodsOf(loop);
+  return (
+    <tr>
+      <td>{loop.id}</td><td>{loop.core}</td>
+      <td>{format.nanoseconds(loop.budget_us * 1000)} / {format.nanoseconds(loop.period_us * 1000)}</td>
+      <td>{mark(loop.priority_enforced)}</td><td>{mark(loop.budget_enforced)}</td><td>{loop.core_owned ? '✓' : '–'}</td>
+      <td title={share === null ? 'Nobody watches it' : 'Of its core'}>{share === null ? '–' : PERCENT(share)}</td>
+      <td class={periods.bad ? 'bad' : ''} title={periods.title}>{periods.text}</td>
+    </tr>
+  );
+}
+
+/** "250 interrupts/s of 375 that are counted, worst gap of a bare spin 21 µs." */
+function coreLine(core: Guarantee['cores'][number]): string {
+  const counted = core.counted_per_second === null ? '' : ` of ${core.counted_per_second.toFixed(0)} that are counted`;
+  const interrupts = core.interrupts_per_second === null ? 'interrupts not measured' : `${core.interrupts_per_second.toFixed(0)} interrupts/s${counted}`;
+  const gap = core.worst_gap_us === null ? '' : `, worst gap of a bare spin ${format.nanoseconds(core.worst_gap_us * 1000)}`;
+  return `Core ${core.core}: ${interrupts}${gap}${core.note && `. ${core.note}`}`;
+}
+
+function Held({ guarantee, before }: { guarantee: Guarantee | null; before: Guarantee | null }) {
   if (!guarantee) return null;
   const mark = (yes: boolean) => <span class={yes ? 'yes' : 'no'} role="img" aria-label={yes ? 'enforced' : 'not enforced'}>{yes ? '✓' : '✗'}</span>;
-  const shortfalls = guarantee.loops.filter((loop) => loop.shortfall);
   return (
     <>
       <h3>What is guaranteed <span class="muted">· {guarantee.board}</span></h3>
-      <div class="table-wrap">
+      <div class="table-wrap loops" data-testid="loops">
         <table>
-          <thead><tr><th>Loop</th><th>Core</th><th>Budget / period</th><th>Priority</th><th>Budget</th><th>Owned</th></tr></thead>
+          <thead><tr><th>Loop</th><th>Core</th><th>Budget / period</th><th>Priority</th><th>Budget</th><th>Owned</th><th>Uses</th><th>Periods</th></tr></thead>
           <tbody>
-            {guarantee.loops.map((loop) => (
-              <tr key={loop.id}>
-                <td>{loop.id}</td><td>{loop.core}</td>
-                <td>{format.nanoseconds(loop.budget_us * 1000)} / {format.nanoseconds(loop.period_us * 1000)}</td>
-                <td>{mark(loop.priority_enforced)}</td><td>{mark(loop.budget_enforced)}</td><td>{loop.core_owned ? '✓' : '–'}</td>
-              </tr>
-            ))}
+            {guarantee.loops.map((loop) => <LoopRow key={loop.id} loop={loop} before={before?.loops.find(({ id }) => id === loop.id)} mark={mark} />)}
           </tbody>
         </table>
       </div>
       <Trees guarantee={guarantee} mark={mark} />
-      {shortfalls.map((loop) => <p class="muted shortfall" key={loop.id}>Loop {loop.id}: {loop.shortfall}</p>)}
-      {guarantee.cores.map((core) => (
-        <p class="muted shortfall" key={core.core}>
-          Core {core.core}: {core.interrupts_per_second === null ? 'interrupts not measured' : `${core.interrupts_per_second.toFixed(0)} interrupts/s`}
-          {core.worst_gap_us !== null && `, worst gap of a bare spin ${format.nanoseconds(core.worst_gap_us * 1000)}`}
-          {core.note && `. ${core.note}`}
+      {guarantee.loops.filter((loop) => loop.escape || loop.shortfall).map((loop) => (
+        <p class={loop.escape ? 'bad shortfall' : 'muted shortfall'} key={loop.id}>
+          Loop {loop.id}: {[loop.escape, loop.shortfall].filter(Boolean).join('; ')}
         </p>
       ))}
+      {guarantee.cores.map((core) => <p class="muted shortfall" key={core.core}>{coreLine(core)}</p>)}
     </>
   );
 }
@@ -133,13 +173,13 @@ function Figures({ timing }: { timing: TimingData }) {
 
 export function Timing() {
   const timing = useStoreSlowly(500, (s) => (s.status?.connected ? s.status.timing : null));
-  const guarantee = useStore((s) => s.guarantee);
-  const measured = Boolean(guarantee?.service?.enforced);
+  const { guarantee, guaranteeBefore } = useStore((s) => ({ guarantee: s.guarantee, guaranteeBefore: s.guaranteeBefore }));
+  const connected = useStore((s) => Boolean(s.status?.connected));
   useEffect(() => {
-    if (!measured) return;
+    if (!connected) return;
     const timer = setInterval(() => void loadGuarantee(), 5000);
     return () => clearInterval(timer);
-  }, [measured]);
+  }, [connected]);
   const absent = useStore((s) => s.status?.connected === false);
   return (
     <div class="card timing" data-testid="timing">
@@ -147,7 +187,7 @@ export function Timing() {
       {timing && <Figures timing={timing} />}
       {timing && <Histogram buckets={timing.lateness_ns.buckets} />}
       {absent && <p class="muted empty">No machine is connected.</p>}
-      <Held guarantee={guarantee} />
+      <Held guarantee={guarantee} before={guaranteeBefore} />
     </div>
   );
 }

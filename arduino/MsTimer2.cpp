@@ -1,0 +1,38 @@
+#include "arduino/MsTimer2.h"
+
+#include <algorithm>
+
+#include "arduino/core/loops.h"
+#include "arduino/core/periodic_call.h"
+
+namespace {
+
+constexpr int kTimerLoop = 29;
+
+qduino::arduino::PeriodicCall timer;
+qduino::Nanoseconds period{};
+void (*called)() = nullptr;
+
+void timer_loop() { timer.serve(); }
+
+const qduino::arduino::LoopRegistration timer_registration{kTimerLoop,
+                                                           qduino::arduino::kTimerBudget,
+                                                           qduino::arduino::kTimerPeriod,
+                                                           qduino::runtime::kAnyCore,
+                                                           qduino::Nanoseconds{0},
+                                                           &timer_loop,
+                                                           "MsTimer2",
+                                                           0};
+
+}  // namespace
+
+void MsTimer2::set(unsigned long period_ms, void (*function)()) {
+    period = std::chrono::milliseconds{static_cast<std::int64_t>(std::max(period_ms, 1UL))};
+    called = function;
+}
+
+void MsTimer2::start() {
+    if (called) timer.start(period, called);
+}
+
+void MsTimer2::stop() { timer.stop(); }

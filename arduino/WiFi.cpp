@@ -1,0 +1,29 @@
+#include "arduino/WiFi.h"
+
+#include <algorithm>
+
+#include "arduino/core/diagnostics.h"
+
+WiFiClass WiFi;
+
+wl_status_t WiFiClass::begin(const char* network, const char*) {
+    network_ = network;
+    return status();
+}
+
+std::uint8_t* WiFiClass::macAddress(std::uint8_t* address) const {
+    networkHardwareAddress(address);
+    std::reverse(address, address + WL_MAC_ADDR_LENGTH);
+    return address;
+}
+
+std::uint8_t* WiFiClass::BSSID(std::uint8_t* address) const {
+    std::fill_n(address, WL_MAC_ADDR_LENGTH, std::uint8_t{0});
+    return address;
+}
+
+std::int8_t WiFiClass::scanNetworks() {
+    qduino::arduino::refuse("WiFi.scanNetworks", 0, qduino::ErrorCode::unsupported,
+                            "the host looks for networks, not the sketch ('iw dev' there)");
+    return -1;
+}

@@ -1,0 +1,42 @@
+#include "arduino/core/periodic_call.h"
+
+#include <algorithm>
+
+#include "arduino/core/releases.h"
+#include "board/board.h"
+
+namespace qduino::arduino {
+
+void PeriodicCall::ask(Wish wish) {
+    const LockGuard held{asking_};
+    wish.order = ++orders_;
+    wishes_.write(wish);
+}
+
+void PeriodicCall::start(Nanoseconds period, void (*function)()) {
+    ask({.order = 0, .period = period, .function = function, .first = board::current().now() + period});
+}
+
+void PeriodicCall::stop() { ask({}); }
+
+void PeriodicCall::serve() {
+    board::Board& board = board::current();
+    const Instant end = board.now() + kTimerPeriod;
+    while (!board.stop_requested()) {
+        const Wish wish = wishes_.read();
+        if (wish.order != served_) {
+            served_ = wish.order;
+            due_ = wish.first;
+        }
+        const Instant now = board.now();
+        if (wish.period.count() == 0 || now >= end) return waitForNextPeriod();
+        if (now >= due_) {
+            due_ += wish.period * (1 + (now - due_) / wish.period);
+            wish.function();
+            continue;
+        }
+        board.sleep_until(std::min(due_, end));
+    }
+}
+
+}  // namespace qduino::arduino

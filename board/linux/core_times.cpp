@@ -1,0 +1,64 @@
+#include "board/linux/core_times.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "base/whole_number.h"
+#include "board/linux/kernel_text.h"
+
+namespace qduino::board::linux {
+namespace {
+
+// The first line names the columns, one for each CPU that is online: "   CPU0  CPU1". Then come
+// lines of "<name>: <count of each column> <words>"; the last word of a device's is its driver's.
+// The last few lines may have fewer counts.
+std::map<std::string, std::uint64_t> interrupt_counts(int core, const std::string& root) {
+    std::map<std::string, std::uint64_t> counts;
+    const std::string text = text_of_file(root + "/proc/interrupts");
+    std::string_view lines = text;
+    const auto columns = words(cut(lines, '\n'));
+    const auto ours = std::ranges::find(columns, "CPU" + std::to_string(core));
+    if (ours == columns.end()) return counts;
+    const auto column = static_cast<std::size_t>(ours - columns.begin()) + 1;  // behind the name
+    while (!lines.empty()) {
+        const auto line = words(cut(lines, '\n'));
+        if (column >= line.size()) continue;
+        const bool of_a_device = whole_number<int>(line[0].substr(0, line[0].find(':'))).has_value();
+        const std::string_view name = of_a_device ? line.back() : line[0].substr(0, line[0].find(':'));
+        counts[std::string{name}] += whole_number<std::uint64_t>(line[column]).value_or(0);
+    }
+    return counts;
+}
+
+// "cpu1 user nice system idle iowait irq softirq steal …", in ticks of USER_HZ (proc_stat(5)).
+std::optional<Nanoseconds> host_time(int core, const std::string& root) {
+    constexpr std::size_t kSteal = 8;
+    const std::string text = text_of_file(root + "/proc/stat");
+    for (std::string_view lines = text; !lines.empty();) {
+        const auto fields = words(cut(lines, '\n'));
+        if (fields.size() <= kSteal || fields[0] != "cpu" + std::to_string(core)) continue;
+        const auto ticks = whole_number<std::int64_t>(fields[kSteal]);
+        if (!ticks) return std::nullopt;
+        return Nanoseconds{*ticks * (1'000'000'000 / ::sysconf(_SC_CLK_TCK))};
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+CoreTimes core_times(int core, const std::string& root) {
+    return {.host = host_time(core, root), .interrupts = interrupt_counts(core, root)};
+}
+
+std::optional<std::uint64_t> interrupts_of(int core, const std::string& root) {
+    const auto counts = interrupt_counts(core, root);
+    if (counts.empty()) return std::nullopt;
+    std::uint64_t total = 0;
+    for (const auto& [name, count] : counts) total += count;
+    return total;
+}
+
+}  // namespace qduino::board::linux

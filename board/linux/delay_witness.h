@@ -1,0 +1,70 @@
+// Finds out who took the core when a loop was late.
+//
+// A loop sees that it is late, and cannot see why: an interrupt, another task and a hypervisor all
+// look the same from inside. The kernel counts what each of them took, but only since boot. So once
+// a second somebody looks at both. Where a loop's worst delay has grown since the last look, what
+// the kernel counted in that second is the evidence.
+//
+//   loop      ███████████▒▒▒▒▒███████   ▒ 49 ms late
+//   looks     │ worst 3 us            │ worst 49 ms: the host took 50 ms, interrupts 283
+//
+// It is evidence and no proof: the kernel tells the hypervisor's time in steps of 10 ms, and what
+// it is not told of shows nowhere.
+//
+// Allocates, and reads files: not for loops.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "base/fixed_vector.h"
+#include "base/time.h"
+#include "board/guarantee.h"
+#include "board/linux/core_times.h"
+#include "board/linux/thread_times.h"
+
+namespace qduino::board::linux {
+
+class DelayWitness {
+  public:
+    /// How late the loop of one thread has been, at the worst, so far.
+    struct Ward {
+        VcpuId id = kNoVcpu;
+        int core = 0;
+        bool owns_core = false;
+        pid_t tid = 0;
+        Nanoseconds worst{};
+    };
+
+    /// `root` precedes /proc (tests).
+    explicit DelayWitness(std::string root = "") : root_(std::move(root)) {}
+
+    /// The loops begin at `now`.
+    void begin(Instant now, const std::vector<Ward>& wards);
+    /// `wards` as begin() had them. Their threads live.
+    void look(Instant now, const std::vector<Ward>& wards);
+    /// A line for each loop that was late.
+    void describe(GuaranteeReport& report) const;
+
+  private:
+    struct Watched {
+        DelayGuarantee found;
+        ThreadTimesFile times;
+        sched::ThreadTimes then;  // at the last look
+        bool told = false;        // the kernel tells its times
+    };
+    struct Core {
+        int core = 0;
+        CoreTimes then, now;  // at the last look, and at this one
+    };
+    void judge(Watched& watched, Nanoseconds waited) const;
+
+    std::string root_;
+    Instant began_{}, looked_at_{}, looks_at_{};
+    std::vector<Watched> watched_;
+    std::vector<Core> cores_;
+};
+
+}  // namespace qduino::board::linux

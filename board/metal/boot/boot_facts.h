@@ -1,0 +1,28 @@
+// What the loader tells, whichever it is. A copy: its own words may lie where the heap will be.
+//
+//   PVH          start info ─┐
+//                            ├─► BootFacts: command line, root of the firmware's tables, memory
+//   multiboot2   list of tags┘
+//
+// Multiboot2 Specification 2.0, 3.6 (boot information). PVH: boot/start_info.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/fixed_string.h"
+
+namespace qduino::board::metal {
+
+struct BootFacts {
+    FixedString<256> words;                    ///< the command line
+    std::uint64_t rsdp_at = 0;                 ///< 0: the firmware's memory has to be searched
+    std::array<std::uint8_t, 36> rsdp_copy{};  ///< what it points at, where the loader has a copy
+    std::uint64_t ram_end = 0;                 ///< of the range of RAM that was asked for; 0: none
+};
+
+/// `magic`, `told_at`: what the loader left in eax and ebx. `inside`: an address in the wanted
+/// range of RAM. False: a loader of neither kind. Takes no memory; `facts` has to stay where it is.
+bool read_boot_facts(std::uint32_t magic, std::uint64_t told_at, std::uint64_t inside, BootFacts& facts);
+
+}  // namespace qduino::board::metal

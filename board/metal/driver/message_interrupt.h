@@ -1,0 +1,31 @@
+// MSI-X: a device interrupts a core by a store to that core's address.
+//
+//   device ── {vector} to 0xFEE00000 | core ──► local APIC            no line, no I/O APIC
+//                └─ an entry in a table of the device, which may be masked
+//
+// What comes while the entry is masked is remembered, and interrupts when it is not any more. PCI
+// Local Bus Specification 3.0, 6.8.2; Intel SDM volume 3, 11.11 (the message).
+#pragma once
+
+#include <cstdint>
+
+#include "board/metal/driver/pci.h"
+#include "board/metal/machine/spin_lock.h"
+
+namespace qduino::board::metal {
+
+class MessageInterrupt {
+  public:
+    /// Entry 0 of the device's table, masked. False: the device has no MSI-X.
+    [[nodiscard]] bool open(const PciDevice& device);
+    /// It raises `vector` on the core with this local APIC number, from now on.
+    void route(std::uint8_t vector, std::uint32_t apic);
+    void mask(bool masked);
+
+  private:
+    Registers entry_;
+    bool masked_ = true;
+    SpinLock lock_;
+};
+
+}  // namespace qduino::board::metal

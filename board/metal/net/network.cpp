@@ -1,0 +1,143 @@
+#include "board/metal/net/network.h"
+
+#include <lwip/dhcp.h>
+#include <lwip/etharp.h>
+#include <lwip/init.h>
+#include <lwip/netif.h>
+#include <lwip/timeouts.h>
+#include <netif/ethernet.h>
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "board/metal/driver/e1000.h"
+#include "board/metal/driver/virtio_net.h"
+#include "board/metal/machine/instructions.h"
+#include "board/metal/machine/tsc_clock.h"
+#include "board/metal/net/tcp_sockets.h"
+#include "board/metal/net/udp_sockets.h"
+#include "board/metal/panic.h"
+
+namespace qduino::board::metal {
+namespace {
+
+/// Frames in one bottom half: no more, so that what waits behind it gets its turn.
+constexpr int kFramesAtOnce = 64;
+
+VirtioNet virtio_net;
+E1000 e1000;
+netif interface;
+
+NetworkCard& card_of(const netif* of) { return *static_cast<NetworkCard*>(of->state); }
+
+/// lwIP sends a frame.
+err_t frame_leaves(netif* from, pbuf* frame) {
+    const auto room = card_of(from).room();
+    if (frame->tot_len > room.size()) return ERR_MEM;
+    pbuf_copy_partial(frame, room.data(), frame->tot_len, 0);
+    card_of(from).send(frame->tot_len);
+    return ERR_OK;
+}
+
+void frame_came(std::span<const std::uint8_t> frame) {
+    pbuf* const bytes = pbuf_alloc(PBUF_RAW, static_cast<u16_t>(frame.size()), PBUF_POOL);
+    if (!bytes) return;  // as if the wire had lost it
+    pbuf_take(bytes, frame.data(), static_cast<u16_t>(frame.size()));
+    if (interface.input(bytes, &interface) != ERR_OK) pbuf_free(bytes);
+}
+
+err_t begin_interface(netif* begun) {
+    const NetworkCard::Address& address = card_of(begun).address();
+    std::copy(address.begin(), address.end(), begun->hwaddr);
+    begun->hwaddr_len = static_cast<u8_t>(address.size());
+    begun->mtu = 1500;
+    begun->name[0] = 'e';
+    begun->name[1] = 'n';
+    begun->flags = NETIF_FLAG_BROADCAST | NETIF_FLAG_ETHARP | NETIF_FLAG_ETHERNET | NETIF_FLAG_LINK_UP;
+    begun->output = &etharp_output;
+    begun->linkoutput = &frame_leaves;
+    return ERR_OK;
+}
+
+}  // namespace
+
+void Network::open() {
+    for (NetworkCard* const card :
+         {static_cast<NetworkCard*>(&virtio_net), static_cast<NetworkCard*>(&e1000)}) {
+        if (!card_ && card->open()) card_ = card;
+    }
+    if (!card_) return;
+    lwip_init();
+    netif_add(&interface, nullptr, nullptr, nullptr, card_, &begin_interface, &ethernet_input);
+    netif_set_default(&interface);
+    netif_set_up(&interface);
+    dhcp_start(&interface);
+    card_->add_to(device_interrupts, *this);
+    ask();
+}
+
+void Network::ask() {
+    if (card_ && !asked_.exchange(true)) device_interrupts.ask(*this);
+}
+
+void Network::quiet() {
+    card_->interrupt(false);
+    next_turn_.store(kForever, std::memory_order_relaxed);
+}
+
+/// A top half comes here when the queue of the I/O VCPU is full, perhaps in the middle of a bottom
+/// half, which then does all once more.
+void Network::serve() {
+    if (busy_.exchange(true)) return missed_.store(true);
+    asked_.store(false);  // what is asked from here on needs another turn
+    take_turn();
+    busy_.store(false);
+    if (missed_.exchange(false) || !card_->frame().empty()) {
+        asked_.store(false);
+        ask();
+    }
+}
+
+void Network::take_turn() {
+    int frames = 0;
+    for (auto frame = card_->frame(); !frame.empty() && frames < kFramesAtOnce; frame = card_->frame()) {
+        frame_came(frame);
+        card_->release();
+        ++frames;
+    }
+    const Instant now = tsc_clock.now();
+    TcpSocket::serve_all(now);
+    UdpSocket::serve_all();
+    sys_check_timeouts();
+    card_->flush();
+    own_.store(interface.ip_addr.addr);
+    mask_.store(interface.netmask.addr);
+    gateway_.store(interface.gw.addr);
+    next_turn_.store(now + std::chrono::milliseconds{sys_timeouts_sleeptime()}, std::memory_order_relaxed);
+    card_->interrupt(true);
+}
+
+/// For a program that has one: apps/metal calls it when it is linked.
+void open_network() { network.open(); }
+
+}  // namespace qduino::board::metal
+
+// ---- what lwIP asks for (net/lwip/arch/cc.h) ----------------------------------------------------
+
+extern "C" {
+std::uint32_t sys_now() {
+    return static_cast<std::uint32_t>(qduino::to_ns(qduino::board::metal::tsc_clock.now()) / 1'000'000);
+}
+void lwip_failed(const char* what) { qduino::board::metal::panic(qduino::text("lwIP: ", what)); }
+/// For port and transaction numbers. Marsaglia's xorshift32 (Journal of Statistical Software 8,
+/// 2003), stirred by the clock; no secret hangs on it.
+std::uint32_t lwip_random() {
+    static std::uint32_t state = 1;
+    state ^= static_cast<std::uint32_t>(qduino::board::metal::time_stamp_counter());
+    if (state == 0) state = 1;
+    state ^= state << 13;
+    state ^= state >> 17;
+    state ^= state << 5;
+    return state;
+}
+}

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""Builds a sketch for each class of library that once failed here, runs it in the simulator, and compares what it says.
+
+    run_libraries.py QDUINO               all cases, and the table in docs/arduino-libraries.md is as they went
+    run_libraries.py QDUINO --write       writes that table
+    run_libraries.py QDUINO CASE…         these cases alone
+
+The libraries in libraries/ are rebuilt from the classes of a survey of 116 published ones: each does what its class does, in a few lines.
+A case fails without its cure. The table in the docs is made here, and the test fails when the docs have another.
+"""
+import dataclasses
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+PAGE = HERE.parents[2] / "docs" / "arduino-libraries.md"
+BEGIN, END = "<!-- made by tests/scenario/arduino_libraries/run_libraries.py --write -->\n", "<!-- end -->\n"
+
+
+@dataclasses.dataclass
+class Case:
+    sketch: str
+    trouble: str   # what libraries of this class do
+    met_in: str    # where the survey met it
+    here: str      # what it does on this board
+    expected: str  # a pattern of the lines on Serial
+
+
+CASES = [
+    Case("AskedVersion", "asks `#if ARDUINO >= 100` before it includes anything", "AccelStepper, PID, Bounce2, I2Cdev, GFX and 18 more",
+         "the version is on the command line", r"25"),
+    Case("Timers", "takes hardware timers 1 and 2", "TimerOne, MsTimer2",
+         "`TimerOne.h`, `MsTimer2.h`: a loop of 500 µs in 5 ms calls the function", r"4(49|50|51) 1[78]"),
+    Case("AvrHeaders", "includes `avr/io.h`, `avr/interrupt.h`, `avr/wdt.h`, `avr/sleep.h`, `util/delay.h`, `util/atomic.h`, `util/crc16.h`",
+         "FreeRTOS, MPU6050, Ethernet, OneWire", "the headers, with what stands behind them here", r"4B37\n3[45]\d\d"),
+    Case("SmallMacros", "uses `_BV`, `microsecondsToClockCycles`, `SERIAL_PORT_HARDWARE`, `UDP_TX_PACKET_MAX_SIZE`, `strlcpy`, `itoa`, `dtostrf`",
+         "RF24, DHT, Ethernet, ArduinoModbus", "they exist", r"more than the packet ca\n33\n40\n-1234\nabcd\n   3\.142\n7"),
+    Case("BoardPins", "includes `pins_arduino.h`, compares `NUM_DIGITAL_PINS` in `#if`", "ILI9341, ST7735, TouchScreen",
+         "the Mega's numbers", r"52\n127"),
+    Case("SoftwarePort", "has a serial port on any two pins", "TinyGPS++, TMC2209",
+         "`SoftwareSerial.h`: a loop that owns core 1, both ways at once", r"asked\n-1"),
+    Case("LibcNames", "its sketch has a global `pipe`, `clock`, `time` or `close`", "RF24, LiquidCrystal_I2C, RFM69, WiFi101",
+         "the converter gives them another name", r"38\nF0E1\nclock"),
+    Case("InC", "has a .c file that includes `Arduino.h`", "Modbus, WiFi101", "C's half of the language", r"318"),
+    Case("Networks", "uses the whole WiFi and Ethernet API", "the examples of WiFi, Ethernet, ArduinoHttpClient",
+         "the host's network; joining and scanning are the host's", r"network\n-1\nauto\n192\.168\.0\.1\n1\n127\.0\.0\.1\n1\nnobody"),
+    Case("Ports", "writes PORTx, or asks for `portOutputRegister`", "many sketches; DHTlib and CapacitiveSensor insist on an address, see below",
+         "the registers are objects over the Mega's pins; a library that asks is told no and uses `digitalWrite()`",
+         r"1\n0\n80\nC0\ndigitalWrite\n40"),
+    Case("Features", "asks `#ifdef SPI_HAS_TRANSACTION`, `digitalPinToInterrupt`, `HIGH`, `A0`, `#if BUFFER_LENGTH`",
+         "RF24, RFM69, SSD1306, GFX, TFT_eSPI, SPIFlash", "they are macros as well", r"a transaction\n256\n18"),
+    Case("OwnReader", "defines `pgm_read_byte` before it includes `Arduino.h`", "SSD1306", "its own reader stays", r"303"),
+]
+
+
+def run(qduino, case, cache):
+    """What is wrong with a case; '' when nothing is."""
+    environment = dict(os.environ, XDG_CACHE_HOME=cache, QDUINO_LIBRARIES=str(HERE / "libraries"), LC_ALL="C.UTF-8")
+    done = subprocess.run([qduino, "sim", HERE / "sketches" / case.sketch, "--for", "1"], env=environment, capture_output=True, text=True,
+                          timeout=300, check=False)
+    said = done.stdout.replace("\r\n", "\n")
+    if done.returncode != 0:
+        return f"status {done.returncode}\n{done.stderr[-3000:]}"
+    if not re.match(rf"(?:{case.expected})(?:\n|\Z)", said):
+        return f"said:\n{said[:600]}expected: {case.expected}\n{done.stderr[-1500:]}"
+    return ""
+
+
+def table(passed):
+    lines = ["| What the library does | Met in | Here | The rebuilt case runs |\n", "|---|---|---|---|\n"]
+    lines += [f"| {case.trouble} | {case.met_in} | {case.here} | {'yes' if case.sketch in passed else 'NO'} |\n" for case in CASES]
+    return "".join(lines)
+
+
+def page_is_right(passed, write):
+    """True when the page has the table of these results; `write` puts it there."""
+    page = PAGE.read_text(encoding="utf-8")
+    before, rest = page.split(BEGIN)
+    made = before + BEGIN + table(passed) + END + rest.split(END)[1]
+    if write:
+        PAGE.write_text(made, encoding="utf-8")
+    elif made != page:
+        print(f"{PAGE.name} has another table: run this with --write")
+    return write or made == page
+
+
+def main():
+    qduino, words = sys.argv[1], sys.argv[2:]
+    asked = [word for word in words if word != "--write"]
+    cases = [case for case in CASES if not asked or case.sketch in asked]
+    passed = []
+    with tempfile.TemporaryDirectory() as cache:
+        for case in cases:
+            wrong = run(qduino, case, cache)
+            print(f"{case.sketch}: {wrong or 'ok'}", flush=True)
+            passed += [] if wrong else [case.sketch]
+    print(f"{len(passed)} of {len(cases)} cases run as they should")
+    right = bool(asked) or page_is_right(passed, "--write" in words)
+    sys.exit(len(passed) != len(cases) or not right)
+
+
+if __name__ == "__main__":
+    main()

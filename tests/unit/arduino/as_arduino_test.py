@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""What as_arduino.py makes of `long` (every way to write it, numbers, formats, overloads), of loops that wait, and what must stay. Takes the tool's path and a C++ and a C
+compiler."""
+import itertools
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TOOL, CXX, CC = pathlib.Path(sys.argv[1]).resolve(), *sys.argv[2:4]
+del sys.argv[1:4]
+sys.path.insert(0, str(TOOL.parent))
+import as_arduino  # pylint: disable=wrong-import-position
+
+BASES = [('long',), ('long', 'int'), ('signed', 'long'), ('signed', 'long', 'int'), ('unsigned', 'long'), ('unsigned', 'long', 'int'),
+         ('long', 'long'), ('unsigned', 'long', 'long'), ('long', 'long', 'int'), ('long', 'double'), ('int',), ('unsigned', 'short')]
+
+
+def meaning(words):
+    """The oracle: what the words stand for on a 32-bit Arduino, by the counts of C's grammar."""
+    if 'double' in words:
+        return 'long double'
+    if 'short' in words:
+        return 'unsigned short'
+    size = 'long long' if words.count('long') == 2 else 'int'
+    return ('unsigned ' if 'unsigned' in words else '') + size
+
+
+def converted(text, kept=()):
+    """What becomes of lines of a sketch."""
+    return as_arduino.Text('# 1 "a.ino"\n' + text, list(kept)).converted().split('\n', 1)[1]
+
+
+class Compiled(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def compile(self, name, text, *flags, status=0):
+        """The messages."""
+        source = self.folder / name
+        source.write_text(text, encoding='utf-8')
+        compiler = [CC, '-std=gnu17'] if name.endswith('.c') else [CXX, '-std=gnu++20', '-fpermissive']
+        done = subprocess.run([sys.executable, '-B', TOOL, '--keep', self.folder / 'kept', '--', *compiler, '-Wall', *flags, '-MD', '-MF',
+                               f'{source}.d', '-c', source, '-o', f'{source}.o'], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done.stderr
+
+    def output(self, name, text):
+        self.compile(name, text)
+        subprocess.run([CXX, self.folder / f'{name}.o', '-o', self.folder / 'program'], check=True)
+        return subprocess.run([self.folder / 'program'], capture_output=True, text=True, check=True).stdout
+
+    def test_every_spelling_means_what_the_grammar_says(self):
+        seed = random.randrange(1 << 32)
+        shuffled = random.Random(seed)
+        lines = ['#include <type_traits>']
+        spellings = {words for base in BASES for words in itertools.permutations(base)}
+        for number, words in enumerate(sorted(spellings)):
+            place = shuffled.randrange(len(words) + 1)
+            spelled = [*words[:place], shuffled.choice(['const', 'volatile', '\n']), *words[place:]]
+            lines.append(f'extern {" ".join(spelled)} v{number};\nstatic_assert(std::is_same_v<std::remove_cv_t<decltype(v{number})>, '
+                         f'{meaning(words)}>, "{" ".join(words)}, seed {seed}");')
+        self.assertEqual(self.compile('spellings.cpp', '\n'.join(lines)), '')
+
+    def test_the_systems_headers_keep_theirs(self):
+        self.compile('system.cpp', '#include <cstdint>\n#include <ctime>\n#include <cstdlib>\n'
+                     'static_assert(sizeof(int64_t) == 8 && sizeof(size_t) == 8 && sizeof(time_t) == 8 && sizeof(strtol("", 0, 0)) == 8 && '
+                     'sizeof(long) == 4);\n')
+
+    def test_a_kept_folder_stays_where_it_comes_as_a_systems(self):
+        (self.folder / 'kept').mkdir()
+        (self.folder / 'other').mkdir()
+        for name in ('kept', 'other'):
+            (self.folder / name / f'{name}.h').write_text(f'using {name}_long = long;\n')
+        self.compile('kept.cpp', '#include "kept.h"\n#include "other.h"\nstatic_assert(sizeof(kept_long) == 8 && sizeof(other_long) == 4);\n',
+                     '-isystem', self.folder / 'kept', '-isystem', self.folder / 'other')
+
+    def test_a_library_below_a_kept_folder_is_no_systems(self):
+        inner = self.folder / 'kept/libraries/inner'
+        inner.mkdir(parents=True)
+        (inner / 'inner.h').write_text('typedef long inner_long;\n')
+        self.compile('inner.cpp', '#include "inner.h"\nstatic_assert(sizeof(inner_long) == 4);\n',
+                     '-isystem', self.folder / 'kept', '-isystem', inner)
+
+    def test_limits_are_those_of_32_bits(self):
+        for name in ('limits.cpp', 'limits.c'):
+            self.compile(name, '#include <limits.h>\n#include <assert.h>\nstatic_assert(LONG_MAX == 2147483647 && ULONG_MAX == 4294967295U && '
+                         'LONG_MIN == -2147483647 - 1 && LLONG_MAX == 9223372036854775807LL, "");\n')
+
+    def test_numbers_are_as_wide_as_they_need(self):
+        self.compile('numbers.cpp', "static_assert(sizeof(5L) == 4 && sizeof(0xFFUL) == 4 && sizeof(1'000lu) == 4 && sizeof(0b1L) == 4);\n"
+                     'static_assert(sizeof(5000000000UL) == 8 && sizeof(5LL) == 8 && sizeof(5ULL) == 8 && sizeof(1.5L) == 16);\n'
+                     'static_assert(0xFFFFFFUL * 256UL + 255UL + 1UL == 0);\n')
+
+    def test_formats_and_overloads(self):
+        said = self.output('formats.cpp', """
+#include <cstdio>
+struct Print {
+  void put(int) { puts("int"); }
+  void put(long number);
+  void put(unsigned long) { puts("unsigned"); }
+  void put(unsigned int number);
+};
+void Print::put(long number) { printf("%ld", number); }
+void Print::put(unsigned int number) { printf("unsigned int %u\\n", number); }
+template <typename T> struct Name { static const char* text() { return "other"; } };
+template <> struct Name<int> { static const char* text() { return "int"; } };
+template <> struct Name<long> { static const char* text() { return "long"; } };
+int main() {
+  unsigned long u = 4294967295UL;
+  long s = -1, read = 0;
+  int after = 7;
+  char text[40];
+  snprintf(text, sizeof text, "%lu|%5ld|%-3lx|%lld|%.1Lf", u, s, u, 5LL, 2.5L);
+  puts(text);
+  sscanf("-42", "%ld", &read);
+  printf("%ld %d\\n", read, after);
+  puts("100%load %ld");
+  Print().put(s);
+  Print().put(3);
+  puts(Name<long>::text());
+}
+""")
+        self.assertEqual(said.splitlines(), ['4294967295|   -1|ffffffff|5|2.5', '-42 7', '100%load %ld', 'int', 'int', 'int'])
+
+    def test_messages_keep_their_places(self):
+        said = self.compile('wrong.cpp', 'unsigned long a = 5UL; int b = missing;\n', status=1)
+        self.assertRegex(said, r'wrong\.cpp:1:32: error')
+        self.assertIn('header_that_is_not.h', self.compile('none.cpp', '#include <header_that_is_not.h>\n', status=1))
+
+
+class Text(unittest.TestCase):
+    def test_columns_stay(self):
+        for line in ('unsigned long int a = 0x10UL + 5l; long b;', 'f(long(x), "%ld"); printf("%d", 5L);'):
+            new = converted(line)
+            self.assertEqual(len(new), len(line))
+            self.assertNotIn('long', new)
+
+    def test_loops_that_wait_are_marked_and_no_others(self):
+        for line in ('while (true);', 'while (!flag) ;', 'while (1) {}', 'for (;;);', 'for (;!a.b();) { ; }', 'do while (x); while (y);'):
+            self.assertEqual(converted(line).count('__asm__ volatile'), 1, line)
+        for line in ('do { x(); } while (y);', 'do x(); while (y);', 'while (*p++);', 'for (int i = 0; i < 9; i++);', 'while ((c = get()) < 0);',
+                     'while (a) b();', 'for (char c : text) {}x', 'while_not(1);', 'do { while (a) b(); } while (c);'):
+            self.assertEqual(converted(line), line)
+        self.assertRegex(converted('while (a == b); do { if (c) d(); } while (e); while (f);'),
+                         r'^while \(a == b\) ?__asm__.*0\)\); do { if \(c\) d\(\); } while \(e\); while \(f\) ?__asm__.*1\)\);$')
+
+    def test_names_texts_and_raw_texts_stay(self):
+        for line in ('int longer = belong + long_name;', 'puts("a long text");', 'auto r = R"(long 5L %ld)";', 'puts("while (1);");', "int c = 'l';"):
+            self.assertEqual(converted(line), line)
+
+    def test_what_is_not_the_sketchs_stays(self):
+        text = '# 1 "/usr/include/x.h" 1 3\nlong a = 5L;\n# 2 "a.ino" 2\nlong b = 5L;\n# 3 "a.ino" 3 4\nlong c;\n'
+        self.assertEqual(re.findall(r'\w+ +[abc]\b', converted(text)), ['long a', 'int  b', 'int  c'])
+
+
+if __name__ == '__main__':
+    unittest.main()

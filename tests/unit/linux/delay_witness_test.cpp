@@ -1,0 +1,85 @@
+#include "board/linux/delay_witness.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "fake_machine.h"
+
+namespace qduino::board::linux::delay_witness_test {
+namespace {
+
+using test::FakeMachine;
+
+constexpr const char* kColumns = "      CPU0 CPU1\n";
+
+/// What the kernel of a computer with two cores tells; `ticks` of 10 ms are the host's on core 1.
+void tell(FakeMachine& machine, int ticks, int disk, int timer) {
+    machine.put("/proc/stat", text<std::string>("cpu 1 2 3 4 5 6 7 99 0 0\ncpu0 1 2 3 4 5 6 7 50 0 0\ncpu1 1 "
+                                                "2 3 4 5 6 7 ",
+                                                ticks, " 0 0\nintr 5\n"));
+    machine.put("/proc/interrupts",
+                text<std::string>(kColumns, " 36: 900 ", disk, " PCI-MSI 0-edge virtio1-req.0\nLOC: 800 ",
+                                  timer, " Local timer interrupts\nERR: 0\n"));
+}
+
+class DelayWitnessTest : public ::testing::Test {
+  protected:
+    DelayWitnessTest() {
+        tell(machine_, 7, 100, 200);
+        witness_.begin(kEpoch, wards_);
+    }
+    void late(Nanoseconds worst) { wards_[0].worst = worst; }
+    void look(Nanoseconds after_begin) { witness_.look(kEpoch + after_begin, wards_); }
+    [[nodiscard]] GuaranteeReport report() const {
+        GuaranteeReport report;
+        witness_.describe(report);
+        return report;
+    }
+
+    FakeMachine machine_;
+    DelayWitness witness_{machine_.root()};
+    std::vector<DelayWitness::Ward> wards_{{2, 1, true, ::getpid(), {}}};
+};
+
+TEST_F(DelayWitnessTest, WhatTookTheCoreInTheSecondOfTheWorstDelayIsNoted) {
+    tell(machine_, 9, 150, 300);
+    look(1s);
+    EXPECT_EQ(report().delays.size(), 0u) << "nobody was late";
+    late(49ms);
+    tell(machine_, 14, 153, 560);
+    look(3s);
+    ASSERT_EQ(report().delays.size(), 1u);
+    const DelayGuarantee found = report().delays[0];
+    EXPECT_EQ(found.id, 2);
+    EXPECT_EQ(found.core, 1);
+    EXPECT_TRUE(found.owns_core);
+    EXPECT_EQ(found.worst, 49ms);
+    EXPECT_EQ(found.at, 3s);
+    EXPECT_EQ(found.window, 2s);
+    EXPECT_EQ(found.host, 50ms);
+    EXPECT_EQ(found.interrupts, 3 + 260);
+    EXPECT_EQ(found.most.view(), "LOC");
+    EXPECT_GE(found.tasks, 0ns) << "this test's own thread, of which the kernel tells";
+}
+
+TEST_F(DelayWitnessTest, WhatComesLaterIsNotTakenForIt) {
+    late(49ms);
+    look(1s);
+    tell(machine_, 100, 9000, 9000);
+    look(2s);
+    EXPECT_EQ(report().delays[0].at, 1s);
+    EXPECT_EQ(report().delays[0].host, 0ns);
+    EXPECT_EQ(report().delays[0].interrupts, 0);
+}
+
+TEST_F(DelayWitnessTest, AKernelThatDoesNotTellIsNotTakenForZero) {
+    machine_.put("/proc/stat", "cpu 1 2 3");
+    machine_.put("/proc/interrupts", "");
+    late(1ms);
+    look(1s);
+    EXPECT_LT(report().delays[0].host, 0ns);
+    EXPECT_LT(report().delays[0].interrupts, 0);
+}
+
+}  // namespace
+}  // namespace qduino::board::linux::delay_witness_test

@@ -1,0 +1,330 @@
+#!/usr/bin/env python3
+"""Compiles a C or C++ file of a sketch or library as an Arduino's compiler would understand it.
+
+    as_arduino.py [--keep FOLDER]… [--long 64] -- COMPILER ARGUMENT… -c SOURCE -o OBJECT
+
+On a 64-bit Linux `long` has 64 bits. A library that computes with the 32 of an AVR compiles, and is wrong without a word: `(long)x` of a
+24-bit converter does not become negative, and `millis() - then` does not wrap. So the preprocessor runs first, and then each `long` in the
+text that came from the sketch and its libraries becomes an `int`. What came from the system's headers and from those below a --keep folder
+stays as it is: it describes code that is compiled already. A command without -c is run as it is.
+
+    source ── -E ──► text, with the file that each line is from ── here ──► text ── -c ──► object
+
+What changes for `long`, in its own columns so that the compiler's messages point where they should:
+  - `unsigned long`, `long int`, `signed long` … → `unsigned int`, `int`; `long long` and `long double` stay;
+  - `1000UL`, `5L` → `1000U`, `5`; a number that needs more than 32 bits gets them, as on an AVR;
+  - `%ld`, `%lu` … in the texts of a call of printf, scanf and their family → `%d`, `%u`.
+
+Where a class has both f(int) and f(long), two functions would become one. The compiler says so; that declaration then takes a type of its
+own in the place of `long` (OTHER_LONG), and no call chooses it over the other.
+
+A loop that only waits, `while (!flag);`, gets an empty assembler statement, which makes no instruction. Without it the compiler may leave
+such a loop out, or make one of two; and the line of `while (true);` would be lost, which the simulator names when a sketch spins there.
+"""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, field
+
+from ino_to_cpp import TOKEN
+
+LINE_MARKER = re.compile(r'#\s+(\d+)\s+"((?:[^"\\]|\\.)*)"((?:\s+\d)*)\s*$')
+SYSTEM = ('/usr/include/', '/usr/lib/', '/usr/local/include/', '<')
+WORD = re.compile(r'[A-Za-z_]\w*|\S')
+# The words that may stand together before a declared name, in any order (C++20, [dcl.spec]).
+SPECIFIERS = {'unsigned', 'signed', 'long', 'int', 'short', 'double', 'char', 'const', 'volatile', 'static', 'extern', 'register',
+              'constexpr', 'mutable', 'inline', 'typedef', 'virtual', '__extension__', '_Complex', '__volatile__', 'thread_local'}
+WHOLE_NUMBER = re.compile(r"(?P<digits>0[xX][\da-fA-F']+|0[bB][01']+|\d[\d']*)(?P<suffix>[uU]?[lL]|[lL][uU])$")
+# <limits.h> makes LONG_MAX and the like of it.
+LONG_MAX_64, LONG_MAX_32 = '0x7fffffffffffffff', '0x7fffffff'
+FORMATTED = re.compile(r'printf|scanf')
+LONG_FORMAT = re.compile(r'(%[-+ #0\']*(?:\*|\d+)?(?:\.(?:\*|\d*))?)l(?=[diouxXn])')
+TWICE = re.compile(r'cannot be overloaded with|redefinition of')
+ROUNDS = 8  # of asking the compiler which declarations have become the same
+OTHER_LONG = '''template <typename T>
+struct qduino_other_long {
+    T value;
+    constexpr qduino_other_long(T v = T()) : value(v) {}
+    constexpr operator T() const { return value; }
+};
+'''
+
+
+@dataclass
+class Run:
+    """Neighbouring specifiers with one `long` among them: where each word is."""
+    words: list = field(default_factory=list)
+
+    def names(self):
+        return [word for _, word in self.words]
+
+    def start(self):
+        return self.words[0][0]
+
+
+@dataclass
+class Place:
+    file: str
+    line: int
+    ours: bool  # of the sketch or a library of it
+    start: int  # offset of the line's first character
+
+
+def split_lines(text, kept, own):
+    """The Place of each line of preprocessed text. A line that is a directive is nobody's."""
+    places, offset = [], 0
+    file, line, ours = '', 0, False
+    for content in text.split('\n'):
+        directive = content.startswith('#')
+        marker = LINE_MARKER.match(content) if directive else None
+        if marker:
+            line, file = int(marker[1]) - 1, marker[2]
+            ours = is_ours(file, '3' in marker[3].split(), kept, own)
+        places.append(Place(file, line, ours and not directive, offset))
+        offset += len(content) + 1
+        line += 1
+    return places
+
+
+def blank(match):
+    return re.sub(r'[^\n]', ' ', match[0])
+
+
+def is_ours(file, system, kept, own):
+    """Where one folder lies in another, a sketch's libraries below a kept one, the inner one counts."""
+    if not system:
+        return not file.startswith('<')
+    inner = lambda folders: max((len(folder) for folder in folders if file.startswith(folder)), default=0)  # noqa: E731
+    return not file.startswith(SYSTEM) and inner(kept) <= inner(own)
+
+
+def end_of_parentheses(tokens, at):
+    """The index of the ')' that ends the '(' at this index; the last one when there is none."""
+    depth = 0
+    for i in range(at, len(tokens)):
+        depth += {'(': 1, ')': -1}.get(tokens[i][1], 0)
+        if depth == 0:
+            return i
+    return len(tokens) - 1
+
+
+def heads_of_loops(tokens):
+    """The indexes of each `while` and `for` that begins a loop: not of the `while` that ends a `do`."""
+    braces, bare = [], []  # of '{': is it the body of a do; depths at which a do without braces is open
+    closed_do = False
+    for i, (_, word) in enumerate(tokens):
+        before = tokens[i - 1][1] if i else ''
+        if word == '{':
+            braces.append(before == 'do')
+        elif word == '}':
+            closed_do = bool(braces) and braces.pop()
+            continue
+        elif word == 'do' and tokens[i + 1:i + 2] and tokens[i + 1][1] != '{':
+            bare.append(len(braces))
+        elif word == 'while' and before == ';' and bare and bare[-1] == len(braces):
+            bare.pop()
+        elif word == 'for' or (word == 'while' and not closed_do):
+            yield i
+        closed_do = False
+
+
+class Text:
+    """Preprocessed text, with its tokens replaced in place: no column behind them moves."""
+
+    def __init__(self, text, kept, long_bits=32, own=()):
+        self.original = text
+        self.places = split_lines(text, kept, own)
+        self.stretches = list(self.find_stretches())
+        self.code = self.blanked()
+        self.long_32 = long_bits == 32
+        self.runs = list(self.find_runs()) if self.long_32 else []
+        self.apart = set()  # the starts of runs that take a type of their own
+
+    def find_stretches(self):
+        """(begin, end) of what is the sketch's: the rest is most of the text, and is not looked at."""
+        ends = [place.start for place in self.places[1:]] + [len(self.original)]
+        begin = None
+        for place, end in zip(self.places, ends):
+            if place.ours and begin is None:
+                begin = place.start
+            if not place.ours and begin is not None:
+                yield begin, place.start
+                begin = None
+        if begin is not None:
+            yield begin, end
+
+    def blanked(self):
+        """The same length: spaces in the place of literals, and of all that is not the sketch's."""
+        out, at = [], 0
+        for begin, end in self.stretches:
+            out += [' ' * (begin - at), TOKEN.sub(blank, self.original[begin:end])]
+            at = end
+        return ''.join(out) + ' ' * (len(self.original) - at)
+
+    def find_runs(self):
+        """The specifiers that stand together, where there is exactly one `long` and no `double` among them."""
+        run = Run()
+        for match in WORD.finditer(self.code):
+            if match[0] in SPECIFIERS:
+                run.words.append((match.start(), match[0]))
+                continue
+            yield from self.of_32_bits(run)
+            run = Run()
+        yield from self.of_32_bits(run)
+
+    @staticmethod
+    def of_32_bits(run):
+        names = run.names()
+        if names.count('long') == 1 and 'double' not in names:
+            yield run
+
+    def converted(self):
+        edits = [edit for run in self.runs for edit in self.edits_of_run(run)]
+        edits += self.edits_of_literals() if self.long_32 else []
+        edits += self.edits_of_waits()
+        out, at = [], 0
+        for start, end, text in sorted(edits):
+            out += [self.original[at:start], text]
+            at = end
+        return ''.join(out) + self.original[at:]
+
+    def edits_of_run(self, run):
+        if run.start() in self.apart:
+            unsigned = 'unsigned' in run.names()
+            kept = [word for word in run.names() if word not in ('unsigned', 'signed', 'long', 'int')]
+            last, word = run.words[-1]
+            name = f'qduino_other_long<{"unsigned" if unsigned else "int"}>'
+            return [(run.start(), last + len(word), ' '.join([*kept, name]))]
+        long = next(start for start, word in run.words if word == 'long')
+        return [(long, long + 4, '    ' if 'int' in run.names() else 'int ')]
+
+    def edits_of_literals(self):
+        edits = []
+        for match in (m for stretch in self.stretches for m in TOKEN.finditer(self.original, *stretch)):
+            if match['number']:
+                number = WHOLE_NUMBER.match(match[0])
+                if number:
+                    digits = LONG_MAX_32 if number['digits'].lower() == LONG_MAX_64 else number['digits']
+                    unsigned = 'U' if 'u' in number['suffix'].lower() else ''
+                    edits.append((*match.span(), (digits + unsigned).ljust(len(match[0]))))
+            elif match['string'] and '%' in match[0] and self.is_format(match.start()):
+                edits.append((*match.span(), LONG_FORMAT.sub(r'\1', match[0])))
+        return edits
+
+    def edits_of_waits(self):
+        """Loops without a body whose head changes nothing: they wait."""
+        tokens = [(m.start(), m[0]) for m in WORD.finditer(self.code)]
+        edits = []
+        for head in heads_of_loops(tokens):
+            end = end_of_parentheses(tokens, head + 1)
+            body = end + 1
+            inside = self.code[tokens[head][0]:tokens[end][0]]
+            # An assignment, ++, --, the third part of a for, a range: such a loop gets on.
+            gets_on = re.search(r'\+\+|--|(?<![=!<>])=(?!=)|;\s*[^;\s][^;]*$', inside)
+            if gets_on or (tokens[head][1] == 'for' and inside.count(';') != 2) or body >= len(tokens):
+                continue
+            words = [word for _, word in tokens[body:body + 3]]
+            if words[0] == ';' or words[:2] == ['{', '}'] or words == ['{', ';', '}']:
+                start = tokens[body][0]
+                wait = f'__asm__ volatile("" : : "i"({len(edits)}));'
+                edits.append((start, start + 1, wait if words[0] == ';' else '{' + wait))
+        return edits
+
+    def is_format(self, offset):
+        """The text is an argument of a call of the printf family, or of a call in it."""
+        depth = 0
+        for i in range(offset - 1, max(-1, offset - 4000), -1):
+            c = self.code[i]
+            if c in ';{}':
+                return False
+            if c == ')':
+                depth += 1
+            elif c == '(':
+                depth -= 1
+                if depth < 0:
+                    depth = 0
+                    name = re.search(r'[A-Za-z_]\w*\s*$', self.code[max(0, i - 80):i])
+                    if name and FORMATTED.search(name[0]):
+                        return True
+        return False
+
+    def set_apart(self, file, line, column):
+        """The runs in the declaration whose name is here take a type of their own. False: there are none."""
+        for place in self.places:
+            if place.line != line or place.file != file:
+                continue
+            start = place.start + column - 1
+            end = next((m.start() for m in re.finditer(r'[{;]', self.code[start:start + 4000])), 0) + start
+            found = {run.start() for run in self.runs if start <= run.start() < end} - self.apart
+            if found:
+                self.apart |= found
+                return True
+        return False
+
+
+def diagnostics(command):
+    """The compiler's messages as it gives them to programs; none where it cannot."""
+    done = subprocess.run([*command, '-fdiagnostics-format=json'], capture_output=True, text=True, check=False)
+    try:
+        return json.loads(done.stderr.splitlines()[0]) if done.stderr else []
+    except ValueError:
+        return []
+
+
+def declared_twice(messages):
+    """For each declaration that has become the same as another: where both are."""
+    for message in messages:
+        if message.get('kind') == 'error' and TWICE.search(message.get('message', '')):
+            found = [place['caret'] for part in [message, *message.get('children', [])] for place in part.get('locations', [])]
+            yield [(caret['file'], caret['line'], caret.get('byte-column', caret['column'])) for caret in found]
+
+
+def without(arguments, flag, values):
+    """`arguments` without `flag` and so many words behind it."""
+    at = arguments.index(flag) if flag in arguments else len(arguments)
+    return arguments[:at] + arguments[at + 1 + values:]
+
+
+def compile_text(text, unit, compiling):
+    """Compiles what has become of the text; sets declarations apart until no two are the same. Returns the exit status."""
+    for _ in range(ROUNDS):
+        head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
+        unit.write_text('# 1 "<long>" 3\n' + head + text.converted(), encoding='utf-8', errors='surrogateescape')
+        done = subprocess.run(compiling, capture_output=True, check=False)
+        if done.returncode == 0 or unit.suffix == '.i':
+            break
+        twice = declared_twice(diagnostics([*without(without(compiling, '-o', 1), '-c', 0), '-fsyntax-only']))
+        if not [pair for pair in twice if any(text.set_apart(*place) for place in pair)]:
+            break
+    sys.stdout.buffer.write(done.stdout)
+    sys.stderr.buffer.write(done.stderr)
+    return done.returncode
+
+
+def main():
+    split = sys.argv.index('--')
+    options, command = list(zip(sys.argv[1:split:2], sys.argv[2:split:2])), sys.argv[split + 1:]
+    kept = [os.path.join(value, '') for name, value in options if name == '--keep']
+    if '-c' not in command or '-o' not in command or 'assembler-with-cpp' in command:
+        os.execvp(command[0], command)
+    own = [os.path.join(value, '') for flag, value in zip(command, command[1:]) if flag == '-isystem']
+    own = [folder for folder in own if folder not in kept]
+    source = pathlib.Path(command[command.index('-c') + 1])
+    output = command[command.index('-o') + 1]
+    unit = pathlib.Path(output + ('.i' if source.suffix == '.c' else '.ii'))
+    bare = without(without(command, '-c', 1), '-o', 1)
+    preprocessed = subprocess.run([*bare, '-E', str(source), '-o', str(unit)], check=False)
+    if preprocessed.returncode != 0:
+        return preprocessed.returncode
+    text = Text(unit.read_text(encoding='utf-8', errors='surrogateescape'), kept, 64 if ('--long', '64') in options else 32, own)
+    compiling = [*without(without(bare, '-MD', 0), '-MF', 1), '-c', str(unit), '-o', output]
+    status = compile_text(text, unit, compiling)
+    unit.unlink()
+    return status
+
+
+if __name__ == '__main__':
+    sys.exit(main())
