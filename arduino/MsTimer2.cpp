@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "arduino/core/loops.h"
 #include "arduino/core/periodic_call.h"
 
 namespace {
@@ -15,14 +14,7 @@ void (*called)() = nullptr;
 
 void timer_loop() { timer.serve(); }
 
-const qduino::arduino::LoopRegistration timer_registration{kTimerLoop,
-                                                           qduino::arduino::kTimerBudget,
-                                                           qduino::arduino::kTimerPeriod,
-                                                           qduino::runtime::kAnyCore,
-                                                           qduino::Nanoseconds{0},
-                                                           &timer_loop,
-                                                           "MsTimer2",
-                                                           0};
+const qduino::arduino::TimerRegistration timer_registration{kTimerLoop, &timer_loop, "MsTimer2"};
 
 }  // namespace
 

@@ -193,15 +193,15 @@ std::uint16_t NetUDP::localPort() const { return socket_ ? socket_->local().port
 
 IPAddress networkLocalIP() { return IPAddress(network::first_interface().address); }
 IPAddress networkSubnetMask() { return IPAddress(network::first_interface().mask); }
-IPAddress networkGatewayIP() { return IPAddress(network::first_interface().gateway); }
-IPAddress networkNameServerIP() { return IPAddress(network::first_interface().name_server); }
+IPAddress networkGatewayIP() { return IPAddress(network::gateway()); }
+IPAddress networkNameServerIP() { return IPAddress(network::name_server()); }
 
 void networkHardwareAddress(std::uint8_t* address) {
     const network::Interface interface = network::first_interface();
     std::ranges::copy(interface.hardware_address, address);
 }
 
-std::int32_t networkSignal() { return network::first_interface().signal_dbm.value_or(0); }
+std::int32_t networkSignal() { return network::signal_dbm().value_or(0); }
 
 int networkHostByName(const char* host_name, IPAddress& address) {
     const auto found = network::resolve(host_name);

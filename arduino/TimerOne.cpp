@@ -4,7 +4,6 @@
 
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/digital_io.h"
-#include "arduino/core/loops.h"
 #include "arduino/core/periodic_call.h"
 #include "board/board.h"
 
@@ -21,14 +20,7 @@ qduino::arduino::PeriodicCall timer;
 
 void timer_loop() { timer.serve(); }
 
-const qduino::arduino::LoopRegistration timer_registration{kTimerLoop,
-                                                           qduino::arduino::kTimerBudget,
-                                                           qduino::arduino::kTimerPeriod,
-                                                           qduino::runtime::kAnyCore,
-                                                           qduino::Nanoseconds{0},
-                                                           &timer_loop,
-                                                           "Timer1",
-                                                           0};
+const qduino::arduino::TimerRegistration timer_registration{kTimerLoop, &timer_loop, "Timer1"};
 
 }  // namespace
 

@@ -79,7 +79,7 @@ std::string changes_in(const std::string& state_file) {
     std::array<int, kKinds.size()> counts{};
     const auto read = posix::read_small_file(state_file);
     for (std::string_view state = read ? std::string_view{*read} : std::string_view{}; !state.empty();) {
-        const std::string_view line = board::linux::cut(state, '\n');
+        const std::string_view line = cut(state, '\n');
         const auto kind =
             std::ranges::find_if(kKinds, [&](auto& each) { return line.starts_with(each.first); });
         if (kind != kKinds.end()) ++counts[static_cast<std::size_t>(kind - kKinds.begin())];

@@ -161,12 +161,11 @@ std::optional<std::uint32_t> resolve(const char* host) {
 Interface first_interface() {
     network.ask();  // in setup() its timers run no other way
     const board::metal::NetworkAddresses addresses = network.addresses();
-    return {.address = addresses.own,
-            .mask = addresses.mask,
-            .gateway = addresses.gateway,
-            .name_server = 0,
-            .hardware_address = network.hardware_address(),
-            .signal_dbm = {}};
+    return {.address = addresses.own, .mask = addresses.mask, .hardware_address = network.hardware_address()};
 }
+
+std::uint32_t gateway() { return network.addresses().gateway; }
+std::uint32_t name_server() { return 0; }
+std::optional<int> signal_dbm() { return std::nullopt; }
 
 }  // namespace qduino::arduino

@@ -9,6 +9,7 @@
 
 #include "apps/qduino/build_step.h"
 #include "apps/qduino/source_files.h"
+#include "base/parts.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -44,15 +45,12 @@ class Discovery {
     /// The libraries of the last time, unless one of their headers now means another library.
     void recall() {
         const std::string text = text_of(memory());
-        for (std::size_t from = 0; from < text.size();) {
-            const std::size_t end = std::min(text.find('\n', from), text.size());
-            const std::string line = text.substr(from, end - from);
-            const std::size_t tab = std::min(line.find('\t'), line.size() - 1);
-            const std::string header = line.substr(0, tab);
+        for (std::string_view lines = text; !lines.empty();) {
+            std::string_view folder = cut(lines, '\n');
+            const std::string header{cut(folder, '\t')};
             const std::vector<Library> found = shelf_.having(header);
-            if (found.empty() || found.front().folder != line.substr(tab + 1)) return forget();
+            if (found.empty() || found.front().folder != folder) return forget();
             choose(header, found.front());
-            from = end + 1;
         }
         remembered_ = chosen_.size();
     }

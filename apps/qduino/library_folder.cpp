@@ -5,6 +5,7 @@
 
 #include "apps/qduino/sdk.h"
 #include "apps/qduino/source_files.h"
+#include "base/parts.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -33,15 +34,12 @@ std::string_view trimmed(std::string_view text) {
 
 /// "avr, samd" as its parts; what stands in parentheses ("Servo (>=1.2)") is left out.
 std::vector<std::string> listed(std::string_view list) {
-    std::vector<std::string> parts;
-    for (std::size_t from = 0; from <= list.size();) {
-        const std::size_t end = std::min(list.find(',', from), list.size());
-        std::string_view part = list.substr(from, end - from);
-        part = trimmed(part.substr(0, part.find('(')));
-        if (!part.empty()) parts.emplace_back(part);
-        from = end + 1;
+    std::vector<std::string> names;
+    for (const std::string_view part : parts(list, ",")) {
+        const std::string_view name = trimmed(part.substr(0, part.find('(')));
+        if (!name.empty()) names.emplace_back(name);
     }
-    return parts;
+    return names;
 }
 
 }  // namespace
@@ -49,13 +47,11 @@ std::vector<std::string> listed(std::string_view list) {
 std::map<std::string, std::string> library_properties(std::string_view text) {
     std::map<std::string, std::string> values;
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte order mark
-    for (std::size_t from = 0; from < text.size();) {
-        const std::size_t end = std::min(text.find('\n', from), text.size());
-        const std::string_view line = trimmed(text.substr(from, end - from));
+    while (!text.empty()) {
+        const std::string_view line = trimmed(cut(text, '\n'));
         const std::size_t equals = line.find('=');
         if (!line.starts_with('#') && equals != std::string_view::npos)
             values[std::string(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
-        from = end + 1;
     }
     return values;
 }

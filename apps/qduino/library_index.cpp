@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line/command_line.h"
+#include "base/parts.h"
 #include "base/whole_number.h"
 
 namespace qduino::apps {
@@ -18,17 +19,9 @@ std::string in_small_letters(std::string_view text) {
     return out;
 }
 
-/// The part before the first dot; `rest` is what follows it.
-std::string_view first_part(std::string_view& rest) {
-    const std::size_t dot = std::min(rest.find('.'), rest.size());
-    const std::string_view part = rest.substr(0, dot);
-    rest.remove_prefix(std::min(dot + 1, rest.size()));
-    return part;
-}
-
 std::strong_ordering compare_parts(std::string_view a, std::string_view b) {
     while (!a.empty() || !b.empty()) {
-        const std::string_view x = first_part(a), y = first_part(b);
+        const std::string_view x = cut(a, '.'), y = cut(b, '.');
         const auto m = whole_number<std::uint64_t>(x.empty() ? "0" : x);
         const auto n = whole_number<std::uint64_t>(y.empty() ? "0" : y);
         const auto order = m && n ? *m <=> *n : x.compare(y) <=> 0;

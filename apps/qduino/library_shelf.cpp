@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "apps/command_line/command_line.h"
+#include "base/parts.h"
 
 namespace qduino::apps {
 namespace {
@@ -16,13 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> folders_of(const std::string& list) {
-    std::vector<fs::path> folders;
-    for (std::size_t from = 0; from <= list.size();) {
-        const std::size_t end = std::min(list.find(':', from), list.size());
-        if (end > from) folders.emplace_back(list.substr(from, end - from));
-        from = end + 1;
-    }
-    return folders;
+    const std::vector<std::string_view> named = parts(list, ":");
+    return {named.begin(), named.end()};
 }
 
 /// As names are compared: "Adafruit GFX Library" is adafruit_gfx_library.

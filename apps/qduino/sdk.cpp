@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "base/parts.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -18,14 +19,9 @@ bool is_file(const fs::path& path) {
     return fs::is_regular_file(path, ignored);
 }
 
-std::vector<std::string> parts_of(std::string_view whole, const char* separators) {
-    std::vector<std::string> parts;
-    for (std::size_t from = 0; from < whole.size();) {
-        const std::size_t end = std::min(whole.find_first_of(separators, from), whole.size());
-        if (end > from) parts.emplace_back(whole.substr(from, end - from));
-        from = end + 1;
-    }
-    return parts;
+std::vector<std::string> parts_of(std::string_view whole, std::string_view separators) {
+    const std::vector<std::string_view> found = parts(whole, separators);
+    return {found.begin(), found.end()};
 }
 
 /// CMake's lists, joined with semicolons.

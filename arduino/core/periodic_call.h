@@ -7,6 +7,7 @@
 #pragma once
 
 #include "arduino/core/lock.h"
+#include "arduino/core/loops.h"
 #include "base/time.h"
 #include "channel/four_slot.h"
 
@@ -40,5 +41,12 @@ class PeriodicCall {
 /// Of each timer's loop.
 inline constexpr Nanoseconds kTimerBudget{500'000};
 inline constexpr Nanoseconds kTimerPeriod{5'000'000};
+
+/// Enters the loop of a timer into the sketch's table. Static objects only.
+struct TimerRegistration : LoopRegistration {
+    TimerRegistration(int id, void (*body)(), const char* name)
+        : LoopRegistration(id, kTimerBudget, kTimerPeriod, runtime::kAnyCore, Nanoseconds{0}, body, name, 0) {
+    }
+};
 
 }  // namespace qduino::arduino

@@ -21,7 +21,6 @@ void DelayWitness::begin(Instant now, const std::vector<Ward>& wards) {
 }
 
 void DelayWitness::look(Instant now, const std::vector<Ward>& wards) {
-    looks_at_ = now;
     for (Core& core : cores_) core.now = core_times(core.core, root_);
     for (std::size_t i = 0; i < std::min(wards.size(), watched_.size()); ++i) {
         Watched& watched = watched_[i];
@@ -29,7 +28,7 @@ void DelayWitness::look(Instant now, const std::vector<Ward>& wards) {
         watched.told = watched.told && watched.times.read(times);
         if (wards[i].worst > watched.found.worst) {
             watched.found.worst = wards[i].worst;
-            judge(watched, times.delayed - watched.then.delayed);
+            judge(watched, now, times.delayed - watched.then.delayed);
         }
         watched.then = times;
     }
@@ -38,10 +37,10 @@ void DelayWitness::look(Instant now, const std::vector<Ward>& wards) {
 }
 
 /// Notes what the kernel has counted since the last look.
-void DelayWitness::judge(Watched& watched, Nanoseconds waited) const {
+void DelayWitness::judge(Watched& watched, Instant now, Nanoseconds waited) const {
     DelayGuarantee& found = watched.found;
-    found.at = looks_at_ - began_;
-    found.window = looks_at_ - looked_at_;
+    found.at = now - began_;
+    found.window = now - looked_at_;
     found.tasks = watched.told ? waited : Nanoseconds{-1};
     const auto core = std::ranges::find(cores_, found.core, &Core::core);
     found.host = core->then.host && core->now.host ? *core->now.host - *core->then.host : Nanoseconds{-1};

@@ -59,10 +59,10 @@ class DelayWitness {
         int core = 0;
         CoreTimes then, now;  // at the last look, and at this one
     };
-    void judge(Watched& watched, Nanoseconds waited) const;
+    void judge(Watched& watched, Instant now, Nanoseconds waited) const;
 
     std::string root_;
-    Instant began_{}, looked_at_{}, looks_at_{};
+    Instant began_{}, looked_at_{};
     std::vector<Watched> watched_;
     std::vector<Core> cores_;
 };

@@ -9,17 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/parts.h"
 #include "base/whole_number.h"
 #include "posix/small_file.h"
 
 namespace qduino::board::linux {
-
-/// Cuts the part before the next `separator` off `text`, and the separator with it.
-inline std::string_view cut(std::string_view& text, char separator) {
-    const std::string_view part = text.substr(0, text.find(separator));
-    text.remove_prefix(std::min(part.size() + 1, text.size()));
-    return part;
-}
 
 /// Without the blanks, line ends and zeros at its end.
 inline std::string_view trimmed(std::string_view text) {
@@ -28,15 +22,7 @@ inline std::string_view trimmed(std::string_view text) {
 }
 
 /// What stands between blanks and line ends.
-inline std::vector<std::string_view> words(std::string_view text) {
-    constexpr std::string_view kBlank = " \t\n";
-    std::vector<std::string_view> found;
-    for (std::size_t at = 0; (at = text.find_first_not_of(kBlank, at)) != std::string_view::npos;) {
-        found.push_back(text.substr(at, text.find_first_of(kBlank, at) - at));
-        at += found.back().size();
-    }
-    return found;
-}
+inline std::vector<std::string_view> words(std::string_view text) { return parts(text, " \t\n"); }
 
 /// The fields of a /proc/…/stat behind the task's name, which may hold anything: the first is field
 /// 3 of proc_pid_stat(5).

@@ -93,12 +93,16 @@ def blank(match):
     return re.sub(r'[^\n]', ' ', match[0])
 
 
+def depth_in(folders, file):
+    """The length of the innermost of `folders` that `file` lies in; 0: it lies in none."""
+    return max((len(folder) for folder in folders if file.startswith(folder)), default=0)
+
+
 def is_ours(file, system, kept, own):
     """Where one folder lies in another, a sketch's libraries below a kept one, the inner one counts."""
     if not system:
         return not file.startswith('<')
-    inner = lambda folders: max((len(folder) for folder in folders if file.startswith(folder)), default=0)  # noqa: E731
-    return not file.startswith(SYSTEM) and inner(kept) <= inner(own)
+    return not file.startswith(SYSTEM) and depth_in(kept, file) <= depth_in(own, file)
 
 
 def end_of_parentheses(tokens, at):
