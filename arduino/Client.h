@@ -19,3 +19,7 @@ class Client : public Stream {
     virtual std::uint8_t connected() = 0;
     virtual explicit operator bool() = 0;
 };
+
+namespace arduino {
+using ::Client;
+}  // namespace arduino

@@ -6,6 +6,7 @@
 #include "arduino/core/diagnostics.h"
 #include "arduino/core/lock.h"
 #include "arduino/host/eeprom_file.h"
+#include "arduino/host/state_path.h"
 #include "board/real_time_mark.h"
 
 using qduino::arduino::report_error;
@@ -49,7 +50,7 @@ std::uint8_t* storage() {
     const qduino::arduino::LockGuard held{opening};
     const AllowAllocation once{
         "EEPROM has no begin(): its file is opened at the first access, which may be a loop's"};
-    if (!bytes.load()) open_file(qduino::arduino::host::default_eeprom_path());
+    if (!bytes.load()) open_file(qduino::arduino::host::state_path("QDUINO_EEPROM", ".eeprom"));
     return bytes.load();
 }
 

@@ -27,6 +27,12 @@ Count moved(Count bytes) {
     return bytes;
 }
 
+/// The sockets speak IPv4. An IPv6 address is reported: as a number it is 0.0.0.0, this computer.
+bool can_reach(const char* call, int port, const IPAddress& address) {
+    return address.type() == IPv4 || network::refuse(call, port, qduino::ErrorCode::invalid_argument,
+                                                     "an IPv6 address: the sockets here speak IPv4");
+}
+
 /// The system was asked, and nothing moved. That takes the host as long as many steps of a sketch.
 void asked() { qduino::board::current().device_work(qduino::board::DeviceClass::nic, 0); }
 
@@ -42,6 +48,7 @@ std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shar
 // ---- NetClient ----------------------------------------------------------------------------------
 
 int NetClient::connect(IPAddress address, std::uint16_t port) {
+    if (!can_reach("client.connect", port, address)) return 0;
     auto made = network::connect_socket({address, port}, connect_timeout_ms_);
     socket_ = made.ok() ? made.value() : nullptr;
     return made.ok() ? 1 : 0;
@@ -135,6 +142,7 @@ std::uint8_t NetUDP::begin(std::uint16_t port) {
 }
 
 std::uint8_t NetUDP::beginMulticast(IPAddress group, std::uint16_t port) {
+    if (!can_reach("udp.beginMulticast", port, group)) return 0;
     socket_ =
         or_reported("udp.beginMulticast", port, network::udp_socket(port, static_cast<std::uint32_t>(group)));
     return socket_ ? 1 : 0;
@@ -146,6 +154,7 @@ void NetUDP::stop() {
 }
 
 int NetUDP::beginPacket(IPAddress address, std::uint16_t port) {
+    if (!can_reach("udp.beginPacket", port, address)) return 0;
     to_address_ = address;
     to_port_ = port;
     out_size_ = 0;

@@ -8,3 +8,7 @@ class Server : public Print {
   public:
     virtual void begin() = 0;
 };
+
+namespace arduino {
+using ::Server;
+}  // namespace arduino

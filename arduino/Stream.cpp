@@ -1,9 +1,12 @@
 #include "arduino/Stream.h"
 
+#include <array>
 #include <chrono>
+#include <cstdlib>
 #include <string_view>
 
 #include "arduino/core/timing.h"
+#include "base/text.h"
 #include "board/board.h"
 
 namespace board = qduino::board;
@@ -54,6 +57,33 @@ class Matcher {
     std::size_t matched_ = 0;
 };
 
+/// A decimal number as its digits come, as many as they may be: those that count, and how far the
+/// point is behind them.
+class DecimalNumber {
+  public:
+    void feed(int digit, bool after_point) {
+        if (after_point) --exponent_;
+        if (size_ == 0 && digit == 0) return;
+        if (size_ == kDigits) {
+            ++exponent_;
+            return;
+        }
+        digits_[size_++] = static_cast<char>('0' + digit);
+    }
+    [[nodiscard]] float value() const {
+        if (size_ == 0) return 0;
+        qduino::FixedString<kDigits + 24> text;
+        qduino::write(text, std::string_view{digits_.data(), size_}, 'e', exponent_, '\0');
+        return std::strtof(text.view().data(), nullptr);  // ±infinity or 0 beyond its range
+    }
+
+  private:
+    static constexpr std::size_t kDigits = 32;  // a float is told apart by 9
+    std::array<char, kDigits> digits_{};
+    std::size_t size_ = 0;
+    std::int64_t exponent_ = 0;
+};
+
 }  // namespace
 
 int Stream::timedRead() {
@@ -94,8 +124,7 @@ Stream::Number Stream::parse_number(LookaheadMode lookahead, char ignore, bool p
     bool after_point = false;
     // Unsigned, so that too many digits wrap, as on the AVR, and are not undefined.
     unsigned long whole = 0;
-    double real = 0;
-    double place = 1;
+    DecimalNumber number;
     for (bool first = true; c >= 0; first = false) {
         const bool is_sign = first && c == '-';
         const bool is_digit = c >= '0' && c <= '9';
@@ -105,20 +134,19 @@ Stream::Number Stream::parse_number(LookaheadMode lookahead, char ignore, bool p
         after_point = after_point || is_point;
         if (is_digit) {
             whole = whole * 10 + static_cast<unsigned long>(c - '0');
-            real = real * 10 + (c - '0');
-            if (after_point) place *= 10;
+            number.feed(c - '0', after_point);
         }
         read();
         c = timedPeek();
     }
-    return {static_cast<long>(negative ? 0 - whole : whole), (negative ? -real : real) / place};
+    return {static_cast<long>(negative ? 0 - whole : whole), negative ? -number.value() : number.value()};
 }
 
 long Stream::parseInt(LookaheadMode lookahead, char ignore) {
     return parse_number(lookahead, ignore, false).whole;
 }
 float Stream::parseFloat(LookaheadMode lookahead, char ignore) {
-    return static_cast<float>(parse_number(lookahead, ignore, true).real);
+    return parse_number(lookahead, ignore, true).real;
 }
 
 std::size_t Stream::readBytes(char* buffer, std::size_t length) {

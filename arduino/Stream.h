@@ -65,7 +65,7 @@ class Stream : public Print {
     /// A number read both ways: `whole` has all its digits, `real` has the point.
     struct Number {
         long whole = 0;
-        double real = 0;
+        float real = 0;
     };
     /// Digits, with at most one point if `point_too`; zeroes when none came.
     Number parse_number(LookaheadMode lookahead, char ignore, bool point_too);

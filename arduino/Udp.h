@@ -23,3 +23,7 @@ class UDP : public Stream {
     virtual IPAddress remoteIP() = 0;
     virtual std::uint16_t remotePort() = 0;
 };
+
+namespace arduino {
+using ::UDP;
+}  // namespace arduino

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cstring>
+#include <limits>
 
 #include "arduino/core/number_format.h"
 
@@ -10,12 +12,17 @@ namespace {
 
 using qduino::arduino::format_float;
 using qduino::arduino::format_unsigned;
+using qduino::arduino::kDecimalsMax;
 using qduino::arduino::kFloatTextMax;
 using qduino::arduino::kIntegerTextMax;
 
 std::string float_text(double value, unsigned decimals) {
     char text[kFloatTextMax];
-    return std::string(text, format_float(text, value, decimals));
+    std::string written(text, format_float(text, value, decimals));
+    if (written != "ovf") return written;
+    char all[1 + std::numeric_limits<double>::max_exponent10 + 1 + kDecimalsMax + 2];
+    const int shown = static_cast<int>(std::min(decimals, kDecimalsMax));
+    return std::string(all, std::to_chars(all, all + sizeof all, value, std::chars_format::fixed, shown).ptr);
 }
 
 const char* plain(const __FlashStringHelper* text) { return reinterpret_cast<const char*>(text); }

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "arduino/core/program_memory.h"
 
@@ -42,12 +43,18 @@ class String {
         const bool minus = base == 10 && number < 0;
         set_number(minus ? Bits{0} - static_cast<Bits>(number) : static_cast<Bits>(number), minus, base);
     }
+    /// All digits before the point, where print() says "ovf" beyond 32 bits.
     explicit String(float value, unsigned char decimals = 2);
     explicit String(double value, unsigned char decimals = 2);
     ~String() = default;
 
     String& operator=(const String&) = default;
-    String& operator=(String&&) noexcept = default;
+    String& operator=(String&& other) noexcept {
+        if (this == &other) return *this;
+        text_ = std::move(other.text_);
+        valid_ = other.valid_;
+        return *this;
+    }
     String& operator=(const char* text) { return *this = String(text); }
     String& operator=(const __FlashStringHelper* text) { return *this = String(text); }
     String& operator=(char c) { return *this = String(c); }

@@ -17,9 +17,9 @@ namespace qduino::board {
 class PinEdgeSink {
   public:
     virtual ~PinEdgeSink() = default;
-    /// The level that the outside drives onto `pin` changed to `level` at `now`: the instant of the
-    /// call being served, or of the event that next_event() announced. Only from inside a call that
-    /// the board made to its peripherals.
+    /// The outside drives `level` onto `pin` from `now` on: the instant of the call being served,
+    /// or of the event that next_event() announced. A level that it has already is no edge. Only
+    /// from inside a call that the board made to its peripherals.
     virtual void pin_edge(Instant now, PinId pin, Level level) = 0;
 };
 
@@ -36,6 +36,9 @@ class Peripherals {
 
     /// The board drives `pin` to `level` (called on every write, changed or not).
     virtual void pin_written(Instant now, PinId pin, Level level) = 0;
+    /// The board drives `pin` no more: it has become an input. The simulator says so; behind a file
+    /// of virtual pins nobody does.
+    virtual void pin_released(Instant /*now*/, PinId /*pin*/) {}
     /// The board's PWM output on `pin` has this duty (0…1) from now on.
     virtual void pwm_written(Instant now, PinId pin, double duty) = 0;
     /// The board's PWM output on `pin` has this period from now on; 0: the board's own. Most

@@ -60,6 +60,20 @@ set(QDUINO_COMPUTES
     qduino_base qduino_sched qduino_board_sim qduino_runtime qduino_twin qduino_printer_gcode qduino_printer_motion
     qduino_printer_machine qduino_printer_step qduino_printer_heat qduino_printer_estimate)
 
+# Programs wait for people, disks and other programs. To optimise them less takes a quarter off the
+# time to compile them. These compute.
+set(QDUINO_COMPUTING_APPS printer printer-sim virtual-machine app_printer_sim app_virtual_machine app_inspect app_live_guarantee
+                          app_serial app_link)
+
+function(qduino_optimise name)
+  file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  if(QDUINO_FUZZ AND NOT name IN_LIST QDUINO_COMPUTES)
+    target_compile_options(${name} PRIVATE -O0)
+  elseif(folder MATCHES "^apps/" AND NOT name IN_LIST QDUINO_COMPUTING_APPS)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+  endif()
+endfunction()
+
 # qduino_library(NAME sources… LINK other libraries…): a folder of the house. Header-only when it
 # has no sources.
 function(qduino_library name)
@@ -68,9 +82,7 @@ function(qduino_library name)
     add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
     target_link_libraries(${name} PUBLIC qduino_options ${arg_LINK})
     qduino_compile_together(${name})
-    if(QDUINO_FUZZ AND NOT name IN_LIST QDUINO_COMPUTES)
-      target_compile_options(${name} PRIVATE -O0)
-    endif()
+    qduino_optimise(${name})
   else()
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE qduino_options ${arg_LINK})
@@ -83,16 +95,20 @@ function(qduino_program name)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE qduino_options ${arg_LINK})
   qduino_compile_together(${name})
+  qduino_optimise(${name})
 endfunction()
 
-# The tests that ./test runs under the sanitizers. The presets `asan` and `tsan` build and run
-# everything.
+# The tests that ./test runs under the sanitizers: of what reads bytes from outside, and of what
+# several processes share. ./test --all adds what computes, most of which the fuzzer of whole prints
+# runs as well. The presets `asan` and `tsan` build and run everything.
 set(QDUINO_SHORT_SANITIZED
-    unit-base unit-channel unit-sched unit-device unit-twin unit-sim unit-runtime unit-gcode-reading unit-gcode-meaning
-    unit-preflight unit-link unit-motion unit-step unit-heat unit-machine unit-machine-file unit-board-file unit-toml unit-linux-pins)
+    unit-base unit-channel unit-device unit-gcode-reading unit-gcode-meaning unit-preflight unit-link unit-heat unit-machine
+    unit-machine-file unit-board-file unit-toml unit-linux-pins)
+set(QDUINO_LONG_SANITIZED unit-sched unit-sim unit-runtime unit-twin unit-motion unit-step)
 # Everything lock-free runs under the thread sanitizer.
 set(QDUINO_LOCK_FREE unit-channel unit-link unit-linux-pins)
 add_custom_target(sanitized-tests)
+add_custom_target(long-sanitized-tests)
 add_custom_target(lock-free-tests)
 add_custom_target(fuzz-targets)
 
@@ -154,6 +170,10 @@ function(qduino_test name)
   if(name IN_LIST QDUINO_SHORT_SANITIZED)
     list(APPEND arg_LABELS sanitized)
     add_dependencies(sanitized-tests ${name})
+  endif()
+  if(name IN_LIST QDUINO_LONG_SANITIZED)
+    list(APPEND arg_LABELS sanitized)
+    add_dependencies(long-sanitized-tests ${name})
   endif()
   if(name IN_LIST QDUINO_LOCK_FREE)
     list(APPEND arg_LABELS lock-free)

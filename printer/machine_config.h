@@ -143,13 +143,14 @@ struct MeshConfig {
 /// A bed that was measured, by its name: a profile. M500 keeps it beyond the run.
 struct KeptBed {
     FixedString<32> name{};
+    bool in_force = false;                            ///< when it was kept; M420 S1 follows it
     std::array<Millimetres, 2> minimum{}, maximum{};  ///< of the grid, as MeshConfig's
     std::array<std::size_t, 2> points{2, 2};
     std::array<std::array<double, kMeshPointsMax>, kMeshPointsMax> heights{};  ///< [row][column]
 };
 inline constexpr std::size_t kBedProfilesMax = 4;
 using KeptBeds = FixedVector<KeptBed, kBedProfilesMax>;
-/// The profile that a bed without a name is kept as, and that is there again at the next start.
+/// The profile that a bed without a name is kept as.
 inline constexpr std::string_view kDefaultBed = "default";
 
 /// What axes are off square: tangents of the angles that lack to 90° (printer/motion/correction.h).

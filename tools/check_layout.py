@@ -22,9 +22,10 @@ ARROWS = {
     "posix": {"base"},
     "sched": {"base"},
     "board": {"base", "sched"},
-    "board/linux": {"base", "posix", "sched", "channel", "board"},
+    "board/window": {"base", "channel", "board"},
+    "board/linux": {"base", "posix", "sched", "channel", "board", "board/window"},
     "board/sim": {"base", "sched", "channel", "board"},
-    "board/metal": {"base", "sched", "channel", "board"},
+    "board/metal": {"base", "sched", "channel", "board", "board/window"},
     "runtime": {"base", "sched", "channel", "board"},
     "arduino": {"base", "channel", "board", "runtime", "arduino/host"},
     "arduino/host": {"base", "posix", "channel", "arduino"},
@@ -130,7 +131,7 @@ BANNED = [
 
 # What a board without an operating system below it must be able to compile (tests/freestanding
 # does).
-WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/core/", "device/", "board/metal/")
+WITHOUT_A_SYSTEM = ("base/", "sched/", "channel/", "runtime/", "arduino/core/", "device/", "board/metal/", "board/window/")
 SYSTEM_HEADER = re.compile(r"\s*#\s*include\s*<((?:sys|linux|netinet|arpa)/[\w/.]+|unistd\.h|fcntl\.h|pthread\.h|sched\.h|signal\.h|poll\.h"
                            r"|errno\.h|time\.h|termios\.h|dirent\.h|dlfcn\.h|semaphore\.h|csignal|cerrno|ctime|thread|mutex"
                            r"|shared_mutex|condition_variable|future|semaphore|barrier|latch|stop_token|filesystem|iostream|ostream"

@@ -65,12 +65,23 @@ unpack_arduino_examples() {
   ) || say "Debian's arduino package could not be fetched: its examples are skipped"
 }
 
-# Unpacks printcore, the serial host of Debian's `printrun`, into build/printrun. It is not
-# installed: its packages would bring a whole desktop along.
-unpack_printrun() {
-  [ ! -d build/printrun/usr ] && command -v dpkg-deb >/dev/null || return 0
-  mkdir -p build/printrun && (
-    cd build/printrun && apt-get -qq download printrun-common python3-serial \
-      >/dev/null 2>&1 && for package in *.deb; do dpkg-deb -x "$package" . && rm -f "$package" || exit 1; done
-  ) || say "Debian's printrun could not be fetched: the test with printcore is skipped"
+# Unpacks printcore, the serial host of Debian's `printrun`. Installed, its packages would bring a
+# whole desktop along.
+unpack_printrun() { unpack_for_tests printrun printrun-common python3-serial; }
+
+# Unpacks packages that a test uses, into build/FOLDER. They are not installed: a server would
+# start.
+unpack_for_tests() {  # FOLDER PACKAGE…
+  local folder=$1; shift
+  [ ! -d "build/$folder/usr" ] && command -v dpkg-deb >/dev/null || return 0
+  mkdir -p "build/$folder" && (
+    cd "build/$folder" && apt-get -qq download "$@" >/dev/null 2>&1 &&
+      for package in *.deb; do dpkg-deb -x "$package" . && rm -f "$package" || exit 1; done
+  ) || say "Debian's $* could not be fetched: the tests with it are skipped"
 }
+
+# The Arduino IDE's builder, without the IDE.
+unpack_arduino_builder() { unpack_for_tests arduino-builder arduino-builder arduino-ctags; }
+
+# A server for ssh, which a test runs at a port of its own.
+unpack_sshd() { unpack_for_tests openssh openssh-server libwrap0; }

@@ -45,10 +45,10 @@ class AskedBed {
     }
     /// Z is homed: the bed is elsewhere.
     void lose_place() { now_.follows_bed = false; }
-    /// A bed that was measured earlier; its number. What has no name of its own is there at once.
-    int know(const std::string& name) {
+    /// A bed that was measured earlier; its number. One that was in force is there at once.
+    int know(const std::string& name, bool in_force) {
         profiles_[name] = ++maps_;
-        if (name == "default") now_.map = maps_;
+        if (in_force) now_.map = maps_;
         return maps_;
     }
     /// The bed has been measured once more; its number.

@@ -94,9 +94,7 @@ Reach Compensation::reach(const Machine& machine) const {
         sideways_mm2 += off_mm * off_mm;
         overlap_s = std::max(overlap_s, moments.reach_s + smooth_s());
     }
-    reach.mm[0] = reach.mm[1] = std::sqrt(sideways_mm2);
-    const AxisSpec& z = machine.axes[2];
-    reach.mm[2] = z.corner_mm_s * overlap_s + 0.5 * z.top_acceleration_mm_s2 * overlap_s * overlap_s;
+    reach.mm[0] = reach.mm[1] = reach.mm[2] = std::sqrt(sideways_mm2);
     reach.mm[kExtruder] = machine.axes[kExtruder].top_speed_mm_s * (overlap_s + advance_s_);
     return reach;
 }

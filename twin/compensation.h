@@ -9,8 +9,8 @@
 //   a jump of the speed by v   x is off by v · M1, M1 the moment of the weights on one side
 //
 // Both shrink to nothing at rest. The built place is then no further from the asked path than both
-// axes are off together. Z and the filament have no shaper: they may begin while X and Y still come
-// to rest, or before.
+// axes are off together. Z has no shaper. It may begin while X and Y still come to rest, or before;
+// the place is then no further from the path than X and Y are.
 //
 // The weights are worked out a second time, from those of a swing without damping and from how far
 // a swing dies down until each impulse, with nothing of the printer's.

@@ -85,13 +85,14 @@ class Gantry {
         return arm_mm_ / std::sqrt(std::max((arm_mm_ - sideways) * (arm_mm_ + sideways), 1.0));
     }
 
-    /// How far motors may be off when the nozzle's axes may be by so much. An arm of a delta is
-    /// taken to lie no flatter than one in two.
+    /// How far motors may be off when the nozzle may be off by so much sideways (X and Y have the
+    /// same number: of both together) and upwards. An arm of a delta is taken to rise by half its
+    /// length at least: sideways by 1, its carriage goes by √3 at most.
     [[nodiscard]] Position reach_of(const Position& axes) const {
         if (type_ == GantryType::cartesian) return axes;
-        const double sideways = axes[0] + axes[1];
-        if (type_ == GantryType::corexy) return {sideways, sideways, axes[2], axes[kExtruder]};
-        const double carriage = 2 * sideways + axes[2];
+        const double belt = std::numbers::sqrt2 * axes[0];
+        if (type_ == GantryType::corexy) return {belt, belt, axes[2], axes[kExtruder]};
+        const double carriage = std::numbers::sqrt3 * axes[0] + axes[2];
         return {carriage, carriage, carriage, axes[kExtruder]};
     }
 

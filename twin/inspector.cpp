@@ -27,7 +27,7 @@ InspectionStart InspectionStart::at_power_on(const Machine& machine, const Count
     start.pressed = pressed;
     start.bed = AskedBed{machine};
     for (const KnownBedSpec& known : machine.known_beds)
-        start.maps.insert_or_assign(start.bed.know(known.name), BedMap{known});
+        start.maps.insert_or_assign(start.bed.know(known.name, known.in_force), BedMap{known});
     return start;
 }
 
@@ -167,7 +167,11 @@ void Inspector::widen_reach() {
     reach_mm_.widen(asked_.compensation().reach(machine_));
     const Position reach = gantry_.reach_of(reach_mm_.mm);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
-        reach_steps_[axis] = kSearch * reach[axis] * machine_.axes[axis].steps_per_mm;
+        reach_steps_[axis] = reach[axis] * machine_.axes[axis].steps_per_mm;
+    // Z has no shaper: it is where the plan is.
+    const Position plan = gantry_.reach_of({reach_mm_.mm[0], reach_mm_.mm[1], 0, 0});
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+        plan_steps_[axis] = plan[axis] * machine_.axes[axis].steps_per_mm;
 }
 
 void Inspector::widen_turn(const Position& nozzle) {
@@ -178,12 +182,12 @@ void Inspector::widen_turn(const Position& nozzle) {
 
 // On top of kAstraySteps.
 double Inspector::slack_steps(std::size_t axis) const {
-    return reach_steps_[axis] + std::max(turn_mm_[axis] * machine_.axes[axis].steps_per_mm - kTurnSteps, 0.0);
+    return plan_steps_[axis] + std::max(turn_mm_[axis] * machine_.axes[axis].steps_per_mm - kTurnSteps, 0.0);
 }
 
 // At its step the filament stands on the half-step before.
 void Inspector::watch_advance(int direction) {
-    const Piece& here = pieces_.front();
+    const Piece& here = pieces_[place_];
     const bool sideways = here.from[0] != here.to[0] || here.from[1] != here.to[1];
     if (direction < 0 || here.kind != AskedItem::Kind::move || !sideways ||
         here.to[kExtruder] <= here.from[kExtruder])
@@ -216,7 +220,7 @@ void Inspector::on_step(const StepSeen& step) {
         so_far_.pushed_steps += step.direction > 0 ? 1 : 0;
         so_far_.net_steps += step.direction;
         watch_advance(step.direction);
-        follow_extruder(step.direction);
+        shaped() ? follow_extruder_shaped(step.direction) : follow_extruder(step.direction);
     } else {
         follow(axis, step.direction);
     }
@@ -319,6 +323,7 @@ void Inspector::end_homing(std::uint8_t homed) {
 void Inspector::rest() {
     since_rest_ = 0;
     if (homing_.active() || probing_.active) return;
+    if (shaped() && !away_) rest_shaped();
     for (std::size_t i = remembered_.size(); i-- > 0;) {
         if (!stands_at(remembered_[i])) continue;
         if (!is_clean_since(remembered_[i])) return come_back(i);
@@ -373,6 +378,7 @@ void Inspector::come_back(std::size_t which) {
     const Remembered& then = remembered_[which];
     const auto known = static_cast<std::ptrdiff_t>(then.pieces_read - remembered_.front().pieces_read);
     pieces_ = then.pieces;
+    place_ = 0;
     pieces_.insert(pieces_.end(), read_since_.begin() + known, read_since_.end());
     const Findings seen = so_far_.findings;
     so_far_ = then.so_far;
@@ -420,6 +426,7 @@ void Inspector::follow(std::size_t axis, int direction) {
     const double way = direction;
     const Step step{axis, way, so_far_.built[axis] - 0.5 * way,
                     kAstraySteps + static_cast<double>(so_far_.unexplained_run)};
+    if (shaped()) return follow_shaped(step);
     // The path has been beyond the step's boundary: the step is late. On the boundary itself, a
     // step the other way may just have put the cursor there, so the path ahead is asked first.
     // On a curve crossings say nothing.
@@ -616,12 +623,13 @@ bool Inspector::turns_back(std::size_t axis, std::size_t index, double edge, dou
 }
 
 void Inspector::drop_passed(const Cursor& cursor) {
-    if (reach_steps_[0] > 0) {
+    if (shaped()) {
         passed_.insert(passed_.end(), pieces_.begin(),
                        pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
         while (passed_.size() > kAround) passed_.pop_front();
     }
     pieces_.erase(pieces_.begin(), pieces_.begin() + static_cast<std::ptrdiff_t>(cursor.piece));
+    place_ = 0;
     so_far_.share = cursor.share;
     so_far_.at = cursor.at;
 }
@@ -635,17 +643,17 @@ void Inspector::commit(const Cursor& cursor) {
 void Inspector::note(std::size_t axis, double deviation_steps, bool curved) {
     double& worst = curved ? so_far_.worst_curved[axis] : so_far_.worst[axis];
     if (deviation_steps <= worst) return;
-    if (axis < kSlideCount && reach_steps_[0] > 0) {
+    if (axis < kSlideCount && shaped()) {
         deviation_steps = std::min(deviation_steps, std::abs(off_nearest_piece()[axis]));
         if (deviation_steps <= worst) return;
     }
     worst = deviation_steps;
     AxisFindings& found = so_far_.findings.axes[axis];
-    (curved ? found.worst_curve_line : found.worst_line) = pieces_.front().line;
+    (curved ? found.worst_curve_line : found.worst_line) = pieces_[place_].line;
 }
 
 // From the nearest of the pieces around the cursor to where the slides stand, in steps.
-Inspector::Point Inspector::off_nearest_piece() const {
+Inspector::Point Inspector::off_nearest_piece() {
     Point off{};
     double nearest_mm2 = std::numeric_limits<double>::infinity();
     const auto look = [&](const Piece& piece) {
@@ -659,7 +667,10 @@ Inspector::Point Inspector::off_nearest_piece() const {
         for (std::size_t axis = 0; axis < kSlideCount; ++axis) off[axis] = so_far_.built[axis] - at[axis];
     };
     for (const Piece& piece : passed_) look(piece);
-    for (std::size_t i = 0; i < std::min(pieces_.size(), kAround); ++i) look(pieces_[i]);
+    for (std::size_t i = 0; i < kLookAhead && piece(i).kind != AskedItem::Kind::end; ++i) {
+        look(pieces_[i]);
+        if (i >= place_ + kAround && beside(pieces_[i].to) > kPassBalls) break;
+    }
     return off;
 }
 
@@ -682,7 +693,9 @@ bool Inspector::pass_rest() {
         // A homing that never began.
         const bool waits = here.kind == AskedItem::Kind::home || here.kind == AskedItem::Kind::probe;
         if (waits && cursor.piece > 0) return false;
-        if (here.kind == AskedItem::Kind::move && !pass_end(cursor, nobody)) return false;
+        if (here.kind != AskedItem::Kind::move) continue;
+        if (shaped() ? beside(here.to) > kPassBalls : !pass_end(cursor, nobody)) return false;
+        cursor.at = here.to;
     }
     if (cursor.piece >= kLookAhead) return false;
     cursor.share = 1;

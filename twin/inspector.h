@@ -56,11 +56,21 @@
 // behind it follows the bed that was found, and is cut into pieces as a curve is.
 //
 // Filters. Input shaping and pressure advance (compensation.h) take X, Y and the filament off the
-// asked path by a bounded amount, the reach, which is 0 at rest. The limits above grow by kSearch
-// times that, and the tolerances by the reach. One axis then no longer tells the place on the path:
-// at a corner X is behind and Y ahead. So the deviation of a shaped motion is its distance from the
-// nearest piece around the cursor. Whether the filament is really pushed ahead is looked at apart
-// (advance_watch.h).
+// asked path by a bounded amount, the reach, which is 0 at rest. One motor then no longer tells the
+// place on the path: at a corner X is behind and Y ahead, and in a narrow zigzag a belt of CoreXY
+// turns back long before the asked corner. So crossings are not followed. What holds is that the
+// plan is always within the reach of where the slides stand:
+//
+//         cursor ●━━━━━━━╮ plan        The cursor stays while the slides are within its reach.
+//                 ╲      ┃ ◎           When they are not, it goes on to the first place that is.
+//            reach ╲ built             The plan is such a place. So the cursor is never ahead of
+//                   ╲  ·               the plan, and follows it at most so far behind.
+//
+// On its way the cursor passes no place that is kPassBalls times as far: there the slides cannot
+// have been. From the cursor on, as long as the slides come nearer: that place is compared and
+// shown. The deviation of a shaped motion is its distance from the nearest piece around the cursor,
+// and the tolerances grow by the reach. Whether the filament is really pushed ahead is looked at
+// apart (advance_watch.h).
 //
 // Excursions: a person pauses the print; the head leaves the path and comes back. The inspector
 // recognises this from the pins:
@@ -83,7 +93,7 @@
 //
 // It has more functions and members than other classes: the comparison, homing and excursions share
 // one place on the path and one set of counts, and an excursion puts all of them back at once. What
-// concerns curves is in inspector_curve.cpp.
+// concerns curves is in inspector_curve.cpp, what concerns filters in inspector_shaped.cpp.
 #pragma once
 
 #include <array>
@@ -190,9 +200,10 @@ class Inspector {
     static constexpr std::uint64_t kAwayWithinSteps = 2000;
     /// On top of the steps above: a firmware's chord may be so far from the true curve.
     static constexpr double kChordMm = 0.006;
-    /// A shaped motion's place on the path is looked for so many reaches around.
-    static constexpr double kSearch = 2;
-    /// … and its distance from so many pieces on each side.
+    /// Of a shaped motion: since the cursor came where it is the slides went twice the reach at
+    /// most, and the plan was as far from them.
+    static constexpr double kPassBalls = 3;
+    /// … its distance is looked for among so many pieces on each side.
     static constexpr std::size_t kAround = 24;
     /// A place that is no further off than this and a chord needs no look behind the curve.
     static constexpr double kOnCurveSteps = 0.75;
@@ -222,14 +233,14 @@ class Inspector {
     [[nodiscard]] const std::array<std::int64_t, kSlideCount>& homed_at() const { return homed_at_; }
     /// Slides that look for their switches now, as a mask.
     [[nodiscard]] std::uint8_t homing() const { return homing_.pending(); }
-    [[nodiscard]] std::uint64_t line() const { return pieces_.front().line; }
+    [[nodiscard]] std::uint64_t line() const { return pieces_[place_].line; }
     /// The head has left the path: filament pushed now is no part of the print.
     [[nodiscard]] bool away() const { return away_; }
     /// The place on the path is known: no axis is being homed, and the head is not away.
     [[nodiscard]] bool on_path() const { return !away_ && !homing_.active(); }
     /// That place, in microsteps from coordinate 0; between two steps it may be fractional.
     [[nodiscard]] const std::array<double, kAxisCount>& asked_steps() const { return so_far_.at; }
-    [[nodiscard]] bool on_curve() const { return pieces_.front().curved; }
+    [[nodiscard]] bool on_curve() const { return pieces_[place_].curved; }
     /// How much of the height of a nozzle there, in mm, follows the bed that was measured. What is
     /// left is the height that the file asks for.
     [[nodiscard]] double lift_by_bed(const Position& nozzle) const;
@@ -340,7 +351,21 @@ class Inspector {
     void widen_turn(const Position& nozzle);
     [[nodiscard]] double slack_steps(std::size_t axis) const;
     [[nodiscard]] bool turns_back(std::size_t axis, std::size_t index, double edge, double way);
-    [[nodiscard]] Point off_nearest_piece() const;
+    [[nodiscard]] Point off_nearest_piece();
+    [[nodiscard]] bool shaped() const { return reach_steps_[0] > 0; }
+    [[nodiscard]] static bool moves_slides(const Piece& piece);
+    [[nodiscard]] bool filament_leads(const Piece& piece) const;
+    [[nodiscard]] bool filament_is_past(const Piece& piece) const;
+    [[nodiscard]] static bool is_at_end(const Piece& piece, double share);
+    [[nodiscard]] double ball_steps(std::size_t axis) const;
+    [[nodiscard]] double beside(const Point& at) const;
+    [[nodiscard]] bool first_within(Cursor& cursor, double balls) const;
+    [[nodiscard]] bool find_within(Cursor& cursor, double balls);
+    void follow_shaped(const Step& step);
+    [[nodiscard]] bool begins_at_rest(Cursor& cursor, const Step& step);
+    void follow_extruder_shaped(int direction);
+    void show_place();
+    void rest_shaped();
     void watch_advance(int direction);
 
     Machine machine_;
@@ -368,9 +393,11 @@ class Inspector {
     std::uint64_t since_rest_ = 0;  // steps of X and Y: a lift may be the path's and the way's
     Reach reach_mm_{};              // of all filters that were asked for so far
     Point reach_steps_{};
-    Position turn_mm_{};  // the largest of the motors on the way so far
+    std::array<double, kSlideCount> plan_steps_{};  // how far from the plan filters take a motor
+    Position turn_mm_{};                            // the largest of the motors on the way so far
     std::uint64_t filters_seen_ = 0;
     std::deque<Piece> passed_;  // the last kAround, of a shaped motion
+    std::size_t place_ = 0;     // so_far_.at is on this piece; of a shaped motion beyond [0]
     AdvanceWatch advance_;
     bool away_ = false;
     bool counted_ = true;  // the excursion that was come back from last

@@ -98,7 +98,7 @@ CommandLine LineReader::parse(std::string_view line) {
     CommandLine command;
     line = line.substr(0, line.find(';'));
     line = line.substr(0, line.find('*'));
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
+    while (!line.empty() && line.back() == ' ') line.remove_suffix(1);
     for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
         if (line.front() == '(') {  // a comment in the middle of a line
             const std::size_t end = line.find(')');

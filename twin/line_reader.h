@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "twin/byte_source.h"
@@ -49,16 +50,19 @@ class LineReader {
 
     explicit LineReader(ByteSource& source) : source_(source), buffer_(std::size_t{1} << 16) {}
 
-    /// The next line's command, or nothing at the end of the source.
+    /// The next line's command, or nothing at the end of the source. A line ends with LF, CR, or CR
+    /// and LF.
     [[nodiscard]] std::optional<CommandLine> next() {
         char line[kLineBytes];
         std::size_t size = 0;
         bool any = false;
         for (;;) {
             if (at_ == filled_ && !refill()) break;
-            any = true;
             const char c = buffer_[at_++];
-            if (c == '\n') break;
+            if (std::exchange(after_cr_, false) && c == '\n') continue;
+            any = true;
+            after_cr_ = c == '\r';
+            if (c == '\n' || c == '\r') break;
             if (size < kLineBytes) line[size++] = c;
         }
         if (!any) return std::nullopt;
@@ -82,6 +86,7 @@ class LineReader {
     std::size_t at_ = 0;
     std::size_t filled_ = 0;
     std::uint64_t number_ = 0;
+    bool after_cr_ = false;  // the last line ended with it
 };
 
 }  // namespace qduino::twin

@@ -155,6 +155,7 @@ struct KnownBedSpec {
     std::string name;
     GridSpec grid{};              ///< of it
     std::vector<double> heights;  ///< mm of the nozzle that would touch it; row by row
+    bool in_force = false;        ///< a job that names none means it
 };
 
 /// A word of a file, and the lines that it stands for (asked_lines.h).

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,7 +49,7 @@ struct Request {
 
 /// A part of a file as an answer's body.
 struct FileRange {
-    std::filesystem::path path;
+    std::string path;
     std::uint64_t offset = 0;
     std::uint64_t length = 0;
 };

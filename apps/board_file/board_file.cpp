@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "apps/board_file/part_tables.h"
 #include "apps/toml/toml_section.h"
 #include "base/words.h"
 #include "board/sim/block_count.h"
@@ -26,7 +27,7 @@ constexpr Words<ApiCall::now, ApiCall::lock> kCalls{
     "now", "pin_mode", "pin_write", "pin_read", "pwm_write", "analog_read", "i2c", "spi", "sleep", "lock"};
 
 constexpr double kSlowestHz = 1e-3, kFastestHz = 1e8;  // what the simulator takes
-constexpr std::int64_t kLastPin = board::kPinCount - 1, kLastBus = 15, kLastDevice = 4095;
+constexpr std::int64_t kLastDevice = 4095;
 constexpr std::int64_t kSmallestStack = 64 * 1024, kLargestStack = std::int64_t{1} << 30;
 
 // ---- the simulator ------------------------------------------------------------------------------
@@ -188,6 +189,7 @@ void read_board(TomlSection& root, BoardFile& board) {
     Wired wired;
     read_pins(root, board.linux, wired);
     read_buses(root, board.linux, wired);
+    read_parts(root, board.parts);
 }
 
 }  // namespace

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "apps/parts/part_list.h"
 #include "board/linux/linux_config.h"
 #include "board/sim/config.h"
 
@@ -17,6 +19,7 @@ namespace qduino::apps {
 struct BoardFile {
     board::sim::SimConfig sim;
     board::linux::LinuxConfig linux;
+    std::vector<PartSpec> parts;  ///< wired to the simulated board
 };
 
 /// The board of a file, or the error. (The text may be longer than an Error's: it lists what is

@@ -23,6 +23,7 @@
 #include "apps/host/sketch_main.h"
 #include "apps/host/sketch_report.h"
 #include "apps/host/spin_report.h"
+#include "apps/parts/parts.h"
 #include "apps/picture/page.h"
 #include "apps/picture/picture_file.h"
 #include "apps/picture/strip.h"
@@ -53,6 +54,7 @@ struct Options : apps::SketchOptions {
     bool json = false;
     std::string certificate_path;  // empty: none
     board::sim::SimConfig computer;
+    std::vector<apps::PartSpec> parts;  // wired to it
 };
 
 constexpr apps::Fail fail{""};
@@ -167,6 +169,13 @@ int report_setup(const Options& options, board::sim::SimBoard& board, Nanosecond
     return 0;
 }
 
+/// What the parts did; their pictures are written.
+int report_parts(const apps::Parts& parts, Instant now) {
+    if (const std::string lines = parts.report(now); !lines.empty()) apps::report_beside_sketch(lines);
+    const Result<void> finished = parts.finish();
+    return finished ? 0 : fail(finished.error());
+}
+
 int run(const Options& options) {
     Records records;
     if (!options.trace_path.empty()) {
@@ -175,8 +184,8 @@ int run(const Options& options) {
         records.trace = std::move(*created);
     }
     apps::TwoSinks sinks(records.trace.get(), &records.schedule);
-    board::NoPeripherals nothing_wired;
-    board::sim::SimBoard board(options.computer, nothing_wired, &sinks);
+    apps::Parts parts(options.parts);
+    board::sim::SimBoard board(options.computer, parts, &sinks);
     apps::SketchCourse course;
     course.refused = apps::verdict(options.name + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
@@ -203,6 +212,7 @@ int run(const Options& options) {
         ::alarm(0);  // nothing of the sketch runs any more
     };
     course.report = [&](const auto& loops) {
+        if (const int status = report_parts(parts, board.now())) return status;
         return in_setup < Nanoseconds{0} ? report_end(options, board, loops, records)
                                          : report_setup(options, board, in_setup, records);
     };
@@ -280,8 +290,8 @@ std::string verdict_text(const Options& options, const runtime::Plan& plan, cons
 int check(const Options& options) {
     std::FILE* const report = take_stdout();
     if (!report) return fail("standard output is closed: the table has nowhere to go");
-    board::NoPeripherals nothing_wired;
-    board::sim::SimBoard board(options.computer, nothing_wired);
+    apps::Parts parts(options.parts);
+    board::sim::SimBoard board(options.computer, parts);
     Runtime runtime(board);
     runtime::SketchTable table = runtime::sketch_table();
     checked_board = &board;
@@ -321,6 +331,7 @@ std::string read_computer(Options& options) {
         apps::ReadBoardFile read = apps::read_board_file(options.board_path);
         if (!read.ok()) return read.error;
         options.computer = std::move(read.board.sim);
+        options.parts = std::move(read.board.parts);
     }
     if (options.cores) options.computer.cores = *options.cores;
     if (options.seed) options.computer.seed = *options.seed;

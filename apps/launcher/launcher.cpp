@@ -25,6 +25,7 @@ using board::linux::monotonic_now;
 void say(const std::string& words) { apps::say(words, "run: "); }
 
 constexpr std::string_view kProgramName = "printer-launcher";
+constexpr std::string_view kPty = "pty";  // a serial port
 constexpr int kLookEveryMs = 20;
 /// The processes of an earlier printer must end within this time; those that have not are named.
 constexpr Nanoseconds kPatience = 12s;
@@ -129,6 +130,7 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
         made->plan_machine();
         made->plan_sketch();
     }
+    if (!o.serial_port.empty()) made->plan_port();
     made->plan_service();
     return made;
 }
@@ -181,6 +183,26 @@ void Launcher::plan_simulator() {
     add(std::move(plan));
 }
 
+/// Outside the service's VCPU: an M112 may not wait for that.
+void Launcher::plan_port() {
+    ProcessPlan plan;
+    plan.name = "serial port";
+    plan.command = {options_.programs / "printer-port",
+                    "--port",
+                    options_.serial_port,
+                    "--state",
+                    options_.state,
+                    "--link",
+                    memory_.file("link"),
+                    "--service",
+                    memory_.file("port")};
+    if (!options_.service_user.empty())
+        plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
+    plan.read_line = true;
+    plan.ready = [](const std::string& line) { return line.ends_with('\n'); };
+    add(std::move(plan));
+}
+
 void Launcher::plan_service() {
     ProcessPlan plan =
         plan_of("print service", "printd",
@@ -192,7 +214,9 @@ void Launcher::plan_service() {
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");
     if (!options_.serial_port.empty())
-        plan.command.insert(plan.command.end(), {"--serial-port", options_.serial_port});
+        plan.command.insert(plan.command.end(), {"--serial-port", memory_.file("port")});
+    if (!options_.serial_port.empty() && options_.serial_port != kPty)
+        plan.command.emplace_back("--serial-wire");
     plan.read_line = true;
     // printd's own word. An answer on the port could be another program's.
     plan.ready = [](const std::string& line) { return line.ends_with('\n'); };
@@ -270,7 +294,7 @@ void Launcher::say_open() {
 void Launcher::say_serial_port() const {
     if (options_.serial_port.empty()) return;
     std::string name = options_.serial_port;
-    if (name == "pty") {
+    if (name == kPty) {
         const fs::path link = options_.state / "serial";
         std::error_code error;
         name = text<std::string>(link.native(), "  (now ", fs::read_symlink(link, error).native(), ')');

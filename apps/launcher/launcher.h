@@ -1,8 +1,8 @@
 // Starts the printer's processes, keeps them running, and stops them so that nothing stays hot and
 // nothing is left behind.
 //
-//   real time     virtual machine ──► supervisor with the sketch ──► print service
-//   --speed       simulated printer ───────────────────────────────► print service
+//   real time     virtual machine ──► supervisor with the sketch ──► (port) ──► print service
+//   --speed       simulated printer ───────────────────────────────► (port) ──► print service
 //                 each starts when the one before has come up; they end in the opposite order
 //
 // When one of them is killed:
@@ -68,6 +68,7 @@ class Launcher {
     void plan_machine();
     void plan_sketch();
     void plan_simulator();
+    void plan_port();
     void plan_service();
     void say_service_vcpu();
     void put_settings_back() const;

@@ -298,6 +298,8 @@ bool read_heights(std::string_view words, printer::KeptBed& bed) {
 
 void read_bed(Section& s, printer::KeptBed& bed) {
     s.text("name", bed.name);
+    bed.in_force = bed.name.view() == printer::kDefaultBed;  // of a file that does not say
+    s.flag("in_force", bed.in_force);
     read_grid(s, bed.minimum, bed.maximum, bed.points);
     std::string heights;
     s.text("heights_mm", heights);
@@ -365,7 +367,8 @@ void write_heater(std::string& out, std::string_view table, const printer::Heate
 }
 
 void write_bed(std::string& out, const printer::KeptBed& bed) {
-    write(out, "[[beds]]\nname = \"", bed.name.view(), "\"\n");
+    write(out, "[[beds]]\nname = \"", bed.name.view(),
+          "\"\nin_force = ", bed.in_force ? "true\n" : "false\n");
     for (std::size_t i = 0; i < 2; ++i) {
         write(out, kGridKeys[i][0], " = ", Shortest{bed.minimum[i].value()}, '\n', kGridKeys[i][1], " = ",
               Shortest{bed.maximum[i].value()}, '\n', kGridKeys[i][2], " = ", bed.points[i], '\n');

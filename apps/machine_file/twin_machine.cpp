@@ -95,7 +95,7 @@ void lay_bed(twin::Machine& twin, const printer::MachineConfig& config) {
 std::vector<twin::KnownBedSpec> known_beds(const printer::MachineConfig& config, const twin::GridSpec& grid) {
     std::vector<twin::KnownBedSpec> known;
     for (const printer::KeptBed& bed : config.beds) {
-        known.push_back({std::string{bed.name.view()}, grid, {}});
+        known.push_back({std::string{bed.name.view()}, grid, {}, bed.in_force});
         twin::KnownBedSpec& spec = known.back();
         for (std::size_t i = 0; i < 2; ++i) {
             spec.grid.minimum_mm[i] = bed.minimum[i].value();

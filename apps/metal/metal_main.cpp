@@ -4,13 +4,20 @@
 //   boot ─► admission, setup() ─► report ─► run ─► report ─► off: 0, 1 on failure, 2 when refused
 //
 //   for=S      seconds to run; without it, until the machine is turned off
+//   turns=US   in QEMU with counted time: its cores take turns of so many microseconds. A core runs
+//              there until the next timer of the machine, and the others stand still meanwhile; so
+//              the old timer ticks, with its interrupt masked. A tick costs QEMU some 15 us.
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/sketch_report.h"
+#include "apps/metal/loader_words.h"
+#include "apps/terminal/message.h"
 #include "base/text.h"
 #include "board/metal/boot/boot_main.h"
+#include "board/metal/machine/instructions.h"
 #include "board/metal/metal_board.h"
 #include "board/metal/panic.h"
 #include "runtime/runtime.h"
@@ -27,15 +34,26 @@ using board::metal::MetalBoard;
 using board::metal::report;
 using runtime::Runtime;
 
-/// The value of "name=value" among words that blanks separate; empty: there is none.
-std::string value_of(std::string_view words, std::string_view name) {
-    while (!words.empty()) {
-        const std::string_view word = words.substr(0, words.find(' '));
-        if (word.starts_with(name) && word.substr(name.size()).starts_with('='))
-            return std::string(word.substr(name.size() + 1));
-        words.remove_prefix(std::min(words.size(), word.size() + 1));
-    }
-    return {};
+/// Channel 0 of the timer in mode 2, rate generator (Intel 8254 datasheet).
+void let_cores_take_turns(double turn_us) {
+    constexpr std::uint16_t kControl = 0x43, kChannel0 = 0x40;
+    constexpr std::uint8_t kBothBytesMode2 = 0x34;
+    constexpr double kTicksPerMicrosecond = 1.193182;
+    const auto ticks = static_cast<std::uint16_t>(std::clamp(turn_us * kTicksPerMicrosecond, 2.0, 65535.0));
+    board::metal::port_write(kControl, kBothBytesMode2);
+    board::metal::port_write(kChannel0, static_cast<std::uint8_t>(ticks));
+    board::metal::port_write(kChannel0, static_cast<std::uint8_t>(ticks >> 8));
+}
+
+/// What each VCPU was charged since the loops began.
+std::string charges(const board::GuaranteeReport& guarantee) {
+    if (guarantee.loops.empty()) return "";
+    auto out = text<std::string>("Charged in ", Fixed{1e6 * to_seconds(guarantee.loops.front().watched), 1},
+                                 " us to each VCPU:");
+    for (const board::LoopGuarantee& loop : guarantee.loops)
+        write(out, loop.id == guarantee.loops.front().id ? " " : ", ", loop.id, " had ",
+              Fixed{1e6 * to_seconds(loop.used), 1}, " us");
+    return wrapped(out + ".", "");
 }
 
 int refuse(const Runtime& runtime, const Error& error) {
@@ -55,7 +73,7 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     const board::GuaranteeReport guarantee = guarantee_of(runtime);
     const auto loops = loops_of(runtime);
     report(text<std::string>('\n', loop_table(loops), "Periods: ", periods_kept(loops, board.now()),
-                             sleep_verdict(runtime), ".\n", handlers_kept(guarantee),
+                             sleep_verdict(runtime), ".\n", handlers_kept(guarantee), charges(guarantee),
                              guarantee_text(guarantee)));
     return 0;
 }
@@ -64,10 +82,14 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
 }  // namespace qduino::apps::metal
 
 void qduino::board::metal::metal_main(std::string_view words) {
+    apps::metal::keep_loader_words(words);
+    if (const std::string turn = apps::metal::loader_word("turns"); !turn.empty())
+        apps::metal::let_cores_take_turns(std::strtod(turn.c_str(), nullptr));
     static MetalBoard board;
+    if (!apps::metal::loader_word("turns").empty()) board.count_spins();
     if (open_network) open_network();
     static runtime::Runtime runtime(board);
-    const double seconds = std::strtod(apps::metal::value_of(words, "for").c_str(), nullptr);
+    const double seconds = std::strtod(apps::metal::loader_word("for").c_str(), nullptr);
     const int status = apps::metal::run_sketch(board, runtime, seconds);
     pins.force_safe_levels();  // also when a loop has not ended
     turn_off(status);

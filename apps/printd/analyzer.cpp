@@ -4,11 +4,11 @@
 
 #include <array>
 #include <cerrno>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "apps/analysis/facts_json.h"
 #include "posix/small_file.h"
 #include "posix/unique_fd.h"
 #include "printer/estimate/estimator.h"
@@ -23,12 +23,11 @@ namespace qduino::printd {
 
 namespace {
 
+using apps::tenths;
 using Json = nlohmann::ordered_json;
 using printer::estimate::Estimate;
 using printer::preflight::Facts;
 using printer::preflight::Finding;
-
-double tenths(double seconds) { return std::round(seconds * 10) / 10; }
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -77,71 +76,12 @@ class LayerFile final : public printer::preflight::LayerSink {
     bool failed_ = false;
 };
 
-template <typename Positions>
-Json xyz(const Positions& positions) {
-    return {positions[0].value(), positions[1].value(), positions[2].value()};
-}
-
-std::string sentence_of(const Finding& finding) {
-    std::string text{finding.message.view()};
-    if (finding.advice.empty()) return text;
-    if (!text.empty() && text.back() != '.') text += '.';
-    return text.append(" ").append(finding.advice.view());
-}
-
-/// {"outer_wall": 123.4, …}: what takes any time.
-Json activities_json(const Estimate& estimate) {
-    Json activities = Json::object();
-    for (std::size_t i = 0; i < estimate.activity_s.size(); ++i) {
-        const auto activity = static_cast<printer::estimate::Activity>(i);
-        if (const double time_s = tenths(estimate.activity_s[i]); time_s > 0)
-            activities[std::string{name_of(activity)}] = time_s;
-    }
-    return activities;
-}
-
-/// What web/api/eta.h reads.
-Json profile_json(const Estimate& estimate) {
-    Json bytes = Json::array();
-    for (const std::uint64_t byte : estimate.profile.bytes()) bytes.push_back(byte);
-    return {{"step_s", estimate.profile.step_s()},
-            {"bytes", std::move(bytes)},
-            {"heating_s", tenths(estimate.heating_s())},
-            {"heated_byte", estimate.heated_byte}};
-}
-
-Json facts_json(const Facts& facts, const Estimate& estimate) {
-    Json warnings = Json::array();
-    for (const Finding& warning : facts.warnings) {
-        warnings.push_back({{"line", warning.line}, {"message", sentence_of(warning)}});
-    }
-    const auto& metadata = facts.metadata;
-    return {{"estimated_s", tenths(estimate.total_s)},
-            {"activities_s", activities_json(estimate)},
-            {"profile", profile_json(estimate)},
-            {"slicer_s", metadata.estimated ? Json(metadata.estimated->value()) : Json{}},
-            {"filament_mm", facts.filament.value()},
-            {"layers", facts.layers},
-            {"layer_height_mm", facts.layer_height.value()},
-            {"min_mm", xyz(facts.extruding_bounds.minimum)},
-            {"max_mm", xyz(facts.extruding_bounds.maximum)},
-            {"hot_end_c", facts.hot_end_maximum.value()},
-            {"bed_c", facts.bed_maximum.value()},
-            {"lines", facts.lines},
-            {"moves", facts.moves},
-            {"slicer", std::string{metadata.slicer.view()}},
-            {"material", std::string{metadata.material.view()}},
-            {"thumbnail", !facts.thumbnail.png.empty()},
-            {"warnings", std::move(warnings)},
-            {"warnings_count", facts.warnings_count}};
-}
-
 spool::Analysis refusal(const Facts& facts) {
     spool::Analysis analysis;
     const bool is_gcode = facts.content == printer::gcode::Content::gcode;
     analysis.verdict = is_gcode ? spool::Analysis::Verdict::violation : spool::Analysis::Verdict::not_gcode;
     const Finding& first = facts.errors[0];
-    analysis.message = sentence_of(first);
+    analysis.message = apps::sentence_of(first);
     analysis.line = first.line;
     return analysis;
 }
@@ -173,7 +113,7 @@ Result<spool::Analysis> PreflightAnalyzer::analyze(const std::filesystem::path& 
     if (packed.failed()) return spool::file_error("write", "packed layers", ENOSPC);
     spool::Analysis analysis;
     const Estimate& estimate = estimator->estimate();
-    analysis.facts_json = text_of(facts_json(facts, estimate));
+    analysis.facts_json = text_of(apps::facts_json(facts, estimate));
     analysis.estimated_s = estimate.total_s;
     analysis.layers_json = packed.index(estimate);
     analysis.thumbnail.assign(facts.thumbnail.png.begin(), facts.thumbnail.png.end());

@@ -69,8 +69,6 @@ class LinkWatch final : public spool::LinkSource {
     std::error_code ignored_;
 };
 
-constexpr std::string_view kPty = "pty";  // --serial-port
-
 constexpr int kCouldNotStart = 1;
 constexpr int kAlreadyRunning = 3;
 
@@ -121,7 +119,6 @@ std::string config_json(const printer::MachineConfig& machine) {
 struct Ground {
     posix::UniqueFd lock;
     std::string key;
-    std::optional<apps::SerialPort> device;  ///< a serial host's; only root may open most of them
 };
 
 Result<Ground> prepare(const printd::Options& options) {
@@ -134,9 +131,6 @@ Result<Ground> prepare(const printd::Options& options) {
     }
     Ground ground;
     QDUINO_TRY_ASSIGN(ground.lock, printd::lock_state(options.state));
-    if (!options.serial_port.empty() && options.serial_port != kPty) {
-        QDUINO_TRY_ASSIGN(ground.device, apps::SerialPort::open_device(options.serial_port));
-    }
     // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
     const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
@@ -174,17 +168,12 @@ void say_step_cost(Nanoseconds cost) {
 }
 
 /// Null: no serial host is wanted.
-Result<std::unique_ptr<printd::SerialHost>> start_serial_host(const printd::Options& options, Ground& ground,
+Result<std::unique_ptr<printd::SerialHost>> start_serial_host(const printd::Options& options,
                                                               spool::Spool& spool, web::Executor on_spool,
                                                               bool has_bed) {
     if (options.serial_port.empty()) return std::unique_ptr<printd::SerialHost>{};
-    if (!ground.device) {
-        QDUINO_TRY_ASSIGN(ground.device, apps::SerialPort::make_pty(options.state / "serial"));
-    }
-    QDUINO_TRY_ASSIGN(
-        auto host, printd::SerialHost::start(std::move(*ground.device), spool, std::move(on_spool), has_bed));
-    spdlog::info("a serial host may open {}", host->name());
-    return host;
+    QDUINO_TRY_ASSIGN(auto port, apps::SerialPort::relayed(options.serial_port, !options.serial_wire));
+    return printd::SerialHost::start(std::move(port), spool, std::move(on_spool), has_bed);
 }
 
 Result<void> serve(const printd::Options& options, const printer::MachineConfig& machine, Ground ground) {
@@ -225,7 +214,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     server_options.port = options.port;
     QDUINO_TRY_ASSIGN(const auto server, web::Server::listen(server_options, threads, *service, clock_now));
     QDUINO_TRY_ASSIGN(serial_host,
-                      start_serial_host(options, ground, *spool, threads.executors().spool, machine.has_bed));
+                      start_serial_host(options, *spool, threads.executors().spool, machine.has_bed));
     say_where(options, server->port(), ground.key);
     threads.every(web::Publisher::kTickEvery, [&, said = std::string{}]() mutable {
         const web::Moment now = clock_now();

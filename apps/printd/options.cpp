@@ -44,8 +44,9 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
     app.add_option("--vcpu", options.vcpu,
                    "file that says how this service is held to a budget, for the page");
     app.add_option("--serial-port", options.serial_port,
-                   "also speak Marlin's serial protocol: pty makes a terminal, linked from DIR/serial; or "
-                   "DEVICE[@BAUD]");
+                   "also speak Marlin's serial protocol: socket that printer-port connects to");
+    app.add_flag("--serial-wire", options.serial_wire,
+                 "its port is a device: nobody can tell whether a host is at the other end");
     app.add_option("--machine", options.machine, "machine file (TOML); the reference machine without");
     app.add_option("--run-as", options.run_as, "user to become, when started by root");
     app.add_option("--allow-host", options.hosts,

@@ -16,7 +16,8 @@ struct Options {
     std::uint16_t port = 8080;
     std::filesystem::path ui;        ///< empty: no page
     std::string inspect;             ///< socket of the virtual machine's inspector; empty: none
-    std::string serial_port;         ///< "pty", DEVICE or DEVICE@BAUD; empty: no serial host
+    std::string serial_port;         ///< socket for printer-port; empty: no serial host
+    bool serial_wire = false;        ///< its port cannot tell whether a host is there
     std::filesystem::path vcpu;      ///< file that says what keeps this service; empty: none
     std::filesystem::path machine;   ///< empty: the reference machine
     std::string run_as;              ///< empty: as who we are

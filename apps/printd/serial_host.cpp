@@ -116,9 +116,8 @@ void SerialHost::read_port(Instant now) {
     if (lines) on_spool_([this] { send_lines(); });
 }
 
-/// Of all this only the last needs loop 1. Holds the session's lock.
+/// Holds the session's lock. (An M112 has been acted on: apps/port.)
 void SerialHost::act_on(const EmergencyCodes& codes) {
-    if (codes.stop) static_cast<void>(spool_.emergency().stop());
     if (codes.break_wait) session_.send_at_once("M108");
     if (codes.stop_moves) session_.send_at_once("M410");
 }

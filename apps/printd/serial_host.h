@@ -1,12 +1,13 @@
 // A serial host beside the HTTP service: bytes between its port and the printer's console.
 //
-//   its own thread     port ─► emergency scanner ─► M112 at once: one atomic of the link
+//   another process    port ─► M112 at once (apps/port) ─► socket
+//   its own thread     socket ─► emergency scanner ─► M108, M410
 //                       ▲          └─► session ─► lines ─┐
 //                       └── ok, answers ◄── session      │ (a lock between the two threads)
 //   the spool's thread        answers, news ─────┘       └─► Spool::host_line
 //
-// The thread of the port never waits for a disk, nor for the printer. So an M112 in the bytes stops
-// the printer however many lines wait in front of it.
+// The thread of the port never waits for a disk, nor for the printer. So an M108 in the bytes is
+// heard however many lines wait in front of it.
 //
 // A host that closes a pty has gone. One on a wire has when it was owed nothing and sent nothing
 // for kSilentAfter (hosts ask for temperatures every few seconds); it is greeted anew.
@@ -42,8 +43,6 @@ class SerialHost {
     void tick(Instant now);
     /// Ends the thread of the port. Before the threads that `on_spool` uses have ended.
     void stop();
-
-    [[nodiscard]] const std::string& name() const { return port_.name(); }
 
   private:
     SerialHost(apps::SerialPort port, posix::UniqueFd wake, spool::Spool& spool, web::Executor on_spool,

@@ -32,6 +32,18 @@ struct Arguments {
     std::string kept_path;
 };
 
+/// For printer-port, which does the bottom half of a serial host's port.
+void publish_port(const board::linux::LinuxBoard& board, printer::link::LinkLayout& link) {
+    const auto io = board.serving(board::DeviceClass::uart);
+    if (!io) return;
+    const Nanoseconds client = io->spec.client_period;
+    link.port_vcpu.publish({.core = io->spec.core,
+                            .priority = io->priority,
+                            .budget = io->spec.budget,
+                            .period = io->spec.period,
+                            .client = client > Nanoseconds{0} ? client : io->spec.period});
+}
+
 Result<void> run(const Arguments& arguments) {
     QDUINO_TRY_ASSIGN(const printer::MachineConfig machine,
                       apps::read_machine_files(arguments.machine_path, arguments.kept_path));
@@ -42,6 +54,7 @@ Result<void> run(const Arguments& arguments) {
     sketches::printer_wiring() = {.config = machine, .link = link.get(), .measure_steps = true};
     runtime::Runtime runtime(*board);
     QDUINO_TRY(runtime.begin(runtime::sketch_table()));
+    publish_port(*board, *link.get());
     const board::GuaranteeReport report = board->guarantee();
     std::fputs(apps::guarantee_text(report).c_str(), stdout);
     std::fflush(stdout);

@@ -127,6 +127,8 @@ std::optional<int> read_files(Request& r) {
     if (!r.print.board_name.empty()) {
         const apps::ReadBoardFile board = apps::read_board_file(r.print.board_name);
         if (!board.ok()) return fail(board.error);
+        if (!board.board.parts.empty())
+            return fail("the board file has a [[part]]: the printer's own machine is wired to this board");
         r.print.computer = board.board.sim;
     }
     if (r.outputs.picture.empty()) return std::nullopt;

@@ -5,6 +5,7 @@
 
 #include "apps/command_line/command_line.h"
 #include "apps/picture/schedule.h"
+#include "apps/qduino/host_name.h"
 #include "apps/toml/toml_section.h"
 #include "base/version.h"
 #include "board/linux/host_settings.h"
@@ -92,6 +93,8 @@ void add_build(CLI::App& app, Arguments& arguments) {
     add_option(*sub, "--only", arguments.only, "One board: sim or linux", "BOARD")
         ->check(CLI::IsMember({"sim", "linux"}));
     add_option(*sub, "-o,--output", arguments.output, "Copy the programs into this folder", "DIR");
+    sub->add_flag("--compile-commands", arguments.compile_commands,
+                  "Write compile_commands.json, for clangd");
 }
 
 void add_run(CLI::App& app, Arguments& arguments) {
@@ -276,6 +279,67 @@ void add_lib(CLI::App& app, Arguments& arguments) {
     add_option(*sub, "what", arguments.words, "Libraries, or words to look for", "[WHAT...]");
 }
 
+void add_to(CLI::App& sub, Arguments& arguments) {
+    add_option(sub, "--to", arguments.to, "Another computer, by ssh", "USER@HOST")
+        ->check(CLI::Validator(host_error, "USER@HOST"));
+}
+
+void add_upload(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub =
+        add_sketch_command(app, arguments, Command::upload, "upload", "Start a sketch, and leave it running",
+                           "Builds the sketch, checks it, ends the one that was uploaded before, and starts\n"
+                           "this one under qduino-supervisor, as 'qduino run' does. It runs on when you log\n"
+                           "out; 'qduino monitor' is its Serial. With --to the sketch and its libraries are\n"
+                           "sent to another computer as sources, and built and judged there.\n"
+                           "Ends with 2 when admission refuses it: the old one then runs on.\n"
+                           "Example: qduino upload blinker --to pi@printer.local");
+    add_to(*sub, arguments);
+    sub->add_flag("--stop", arguments.stop, "End the sketch that was uploaded");
+    add_option(*sub, "--board", arguments.board, "Board file of the computer that runs it", "FILE");
+    sub->add_flag("--isolate", arguments.isolate, "Empty the cores that loops own (root)");
+    sub->add_flag("--best-effort", arguments.best_effort, "Do not ask for real-time scheduling");
+    add_option(*sub, "--built", arguments.built, "What the Arduino IDE has built", "BUILD/NAME");
+    sub->add_flag("--from-stdin", arguments.from_stdin, "The sketch comes as a tar: --to does this");
+}
+
+void add_monitor(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub =
+        add_command(app, arguments, Command::monitor, "monitor", "Serial of an uploaded sketch",
+                    "Shows what the sketch prints, first its last 64 KiB, and sends it what you\n"
+                    "type, a line at a time. Several may look at once. --plot prints an address: a\n"
+                    "page of this computer that draws lines such as 'in:23.5,out:40' as curves, as\n"
+                    "the Arduino IDE's plotter does. Ends with the sketch, or at Ctrl-C.\n"
+                    "Example: qduino monitor --to pi@printer.local --timestamps");
+    add_to(*sub, arguments);
+    CLI::Option* raw = sub->add_flag("--raw", arguments.raw, "Bytes as they are, both ways");
+    sub->add_flag("--timestamps", arguments.timestamps, "The time in front of each line")->excludes(raw);
+    add_option(*sub, "--line-end", arguments.line_end, "Of lines you type: nl (default), cr, crlf, none",
+               "END")
+        ->check(CLI::IsMember({"nl", "cr", "crlf", "none"}))
+        ->excludes(raw);
+    CLI::Option* plot = sub->add_flag("--plot", arguments.plot, "Curves in a browser")->excludes(raw);
+    add_option(*sub, "--port", arguments.plot_port, "The page's port (default: a free one)", "N")
+        ->check(CLI::Range(1, 65535))
+        ->needs(plot);
+}
+
+void add_ide(CLI::App& app, Arguments& arguments) {
+    CLI::App* sub =
+        add_command(app, arguments, Command::ide, "ide", "Build with the Arduino IDE",
+                    "'install' makes this board one of the IDE's (1.8, and arduino-builder):\n"
+                    "FOLDER is its sketchbook, ~/Arduino by default. The IDE then builds with the\n"
+                    "options of 'qduino build', shows the verdict of admission, and uploads with\n"
+                    "'qduino upload'. 'remove' takes the board away. The other actions are what\n"
+                    "the board's platform.txt calls.\n"
+                    "Example: qduino ide install --to pi@printer.local");
+    add_option(*sub, "action", arguments.action, "install or remove", "ACTION")
+        ->required()
+        ->check(CLI::IsMember({"install", "remove", "preprocess", "compile", "link", "check", "size"}));
+    add_option(*sub, "folder", arguments.folder, "The IDE's sketchbook", "[FOLDER]");
+    add_option(*sub, "--to", arguments.hosts, "A board more: this computer, by ssh", "USER@HOST")
+        ->check(CLI::Validator(host_error, "USER@HOST"));
+}
+
 void add_machine_commands(CLI::App& app, Arguments& arguments) {
     CLI::App* doctor =
         add_command(app, arguments, Command::doctor, "doctor", "Is this computer fit for real time?",
@@ -317,6 +381,13 @@ int begin_of_program(const CLI::App& vcpu, int argc, const char* const* argv) {
 }  // namespace
 
 int take_program(const CLI::App& parser, Arguments& arguments, int argc, const char* const* argv) {
+    constexpr int kWordsOfRecipe = 3;  // qduino ide compile
+    const bool recipe = argc > kWordsOfRecipe && argv[1] == std::string_view{"ide"} && argv[2][0] != '-' &&
+                        argv[2] != std::string_view{"install"} && argv[2] != std::string_view{"remove"};
+    if (recipe) {
+        arguments.program.assign(argv + kWordsOfRecipe, argv + argc);
+        return kWordsOfRecipe;
+    }
     if (argc < 2 || argv[1] != std::string_view{"vcpu"}) return argc;
     const int at = begin_of_program(*parser.get_subcommand("vcpu"), argc, argv);
     const int first = at < argc && argv[at] == std::string_view{"--"} ? at + 1 : at;
@@ -344,6 +415,9 @@ std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
     add_vcpu(*app, arguments);
     add_metal(*app, arguments);
     add_lib(*app, arguments);
+    add_upload(*app, arguments);
+    add_monitor(*app, arguments);
+    add_ide(*app, arguments);
     add_machine_commands(*app, arguments);
     return app;
 }

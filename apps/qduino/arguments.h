@@ -23,6 +23,9 @@ enum class Command {
     vcpu,
     metal,
     lib,
+    upload,
+    monitor,
+    ide,
     doctor,
     restore,
     completion
@@ -49,7 +52,8 @@ struct Arguments {
     bool in_simulator = false, real_time = false, write = false;
     double margin_percent = 20;
     std::string profile;  ///< where the sketch's program writes it
-    /// metal: "build", "iso", "efi" or "run"; lib: "install", "list", "remove" or "search"
+    /// metal: "build", "iso", "efi" or "run"; lib: "install", "list", "remove" or "search"; ide:
+    /// "install", "remove" or a recipe
     std::string action;
     std::vector<std::string> words;  ///< lib: what to install, remove or look for
     // metal run:
@@ -69,9 +73,21 @@ struct Arguments {
     Nanoseconds budget = 10ms, period = 100ms;
     std::optional<int> core;
     bool quiet = false;
-    std::vector<std::string> program;  ///< vcpu: the command and its arguments
-    std::string settings_state;        ///< restore
-    std::string shell;                 ///< completion
+    std::vector<std::string> program;  ///< vcpu: the command; ide: a recipe's words
+    std::string folder;                ///< ide: the sketchbook
+    std::vector<std::string> hosts;    ///< ide: "user@host", as ssh takes it
+    bool compile_commands = false;     ///< build
+    // upload, monitor:
+    std::string to;           ///< "user@host", as ssh takes it; empty: this computer
+    std::string built;        ///< upload: what the IDE has built, BUILD/NAME; empty: nothing
+    bool stop = false;        ///< upload: end the sketch that runs
+    bool from_stdin = false;  ///< upload: the sketch comes as a tar on standard input
+    bool raw = false, timestamps = false;
+    std::string line_end = "nl";
+    bool plot = false;
+    int plot_port = 0;
+    std::string settings_state;  ///< restore
+    std::string shell;           ///< completion
 };
 
 /// The parser, which fills in `arguments`; that outlives it.

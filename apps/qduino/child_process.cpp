@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 extern char** environ;
 
@@ -25,13 +26,6 @@ std::vector<char*> arguments_of(const std::vector<std::string>& command) {
 Error cannot_run(const std::string& program, int error) {
     return make_error(error == ENOENT ? ErrorCode::not_found : ErrorCode::unavailable, program,
                       " cannot be run: ", std::strerror(error));
-}
-
-int wait_for(pid_t child) {
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
 /// The number of the child that runs `command`.
@@ -83,6 +77,37 @@ Result<int> run_into(const std::vector<std::string>& command, const std::filesys
     ::posix_spawn_file_actions_destroy(&actions);
     if (!child) return child.error();
     return wait_for(*child);
+}
+
+int wait_for(pid_t child) {
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+Result<pid_t> start(const std::vector<std::string>& command, const ChildStreams& streams) {
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    const std::pair<int, int> all[] = {
+        {streams.input, STDIN_FILENO}, {streams.output, STDOUT_FILENO}, {streams.errors, STDERR_FILENO}};
+    for (const auto& [given, standard] : all) {
+        if (given >= 0) ::posix_spawn_file_actions_adddup2(&actions, given, standard);
+    }
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawnattr_t attributes;
+    ::posix_spawnattr_init(&attributes);
+    ::posix_spawnattr_setsigmask(&attributes, &none);
+    sigset_t usual;
+    sigemptyset(&usual);
+    sigaddset(&usual, SIGPIPE);
+    ::posix_spawnattr_setsigdefault(&attributes, &usual);
+    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    Result<pid_t> child = spawn(command, &actions, &attributes);
+    ::posix_spawnattr_destroy(&attributes);
+    ::posix_spawn_file_actions_destroy(&actions);
+    return child;
 }
 
 Result<int> run_in_front(const std::vector<std::string>& command) {

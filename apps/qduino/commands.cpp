@@ -15,12 +15,19 @@
 #include "apps/doctor/doctor.h"
 #include "apps/launcher/run_lock.h"
 #include "apps/picture/picture_file.h"
+#include "apps/qduino/board_folder.h"
 #include "apps/qduino/child_process.h"
+#include "apps/qduino/ide_command.h"
+#include "apps/qduino/ide_recipe.h"
 #include "apps/qduino/kernel_trace.h"
 #include "apps/qduino/library_command.h"
 #include "apps/qduino/metal_command.h"
+#include "apps/qduino/monitor_command.h"
 #include "apps/qduino/profile_result.h"
+#include "apps/qduino/remote.h"
 #include "apps/qduino/sketch_build.h"
+#include "apps/qduino/sketch_keeper.h"
+#include "apps/qduino/sketch_parcel.h"
 #include "apps/qduino/traced_picture.h"
 #include "apps/qduino/vcpu_command.h"
 #include "apps/qduino/words.h"
@@ -106,6 +113,11 @@ Result<int> build(const Arguments& arguments) {
         std::printf("%s\n", program.c_str());
     }
     std::fflush(stdout);
+    if (arguments.compile_commands) {
+        QDUINO_TRY_ASSIGN(const SketchBuild made,
+                          SketchBuild::open(built->sdk, built->sketch, environment_of_this_process()));
+        QDUINO_TRY(made.write_compile_commands());
+    }
     say(verdict(built->sketch.name + (built->steps == 0
                                           ? " is up to date."
                                           : " is built: " + counted(built->steps, "step") + ".")));
@@ -169,21 +181,20 @@ bool names_real_devices(const board::linux::LinuxConfig& board) {
 /// real-time one, and is not hung for that.
 constexpr const char* kPatienceMs = "10000";
 
-/// Runs a built sketch on Linux, under the supervisor where there is one, to its end. Returns its
-/// exit status.
-Result<int> run_on_linux(const Arguments& arguments, const Built& built,
-                         const board::linux::LinuxConfig& board) {
+/// The command that runs a sketch's program on Linux, under the supervisor where there is one. The
+/// pins are in `folder`, made here, when no others are named.
+Result<Words> linux_command(const Arguments& arguments, const fs::path& program, const fs::path& supervisor,
+                            const board::linux::LinuxConfig& board, launcher::MemoryFolder& folder) {
     std::string pins = arguments.pins.empty() ? board.pins_path : arguments.pins;
-    Words sketch{built.programs[0].string()};
+    Words sketch{program.string()};
     append(sketch, options_of(arguments));
-    if (!fs::exists(built.sdk.supervisor)) {
+    if (!fs::exists(supervisor)) {
         say("no qduino-supervisor: safe states hold only as long as the sketch lives", "qduino: ");
         if (!pins.empty()) append(sketch, {"--pins", pins});
-        return run_in_front(sketch);
+        return sketch;
     }
     // Memory that several processes map must never wait for a disk. It goes when the run is over.
-    launcher::MemoryFolder folder;
-    Words command{built.sdk.supervisor.string(), "--settings-state", board.settings_state};
+    Words command{supervisor.string(), "--settings-state", board.settings_state};
     if (arguments.best_effort || !board.real_time) append(command, {"--timeout-ms", kPatienceMs});
     if (pins.empty()) {
         QDUINO_TRY_ASSIGN(folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
@@ -198,6 +209,15 @@ Result<int> run_on_linux(const Arguments& arguments, const Built& built,
     append(command, {"--pins", pins, "--"});
     append(command, sketch);
     append(command, {"--pins", pins});
+    return command;
+}
+
+/// Runs a built sketch on Linux to its end. Returns its exit status.
+Result<int> run_on_linux(const Arguments& arguments, const Built& built,
+                         const board::linux::LinuxConfig& board) {
+    launcher::MemoryFolder folder;
+    QDUINO_TRY_ASSIGN(const Words command,
+                      linux_command(arguments, built.programs[0], built.sdk.supervisor, board, folder));
     return run_in_front(command);
 }
 
@@ -309,6 +329,98 @@ Result<int> profile(const Arguments& given) {
     return apply_profile(profile, tabs, arguments.write);
 }
 
+/// Sends a sketch to another computer, which builds, judges and starts it.
+Result<int> upload_there(const Arguments& arguments) {
+    QDUINO_TRY_ASSIGN(Sdk sdk, sdk_of_this_program());
+    BuildEnvironment environment = environment_of_this_process();
+    fs::path place = arguments.sketch;
+    if (!arguments.built.empty()) {
+        QDUINO_TRY_ASSIGN(const IdeProject project, read_ide_project(arguments.built));
+        place = project.sketch;
+        environment.qduino_libraries = project.libraries;
+    }
+    QDUINO_TRY_ASSIGN(const Sketch sketch, find_sketch(place));
+    QDUINO_TRY_ASSIGN(const SketchBuild build, SketchBuild::open(std::move(sdk), sketch, environment));
+    QDUINO_TRY_ASSIGN(const std::vector<Library> libraries, build.find_libraries());
+    QDUINO_TRY_ASSIGN(const auto folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    const fs::path parcel = folder.file("parcel");
+    QDUINO_TRY(pack_sketch(sketch, libraries, parcel));
+    Words words{"upload", "--from-stdin"};
+    if (arguments.isolate) words.emplace_back("--isolate");
+    if (arguments.best_effort) words.emplace_back("--best-effort");
+    if (!arguments.board.empty()) append(words, {"--board", arguments.board});
+    return send_folder(arguments.to, parcel, words);
+}
+
+Result<int> stop_upload(const Arguments& arguments) {
+    if (!arguments.to.empty()) return run_remote(arguments.to, {"upload", "--stop"});
+    QDUINO_TRY_ASSIGN(const BoardFolder board, BoardFolder::open());
+    QDUINO_TRY_ASSIGN(const std::string ended, board.stop());
+    say(verdict(ended.empty() ? "no uploaded sketch was running." : ended + " is stopped."));
+    return 0;
+}
+
+/// What is to be started, and its twin in the simulator, which is asked before.
+struct Uploaded {
+    std::string name;
+    fs::path program, simulated;
+};
+
+Result<Uploaded> build_upload(const Arguments& arguments) {
+    if (!arguments.built.empty()) {
+        return Uploaded{fs::path(arguments.built).stem().string(),
+                        built_by_ide(arguments.built, BoardKind::linux),
+                        built_by_ide(arguments.built, BoardKind::sim)};
+    }
+    QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {BoardKind::sim, BoardKind::linux}));
+    return Uploaded{built.sketch.name, built.programs[1], built.programs[0]};
+}
+
+Result<int> refuse_upload(const Uploaded& made, const BoardFolder& board) {
+    const auto old = board.running();
+    say(verdict(made.name + " is REFUSED, and was not started." +
+                (old ? " " + old->sketch + " runs on." : "")));
+    return 2;
+}
+
+/// Starts a sketch here, in the place of the one that runs.
+Result<int> upload_here(Arguments arguments) {
+    QDUINO_TRY_ASSIGN(const BoardFolder board, BoardFolder::open());
+    if (arguments.from_stdin) {
+        QDUINO_TRY_ASSIGN(arguments.sketch, unpack_sketch(board.incoming()));
+    }
+    const ReadBoardFile read = board_of(arguments);
+    if (!read.ok()) return fail(read.error);
+    QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
+    QDUINO_TRY_ASSIGN(const Uploaded made, build_upload(arguments));
+    Words judge{made.simulated.string(), "--check"};
+    if (!arguments.board.empty()) append(judge, {"--board", arguments.board});
+    QDUINO_TRY_ASSIGN(const int judged, run_in_front(judge));
+    if (judged == 2) return refuse_upload(made, board);
+    if (judged != 0) return judged;
+    QDUINO_TRY_ASSIGN(const std::string replaced, board.stop());
+    arguments.report = board.report();
+    const CommandMaker command = [&](launcher::MemoryFolder& folder) {
+        return linux_command(arguments, made.program, sdk.supervisor, read.board.linux, folder);
+    };
+    QDUINO_TRY_ASSIGN(const std::optional<int> ended, start_kept(board, made.name, command));
+    if (ended) {
+        say(verdict(end_of(made.name, *ended) +
+                    (replaced.empty() ? "" : " " + replaced + " was stopped before.")));
+        return *ended;
+    }
+    say(verdict(made.name + " runs" + (replaced.empty() ? "" : ", in the place of " + replaced) +
+                ": 'qduino monitor' shows its Serial."));
+    return 0;
+}
+
+Result<int> upload(const Arguments& arguments) {
+    if (arguments.stop) return stop_upload(arguments);
+    return arguments.to.empty() ? upload_here(arguments) : upload_there(arguments);
+}
+
+Result<int> monitor(const Arguments& arguments) { return monitor_command(arguments); }
+
 Result<int> vcpu(const Arguments& arguments) { return run_in_vcpu(arguments); }
 
 Result<int> boot_metal(const Arguments& arguments) {
@@ -319,6 +431,11 @@ Result<int> boot_metal(const Arguments& arguments) {
 Result<int> lib(const Arguments& arguments) {
     QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
     return library_command(arguments, sdk);
+}
+
+Result<int> ide(const Arguments& arguments) {
+    QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
+    return ide_command(arguments, sdk);
 }
 
 Result<int> doctor(const Arguments& arguments) {
@@ -334,8 +451,8 @@ Result<int> restore(const Arguments& arguments) {
 }
 
 // In the order of Command.
-constexpr std::array kCommands{make_new, build, run,        sim, check,  trace,
-                               profile,  vcpu,  boot_metal, lib, doctor, restore};
+constexpr std::array kCommands{make_new,   build, run,    sim,     check, trace,  profile, vcpu,
+                               boot_metal, lib,   upload, monitor, ide,   doctor, restore};
 static_assert(kCommands.size() == static_cast<std::size_t>(Command::completion));
 
 }  // namespace

@@ -65,6 +65,10 @@ function(qduino_write_sdk file)
     list(APPEND flags -fsanitize=${QDUINO_SANITIZE} -fno-omit-frame-pointer)
   endif()
   qduino_json_list(flags ${flags})
+  set(prepares_headers false)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    set(prepares_headers true)
+  endif()
   foreach(board sim linux)
     qduino_link_closure("qduino_${board}_main;qduino_arduino" libraries options)
     qduino_json_list(${board}_libraries ${libraries})
@@ -84,6 +88,7 @@ function(qduino_write_sdk file)
   \"version\": 1,
   \"cxx\": \"${CMAKE_CXX_COMPILER}\",
   \"cc\": \"${CMAKE_C_COMPILER}\",
+  \"prepares_headers\": ${prepares_headers},
   \"flags\": [${flags}],
   \"include\": \"${include}\",
   \"definitions\": \"${definitions}\",

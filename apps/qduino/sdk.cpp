@@ -85,6 +85,7 @@ Result<Sdk> read_sdk(const fs::path& file) {
         sdk.file = fs::absolute(file);
         sdk.cxx = {json.at("cxx")};
         sdk.cc = {json.at("cc")};
+        sdk.prepares_headers = json.at("prepares_headers");
         sdk.flags = json.at("flags").get<std::vector<std::string>>();
         for (const std::string& item : list_of(json.at("include")))
             sdk.include.push_back(resolved(folder, item));

@@ -24,6 +24,7 @@ struct Sdk {
     /// The C++ compiler: a program, perhaps with a launcher before it.
     std::vector<std::string> cxx;
     std::vector<std::string> cc;
+    bool prepares_headers = false;       ///< cxx makes files such as Arduino.h.gch: it is g++
     std::vector<std::string> flags;      ///< of compiling and of linking
     std::vector<std::string> compiling;  ///< of compiling alone
     std::vector<std::string> include;

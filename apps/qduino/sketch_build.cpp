@@ -3,48 +3,20 @@
 #include <fcntl.h>
 #include <sys/file.h>
 
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
+#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
 
 #include "apps/qduino/words.h"
 #include "apps/terminal/message.h"
+#include "posix/small_file.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// FNV-1a, 64 bits (Fowler, Noll, Vo): tells folders apart; no protection against an attacker.
-std::uint64_t hash_of(const Words& words) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    const auto mix = [&hash](unsigned char byte) { hash = (hash ^ byte) * 0x100000001b3u; };
-    for (const std::string& word : words) {
-        for (const char c : word) mix(static_cast<unsigned char>(c));
-        mix(0);
-    }
-    return hash;
-}
-
-/// As the Arduino IDE compiles, leniently, but with the warnings that the IDE would hide. Warnings
-/// in our own headers are hidden: they do not concern the user. `while (!flag);` stays, as on an
-/// AVR, also where the compiler may assume that it ends.
-Words compile_flags(const Sdk& sdk, const Sketch& sketch, bool long_32) {
-    Words words{"-O2", "-g1", "-Wall", "-fno-finite-loops", "-fdiagnostics-color=always"};
-    append(words, sdk.flags);
-    append(words, sdk.compiling);
-    if (long_32) words.emplace_back("-DQDUINO_LONG_32");
-    for (const std::string& definition : sdk.definitions) words.push_back("-D" + definition);
-    words.push_back("-I" + sketch.folder.string());
-    for (const std::string& folder : sdk.include) {
-        if (folder == "/usr/include") continue;  // is searched anyway, and must stay last
-        append(words, {"-isystem", folder});
-    }
-    return words;
-}
 
 Result<int> run_all(const std::vector<BuildStep>& steps, const std::string& sketch, bool verbose) {
     QDUINO_TRY_ASSIGN(const StepsDone done, run_steps(steps, verbose));
@@ -67,76 +39,20 @@ void name_missing_headers(const std::vector<BuildStep>& compiled) {
     }
 }
 
-/// What stands before a compiler, so that it understands a sketch as an Arduino's does: `long` has
-/// 32 bits. Our own headers and libraries are compiled already.
-Words as_arduino(const Sdk& sdk, bool long_32) {
-    Words words{sdk.python, sdk.as_arduino.string()};
-    if (!long_32) append(words, {"--long", "64"});
-    for (const std::string& folder : sdk.include) append(words, {"--keep", folder});
-    words.emplace_back("--");
-    return words;
-}
-
 }  // namespace
-
-BuildEnvironment environment_of_this_process() {
-    const auto value = [](const char* name) {
-        const char* text = std::getenv(name);
-        return std::string(text ? text : "");
-    };
-    return {.xdg_cache_home = value("XDG_CACHE_HOME"),
-            .home = value("HOME"),
-            .qduino_libraries = value("QDUINO_LIBRARIES"),
-            .cxx = value("CXX"),
-            .cc = value("CC"),
-            .cxxflags = value("CXXFLAGS"),
-            .cflags = value("CFLAGS"),
-            .ldflags = value("LDFLAGS"),
-            .long_bits = value("QDUINO_LONG")};
-}
-
-Result<fs::path> cache_root(const BuildEnvironment& environment) {
-    // A relative $XDG_CACHE_HOME is to be ignored (XDG Base Directory Specification 0.8).
-    if (environment.xdg_cache_home.starts_with('/')) return fs::path(environment.xdg_cache_home) / "qduino";
-    if (!environment.home.empty()) return fs::path(environment.home) / ".cache" / "qduino";
-    return make_error(ErrorCode::not_found,
-                      "no folder for what is built: set HOME, or XDG_CACHE_HOME to an absolute path");
-}
 
 Result<SketchBuild> SketchBuild::open(Sdk sdk, Sketch sketch, const BuildEnvironment& environment) {
     QDUINO_TRY_ASSIGN(const fs::path root, cache_root(environment));
     SketchBuild build(std::move(sdk), std::move(sketch));
-    const Sdk& tools = build.sdk_;
-    const Words cxx = environment.cxx.empty() ? tools.cxx : words_of(environment.cxx);
-    const bool long_32 = environment.long_bits != "64";
-    const Words flags = compile_flags(tools, build.sketch_, long_32);
-
     build.home_ = environment.home;
     build.qduino_libraries_ = environment.qduino_libraries;
-    CompileCommands& compile = build.compile_;
-    compile.cpp = compile.c = as_arduino(tools, long_32);
-    append(compile.cpp, cxx);
-    append(compile.cpp, {"-std=gnu++20", "-fpermissive"});
-    append(compile.cpp, flags);
-    append(compile.cpp, words_of(environment.cxxflags));
-    compile.assembler = environment.cc.empty() ? tools.cc : words_of(environment.cc);
-    append(compile.c, compile.assembler);
-    compile.c.push_back("-std=gnu17");
-    append(compile.c, flags);
-    append(compile.c, words_of(environment.cflags));
-    append(compile.assembler, {"-x", "assembler-with-cpp"});
-    append(compile.assembler, flags);
-    build.link_ = cxx;
-    append(build.link_, {"-fdiagnostics-color=always"});
-    append(build.link_, tools.flags);
-    append(build.link_, words_of(environment.ldflags));
+    build.tools_ = tool_commands(build.sdk_, build.sketch_.folder, environment);
+    const ToolCommands& tools = build.tools_;
 
-    Words key{build.sketch_.folder.string(), build.sketch_.name, tools.file.string()};
-    for (const Words* words : {&compile.cpp, &compile.c, &compile.assembler, &build.link_})
+    Words key{build.sketch_.folder.string(), build.sketch_.name, build.sdk_.file.string()};
+    for (const Words* words : {&tools.compile.cpp, &tools.compile.c, &tools.compile.assembler, &tools.link})
         append(key, *words);
-    char hash[20];
-    std::snprintf(hash, sizeof hash, "-%016llx", static_cast<unsigned long long>(hash_of(key)));
-    build.folder_ = root / (build.sketch_.name + hash);
+    build.folder_ = root / (build.sketch_.name + "-" + hash_of(key));
     build.generated_ = build.folder_ / "sketch.ino.cpp";
     return build;
 }
@@ -154,26 +70,54 @@ fs::path SketchBuild::object_of(const fs::path& source) const {
     return object;
 }
 
-Result<int> SketchBuild::make(const std::vector<BoardKind>& boards, bool verbose) const {
+Result<posix::UniqueFd> SketchBuild::lock() const {
     std::error_code failed;
     fs::create_directories(folder_, failed);
-    const posix::UniqueFd lock{::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
+    posix::UniqueFd lock{::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
     if (failed || !lock.valid() || ::flock(lock.get(), LOCK_EX) != 0) {
         return make_error(ErrorCode::not_permitted,
                           "cannot write here; set XDG_CACHE_HOME to a folder of yours: ", folder_.native());
     }
+    return lock;
+}
+
+Result<int> SketchBuild::make(const std::vector<BoardKind>& boards, bool verbose) const {
+    QDUINO_TRY_ASSIGN(const posix::UniqueFd held, lock());
     return make_locked(boards, verbose);
+}
+
+Result<std::vector<Library>> SketchBuild::find_libraries() const {
+    QDUINO_TRY_ASSIGN(const posix::UniqueFd held, lock());
+    QDUINO_TRY(run_all({joining()}, sketch_.name, false));
+    return libraries();
+}
+
+Result<void> SketchBuild::write_compile_commands() const {
+    QDUINO_TRY_ASSIGN(const std::vector<Library> used, find_libraries());
+    nlohmann::json entries = nlohmann::json::array();
+    // clangd asks the compiler itself, without what stands before it here.
+    const auto add = [&](const fs::path& file, const Words& command) {
+        const auto compiler = std::ranges::find(command, "--");
+        const Words bare(compiler == command.end() ? command.begin() : compiler + 1, command.end());
+        entries.push_back({{"directory", sketch_.folder}, {"file", file}, {"arguments", bare}});
+    };
+    for (const fs::path& tab : sketch_.tabs) {
+        Words command = tools_.compile.cpp;
+        append(command, include_words(used));
+        append(command, {"-include", "Arduino.h", "-x", "c++", "-c", tab.string()});
+        add(tab, command);
+    }
+    for (const BuildStep& step : compiling_all(used)) add(step.inputs.front(), step.command);
+    return posix::write_file(sketch_.folder / "compile_commands.json", entries.dump(1) + "\n");
 }
 
 BuildStep SketchBuild::joining() const {
     BuildStep join{.title = "Joining " + sketch_.name + ".ino",
-                   .command = {sdk_.python, sdk_.ino_to_cpp.string()},
+                   .command = join_command(sdk_, sketch_, generated_),
                    .inputs = sketch_.tabs,
                    .output = generated_,
                    .depfile = {}};
     join.inputs.push_back(sdk_.ino_to_cpp);
-    for (const fs::path& tab : sketch_.tabs) join.command.push_back(tab.string());
-    append(join.command, {"-o", generated_.string()});
     return join;
 }
 
@@ -182,7 +126,7 @@ Result<std::vector<Library>> SketchBuild::libraries() const {
     sources.insert(sources.end(), sketch_.sources.begin(), sketch_.sources.end());
     const LibraryShelf shelf(sketch_, qduino_libraries_, home_);
     QDUINO_TRY_ASSIGN(DiscoveredLibraries found,
-                      discover_libraries(shelf, compile_, sources, folder_ / "scan"));
+                      discover_libraries(shelf, tools_.compile, sources, folder_ / "scan"));
     for (const std::string& note : found.notes) say(note + ".\n");
     for (const Library& library : found.libraries) {
         if (library.compiled_elsewhere) {
@@ -198,7 +142,7 @@ BuildStep SketchBuild::compiling(const fs::path& source, const std::string& titl
                                  const Words& further) const {
     const fs::path object = object_of(source);
     BuildStep step{.title = "Compiling " + title,
-                   .command = compile_.for_source(source),
+                   .command = tools_.compile.for_source(source),
                    .inputs = {source, sdk_.as_arduino},
                    .output = object,
                    .depfile = object};
@@ -226,36 +170,27 @@ std::vector<BuildStep> SketchBuild::compiling_all(const std::vector<Library>& li
 Result<BuildStep> SketchBuild::linking(BoardKind board, const std::vector<BuildStep>& compiled,
                                        const std::vector<Library>& libraries) const {
     BuildStep step{.title = "Linking " + program(board).filename().string(),
-                   .command = link_,
+                   .command = {},
                    .inputs = {},
                    .output = program(board),
                    .depfile = {}};
+    Words objects, ldflags;
     for (const BuildStep& made : compiled) {
         step.inputs.push_back(made.output);
-        step.command.push_back(made.output.string());
+        objects.push_back(made.output.string());
     }
+    for (const Library& library : libraries) append(ldflags, library.ldflags);
     const Sdk::Linking& with = sdk_.linking(board);
-    step.command.emplace_back("-Wl,--start-group");
-    append(step.command, with.libraries);
-    step.command.emplace_back("-Wl,--end-group");
-    append(step.command, with.options);
-    for (const Library& library : libraries) append(step.command, library.ldflags);
-    append(step.command, {"-o", step.output.string()});
+    QDUINO_TRY_ASSIGN(step.command, link_command(tools_, with, objects, ldflags, step.output));
     for (const std::string& library : with.libraries) {
-        if (library.starts_with('-')) continue;
-        if (!fs::exists(library)) {
-            return make_error(ErrorCode::not_found,
-                              "QduinoMC is not built whole; there, run 'cmake --build --preset release "
-                              "--target qduino'. Missing: ",
-                              library);
-        }
-        step.inputs.emplace_back(library);
+        if (!library.starts_with('-')) step.inputs.emplace_back(library);
     }
     return step;
 }
 
 Result<int> SketchBuild::make_locked(const std::vector<BoardKind>& boards, bool verbose) const {
     QDUINO_TRY_ASSIGN(const int joined, run_all({joining()}, sketch_.name, verbose));
+    const posix::UniqueFd headers = tools_.headers ? tools_.headers->make(verbose) : posix::UniqueFd{};
     QDUINO_TRY_ASSIGN(const std::vector<Library> used, libraries());
     const std::vector<BuildStep> compile = compiling_all(used);
     std::vector<BuildStep> link;

@@ -18,21 +18,11 @@
 #include "apps/qduino/library_discovery.h"
 #include "apps/qduino/sdk.h"
 #include "apps/qduino/sketch_folder.h"
+#include "apps/qduino/tool_commands.h"
 #include "base/result.h"
+#include "posix/unique_fd.h"
 
 namespace qduino::apps {
-
-/// The environment: $XDG_CACHE_HOME, $HOME, $QDUINO_LIBRARIES, $CXX, $CC, $CXXFLAGS, $CFLAGS,
-/// $LDFLAGS, $QDUINO_LONG. Empty: not set.
-struct BuildEnvironment {
-    std::string xdg_cache_home, home, qduino_libraries;
-    std::string cxx, cc, cxxflags, cflags, ldflags;
-    std::string long_bits;  ///< "64": `long` is the compiler's own; else it has 32 bits
-};
-[[nodiscard]] BuildEnvironment environment_of_this_process();
-
-/// The folder for what is built and fetched. Error: not_found, when neither names one.
-[[nodiscard]] Result<std::filesystem::path> cache_root(const BuildEnvironment& environment);
 
 class SketchBuild {
   public:
@@ -48,6 +38,15 @@ class SketchBuild {
     /// have been printed), or a tool is missing. Waits for another build of the same sketch.
     Result<int> make(const std::vector<BoardKind>& boards, bool verbose) const;
 
+    /// The libraries that the sketch needs, found as make() finds them; nothing is compiled. Error:
+    /// as make().
+    [[nodiscard]] Result<std::vector<Library>> find_libraries() const;
+
+    /// Writes compile_commands.json (Clang's "JSON Compilation Database Format") into the sketch's
+    /// folder, for clangd: how each source is compiled, and each tab, as C++ behind Arduino.h.
+    /// After make(). Error: the file cannot be written.
+    Result<void> write_compile_commands() const;
+
   private:
     SketchBuild(Sdk sdk, Sketch sketch) : sdk_(std::move(sdk)), sketch_(std::move(sketch)) {}
     [[nodiscard]] std::filesystem::path object_of(const std::filesystem::path& source) const;
@@ -58,6 +57,7 @@ class SketchBuild {
     [[nodiscard]] std::vector<BuildStep> compiling_all(const std::vector<Library>& libraries) const;
     [[nodiscard]] Result<BuildStep> linking(BoardKind board, const std::vector<BuildStep>& compiled,
                                             const std::vector<Library>& libraries) const;
+    [[nodiscard]] Result<posix::UniqueFd> lock() const;
     [[nodiscard]] Result<int> make_locked(const std::vector<BoardKind>& boards, bool verbose) const;
 
     Sdk sdk_;
@@ -65,9 +65,7 @@ class SketchBuild {
     std::string home_, qduino_libraries_;
     std::filesystem::path folder_;
     std::filesystem::path generated_;
-    // The commands, up to their arguments.
-    CompileCommands compile_;
-    std::vector<std::string> link_;
+    ToolCommands tools_;
 };
 
 }  // namespace qduino::apps

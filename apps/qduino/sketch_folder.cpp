@@ -59,6 +59,35 @@ void loop(2, 5, 1000) {
 }
 )";
 
+/// Tasks of Visual Studio Code. Messages of the compiler lead to the tabs, whose paths they have.
+constexpr std::string_view kTasks = R"({
+  "version": "2.0.0",
+  "tasks": [
+    {"label": "build", "type": "process", "command": "qduino",
+     "args": ["build", "--compile-commands"], "options": {"cwd": "${workspaceFolder}"},
+     "group": {"kind": "build", "isDefault": true},
+     "problemMatcher": {
+       "owner": "cpp", "fileLocation": ["autoDetect", "${workspaceFolder}"],
+       "pattern": {
+         "regexp": "^(.+?):(\\d+):(\\d+):\\s+(?:fatal\\s+)?(warning|error|note):\\s+(.*)$",
+         "file": 1, "line": 2, "column": 3, "severity": 4, "message": 5}}},
+    {"label": "check", "type": "process", "command": "qduino", "args": ["check"],
+     "group": "test", "problemMatcher": []},
+    {"label": "simulate", "type": "process", "command": "qduino", "args": ["sim"],
+     "group": "test", "problemMatcher": []},
+    {"label": "run", "type": "process", "command": "qduino", "args": ["run"], "problemMatcher": []},
+    {"label": "upload", "type": "process", "command": "qduino", "args": ["upload"],
+     "dependsOn": "build", "problemMatcher": []},
+    {"label": "monitor", "type": "process", "command": "qduino", "args": ["monitor"],
+     "isBackground": true, "problemMatcher": []}
+  ]
+}
+)";
+constexpr std::string_view kSettings = R"({
+  "files.associations": {"*.ino": "cpp"}
+}
+)";
+
 bool is_sketch_name(const std::string& name) {
     constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.";
     return !name.empty() && name.size() <= 63 && name.front() != '.' && name.front() != '-' &&
@@ -113,6 +142,9 @@ Result<fs::path> make_sketch(const fs::path& path) {
     const fs::path ino = folder / (name + ".ino");
     if (failed || !posix::write_file(ino, text<std::string>("// ", name, kBegin)))
         return make_error(ErrorCode::not_permitted, "cannot be made: ", ino.native());
+    fs::create_directories(folder / ".vscode", failed);
+    QDUINO_TRY(posix::write_file(folder / ".vscode" / "tasks.json", kTasks));
+    QDUINO_TRY(posix::write_file(folder / ".vscode" / "settings.json", kSettings));
     return ino;
 }
 

@@ -28,7 +28,8 @@ struct Sketch {
 /// invalid_argument.
 Result<Sketch> find_sketch(const std::filesystem::path& argument);
 
-/// `qduino new`: makes the folder `path`, and in it an .ino of the same name with two loops.
+/// `qduino new`: makes the folder `path`, and in it an .ino of the same name with two loops, and
+/// the tasks of Visual Studio Code.
 /// Returns the .ino. Error: already_exists (nothing is overwritten), invalid_argument (no sketch
 /// can have this name), or the folder cannot be made.
 Result<std::filesystem::path> make_sketch(const std::filesystem::path& path);

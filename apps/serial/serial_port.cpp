@@ -5,6 +5,10 @@
 #include <poll.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <array>
 
@@ -35,6 +39,16 @@ Result<void> make_raw(int fd, std::uint32_t baud, const std::string& name) {
 }
 
 constexpr int kOpenFlags = O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC;
+constexpr int kSocket = SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC;
+
+Result<sockaddr_un> address_of(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.empty() || path.size() >= sizeof address.sun_path)
+        return make_error(ErrorCode::invalid_argument, "a socket's path has 1 to 107 bytes: ", path);
+    path.copy(address.sun_path, path.size());
+    return address;
+}
 
 }  // namespace
 
@@ -77,9 +91,35 @@ Result<SerialPort> SerialPort::open_device(std::string_view name) {
     return SerialPort{std::move(fd), path, false};
 }
 
-bool SerialPort::host_is_there() const {
+Result<SerialPort> SerialPort::relayed(const std::string& path, bool sees_host) {
+    QDUINO_TRY_ASSIGN(const sockaddr_un address, address_of(path));
+    UniqueFd listener{::socket(AF_UNIX, kSocket, 0)};
+    ::unlink(path.c_str());
+    if (::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        ::chmod(path.c_str(), 0600) != 0 || ::listen(listener.get(), 1) != 0) {
+        return system_error("serve", path);
+    }
+    SerialPort port{UniqueFd{}, path, sees_host};
+    port.listener_ = std::move(listener);
+    return port;
+}
+
+Result<UniqueFd> connect_relay(const std::string& path) {
+    QDUINO_TRY_ASSIGN(const sockaddr_un address, address_of(path));
+    UniqueFd made{::socket(AF_UNIX, kSocket, 0)};
+    if (::connect(made.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return made;
+    return system_error("reach", path);
+}
+
+bool SerialPort::host_is_there() {
+    if (listener_.valid() && !fd_.valid())
+        fd_ = UniqueFd{::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+    if (!fd_.valid()) return false;
     pollfd look{fd_.get(), 0, 0};
-    return !is_pty_ || (::poll(&look, 1, 0) >= 0 && (look.revents & POLLHUP) == 0);
+    const bool ended = ::poll(&look, 1, 0) < 0 || (look.revents & POLLHUP) != 0;
+    if (!listener_.valid()) return !sees_host_ || !ended;
+    if (ended) fd_.reset();
+    return !ended;
 }
 
 Result<std::size_t> SerialPort::read(std::span<char> bytes) const {

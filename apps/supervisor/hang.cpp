@@ -6,9 +6,9 @@
 namespace qduino::supervisor {
 namespace {
 
+using board::Heartbeat;
+using board::PinsLayout;
 using board::VcpuId;
-using board::linux::Heartbeat;
-using board::linux::PinsLayout;
 
 /// One that announces a wake-up further away sleeps; one that wakes sooner polls.
 constexpr Nanoseconds kSleepsAtLeast = 1s;

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/time.h"
-#include "board/linux/pins_layout.h"
+#include "board/window/pins_layout.h"
 
 namespace qduino::supervisor {
 
@@ -26,7 +26,7 @@ struct Hang {
 
 /// The first hang at `now`, silent ones first. `bound`: what the supervisor waits beyond what a
 /// loop announced.
-[[nodiscard]] Hang find_hang(const board::linux::PinsLayout& layout, Instant now, Nanoseconds bound);
+[[nodiscard]] Hang find_hang(const board::PinsLayout& layout, Instant now, Nanoseconds bound);
 
 /// "loop 1 hung (…)", with what it does instead of getting on; or without, where its core was taken
 /// from it, and it did nothing.

@@ -21,9 +21,9 @@
 namespace qduino::supervisor {
 namespace {
 
+using board::SketchDeath;
 using board::linux::block_until;
 using board::linux::monotonic_now;
-using board::linux::SketchDeath;
 using posix::system_error;
 using posix::UniqueFd;
 
@@ -161,7 +161,7 @@ Result<void> HeatWatch::start(const HeatWatchTask& task) {
         QDUINO_TRY_ASSIGN(memory_, posix::map_anonymous(sizeof(HeatWatchPage)));
         page_ = memory_.as<HeatWatchPage>();
     }
-    QDUINO_TRY(hands_.open(*task.file, board::linux::kHeatWatchWriter, task.link, task.sysfs_root, system_));
+    QDUINO_TRY(hands_.open(*task.file, board::kHeatWatchWriter, task.link, task.sysfs_root, system_));
     const pid_t supervisor = ::getpid();
     pid_ = ::fork();
     if (pid_ < 0) return system_error("start", "the heat watch");

@@ -12,9 +12,9 @@
 namespace qduino::supervisor {
 namespace {
 
+using board::SketchDeath;
 using board::linux::block_until;
 using board::linux::monotonic_now;
-using board::linux::SketchDeath;
 
 constexpr Nanoseconds kRealTimeWait = 100ms;
 constexpr int kLookMs = 5;

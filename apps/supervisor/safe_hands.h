@@ -44,7 +44,7 @@ class SafeHands {
         Nanoseconds took{};  ///< until all that could be forced at once was
         bool gone = false;   ///< the process
     };
-    [[nodiscard]] Cut cut(const Dying& sketch, board::linux::SketchDeath how);
+    [[nodiscard]] Cut cut(const Dying& sketch, board::SketchDeath how);
     /// Returns when the process is gone and the outputs have been forced once more after that.
     void outlast(const Dying& sketch, Cut& cut);
 

@@ -17,12 +17,12 @@
 namespace qduino::supervisor {
 namespace {
 
+using board::PinsLayout;
+using board::SketchDeath;
 using board::linux::block_until;
 using board::linux::monotonic_now;
 using board::linux::PinsFile;
-using board::linux::PinsLayout;
 using board::linux::PinsRole;
-using board::linux::SketchDeath;
 
 constexpr int kPollMs = 10;
 /// A sketch that was asked to stop has this long; then it is killed.
@@ -47,8 +47,7 @@ Result<Supervisor> Supervisor::open(Options options, SystemCalls& system) {
 }
 
 int Supervisor::run(int signals) {
-    auto opened =
-        hands_.open(file_, board::linux::kSupervisorWriter, options_.link, options_.sysfs_root, *system_);
+    auto opened = hands_.open(file_, board::kSupervisorWriter, options_.link, options_.sysfs_root, *system_);
     if (!opened) {
         complain(opened.error().message);
         return 1;

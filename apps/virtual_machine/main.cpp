@@ -84,6 +84,8 @@ int main(int argc, char** argv) {
     int fifo = 20;  // above all ordinary load, below every loop
     app.add_option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs")->required();
     app.add_option("--inspect", options.inspect, "unix socket to answer questions on");
+    app.add_flag("--own-clock", options.own_clock,
+                 "the sketch is in an emulated machine, with a clock of its own (docs/metal.md)");
     app.add_option("--machine", machine_file, "machine file (TOML); default: the reference machine");
     app.add_option("--kept", kept_file, "file of what M500 keeps: the beds that a job may name");
     app.add_option("--fault", faults,

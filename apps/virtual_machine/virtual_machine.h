@@ -27,8 +27,9 @@
 namespace qduino::apps {
 
 struct VirtualMachineOptions {
-    std::string pins;     ///< file of the virtual pins; on a tmpfs
-    std::string inspect;  ///< socket of the inspector; empty: none
+    std::string pins;        ///< file of the virtual pins; on a tmpfs
+    std::string inspect;     ///< socket of the inspector; empty: none
+    bool own_clock = false;  ///< the sketch is in an emulated machine
     twin::Machine machine{};
     std::vector<twin::Fault> faults;  ///< their instants count from start-up
 };

@@ -6,8 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
-#include <filesystem>
 
 #include "posix/system_error.h"
 #include "posix/unique_fd.h"
@@ -44,19 +42,6 @@ Result<std::span<std::uint8_t>> map_eeprom(const std::string& path, std::size_t 
     void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
     if (memory == MAP_FAILED) return file_error(path);
     return std::span<std::uint8_t>{static_cast<std::uint8_t*>(memory), size};
-}
-
-std::string default_eeprom_path() {
-    if (const char* set = std::getenv("QDUINO_EEPROM")) return set;
-    const char* state = std::getenv("XDG_STATE_HOME");
-    const char* home = std::getenv("HOME");
-    const std::filesystem::path root = state  ? std::filesystem::path(state)
-                                       : home ? std::filesystem::path(home) / ".local/state"
-                                              : std::filesystem::path("/var/tmp");
-    std::error_code ignored;  // what cannot be made is said when the file cannot be opened
-    std::filesystem::create_directories(root / "qduino", ignored);
-    const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored).filename();
-    return root / "qduino" / (program.empty() ? "sketch.eeprom" : program.string() + ".eeprom");
 }
 
 Result<void> sync_eeprom(std::span<std::uint8_t> bytes) {

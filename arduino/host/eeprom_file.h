@@ -13,9 +13,6 @@ namespace qduino::arduino::host {
 /// none or it is shorter. The mapping lasts as long as the program. Error: not_permitted,
 /// not_found, unavailable, with the path.
 Result<std::span<std::uint8_t>> map_eeprom(const std::string& path, std::size_t size);
-/// The default place of this program's EEPROM. Its folder exists when this returns, if it can be
-/// made.
-std::string default_eeprom_path();
 /// Waits until `bytes` (a whole mapping) are on the disk.
 Result<void> sync_eeprom(std::span<std::uint8_t> bytes);
 

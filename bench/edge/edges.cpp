@@ -21,6 +21,7 @@ namespace qduino::bench {
 namespace {
 
 using namespace board::linux;
+using board::InputPin;
 using board::PinId;
 
 constexpr PinId kButton{11};

@@ -4,12 +4,16 @@
 //   bench-emergency [--json] [--rounds N]
 //
 //   this process (the machine: pins, twin)                    supervisor ─► printer: moves, heats
-//      │  "M112" into the pty, at a random moment ─► printd ── link ──────────┘
+//      │  "M112" into the pty, at a random moment ─► printer-port ── link ────┘
 //      └─ when was the last microstep, when did the heater go off? By the instants of the edges.
 //
-// printd is the one of ./run: in a VCPU of 10 ms in 100 ms of core 0. Between two rounds the fault
-// is cleared over HTTP, and the host heats and moves anew. `busy` is with two processes beside it
-// that only compute. The clock starts before the bytes are written: what writing takes counts.
+// printd is the one of ./run: in a VCPU of 10 ms in 100 ms of core 0. printer-port reads the
+// pty, at the rank of the sketch's I/O VCPU. A tty's bytes go through a kernel thread
+// (flush_to_ldisc, in a work queue of ordinary threads) before anybody can read them: that part
+// has a row of its own, by the time at which printer-port had read them. Between two rounds the
+// fault is cleared over HTTP, and the host heats and moves anew. `busy` is with two processes
+// beside it that only compute. The clock starts before the bytes are written: what writing takes
+// counts.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -26,6 +30,7 @@
 #include <optional>
 #include <random>
 
+#include "apps/link/link_file.h"
 #include "bench/rig/child.h"
 #include "bench/rig/options.h"
 #include "bench/rig/processes.h"
@@ -48,20 +53,26 @@ constexpr Nanoseconds kPatience = 8s;
 /// When nothing has moved for so long, it stands.
 constexpr Nanoseconds kStill = 30ms;
 constexpr double kAsked_ms = 10;
+constexpr const char* kOwnPart = "from that on, all";
 
 /// The print service and its two doors.
 class Service {
   public:
     Service(const std::string& folder, const std::string& link) : folder_(folder) {
-        const std::string state = folder + "/state";
+        const std::string state = folder + "/state", socket = folder + "/port";
+        std::filesystem::create_directories(state);
+        port_process_ = start_quietly({program_beside("printer-port"), "--port", "pty", "--state", state,
+                                       "--link", link, "--service", socket});
         process_ = start_quietly({program_beside("qduino"), "vcpu", "--budget", "10", "--period", "100",
                                   "--core", "0", "--", program_beside("printd"), "--state", state, "--link",
-                                  link, "--listen", "127.0.0.1:0", "--print-link", "--serial-port", "pty"},
+                                  link, "--listen", "127.0.0.1:0", "--print-link", "--serial-port", socket},
                                  folder + "/said");
     }
     ~Service() {
-        ::kill(process_, SIGTERM);
-        ::waitpid(process_, nullptr, 0);
+        for (const pid_t each : {process_, port_process_}) {
+            ::kill(each, SIGTERM);
+            ::waitpid(each, nullptr, 0);
+        }
     }
     Service(const Service&) = delete;
     Service& operator=(const Service&) = delete;
@@ -107,7 +118,7 @@ class Service {
 
   private:
     std::string folder_;
-    pid_t process_ = -1;
+    pid_t process_ = -1, port_process_ = -1;
     UniqueFd port_;
     UniqueFd request_;
     int http_port_ = 0;
@@ -115,6 +126,7 @@ class Service {
 };
 
 struct Stopped {
+    Nanoseconds read{};    ///< from the M112 until printer-port had read it: the kernel's part
     Nanoseconds motion{};  ///< from the M112 to the last microstep
     Nanoseconds heat{};    ///< … to the heater's pin
 };
@@ -123,11 +135,15 @@ struct Stopped {
 class Stand final : twin::MotionObserver {
   public:
     Stand(PinsServer server, const std::string& pins, const std::string& folder)
-        : server_(std::move(server)), twin_(twin::Machine{}), service_(folder, folder + "/link") {
+        : server_(std::move(server)),
+          folder_(folder),
+          twin_(twin::Machine{}),
+          service_(folder, folder + "/link") {
         twin_.observe(this);
         supervisor_ =
             start_quietly({program_beside("qduino-supervisor"), "--pins", pins, "--link", folder + "/link",
-                           "--", program_beside("printer"), "--pins", pins, "--link", folder + "/link"});
+                           "--settings-state", folder + "/settings", "--", program_beside("printer"),
+                           "--pins", pins, "--link", folder + "/link", "--isolate"});
     }
     ~Stand() override {
         ::kill(supervisor_, SIGTERM);
@@ -137,7 +153,12 @@ class Stand final : twin::MotionObserver {
     Stand& operator=(const Stand&) = delete;
 
     [[nodiscard]] bool come_up() {
-        return until([&] { return service_.open(); });
+        return until([&] {
+            if (!link_) {
+                if (auto mapped = apps::map_link(folder_ + "/link")) link_ = std::move(*mapped);
+            }
+            return link_ && service_.open();
+        });
     }
     /// It moves and heats. False: it does not get there.
     [[nodiscard]] bool work() {
@@ -164,7 +185,9 @@ class Stand final : twin::MotionObserver {
         if (!until([&] { return !heats() && server_.horizon() - std::max(from, last_step_) > kStill; }))
             return std::nullopt;
         const Instant cold = twin_.state(server_.horizon()).heater_off_since[twin::kHotEnd];
-        return Stopped{std::max(last_step_ - from, Nanoseconds{0}), std::max(cold - from, Nanoseconds{0})};
+        const Instant read = instant_from_ns(link_.get()->port_stop_ns.load());
+        return Stopped{read - from, std::max(last_step_ - from, Nanoseconds{0}),
+                       std::max(cold - from, Nanoseconds{0})};
     }
     void run(Nanoseconds length) {
         for (const Instant end = monotonic_now() + length; monotonic_now() < end;) pass();
@@ -180,7 +203,7 @@ class Stand final : twin::MotionObserver {
     }
     void pass() {
         block_until(monotonic_now() + kLook);
-        server_.poll(monotonic_now() - board::linux::kSettle, twin_);
+        server_.poll(server_.past(), twin_);
         service_.hear();
     }
     template <typename Done>
@@ -194,6 +217,8 @@ class Stand final : twin::MotionObserver {
     }
 
     PinsServer server_;
+    std::string folder_;
+    apps::LinkFile link_;
     twin::Printer twin_;
     Service service_;
     pid_t supervisor_ = -1;
@@ -219,7 +244,7 @@ std::string play_on(const std::string& folder, int rounds, const std::string& lo
     if (!stand.come_up()) return "the print service did not come up";
     const Busy busy{load == "busy" ? 2 : 0};
     std::mt19937_64 random{std::random_device{}()};
-    std::vector<std::int64_t> motion, heat;
+    std::vector<std::int64_t> read, motion, heat, own;
     std::string why;
     for (int round = 0; round < rounds && why.empty(); ++round) {
         if (!stand.work()) {
@@ -232,17 +257,23 @@ std::string play_on(const std::string& folder, int rounds, const std::string& lo
             why = "it went on after an M112";
             break;
         }
+        read.push_back(to_ns(stopped->read));
         motion.push_back(to_ns(stopped->motion));
         heat.push_back(to_ns(stopped->heat));
+        own.push_back(to_ns(std::max(stopped->heat, stopped->motion) - stopped->read));
     }
+    report.results.push_back(row(load, "the kernel has handed it over", read));
     report.results.push_back(row(load, "last microstep", motion));
     report.results.push_back(row(load, "heater off", heat));
+    report.results.push_back(row(load, kOwnPart, own));
     return why;
 }
 
 int run(const Options& options) {
     Report report;
-    report.guarantee = "printer's three loops at real-time priority, cores not isolated; printd in its VCPU";
+    report.guarantee =
+        "printer's three loops at real-time priority, as root the stepper loop's core isolated; printd in "
+        "its VCPU";
     for (const std::string load : {"idle", "busy"}) {
         std::string folder = "/dev/shm/qduino-bench-emergency-XXXXXX";
         if (::mkdtemp(folder.data()) == nullptr) return 1;
@@ -250,11 +281,16 @@ int run(const Options& options) {
         if (!why.empty()) report.add_failure(load, why);
         std::filesystem::remove_all(folder);
     }
-    double worst = 0;
-    for (const Json& each : report.results) worst = std::max(worst, each["ms_max"].get<double>());
+    double worst = 0, own = 0;
+    for (const Json& each : report.results) {
+        const bool is_own = each["until"] == kOwnPart;
+        (is_own ? own : worst) = std::max(is_own ? own : worst, each["ms_max"].get<double>());
+    }
     report.remarks.push_back(verdict(worst <= kAsked_ms && report.failures.empty(),
                                      "all stands and is off %.2f ms after an M112; at most %.0f", worst,
                                      kAsked_ms));
+    report.remarks.push_back(verdict(own <= kAsked_ms && report.failures.empty(),
+                                     "… %.2f ms after the kernel has handed it over", own));
     print(report, options.json);
     return 0;
 }

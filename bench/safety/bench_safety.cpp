@@ -115,7 +115,7 @@ class HotPrinter {
   private:
     void pass(Nanoseconds limit) {
         block_until(monotonic_now() + limit);
-        server_.poll(monotonic_now() - board::linux::kSettle, twin_);
+        server_.poll(server_.past(), twin_);
     }
     bool both_on() {
         const auto duty = twin_.state(server_.horizon()).heater_duty;

@@ -53,6 +53,7 @@ class StepperPins {
     }
     [[nodiscard]] bool endstop_pressed(int) { return false; }
     void watch_switches(int, bool) {}
+    void cut_heat() {}
 
   private:
     board::Board& board_;

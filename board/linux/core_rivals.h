@@ -14,7 +14,7 @@
 #include <optional>
 #include <string>
 
-#include "board/linux/pins_layout.h"
+#include "board/window/pins_layout.h"
 
 namespace qduino::board::linux {
 

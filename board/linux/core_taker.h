@@ -50,6 +50,10 @@ class CoreTaker {
 
     // As LinuxBoard has them:
     void serve_interrupts(DeviceClass device, VcpuId io);
+    /// The I/O VCPU that serves `device`; kNoVcpu: none.
+    [[nodiscard]] VcpuId server_of(DeviceClass device) const {
+        return served_by_[static_cast<std::size_t>(device)];
+    }
     Result<void> route_interrupts(DeviceClass device, int core, bool allowed);
     [[nodiscard]] Result<void> core_timer(int core, bool enabled) const;
 

@@ -10,9 +10,9 @@
 #include <string>
 
 #include "base/result.h"
-#include "board/linux/edge_times.h"
 #include "board/linux/linux_config.h"
 #include "board/linux/pin_driver.h"
+#include "board/window/edge_times.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::board::linux {

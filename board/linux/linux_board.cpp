@@ -275,6 +275,14 @@ Result<void> LinuxBoard::change_io(VcpuId io, sched::VcpuParameters parameters) 
     return {};
 }
 
+std::optional<ServingVcpu> LinuxBoard::serving(DeviceClass device) const {
+    const VcpuId io = cores_.server_of(device);
+    for (const auto& thread : crew_.threads()) {
+        if (io != kNoVcpu && thread->spec().id == io) return ServingVcpu{thread->spec(), thread->priority()};
+    }
+    return std::nullopt;
+}
+
 /// On the thread of run(): it takes a file.
 void LinuxBoard::renew_promise() {
     for (const auto& thread : crew_.threads()) {

@@ -48,6 +48,12 @@
 
 namespace qduino::board::linux {
 
+/// An I/O VCPU as another process must know it.
+struct ServingVcpu {
+    VcpuSpec spec;
+    int priority = 0;  ///< SCHED_FIFO; 0: it could not be had
+};
+
 class LinuxBoard final : public Board {
   public:
     /// Opens every device that `config` names. Error: the first that cannot be had, by name.
@@ -122,6 +128,9 @@ class LinuxBoard final : public Board {
         cores_.serve_interrupts(device, io);
         return {};
     }
+    /// The I/O VCPU that serves `device`, as it runs: for a process that does its bottom half.
+    /// Nothing: none serves it. After start().
+    [[nodiscard]] std::optional<ServingVcpu> serving(DeviceClass device) const;
     /// Its thread, the warden and the promise to other programs take it up by themselves, within
     /// milliseconds.
     Result<void> change_io(VcpuId io, sched::VcpuParameters parameters) override;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "board/linux/pins_layout.h"
+#include "board/window/pins_layout.h"
 #include "posix/mapping.h"
 #include "posix/unique_fd.h"
 

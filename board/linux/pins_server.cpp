@@ -9,7 +9,7 @@
 
 #include "board/linux/clock.h"
 #include "board/linux/futex.h"
-#include "board/linux/mail_words.h"
+#include "board/window/mail_words.h"
 
 namespace qduino::board::linux {
 namespace {
@@ -47,9 +47,11 @@ const PinEvent* PinsServer::Source::front() {
 }
 void PinsServer::Source::pop() { wide ? ring.as<WideRing>()->pop() : ring.as<NarrowRing>()->pop(); }
 
-Result<PinsServer> PinsServer::create(const std::string& path) {
+Result<PinsServer> PinsServer::create(const std::string& path, bool own_clock) {
     PinsServer server;
     QDUINO_TRY_ASSIGN(server.file_, PinsFile::create(path));
+    // From the first poll on: no time of this computer's clock may come in.
+    if (own_clock) server.layout().sketch_clock_ns.store(1, std::memory_order_relaxed);
     return server;
 }
 
@@ -89,6 +91,28 @@ Instant PinsServer::exact_until(Instant asked) {
     return std::max(until, horizon_);
 }
 
+// ---- the sketch's clock
+// ---------------------------------------------------------------------------
+
+bool PinsServer::has_own_clock() const {
+    return layout().sketch_clock_ns.load(std::memory_order_relaxed) != 0;
+}
+
+Instant PinsServer::now() const {
+    const std::int64_t told = layout().sketch_clock_ns.load(std::memory_order_acquire);
+    return told != 0 ? instant_from_ns(told) : monotonic_now();
+}
+
+Instant PinsServer::past() const { return has_own_clock() ? now() : now() - kSettle; }
+
+/// Returns when each core's stores of before `until` can be seen. Of a clock that is not shared it
+/// is known only that `until` is over by now.
+void PinsServer::settle(Instant until) const {
+    const Instant settled = (has_own_clock() ? monotonic_now() : until) + kSettle;
+    while (monotonic_now() < settled) {
+    }
+}
+
 // ---- delivery -----------------------------------------------------------------------------------
 
 std::size_t PinsServer::poll(Instant until, Peripherals& peripherals) {
@@ -97,14 +121,14 @@ std::size_t PinsServer::poll(Instant until, Peripherals& peripherals) {
     Requests asked{};
     // Read after the requests were found: what was written before they were posted is older than
     // this.
-    if (find_requests(asked)) until = std::max(until, monotonic_now());
-    while (monotonic_now() < until + kSettle) {
-    }
+    if (find_requests(asked)) until = std::max(until, now());
+    settle(until);
     find_new_sources(until);
     until = exact_until(until);
     const std::size_t events = deliver(until, peripherals);
     if (events < kBatch) horizon_ = std::max(horizon_, until);
     publish_inputs(peripherals);
+    layout().inputs_as_of_ns.store(to_ns(horizon_), std::memory_order_release);
     return events + serve_mail(asked, peripherals);
 }
 
@@ -162,7 +186,7 @@ void PinsServer::publish_inputs(Peripherals& peripherals) {
         input.level.store(level, std::memory_order_release);
         std::atomic<std::uint32_t>& edges = level ? input.rising : input.falling;
         (level ? input.rising_times : input.falling_times)
-            .note(edges.load(std::memory_order_relaxed) + 1, monotonic_now());
+            .note(edges.load(std::memory_order_relaxed) + 1, now());
         edges.fetch_add(1, std::memory_order_release);
         changed = true;
     }
@@ -245,7 +269,8 @@ void PinsServer::serve(Mailbox& mail, std::uint32_t sequence, Peripherals& perip
 // ---- waiting, sessions --------------------------------------------------------------------------
 
 void PinsServer::wait(Nanoseconds limit) {
-    futex_wait_until(layout().doorbell, doorbell_seen_, monotonic_now() + limit);
+    const Nanoseconds most = has_own_clock() ? std::min(limit, kNoBell) : limit;
+    futex_wait_until(layout().doorbell, doorbell_seen_, monotonic_now() + most);
 }
 
 PinsFaults PinsServer::faults() const {

@@ -3,7 +3,7 @@
 //
 //   loop of an app that plays the machine:
 //       server.wait(1ms);                       sleeps until a bus request comes, at most so long
-//       server.poll(monotonic_now() - kSettle); edges in order of time, bus requests, inputs
+//       server.poll(server.past());             edges in order of time, bus requests, inputs
 //
 // One thread. A sketch may die at any instruction and another attach. The server goes on, and still
 // plays what the dead sketch had pushed.
@@ -32,21 +32,28 @@ struct PinsFaults {
 class PinsServer {
   public:
     /// Makes the file at `path` (on a tmpfs: /dev/shm/…) and serves it. Errors: PinsFile::create.
-    static Result<PinsServer> create(const std::string& path);
+    /// `own_clock`: the sketch will have a clock of its own (PinsLayout::sketch_clock_ns).
+    static Result<PinsServer> create(const std::string& path, bool own_clock = false);
 
     PinsServer(PinsServer&&) = default;
     PinsServer& operator=(PinsServer&&) = default;
 
     /// Delivers events in order of time up to `until`, publishes the input pins, then serves bus
     /// requests. If there are requests, it first delivers events up to the latest of them: the
-    /// peripherals see what a sketch wrote before it asked, and then answer. `until` is of
-    /// CLOCK_MONOTONIC and past; the call spins where it is less than kSettle ago. Times given to
+    /// peripherals see what a sketch wrote before it asked, and then answer. `until` is of the
+    /// sketch's clock and past; the call spins where it is less than kSettle ago. Times given to
     /// `peripherals` do not go back. Returns how many events and requests were served; at most
     /// kBatch events a call, so that requests are not starved.
     std::size_t poll(Instant until, Peripherals& peripherals);
 
-    /// Sleeps until a bus request comes, at most `limit`.
+    /// Sleeps until a bus request comes, at most `limit`. A sketch with a clock of its own cannot
+    /// wake it: then at most kNoBell.
     void wait(Nanoseconds limit);
+
+    /// Now, on the sketch's clock: CLOCK_MONOTONIC, or its own as it last told.
+    [[nodiscard]] Instant now() const;
+    /// The latest instant for poll() that needs no spinning where the clock is shared.
+    [[nodiscard]] Instant past() const;
 
     /// Time of the latest call of Peripherals.
     [[nodiscard]] Instant horizon() const { return horizon_; }
@@ -57,6 +64,7 @@ class PinsServer {
     [[nodiscard]] PinsLayout& layout() const { return file_.layout(); }
 
     static constexpr std::size_t kBatch = 50'000;
+    static constexpr Nanoseconds kNoBell{100'000};
 
   private:
     /// A ring that has been in use.
@@ -72,6 +80,8 @@ class PinsServer {
     };
 
     PinsServer() = default;
+    [[nodiscard]] bool has_own_clock() const;
+    void settle(Instant until) const;
     void find_new_sources(Instant until);
     [[nodiscard]] bool sketch_lives() const;
     [[nodiscard]] Instant exact_until(Instant asked);

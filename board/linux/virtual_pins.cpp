@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "board/linux/futex.h"
-#include "board/linux/mail_words.h"
+#include "board/window/mail_client.h"
 
 namespace qduino::board::linux {
 namespace {
@@ -17,18 +17,6 @@ std::size_t index_of(PinId pin) {
     return pin.number;
 }
 
-/// Writes a request into the mailbox and returns its sequence number.
-std::uint32_t post(Mailbox& mail, const MailHead& head, std::span<const std::uint8_t> out) {
-    const std::uint32_t even = (mail.request.load(std::memory_order_relaxed) + 1) & ~1u;
-    mail.request.store(even + 1, std::memory_order_relaxed);  // odd: being written
-    std::array<std::uint8_t, sizeof head> bytes{};
-    std::memcpy(bytes.data(), &head, sizeof head);
-    store_words(mail.head, bytes);
-    store_words(mail.out, out);
-    mail.request.store(even + 2, std::memory_order_release);
-    return even + 2;
-}
-
 bool wait_for_reply(const Mailbox& mail, std::uint32_t sequence, Instant deadline) {
     for (;;) {
         const std::uint32_t answered = mail.reply.load(std::memory_order_acquire);
@@ -36,19 +24,6 @@ bool wait_for_reply(const Mailbox& mail, std::uint32_t sequence, Instant deadlin
         if (monotonic_now() >= deadline) return false;
         futex_wait_until(mail.reply, answered, deadline);
     }
-}
-
-/// The machine's answer to a transaction: success, or its error with its words.
-Result<void> what_machine_said(const Mailbox& mail) {
-    const std::uint32_t failed = mail.failed.load(std::memory_order_relaxed);
-    if (failed == 0) return {};
-    std::array<std::uint8_t, decltype(Error::message)::kCapacity> text{};
-    const std::size_t size =
-        std::min<std::size_t>(mail.text_size.load(std::memory_order_relaxed), text.size());
-    load_words(mail.in, {text.data(), size});
-    constexpr auto kLast = static_cast<std::uint32_t>(ErrorCode::internal);
-    return make_error(static_cast<ErrorCode>(std::min(failed - 1, kLast)),
-                      std::string_view{reinterpret_cast<const char*>(text.data()), size});
 }
 
 }  // namespace
@@ -191,17 +166,12 @@ int force_safe_states(PinsLayout& layout, PinWriter& writer) {
 Result<void> VirtualPins::ask(VcpuId vcpu, MailHead head, std::span<const std::uint8_t> out,
                               std::span<std::uint8_t> in, double* analog) {
     QDUINO_EXPECT(vcpu < kVcpuLimit);
-    if (out.size() > kMailBytes || in.size() > kMailBytes) {
-        return make_error(ErrorCode::out_of_range,
-                          "a bus transaction carries at most 1024 bytes each way: split it");
-    }
-    head.out_size = static_cast<std::uint16_t>(out.size());
-    head.in_size = static_cast<std::uint16_t>(in.size());
+    QDUINO_TRY_ASSIGN(head, with_sizes(head, out.size(), in.size()));
     std::unique_lock lock{shared_by_non_vcpus_, std::defer_lock};
     if (vcpu == kNoVcpu) lock.lock();
     Mailbox& mail = layout().mail[vcpu];
     const Instant deadline = monotonic_now() + kBusTimeout;
-    const std::uint32_t sequence = post(mail, head, out);
+    const std::uint32_t sequence = post_request(mail, head, out);
     layout().doorbell.fetch_add(1, std::memory_order_release);
     futex_wake_all(layout().doorbell);
     if (!wait_for_reply(mail, sequence, deadline)) {
@@ -215,19 +185,12 @@ Result<void> VirtualPins::ask(VcpuId vcpu, MailHead head, std::span<const std::u
 
 Result<void> VirtualPins::transfer(VcpuId vcpu, I2cBus bus, I2cAddress address,
                                    std::span<const std::uint8_t> out, std::span<std::uint8_t> in) {
-    return ask(vcpu, {.kind = MailKind::i2c, .bus = bus.number, .address = address.value}, out, in, nullptr);
+    return ask(vcpu, i2c_request(bus, address), out, in, nullptr);
 }
 
 Result<void> VirtualPins::transfer(VcpuId vcpu, SpiBus bus, SpiSettings settings,
                                    std::span<std::uint8_t> data) {
-    const std::uint8_t lsb_first = settings.least_significant_first ? 1 : 0;
-    return ask(vcpu,
-               {.kind = MailKind::spi,
-                .bus = bus.number,
-                .spi_mode = settings.mode,
-                .spi_clock_hz = settings.clock_hz,
-                .spi_lsb_first = lsb_first},
-               data, data, nullptr);
+    return ask(vcpu, spi_request(bus, settings), data, data, nullptr);
 }
 
 // ---- inputs that change -------------------------------------------------------------------------

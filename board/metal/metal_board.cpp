@@ -1,6 +1,7 @@
 #include "board/metal/metal_board.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/contract.h"
 #include "base/text.h"
@@ -17,18 +18,61 @@ constinit MetalBoard* the_board = nullptr;
 
 Core& core_at(int number) { return cores[static_cast<std::size_t>(number)]; }
 
-/// Into the kernel, a decision, and back: the median of some, for an emulator's host may stop it in
-/// one of them.
-Nanoseconds measure_switch() {
+/// The median of some, for an emulator's host may stop it in one of them.
+template <typename Action>
+Nanoseconds length_of(Action action) {
     std::array<Nanoseconds, 33> lengths;
     const InterruptsOff off;
     for (Nanoseconds& length : lengths) {
         const Instant before = tsc_clock.now();
-        Core::look_up();
+        action();
         length = tsc_clock.now() - before;
     }
     std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
     return lengths[lengths.size() / 2];
+}
+
+/// As a core decides (core/core.cpp), among four loops that all want to run.
+Nanoseconds length_of_a_decision() {
+    static sched::CoreScheduler scheduler;  // too large for a stack
+    const Instant began = tsc_clock.now();
+    for (VcpuId id = 1; id <= 4; ++id) {
+        static_cast<void>(scheduler.add(id, {.budget = 10ms, .period = 100ms}, began));
+        scheduler.wake(id, began);
+    }
+    return length_of([] {
+        const Instant now = tsc_clock.now();
+        scheduler.account(now);
+        static_cast<void>(scheduler.available(*scheduler.decide(now).vcpu, now));
+        scheduler.account(tsc_clock.now());
+    });
+}
+
+/// What a pass of the kernel takes, and how exact the ends of budgets were, where there were any.
+FixedString<100> kernel_note(const CoreCounts& counts) {
+    FixedString<100> note;
+    if (const auto passes = static_cast<std::int64_t>(counts.passes.load()); passes > 0)
+        write(note, ", kernel ", counts.kernel.load().count() / passes, " ns each of ", passes, " times");
+    if (counts.ends.load() > 0)
+        write(note, ", ends of budgets ", counts.ends.load(), ", at most ",
+              counts.worst_overrun.load().count(), " ns late");
+    return note;
+}
+
+void count_down(std::uint64_t turns) { asm volatile("1:\n\tdecq %0\n\tjnz 1b" : "+r"(turns) : : "cc"); }
+
+constexpr std::uint64_t kTurns = 1024;
+
+/// What kTurns of count_down() take, in counts of the clock: the longest of some.
+std::uint64_t measure_turns() {
+    std::uint64_t longest = 1;
+    const InterruptsOff off;
+    for (int i = 0; i < 3; ++i) {
+        const std::uint64_t before = time_stamp_counter();
+        count_down(kTurns);
+        longest = std::max(longest, time_stamp_counter() - before);
+    }
+    return longest;
 }
 
 }  // namespace
@@ -36,16 +80,24 @@ Nanoseconds measure_switch() {
 MetalBoard::MetalBoard() {
     QDUINO_EXPECT(the_board == nullptr);
     the_board = this;
-    switch_cost_ = measure_switch();
+    entry_cost_ = length_of([] { Core::look_up(); });
+    switch_cost_ = entry_cost_ + length_of_a_decision();
 }
 
 // ---- time ---------------------------------------------------------------------------------------
+
+void MetalBoard::count_spins() { turns_take_ = measure_turns(); }
 
 void MetalBoard::busy_until(Instant t) {
     if (t <= kEpoch) return;
     const std::uint64_t end = tsc_clock.count_at(t);
     // The hint saves power and may take tens of nanoseconds, so not in the last microsecond.
     const std::uint64_t close = end - std::min(end, tsc_clock.hz() / 1'000'000);
+    // Counted is a quarter of what is left at a time, for the count may be slower now than it was
+    // when it was measured.
+    for (std::uint64_t now = time_stamp_counter(); turns_take_ != 0 && now + 4 * turns_take_ < close;
+         now = time_stamp_counter())
+        count_down((close - now) / 4 * kTurns / turns_take_);
     while (time_stamp_counter() < close) spin_hint();
     while (time_stamp_counter() < end) {
     }
@@ -110,7 +162,6 @@ Result<void> MetalBoard::start(std::span<const VcpuSpec> specs) {
     began_ = now();
     for (const VcpuSpec& spec : specs) QDUINO_TRY(add_thread(spec, began_));
     device_interrupts.route_all();
-    for (int core = 0; core < core_count(); ++core) core_at(core).begin_threads();
     return {};
 }
 
@@ -146,7 +197,13 @@ void MetalBoard::thread_main(void* context) {
     this_core().finish();
 }
 
+/// With the first run all cores begin at once. Otherwise those of the first core would begin in the
+/// middle of a period: it is the host's before that, which may say long reports.
 void MetalBoard::run(Instant until) {
+    if (began_ != kForever && !std::exchange(runs_, true)) {
+        began_ = now();
+        for (int core = 0; core < core_count(); ++core) core_at(core).begin_threads();
+    }
     while (!ended_ && now() < until) {
         if (loops_left_.load() == 0) return end();
         cores[0].let_threads_run(until);
@@ -181,9 +238,9 @@ sched::PlatformOverheads MetalBoard::platform_overheads(int core) {
     overheads.release_cost = overheads.enforcement_cost = overheads.wait_cost = 2 * switch_cost_;
     if (const int devices = device_interrupts.count_on(core); devices > 0) {
         // A byte at 115,200 baud takes 86.8 us, and each may interrupt. A top half is a way into
-        // the kernel with a few ports to write: counted as two switches.
+        // the kernel with a few ports to write: counted as two of them.
         overheads.interferers.push_back({.name = "top halves",
-                                         .cost = 2 * devices * switch_cost_,
+                                         .cost = 2 * devices * entry_cost_,
                                          .interval = Nanoseconds{86'800},
                                          .jitter = {}});
     }
@@ -233,6 +290,8 @@ GuaranteeReport MetalBoard::guarantee() const {
     for (const Thread& thread : threads) {
         if (thread.state == ThreadState::unused) continue;
         LoopGuarantee loop{thread.spec};
+        loop.used = core_of(thread).charged(thread);
+        loop.watched = tsc_clock.now() - began_;
         loop.priority_enforced = loop.budget_enforced = true;
         loop.core_owned = thread.spec.owns_core;
         if (const std::uint64_t lost = thread.lost.load(); lost > 0)
@@ -250,9 +309,10 @@ GuaranteeReport MetalBoard::guarantee() const {
              .interrupts_per_second = seconds > 0 ? static_cast<double>(came) / seconds : 0,
              .tick_stopped = !core_at(number).alarms_allowed(),
              .throttling_lifted = true,
-             .note = text<FixedString<200>>("timer ", counts.alarms.load(), ", devices ",
-                                            counts.devices.load(), ", calls of cores ", counts.calls.load(),
-                                            TscClock::invariant() ? "" : "; its clock may change its rate")});
+             .note =
+                 text<FixedString<200>>("timer ", counts.alarms.load(), ", devices ", counts.devices.load(),
+                                        ", calls of cores ", counts.calls.load(), kernel_note(counts).view(),
+                                        TscClock::invariant() ? "" : "; its clock may change its rate")});
     }
     return report;
 }

@@ -29,6 +29,9 @@ class MetalBoard final : public Board {
     [[nodiscard]] Instant now() override { return tsc_clock.now(); }
     void busy_until(Instant t) override;
     void busy_for(Nanoseconds length) override { busy_until(now() + length); }
+    /// From now on most of a spin is counted. To read its clock, and to take the hint that it
+    /// spins, costs an emulator a thousand instructions. By the host, before start().
+    void count_spins();
     /// Where the core's timer is off (noTimer()), nothing could wake the caller: there it spins.
     void sleep_until(Instant t) override;
 
@@ -41,6 +44,22 @@ class MetalBoard final : public Board {
         return pins.attach(pin, edge, handler, context, io);
     }
     void detach_edge(PinId pin) override { pins.detach(pin); }
+    Result<void> pwm_write(PinId pin, double duty) override { return pins.write_pwm(pin, duty); }
+    Result<void> pwm_period(PinId pin, Nanoseconds period) override {
+        return pins.set_pwm_period(pin, period);
+    }
+    [[nodiscard]] Result<double> analog_read(PinId pin) override { return pins.read_analog(pin); }
+
+    // ---- buses ----------------------------------------------------------------------------------
+    Result<void> i2c_transfer(I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
+                              std::span<std::uint8_t> in) override {
+        QDUINO_TRY_ASSIGN(Peripherals* const wired, pins.wired());
+        return wired->i2c_transfer(now(), bus, address, out, in);
+    }
+    Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data) override {
+        QDUINO_TRY_ASSIGN(Peripherals* const wired, pins.wired());
+        return wired->spi_transfer(now(), bus, settings, data);
+    }
 
     // ---- locks ----------------------------------------------------------------------------------
     void lock(LockWord& word) override { locks.lock(word); }
@@ -77,9 +96,12 @@ class MetalBoard final : public Board {
     std::atomic<bool> stop_{false};
     std::atomic<int> loops_left_{0};    // entries that have not returned, of loops …
     std::atomic<int> threads_left_{0};  // … and of all VCPUs
-    bool ended_ = false;
-    Instant began_ = kForever;
-    Nanoseconds switch_cost_{};
+    bool runs_ = false, ended_ = false;
+    Instant began_ = kForever;   // start(); then the first run()
+    Nanoseconds entry_cost_{};   // into the kernel and back
+    Nanoseconds switch_cost_{};  // the same with a decision
+    // What kTurns of count_down() take, in counts of the clock; 0: nothing is counted.
+    std::uint64_t turns_take_ = 0;
 };
 
 }  // namespace qduino::board::metal

@@ -20,26 +20,71 @@ Result<void> Pins::set_mode(PinId pin, PinMode mode) {
     const bool was_output = state.output.exchange(is_output(mode));
     // What was written before shows from now on.
     if (is_output(mode) && !was_output) drive(pin, state.written.load());
+    // What is wired to an input learns that it is one.
+    if (!is_output(mode)) static_cast<void>(read(pin));
     return {};
+}
+
+void Pins::wire_to(Peripherals& peripherals) {
+    wired_ = &peripherals;
+    edges_come_ = peripherals.report_edges_to(edges_);
+}
+
+Result<Peripherals*> Pins::wired() const {
+    if (wired_) return wired_;
+    return make_error(ErrorCode::unsupported,
+                      "nothing is wired to this board's pins but a witness of their levels");
 }
 
 void Pins::write(PinId pin, Level level) {
     if (pin.number >= kPinCount) return;
     Pin& state = pins_[pin.number];
     state.written.store(level, std::memory_order_relaxed);
+    state.pwm.store(false, std::memory_order_relaxed);
     if (state.output.load(std::memory_order_relaxed)) drive(pin, level);
 }
 
 void Pins::drive(PinId pin, Level level) {
-    port_write(kPinsPort, static_cast<std::uint8_t>(pin.number | (level == Level::high ? 0x80 : 0)));
+    if (wired_)
+        wired_->pin_written(tsc_clock.now(), pin, level);
+    else
+        port_write(kPinsPort, static_cast<std::uint8_t>(pin.number | (level == Level::high ? 0x80 : 0)));
     if (pins_[pin.number].watched.load(std::memory_order_acquire)) note_edge(pin, level);
 }
 
 Level Pins::read(PinId pin) const {
     if (pin.number >= kPinCount) return Level::low;
     const Pin& state = pins_[pin.number];
+    if (wired_ && !state.output.load(std::memory_order_relaxed))
+        return wired_->pin_level(tsc_clock.now(), pin);
     return (state.output.load(std::memory_order_relaxed) ? state.written : state.outside)
         .load(std::memory_order_relaxed);
+}
+
+Result<void> Pins::write_pwm(PinId pin, double duty) {
+    QDUINO_TRY(check(pin));
+    if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
+    QDUINO_TRY_ASSIGN(Peripherals* const peripherals, wired());
+    Pin& state = pins_[pin.number];
+    state.output.store(true);  // analogWrite() needs no pinMode()
+    state.pwm.store(true);
+    state.written.store(duty >= 0.5 ? Level::high : Level::low);
+    peripherals->pwm_written(tsc_clock.now(), pin, duty);
+    return {};
+}
+
+Result<void> Pins::set_pwm_period(PinId pin, Nanoseconds period) {
+    QDUINO_TRY(check(pin));
+    if (!is_pwm_period(period)) return bad_pwm_period();
+    QDUINO_TRY_ASSIGN(Peripherals* const peripherals, wired());
+    peripherals->pwm_period_set(tsc_clock.now(), pin, period);
+    return {};
+}
+
+Result<double> Pins::read_analog(PinId pin) const {
+    QDUINO_TRY(check(pin));
+    QDUINO_TRY_ASSIGN(Peripherals* const peripherals, wired());
+    return peripherals->analog_level(tsc_clock.now(), pin);
 }
 
 Result<void> Pins::set_safe_level(PinId pin, Level level) {
@@ -55,6 +100,8 @@ void Pins::force_safe_levels() {
         if (!state.has_safe_level) continue;
         state.watched.store(false);  // no handler would run
         state.output.store(true);
+        if (state.pwm.load())
+            wired_->pwm_written(tsc_clock.now(), PinId{number}, state.safe_level == Level::high ? 1.0 : 0.0);
         write(PinId{number}, state.safe_level);
     }
 }
@@ -64,6 +111,8 @@ void Pins::force_safe_levels() {
 Result<void> Pins::attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io) {
     QDUINO_TRY(check(pin));
     if (!handler) return make_error(ErrorCode::invalid_argument, "attach_edge without a handler");
+    if (!edges_come_)
+        return make_error(ErrorCode::unsupported, "what is wired to this board's pins reports no edges");
     if (io < kFirstIoVcpu || io >= kVcpuLimit)
         return make_error(ErrorCode::not_found, "attach_edge: no I/O VCPU of this number serves handlers");
     watches_[pin.number] = {

@@ -7,6 +7,9 @@
 //
 // One `out` is one write, so the witness has every write, in order, of all cores. The level of an
 // output is the one that was written; an input's is what came over the wire, low before that.
+//
+// Where something is wired to the pins that is more than a witness (wire_to(); pins_window.h), all
+// goes there instead, and with it there are PWM, analog inputs and buses.
 #pragma once
 
 #include <array>
@@ -16,6 +19,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "board/board.h"
+#include "board/peripherals.h"
 
 namespace qduino::board::metal {
 
@@ -31,6 +35,14 @@ class Pins {
     Result<void> attach(PinId pin, Edge edge, EdgeHandler handler, void* context, VcpuId io);
     void detach(PinId pin);
 
+    Result<void> write_pwm(PinId pin, double duty);
+    Result<void> set_pwm_period(PinId pin, Nanoseconds period);
+    [[nodiscard]] Result<double> read_analog(PinId pin) const;
+    /// What is wired to the pins and the buses. Error: unsupported, where that is a witness alone.
+    [[nodiscard]] Result<Peripherals*> wired() const;
+
+    /// From now on the pins lead to `peripherals`, which is called from all cores. Before any call.
+    void wire_to(Peripherals& peripherals);
     /// The wire drives this level onto a pin. From the top half of its line.
     void driven(PinId pin, Level level);
     /// Drives every safe level. From anywhere, also from a panic: it takes no lock.
@@ -41,6 +53,7 @@ class Pins {
         std::atomic<Level> written{Level::low};
         std::atomic<Level> outside{Level::low};
         std::atomic<bool> output{false};
+        std::atomic<bool> pwm{false};  // the last write was a duty
         std::atomic<bool> watched{false};
         bool has_safe_level = false;
         Level safe_level = Level::low;
@@ -53,9 +66,22 @@ class Pins {
         Level last = Level::low;
     };
 
+    /// Takes the edges that the wired peripherals report.
+    class Edges final : public PinEdgeSink {
+      public:
+        constexpr explicit Edges(Pins& pins) : pins_(pins) {}
+        void pin_edge(Instant, PinId pin, Level level) override { pins_.driven(pin, level); }
+
+      private:
+        Pins& pins_;
+    };
+
     void drive(PinId pin, Level level);
     void note_edge(PinId pin, Level level);
 
+    Peripherals* wired_ = nullptr;  // null: a witness at the port
+    bool edges_come_ = true;        // those of inputs
+    Edges edges_{*this};
     std::array<Pin, kPinCount> pins_{};
     std::array<Watch, kPinCount> watches_{};
 };

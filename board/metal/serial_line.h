@@ -42,7 +42,6 @@ class SerialLine : public Device {
     void send_now(std::span<const char> text);
 
     void quiet() override;
-    void serve() override;
 
   protected:
     /// A byte came. The line keeps it for read(); a derived one does what it likes with it.
@@ -50,6 +49,7 @@ class SerialLine : public Device {
     ~SerialLine() = default;
 
   private:
+    void serve() override;
     void set(std::uint16_t offset, std::uint8_t value) const;
     [[nodiscard]] std::uint8_t get(std::uint16_t offset) const;
     void let_interrupt();

@@ -45,6 +45,7 @@ Result<void> SimPins::pin_mode(PinId pin, PinMode mode) {
     const bool was_output = std::exchange(state.output, is_output(mode));
     if (state.output && !was_output)
         pin_write(pin, state.level);  // what was written before shows from now on
+    if (was_output && !state.output) peripherals_.pin_released(loop_.now(), pin);
     return {};
 }
 

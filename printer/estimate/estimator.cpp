@@ -150,7 +150,7 @@ void Estimator::on_home(gcode::AxisSet axes) {
 
 void Estimator::take_final() {
     motion::Segment segment;
-    while (planner_.next(segment)) take(segment);
+    while (planner_.next(segment, machine::MotionPipe::kPlannerReserve)) take(segment);
 }
 
 void Estimator::come_to_rest() {

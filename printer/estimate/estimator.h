@@ -30,6 +30,7 @@
 #include "printer/gcode/annotation.h"
 #include "printer/machine/homing.h"
 #include "printer/machine/limits.h"
+#include "printer/machine/motion_pipe.h"
 #include "printer/motion/planner.h"
 #include "printer/preflight/move_sink.h"
 
@@ -89,8 +90,10 @@ class Estimator final : public preflight::MoveSink {
         std::uint64_t end_offset = 0;
     };
 
+    /// As the machine does, and for the same room: where all moves are short it is the room that
+    /// bounds their speed.
     void make_room() {
-        if (planner_.full()) take_final();
+        if (planner_.free() < machine::MotionPipe::kPlannerReserve) take_final();
     }
     void remember(const Purpose& purpose) { purposes_[appended_++ % purposes_.size()] = purpose; }
     void take_final();

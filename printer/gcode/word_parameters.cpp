@@ -46,6 +46,10 @@ std::optional<std::string_view> word_value(std::string_view text, std::string_vi
 
 Result<std::optional<double>> word_number(const Command& command, std::string_view key) {
     std::optional<std::string_view> digits = word_value(command.text, key);
+    // It may stand in what was cut off.
+    if (!digits && command.text_cut)
+        return make_error(ErrorCode::invalid_argument, "what follows it is longer than the ",
+                          decltype(command.text)::kCapacity, " bytes that may: the rest would be lost");
     if (!digits) return std::optional<double>{};
     const std::string_view given = *digits;
     const auto number = take_number(*digits);

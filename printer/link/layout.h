@@ -3,7 +3,8 @@
 //
 //   service ── jobs (ring of frames) ──────► sketch     job bytes, each frame with its offset
 //   service ── commands (ring of frames) ──► sketch     pause, resume, cancel, typed G-code lines …
-//   service ── emergency (one atomic) ─────► sketch     read by loops 2 and 3 themselves, at once
+//   service ── emergency (one atomic) ─────► sketch     read by loops 2 and 3 themselves, at once;
+//                                                     that of the serial port writes it, too
 //   sketch  ── replies (ring of frames) ───► service    console text; counted when dropped (full)
 //   sketch  ── status (four-slots) ────────► service    machine, motion, heat: the newest, whole
 //
@@ -33,7 +34,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 9;
+inline constexpr std::uint32_t kVersion = 10;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -204,6 +205,41 @@ struct GuaranteeText {
     FixedString<24'000> json;
 };
 
+/// Where the bytes of a serial host may be carried, and at which cost: the I/O VCPU that the sketch
+/// has declared for its UART.
+struct PortPlace {
+    int core = 0;
+    int priority = 0;  ///< SCHED_FIFO; 0: an ordinary process
+    Nanoseconds budget{};
+    Nanoseconds period{};
+    Nanoseconds client{};  ///< period of the loop at whose rank it runs
+    friend bool operator==(const PortPlace&, const PortPlace&) = default;
+};
+/// Written once by the process that runs the sketch, before `priority`; read by the one that
+/// carries the bytes.
+struct PortVcpu {
+    std::atomic<std::int32_t> core{0};
+    std::atomic<std::int64_t> budget_ns{0}, period_ns{0}, client_ns{0};
+    std::atomic<std::int32_t> priority{0};
+
+    void publish(const PortPlace& place) {
+        core.store(place.core, std::memory_order_relaxed);
+        budget_ns.store(to_ns(place.budget), std::memory_order_relaxed);
+        period_ns.store(to_ns(place.period), std::memory_order_relaxed);
+        client_ns.store(to_ns(place.client), std::memory_order_relaxed);
+        priority.store(place.priority, std::memory_order_release);
+    }
+    [[nodiscard]] PortPlace place() const {
+        PortPlace read{.priority = priority.load(std::memory_order_acquire)};
+        if (read.priority == 0) return read;
+        read.core = core.load(std::memory_order_relaxed);
+        read.budget = Nanoseconds{budget_ns.load(std::memory_order_relaxed)};
+        read.period = Nanoseconds{period_ns.load(std::memory_order_relaxed)};
+        read.client = Nanoseconds{client_ns.load(std::memory_order_relaxed)};
+        return read;
+    }
+};
+
 /// The shared object. Zeroed memory plus the header fields is a valid, empty link.
 struct LinkLayout {
     std::atomic<std::uint32_t> magic{0};  ///< written last by the creator
@@ -214,7 +250,7 @@ struct LinkLayout {
     std::uint32_t sketch_pid = 0;
     /// Set by the supervisor when the sketch has died (1) or hung (2).
     std::atomic<std::uint32_t> sketch_dead{0};
-    std::atomic<std::uint32_t> emergency{0};  ///< incremented by the service
+    std::atomic<std::uint32_t> emergency{0};  ///< incremented by the service, and by the port
     /// Incremented by the service. Nothing stops when it stands still.
     std::atomic<std::uint64_t> service_heartbeat{0};
     /// The process that feeds; a second feeder must not start while this one lives.
@@ -227,6 +263,9 @@ struct LinkLayout {
     std::atomic<double> time_factor{1};
     /// What a step takes of loop 2's core, measured by it before anything moves; 0: not measured.
     std::atomic<std::int64_t> step_cost_ns{0};
+    PortVcpu port_vcpu;
+    /// When the port's process read its last M112; CLOCK_MONOTONIC.
+    std::atomic<std::int64_t> port_stop_ns{0};
     /// How the sketch came to its end; written by the supervisor, ends with a 0.
     std::array<char, 236> death_note{};
 

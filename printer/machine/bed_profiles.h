@@ -3,8 +3,9 @@
 //   G29 ─► the bed in force ─SAVE=a─► profiles ─M500─► the link ─► the service's file
 //                          ◄─LOAD=a─          ◄──────────────────── at the next start
 //
-// M500 also keeps the bed in force, as kDefaultBed if no profile is the same. That is there again
-// after the next start: M420 S1 follows it, as Marlin does.
+// M500 also keeps which bed is in force: the profile that is the same, whatever its name, or
+// kDefaultBed, which is then made. That bed is there again after the next start: M420 S1 follows
+// it, as Marlin's follows what M420 L loaded before M500. If no bed was in force, none is there.
 //
 // Bounded; loop 1 only.
 #pragma once
@@ -42,11 +43,6 @@ class BedProfiles {
         }
         return {};
     }
-    /// Null: there is none of this name.
-    [[nodiscard]] const motion::BedMesh* find(std::string_view name) const {
-        const auto found = std::ranges::find(profiles_, name, &name_of);
-        return found != profiles_.end() ? &found->mesh : nullptr;
-    }
 
     /// What is there now is kept from now on, and `in_force` with it. Error: that had no room.
     [[nodiscard]] Result<void> keep(const motion::BedMesh& in_force) {
@@ -54,8 +50,18 @@ class BedProfiles {
         const bool named = std::ranges::find(profiles_, in_force, &Profile::mesh) != profiles_.end();
         if (in_force.known() && !named) saved = save(kDefaultBed, in_force);
         kept_.clear();
-        for (const Profile& profile : profiles_) kept_.push_back(kept_of(profile));
+        bool found = false;
+        for (const Profile& profile : profiles_) {
+            kept_.push_back(kept_of(profile));
+            kept_.back().in_force = !found && in_force.known() && profile.mesh == in_force;
+            found = found || kept_.back().in_force;
+        }
         return saved;
+    }
+    /// The bed in force at the last M500 before the start; not known: there was none.
+    [[nodiscard]] motion::BedMesh kept_in_force() const {
+        const auto bed = std::ranges::find(kept_, true, &KeptBed::in_force);
+        return bed != kept_.end() ? mesh_of(*bed) : motion::BedMesh{};
     }
     /// As of the last keep(), or of the start.
     [[nodiscard]] const KeptBeds& kept() const { return kept_; }

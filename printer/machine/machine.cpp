@@ -55,7 +55,7 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
       actions_({config_, link_, pipe_, motors_, heating_, places_, homing_, profiles_}),
       parking_(config_, pipe_, heating_, motors_, actions_),
       job_(config_, actions_, link_, places_) {
-    if (const motion::BedMesh* bed = profiles_.find(kDefaultBed)) pipe_.correction().set_mesh(*bed);
+    pipe_.correction().set_mesh(profiles_.kept_in_force());
 }
 
 heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
@@ -99,8 +99,7 @@ void Machine::plan(Instant now) {
     const bool at_once = job_.running() || state_ == State::faulted;
     const auto ready = [this] { return parking_.away() ? pipe_.has_room() : !job_.interpreter().pending(); };
     while (at_once && console_is_ready() && ready()) run_typed_line();
-    const bool more_may_come = read_input();
-    pipe_.pump(more_may_come);
+    feed_motion();
     watch_motors(now);
     const bool played = state_ == State::printing && !parking_.away() && job_.read_to_end() &&
                         !heating_.holds() && !homing_.active() && !job_.interpreter().pending() &&
@@ -171,7 +170,7 @@ void Machine::take_in_motion() {
     }
     places_.forget();
     homing_.locate();
-    pipe_.reset(pipe_.scale().position_of(pipe_.seen().steps));
+    pipe_.reset(pipe_.scale().position_of(pipe_.seen().steps, pipe_.planner().position_mm()));
     tell_place(homing_.active());
     if (const Result<void> homing = homing_.stopped(); !homing.ok()) enter_fault(homing.error().message);
 }
@@ -351,8 +350,21 @@ bool Machine::reads() const {
            !places_.motors_go_off();
 }
 
-/// True: more may come at once, so the planner may go on hoping.
-bool Machine::read_input() {
+/// Reads and solves by turns. Moves may be so short that a full planner lasts for less than a
+/// release; what it gives out makes room for more.
+void Machine::feed_motion() {
+    std::size_t events = MotionPipe::kEventsPerPump;
+    int lines = kLinesPerPlan;
+    for (int before = 0; events > 0 && lines > 0 && lines != before;) {
+        before = lines;
+        const bool more_may_come = read_input(lines);
+        events = pipe_.pump(more_may_come, events);
+    }
+}
+
+/// At most so many `lines`, which it counts down. True: more may come at once, so the planner may
+/// go on hoping.
+bool Machine::read_input(int& lines) {
     if (state_ == State::faulted) {
         // A job that arrives now is refused, not kept for later: nobody expects it to start after
         // the repair.
@@ -364,7 +376,7 @@ bool Machine::read_input() {
     const auto has_room = [this] {
         return pipe_.has_room() && places_.has_room() && !pipe_.stops().running();
     };
-    for (int lines = 0; lines < kLinesPerPlan && more && reads() && has_room(); ++lines) more = read_line();
+    for (; lines > 0 && more && reads() && has_room(); --lines) more = read_line();
     return more && reads();
 }
 

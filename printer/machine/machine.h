@@ -90,7 +90,8 @@ class Machine {
     void clear_fault();
 
     [[nodiscard]] bool reads() const;
-    [[nodiscard]] bool read_input();
+    void feed_motion();
+    [[nodiscard]] bool read_input(int& lines);
     bool read_line();
     void proceed_pending();
     [[nodiscard]] bool console_is_ready();

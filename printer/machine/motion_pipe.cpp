@@ -20,9 +20,8 @@ MotionPipe::MotionPipe(const MachineConfig& config, const std::atomic<std::uint3
       accelerations_(accelerations_of(config)),
       compensation_(config) {}
 
-void MotionPipe::pump(bool more_may_come) {
-    if (stopping()) return;
-    std::size_t budget = kEventsPerPump;
+std::size_t MotionPipe::pump(bool more_may_come, std::size_t events) {
+    if (stopping()) return 0;
     if (played_out()) solved_.idle = true;
     const auto push = [this](const step::StepEvent& event) {
         if (solved_.idle) solved_.began_ns = event.time_ns;
@@ -31,29 +30,30 @@ void MotionPipe::pump(bool more_may_come) {
         const bool pushed = ring_.try_push(event);
         QDUINO_EXPECT(pushed);  // room was asked for below
     };
-    while (budget > 0) {
-        if (ahead() >= kAhead) return;
+    while (events > 0) {
+        if (ahead() >= kAhead) return 0;
         // In slices, so that slow motion cannot run far past the mark.
-        const std::size_t slice = std::min({budget, ring_.free(), std::size_t{128}});
-        if (slice == 0) return;
+        const std::size_t slice = std::min({events, ring_.free(), std::size_t{128}});
+        if (slice == 0) return 0;
         const std::size_t given = solver_.solve_some(slice, push);
-        budget -= given;
+        events -= given;
         if (given == slice || !solver_.wants_segment()) continue;
         motion::Segment segment;
-        if (planner().next(segment)) {
+        if (planner().next(segment, room_needed())) {
             solver_.load(segment);
             // What follows a long dwell is not begun before it must be: meanwhile the job may be
             // paused, or lose its heat.
             if (segment.kind == motion::SegmentKind::dwell && is_long(segment)) solver_.drain();
         } else if (planner().resting()) {
-            if (solver_.gave_all()) return;
+            if (solver_.gave_all()) return events;
             solver_.drain();
         } else if (more_may_come || ahead() >= kFlushBelow) {
-            return;
+            return events;
         } else {
             planner().flush();
         }
     }
+    return 0;
 }
 
 bool MotionPipe::played_out() const {

@@ -60,9 +60,7 @@ class MotionPipe {
 
     // ---- loop 1 ---------------------------------------------------------------------------------
 
-    [[nodiscard]] bool has_room() const {
-        return planner().free() >= (correction_.follows_bed() ? kSplitReserve : kPlannerReserve);
-    }
+    [[nodiscard]] bool has_room() const { return planner().free() >= room_needed(); }
     /// Of the motion that is fed now: the path's, or while away the other.
     [[nodiscard]] motion::Planner& planner() { return away_ ? excursion_ : planner_; }
     [[nodiscard]] const motion::Planner& planner() const { return away_ ? excursion_ : planner_; }
@@ -84,9 +82,10 @@ class MotionPipe {
     }
     [[nodiscard]] const link::MotionCounts& seen() const { return seen_; }
 
-    /// Solves steps into the ring. `more_may_come`: input is at hand, so the planner may go on
-    /// hoping.
-    void pump(bool more_may_come);
+    /// Solves steps into the ring, `events` at most. `more_may_come`: input is at hand, so the
+    /// planner may go on hoping. Returns how many events it would still have solved, had the
+    /// planner had something final for it; 0: it wants no more for now.
+    std::size_t pump(bool more_may_come, std::size_t events = kEventsPerPump);
 
     /// Everything handed to the solver has been played.
     [[nodiscard]] bool played_out() const;
@@ -151,6 +150,10 @@ class MotionPipe {
         bool idle = true;           // nothing has been solved since then
     };
 
+    /// Places of the planner that one command may need.
+    [[nodiscard]] std::size_t room_needed() const {
+        return correction_.follows_bed() ? kSplitReserve : kPlannerReserve;
+    }
     /// From where the player is, or, when it has not begun on this motion yet, from where it will
     /// begin.
     [[nodiscard]] Nanoseconds ahead() const {

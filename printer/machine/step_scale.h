@@ -35,6 +35,20 @@ class StepScale {
             motors_mm[i] = static_cast<double>(steps[i] - origin_[i]) / steps_per_mm_[i];
         return kinematics_.tool_from_motors(motors_mm);
     }
+    /// … and exactly where `planned_mm` is, on each axis with a motor of its own that stands at the
+    /// step nearest to it. A motor stands on whole steps and a plan does not: what is left of a
+    /// step must not be lost when another axis is homed.
+    [[nodiscard]] motion::AxisVector position_of(const StepCounts& steps,
+                                                 const motion::AxisVector& planned_mm) const {
+        motion::AxisVector at_mm = position_of(steps);
+        for (std::size_t i = 0; i < kAxisCount; ++i) {
+            const auto axis = static_cast<Axis>(i);
+            if (kinematics_.motors_of(axis) != motor_bit(axis)) continue;
+            if (whole_steps(planned_mm[i] * steps_per_mm_[i]) == steps[i] - origin_[i])
+                at_mm[i] = planned_mm[i];
+        }
+        return at_mm;
+    }
     [[nodiscard]] double length_of(Axis motor, std::int64_t steps) const {
         return static_cast<double>(std::abs(steps)) / steps_per_mm_[motor];
     }

@@ -163,10 +163,10 @@ void Planner::plan_forward(std::uint64_t end) {
 
 // ---- out ----------------------------------------------------------------------------------------
 
-bool Planner::next(Segment& out) {
+bool Planner::next(Segment& out, std::size_t room) {
     if (head_ == plan_end()) return false;
     if (head_ >= ready_ && dirty_) plan();
-    if (head_ >= ready_ && !full()) return false;
+    if (head_ >= ready_ && free() >= room) return false;
     release(out);
     return true;
 }

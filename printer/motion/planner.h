@@ -27,14 +27,17 @@
 //     +---'----------------------'---> nodes
 //         |<-- released -->|<-- kept: more may come
 //
-// A full queue whose moves are all uncertain releases the oldest one at its safe speed.
+// Very short moves may all be uncertain, as many as there are places. A reader that has no room for
+// what follows waits for room, and the speeds wait for what follows: for ever. So the queue counts
+// as full when its reader has no room left (`room` of next()), and a full queue releases the oldest
+// move at its safe speed. A curve of such moves is then as fast as the whole queue can brake.
 //
 // Dwells, markers and the rest pass through the same queue, in order, as entries of no length. A
 // marker does not affect the speed (V is the nominal speed of the move before it, g = 0). At the
 // others the machine stands still (V = 0).
 //
 // The result does not depend on when next() is called, provided that the queue is emptied as far as
-// it goes whenever it is full, and that flush() is called at the same places.
+// it goes whenever it is full, for the same `room`, and that flush() is called at the same places.
 //
 // Pure; no heap; not for use from two loops. About 100 KB: give it static storage.
 //
@@ -84,8 +87,9 @@ class Planner {
 
     // ---- out ------------------------------------------------------------------------------------
 
-    /// False, and `out` unchanged, when no segment is final yet.
-    [[nodiscard]] bool next(Segment& out);
+    /// False, and `out` unchanged, when no segment is final yet and `room` places are free: the
+    /// caller can append something first.
+    [[nodiscard]] bool next(Segment& out, std::size_t room = 1);
 
     // ---- pause and cancel -----------------------------------------------------------------------
 

@@ -12,6 +12,11 @@
 // A stop is served once for each number: asked for, served, published at once, because loop 1 waits
 // for the answer. While an emergency stop has not reached loop 1 yet, what it still pushes is
 // dropped too.
+//
+// An emergency stop ends the heat as well. Loop 3 sees the same word of the link and latches the
+// fault, but it samples every 8 ms only. Loop 2 looks every 100 µs, so it drives the heaters off
+// itself, and again each time that it looks until loop 1 has taken the stop: a sample of loop 3
+// that was under way may still have written a duty.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +39,15 @@ concept StopSource = requires(const T& source) {
     { source.emergency_pending() } -> std::same_as<bool>;
 };
 
-/// `Pins` are the player's, with `sleep_until(Instant)` beside.
-template <StepPins Pins, class Ring, StopSource Stops>
+/// What loop 2 needs beside the player's pins.
+template <class P>
+concept LoopPins = StepPins<P> && requires(P& pins, Instant t) {
+    { pins.sleep_until(t) } -> std::same_as<void>;
+    /// Every heater's output to its safe level, whatever loop 3 wants.
+    { pins.cut_heat() } -> std::same_as<void>;
+};
+
+template <LoopPins Pins, class Ring, StopSource Stops>
 class StepperLoop {
   public:
     using Loops = channel::Broadcast<link::MotionCounts, 2>;  ///< loop 1, loop 3
@@ -72,8 +84,10 @@ class StepperLoop {
 
     void serve_stops() {
         const std::uint32_t asked = stops_.stop_asked();
-        if (asked == stops_served_ && !stops_.emergency_pending()) return;
+        const bool emergency = stops_.emergency_pending();
+        if (asked == stops_served_ && !emergency) return;
         player_.stop_now();
+        if (emergency) pins_.cut_heat();
         // Allowed again before loop 1 hears that it was served: what it pushes after that is meant
         // to be played.
         if (!stops_.emergency_pending()) player_.allow_motion();

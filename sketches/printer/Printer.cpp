@@ -67,6 +67,11 @@ void StepperPins::watch_switches(int axis, bool on) {
     stopped_[axis] = 0;
 }
 
+void StepperPins::cut_heat() {
+    static_cast<void>(board::current().pwm_write(PinId{config_.hot_end.heater_pin}, 0.0));
+    if (config_.has_bed) static_cast<void>(board::current().pwm_write(PinId{config_.bed.heater_pin}, 0.0));
+}
+
 void StepperPins::stop_at_switches(int axis) {
     const printer::AxisConfig& a = config_.axes[axis];
     const bool first = is_pressed(a, a.endstop_pin);

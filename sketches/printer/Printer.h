@@ -30,6 +30,8 @@ class StepperPins {
     void set_direction(int axis, bool positive);
     [[nodiscard]] bool endstop_pressed(int axis);
     void watch_switches(int axis, bool on);
+    /// The heaters' outputs off: loop 3 writes them otherwise.
+    void cut_heat();
 
   private:
     /// One kind of pin, of an axis' first motor and of the others.

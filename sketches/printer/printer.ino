@@ -12,6 +12,7 @@ void setup() {
     printer.begin();
     interruptsVcpu(I2C, 1, 100, 0);  // the thermistors' bus
     interruptsVcpu(NIC, 1, 100, 0);  // what the web brings
+    interruptsVcpu(UART, 2, 100, 0);  // a serial host's bytes: the emergency stop in them
     noInterrupts(ALL, 1);  // core 1 is for the stepper pulses alone
     noTimer(1);
     promiseProgress(1, 2000);

@@ -11,10 +11,16 @@ EMULATOR = 'qemu-system-x86_64'
 IMAGE = sys.argv.pop(1)
 
 
+# A sleep that is short by 5 us shows only where the way out of it, some 1,800 instructions, is
+# shorter: there each is 1 ns, elsewhere 16.
+EXACT = {'BusyUntilAndSleepUntilAreNeverEarly'}
+
+
 def boot(words):
     """(status, what it said)."""
+    shift = 0 if words.removeprefix('case=') in EXACT else 4
     machine = [EMULATOR, '-machine', 'q35', '-cpu', 'max', '-m', '128', '-smp', '2', '-display', 'none', '-nodefaults', '-no-reboot',
-               '-kernel', IMAGE, '-append', words, '-icount', 'shift=4,sleep=off', '-serial', 'stdio',
+               '-kernel', IMAGE, '-append', words, '-icount', f'shift={shift},sleep=off', '-serial', 'stdio',
                '-device', 'isa-debug-exit,iobase=0xf4,iosize=0x01']
     done = subprocess.run(machine, stdin=subprocess.DEVNULL, capture_output=True, timeout=120, check=False)
     return done.returncode // 2, done.stdout.decode(errors='replace')

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compiles a C or C++ file of a sketch or library as an Arduino's compiler would understand it.
 
-    as_arduino.py [--keep FOLDER]… [--long 64] -- COMPILER ARGUMENT… -c SOURCE -o OBJECT
+    as_arduino.py [--keep FOLDER]… [--long 64] [--prepared FOLDER] -- COMPILER ARGUMENT… -c SOURCE -o OBJECT
 
 On a 64-bit Linux `long` has 64 bits. A library that computes with the 32 of an AVR compiles, and is wrong without a word: `(long)x` of a
 24-bit converter does not become negative, and `millis() - then` does not wrap. So the preprocessor runs first, and then each `long` in the
@@ -20,6 +20,10 @@ own in the place of `long` (OTHER_LONG), and no call chooses it over the other.
 
 A loop that only waits, `while (!flag);`, gets an empty assembler statement, which makes no instruction. Without it the compiler may leave
 such a loop out, or make one of two; and the line of `while (true);` would be lost, which the simulator names when a sketch spins there.
+
+A --prepared folder has headers that the compiler has read before (Arduino.h.gch, of g++). Then a pragma stands in the text for all that such
+a header says, and the compiler loads what it knew behind it. A source that says something else first does not get it (GCC's manual, "Using
+Precompiled Headers").
 """
 import json
 import os
@@ -42,6 +46,7 @@ WHOLE_NUMBER = re.compile(r"(?P<digits>0[xX][\da-fA-F']+|0[bB][01']+|\d[\d']*)(?
 LONG_MAX_64, LONG_MAX_32 = '0x7fffffffffffffff', '0x7fffffff'
 FORMATTED = re.compile(r'printf|scanf')
 LONG_FORMAT = re.compile(r'(%[-+ #0\']*(?:\*|\d+)?(?:\.(?:\*|\d*))?)l(?=[diouxXn])')
+PREPARED = '#pragma GCC pch_preprocess '
 TWICE = re.compile(r'cannot be overloaded with|redefinition of')
 ROUNDS = 8  # of asking the compiler which declarations have become the same
 OTHER_LONG = '''template <typename T>
@@ -296,7 +301,11 @@ def compile_text(text, unit, compiling):
     """Compiles what has become of the text; sets declarations apart until no two are the same. Returns the exit status."""
     for _ in range(ROUNDS):
         head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
-        unit.write_text('# 1 "<long>" 3\n' + head + text.converted(), encoding='utf-8', errors='surrogateescape')
+        # A word of the language before the pragma would forbid it.
+        prepared, pragma, rest = text.converted().rpartition(PREPARED)
+        named, newline, rest = rest.partition('\n') if pragma else ('', '', rest)
+        unit.write_text(''.join([prepared, pragma, named, newline, '# 1 "<long>" 3\n', head, rest]), encoding='utf-8',
+                        errors='surrogateescape')
         done = subprocess.run(compiling, capture_output=True, check=False)
         if done.returncode == 0 or unit.suffix == '.i':
             break
@@ -320,6 +329,8 @@ def main():
     output = command[command.index('-o') + 1]
     unit = pathlib.Path(output + ('.i' if source.suffix == '.c' else '.ii'))
     bare = without(without(command, '-c', 1), '-o', 1)
+    for folder in (value for name, value in options if name == '--prepared' and source.suffix != '.c'):
+        bare += ['-I', folder, '-fpch-preprocess']
     preprocessed = subprocess.run([*bare, '-E', str(source), '-o', str(unit)], check=False)
     if preprocessed.returncode != 0:
         return preprocessed.returncode

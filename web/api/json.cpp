@@ -8,39 +8,9 @@
 
 namespace qduino::web::api {
 
-using printer::link::HeaterStatus;
 using printer::link::MachineState;
-using printer::link::MotionStatus;
 
 namespace {
-
-Json heater_json(const HeaterStatus& heater) {
-    return {{"c", heater.celsius},
-            {"reading", heater.reading},
-            {"target_c", heater.target_celsius},
-            {"duty", heater.duty},
-            {"fault", heater.fault}};
-}
-
-Json lateness_json(const Histogram& lateness_ns) {
-    Json buckets = Json::array();
-    for (int i = 0; i < Histogram::kBuckets; ++i) {
-        if (lateness_ns.bucket_count(i) > 0) {
-            buckets.push_back({Histogram::upper_bound_of(i), lateness_ns.bucket_count(i)});
-        }
-    }
-    return {{"p50", lateness_ns.quantile(0.5)},      {"p99", lateness_ns.quantile(0.99)},
-            {"p9999", lateness_ns.quantile(0.9999)}, {"max", lateness_ns.max()},
-            {"count", lateness_ns.count()},          {"buckets", std::move(buckets)}};
-}
-
-Json timing_json(const MotionStatus& motion) {
-    return {{"late_steps", motion.late_steps}, {"shift_ns", motion.shift_ns},
-            {"starved", motion.starved},       {"ring_fill", motion.ring_fill},
-            {"pulses", motion.pulses},         {"lateness_ns", lateness_json(motion.lateness_ns)}};
-}
-
-Json text_or_null(std::string_view text) { return text.empty() ? Json{} : Json(text); }
 
 /// The fault that stops the machine; null when there is none.
 Json fault_json(const spool::MachineView& machine) {
@@ -60,14 +30,6 @@ std::string hexadecimal(std::uint64_t value) {
     return digits.insert(0, 16 - digits.size(), '0');
 }
 
-Json facts_json(const spool::Job& job) {
-    Json facts = Json::parse(job.facts_json, nullptr, false);
-    if (!facts.is_object()) facts = Json::object();
-    if (!facts.contains("thumbnail")) facts["thumbnail"] = job.has_thumbnail;
-    facts.erase("profile");  // the service's own (eta.h)
-    return facts;
-}
-
 /// The time left for all copies of `job`, the running one included; nothing when it is unknown.
 std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& job) {
     const bool printing = job.state == spool::JobState::printing;
@@ -75,13 +37,6 @@ std::optional<double> remaining_of(const spool::Spool& spool, const spool::Job& 
     if (whole_copies > 0 && job.estimated_s <= 0) return std::nullopt;
     const std::optional<double> running = printing ? progress_of(spool, job).remaining_s : 0.0;
     return running ? std::optional{*running + job.estimated_s * whole_copies} : std::nullopt;
-}
-
-Json progress_json(const Progress& progress) {
-    return {{"bytes", progress.bytes},
-            {"fraction", progress.fraction},
-            {"elapsed_s", progress.elapsed_s},
-            {"remaining_s", progress.remaining_s}};
 }
 
 Json gate_json(const spool::Spool& spool) {
@@ -93,16 +48,6 @@ Json gate_json(const spool::Spool& spool) {
 }
 
 }  // namespace
-
-std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
-Response json_response(const Json& json, int status) { return {.status = status, .body = text_of(json)}; }
-
-std::optional<Json> object_of(std::string_view body) {
-    Json json = Json::parse(body, nullptr, false);
-    if (!json.is_object()) return std::nullopt;
-    return json;
-}
 
 std::optional<std::string> text_member(std::string_view body, const char* name) {
     const Json json = Json::parse(body, nullptr, false);
@@ -118,9 +63,7 @@ Json time_json(spool::UnixSeconds time_s) {
 std::string_view machine_word(const spool::MachineView& machine) {
     if (!machine.connected || machine.life != spool::SketchLife::alive || !machine.responding)
         return "disconnected";
-    static constexpr Words<MachineState::starting, MachineState::faulted> kWords{
-        "starting", "idle", "printing", "pausing", "paused", "cancelling", "faulted"};
-    return kWords(machine.job.state);
+    return machine_word(machine.job.state);
 }
 
 bool may_jog(const spool::Spool& spool) {
@@ -180,33 +123,20 @@ std::map<spool::JobId, Place> places_of(const spool::Spool& spool) {
 namespace {
 
 /// `places` is filled when the first job needs it: that takes a look at the whole queue.
-Json job_json(const spool::Spool& spool, const spool::Job& job, std::map<spool::JobId, Place>& places) {
+Json placed_job_json(const spool::Spool& spool, const spool::Job& job,
+                     std::map<spool::JobId, Place>& places) {
     std::optional<Place> place;
     if (job.state == spool::JobState::queued) {
         if (places.empty()) places = places_of(spool);
         if (const auto at = places.find(job.id); at != places.end()) place = at->second;
     }
-    return {
-        {"id", job.id},
-        {"name", job.name},
-        {"size", job.size},
-        {"sha256", job.sha256},
-        {"state", job_word(spool, job)},
-        {"hold", job.hold},
-        {"copies", job.copies},
-        {"copies_done", job.copies_done},
-        {"priority", job.priority},
-        {"position", place ? Json(place->position) : Json{}},
-        {"starts_in_s", place ? place->starts_in_s : std::nullopt},
-        {"created", time_json(job.created_s)},
-        {"started", time_json(job.started_s)},
-        {"ended", time_json(job.ended_s)},
-        {"error", text_or_null(job.error)},
-        {"stopped_line", job.stopped_line},
-        {"stopped_layer", job.stopped_layer},
-        {"facts", facts_json(job)},
-        {"progress", progress_json(progress_of(spool, job))},
-    };
+    Json json = job_json(job, job_word(spool, job), progress_of(spool, job));
+    json["position"] = place ? Json(place->position) : Json{};
+    json["starts_in_s"] = place ? place->starts_in_s : std::nullopt;
+    json["created"] = time_json(job.created_s);
+    json["started"] = time_json(job.started_s);
+    json["ended"] = time_json(job.ended_s);
+    return json;
 }
 
 Json counts_json(const spool::Spool& spool) {
@@ -223,7 +153,7 @@ Json counts_json(const spool::Spool& spool) {
 Json list_json(const spool::Spool& spool, const spool::JobPage& page) {
     std::map<spool::JobId, Place> places;
     Json jobs = Json::array();
-    for (const spool::Job& job : page.jobs) jobs.push_back(job_json(spool, job, places));
+    for (const spool::Job& job : page.jobs) jobs.push_back(placed_job_json(spool, job, places));
     return {{"jobs", std::move(jobs)},
             {"next_before", page.next_before},
             {"counts", counts_json(spool)},
@@ -254,7 +184,7 @@ Json running_progress_json(const spool::Spool& spool) {
 
 Json job_json(const spool::Spool& spool, const spool::Job& job) {
     std::map<spool::JobId, Place> places;
-    return job_json(spool, job, places);
+    return placed_job_json(spool, job, places);
 }
 
 Result<Json> page_json(const spool::Spool& spool, const spool::JobQuery& query) {
@@ -270,41 +200,19 @@ Json jobs_json(const spool::Spool& spool) {
 Json status_json(const spool::Spool& spool) {
     const spool::MachineView& machine = spool.machine();
     const std::string_view state = machine_word(machine);
-    const auto& job = machine.job;
-    const auto& heat = machine.heat;
-    return {
+    Json status{
         {"connected", state != "disconnected"},
         {"session", machine.connected ? Json(hexadecimal(machine.session)) : Json{}},
         {"state", state},
         {"job", spool.active_run() ? Json(spool.active_run()->job) : Json{}},
         {"fault", machine.connected ? fault_json(machine) : Json{}},
-        {"message", job.message.view()},
-        {"position_mm",
-         {{"x", job.position_mm[0]},
-          {"y", job.position_mm[1]},
-          {"z", job.position_mm[2]},
-          {"e", job.position_mm[3]}}},
-        {"homed", job.homed},
-        {"hot_end", heater_json(heat.hot_end)},
-        {"bed", heater_json(heat.bed)},
-        {"fan", heat.fan_duty},
-        {"idle_off_in_s", heat.idle_left_s >= 0 ? Json(heat.idle_left_s) : Json{}},
-        {"idle_timed_out", heat.idle_timed_out},
-        {"idle_timeout_s", heat.idle_timeout_s},
-        {"parked", job.parked && job.state == MachineState::paused},
         {"may_jog", may_jog(spool)},
         {"time_factor", machine.time_factor},
-        {"feed_factor", job.feed_factor},
-        {"flow_factor", job.flow_factor},
-        {"layer", job.layer},
-        {"line", job.line},
-        {"bytes_executed", job.bytes_executed},
-        {"bytes_accepted", job.bytes_accepted},
-        {"print_time_s", job.print_time_s},
         {"progress", running_progress_json(spool)},
         {"ready_in_s", ready_json(spool, state)},
-        {"timing", timing_json(machine.motion)},
     };
+    status.update(machine_json(machine.job, machine.motion, machine.heat));
+    return status;
 }
 
 }  // namespace qduino::web::api

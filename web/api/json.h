@@ -1,37 +1,17 @@
-// The objects of the HTTP interface (docs/api.md) as JSON.
+// The objects of the HTTP interface (docs/api.md) as JSON: what needs the spool.
 #pragma once
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "spool/spool.h"
+#include "web/api/machine_json.h"
 #include "web/http.h"
-
-/// A value that is not there is null.
-template <typename Value>
-struct nlohmann::adl_serializer<std::optional<Value>> {
-    static void to_json(auto& json, const std::optional<Value>& value) {
-        if (value) {
-            json = *value;
-        } else {
-            json = nullptr;
-        }
-    }
-};
 
 namespace qduino::web::api {
 
-using Json = nlohmann::ordered_json;
-
-/// Bytes that are no UTF-8 (a machine's message, say) become U+FFFD, so an answer is always valid
-/// JSON.
-[[nodiscard]] std::string text_of(const Json& json);
-[[nodiscard]] Response json_response(const Json& json, int status = 200);
-/// The body as an object; nothing when it is not one.
-[[nodiscard]] std::optional<Json> object_of(std::string_view body);
 /// The member `name` of the body, an object; nothing when it is no text.
 [[nodiscard]] std::optional<std::string> text_member(std::string_view body, const char* name);
 
@@ -66,13 +46,7 @@ struct Place {
 /// The word for a job's state as people see it: with `held` and `paused`.
 [[nodiscard]] std::string_view job_word(const spool::Spool& spool, const spool::Job& job);
 
-/// The progress of the running copy of `job`; zeros for any other.
-struct Progress {
-    std::uint64_t bytes = 0;
-    double fraction = 0;  ///< 0…1
-    double elapsed_s = 0;
-    std::optional<double> remaining_s = 0;  ///< nothing while a running copy gives no estimate yet
-};
+/// Zeros for any but the running job.
 [[nodiscard]] Progress progress_of(const spool::Spool& spool, const spool::Job& job);
 
 }  // namespace qduino::web::api

@@ -18,6 +18,7 @@
 #include "base/result.h"
 #include "printer/machine_config.h"
 #include "spool/spool.h"
+#include "web/api/answers.h"
 #include "web/http.h"
 
 namespace qduino::web {
@@ -117,21 +118,8 @@ struct Match {
 /// HEAD is answered as GET is, but is no live stream.
 [[nodiscard]] Match find_route(const RequestHead& head);
 
-/// The HTTP status for an operating error.
-[[nodiscard]] int status_of(ErrorCode code);
-[[nodiscard]] std::string_view word_of(ErrorCode code);
-[[nodiscard]] Response error_response(const Error& error);
-/// The same for an error in `pieces` of text (base/text.h).
-template <typename... Pieces>
-[[nodiscard]] Response refused(ErrorCode code, const Pieces&... pieces) {
-    return error_response(make_error(code, pieces...));
-}
-/// `ok` when the result is good, else its error.
-[[nodiscard]] Response answer(const Result<void>& result, Response ok);
 /// Sends lines of G-code to the machine, if `check_line` accepts each of them.
 [[nodiscard]] Result<void> send_checked(Context& context, const std::vector<std::string>& lines);
-[[nodiscard]] Response accepted();
-[[nodiscard]] Response no_content();
 
 /// A handler that is one call of the spool.
 template <Result<void> (spool::Spool::*kAct)(), Response (*kDone)() = accepted>

@@ -15,6 +15,8 @@
 #include "board/metal/machine/paging.h"
 #include "board/metal/machine/tsc_clock.h"
 #include "board/metal/panic.h"
+#include "board/metal/pins.h"
+#include "board/metal/pins_window.h"
 #include "board/metal/serial_line.h"
 
 extern "C" {
@@ -87,6 +89,7 @@ void open_devices() {
     static IoApic io_apic(machine);
     open_line(io_apic, DeviceClass::uart, SerialLine::kFirstLine, console_line);
     open_line(io_apic, DeviceClass::gpio, SerialLine::kSecondLine, pins_wire);
+    if (pins_window.open()) pins.wire_to(pins_window);
 }
 
 }  // namespace

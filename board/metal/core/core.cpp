@@ -52,7 +52,7 @@ bool Core::add(Thread& thread, Nanoseconds activation, Instant now) {
 }
 
 void Core::begin_threads() {
-    for (auto* count : {&counts_.alarms, &counts_.devices, &counts_.calls}) count->store(0);
+    for (auto* count : {&counts_.alarms, &counts_.devices, &counts_.calls, &counts_.ends}) count->store(0);
     threads_began_.store(true, std::memory_order_release);
     call();
 }
@@ -61,76 +61,78 @@ void Core::begin_threads() {
 
 Frame* Core::enter(const Frame& frame) {
     if (frame.vector < kExceptions) panic(frame);
-    const Instant now = tsc_clock.now();
+    const Instant came = tsc_clock.now();
+    if (runs_threads()) charge(came);
     inside_ = true;
-    switch (frame.vector) {
-        case kTimerVector:
-            counts_.alarms.fetch_add(1, std::memory_order_relaxed);
-            serve_turns(now);
-            LocalApic::end_of_interrupt();
-            break;
-        case kCallVector:
-            counts_.calls.fetch_add(1, std::memory_order_relaxed);
-            LocalApic::end_of_interrupt();
-            break;
-        case kSwitchVector:
-        case kSpuriousVector:
-            break;
-        default:
-            serve_device(frame.vector, now);
-    }
-    Context& next = choose(tsc_clock.now());
+    serve(frame.vector, came);
+    Context& next = choose(came);
     inside_ = false;
     return &next.frame();
 }
 
-void Core::serve_device(std::uint64_t vector, Instant now) {
-    counts_.devices.fetch_add(1, std::memory_order_relaxed);
-    charge_nobody(now, [&] {
+/// What the interrupted thread has used; and whether that was the end of its budget.
+void Core::charge(Instant came) {
+    if (!running_ || running_->state != ThreadState::ready || running_->spec.owns_core || came < until_)
+        return scheduler_.account(came);
+    const Nanoseconds allowed = charged(*running_) + scheduler_.available(running_->spec.id, came);
+    scheduler_.account(came);
+    const Nanoseconds overrun = charged(*running_) - allowed;
+    if (overrun < Nanoseconds{0}) return;  // an alarm for another one
+    counts_.ends.fetch_add(1, std::memory_order_relaxed);
+    counts_.worst_overrun.store(std::max(counts_.worst_overrun.load(), overrun));
+}
+
+void Core::serve(std::uint64_t vector, Instant now) {
+    if (vector == kSwitchVector || vector == kSpuriousVector) return;
+    if (vector == kTimerVector) {
+        counts_.alarms.fetch_add(1, std::memory_order_relaxed);
+        if (device_interrupts.next_turn(number_) <= now) device_interrupts.serve_turns(number_, now);
+    } else if (vector == kCallVector) {
+        counts_.calls.fetch_add(1, std::memory_order_relaxed);
+    } else {
+        counts_.devices.fetch_add(1, std::memory_order_relaxed);
         device_interrupts.serve(static_cast<std::size_t>(vector - kDeviceVectors), now);
-        LocalApic::end_of_interrupt();
-    });
-}
-
-void Core::serve_turns(Instant now) {
-    if (device_interrupts.next_turn(number_) > now) return;
-    charge_nobody(now, [&] { device_interrupts.serve_turns(number_, now); });
-}
-
-/// A top half, which is nobody's budget.
-template <typename TopHalf>
-void Core::charge_nobody(Instant now, TopHalf top_half) {
-    const bool charging = threads_began_.load(std::memory_order_acquire) && !host_.runs;
-    if (charging) scheduler_.account(now);
-    top_half();
-    const Instant end = tsc_clock.now();
-    if (charging) scheduler_.account(end, end - now);
+    }
+    LocalApic::end_of_interrupt();
 }
 
 // ---- who goes on --------------------------------------------------------------------------------
 
-Context& Core::choose(Instant now) {
-    if (!threads_began_.load(std::memory_order_acquire) || host_.runs) return *current_;
+Context& Core::choose(Instant came) {
+    if (!runs_threads()) return *current_;
+    const Instant now = tsc_clock.now();
+    scheduler_.account(now, now - came);
     open_mail(now);
     const Instant next_wake = wake_sleepers(now);
     if (host_is_due(now)) {
-        scheduler_.account(now);
         host_.runs = true;
         host_.since = now;
-        LocalApic::set_alarm(kForever, now);
+        LocalApic::set_alarm(kForever);
         turn_to(host_.context, nullptr);
-        return host_.context;
+    } else {
+        go_on(scheduler_.decide(now), now, next_wake);
+        count_pass(tsc_clock.now() - came);
     }
-    const sched::Decision decision = scheduler_.decide(now);
-    const Instant own = alarms_allowed()
-                            ? std::min({decision.until, next_wake, device_interrupts.next_turn(number_)})
-                            : kForever;
-    // An instant that is past would interrupt the next context before its first instruction; the
-    // smallest count of the timer lets it get on.
-    LocalApic::set_alarm(std::min(own, host_.until), now);
-    Thread* const thread = decision.vcpu ? threads_[*decision.vcpu] : nullptr;
-    turn_to(thread ? thread->context : idle_.context, thread);
     return *current_;
+}
+
+/// Turns to the thread that was chosen at `now`. Its budget begins when the kernel ends.
+void Core::go_on(const sched::Decision& decision, Instant now, Instant next_wake) {
+    Thread* const thread = decision.vcpu ? threads_[*decision.vcpu] : nullptr;
+    const Nanoseconds left = thread ? scheduler_.available(thread->spec.id, now) : Nanoseconds{0};
+    const bool ends_by_budget = thread && !thread->spec.owns_core && decision.until == now + left;
+    const Instant next_turn = device_interrupts.next_turn(number_);
+    turn_to(thread ? thread->context : idle_.context, thread);
+    const Instant end = tsc_clock.now();
+    scheduler_.account(end, end - now);
+    until_ = ends_by_budget ? end + left : decision.until;
+    const Instant own = alarms_allowed() ? std::min({until_, next_wake, next_turn}) : kForever;
+    LocalApic::set_alarm(std::min(own, host_.until));
+}
+
+void Core::count_pass(Nanoseconds length) {
+    counts_.passes.fetch_add(1, std::memory_order_relaxed);
+    counts_.kernel.store(counts_.kernel.load(std::memory_order_relaxed) + length, std::memory_order_relaxed);
 }
 
 bool Core::host_is_due(Instant now) {

@@ -14,9 +14,12 @@
 //
 // It has more functions than other classes: a list for each kind of caller.
 //
+//   thread ░░░░│ kernel: what came, who goes on │░░░░ thread         ░ charged to the thread
+//              └──────────── nobody's ──────────┘
+//
 // Invariants: one context runs; the alarm is set to the earliest instant at which another one
-// could, or not at all where noTimer() said so; what a device's top half takes is charged to
-// nobody.
+// could, or not at all where noTimer() said so; what the kernel and a device's top half take is
+// charged to nobody.
 #pragma once
 
 #include <array>
@@ -36,7 +39,11 @@ namespace qduino::board::metal {
 struct CoreCounts {
     std::atomic<std::uint64_t> alarms{0};
     std::atomic<std::uint64_t> devices{0};
-    std::atomic<std::uint64_t> calls{0};  ///< of other cores, and of itself
+    std::atomic<std::uint64_t> calls{0};                     ///< of other cores, and of itself
+    std::atomic<std::uint64_t> ends{0};                      ///< of budgets
+    std::atomic<Nanoseconds> worst_overrun{Nanoseconds{0}};  ///< charged beyond such a budget
+    std::atomic<std::uint64_t> passes{0};                    ///< through the kernel
+    std::atomic<Nanoseconds> kernel{Nanoseconds{0}};         ///< time that these took
 };
 
 class Core {
@@ -88,6 +95,10 @@ class Core {
     /// Null: the host runs, or nobody.
     [[nodiscard]] Thread* running() const { return running_; }
     [[nodiscard]] const CoreCounts& counts() const { return counts_; }
+    /// CPU time that a thread of this core was charged. While no thread of it runs.
+    [[nodiscard]] Nanoseconds charged(const Thread& thread) const {
+        return scheduler_.consumed(thread.spec.id);
+    }
 
   private:
     struct Host {
@@ -103,11 +114,14 @@ class Core {
     };
 
     void give_up(ThreadState state, Instant wake);
-    void serve_device(std::uint64_t vector, Instant now);
-    void serve_turns(Instant now);
-    template <typename TopHalf>
-    void charge_nobody(Instant now, TopHalf top_half);
-    Context& choose(Instant now);
+    [[nodiscard]] bool runs_threads() const {
+        return threads_began_.load(std::memory_order_acquire) && !host_.runs;
+    }
+    void charge(Instant came);
+    void serve(std::uint64_t vector, Instant now);
+    Context& choose(Instant came);
+    void go_on(const sched::Decision& decision, Instant now, Instant next_wake);
+    void count_pass(Nanoseconds length);
     void open_mail(Instant now);
     [[nodiscard]] Instant wake_sleepers(Instant now);
     void wake(Thread& thread, Instant now);
@@ -125,6 +139,7 @@ class Core {
     std::array<Thread*, kVcpuLimit> threads_{};
     Context* current_ = nullptr;
     Thread* running_ = nullptr;  // current_, where that is a thread
+    Instant until_ = kForever;   // of the last decision
     Mail mail_;
     CoreCounts counts_;
     Host host_;

@@ -15,9 +15,18 @@ bool names(DeviceClass named, std::size_t kind) {
     return named == DeviceClass::all || static_cast<std::size_t>(named) == kind;
 }
 
-void run_bottom_half(void* device) { static_cast<Device*>(device)->serve(); }
+void run_bottom_half(void* device) { static_cast<Device*>(device)->serve_in_turn(); }
 
 }  // namespace
+
+void Device::serve_in_turn() {
+    if (calls_.fetch_add(1) > 0) return;
+    std::uint32_t seen = 0;
+    do {
+        seen = calls_.load();
+        serve();
+    } while (!calls_.compare_exchange_strong(seen, 0));
+}
 
 void DeviceInterrupts::add(IoApic& io_apic, DeviceClass kind, std::uint8_t line, Device& device) {
     entries_.push_back({.io_apic = &io_apic, .device = &device, .kind = kind, .line = line});
@@ -79,7 +88,7 @@ void DeviceInterrupts::serve(std::size_t index, Instant now) {
     if (index >= entries_.size()) return;  // nobody's vector
     const Entry& entry = entries_[index];
     entry.device->quiet();
-    if (!give(entry, now)) entry.device->serve();
+    if (!give(entry, now)) entry.device->serve_in_turn();
 }
 
 void DeviceInterrupts::ask(const Device& device) {
@@ -112,7 +121,7 @@ void DeviceInterrupts::serve_turns(int core, Instant now) {
 
 void DeviceInterrupts::serve_all() {
     const InterruptsOff off;
-    for (const Entry& entry : entries_) entry.device->serve();
+    for (const Entry& entry : entries_) entry.device->serve_in_turn();
 }
 
 int DeviceInterrupts::count_on(int core) const {

@@ -11,9 +11,16 @@
 //
 // A device may be served without an interrupt, too: when a program asks, or at an instant that the
 // device has named.
+//
+// A top half serves by itself when the I/O VCPU's queue is full. It may have interrupted that very
+// bottom half, which then does all once more:
+//
+//   I/O VCPU    serve() ▒▒▒▒▒▒▒       ▒▒▒▒▒ serve() ▒▒▒▒▒
+//   top half                   ▒ again!
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 #include "base/fixed_vector.h"
@@ -29,14 +36,19 @@ class Device {
   public:
     /// The top half, on the core that was interrupted: no interrupt from now on. It is short.
     virtual void quiet() = 0;
-    /// The bottom half: does all that there is to do, and lets the device interrupt again. By one
-    /// caller at a time.
-    virtual void serve() = 0;
+    /// serve(), by one caller at a time: a caller that comes meanwhile leaves it to that one.
+    void serve_in_turn();
     /// When it is to be served though nothing interrupts. From any core.
     [[nodiscard]] virtual Instant next_turn() const { return kForever; }
 
   protected:
     ~Device() = default;
+
+  private:
+    /// The bottom half: does all that there is to do, and lets the device interrupt again.
+    virtual void serve() = 0;
+
+    std::atomic<std::uint32_t> calls_{0};  // of serve_in_turn(), since it began
 };
 
 class DeviceInterrupts {

@@ -20,7 +20,7 @@ bool give_work(VcpuId io, const Work& work) {
     Thread& thread = threads[io];
     if (!thread.serving.load(std::memory_order_acquire)) return false;
     if (!thread.queue.try_push(work)) {
-        thread.lost.fetch_add(1, std::memory_order_relaxed);
+        if (!work.after_stop) thread.lost.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
     const InterruptsOff off;

@@ -23,7 +23,8 @@ void count_core();
 }
 
 /// Queues `work` for I/O VCPU `io`, from any core, from a thread or a top half. False when there is
-/// no such VCPU that serves handlers, or its queue is full (which is counted).
+/// no such VCPU that serves handlers, or its queue is full. That is counted; not of a device, whose
+/// top half then serves.
 bool give_work(VcpuId io, const Work& work);
 
 /// The body of an I/O VCPU: does the work that it is given, until `stopped` is true.

@@ -61,7 +61,7 @@ struct Thread {
     std::atomic<bool> serving{false};  ///< takes work
     WorkQueue queue;
     HandlerTimes times;
-    std::atomic<std::uint64_t> lost{0};  ///< work that found the queue full
+    std::atomic<std::uint64_t> lost{0};  ///< handlers that found the queue full
     /// What change_io() gave it last. Under change_lock.
     sched::VcpuParameters change{};
     SpinLock change_lock;

@@ -1,14 +1,16 @@
 #include "board/metal/driver/e1000.h"
 
 #include <atomic>
+#include <cstring>
 
 namespace qduino::board::metal {
 namespace {
 
 // Registers.
-constexpr std::uint32_t kControl = 0x0000, kCause = 0x00c0, kMaskSet = 0x00d0, kMaskClear = 0x00d8,
-                        kReceiveControl = 0x0100, kTransmitControl = 0x0400, kGap = 0x0410,
-                        kReceiveRing = 0x2800, kTransmitRing = 0x3800, kMulticast = 0x5200, kAddress = 0x5400;
+constexpr std::uint32_t kControl = 0x0000, kMemoryRead = 0x0014, kCause = 0x00c0, kMaskSet = 0x00d0,
+                        kMaskClear = 0x00d8, kReceiveControl = 0x0100, kTransmitControl = 0x0400,
+                        kGap = 0x0410, kReceiveRing = 0x2800, kTransmitRing = 0x3800, kMulticast = 0x5200,
+                        kAddress = 0x5400;
 // Of a ring, from its first register on.
 constexpr std::uint32_t kRingLow = 0x00, kRingHigh = 0x04, kRingBytes = 0x08, kRingHead = 0x10,
                         kRingTail = 0x18;
@@ -34,7 +36,7 @@ bool E1000::open() {
     line_ = device->line();
     if (!registers_.exist()) return false;
     reset();
-    read_address();
+    if (!take_address()) return false;
     start_rings();
     return true;
 }
@@ -50,11 +52,24 @@ void E1000::reset() const {
     for (std::uint32_t i = 0; i < 128; ++i) set(kMulticast + 4 * i, 0);
 }
 
-/// The card has loaded it from its memory at the reset.
-void E1000::read_address() {
-    const std::uint64_t bytes = std::uint64_t{get(kAddress + 4)} << 32 | get(kAddress);
-    for (std::size_t i = 0; i < address_.size(); ++i)
-        address_[i] = static_cast<std::uint8_t>(bytes >> (8 * i));
+/// The first three words of the card's memory (5.6.1, 13.4.4). A card may have loaded them into its
+/// receiver's filter at the reset. Bochs' has not, and would take no frame for its address.
+bool E1000::take_address() {
+    constexpr std::uint32_t kStart = 0x01, kReady = 0x10, kValid = 1u << 31;
+    for (std::uint32_t word = 0; word < address_.size() / 2; ++word) {
+        set(kMemoryRead, word << 8 | kStart);
+        for (int looks = 0; (get(kMemoryRead) & kReady) == 0;) {
+            if (++looks == 1'000'000) return false;
+        }
+        const std::uint32_t bytes = get(kMemoryRead) >> 16;
+        address_[2 * word] = static_cast<std::uint8_t>(bytes);
+        address_[2 * word + 1] = static_cast<std::uint8_t>(bytes >> 8);
+    }
+    std::array<std::uint32_t, 2> filter{};
+    std::memcpy(filter.data(), address_.data(), address_.size());
+    set(kAddress, filter[0]);
+    set(kAddress + 4, filter[1] | kValid);
+    return true;
 }
 
 void E1000::start_rings() {

@@ -5,7 +5,7 @@
 //
 // An entry's status says when the card is done with it. PCI/PCI-X Family of Gigabit Ethernet
 // Controllers Software Developer's Manual (Intel, 317453): 3.2 (receive ring), 3.3 (transmit ring),
-// 13.4 (registers), 14.3–14.5 (start).
+// 5.6 (its memory), 13.4 (registers), 14.3–14.5 (start).
 #pragma once
 
 #include "board/metal/driver/network_card.h"
@@ -46,7 +46,7 @@ class E1000 final : public NetworkCard {
         return registers_.read<std::uint32_t>(offset);
     }
     void reset() const;
-    void read_address();
+    [[nodiscard]] bool take_address();
     void start_rings();
 
     Registers registers_;

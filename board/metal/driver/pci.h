@@ -29,6 +29,11 @@ class Registers {
         *reinterpret_cast<volatile T*>(at_ + offset) = value;
     }
     [[nodiscard]] bool exist() const { return at_ != 0; }
+    /// Where what is there is memory: as an object; null: there is none.
+    template <typename T>
+    [[nodiscard]] T* memory() const {
+        return reinterpret_cast<T*>(at_);
+    }
     [[nodiscard]] Registers from(std::uint32_t offset) const { return Registers(at_ + offset); }
 
   private:

@@ -80,12 +80,14 @@ void LocalApic::calibrate() {
     tsc_clock.set((end - begin) * kPitHz / kPitTicks, begin);
 }
 
-void LocalApic::set_alarm(Instant t, Instant now) {
+/// An instant that is past would interrupt the next context before its first instruction; the
+/// smallest count of the timer lets it get on.
+void LocalApic::set_alarm(Instant t) {
     if (tsc_deadline_)
-        return msr_write(kDeadlineMsr, t == kForever ? 0 : tsc_clock.count_at(std::max(t, now)));
+        return msr_write(kDeadlineMsr, t == kForever ? 0 : tsc_clock.count_at(std::max(t, kEpoch)));
     if (t == kForever) return write(kCount, 0);
-    const auto ns = static_cast<std::uint64_t>(std::clamp(t - now, Nanoseconds{0}, Nanoseconds{1s}).count());
-    const std::uint64_t ticks = ns * timer_hz_ / 1'000'000'000 + 1;
+    const Nanoseconds left = std::clamp(t - tsc_clock.now(), Nanoseconds{0}, Nanoseconds{1s});
+    const std::uint64_t ticks = static_cast<std::uint64_t>(left.count()) * timer_hz_ / 1'000'000'000 + 1;
     write(kCount, static_cast<std::uint32_t>(std::min<std::uint64_t>(ticks, UINT32_MAX)));
 }
 

@@ -31,7 +31,7 @@ class LocalApic {
     static void end_of_interrupt() { write(kEndOfInterrupt, 0); }
     /// Interrupts this core once, at `t` or soon after; kForever: not at all. What was set before
     /// is gone. It may come early by what its clock differs, or when `t` is more than a second off.
-    static void set_alarm(Instant t, Instant now);
+    static void set_alarm(Instant t);
     static void interrupt_core(std::uint32_t apic, std::uint8_t vector);
     /// INIT, and STARTUP at the page of `trampoline`, which lies below 1 MiB.
     static void start_core(std::uint32_t apic, std::uint32_t trampoline);

@@ -85,17 +85,10 @@ void Network::quiet() {
     next_turn_.store(kForever, std::memory_order_relaxed);
 }
 
-/// A top half comes here when the queue of the I/O VCPU is full, perhaps in the middle of a bottom
-/// half, which then does all once more.
 void Network::serve() {
-    if (busy_.exchange(true)) return missed_.store(true);
     asked_.store(false);  // what is asked from here on needs another turn
     take_turn();
-    busy_.store(false);
-    if (missed_.exchange(false) || !card_->frame().empty()) {
-        asked_.store(false);
-        ask();
-    }
+    if (!card_->frame().empty()) ask();
 }
 
 void Network::take_turn() {

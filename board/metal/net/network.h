@@ -41,16 +41,14 @@ class Network final : public Device {
     void ask();
 
     void quiet() override;
-    void serve() override;
     [[nodiscard]] Instant next_turn() const override { return next_turn_.load(std::memory_order_relaxed); }
 
   private:
+    void serve() override;
     void take_turn();
 
     NetworkCard* card_ = nullptr;
     std::atomic<bool> asked_{false};
-    std::atomic<bool> busy_{false};    // in serve()
-    std::atomic<bool> missed_{false};  // it was called meanwhile
     std::atomic<Instant> next_turn_{kForever};
     std::atomic<std::uint32_t> own_{0}, mask_{0}, gateway_{0};
 };

@@ -3,6 +3,8 @@
 //
 //   node tests/e2e/browser/page.test.mjs
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
 import { startMock } from '../../../web/ui/mock/server.mjs';
 import { drop, findings, lookAt } from './person.mjs';
@@ -344,4 +346,55 @@ test('axe finds nothing: on a phone, and where the key is asked for', async () =
       assert.deepEqual(await findings(page), [], colorScheme);
     }
   }, { key: 'wrong' });
+});
+
+/** The plotter's files, as `qduino monitor --plot` serves them; `say` sends a line of Serial. */
+async function startPlotter() {
+  const files = { '/': ['page.html', 'text/html'], '/series.js': ['series.js', 'text/javascript'] };
+  const streams = [];
+  const server = createServer(async ({ url }, answer) => {
+    const [name, type] = files[url] ?? [];
+    answer.writeHead(200, { 'Content-Type': type ?? 'text/event-stream' });
+    if (name) answer.end(await readFile(new URL(`../../../apps/qduino/plotter/${name}`, import.meta.url)));
+    else streams.push(answer.write(': open\n\n') && answer);
+  });
+  await new Promise((ready) => { server.listen(0, '127.0.0.1', ready); });
+  const say = (line) => streams.forEach((stream) => stream.write(`data: ${JSON.stringify(line)}\n\n`));
+  return { address: `http://127.0.0.1:${server.address().port}/`, streams, say, close: () => { server.closeAllConnections(); server.close(); } };
+}
+
+test('the plotter draws what a sketch prints, pauses, goes on, and axe finds nothing', async () => {
+  const plotter = await startPlotter();
+  const context = await browsers.plain.newContext({ viewport: PHONE });
+  const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE_MS);
+  const button = (name) => page.getByRole('button', { name, exact: true });
+  const legend = () => text(page.locator('#legend'));
+  const drawn = () => page.evaluate(() => document.getElementById('chart').getContext('2d').getImageData(0, 0, 300, 300).data.some((byte) => byte !== 0));
+  try {
+    for (const colorScheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme });
+      await page.goto(plotter.address);
+      await page.getByText('No numbers have come yet.').waitFor();
+      await until('the stream', () => plotter.streams.length > 0 && page.getByText('live').isVisible());
+      assert.equal(await drawn(), false);
+      ['hello', 'in:1,out:-2', 'in:2.5 out:4'].forEach(plotter.say);
+      await until('two curves', async () => (await legend()) === 'in: 2.5out: 4');
+      assert.equal(await drawn(), true);
+      assert.deepEqual(await findings(page), [], colorScheme);
+      await button('Pause').click();
+      plotter.say('in:7 out:8');
+      await until('the pause', async () => (await text(page.locator('#state'))) === 'paused');
+      assert.equal(await legend(), 'in: 2.5out: 4');
+      await button('Go on').click();
+      await until('the line that came meanwhile', async () => (await legend()) === 'in: 7out: 8');
+      await button('Clear').click();
+      await page.getByText('No numbers have come yet.').waitFor();
+      plotter.streams.splice(0).forEach((stream) => stream.end());
+    }
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= PHONE.width);
+  } finally {
+    await context.close();
+    plotter.close();
+  }
 });

@@ -32,6 +32,9 @@ UNTIL = r"""until_said() { local words=$1 file=$HOME/said; shift; rm -f "$file";
 # A pattern of the whole command, and what is typed instead.
 ADAPTED = [
     (r"\./run", lambda: "until_said 'Open  http' ./run --no-build --port %d --state \"$HOME/state\"" % free_port()),
+    (r"\./run --metal", lambda: "until_said 'operating system: http' ./run --metal --no-build --port %d" % free_port()),
+    # A file of the reader's, for the printer that has just ended.
+    (r"curl -H .* -F file=@part\.gcode .*", lambda: "command -v curl >/dev/null"),
     (r"\./run --speed 20", lambda: "until_said 'Open  http' ./run --no-build --speed 20 --port %d --state \"$HOME/sim\"" % free_port()),
     # Itself: it would never end. That it is there, and knows the option.
     (r"\./test( --\w+)?", lambda option="": "test -x ./test && grep -q -- '%s' ./test" % (option or "").strip()),
@@ -40,6 +43,8 @@ ADAPTED = [
     (r"\./install", lambda: "./install --no-build --prefix \"$HOME/.local\""),
     # Until Ctrl-C.
     (r"qduino run", lambda: "timeout --signal=INT 4 qduino run; [ $? -eq 124 ]"),
+    # Until Ctrl-C; and the sketch that was uploaded is not left behind.
+    (r"qduino monitor", lambda: "timeout --signal=INT 4 qduino monitor; ended=$?; qduino upload --stop && [ $ended -eq 124 ]"),
     # Minutes, and into the tree.
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),

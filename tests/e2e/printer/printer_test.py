@@ -172,7 +172,7 @@ class PausedPrint(Case):
         status, answer, _ = self.printd.request("POST", "/api/v1/machine/jog", {"x_mm": 5})
         self.assertEqual(status, 409, answer)
         self.assertIn("home first", answer["error"]["message"])
-        number = self.upload(square_job(6))
+        number = self.upload(square_job(4))
         wait_until(lambda: self.printd.machine()["line"] > 8, "it is in the middle of the print", 60)
         self.command("pause")
         self.printer.wait_for_state("paused")
@@ -193,11 +193,13 @@ class PausedPrint(Case):
 
 
 class KilledService(Case):
+    kills = 6 if service.THOROUGH else 4
+
     def test_the_print_goes_on_and_is_printed_once(self):
-        number = self.upload(square_job(12))
+        number = self.upload(square_job(2 * self.kills))
         then = self.upload(square_job(1), "next.gcode")
         generator = random.Random(11)
-        for _ in range(6):
+        for _ in range(self.kills):
             time.sleep(generator.uniform(0.3, 4))
             self.printd.kill()
             time.sleep(generator.uniform(0, 1))
@@ -211,7 +213,7 @@ class KilledService(Case):
 
 
 class KilledSketch(Case):
-    kills = 10
+    kills = 10 if service.THOROUGH else 4
 
     def test_heat_goes_off_the_job_fails_and_the_queue_stays(self):
         generator = random.Random(13)

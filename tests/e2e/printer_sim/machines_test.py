@@ -1,5 +1,7 @@
 """Every machine that is shipped: its file is right, and a cube printed on it is the cube that was asked for."""
 
+import json
+import math
 import os
 import pathlib
 import re
@@ -35,6 +37,15 @@ def cube(machine, side=10, layers=3):
             lines.append("G1 X%.3f Y%.3f E0.35 F2400" % at)
         lines += ["G1 E-0.8 F1800", "M106 S200"]
     return "\n".join(lines + ["M107", "M104 S0", "M140 S0", "M84", ""])
+
+
+def vase(radius=12, turns=3, sides=90):
+    """A spiral: Z rises all the time, as in the vase mode of slicers, around X0 Y0."""
+    lines = ["G28", "M109 S205", "G90", "M83", "G92 E0", "G1 X%.3f Y0 Z0.2 F6000" % radius, "G1 E0.8 F1800"]
+    for step in range(1, turns * sides + 1):
+        x, y = (radius * turn(2 * math.pi * step / sides) for turn in (math.cos, math.sin))
+        lines.append("G1 X%.3f Y%.3f Z%.4f E%.5f F2400" % (x, y, 0.2 + 0.2 * step / sides, 0.033 * 2 * math.pi * radius / sides))
+    return "\n".join(lines + ["G1 E-0.8 F1800", "M104 S0", "M84", ""])
 
 
 def complaint(text):
@@ -111,6 +122,20 @@ class Machines(unittest.TestCase):
                     out.write(cube(tomllib.loads(file.read_text(encoding="utf-8"))))
                 ended = subprocess.run([PRINTER_SIM, job, "--machine", str(file)], capture_output=True, text=True, check=False)
                 self.assertEqual(ended.returncode, 0, file.name + "\n" + ended.stdout + ended.stderr)
+
+    def test_a_vase_on_a_delta(self):
+        """All three carriages move in every line of it, and so does the height."""
+        with tempfile.TemporaryDirectory() as folder:
+            job, report = os.path.join(folder, "vase.gcode"), os.path.join(folder, "report.json")
+            with open(job, "w", encoding="utf-8") as out:
+                out.write(vase())
+            ended = subprocess.run([PRINTER_SIM, job, "--machine", str(MACHINES / "delta.toml"), "--report", report], capture_output=True, text=True, check=False)
+            self.assertEqual(ended.returncode, 0, ended.stdout + ended.stderr)
+            with open(report, encoding="utf-8") as file:
+                found = json.load(file)
+        self.assertTrue(found["matches"])
+        self.assertGreater(min(found["steps"][axis] for axis in "xyz"), 20000)
+        self.assertLess(max(found["path_deviation_mm_max"][axis] for axis in "xyz"), 0.01)
 
     def test_a_wrong_file_is_told_with_its_line(self):
         wrong = {

@@ -359,11 +359,12 @@ class PrinterSim(unittest.TestCase):
         self.reported(probe, "--machine", machine, "--kept", kept)
         loaded, _ = self.reported(load, "--machine", machine, "--kept", kept)
         self.assertGreater(loaded["steps"]["z"], flat["steps"]["z"] + 200)
-        # Without a name: M420 S1 follows the bed in force at M500.
-        kept = self.path("nameless.toml", "")
-        self.reported(self.path("probe.gcode", "G28\nG29\nM500\n"), "--machine", machine, "--kept", kept)
-        on, _ = self.reported(self.path("on.gcode", tower(2, start=["M420 S1"])), "--machine", machine, "--kept", kept)
-        self.assertEqual(on["steps"]["z"], loaded["steps"]["z"])
+        # M420 S1 follows the bed in force at M500: by its name, or without one.
+        nameless = self.path("nameless.toml", "")
+        self.reported(self.path("probe.gcode", "G28\nG29\nM500\n"), "--machine", machine, "--kept", nameless)
+        for each in [kept, nameless]:
+            on, _ = self.reported(self.path("on.gcode", tower(2, start=["M420 S1"])), "--machine", machine, "--kept", each)
+            self.assertEqual(on["steps"]["z"], loaded["steps"]["z"], each)
 
     def test_a_wrong_number_of_the_bed_shows(self):
         job, right = tower(2, start=["G29"]), PROBE + "[bed_mesh]\nminimum_y_mm = 25\n"

@@ -91,6 +91,28 @@ class Qduino(SketchCase):
         home = self.run_qduino("build", "two", status=1, QDUINO_HOME="/nonexistent")
         self.assertIn("QDUINO_HOME", home.stderr)
 
+    def test_an_editor_builds_finds_mistakes_and_knows_the_headers(self):
+        self.run_qduino("new", "blinker")
+        tasks = json.loads((self.folder / "blinker" / ".vscode" / "tasks.json").read_text(encoding="utf-8"))["tasks"]
+        build = next(task for task in tasks if task["label"] == "build")
+        ino = self.folder / "blinker" / "blinker.ino"
+        ino.write_text(ino.read_text(encoding="utf-8") + "int twice(int n) { return 2 * m; }\n", encoding="utf-8")
+        failed = self.run_qduino(*build["args"], "blinker", status=1)
+        pattern = build["problemMatcher"]["pattern"]
+        found = [match for match in (re.match(pattern["regexp"], line) for line in failed.stderr.splitlines()) if match]
+        line = len(ino.read_text(encoding="utf-8").splitlines())
+        self.assertEqual([(m[pattern["file"]], m[pattern["line"]], m[pattern["severity"]]) for m in found][:1],
+                         [(os.path.realpath(ino), str(line), "error")])
+
+        ino.write_text(ino.read_text(encoding="utf-8").replace("* m", "* n"), encoding="utf-8")
+        self.run_qduino(*build["args"], "blinker", "--only", "linux")
+        entries = json.loads((self.folder / "blinker" / "compile_commands.json").read_text(encoding="utf-8"))
+        self.assertEqual([pathlib.Path(entry["file"]).name for entry in entries], ["blinker.ino", "sketch.ino.cpp"])
+        tab = entries[0]
+        self.assertEqual(tab["file"], os.path.realpath(ino))
+        seen = subprocess.run([*tab["arguments"], "-fsyntax-only"], cwd=tab["directory"], capture_output=True, text=True, timeout=120, check=False)
+        self.assertEqual((seen.returncode, seen.stderr), (0, ""))
+
     def test_what_the_bound_refuses_and_completion_time_admits_is_admitted(self):
         sketch = self.write("golden.ino", GOLDEN)
         checked = self.run_qduino("check", sketch)

@@ -15,6 +15,7 @@ import tempfile
 import time
 
 PRINTD, FAKE_SKETCH, SANITIZED = None, None, False
+THOROUGH = "QDUINO_EMULATED" in os.environ  # ./test --all
 ENDED = ("done", "cancelled", "failed")
 WATCHED = {}  # name: (process, path of its log or None), of what must live while anything is waited for
 

@@ -2,11 +2,13 @@
 //
 //   core 0   loop 1, and the network's bottom half
 //              /tcp/PORT, /udp/PORT   asks the computer around the machine, and hands on its answer
-//              anything else          the number of the body's bytes, and their hash (FNV-1a)
+//              anything else          the number of the body's bytes, and their SHA-256
 //   core 1   loop 2: a pulse train; no interrupts there           pin 6
 
 #include <WiFi.h>
 #include <WiFiUdp.h>
+
+#include "sha256.h"
 
 const IPAddress around(10, 0, 2, 2);
 WiFiServer server(80);
@@ -44,18 +46,20 @@ String ask_by_udp(uint16_t port) {
   return answer.length() > 0 ? answer : "nobody";
 }
 
-/// "12 3456": so many bytes, with this hash.
+/// "12 ab34…": so many bytes, with this hash.
 String taken_in(WiFiClient& client, long length) {
   static uint8_t piece[4096];
-  uint32_t hash = 2166136261;
+  Sha256 hash;
   long bytes = 0;
   while (bytes < length && client.connected()) {
     const int count = client.read(piece, sizeof piece);
-    for (int i = 0; i < count; ++i) hash = (hash ^ piece[i]) * 16777619;
-    if (count > 0) bytes += count;
+    if (count > 0) {
+      hash.add(piece, count);
+      bytes += count;
+    }
     if (count == 0) delay(1);
   }
-  return String(bytes) + " " + String(hash);
+  return String(bytes) + " " + hash.finish();
 }
 
 void answer(WiFiClient& client) {

@@ -3,12 +3,14 @@
 //
 // The speed along the way comes from the segment's speeds and times alone. The filters are applied
 // as their definitions say: a shaper is a sum over delayed positions, and smoothing is an integral
-// over the weight, by Simpson's rule between the instants at which the motion has a kink. Nothing
-// is shared with the solver: no polynomial, no window.
+// over the weight, by Gauss and Legendre's rule of three places between the instants at which the
+// motion has a kink (exact up to the fifth degree; place times weight has the fourth at most).
+// Nothing is shared with the solver: no polynomial, no window.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
 #include <vector>
 
@@ -67,17 +69,32 @@ struct SampledShaper {
     }
 };
 
+/// How much later than planned everything is played: as far as filters look ahead.
+inline Real lead_s(const printer::motion::MotionFilters& filters) {
+    Real ahead = filters.smooth_time.value() / 2;
+    for (const printer::ShaperConfig& shaper : filters.shapers)
+        ahead = std::max(ahead, -SampledShaper{shaper}.delay_s.front());
+    return std::ceil(ahead * 1e9L) * 1e-9L;
+}
+
 class SampledMotion {
   public:
-    SampledMotion(const std::vector<printer::motion::Segment>& segments,
-                  const printer::motion::MotionFilters& filters)
-        : segments_(segments), half_s_(filters.smooth_time.value() / 2) {
+    explicit SampledMotion(const printer::motion::MotionFilters& filters)
+        : half_s_(filters.smooth_time.value() / 2) {
         for (std::size_t i = 0; i < 2; ++i) shapers_[i] = SampledShaper{filters.shapers[i]};
-        for (const auto& segment : segments_) {
-            const Real start = begin_of(segment);
-            for (const Real kink : kinks_of(segment.shape)) kinks_.push_back(start + kink);
-        }
     }
+    /// The next move of the plan.
+    void append(const printer::motion::Segment& move) {
+        segments_.push_back(move);
+        for (const Real kink : kinks_of(move.shape)) kinks_.push_back(begin_of(move) + kink);
+    }
+    /// Nobody asks for what filters do not need from `from_s` of the plan on.
+    void forget_before(Real from_s) {
+        while (segments_.size() > 1 && begin_of(segments_[1]) < from_s) segments_.pop_front();
+        while (!kinks_.empty() && kinks_.front() < from_s) kinks_.pop_front();
+    }
+    /// Nothing was planned: the motors do not move.
+    [[nodiscard]] bool empty() const { return segments_.empty(); }
 
     /// mm, behind the filter of `axis`.
     [[nodiscard]] Real position(std::size_t axis, Real at_s) const {
@@ -101,6 +118,8 @@ class SampledMotion {
     static Real begin_of(const printer::motion::Segment& segment) {
         return (static_cast<Real>(segment.start.ns) + segment.start.fraction_ns) * 1e-9L;
     }
+
+    // ---- the plan -------------------------------------------------------------------------------
 
     /// One change of speed after `t`: constant acceleration, or growing, staying and falling.
     static Along ramp(const printer::motion::Trapezoid& shape, Real from, Real to, Real duration, Real t) {
@@ -136,7 +155,7 @@ class SampledMotion {
     }
 
     static std::vector<Real> kinks_of(const printer::motion::Trapezoid& shape) {
-        std::vector<Real> kinks{0};
+        std::vector<Real> kinks;
         const auto add_ramp = [&](Real from, Real duration) {
             if (shape.jerk_mm_s3 > 0) {
                 const Real grows = std::min<Real>(
@@ -146,10 +165,11 @@ class SampledMotion {
             }
             kinks.push_back(from + duration);
         };
+        kinks.push_back(0);
         add_ramp(0, shape.accelerate_s);
-        add_ramp(static_cast<Real>(shape.accelerate_s) + shape.cruise_s, shape.decelerate_s);
         kinks.push_back(static_cast<Real>(shape.accelerate_s) + shape.cruise_s);
-        return kinks;
+        add_ramp(static_cast<Real>(shape.accelerate_s) + shape.cruise_s, shape.decelerate_s);
+        return kinks;  // ascending
     }
 
     [[nodiscard]] const printer::motion::Segment& segment_at(Real at_s) const {
@@ -164,48 +184,50 @@ class SampledMotion {
         return segment.start_mm[axis] +
                share * (static_cast<Real>(segment.end_mm[axis]) - segment.start_mm[axis]);
     }
-    /// The filament's place plus advance times its speed. Between kinks, so `inside` says which
-    /// side of one is meant.
-    [[nodiscard]] Real pressed(Real at_s, Real inside_s) const {
-        const auto& segment = segment_at(inside_s);
-        const Real t = at_s - begin_of(segment);
-        const Real place =
-            planned(3, std::clamp(at_s, begin_of(segment), begin_of(segment) + segment.shape.duration_s()));
-        const Real inside = inside_s - begin_of(segment);
-        if (inside < 0 || inside > segment.shape.duration_s()) return planned(3, inside_s);
-        const Real way =
+    // ---- the filament ---------------------------------------------------------------------------
+
+    /// The filament's place plus advance times its speed. `between`: the kinks on both sides, so
+    /// that it is clear which move is meant.
+    [[nodiscard]] Real pressed(Real at_s, Real between_s) const {
+        const auto& segment = segment_at(between_s);
+        const Real begin_s = begin_of(segment), duration_s = segment.shape.duration_s();
+        if (between_s < begin_s) return segment.start_mm[3];
+        if (between_s > begin_s + duration_s) return segment.end_mm[3];
+        const Along way = along(segment.shape, std::clamp<Real>(at_s - begin_s, 0, duration_s));
+        const Real share =
             (static_cast<Real>(segment.end_mm[3]) - segment.start_mm[3]) / segment.shape.length_mm;
-        return place + segment.advance_s * way *
-                           along(segment.shape, std::clamp<Real>(t, 0, segment.shape.duration_s())).speed;
+        return segment.start_mm[3] + share * (way.mm + segment.advance_s * way.speed);
     }
     [[nodiscard]] Real smoothed(Real at_s) const {
-        std::vector<Real> cuts{at_s - half_s_, at_s, at_s + half_s_};
-        const auto first = std::lower_bound(kinks_.begin(), kinks_.end(), at_s - half_s_ - 10);
-        for (auto kink = first; kink != kinks_.end() && *kink < at_s + half_s_ + 10; ++kink)
-            if (std::abs(*kink - at_s) < half_s_) cuts.push_back(*kink);
-        std::sort(cuts.begin(), cuts.end());
-        Real sum = 0;
-        for (std::size_t i = 1; i < cuts.size(); ++i) sum += simpson(cuts[i - 1], cuts[i], at_s);
+        Real sum = 0, from = at_s - half_s_;
+        const auto add_until = [&](Real to) {
+            sum += integral(from, to, at_s);
+            from = to;
+        };
+        auto kink = std::upper_bound(kinks_.begin(), kinks_.end(), from);
+        // The weight has a kink of its own, in the middle.
+        for (const Real end : {at_s, at_s + half_s_}) {
+            for (; kink != kinks_.end() && *kink < end; ++kink) add_until(*kink);
+            add_until(end);
+        }
         return sum;
     }
-    [[nodiscard]] Real simpson(Real from, Real to, Real at_s) const {
-        constexpr int kPanels = 8;
+    /// Of the place times the weight, which falls from the middle to both sides.
+    [[nodiscard]] Real integral(Real from, Real to, Real at_s) const {
         if (to - from < 1e-15L) return 0;
-        const Real wide = (to - from) / kPanels, middle = (from + to) / 2;
-        Real sum = 0;
-        for (int i = 0; i <= 2 * kPanels; ++i) {
-            const Real at = from + i * wide / 2;
-            const Real weight = (half_s_ - std::abs(at - at_s)) / (half_s_ * half_s_);
-            const int factor = i == 0 || i == 2 * kPanels ? 1 : i % 2 == 1 ? 4 : 2;
-            sum += factor * weight * pressed(at, middle);
-        }
-        return sum * wide / 6;
+        static const Real kAside = std::sqrt(Real{3} / 5);
+        const Real wide = (to - from) / 2, middle = (from + to) / 2;
+        const auto value = [&](Real at) {
+            return pressed(at, middle) * (half_s_ - std::abs(at - at_s)) / (half_s_ * half_s_);
+        };
+        return wide / 9 *
+               (5 * value(middle - kAside * wide) + 8 * value(middle) + 5 * value(middle + kAside * wide));
     }
 
-    const std::vector<printer::motion::Segment>& segments_;
+    std::deque<printer::motion::Segment> segments_;
     Real half_s_ = 0;
     std::array<SampledShaper, 2> shapers_;
-    std::vector<Real> kinks_;
+    std::deque<Real> kinks_;
 };
 
 }  // namespace qduino::test

@@ -126,7 +126,7 @@ def main():
     if group == '--prepare':
         return prepare(compiler, source, work, arguments[4:])
     runner, flags = arguments[4], arguments[5:]
-    sketches = sorted(p.parent for p in (examples_folder() / group).glob('*/*.ino'))
+    sketches = sorted(p.parent for p in (examples_folder() / group).rglob('*.ino'))
     if not sketches:
         sys.exit(f'no sketches in {group}')
     (work / group).mkdir(parents=True, exist_ok=True)

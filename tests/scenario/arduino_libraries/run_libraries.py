@@ -28,6 +28,8 @@ class Case:
     met_in: str    # where the survey met it
     here: str      # what it does on this board
     expected: str  # a pattern of the lines on Serial
+    seconds: int = 1  # of virtual time
+    report: str = ""  # a pattern of the simulator's lines on the parts
 
 
 CASES = [
@@ -53,20 +55,59 @@ CASES = [
          r"1\n0\n80\nC0\ndigitalWrite\n40"),
     Case("Features", "asks `#ifdef SPI_HAS_TRANSACTION`, `digitalPinToInterrupt`, `HIGH`, `A0`, `#if BUFFER_LENGTH`",
          "RF24, RFM69, SSD1306, GFX, TFT_eSPI, SPIFlash", "they are macros as well", r"a transaction\n256\n18"),
+    Case("Scale", "shifts 24 bits out of an HX711, and extends their sign in an `unsigned long`", "HX711",
+         "a simulated chip: `chip = \"hx711\"` in the board file", r"-12345\n123\.45\n-1\n-12345\n40[01]\n", 4,
+         r"hx711 on pins 2 and 3: 8 results read, switched off 1 times"),
+    Case("Thermometers", "times the slots of a 1-Wire bus by busy waits with interrupts held back, finds the chips on it and checks their CRC",
+         "OneWire, DallasTemperature", "a simulated chip: `chip = \"ds18b20\"`; slots are exact to the cost of a pin's calls",
+         r"28C0B2A305000059 85\.0000\n28C1B2A30500006E 85\.0000\n2807000000008017 85\.0000\n"
+         r"28C0B2A305000059 85\.8125\n28C1B2A30500006E 21\.5625\n2807000000008017 -10\.1250\n2807000000008017 -10\.5000\n-127\.00", 10,
+         r"ds18b20 \w+ on pin 4: 3 conversions\n" * 3),
+    Case("Screen", "keeps a picture in memory and sends it over `Wire` in pieces of its buffer", "SSD1306, SSD1306Ascii, GFX",
+         "a simulated chip: `chip = \"ssd1306\"`, whose picture is a file in the end", r"0\n1\nshown", 1, r"ssd1306 at 0x3c of I2C 0: "),
+    Case("Strip", "counts an AVR's clocks between the edges of a waveform", "NeoPixel",
+         "`Adafruit_NeoPixel.h`: edges at their instants, or SPI; a simulated strip, `chip = \"ws2812\"`", r"9600", 1,
+         r"ws2812 on pin 6: 6 frames; shows 320000 001d00 001d00 001d00\n"),
+    Case("Remote", "takes a timer to look at an infrared receiver, and another one to send", "IRremote",
+         "`IRremote.hpp`: NEC's code by `attachInterrupt()` and PWM; a simulated module and remote, `chip = \"ir\"`",
+         r"Protocol=NEC Address=0x4 Command=0x18 Raw-Data=0xE718FB04 32 bits LSB first\n"
+         r"(Protocol=NEC Address=0x4 Command=0x18 Repeat\n){2}"
+         r"Protocol=NEC Address=0x1234 Command=0x56 Raw-Data=0xA9561234 32 bits LSB first\n"
+         r"Protocol=NEC Address=0x1234 Command=0x56 Repeat", 2, r"ir on pin 7: 36 flashes of the LED on pin 8"),
+    Case("Card", "keeps files on a card, with a table of each CPU's pins", "SD, ArduinoJson, Seeed CAN",
+         "`SD.h`: a folder of the host", r"0,0\n1,1\n2,4\ntoday/\nin"),
+    Case("NewApi", "uses ArduinoCore-API: `arduino::String`, IPv6 in `IPAddress`, `RingBufferN`, `HardwareCAN`", "code for newer boards",
+         "the same classes; CAN is the host's", r"10\.0\.0\.7\n2001:db8::1:0:0:7\nabc\n\[123\] \(2\) : CAFE\nno bus"),
     Case("OwnReader", "defines `pgm_read_byte` before it includes `Arduino.h`", "SSD1306", "its own reader stays", r"303"),
 ]
 
 
 def run(qduino, case, cache):
-    """What is wrong with a case; '' when nothing is."""
-    environment = dict(os.environ, XDG_CACHE_HOME=cache, QDUINO_LIBRARIES=str(HERE / "libraries"), LC_ALL="C.UTF-8")
-    done = subprocess.run([qduino, "sim", HERE / "sketches" / case.sketch, "--for", "1"], env=environment, capture_output=True, text=True,
+    """What is wrong with a case; '' when nothing is. Files that the sketch's parts write come into the cache."""
+    environment = dict(os.environ, XDG_CACHE_HOME=cache, XDG_STATE_HOME=cache, QDUINO_LIBRARIES=str(HERE / "libraries"),
+                       QDUINO_CAN="nobus", LC_ALL="C.UTF-8")
+    folder = HERE / "sketches" / case.sketch
+    board = folder / "board.toml"
+    wired = ["--board", board] if board.exists() else []
+    done = subprocess.run([qduino, "sim", folder, "--for", str(case.seconds), *wired], env=environment, cwd=cache, capture_output=True, text=True,
                           timeout=300, check=False)
     said = done.stdout.replace("\r\n", "\n")
     if done.returncode != 0:
         return f"status {done.returncode}\n{done.stderr[-3000:]}"
     if not re.match(rf"(?:{case.expected})(?:\n|\Z)", said):
         return f"said:\n{said[:600]}expected: {case.expected}\n{done.stderr[-1500:]}"
+    if not re.search(case.report, done.stderr):
+        return f"reported:\n{done.stderr[:1500]}expected: {case.report}"
+    return wrong_picture(folder, pathlib.Path(cache))
+
+
+def wrong_picture(folder, made):
+    """Where a picture differs from the one that was recorded beside the sketch; '' when none does."""
+    for recorded in folder.glob("*.pbm"):
+        want, have = recorded.read_text(encoding="ascii").split(), (made / recorded.name).read_text(encoding="ascii").split()
+        for row, (wanted, had) in enumerate(zip(want, have, strict=True)):
+            if wanted != had:
+                return f"{recorded.name}: line {row}:\n{had}\nexpected:\n{wanted}"
     return ""
 
 

@@ -40,18 +40,19 @@ class Compiled(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def compile(self, name, text, *flags, status=0):
+    def compile(self, name, text, *flags, status=0, prepared=()):
         """The messages."""
         source = self.folder / name
         source.write_text(text, encoding='utf-8')
         compiler = [CC, '-std=gnu17'] if name.endswith('.c') else [CXX, '-std=gnu++20', '-fpermissive']
-        done = subprocess.run([sys.executable, '-B', TOOL, '--keep', self.folder / 'kept', '--', *compiler, '-Wall', *flags, '-MD', '-MF',
+        options = ['--keep', self.folder / 'kept', *itertools.chain(*(('--prepared', folder) for folder in prepared))]
+        done = subprocess.run([sys.executable, '-B', TOOL, *options, '--', *compiler, '-Wall', *flags, '-MD', '-MF',
                                f'{source}.d', '-c', source, '-o', f'{source}.o'], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, status, done.stderr)
         return done.stderr
 
-    def output(self, name, text):
-        self.compile(name, text)
+    def output(self, name, text, **options):
+        self.compile(name, text, **options)
         subprocess.run([CXX, self.folder / f'{name}.o', '-o', self.folder / 'program'], check=True)
         return subprocess.run([self.folder / 'program'], capture_output=True, text=True, check=True).stdout
 
@@ -66,6 +67,23 @@ class Compiled(unittest.TestCase):
             lines.append(f'extern {" ".join(spelled)} v{number};\nstatic_assert(std::is_same_v<std::remove_cv_t<decltype(v{number})>, '
                          f'{meaning(words)}>, "{" ".join(words)}, seed {seed}");')
         self.assertEqual(self.compile('spellings.cpp', '\n'.join(lines)), '')
+
+    def test_a_prepared_header_stands_for_its_text(self):
+        header = self.folder / 'kept.h'
+        header.write_text('#pragma once\nstruct Kept { long size; };\ninline int version() { return 1; }\n')
+        prepared = self.folder / 'prepared'
+        prepared.mkdir()
+        subprocess.run([CXX, '-std=gnu++20', '-fpermissive', '-Wall', '-w', '-x', 'c++-header', '-c', header, '-o', prepared / 'kept.h.gch'],
+                       check=True)
+        # A program that says 2 was made of this text, and not of the prepared one.
+        header.write_text(header.read_text().replace('return 1', 'return 2'))
+        text = ('// a comment may stand before it\n#define BEFORE\n#include <kept.h>\n#include <cstdio>\nint f(int) { return 3; }\n'
+                'int f(long) { return 4; }\nint main() { long l = 5000000000L; std::printf("%d %zu %zu %d", version(), sizeof(Kept), '
+                'sizeof l, f(l)); }\n')
+        self.assertEqual(self.output('prepared.cpp', text, prepared=[prepared]), '1 8 4 3')
+        # A word of the language before it: the compiler reads the header itself.
+        text = text.replace('#define BEFORE', 'int before;').replace('<kept.h>', '"kept.h"')
+        self.assertEqual(self.output('unprepared.cpp', text, prepared=[prepared]), '2 4 4 3')
 
     def test_the_systems_headers_keep_theirs(self):
         self.compile('system.cpp', '#include <cstdint>\n#include <ctime>\n#include <cstdlib>\n'

@@ -17,7 +17,7 @@ namespace {
 
 using namespace qduino;
 
-class SlowPort final : public arduino::SerialPort {
+class SlowPort final : public qduino::arduino::SerialPort {
   public:
     Result<void> open(unsigned long, std::uint16_t) override { return {}; }
     void close() override {}

@@ -156,21 +156,6 @@ TEST_F(ArduinoParts, ATouchTakesLongerToCharge) {
     EXPECT_EQ(sensor.capacitiveSensor(10), -2);
 }
 
-TEST_F(ArduinoParts, IpAddresses) {
-    const IPAddress address(192, 168, 0, 7);
-    EXPECT_EQ(address.toString(), "192.168.0.7");
-    EXPECT_EQ(address[3], 7);
-    EXPECT_EQ(IPAddress(static_cast<std::uint32_t>(address)), address);
-    IPAddress parsed;
-    EXPECT_TRUE(parsed.fromString("10.0.255.1"));
-    EXPECT_EQ(parsed, IPAddress(10, 0, 255, 1));
-    for (const char* bad :
-         {"", "1.2.3", "1.2.3.4.5", "256.1.1.1", "1..2.3", "a.b.c.d", "1.2.3.4 ", "0001.2.3.4"}) {
-        EXPECT_FALSE(parsed.fromString(bad)) << bad;
-    }
-    EXPECT_EQ(parsed, IPAddress(10, 0, 255, 1)) << "unchanged by what is no address";
-}
-
 TEST_F(ArduinoParts, AServerAndAClientOfThisMachine) {
     EthernetServer server(0);
     server.begin();

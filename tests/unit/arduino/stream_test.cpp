@@ -2,6 +2,7 @@
 #include "arduino/Stream.h"
 
 #include <deque>
+#include <limits>
 
 #include "arduino/core/timing.h"
 #include "tests/unit/arduino/arduino_fixture.h"
@@ -93,6 +94,18 @@ TEST_F(ArduinoStream, ParseFloat) {
     EXPECT_FLOAT_EQ(stream.parseFloat(), 7.0F);
     EXPECT_FLOAT_EQ(stream.parseFloat(), 1.2F);  // a second point ends it
     EXPECT_FLOAT_EQ(stream.parseFloat(), 0.3F);
+}
+
+TEST_F(ArduinoStream, ParseFloatTakesAsManyDigitsAsCome) {
+    const std::string many(400, '3'), zeros(400, '0');
+    stream.arrive("0." + many + " -" + many + " 1" + zeros + "." + zeros + " 0." + zeros +
+                  "7 00012.5 16777217 ");
+    EXPECT_FLOAT_EQ(stream.parseFloat(), 1.0F / 3);
+    EXPECT_EQ(stream.parseFloat(), -std::numeric_limits<float>::infinity());
+    EXPECT_EQ(stream.parseFloat(), std::numeric_limits<float>::infinity());
+    EXPECT_EQ(stream.parseFloat(), 0.0F);
+    EXPECT_EQ(stream.parseFloat(), 12.5F);
+    EXPECT_EQ(stream.parseFloat(), 16777216.0F);
 }
 
 TEST_F(ArduinoStream, FindFallsBackToTheLongestBeginning) {

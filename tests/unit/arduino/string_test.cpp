@@ -2,6 +2,8 @@
 #include "arduino/WString.h"
 
 #include <gtest/gtest.h>
+#include <limits>
+#include <utility>
 
 #include "arduino/core/constants.h"
 
@@ -128,6 +130,23 @@ TEST(ArduinoString, CaseTrimAndNumbers) {
     EXPECT_EQ(String("apples").toInt(), 0);
     EXPECT_FLOAT_EQ(String("2.75kg").toFloat(), 2.75F);
     EXPECT_DOUBLE_EQ(String("x").toDouble(), 0);
+}
+
+TEST(ArduinoString, AFloatHasAllItsDigits) {
+    EXPECT_EQ(String(std::numeric_limits<float>::max()), "340282346638528859811704183484516925440.00");
+    EXPECT_EQ(String(-4294967296.0, 1), "-4294967296.0");
+    EXPECT_EQ(String(std::numeric_limits<double>::max(), 255).length(), 309U + 1 + 30);
+    EXPECT_EQ(String(std::numeric_limits<double>::infinity()), "inf");
+}
+
+TEST(ArduinoString, MovingIntoItselfKeepsIt) {
+    String text("a text that is longer than fifteen characters");
+    String& same = text;
+    text = std::move(same);
+    EXPECT_EQ(text, "a text that is longer than fifteen characters");
+    String other;
+    other = std::move(text);
+    EXPECT_EQ(other.length(), 45U);
 }
 
 TEST(ArduinoString, ANullPointerIsNotAString) {

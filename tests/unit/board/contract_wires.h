@@ -50,7 +50,8 @@ class ContractWires final : public Peripherals {
         std::vector<std::uint8_t> data;
     };
 
-    /// Whether it reports edges itself or leaves it to the board to look.
+    /// Whether it reports edges itself or leaves it to the board to look. It reports each write to
+    /// kDriver: one that changes nothing is no edge, and it is the board that has to know.
     explicit ContractWires(bool reports_edges = false) : reports_edges_(reports_edges) {}
 
     bool report_edges_to(PinEdgeSink& sink) override {
@@ -59,7 +60,7 @@ class ContractWires final : public Peripherals {
     }
     void pin_written(Instant now, PinId pin, Level level) override {
         pin_writes.push_back({now, pin, level});
-        if (pin != kDriver || wire_ == level) return;
+        if (pin != kDriver) return;
         wire_ = level;
         if (sink_) sink_->pin_edge(now, kSensor, level);
     }

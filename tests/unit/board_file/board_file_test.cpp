@@ -143,6 +143,65 @@ TEST(BoardFile, TheExampleOfThePageSaysEverythingThatCanBeSaidOfLinux) {
     EXPECT_EQ(config.spi[0].chip_select, 2u);
 }
 
+TEST(BoardFile, TheExampleOfThePageSaysEverythingThatCanBeSaidOfParts) {
+    const ReadBoardFile read = parse_board(example_of("board-file.md"), "docs/board-file.md");
+    ASSERT_TRUE(read.ok()) << read.error;
+    ASSERT_EQ(read.board.parts.size(), 5u);
+    const PartSpec& cell = read.board.parts[0];
+    EXPECT_EQ(cell.chip, Chip::hx711);
+    EXPECT_EQ(cell.data.number, 2);
+    EXPECT_EQ(cell.clock.number, 3);
+    EXPECT_EQ(cell.value, -12345);
+    EXPECT_EQ(cell.value_b, 678);
+    const PartSpec& thermometer = read.board.parts[1];
+    EXPECT_EQ(thermometer.chip, Chip::ds18b20);
+    EXPECT_EQ(thermometer.data.number, 4);
+    EXPECT_EQ(thermometer.serial, 0x5A3B2C1u);
+    EXPECT_EQ(thermometer.celsius, 21.5);
+    const PartSpec& display = read.board.parts[2];
+    EXPECT_EQ(display.chip, Chip::ssd1306);
+    EXPECT_EQ(display.bus.number, 1);
+    EXPECT_EQ(display.address.value, 0x3D);
+    EXPECT_EQ(display.height, 32);
+    EXPECT_EQ(display.picture, "screen.pbm");
+    EXPECT_EQ(read.board.parts[3].chip, Chip::ws2812);
+    EXPECT_EQ(read.board.parts[3].data.number, 6);
+    EXPECT_EQ(read.board.parts[3].pixels, 30);
+    const PartSpec& receiver = read.board.parts[4];
+    EXPECT_EQ(receiver.chip, Chip::ir);
+    EXPECT_EQ(receiver.data.number, 7);
+    EXPECT_EQ(receiver.light.led.number, 8);
+    EXPECT_EQ(receiver.light.at, kEpoch + 500ms);
+    EXPECT_EQ(receiver.light.remote, 4);
+    EXPECT_EQ(receiver.light.command, 24);
+    EXPECT_EQ(receiver.light.repeats, 2);
+}
+
+TEST(BoardFile, PartsHaveTheirOwnKeysAndDoNotShareWires) {
+    const std::string cell = "[[part]]\nchip = \"hx711\"\ndata = 2\nclock = 3\n";
+    const std::string thermometer = "[[part]]\nchip = \"ds18b20\"\ndata = 4\n";
+    const std::string display = "[[part]]\nchip = \"ssd1306\"\n";
+    EXPECT_EQ(error_of(cell + thermometer + thermometer + "serial = 2\n" + display + display + "bus = 1\n"),
+              "");
+    EXPECT_EQ(error_of("[[part]]\nchip = \"hx711\"\ndata = 2\n"), "b.toml:1: [[part]] needs 'clock'");
+    EXPECT_EQ(error_of("[[part]]\ndata = 2\n"), "b.toml:1: [[part]] needs 'chip'");
+    EXPECT_EQ(error_of(cell + "celsius = 3.0\n"),
+              "b.toml:5: [[part]] 'celsius' is not known; accepted: chip, data, clock, value, value_b");
+    EXPECT_EQ(error_of(display + "height = 48\n"), "b.toml:3: [[part]] 'height' is neither 32 nor 64");
+    EXPECT_EQ(error_of("[[part]]\nchip = \"hx711\"\ndata = 2\nclock = 2\n"),
+              "b.toml:4: [[part]] 'clock' is the pin of 'data'");
+    EXPECT_EQ(error_of(thermometer + "[[part]]\nchip = \"ws2812\"\ndata = 4\n"),
+              "b.toml:6: [[part]] 'data' is that of another part");
+    EXPECT_EQ(error_of(thermometer + thermometer), "b.toml:4: [[part]] 'serial' is that of another part");
+    EXPECT_EQ(error_of(display + display), "b.toml:3: [[part]] 'address' is that of another part");
+    EXPECT_EQ(error_of(cell + "[[part]]\nchip = \"ds18b20\"\ndata = 3\n"),
+              "b.toml:7: [[part]] 'data' is that of another part");
+    EXPECT_EQ(error_of(thermometer + "[[part]]\nchip = \"hx711\"\ndata = 5\nclock = 4\n"),
+              "b.toml:7: [[part]] 'clock' is that of another part");
+    EXPECT_EQ(error_of(cell + "[[part]]\nchip = \"hx711\"\ndata = 3\nclock = 7\n"),
+              "b.toml:7: [[part]] 'data' is that of another part");
+}
+
 TEST(BoardFile, ErrorsNameFileLineKeyAndWhatIsAccepted) {
     EXPECT_EQ(error_of("\n[sim]\ncores = 0\n"),
               "b.toml:3: [sim] 'cores' is 0; accepted: a whole number from 1 to 64");
@@ -182,7 +241,7 @@ TEST(BoardFile, UnknownKeysAreErrorsThatListTheKnownOnes) {
     EXPECT_EQ(error_of("[[sim.fault.motor]]\npin = 1\n"),
               "b.toml:1: [sim.fault] 'motor' is not known; accepted: loop, pin, chip");
     EXPECT_EQ(error_of("cores = 2\n"),
-              "b.toml:1: 'cores' is not known; accepted: sim, linux, gpio, pwm, analog, i2c, spi");
+              "b.toml:1: 'cores' is not known; accepted: sim, linux, gpio, pwm, analog, i2c, spi, part");
 }
 
 TEST(BoardFile, WhatATableNeedsIsAskedFor) {

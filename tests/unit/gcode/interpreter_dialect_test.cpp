@@ -90,6 +90,14 @@ TEST(Dialect, Coordinates) {
     });
 }
 
+TEST(Dialect, AWordWhoseEndWouldBeLostIsRefused) {
+    const std::string program = "SET_GCODE_OFFSET " + std::string(300, 'A') + " X=2\n";
+    check({{"a number that may be behind the cut",
+            program.c_str(),
+            {"error: line 1, SET_GCODE_OFFSET: what follows it is longer than the 256 bytes that may: the "
+             "rest would be lost"}}});
+}
+
 TEST(Dialect, Filament) {
     check({
         {"M200 D: E is in mm³",

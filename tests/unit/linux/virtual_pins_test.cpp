@@ -59,6 +59,36 @@ TEST(VirtualPins, ARehearsedWriteIsNeverSeenNorLost) {
     EXPECT_EQ(ends.pins.lost_edges(), 0u);
 }
 
+/// As a sketch in an emulated machine does it (board/metal/pins_window.cpp).
+TEST(VirtualPins, ASketchMayHaveAClockOfItsOwn) {
+    TemporaryPins file;
+    auto server = PinsServer::create(file.path(), true);
+    ASSERT_TRUE(server.ok());
+    PinsLayout& layout = server->layout();
+    RecordingMachine machine;
+    server->poll(server->past(), machine);  // of before there is a sketch
+    const auto ring = PinsFile::open(file.path(), PinsRole::sketch)->map_ring(1, true);
+    const auto write = [&](std::int64_t time_ns, Level level) {
+        ASSERT_TRUE(ring->as<NarrowRing>()->try_push({time_ns, kPin.number, PinEventKind::level, level, 0}));
+        layout.sketch_clock_ns.store(time_ns);
+    };
+    layout.writers[1].in_use.store(2);
+    write(1'000, Level::high);
+    write(2'000, Level::low);
+    EXPECT_EQ(server->past(), instant_from_ns(2'000));
+    server->poll(server->past(), machine);
+    ASSERT_EQ(machine.seen.size(), 2u);
+    EXPECT_EQ(machine.seen[0].time, instant_from_ns(1'000));
+    EXPECT_EQ(machine.seen[1].time, instant_from_ns(2'000));
+    EXPECT_EQ(server->horizon(), instant_from_ns(2'000));
+    EXPECT_EQ(layout.inputs_as_of_ns.load(), 2'000);
+    // Nothing of the computer's own time came in: this edge is later than all before.
+    write(3'000, Level::high);
+    server->poll(server->past(), machine);
+    ASSERT_EQ(machine.seen.size(), 3u);
+    EXPECT_EQ(server->faults().disordered, 0u);
+}
+
 TEST(VirtualPins, AWriteToAPinThatIsNoOutputStaysInTheLatch) {
     TemporaryPins file;
     RunningMachine running{file.path()};

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace qduino::printer::machine::bed_profiles_test {
 namespace {
 
@@ -44,6 +46,13 @@ TEST(BedProfiles, HaveNamesThatAFileCanHold) {
     EXPECT_TRUE(bench.does(BedProfile::save, "85c_glass-2.0"));
 }
 
+/// The machine of the next start, with what M500 has kept.
+Bench next_start(const Bench& bench) {
+    MachineConfig next = bench.config;
+    next.beds = bench.profiles.kept();
+    return Bench{next};
+}
+
 TEST(BedProfiles, WhatIsKeptIsThereAtTheNextStartToTheLastBit) {
     Bench bench;
     bench.measure(0.1 + 0.2);
@@ -51,22 +60,30 @@ TEST(BedProfiles, WhatIsKeptIsThereAtTheNextStartToTheLastBit) {
     const motion::BedMesh a = bench.correction.mesh();
     bench.measure(1.0 / 3);
     ASSERT_TRUE(bench.profiles.keep(bench.correction.mesh()).ok());
-    MachineConfig next = bench.config;
-    next.beds = bench.profiles.kept();
-    ASSERT_EQ(next.beds.size(), 2u);
-    Bench later{next};
-    ASSERT_NE(later.profiles.find("a"), nullptr);
-    EXPECT_EQ(*later.profiles.find("a"), a);
-    ASSERT_NE(later.profiles.find(kDefaultBed), nullptr) << "a bed without a name";
-    EXPECT_EQ(*later.profiles.find(kDefaultBed), bench.correction.mesh());
+    Bench later = next_start(bench);
+    EXPECT_EQ(later.profiles.kept_in_force(), bench.correction.mesh()) << "a bed without a name";
+    ASSERT_TRUE(later.does(BedProfile::load, "a"));
+    EXPECT_EQ(later.correction.mesh(), a);
+    ASSERT_TRUE(later.does(BedProfile::load, kDefaultBed));
+    EXPECT_EQ(later.correction.mesh(), bench.correction.mesh());
 }
 
-TEST(BedProfiles, ABedThatHasANameIsKeptOnce) {
+TEST(BedProfiles, ABedInForceByItsNameIsTheOneOfTheNextStart) {
     Bench bench;
+    bench.measure(0.5);
+    ASSERT_TRUE(bench.profiles.keep(bench.correction.mesh()).ok()) << "a default of an earlier M500";
     bench.measure(0.3);
     ASSERT_TRUE(bench.does(BedProfile::save, "a"));
+    ASSERT_TRUE(bench.does(BedProfile::save, "same"));
+    ASSERT_TRUE(bench.does(BedProfile::load, "a"));
     ASSERT_TRUE(bench.profiles.keep(bench.correction.mesh()).ok());
-    EXPECT_EQ(bench.profiles.kept().size(), 1u);
+    EXPECT_EQ(bench.profiles.kept().size(), 3u) << "and not once more, without a name";
+    EXPECT_EQ(std::ranges::count(bench.profiles.kept(), true, &KeptBed::in_force), 1);
+    EXPECT_EQ(next_start(bench).profiles.kept_in_force(), bench.correction.mesh());
+    // With none in force (BED_MESH_CLEAR), none is there, whatever the profiles.
+    ASSERT_TRUE(bench.profiles.keep({}).ok());
+    EXPECT_EQ(bench.profiles.kept().size(), 3u);
+    EXPECT_FALSE(next_start(bench).profiles.kept_in_force().known());
 }
 
 TEST(BedProfiles, WhatWasNotKeptIsGoneWhenTheKeptComeBack) {

@@ -12,6 +12,7 @@
 
 #include "printer/link/frame.h"
 #include "printer/machine/machine.h"
+#include "twin/observer.h"
 
 namespace qduino::printer::machine {
 
@@ -38,6 +39,7 @@ class FakeLoop2 {
             pipe_.ring().discard_all();
             homing_.reset();
         }
+        if (pipe_.ring().empty()) stood_ += 100ms;
         const std::int64_t until_ns = seen_.timeline_ns + to_ns(2s);
         while (const step::StepEvent* next = pipe_.ring().front()) {
             if (next->time_ns > until_ns) {
@@ -55,6 +57,8 @@ class FakeLoop2 {
     [[nodiscard]] bool moves() const { return seen_.moving; }
     /// A step that the motor made without a pulse of ours.
     void slip(Axis axis, std::int64_t steps) { seen_.steps[axis] += steps; }
+    /// Sees each step, and each switch that changes.
+    void observe(twin::MotionObserver* observer) { observer_ = observer; }
 
   private:
     static constexpr std::int64_t kNoSwitch = -1'000'000'000;
@@ -75,6 +79,15 @@ class FakeLoop2 {
         if (homing_ == event.axis && pressed_) return;
         seen_.steps[event.axis] += event.direction;
         ++seen_.pulses[event.axis];
+        if (observer_ != nullptr) tell(event);
+    }
+    void tell(const step::StepEvent& event) {
+        const Instant at = instant_from_ns(event.time_ns) + stood_;
+        const std::int64_t now = seen_.steps[event.axis];
+        const std::int64_t before = now - event.direction;
+        const std::int64_t closes = switch_at_[event.axis];
+        observer_->on_step({at, event.axis, event.direction, now});
+        if ((now <= closes) != (before <= closes)) observer_->on_endstop(at, event.axis, now <= closes);
     }
 
     MotionPipe& pipe_;
@@ -82,6 +95,8 @@ class FakeLoop2 {
     std::array<std::int64_t, kAxisCount> switch_at_{};
     std::optional<std::uint8_t> homing_;
     bool pressed_ = false;
+    twin::MotionObserver* observer_ = nullptr;
+    Nanoseconds stood_{};  // with nothing to play: no part of the time line
 };
 
 /// A whole machine, its service and its other loops.
@@ -121,10 +136,12 @@ class MachineBench {
         return replies;
     }
     void job(std::string_view text, std::uint64_t id = 1, bool whole = true) {
-        const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
+        const std::span bytes{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
         ASSERT_TRUE(link::try_push(link->jobs, link::encode(link::JobBegin{id, text.size()})));
-        ASSERT_TRUE(
-            link::try_push(link->jobs, link::encode(link::JobBytes{id, 0, std::span{bytes, text.size()}})));
+        for (std::size_t at = 0; at < text.size(); at += link::kMaxJobBytes) {
+            const std::span part = bytes.subspan(at, std::min(link::kMaxJobBytes, text.size() - at));
+            ASSERT_TRUE(link::try_push(link->jobs, link::encode(link::JobBytes{id, at, part})));
+        }
         if (whole) {
             ASSERT_TRUE(link::try_push(link->jobs, link::encode(link::JobEnd{id})));
         }

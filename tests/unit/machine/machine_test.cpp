@@ -28,6 +28,16 @@ TEST(Machine, AJobRunsFromIdleToIdle) {
     EXPECT_EQ(bench.heat().fan_duty, 1);
 }
 
+TEST(Machine, HomingOneAxisLeavesTheOthersWhereTheyWereAskedToBe) {
+    MachineBench bench;
+    bench.run();
+    bench.job("G28\nG1 X46.282 Y63.406 F7200\nG28 X0\n");
+    ASSERT_TRUE(bench.reaches(State::printing));
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().position_mm[0], 0);
+    EXPECT_EQ(bench.status().position_mm[1], 63.406) << "not the step nearest to it";
+}
+
 TEST(Machine, WhatIsAskedForAtTheWrongTimeIsRefusedWithWords) {
     MachineBench bench;
     bench.run();
@@ -71,6 +81,18 @@ TEST(Machine, PauseAndResume) {
     EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
     EXPECT_EQ(bench.status().excursions, 1u);
     EXPECT_EQ(bench.loop2->steps()[0], -100 + 800);
+}
+
+/// So many short moves that none of those in the planner has a final speed.
+TEST(Machine, VeryShortMovesGoOn) {
+    MachineBench bench;
+    std::string moves = "G28\nM204 S50\nG91\nG1 F7200\n";
+    for (int i = 0; i < 2000; ++i) moves += "G1X.01\n";
+    bench.job(moves);
+    ASSERT_TRUE(bench.reaches(State::printing));
+    ASSERT_TRUE(bench.reaches(State::idle));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed);
+    EXPECT_EQ(bench.loop2->steps()[0], -100 + 1600);
 }
 
 TEST(Machine, MotorsThatNobodyMovesForAsLongAsM84SSaysGoOff) {

@@ -52,6 +52,18 @@ TEST(StepScale, ADeltasCarriagesAreHomedTogether) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(at[i], i == 2 ? 250 : 0, 0.02);
 }
 
+TEST(StepScale, WhatIsLeftOfAStepIsKeptOnAnAxisWithAMotorOfItsOwn) {
+    MachineConfig config;
+    const StepScale scale(config);
+    const motion::AxisVector planned{50, 63.406, 0, 1.003};  // 5072.48 steps of Y, 96.29 of E
+    const motion::AxisVector at = scale.position_of({0, 5072, 0, 96}, planned);
+    EXPECT_EQ(at, (motion::AxisVector{0, 63.406, 0, 1.003})) << "X stands elsewhere";
+    EXPECT_EQ(scale.position_of({0, 5073, 0, 97}, planned), scale.position_of({0, 5073, 0, 97}));
+    config.kinematics.type = KinematicsType::corexy;
+    const StepScale belts(config);
+    EXPECT_EQ(belts.position_of({5072, -5072, 0, 96}, {0, 63.406, 0, 1.003})[1], 63.4) << "two motors";
+}
+
 TEST(StepScale, SkippedStepsCountForNothing) {
     StepScale scale{MachineConfig{}};
     scale.skip(Axis::e, 960);

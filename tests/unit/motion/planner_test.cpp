@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -43,6 +45,24 @@ TEST_F(PlannerTest, OneMoveStartsAndEndsAtRest) {
     EXPECT_EQ(segments[0].start_mm, (AxisVector{0, 0, 0, 0}));
     EXPECT_EQ(segments[0].end_mm, (AxisVector{100, 0, 0, 0}));
     EXPECT_TRUE(planner_->resting());
+}
+
+TEST_F(PlannerTest, AQueueWithoutRoomGoesOnAsFastAsItCanBrake) {
+    constexpr double kWay_mm = 0.003;
+    constexpr std::size_t kRoom = 16, kHeld = Planner::kCapacity - kRoom;
+    double x = 0, fastest = 0;
+    Segment segment;
+    EXPECT_FALSE(planner_->next(segment, kRoom));
+    for (int i = 0; i < 3000; ++i) {
+        while (planner_->free() >= kRoom) ASSERT_TRUE(planner_->append(to(x += kWay_mm, 0)));
+        ASSERT_TRUE(planner_->next(segment, kRoom)) << "move " << i;
+        const double left_mm = kWay_mm * static_cast<double>(planner_->size());
+        const double exit = segment.shape.exit_speed_mm_s;
+        ASSERT_LE(exit * exit, 2 * 2000 * left_mm + 1e-6) << "move " << i << " could not stop";
+        fastest = std::max(fastest, exit);
+    }
+    EXPECT_FALSE(planner_->next(segment, kRoom)) << "there is room for more";
+    EXPECT_NEAR(fastest, std::sqrt(2 * 2000 * kWay_mm * kHeld), 0.01);
 }
 
 TEST_F(PlannerTest, NothingIsReleasedWhileItsSpeedMayStillRise) {

@@ -97,6 +97,7 @@ TEST_F(KeptSettingsFileTest, BedsComeBackToTheLastBit) {
     printer::KeptBeds beds;
     beds.push_back(some_bed("default"));
     beds.push_back(some_bed("85c_glass-2.0"));
+    beds.back().in_force = true;
     link_->kept_beds.write(beds);
     keep(12);
     ASSERT_TRUE(file.take(link_.get()));
@@ -104,6 +105,7 @@ TEST_F(KeptSettingsFileTest, BedsComeBackToTheLastBit) {
     ASSERT_EQ(read.size(), 2u);
     for (std::size_t i = 0; i < 2; ++i) {
         EXPECT_EQ(read[i].name, beds[i].name.view());
+        EXPECT_EQ(read[i].in_force, beds[i].in_force);
         EXPECT_EQ(read[i].minimum, beds[i].minimum);
         EXPECT_EQ(read[i].maximum, beds[i].maximum);
         EXPECT_EQ(read[i].points, beds[i].points);

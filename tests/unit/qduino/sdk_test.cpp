@@ -10,7 +10,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSdk =
-    R"({"version": 1, "cxx": "/usr/bin/g++", "cc": "/usr/bin/gcc", "flags": ["-pthread"],
+    R"({"version": 1, "cxx": "/usr/bin/g++", "cc": "/usr/bin/gcc",
+  "prepares_headers": true, "flags": ["-pthread"],
   "include": "../source;/opt/include", "definitions": "", "python": "python3",
   "ino_to_cpp": "/s/ino_to_cpp.py", "unpack_zip": "tools/unpack_zip.py",
   "as_arduino": "../tools/as_arduino.py",
@@ -36,6 +37,7 @@ TEST_F(SdkTest, PathsMayBeRelativeToTheFile) {
     EXPECT_EQ(sdk->linking(BoardKind::linux).options, std::vector<std::string>{"-fsanitize=address"});
     EXPECT_EQ(sdk->cxx, std::vector<std::string>{"/usr/bin/g++"});
     EXPECT_EQ(sdk->as_arduino, folder_ / "tools/as_arduino.py");
+    EXPECT_TRUE(sdk->prepares_headers);
     EXPECT_TRUE(sdk->compiling.empty());
     EXPECT_EQ(for_simulator(*sdk).compiling, std::vector<std::string>{"-fcount"});
     const Sdk images = for_images(*sdk);

@@ -55,7 +55,7 @@ TEST_F(SerialPortTest, BytesPassAsTheyAre) {
 }
 
 TEST_F(SerialPortTest, AHostIsSeenToComeAndGo) {
-    const auto port = SerialPort::make_pty(folder / "serial");
+    auto port = SerialPort::make_pty(folder / "serial");
     ASSERT_TRUE(port.ok());
     EXPECT_TRUE(port->sees_host());
     for (int i = 0; i < 3; ++i) {
@@ -79,7 +79,7 @@ TEST_F(SerialPortTest, TheLinkIsMadeAnew) {
 TEST_F(SerialPortTest, ADeviceIsOpenedAtItsBaudRate) {
     const auto pty = SerialPort::make_pty(folder / "serial");  // stands for a UART
     ASSERT_TRUE(pty.ok());
-    const auto device = SerialPort::open_device(pty->name() + "@115200");
+    auto device = SerialPort::open_device(pty->name() + "@115200");
     ASSERT_TRUE(device.ok()) << device.error().message.view();
     EXPECT_FALSE(device->sees_host());
     EXPECT_TRUE(device->host_is_there());

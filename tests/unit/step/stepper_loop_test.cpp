@@ -130,6 +130,26 @@ TEST_F(StepperLoopTest, WhatIsPushedInTheMiddleOfAnEmergencyStopIsNotPlayed) {
     EXPECT_EQ(pins.position(kX), 0);
 }
 
+TEST_F(StepperLoopTest, AnEmergencyCutsTheHeatAtOnceAndUntilLoop1HasTakenIt) {
+    push_steps(100);
+    run_for(4'000'000);
+    stops_.asked = 1;  // loop 1's own stop: nothing is wrong with the heat
+    loop_.step();
+    EXPECT_TRUE(pins_.heat_cuts.empty());
+    stops_.asked = 2;
+    stops_.pending = true;
+    const std::int64_t asked_ns = pins_.now_ns;
+    run_for(10'000'000);
+    ASSERT_GE(pins_.heat_cuts.size(), 10u) << "loop 3 may write a duty that it worked out before";
+    EXPECT_EQ(pins_.heat_cuts.front(), asked_ns);
+    for (std::size_t i = 1; i < pins_.heat_cuts.size(); ++i)
+        EXPECT_LE(pins_.heat_cuts[i] - pins_.heat_cuts[i - 1], 1'000'000);
+    stops_.pending = false;
+    const std::size_t before = pins_.heat_cuts.size();
+    run_for(10'000'000);
+    EXPECT_EQ(pins_.heat_cuts.size(), before);
+}
+
 TEST_F(StepperLoopTest, WhileAnEmergencyIsPendingNothingMovesThoughTheStopWasServed) {
     stops_.asked = 1;
     stops_.pending = true;

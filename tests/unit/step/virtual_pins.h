@@ -48,6 +48,7 @@ struct VirtualPins {
         if (state.positive != positive) edges.push_back({now_ns, axis, false, positive});
         state.positive = positive;
     }
+    void cut_heat() { heat_cuts.push_back(now_ns); }
     [[nodiscard]] bool endstop_pressed(int axis) const { return endstop && endstop(axis); }
     void watch_switches(int axis, bool on) {
         const auto bit = 1u << static_cast<unsigned>(axis);
@@ -61,6 +62,7 @@ struct VirtualPins {
     unsigned watched = 0;  ///< bit per axis whose switches are watched
     std::vector<Edge> edges;
     std::vector<std::int64_t> sleeps;  ///< the instants that were slept to
+    std::vector<std::int64_t> heat_cuts;
 
     /// The first wait that ends at or after `ns` returns `late_ns` too late.
     void oversleep_at(std::int64_t ns, std::int64_t late_ns) { oversleeps_[ns] = late_ns; }

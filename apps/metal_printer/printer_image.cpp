@@ -1,0 +1,85 @@
+// The web-connected printer as an image: the printer's sketch as it is (sketches/printer), and in
+// the place of the print service one loop more, at the other end of the same link.
+//
+//   network ◄─► [loop 4: HTTP, the job in memory] ◄─link─► [loops 1, 2, 3] ◄─► pins (pins_window.h)
+//
+//   key=K      the key that requests carry; without it one is made, and said on the serial line
+#include <QduinoMC.h>
+#include <WiFi.h>
+
+#include <string>
+
+#include "PrinterWiring.h"
+#include "apps/metal/loader_words.h"
+#include "apps/metal_printer/memory_spool.h"
+#include "apps/metal_printer/web_server.h"
+#include "base/text.h"
+#include "board/board.h"
+#include "board/metal/machine/instructions.h"
+#include "board/metal/panic.h"
+
+namespace qduino::apps::metal {
+namespace {
+
+constexpr std::uint16_t kPort = 80;
+
+printer::link::LinkLayout link;
+
+/// Sixteen hexadecimal digits of the processor's random numbers, or of its clock where it has none.
+std::string random_digits() {
+    std::uint64_t number = board::metal::time_stamp_counter();
+    asm volatile("rdrand %0" : "+r"(number) : : "cc");
+    std::string digits;
+    write_characters(digits, number, 16);
+    return digits;
+}
+
+/// Before setup(): it takes the wiring.
+struct Wired {
+    Wired() {
+        link.version = printer::link::kVersion;
+        link.size = sizeof link;
+        link.session = board::metal::time_stamp_counter() | 1;
+        link.magic.store(printer::link::kMagic);
+        sketches::printer_wiring() = {.config = {}, .link = &link, .measure_steps = true};
+    }
+} wired;
+
+/// The print service.
+class Service {
+  public:
+    Service() : spool_(link, sketches::printer_wiring().config), server_(spool_, key_) {}
+
+    void step() {
+        const Instant now = board::current().now();
+        spool_.tick(now);
+        if (!listens_) return listen();
+        server_.serve(now);
+    }
+
+  private:
+    /// Once the network has an address.
+    void listen() {
+        if (WiFi.status() != WL_CONNECTED) return;
+        const Result<void> listening = server_.listen(kPort);
+        listens_ = listening.ok();
+        board::metal::report(listens_ ? text<std::string>("printer: listens on port ", kPort, ", key ", key_,
+                                                          ". Jobs are kept in memory alone.\n")
+                                      : text<std::string>("printer: ", listening.error().message, '\n'));
+    }
+
+    std::string key_ = loader_word("key").empty() ? random_digits() : loader_word("key");
+    MemorySpool spool_;
+    WebServer server_;
+    bool listens_ = false;
+};
+
+}  // namespace
+}  // namespace qduino::apps::metal
+
+// The paper's default VCPU is 10 of 100 ms; an emulated processor is slow.
+void loop(4, 30, 100, 0) {
+    static qduino::apps::metal::Service service;
+    service.step();
+    waitForNextPeriod();
+}

@@ -1,0 +1,160 @@
+#include "apps/metal_printer/web_server.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "apps/metal_printer/routes.h"
+#include "web/api/answers.h"
+
+namespace qduino::apps::metal {
+
+using web::RequestReader;
+using web::Response;
+
+namespace {
+
+/// Of equal length: takes the same time wherever they differ.
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+    if (a.size() != b.size()) return false;
+    unsigned difference = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+    return difference == 0;
+}
+
+std::span<const std::uint8_t> bytes_of(std::string_view text) {
+    return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+}  // namespace
+
+Result<void> WebServer::listen(std::uint16_t port) {
+    QDUINO_TRY_ASSIGN(listener_, arduino::listen_socket(port));
+    return {};
+}
+
+void WebServer::serve(Instant now) {
+    for (std::unique_ptr<Connection>& connection : connections_) {
+        if (!connection) {
+            std::shared_ptr<arduino::Socket> next = listener_->accept();
+            if (!next) continue;
+            connection = std::make_unique<Connection>();
+            connection->socket = std::move(next);
+            connection->heard = now;
+        }
+        serve(*connection, now);
+        if (!connection->socket) connection.reset();
+    }
+}
+
+void WebServer::serve(Connection& connection, Instant now) {
+    std::array<std::uint8_t, 4096> piece;
+    for (int pieces = 0; pieces < 16 && connection.socket; ++pieces) {
+        send_on(connection, now);
+        if (!connection.socket || has_more_to_send(connection)) return;
+        while (!has_more_to_send(connection) && advance(connection)) {
+        }
+        if (has_more_to_send(connection)) continue;
+        const int count = connection.socket->receive(piece);
+        if (count < 0 || (count == 0 && now - connection.heard > kIdle)) connection.socket.reset();
+        if (count <= 0) return;
+        connection.heard = now;
+        connection.reader.feed(
+            {reinterpret_cast<const char*>(piece.data()), static_cast<std::size_t>(count)});
+    }
+}
+
+void WebServer::send_on(Connection& connection, Instant now) {
+    constexpr std::size_t kPiece = 8192;
+    while (has_more_to_send(connection)) {
+        const std::size_t taken =
+            connection.socket->send(bytes_of(connection.answer)
+                                        .subspan(connection.sent)
+                                        .first(std::min(kPiece, connection.answer.size() - connection.sent)));
+        connection.sent += taken;
+        if (taken > 0) connection.heard = now;
+        if (taken == 0 && now - connection.heard > kIdle) connection.socket.reset();
+        if (taken == 0) return;
+        if (!has_more_to_send(connection) && !connection.keep_alive) connection.socket.reset();
+    }
+}
+
+/// One step of its request. False: more has to come first.
+bool WebServer::advance(Connection& connection) {
+    std::string body;
+    const Result<RequestReader::Progress> step = connection.reader.advance(body);
+    if (!step) {
+        begin_answer(connection, web::api::error_response(step.error()), false);
+        return false;
+    }
+    switch (*step) {
+        case RequestReader::Progress::need_more:
+            return false;
+        case RequestReader::Progress::head:
+            begin_request(connection);
+            return true;
+        case RequestReader::Progress::body:
+            if (connection.upload && !connection.refusal) {
+                if (const Result<void> taken = connection.upload->take(body); !taken)
+                    connection.refusal = web::api::error_response(taken.error());
+            }
+            return true;
+        case RequestReader::Progress::complete:
+            end_request(connection);
+            return true;
+    }
+    return false;
+}
+
+void WebServer::begin_request(Connection& connection) {
+    const web::RequestHead& head = connection.reader.head();
+    const bool is_open = head.path == std::vector<std::string>{"healthz"};
+    if (!is_open && !shows_key(head)) {
+        connection.refusal = web::error_response(401, "no_key", "the request does not carry the key");
+        return;
+    }
+    const std::optional<std::string> name = upload_name_of(head);
+    if (!name) return;
+    Result<std::unique_ptr<MemoryUpload>> upload = MemoryUpload::open(head, *name);
+    if (upload)
+        connection.upload = std::move(*upload);
+    else
+        connection.refusal = web::api::error_response(upload.error());
+    constexpr std::string_view kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
+    if (head.expects_continue && !connection.refusal) connection.socket->send(bytes_of(kGoOn));
+}
+
+void WebServer::end_request(Connection& connection) {
+    const web::RequestHead& head = connection.reader.head();
+    Response response;
+    if (connection.refusal)
+        response = std::move(*connection.refusal);
+    else if (connection.upload)
+        response = answer_upload(spool_, connection.upload->finish());
+    else if (head.path.size() == 1 && head.path.front() == "healthz")
+        response = {.content_type = "text/plain", .body = "ok"};
+    else
+        response = answer(spool_, head);
+    connection.refusal.reset();
+    connection.upload.reset();
+    const bool keep_alive = head.keep_alive && !response.close;
+    begin_answer(connection, std::move(response), keep_alive);
+    connection.reader.next();
+}
+
+bool WebServer::shows_key(const web::RequestHead& head) const {
+    constexpr std::string_view kBearer = "Bearer ";
+    std::string_view shown = web::trimmed(head.value("X-Api-Key"));
+    const std::string_view authorization = web::trimmed(head.value("Authorization"));
+    if (shown.empty() && authorization.starts_with(kBearer)) shown = authorization.substr(kBearer.size());
+    return equal_in_constant_time(shown, key_);
+}
+
+void WebServer::begin_answer(Connection& connection, Response response, bool keep_alive) {
+    connection.answer = web::head_bytes(response, keep_alive);
+    if (connection.reader.head().method != web::Method::head) connection.answer += response.body;
+    connection.sent = 0;
+    connection.keep_alive = keep_alive;
+}
+
+}  // namespace qduino::apps::metal
