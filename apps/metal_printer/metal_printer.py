@@ -173,15 +173,13 @@ def main():
     options = parser.parse_args()
     if not shutil.which(EMULATOR):
         sys.exit('no emulator: as root, run: apt-get install qemu-system-x86')
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    try:
-        with MetalPrinter(options.programs, options.port, not options.real_time) as printer:
-            tell(f'The printer, without an operating system: http://127.0.0.1:{options.port}   key {printer.key}\n'
-                 'Jobs are in its memory alone: one prints, one waits. To print:\n'
-                 f'  curl -H "X-Api-Key: {printer.key}" -F print=true -F file=@FILE.gcode http://127.0.0.1:{options.port}/api/v1/jobs')
-            serve(printer)
-    except KeyboardInterrupt:
-        pass
+    for ends in (signal.SIGTERM, signal.SIGINT):  # a shell lets what is in its background ignore SIGINT
+        signal.signal(ends, lambda *_: sys.exit(0))
+    with MetalPrinter(options.programs, options.port, not options.real_time) as printer:
+        tell(f'The printer, without an operating system: http://127.0.0.1:{options.port}   key {printer.key}\n'
+             'Jobs are in its memory alone: one prints, one waits. To print:\n'
+             f'  curl -H "X-Api-Key: {printer.key}" -F print=true -F file=@FILE.gcode http://127.0.0.1:{options.port}/api/v1/jobs')
+        serve(printer)
 
 
 if __name__ == '__main__':

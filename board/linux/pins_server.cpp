@@ -64,8 +64,10 @@ void PinsServer::find_new_sources(Instant until) {
         // No memory now: the next poll tries again, and nothing is lost meanwhile.
         if (!ring) continue;
         known_[index] = true;
+        // It was not there at the last poll. Since then it may have stamped its first edge and been
+        // preempted in the middle of it.
         sources_[source_count_++] =
-            Source{std::move(*ring), &slot, is_wide(writer), std::max(horizon_, until)};
+            Source{std::move(*ring), &slot, is_wide(writer), std::max(horizon_, until - kWriterHold / 2)};
     }
 }
 
@@ -91,8 +93,7 @@ Instant PinsServer::exact_until(Instant asked) {
     return std::max(until, horizon_);
 }
 
-// ---- the sketch's clock
-// ---------------------------------------------------------------------------
+// ---- the sketch's clock -------------------------------------------------------------------------
 
 bool PinsServer::has_own_clock() const {
     return layout().sketch_clock_ns.load(std::memory_order_relaxed) != 0;

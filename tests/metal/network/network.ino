@@ -8,7 +8,7 @@
 #include <WiFi.h>
 #include <WiFiUdp.h>
 
-#include "sha256.h"
+#include "base/sha256.h"
 
 const IPAddress around(10, 0, 2, 2);
 WiFiServer server(80);
@@ -49,17 +49,17 @@ String ask_by_udp(uint16_t port) {
 /// "12 ab34…": so many bytes, with this hash.
 String taken_in(WiFiClient& client, long length) {
   static uint8_t piece[4096];
-  Sha256 hash;
+  qduino::BareSha256 hash;
   long bytes = 0;
   while (bytes < length && client.connected()) {
     const int count = client.read(piece, sizeof piece);
     if (count > 0) {
-      hash.add(piece, count);
+      hash.add({reinterpret_cast<const char*>(piece), size_t(count)});
       bytes += count;
     }
     if (count == 0) delay(1);
   }
-  return String(bytes) + " " + hash.finish();
+  return String(bytes) + " " + hash.finish().c_str();
 }
 
 void answer(WiFiClient& client) {
