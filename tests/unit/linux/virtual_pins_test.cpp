@@ -40,6 +40,20 @@ TEST(VirtualPins, CarryEdgesInOrderWithTheirInstants) {
     EXPECT_EQ(running.server().faults().disordered, 0u);
 }
 
+TEST(VirtualPins, ANewWriterInTheMiddleOfItsFirstEdgeIsWaitedFor) {
+    PolledPins ends;
+    RecordingMachine machine;
+    ASSERT_TRUE(ends.pins.open_writer(1, false).ok());
+    WriterSlot& slot = ends.server.layout().writers[1];
+    slot.writing.store(1);  // its edge has an instant now, and is not in the ring
+    const Instant asked = monotonic_now();
+    ends.server.poll(asked, machine);
+    EXPECT_LT(ends.server.horizon(), asked - 1ms);
+    slot.writing.store(0);
+    ends.server.poll(asked, machine);
+    EXPECT_EQ(ends.server.horizon(), asked);
+}
+
 TEST(VirtualPins, ARehearsedWriteIsNeverSeenNorLost) {
     PolledPins ends;
     ends.pins.rehearse_write(1);  // has no writer yet
