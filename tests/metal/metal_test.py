@@ -178,7 +178,7 @@ class WebLight(unittest.TestCase):
 class Network(unittest.TestCase):
     """tests/metal/network, which says what it answers."""
     # A whole file to print where there is time for it.
-    LARGEST, SECONDS = (3_000_000, 20) if os.environ.get('QDUINO_EMULATED') == '1' else (300_000, 8)
+    LARGEST, SECONDS = (3_000_000, 20) if os.environ.get('QDUINO_EMULATED') == '1' else (300_000, 5)
 
     @classmethod
     def setUpClass(cls):
