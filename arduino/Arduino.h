@@ -41,7 +41,6 @@
 #include "arduino/WCharacter.h"
 #include "arduino/WString.h"
 #include "arduino/binary.h"
-#include "arduino/core/api_names.h"
 #include "arduino/core/constants.h"
 #include "arduino/core/digital_io.h"
 #include "arduino/core/interrupts.h"

@@ -100,3 +100,7 @@ namespace qduino::arduino {
 void settle_console();
 void hold_console(bool held);
 }  // namespace qduino::arduino
+
+namespace arduino {
+using ::HardwareSerial;
+}  // namespace arduino

@@ -85,3 +85,7 @@ class Print {
 
     int write_error_ = 0;
 };
+
+namespace arduino {
+using ::Print;
+}  // namespace arduino

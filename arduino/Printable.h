@@ -11,3 +11,7 @@ class Printable {
     /// Prints itself to `out`; returns the bytes written.
     virtual std::size_t printTo(Print& out) const = 0;
 };
+
+namespace arduino {
+using ::Printable;
+}  // namespace arduino

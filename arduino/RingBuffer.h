@@ -1,4 +1,4 @@
-// RingBufferN<N>: bytes in the order in which they came, N − 1 at most: the buffer behind a serial
+// RingBufferN<N>: bytes in the order in which they came, N at most: the buffer behind a serial
 // port, as ArduinoCore-API has it and libraries use it. One loop stores, one loop reads.
 //
 // A sketch's own RingBuffer<T, N> (core/channels.h) is another class. So the API's name for a
@@ -17,7 +17,7 @@ namespace arduino {
 
 template <int N>
 class RingBufferN {
-    static_assert(N >= 2, "one place stays free");
+    static_assert(N >= 1);
 
   public:
     /// Nothing happens when it is full.
@@ -40,8 +40,8 @@ class RingBufferN {
         return next ? *next : -1;
     }
     int available() { return static_cast<int>(ring_.size()); }
-    int availableForStore() { return N - 1 - available(); }
-    bool isFull() { return available() >= N - 1; }
+    int availableForStore() { return N - available(); }
+    bool isFull() { return available() >= N; }
 
   private:
     qduino::channel::RingBuffer<std::uint8_t, std::bit_ceil(static_cast<std::size_t>(N))> ring_;

@@ -78,3 +78,8 @@ class SPIClass {
 
 extern SPIClass SPI;
 extern SPIClass SPI1;
+
+namespace arduino {
+using ::SPIClass;
+using ::SPISettings;
+}  // namespace arduino

@@ -72,3 +72,7 @@ class Stream : public Print {
 
     unsigned long timeout_ms_ = 1000;
 };
+
+namespace arduino {
+using ::Stream;
+}  // namespace arduino

@@ -20,3 +20,22 @@ constexpr bool isWhitespace(int c) { return c == ' ' || c == '\t'; }
 constexpr int toAscii(int c) { return c & 0x7f; }
 inline int toLowerCase(int c) { return isAscii(c) ? std::tolower(c) : c; }
 inline int toUpperCase(int c) { return isAscii(c) ? std::toupper(c) : c; }
+
+namespace arduino {
+using ::isAlpha;
+using ::isAlphaNumeric;
+using ::isAscii;
+using ::isControl;
+using ::isDigit;
+using ::isGraph;
+using ::isHexadecimalDigit;
+using ::isLowerCase;
+using ::isPrintable;
+using ::isPunct;
+using ::isSpace;
+using ::isUpperCase;
+using ::isWhitespace;
+using ::toAscii;
+using ::toLowerCase;
+using ::toUpperCase;
+}  // namespace arduino

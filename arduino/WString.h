@@ -176,3 +176,9 @@ class String {
 
 /// The AVR core's helper type; some libraries name it.
 using StringSumHelper = String;
+
+namespace arduino {
+using ::__FlashStringHelper;
+using ::String;
+using ::StringSumHelper;
+}  // namespace arduino

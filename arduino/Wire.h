@@ -95,3 +95,7 @@ class TwoWire : public Stream {
 
 extern TwoWire Wire;
 extern TwoWire Wire1;
+
+namespace arduino {
+using ::TwoWire;
+}  // namespace arduino

@@ -1,7 +1,11 @@
 #include "board/board.h"
 
+#include "board/early_pins.h"
+
 namespace qduino::board {
 namespace {
+
+constinit EarlyPins early_pins;
 
 Error unsupported(std::string_view what) { return make_error(ErrorCode::unsupported, "this board ", what); }
 
@@ -12,11 +16,11 @@ class NoBoard final : public Board {
     void busy_until(Instant) override {}
     void busy_for(Nanoseconds) override {}
     void sleep_until(Instant) override {}
-    Result<void> pin_mode(PinId, PinMode) override { return not_running(); }
-    void pin_write(PinId, Level) override {}
-    Level pin_read(PinId) override { return Level::low; }
+    Result<void> pin_mode(PinId pin, PinMode mode) override { return early_pins.mode(pin, mode); }
+    void pin_write(PinId pin, Level level) override { early_pins.write(pin, level); }
+    Level pin_read(PinId pin) override { return early_pins.read(pin); }
     Result<void> safe_state(PinId, Level) override { return not_running(); }
-    Result<void> pwm_write(PinId, double) override { return not_running(); }
+    Result<void> pwm_write(PinId pin, double duty) override { return early_pins.pwm(pin, duty); }
     Result<void> pwm_period(PinId, Nanoseconds) override { return not_running(); }
     Result<double> analog_read(PinId) override { return not_running(); }
     Result<void> attach_edge(PinId, Edge, EdgeHandler, void*, VcpuId) override { return not_running(); }
@@ -46,6 +50,8 @@ constinit Board* detail::current = &no_board;
 
 void make_current(Board* board) { detail::current = board ? board : &no_board; }
 
+void hand_over_early_pins(PinRefused refused) { early_pins.hand_over(current(), refused); }
+
 Error not_running() {
     return make_error(ErrorCode::unavailable,
                       "the board is not running yet: call this from setup() or a loop");
@@ -53,6 +59,9 @@ Error not_running() {
 
 // ---- capabilities that a board may lack ---------------------------------------------------------
 
+void Board::pins_write(std::span<const PinId> pins, Level level) {
+    for (const PinId pin : pins) pin_write(pin, level);
+}
 Result<void> Board::pwm_write(PinId, double) { return unsupported("has no PWM"); }
 Result<void> Board::pwm_period(PinId, Nanoseconds) { return unsupported("has no PWM"); }
 Result<double> Board::analog_read(PinId) { return unsupported("has no analog inputs"); }

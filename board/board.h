@@ -63,6 +63,8 @@ class Board {
     /// Setup-time. Error: invalid_argument when there is no such pin.
     virtual Result<void> pin_mode(PinId pin, PinMode mode) = 0;
     virtual void pin_write(PinId pin, Level level) = 0;
+    /// All of them to `level`: at one instant where the board can, else one after the other.
+    virtual void pins_write(std::span<const PinId> pins, Level level);
     [[nodiscard]] virtual Level pin_read(PinId pin) = 0;
     /// The level that this pin is forced to when the sketch dies, hangs or is stopped. Setup-time.
     virtual Result<void> safe_state(PinId pin, Level level) = 0;
@@ -160,13 +162,17 @@ class Board {
 namespace detail {
 extern constinit Board* current;
 }
-/// The board of this program. Until there is one every call is harmless: writes go nowhere, reads
-/// are low, the time is 0, and a Result says `unavailable`. So a sketch's static objects may call
-/// it before main().
+/// The board of this program. Until there is one every call is harmless: the time is 0, pins are
+/// remembered (early_pins.h), and any other Result says `unavailable`. So a sketch's static objects
+/// may call it before main().
 [[nodiscard]] inline Board& current() { return *detail::current; }
 /// Makes `board` the current one; it must outlive its turn. null: none again. Before loops run, and
 /// after.
 void make_current(Board* board);
+
+using PinRefused = void (*)(PinId pin, const Error& error);
+/// Does on the current board what pins were asked while there was none. Before setup(), once.
+void hand_over_early_pins(PinRefused refused);
 
 /// The error of a call that needs a running program.
 [[nodiscard]] Error not_running();

@@ -38,6 +38,11 @@ target_compile_options(qduino_options INTERFACE ${QDUINO_WARNINGS})
 # outside, and the compiler would not inline it.
 target_compile_options(qduino_options INTERFACE -fPIE)
 target_link_options(qduino_options INTERFACE -pie)
+# Links a hundred programs in a fifth of the time, where it is installed (./test does that).
+find_program(LLD ld.lld)
+if(LLD)
+  target_link_options(qduino_options INTERFACE -fuse-ld=lld)
+endif()
 target_link_libraries(qduino_options INTERFACE Threads::Threads)
 if(QDUINO_SANITIZE)
   target_compile_options(qduino_options INTERFACE -fsanitize=${QDUINO_SANITIZE} -fno-omit-frame-pointer
@@ -62,8 +67,9 @@ set(QDUINO_COMPUTES
     qduino_base qduino_sched qduino_board_sim qduino_runtime qduino_twin qduino_printer_gcode qduino_printer_motion
     qduino_printer_machine qduino_printer_step qduino_printer_heat qduino_printer_estimate)
 
-# Programs wait for people, disks and other programs. To optimise them less takes a quarter off the
-# time to compile them. These compute, or measure what stands in their own files.
+# Programs, and the web server, wait for people, disks and other programs. To optimise them less
+# takes a quarter off the time to compile them. These compute, or measure what stands in their own
+# files.
 set(QDUINO_COMPUTING_PROGRAMS
     printer printer-sim virtual-machine app_printer_sim app_virtual_machine app_inspect app_live_guarantee app_serial app_link app_port
     printer-port bench-channel bench-motion bench-plan bench-pulse-train bench-seam bench-steps)
@@ -72,7 +78,7 @@ function(qduino_optimise name)
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   if(QDUINO_FUZZ AND NOT name IN_LIST QDUINO_COMPUTES)
     target_compile_options(${name} PRIVATE -O0)
-  elseif(folder MATCHES "^(apps|bench)/" AND NOT name IN_LIST QDUINO_COMPUTING_PROGRAMS)
+  elseif(folder MATCHES "^(apps|bench)/|^web$" AND NOT name IN_LIST QDUINO_COMPUTING_PROGRAMS)
     target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
   endif()
 endfunction()
@@ -149,12 +155,19 @@ function(qduino_share_test_headers name)
   target_precompile_headers(${name} REUSE_FROM test_headers)
 endfunction()
 
-# qduino_test(NAME sources… LINK libraries… [LABELS …] [TIMEOUT s] [SERIAL] [APART] [OPTIMISED]): a
-# GoogleTest program; each TEST is one ctest test. SERIAL: runs alone (it takes the computer's
-# cores, or changes its settings). APART: its files are not compiled together. OPTIMISED: it
-# computes for seconds. What is lock-free is always optimised: the optimiser may reorder it.
+# Tests of processes last long and mostly wait. So they come first (COST), those that run alone
+# before all, while a compiler works beside them (./test). Left for the end, they would leave a core
+# idle.
+set(QDUINO_ALONE RUN_SERIAL TRUE COST 1000)
+set(QDUINO_EARLY COST 100)
+
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [SERIAL] [EARLY] [APART] [OPTIMISED]): a
+# GoogleTest program, which is one ctest test: to start a process for each TEST took longer than
+# most of them. SERIAL: runs alone (it takes the computer's cores, or changes its settings). EARLY:
+# it waits for most of a minute. APART: its files are not compiled together. OPTIMISED: it computes
+# for seconds. What is lock-free is always optimised: the optimiser may reorder it.
 function(qduino_test name)
-  cmake_parse_arguments(arg "SERIAL;APART;OPTIMISED" "TIMEOUT" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL;EARLY;APART;OPTIMISED" "" "LINK;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests QDUINO_IS_TEST ON)
@@ -167,38 +180,26 @@ function(qduino_test name)
   if(NOT arg_APART)
     qduino_compile_together(${name})
   endif()
-  if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 120)
-  endif()
   if(name IN_LIST QDUINO_SHORT_SANITIZED)
     list(APPEND arg_LABELS sanitized)
     add_dependencies(sanitized-tests ${name})
   endif()
   if(name IN_LIST QDUINO_LONG_SANITIZED)
-    list(APPEND arg_LABELS sanitized)
+    list(APPEND arg_LABELS long-sanitized)
     add_dependencies(long-sanitized-tests ${name})
   endif()
   if(name IN_LIST QDUINO_LOCK_FREE)
     list(APPEND arg_LABELS lock-free)
     add_dependencies(lock-free-tests ${name})
   endif()
-  # One label with all words in it: lists do not survive test discovery, and ctest -L matches a
-  # part.
-  string(REPLACE ";" " " arg_LABELS "${arg_LABELS}")
-  # Nor do empty values: the next word would be the label.
-  set(properties TIMEOUT ${arg_TIMEOUT} RUN_SERIAL ${arg_SERIAL})
-  if(arg_LABELS)
-    list(APPEND properties LABELS "${arg_LABELS}")
+  add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 600 LABELS "${arg_LABELS}")
+  if(arg_SERIAL)
+    set_tests_properties(${name} PROPERTIES ${QDUINO_ALONE})
+  elseif(arg_EARLY)
+    set_tests_properties(${name} PROPERTIES ${QDUINO_EARLY})
   endif()
-  include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()
-
-# Tests of processes last long and mostly wait. So they come first (COST), those that run alone
-# before all, while a compiler works beside them (./test). Left for the end, they would leave a core
-# idle.
-set(QDUINO_ALONE RUN_SERIAL TRUE COST 1000)
-set(QDUINO_EARLY COST 100)
 
 # qduino_python_cases(PREFIX SCRIPT TIMEOUT s [SERIAL]): each `test_` method of a unittest script is
 # one ctest test, PREFIX.Class.method. So they run apart, and a failure names itself. The script

@@ -38,7 +38,7 @@ ARROWS = {
     "printer/step": {"base", "channel", "printer", "printer/motion", "printer/link"},
     "printer/heat": {"base", "channel", "printer", "printer/link"},
     "printer/machine": {"base", "channel", "printer", "printer/gcode", "printer/motion", "printer/step", "printer/heat", "printer/link"},
-    "printer/estimate": {"base", "channel", "device", "printer", "printer/gcode", "printer/motion", "printer/link", "printer/heat",
+    "printer/estimate": {"base", "channel", "device", "printer", "printer/gcode", "printer/motion", "printer/link", "printer/heat", "printer/step",
                          "printer/preflight", "printer/machine"},
     "twin": {"base", "channel", "board", "device"},
     # These two know the printer by its link alone, and by the machine's numbers.

@@ -11,7 +11,7 @@ packages_web="nodejs npm"
 packages_run="curl util-linux"
 packages_metal="musl-dev qemu-system-x86 ovmf grub-common grub-pc-bin grub-efi-amd64-bin xorriso"
 packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu bochs bochs-term bochsbios vgabios"
-packages_test="clang-14 libclang-rt-14-dev clang-format-14 universal-ctags chromium curl jq procps util-linux"
+packages_test="clang-14 libclang-rt-14-dev clang-format-14 lld universal-ctags chromium curl jq procps util-linux"
 
 # Debian's nodejs (18) is too old for the page's build tools only where it is older than this.
 node_major_minimum=18
@@ -82,6 +82,17 @@ unpack_for_tests() {  # FOLDER PACKAGE…
 
 # The Arduino IDE's builder, without the IDE.
 unpack_arduino_builder() { unpack_for_tests arduino-builder arduino-builder arduino-ctags; }
+
+# The Arduino IDE 1.8 with its libraries, and an X server without a screen. Java is not among them.
+unpack_arduino_ide() {
+  # shellcheck disable=SC2046
+  unpack_for_tests arduino-ide arduino arduino-builder arduino-core-avr arduino-ctags libastylej-jni librxtx-java \
+    liblistserialsj1 liblistserialsj-dev libserialport0 xvfb libxfont2 x11-xkb-utils xserver-common xkb-data \
+    $(printf 'lib%s-java ' jaxp1.3 xml-commons-external commons-logging xmlgraphics-commons batik bcprov bcpg \
+        commons-codec commons-compress commons-exec commons-io commons-lang3 commons-net httpcore httpclient \
+        jackson2-annotations jackson2-core jackson2-databind jmdns jna jna-platform jzlib jsch jssc log4j2 \
+        rsyntaxtextarea semver slf4j) libjna-jni
+}
 
 # A server for ssh, which a test runs at a port of its own.
 unpack_sshd() { unpack_for_tests openssh openssh-server libwrap0; }

@@ -45,6 +45,14 @@ bool begins_word(std::string_view line) {
     return line.size() >= 2 && letter(line[0]) && (letter(line[1]) || line[1] == '_');
 }
 
+/// A line with a number ends with a check sum, `N12 G1 X10*57`. In any other, `*` is a character.
+bool is_numbered(std::string_view line) {
+    skip_blanks(line);
+    if (line.empty() || upper(line.front()) != 'N') return false;
+    const Word number = take_word(line);
+    return number.has_number;
+}
+
 /// The name of an object, which ends its line: `M486 Alid`. One in quotes does not.
 bool begins_name(const CommandLine& command, std::string_view line) {
     if (command.letter != 'M' || command.number != 486 || upper(line.front()) != 'A') return false;
@@ -97,7 +105,7 @@ std::optional<double> CommandLine::word_number(std::string_view key) const {
 CommandLine LineReader::parse(std::string_view line) {
     CommandLine command;
     line = line.substr(0, line.find(';'));
-    line = line.substr(0, line.find('*'));
+    if (is_numbered(line)) line = line.substr(0, line.rfind('*'));  // a check sum
     while (!line.empty() && line.back() == ' ') line.remove_suffix(1);
     for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
         if (line.front() == '(') {  // a comment in the middle of a line

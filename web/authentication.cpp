@@ -186,13 +186,4 @@ std::optional<Response> refusal_of(Proof proof) {
     return response;
 }
 
-std::string_view cookie_value(std::string_view cookies, std::string_view name) {
-    while (!cookies.empty()) {
-        std::string_view value = trimmed(take_until(cookies, ';'));
-        const bool assigned = value.find('=') != std::string_view::npos;
-        if (take_until(value, '=') == name && assigned) return value;
-    }
-    return {};
-}
-
 }  // namespace qduino::web

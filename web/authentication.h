@@ -123,7 +123,4 @@ class Authenticator {
 /// The answer to a request that has not shown the key; nothing when it has.
 [[nodiscard]] std::optional<Response> refusal_of(Proof proof);
 
-/// The value of one cookie in a Cookie field; empty when absent.
-[[nodiscard]] std::string_view cookie_value(std::string_view cookies, std::string_view name);
-
 }  // namespace qduino::web

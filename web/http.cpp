@@ -157,4 +157,13 @@ std::string head_bytes(const Response& response, bool keep_alive) {
     return head;
 }
 
+std::string_view cookie_value(std::string_view cookies, std::string_view name) {
+    while (!cookies.empty()) {
+        std::string_view value = trimmed(take_until(cookies, ';'));
+        const bool assigned = value.find('=') != std::string_view::npos;
+        if (take_until(value, '=') == name && assigned) return value;
+    }
+    return {};
+}
+
 }  // namespace qduino::web

@@ -95,4 +95,7 @@ std::string_view take_until(std::string_view& rest, char separator);
 /// malformed.
 [[nodiscard]] bool parse_target(std::string_view target, RequestHead& head);
 
+/// The value of one cookie in a Cookie field; empty when absent.
+[[nodiscard]] std::string_view cookie_value(std::string_view cookies, std::string_view name);
+
 }  // namespace qduino::web

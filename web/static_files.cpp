@@ -4,8 +4,8 @@
 #include <array>
 #include <utility>
 
-#include "posix/small_file.h"
-#include "spool/sha256.h"
+#include "base/sha256.h"
+#include "base/text.h"
 
 namespace qduino::web {
 
@@ -51,27 +51,10 @@ std::string_view content_type_of(std::string_view name) {
     return "application/octet-stream";
 }
 
-Result<StaticFiles> StaticFiles::read(const std::filesystem::path& folder) {
-    Found found;
-    std::uint64_t total = 0;
-    std::error_code failed;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
-        if (entry.is_symlink() || !entry.is_regular_file()) continue;
-        Result<std::string> bytes = posix::read_small_file(entry.path());
-        total += bytes ? bytes->size() : 0;
-        if (!bytes || total > kBytesMax || found.size() >= kFilesMax) {
-            return make_error(ErrorCode::out_of_range,
-                              "the page's files are too many, too large or not readable");
-        }
-        found[std::filesystem::relative(entry.path(), folder).generic_string()] =
-            std::make_shared<const std::string>(std::move(*bytes));
-    }
-    if (failed) return make_error(ErrorCode::not_found, "no folder of the page's files: ", folder.native());
-    StaticFiles files;
+StaticFiles::StaticFiles(const Found& found) {
     for (const auto& [name, bytes] : found) {
-        if (!is_coded_form(name, found)) files.files_[name] = file_of(name, found);
+        if (!is_coded_form(name, found)) files_[name] = file_of(name, found);
     }
-    return files;
 }
 
 /// `name` and the coded forms beside it. A form that is no smaller is left out.
@@ -80,7 +63,9 @@ StaticFiles::File StaticFiles::file_of(const std::string& name, const Found& fou
     file.content_type = content_type_of(name);
     file.immutable = name.starts_with("assets/");
     const std::shared_ptr<const std::string>& plain = found.find(name)->second;
-    const std::string hash = spool::sha256_of(*plain).substr(0, 16);
+    BareSha256 of_all;
+    of_all.add(*plain);
+    const std::string hash = of_all.finish().substr(0, 16);
     file.variants[0] = {"\"" + hash + "\"", plain};
     for (const auto& [coding, ending] : kEndings) {
         const auto at = found.find(name + std::string{ending});

@@ -23,9 +23,13 @@ class StaticFiles {
     static constexpr std::size_t kFilesMax = 2000;
     static constexpr std::uint64_t kBytesMax = std::uint64_t{32} << 20;
 
+    /// Bytes by path.
+    using Found = std::map<std::string, std::shared_ptr<const std::string>, std::less<>>;
+
     StaticFiles() = default;
-    /// Reads every regular file below `folder`; links are not followed. Errors: not_found,
-    /// out_of_range (too many).
+    explicit StaticFiles(const Found& found);
+    /// Reads every regular file below `folder` (web/static_folder.cpp); links are not followed.
+    /// Errors: not_found, out_of_range (too many).
     [[nodiscard]] static Result<StaticFiles> read(const std::filesystem::path& folder);
 
     /// The file in the client's coding, or 304 when the client has it; nothing when there is none
@@ -43,7 +47,6 @@ class StaticFiles {
         std::array<Variant, kCodings> variants;
         bool immutable = false;  ///< its name holds its hash: it never changes
     };
-    using Found = std::map<std::string, std::shared_ptr<const std::string>, std::less<>>;
     [[nodiscard]] static File file_of(const std::string& name, const Found& found);
 
     std::map<std::string, File, std::less<>> files_;  // by path, "assets/index-1f2e.js"

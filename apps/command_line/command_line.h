@@ -1,46 +1,87 @@
-// The command line of every program: help that fits 80 columns, and errors that guess what was
-// meant.
+// The command line of a program: help that fits 80 columns, and errors that guess what was meant.
 //
-//   $ qduino sim --fro 5
-//   qduino: no such option: --fro
-//   Did you mean --for? 'qduino sim --help' shows what there is.
+//   CommandLine line{"Plays the printer."};
+//   line.option("--fifo", priority, "SCHED_FIFO priority").within(0, 98).shows_default();
+//   if (const auto status = line.parse(argc, argv)) return *status;
+//
+//   $ virtual-machine --fifo 200
+//   virtual-machine: --fifo: Value 200 not in range 0 to 98
+//   'virtual-machine --help' shows what there is.
+//
+// CLI11 parses. Its headers take the compiler three seconds, so one file includes them for all
+// programs.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
+#include <vector>
 
 namespace qduino::apps {
 
-/// An option whose help calls its value `argument`: "--for S".
-template <typename Value>
-CLI::Option* add_option(CLI::App& app, const char* names, Value& value, const char* description,
-                        const char* argument) {
-    return app.add_option(names, value, description)->option_text(argument);
-}
+template <typename T, typename... Ts>
+concept IsOneOf = (std::same_as<T, Ts> || ...);
 
-/// Parses. A returned value is the exit status to leave with: help was printed, or the line was
-/// wrong and the user was told.
-std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv);
+/// What the value of an option may be.
+template <typename T>
+concept OptionValue = IsOneOf < T,
+        std::string, std::filesystem::path, std::vector<std::string>,
+int, std::uint16_t, std::int64_t, std::uint64_t, double, std::optional<double>, std::optional<int>,
+    std::optional < std::uint64_t >>
+    ;
 
-/// Its two halves, for a program that does something between them: help that fits …
-void fit_help(CLI::App& app, const char* program);
-/// … and the words for a wrong line, or the help that was asked for. Returns the exit status: 0, or
-/// above 100.
-int explain_command_line(const CLI::App& app, const CLI::ParseError& error);
+class CommandLine {
+  public:
+    /// What is said of an option or flag behind its declaration. Lives as long as its line.
+    class Option {
+      public:
+        Option& required();
+        Option& needs(const Option& other);
+        Option& shows_default();               ///< the help tells the value's present content
+        Option& called(const char* argument);  ///< the help's word for its value: "--for S"
+        Option& within(int least, int most);   ///< both inclusive, as below
+        Option& within(double least, double most);
+        Option& not_negative();
+        Option& positive();
+        Option& existing_file();
+        Option& one_of(std::vector<std::string> words);
+        /// `wrong` gives what is wrong with the value's text; empty: nothing.
+        Option& check(std::function<std::string(const std::string& text)> wrong);
 
-/// For a command that does not exist: says so, and guesses which was meant. Returns the exit
-/// status.
-int explain_unknown_command(const CLI::App& app, const std::string& word);
+      private:
+        friend class CommandLine;
+        explicit Option(void* option) : option_(option) {}
+        void* option_;  ///< a CLI::Option of the line
+    };
 
-/// Letters to be added, left out, exchanged, or swapped with their neighbour to make `b` of `a`:
-/// the optimal string alignment distance (Damerau, 1964, each place edited once).
-[[nodiscard]] int edit_distance(std::string_view a, std::string_view b);
+    /// `footer`: examples, exit statuses; printed at the end of the help.
+    explicit CommandLine(const std::string& description, const std::string& footer = "");
+    ~CommandLine();
+    CommandLine(const CommandLine&) = delete;
+    CommandLine& operator=(const CommandLine&) = delete;
 
-/// The nearest of `known`: with at most one slip for each three letters, or the only one that
-/// begins with `word`. Empty: none.
-[[nodiscard]] std::string nearest(std::string_view word, std::span<const std::string> known);
+    /// What the program calls itself, where that is not the name of its file.
+    void name(const std::string& name);
+    /// `names`: "--state", or "FILE" for a word without an option. `value` outlives the parsing;
+    /// what it holds is the default.
+    template <OptionValue Value>
+    Option option(const char* names, Value& value, const char* description);
+    /// "!--no-auth" sets `value` to false.
+    Option flag(const char* names, bool& value, const char* description);
+
+    /// Parses. A returned value is the exit status to leave with: 0 when help was printed, above
+    /// 100 when the line was wrong and the user was told.
+    [[nodiscard]] std::optional<int> parse(int argc, const char* const* argv);
+    /// After the parsing: says what is wrong with what was given together. Returns such a status.
+    [[nodiscard]] int refuse(const std::string& wrong) const;
+
+  private:
+    struct Parser;
+    std::unique_ptr<Parser> parser_;
+};
 
 }  // namespace qduino::apps

@@ -2,6 +2,7 @@
 // move them: are there enough, can a sketch have one alone, does it run at full speed?
 #include <array>
 
+#include "apps/beside/boot_line.h"
 #include "apps/doctor/finding.h"
 #include "board/linux/device_interrupts.h"
 
@@ -106,6 +107,16 @@ Finding fair_server(const Facts& facts) {
                   "sudo mount -t debugfs none /sys/kernel/debug");
 }
 
+/// No fault, for few want it: what is lacking is told as a fact.
+Finding core_beside_linux(const Facts& facts) {
+    if (facts.architecture() != "x86_64") return ok("of x86-64 computers only");
+    if (facts.core_count() < 2) return kOneCore;
+    const auto line = apps::beside_linux::read_boot_line(apps::beside_linux::this_computer(facts.at("")));
+    if (line.missing.empty()) return ok("this computer was booted for it");
+    return {State::ok, "Linux was not booted for 'qduino metal beside'",
+            facts.boot_with(apps::beside_linux::joined(line.missing))};
+}
+
 /// Interrupts with a handler that go to the core of a loop.
 std::vector<Interrupt> interrupts_on_core(const Facts& facts) {
     const int core = facts.owned_core();
@@ -161,6 +172,8 @@ constexpr std::array kCoreChecks{
     Check{"governor", "a core that is clocked down makes a loop late, and its budget too small", governor},
     Check{"rt_throttling", "the kernel takes 50 ms of each second from real-time threads", throttling},
     Check{"fair_server", "ordinary tasks get 50 ms of each second even on a loop's core", fair_server},
+    Check{"beside", "Linux can give a core up to a sketch that runs beside it, without Linux",
+          core_beside_linux},
 };
 
 constexpr std::array kInterruptChecks{

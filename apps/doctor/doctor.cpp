@@ -64,7 +64,10 @@ std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
         group = entry.group;
         out += wrapped(entry.finding.found, text("  ", column(kStates(entry.finding.state), -15), "  ",
                                                  column(entry.check->id, -17), ' '));
-        if (entry.finding.state == State::ok) continue;
+        if (entry.finding.state == State::ok) {
+            if (!entry.finding.fix.empty()) out += wrapped_command(entry.finding.fix, "      how  ");
+            continue;
+        }
         out += wrapped(entry.check->why, "      why  ");
         out += wrapped_command(entry.finding.fix, "      fix  ");
     }

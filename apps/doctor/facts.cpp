@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "base/parts.h"
 #include "board/linux/host_settings.h"
 #include "board/linux/kernel_text.h"
 #include "posix/small_file.h"
@@ -135,14 +136,27 @@ std::optional<std::string> Facts::boot_parameter(std::string_view name) const {
     return value;
 }
 
+/// A shell reads GRUB's file, and GRUB what that makes of it: a dollar sign needs three
+/// backslashes, of which sed takes two for one.
+std::string for_grub(std::string_view word) {
+    std::string out;
+    for (const char c : word) {
+        if (c == '$') out += R"(\\\\\\)";
+        out += c;
+    }
+    return out;
+}
+
 std::string Facts::boot_with(std::string_view parameter) const {
     const std::string word{parameter};
     for (const char* file : {"/boot/firmware/cmdline.txt", "/boot/cmdline.txt"}) {
         if (exists(file)) return "sudo sed -i '1s/$/ " + word + "/' " + file + " && sudo reboot";
     }
     if (exists("/etc/default/grub")) {
-        return "sudo sed -i 's/^GRUB_CMDLINE_LINUX=\"/&" + word +
-               " /' /etc/default/grub && sudo update-grub && sudo reboot";
+        std::string command = "sudo sed -i";
+        for (const std::string_view each : parts(word, " "))
+            command += " -e 's/^GRUB_CMDLINE_LINUX=\"/&" + for_grub(each) + " /'";
+        return command + " /etc/default/grub && sudo update-grub && sudo reboot";
     }
     return "boot with the kernel parameter " + word;
 }

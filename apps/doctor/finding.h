@@ -19,7 +19,8 @@ enum class State {
 struct Finding {
     State state = State::ok;
     std::string found;  ///< what there is
-    std::string fix;    ///< when it is not ok; a command begins with "sudo " or "echo "
+    /// When it is not ok, or could be had; a command begins with "sudo " or "echo ".
+    std::string fix;
 };
 
 inline Finding ok(std::string found) { return {State::ok, std::move(found), ""}; }

@@ -84,18 +84,19 @@ std::string read_config(const Options& options, board::linux::LinuxConfig& confi
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App app("This sketch on this computer, in real time, until Ctrl-C.");
-    app.footer(
+    apps::CommandLine line{
+        "This sketch on this computer, in real time, until Ctrl-C.",
         "Example: blink-linux --pins /dev/shm/qduino/pins     (pins of a virtual machine)\n"
-        "Ends with 2 when admission refuses the sketch.");
-    apps::add_sketch_options(app, options, "Seconds to run; 0: until Ctrl-C", CLI::NonNegativeNumber,
-                             "Board file: [linux], [[gpio]] and so on");
-    apps::add_option(app, "--pins", options.pins_path, "File of virtual pins, of virtual-machine", "FILE");
-    apps::add_option(app, "--admission", options.admission_path, "Write admission's answer here, as JSON",
-                     "FILE");
-    app.add_flag("--isolate", options.isolate, "Empty the cores that loops own; undone at the end");
-    app.add_flag("--best-effort", options.best_effort, "Do not ask for real-time scheduling");
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+        "Ends with 2 when admission refuses the sketch."};
+    apps::add_sketch_options(line, options, "Seconds to run; 0: until Ctrl-C",
+                             "Board file: [linux], [[gpio]] and so on")
+        .not_negative();
+    line.option("--pins", options.pins_path, "File of virtual pins, of virtual-machine").called("FILE");
+    line.option("--admission", options.admission_path, "Write admission's answer here, as JSON")
+        .called("FILE");
+    line.flag("--isolate", options.isolate, "Empty the cores that loops own; undone at the end");
+    line.flag("--best-effort", options.best_effort, "Do not ask for real-time scheduling");
+    if (const auto status = line.parse(argc, argv)) return *status;
     options.name = std::filesystem::path(argv[0]).filename().string();
     if (options.name.ends_with("-linux")) options.name.resize(options.name.size() - 6);
     board::linux::LinuxConfig config;

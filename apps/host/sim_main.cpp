@@ -338,39 +338,44 @@ std::string read_computer(Options& options) {
     return apps::why_cores_do_not_fit(options.computer);
 }
 
-void add_options(CLI::App& app, Options& options) {
+void add_options(apps::CommandLine& line, Options& options) {
     options.length_s = 10;
-    apps::add_sketch_options(app, options, "Virtual seconds to run (default 10)", CLI::PositiveNumber,
-                             "Board file: the [sim] table");
-    apps::add_option(app, "--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes", "K")
-        ->check(CLI::NonNegativeNumber);
-    apps::add_option(app, "--cores", options.cores, "Cores of the computer, 1 to 64 (default 2)", "N")
-        ->check(CLI::Range(1, 64));
-    apps::add_option(app, "--seed", options.seed, "Seed of what is random (default 1)", "N");
-    apps::add_option(app, "--trace", options.trace_path, "Write a Chrome/Perfetto trace here", "FILE");
-    apps::add_option(app, "--picture", options.picture_path, "Draw the schedule here (.svg)", "FILE");
-    apps::add_option(app, "--from", options.picture.from_s, "It begins at this second", "S")
-        ->check(CLI::Range(0.0, apps::picture::kLatestStart));
-    apps::add_option(app, "--length", options.picture.length_s, "It shows so many seconds", "S")
-        ->check(CLI::Range(1e-6, apps::picture::kLongest));
-    app.add_flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
-    CLI::Option* only_check = app.add_flag("--check", options.check, "Say what admission makes of it");
-    app.add_flag("--json", options.json, "With --check: as JSON")->needs(only_check);
-    apps::add_option(app, "--certificate", options.certificate_path, "With --check: what admission rests on",
-                     "FILE")
-        ->needs(only_check);
+    apps::add_sketch_options(line, options, "Virtual seconds to run (default 10)",
+                             "Board file: the [sim] table")
+        .positive();
+    line.option("--speed", options.speed, "Virtual seconds per second; 0: as fast as it goes")
+        .called("K")
+        .not_negative();
+    line.option("--cores", options.cores, "Cores of the computer, 1 to 64 (default 2)")
+        .called("N")
+        .within(1, 64);
+    line.option("--seed", options.seed, "Seed of what is random (default 1)").called("N");
+    line.option("--trace", options.trace_path, "Write a Chrome/Perfetto trace here").called("FILE");
+    line.option("--picture", options.picture_path, "Draw the schedule here (.svg)").called("FILE");
+    line.option("--from", options.picture.from_s, "It begins at this second")
+        .called("S")
+        .within(0.0, apps::picture::kLatestStart);
+    line.option("--length", options.picture.length_s, "It shows so many seconds")
+        .called("S")
+        .within(1e-6, apps::picture::kLongest);
+    line.flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
+    const apps::CommandLine::Option only_check =
+        line.flag("--check", options.check, "Say what admission makes of it");
+    line.flag("--json", options.json, "With --check: as JSON").needs(only_check);
+    line.option("--certificate", options.certificate_path, "With --check: what admission rests on")
+        .called("FILE")
+        .needs(only_check);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App app("This sketch, in the simulator: virtual time, the same every time.");
-    app.footer(
-        "Example: blink-sim --for 5 --trace blink.json    (open it in ui.perfetto.dev)\n"
-        "Ends with 2 when admission refuses the sketch.");
-    add_options(app, options);
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    apps::CommandLine line{"This sketch, in the simulator: virtual time, the same every time.",
+                           "Example: blink-sim --for 5 --trace blink.json    (open it in ui.perfetto.dev)\n"
+                           "Ends with 2 when admission refuses the sketch."};
+    add_options(line, options);
+    if (const auto status = line.parse(argc, argv)) return *status;
     options.name = std::filesystem::path(argv[0]).filename().string();
     if (options.name.ends_with("-sim")) options.name.resize(options.name.size() - 4);
     if (const std::string wrong = read_computer(options); !wrong.empty()) return fail(wrong);

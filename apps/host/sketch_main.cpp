@@ -2,7 +2,6 @@
 
 #include <cstdio>
 
-#include "apps/command_line/command_line.h"
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/profile_report.h"
 #include "apps/host/sketch_report.h"
@@ -91,15 +90,17 @@ bool profile_to(const SketchOptions& options, const runtime::Runtime& runtime, I
 
 }  // namespace
 
-void add_sketch_options(CLI::App& app, SketchOptions& options, const char* length,
-                        const CLI::Validator& lengths, const char* board) {
-    add_option(app, "--for", options.length_s, length, "S")->check(lengths);
-    add_option(app, "--board", options.board_path, board, "FILE");
-    add_option(app, "--report", options.report_path, "Write the guarantee report here, as JSON", "FILE");
-    add_option(app, "--profile", options.profile_path, "Measure execution times; write them here, as JSON",
-               "FILE");
-    add_option(app, "--margin", options.margin_percent, "Of suggested budgets, in % (default 20)", "P")
-        ->check(CLI::Range(0.0, 1000.0));
+CommandLine::Option add_sketch_options(CommandLine& line, SketchOptions& options, const char* length,
+                                       const char* board) {
+    const CommandLine::Option length_option = line.option("--for", options.length_s, length).called("S");
+    line.option("--board", options.board_path, board).called("FILE");
+    line.option("--report", options.report_path, "Write the guarantee report here, as JSON").called("FILE");
+    line.option("--profile", options.profile_path, "Measure execution times; write them here, as JSON")
+        .called("FILE");
+    line.option("--margin", options.margin_percent, "Of suggested budgets, in % (default 20)")
+        .called("P")
+        .within(0.0, 1000.0);
+    return length_option;
 }
 
 int run_sketch(board::Board& board, const SketchOptions& options, const SketchCourse& course) {

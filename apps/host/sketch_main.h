@@ -11,11 +11,11 @@
 //   loop   passes  releases …        the report
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "apps/command_line/command_line.h"
 #include "runtime/runtime.h"
 
 namespace qduino::apps {
@@ -32,9 +32,9 @@ struct SketchOptions {
 
     [[nodiscard]] bool profiles() const { return !profile_path.empty(); }
 };
-/// Adds --for, which must be among `lengths`, --board, --report, --profile and --margin.
-void add_sketch_options(CLI::App& app, SketchOptions& options, const char* length,
-                        const CLI::Validator& lengths, const char* board);
+/// Adds --for, which it returns, --board, --report, --profile and --margin.
+CommandLine::Option add_sketch_options(CommandLine& line, SketchOptions& options, const char* length,
+                                       const char* board);
 
 /// What differs between the boards.
 struct SketchCourse {

@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,20 +12,12 @@
 #include <optional>
 #include <utility>
 
+#include "posix/local_socket.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::apps {
 namespace {
-
-/// The address of a socket; nothing when `path` has not 1 to 107 bytes.
-std::optional<sockaddr_un> inspect_address(std::string_view path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.empty() || path.size() >= sizeof address.sun_path) return std::nullopt;
-    path.copy(address.sun_path, path.size());
-    return address;
-}
 
 bool somebody_serves(const sockaddr_un& address) {
     const posix::UniqueFd probe{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
@@ -38,10 +29,8 @@ bool somebody_serves(const sockaddr_un& address) {
 // ---- the answering side ----------------------------------------------------------------------
 
 Result<InspectServer> InspectServer::listen(const std::string& path, Answer answer) {
-    const auto address = inspect_address(path);
-    if (!address)
-        return make_error(ErrorCode::invalid_argument, "inspect socket: the path must have 1 to 107 bytes");
-    if (somebody_serves(*address))
+    QDUINO_TRY_ASSIGN(const sockaddr_un address, posix::local_address(path));
+    if (somebody_serves(address))
         return make_error(ErrorCode::already_exists, "inspect socket: another machine serves this path");
     struct stat existing {};
     if (::lstat(path.c_str(), &existing) == 0) {
@@ -52,7 +41,7 @@ Result<InspectServer> InspectServer::listen(const std::string& path, Answer answ
     posix::UniqueFd listener{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
     const int fd = listener.get();
     InspectServer server(path, std::move(listener), std::move(answer));
-    if (::bind(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
+    if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         return posix::system_error("make the inspect socket", path);
     // Mode before owner, and both before listen(): nobody else can connect in between.
     ::chmod(path.c_str(), 0600);
@@ -175,14 +164,10 @@ Result<std::string> receive_line(const Connection& connection, SteadyTime until)
 
 Result<std::string> InspectClient::ask(std::string_view request, Nanoseconds timeout) const {
     const SteadyTime until = std::chrono::steady_clock::now() + timeout;
-    const auto address = inspect_address(path_);
-    if (!address) {
-        return make_error(ErrorCode::invalid_argument,
-                          "inspector: the socket's path must have 1 to 107 bytes");
-    }
+    QDUINO_TRY_ASSIGN(const sockaddr_un address, posix::local_address(path_));
     const Connection connection;
     if (connection.fd() < 0) return system_failure("make a socket for");
-    if (::connect(connection.fd(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
+    if (::connect(connection.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         return system_failure("reach");
     const std::string line = text<std::string>(request, '\n');
     QDUINO_TRY(send_all(connection, line, until));

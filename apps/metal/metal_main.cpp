@@ -1,7 +1,8 @@
 // The program around a sketch on a machine without an operating system: the same course as on Linux
 // (apps/host/sketch_main.cpp), with what the loader was told in the place of a command line.
 //
-//   boot ─► admission, setup() ─► report ─► run ─► report ─► off: 0, 1 on failure, 2 when refused
+//   boot ─► admission, setup() ─► report ─► run ─► report ─► off: 0, 1 on failure, 2 when refused,
+//                                                                 3 when Linux beside it was silent
 //
 //   for=S      seconds to run; without it, until the machine is turned off
 //   turns=US   in QEMU with counted time: its cores take turns of so many microseconds. A core runs
@@ -17,6 +18,7 @@
 #include "apps/terminal/message.h"
 #include "base/text.h"
 #include "board/metal/boot/boot_main.h"
+#include "board/metal/linux_side.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/metal_board.h"
 #include "board/metal/panic.h"
@@ -30,6 +32,7 @@ namespace qduino::board::metal {
 namespace qduino::apps::metal {
 namespace {
 
+using board::metal::linux_side;
 using board::metal::MetalBoard;
 using board::metal::report;
 using runtime::Runtime;
@@ -56,6 +59,33 @@ std::string charges(const board::GuaranteeReport& guarantee) {
     return wrapped(out + ".", "");
 }
 
+/// What a board on a core that Linux gave up cannot promise.
+std::string about_linux() {
+    if (!linux_side.exists()) return "";
+    const board::BesideArea& area = linux_side.area();
+    const auto limit_ms = static_cast<double>(area.silence_limit_ns) / 1e6;
+    auto out = text<std::string>("Core ", area.core,
+                                 " of this computer is the board's, all else is Linux's. Memory is not "
+                                 "protected from Linux: what may write to /dev/mem, and Linux itself, can "
+                                 "end or change this run. The board maps no memory of Linux's. ");
+    if (limit_ms > 0)
+        write(out, "When Linux is silent for ", Fixed{limit_ms, 1}, " ms, the safe levels are driven.");
+    else
+        write(out, "When Linux is silent, the loops run on.");
+    return wrapped(out, "");
+}
+
+/// The silence that ended the run.
+std::string about_silence() {
+    if (!linux_side.was_silent()) return "";
+    const board::BesideArea& area = linux_side.area();
+    const auto silent_ms = static_cast<double>(area.safe_ns.load() - area.last_beat_ns.load()) / 1e6;
+    return wrapped(
+        text<std::string>("Linux was silent: ", Fixed{silent_ms, 1},
+                          " ms after its last heartbeat was seen, all safe levels had been driven."),
+        "");
+}
+
 int refuse(const Runtime& runtime, const Error& error) {
     report(text<std::string>(error.message.view(), '\n'));
     if (runtime.plan().admitted()) return 1;  // so the board refused
@@ -66,7 +96,8 @@ int refuse(const Runtime& runtime, const Error& error) {
 int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     if (const Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
         return refuse(runtime, begun.error());
-    report(text<std::string>(runtime.plan().admission_table(), guarantee_text(board.guarantee()), '\n'));
+    report(text<std::string>(runtime.plan().admission_table(), guarantee_text(board.guarantee()),
+                             about_linux(), '\n'));
     runtime.run(seconds > 0 ? board.now() + from_seconds(seconds) : kForever);
     board.request_stop();
     runtime.run(board.now() + 2s);
@@ -74,8 +105,8 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     const auto loops = loops_of(runtime);
     report(text<std::string>('\n', loop_table(loops), "Periods: ", periods_kept(loops, board.now()),
                              sleep_verdict(runtime), ".\n", handlers_kept(guarantee), charges(guarantee),
-                             guarantee_text(guarantee)));
-    return 0;
+                             guarantee_text(guarantee), about_silence()));
+    return linux_side.was_silent() ? static_cast<int>(board::kEndedBySilence) : 0;
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
   curl ─► 127.0.0.1:PORT ─► QEMU [ HTTP, printer ] ◄─ memory of both ─► virtual-machine ◄─ inspector's socket ─ this program
 
-  metal_printer.py PROGRAMS [--port N] [--real-time]      PROGRAMS: the folder of virtual-machine and printer-metal
+  metal_printer.py PROGRAMS [--port N] [--real-time]      PROGRAMS: the folder of qduino, virtual-machine and printer-metal
 
 It tells the inspector which file was asked for, then tells the printer that the bed is clear, and judges each print at its end. `./run --metal`
 starts it; tests/metal/printer_test.py uses the class."""
@@ -20,11 +20,8 @@ import sys
 import tempfile
 import time
 
-EMULATOR = 'qemu-system-x86_64'
-WINDOW_BYTES = 256 << 20  # kPinsFileSize of board/window/pins_layout.h
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 ENDED = ('done', 'cancelled', 'failed')
-# A count of instructions is the time: 2^4 ns each.
-COUNTED_TIME = ('-icount', 'shift=4,sleep=off')
 TURN_US = 100  # of a core, while the others stand still: as late may a step be
 
 
@@ -62,14 +59,9 @@ class MetalPrinter:
         return process
 
     def _emulator_words(self):
-        words = [EMULATOR, '-machine', 'q35', '-cpu', 'max', '-m', '128', '-smp', '2', '-display', 'none', '-nodefaults', '-no-reboot',
-                 '-kernel', self.programs / 'printer-metal', '-append', f'key={self.key} turns={self.turn_us}', '-serial', 'null',
-                 '-object', f'memory-backend-file,id=window,size={WINDOW_BYTES},share=on,mem-path={self.folder / "pins"}',
-                 '-device', 'ivshmem-plain,memdev=window',
-                 '-chardev', 'file,id=report,path=/dev/fd/2,append=on', '-device', 'isa-debugcon,iobase=0xe9,chardev=report',
-                 '-device', 'isa-debug-exit,iobase=0xf4,iosize=0x01',
-                 '-netdev', f'user,id=net,hostfwd=tcp:127.0.0.1:{self.port}-:80', '-device', 'virtio-net-pci,netdev=net,romfile=']
-        return words + (list(COUNTED_TIME) if self.counted_time else [])
+        words = [self.programs / 'qduino', 'metal', 'run', self.programs / 'printer-metal', '--window', self.folder / 'pins',
+                 '--forward', f'{self.port}:80', '--files', ROOT / 'web/ui/dist', '--words', f'key={self.key} turns={self.turn_us}']
+        return words + (['--deterministic'] if self.counted_time else [])
 
     def stop(self):
         for process in reversed(self.processes):
@@ -171,12 +163,10 @@ def main():
     parser.add_argument('--port', type=int, default=8080)
     parser.add_argument('--real-time', action='store_true', help='the emulated machine\'s time is this computer\'s, not a count of instructions')
     options = parser.parse_args()
-    if not shutil.which(EMULATOR):
-        sys.exit('no emulator: as root, run: apt-get install qemu-system-x86')
     for ends in (signal.SIGTERM, signal.SIGINT):  # a shell lets what is in its background ignore SIGINT
         signal.signal(ends, lambda *_: sys.exit(0))
     with MetalPrinter(options.programs, options.port, not options.real_time) as printer:
-        tell(f'The printer, without an operating system: http://127.0.0.1:{options.port}   key {printer.key}\n'
+        tell(f'The printer, without an operating system: http://127.0.0.1:{options.port}/#key={printer.key}\n'
              'Jobs are in its memory alone: one prints, one waits. To print:\n'
              f'  curl -H "X-Api-Key: {printer.key}" -F print=true -F file=@FILE.gcode http://127.0.0.1:{options.port}/api/v1/jobs')
         serve(printer)

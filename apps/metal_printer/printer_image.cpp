@@ -15,6 +15,7 @@
 #include "apps/metal_printer/web_server.h"
 #include "base/text.h"
 #include "board/board.h"
+#include "board/metal/driver/emulator_files.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/panic.h"
 
@@ -34,6 +35,14 @@ std::string random_digits() {
     return digits;
 }
 
+/// The browser's side, as the emulator hands it over (web/ui/dist); none elsewhere.
+web::StaticFiles page_files() {
+    web::StaticFiles::Found found;
+    for (board::metal::EmulatorFile& file : board::metal::emulator_files("opt/qduino/"))
+        found[file.name] = std::move(file.bytes);
+    return web::StaticFiles{found};
+}
+
 /// Before setup(): it takes the wiring.
 struct Wired {
     Wired() {
@@ -48,7 +57,9 @@ struct Wired {
 /// The print service.
 class Service {
   public:
-    Service() : spool_(link, sketches::printer_wiring().config), server_(spool_, key_) {}
+    Service()
+        : spool_(link, sketches::printer_wiring().config),
+          server_(spool_, key_, random_digits() + random_digits(), page_files()) {}
 
     void step() {
         const Instant now = board::current().now();

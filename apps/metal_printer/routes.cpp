@@ -60,8 +60,15 @@ Json job_of(const MemorySpool& spool, const Job& job) {
 Response list_jobs(MemorySpool& spool, const Arguments&) {
     Json jobs = Json::array();
     for (const Job* const job : spool.jobs()) jobs.push_back(job_of(spool, *job));
+    std::array<int, 8> of_state{};
+    for (const Job* const job : spool.jobs()) ++of_state[static_cast<std::size_t>(job->state)];
+    Json counts{{"total", spool.jobs().size()}, {"held", 0}};
+    for (const JobState state :
+         {JobState::queued, JobState::printing, JobState::done, JobState::cancelled, JobState::failed})
+        counts[std::string(to_word(state))] = of_state[static_cast<std::size_t>(state)];
     return json_response({{"jobs", std::move(jobs)},
                           {"next_before", nullptr},
+                          {"counts", std::move(counts)},
                           {"queue",
                            {{"held", false},
                             {"reason", nullptr},
@@ -112,7 +119,12 @@ Response machine_status(MemorySpool& spool, const Arguments&) {
         {"may_jog", machine.job.may_jog && !spool.run()},
         {"time_factor", 1},
         {"durable", false},
+        {"lacks", {"live", "hand", "layers", "guarantee", "queue"}},
+        {"progress", nullptr},
+        {"ready_in_s", Json::object()},
     };
+    if (const Job* const job = spool.run() ? spool.find(spool.run()->job) : nullptr)
+        status["progress"] = web::api::progress_json(progress_of(spool, *job));
     status.update(web::api::machine_json(machine.job, machine.motion, machine.heat));
     return json_response(status);
 }

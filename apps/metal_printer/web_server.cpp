@@ -4,7 +4,10 @@
 #include <utility>
 
 #include "apps/metal_printer/routes.h"
+#include "base/text.h"
 #include "web/api/answers.h"
+#include "web/api/machine_json.h"
+#include "web/origin.h"
 
 namespace qduino::apps::metal {
 
@@ -25,6 +28,15 @@ bool equal_in_constant_time(std::string_view a, std::string_view b) {
 std::span<const std::uint8_t> bytes_of(std::string_view text) {
     return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
+
+constexpr std::string_view kCookie = "qduino_session";
+constexpr std::size_t kBodyMax = 4096;
+
+bool is_login(const web::RequestHead& head) {
+    return head.method == web::Method::post && head.path == std::vector<std::string>{"api", "v1", "session"};
+}
+
+Response no_key() { return web::error_response(401, "no_key", "the request does not carry the key"); }
 
 }  // namespace
 
@@ -94,6 +106,8 @@ bool WebServer::advance(Connection& connection) {
             begin_request(connection);
             return true;
         case RequestReader::Progress::body:
+            if (!connection.upload && !connection.refusal && connection.body.size() + body.size() <= kBodyMax)
+                connection.body += body;
             if (connection.upload && !connection.refusal) {
                 if (const Result<void> taken = connection.upload->take(body); !taken)
                     connection.refusal = web::api::error_response(taken.error());
@@ -108,9 +122,9 @@ bool WebServer::advance(Connection& connection) {
 
 void WebServer::begin_request(Connection& connection) {
     const web::RequestHead& head = connection.reader.head();
-    const bool is_open = head.path == std::vector<std::string>{"healthz"};
-    if (!is_open && !shows_key(head)) {
-        connection.refusal = web::error_response(401, "no_key", "the request does not carry the key");
+    if (is_login(head) || open_answer(head)) return;
+    if (!shows_key(head) && !has_session(head)) {
+        connection.refusal = no_key();
         return;
     }
     const std::optional<std::string> name = upload_name_of(head);
@@ -131,12 +145,15 @@ void WebServer::end_request(Connection& connection) {
         response = std::move(*connection.refusal);
     else if (connection.upload)
         response = answer_upload(spool_, connection.upload->finish());
-    else if (head.path.size() == 1 && head.path.front() == "healthz")
-        response = {.content_type = "text/plain", .body = "ok"};
+    else if (is_login(head))
+        response = begin_session(head, connection.body);
+    else if (std::optional<Response> open = open_answer(head))
+        response = std::move(*open);
     else
         response = answer(spool_, head);
     connection.refusal.reset();
     connection.upload.reset();
+    connection.body.clear();
     const bool keep_alive = head.keep_alive && !response.close;
     begin_answer(connection, std::move(response), keep_alive);
     connection.reader.next();
@@ -150,9 +167,36 @@ bool WebServer::shows_key(const web::RequestHead& head) const {
     return equal_in_constant_time(shown, key_);
 }
 
+bool WebServer::has_session(const web::RequestHead& head) const {
+    return equal_in_constant_time(web::cookie_value(head.value("Cookie"), kCookie), session_) &&
+           web::HostPolicy{}.allows(head.value("Host")) && web::is_same_origin(head, true);
+}
+
+/// What is for everybody; nothing for any other path.
+std::optional<Response> WebServer::open_answer(const web::RequestHead& head) const {
+    if (head.method != web::Method::get && head.method != web::Method::head) return std::nullopt;
+    if (head.path == std::vector<std::string>{"healthz"})
+        return Response{.content_type = "text/plain", .body = "ok"};
+    return page_.find(head);
+}
+
+/// The session lasts as long as the machine is on.
+Response WebServer::begin_session(const web::RequestHead& head, std::string_view body) const {
+    const std::optional<web::api::Json> shown = web::api::object_of(body);
+    const bool has_key = shown && shown->contains("key") && (*shown)["key"].is_string();
+    if (!has_key || !web::HostPolicy{}.allows(head.value("Host")) || !web::is_same_origin(head, true) ||
+        !equal_in_constant_time((*shown)["key"].get_ref<const std::string&>(), key_))
+        return no_key();
+    Response response = web::api::no_content();
+    response.add("Set-Cookie",
+                 text<std::string>(kCookie, '=', session_, "; Path=/; HttpOnly; SameSite=Strict"));
+    return response;
+}
+
 void WebServer::begin_answer(Connection& connection, Response response, bool keep_alive) {
     connection.answer = web::head_bytes(response, keep_alive);
-    if (connection.reader.head().method != web::Method::head) connection.answer += response.body;
+    if (connection.reader.head().method != web::Method::head)
+        connection.answer += response.shared ? *response.shared : response.body;
     connection.sent = 0;
     connection.keep_alive = keep_alive;
 }

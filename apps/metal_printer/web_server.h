@@ -4,8 +4,9 @@
 //                                                  └─ any other ──────────────┼─► routes.h
 //                              ◄── answer ────────────────────────────────────┘
 //
-// The limits are small, and are said in docs/metal.md. Every request but GET /healthz carries the
-// key (X-Api-Key, or Authorization: Bearer), as docs/api.md has it. There is no encryption.
+// The limits are small, and are said in docs/metal.md. Every request but for GET /healthz and the
+// page's files carries the key (X-Api-Key, or Authorization: Bearer), or a browser's session, as
+// docs/api.md has it. There is no encryption.
 #pragma once
 
 #include <array>
@@ -16,6 +17,7 @@
 #include "apps/metal_printer/memory_upload.h"
 #include "arduino/core/socket.h"
 #include "web/request_reader.h"
+#include "web/static_files.h"
 
 namespace qduino::apps::metal {
 
@@ -25,7 +27,9 @@ class WebServer {
     /// A connection that neither brings nor takes anything for so long goes.
     static constexpr Nanoseconds kIdle = 30s;
 
-    WebServer(MemorySpool& spool, std::string key) : spool_(spool), key_(std::move(key)) {}
+    /// `key` admits requests, and `session` a browser that has shown the key.
+    WebServer(MemorySpool& spool, std::string key, std::string session, web::StaticFiles page)
+        : spool_(spool), key_(std::move(key)), session_(std::move(session)), page_(std::move(page)) {}
 
     /// Error: the port is taken, or there is no network.
     [[nodiscard]] Result<void> listen(std::uint16_t port);
@@ -39,6 +43,7 @@ class WebServer {
         web::RequestReader reader;
         std::unique_ptr<MemoryUpload> upload;
         std::optional<web::Response> refusal;  ///< instead of the answer
+        std::string body;                      ///< of a request that is no upload
         /// Until it is wholly sent no further request is looked at.
         std::string answer;
         std::size_t sent = 0;  ///< of it
@@ -55,10 +60,15 @@ class WebServer {
     void begin_request(Connection& connection);
     void end_request(Connection& connection);
     [[nodiscard]] bool shows_key(const web::RequestHead& head) const;
+    /// A browser with a session, and on our own page.
+    [[nodiscard]] bool has_session(const web::RequestHead& head) const;
+    [[nodiscard]] std::optional<web::Response> open_answer(const web::RequestHead& head) const;
+    [[nodiscard]] web::Response begin_session(const web::RequestHead& head, std::string_view body) const;
     static void begin_answer(Connection& connection, web::Response response, bool keep_alive);
 
     MemorySpool& spool_;
-    std::string key_;
+    std::string key_, session_;
+    web::StaticFiles page_;
     std::shared_ptr<arduino::Socket> listener_;
     std::array<std::unique_ptr<Connection>, kConnections> connections_;
 };

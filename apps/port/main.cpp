@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 
@@ -59,16 +58,16 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App app{
-        "Carries a serial host's bytes to the print service, and stops the printer at an M112 in them."};
-    app.footer("Example: printer-port --port pty --state STATE --service /dev/shm/qduino/port --link …/link");
-    app.add_option("--port", options.port, "pty: a terminal, linked from STATE/serial; or DEVICE[@BAUD]")
-        ->required();
-    app.add_option("--state", options.state, "folder of jobs, queue and key")->required();
-    app.add_option("--service", options.service, "socket of the print service")->required();
-    app.add_option("--link", options.link, "file of the sketch's link")->required();
-    app.add_option("--run-as", options.user, "user to become, when started by root");
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    apps::CommandLine line{
+        "Carries a serial host's bytes to the print service, and stops the printer at an M112 in them.",
+        "Example: printer-port --port pty --state STATE --service /dev/shm/qduino/port --link …/link"};
+    line.option("--port", options.port, "pty: a terminal, linked from STATE/serial; or DEVICE[@BAUD]")
+        .required();
+    line.option("--state", options.state, "folder of jobs, queue and key").required();
+    line.option("--service", options.service, "socket of the print service").required();
+    line.option("--link", options.link, "file of the sketch's link").required();
+    line.option("--run-as", options.user, "user to become, when started by root");
+    if (const auto status = line.parse(argc, argv)) return *status;
     const Result<void> ended = run(options);
     return ended ? 0 : fail(ended.error());
 }

@@ -1,5 +1,4 @@
 // printer: the printer sketch on the Linux board. Started by qduino-supervisor, which outlives it.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
 #include <string>
@@ -69,13 +68,13 @@ Result<void> run(const Arguments& arguments) {
 
 /// `printer check FILE…`: 0 when every file is a machine.
 int check(int argc, char** argv) {
-    CLI::App app{
+    apps::CommandLine line{
         "Reads machine files as the printer would: says what is wrong, with its line, or what the "
         "machine is.\nExample: printer check machines/i3.toml"};
     std::vector<std::string> paths;
-    app.name("printer check");
-    app.add_option("FILE", paths, "Machine files (TOML, docs/machine.md)")->required();
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    line.name("printer check");
+    line.option("FILE", paths, "Machine files (TOML, docs/machine.md)").required();
+    if (const auto status = line.parse(argc, argv)) return *status;
     int status = 0;
     for (const std::string& path : paths) {
         const Result<std::string> text = posix::read_small_file(path);
@@ -95,22 +94,20 @@ int check(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     if (argc > 1 && std::string_view{argv[1]} == "check") return check(argc - 1, argv + 1);
-    CLI::App app{
+    apps::CommandLine line{
         "The printer sketch on the Linux board, on the pins of a virtual machine.\n"
         "Example: printer --pins /dev/shm/qduino/pins --link /dev/shm/qduino/link\n"
         "         printer check machines/i3.toml      is this machine file right?"};
     Arguments arguments;
-    app.add_option("--pins", arguments.board.pins_path, "File of the virtual pins, made by virtual-machine")
-        ->required();
-    app.add_option("--link", arguments.link_path, "File of the link to the print service; made anew")
-        ->required();
-    app.add_option("--machine", arguments.machine_path,
-                   "Machine file (TOML); default: the reference machine");
-    app.add_option("--kept", arguments.kept_path,
-                   "File of the settings that M500 keeps; they go before the machine file's");
-    app.add_flag("--isolate", arguments.board.isolate,
-                 "Move everything else off the stepper loop's core; undone at the end (root)");
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    line.option("--pins", arguments.board.pins_path, "File of the virtual pins, made by virtual-machine")
+        .required();
+    line.option("--link", arguments.link_path, "File of the link to the print service; made anew").required();
+    line.option("--machine", arguments.machine_path, "Machine file (TOML); default: the reference machine");
+    line.option("--kept", arguments.kept_path,
+                "File of the settings that M500 keeps; they go before the machine file's");
+    line.flag("--isolate", arguments.board.isolate,
+              "Move everything else off the stepper loop's core; undone at the end (root)");
+    if (const auto status = line.parse(argc, argv)) return *status;
     const Result<void> ended = run(arguments);
     return ended ? 0 : fail(ended.error());
 }

@@ -2,7 +2,6 @@
 // that was asked for.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 
@@ -80,36 +79,33 @@ struct Request {
     std::vector<std::string> faults;
 };
 
-void declare(CLI::App& app, Request& r) {
-    app.footer(
-        "Example: printer-sim benchy.gcode --report report.json\n"
-        "Live:    printer-sim --link /dev/shm/link --speed 20  (what ./run --speed starts)");
-    app.add_option("FILE", r.print.file, "The G-code file");
-    app.add_option("--link", r.live.link_path, "Instead of a file: serve a print service through this link");
-    app.add_option("--inspect", r.live.inspect_path,
-                   "With --link: answer questions about the twin on this socket");
-    app.add_option("--speed", r.live.speed, "With --link: virtual seconds per second")
-        ->check(CLI::Range(0.01, 10000.0))
-        ->capture_default_str();
-    app.add_option("--machine", r.machine_path,
-                   "Another printer than the reference machine (TOML, docs/machine.md)");
-    app.add_option("--twin-machine", r.twin_path,
-                   "The machine that stands there in truth (keys as of --machine); left out: the one that "
-                   "the printer takes it for");
-    app.add_option("--kept", r.outputs.kept,
-                   "File of the settings that M500 keeps (M301, M303, M306, beds): read before the machine "
-                   "file's numbers count, and written after a file that has M500 in it");
-    app.add_option("--report", r.outputs.report, "Write the report here, as JSON");
-    app.add_flag("--heights", r.print.heights,
-                 "Watch how high the plastic lies, how it oozes, and how long each kind of line takes");
-    app.add_option("--picture", r.outputs.picture,
-                   "Draw the built part, its errors of height and its faults (.svg or .png)");
-    app.add_option("--layer", r.outputs.layer, "With --picture: from above, this layer alone (from 1)");
-    app.add_option("--board", r.print.board_name,
-                   "The simulated computer (TOML, docs/board-file.md, [sim]); its costs are reported");
-    app.add_option("--steps", r.print.steps_path, "Write every step here: time_ns,axis,direction");
-    app.add_option("--fault", r.faults,
-                   "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
+void declare(apps::CommandLine& line, Request& r) {
+    line.option("FILE", r.print.file, "The G-code file");
+    line.option("--link", r.live.link_path, "Instead of a file: serve a print service through this link");
+    line.option("--inspect", r.live.inspect_path,
+                "With --link: answer questions about the twin on this socket");
+    line.option("--speed", r.live.speed, "With --link: virtual seconds per second")
+        .within(0.01, 10000.0)
+        .shows_default();
+    line.option("--machine", r.machine_path,
+                "Another printer than the reference machine (TOML, docs/machine.md)");
+    line.option("--twin-machine", r.twin_path,
+                "The machine that stands there in truth (keys as of --machine); left out: the one that "
+                "the printer takes it for");
+    line.option("--kept", r.outputs.kept,
+                "File of the settings that M500 keeps (M301, M303, M306, beds): read before the machine "
+                "file's numbers count, and written after a file that has M500 in it");
+    line.option("--report", r.outputs.report, "Write the report here, as JSON");
+    line.flag("--heights", r.print.heights,
+              "Watch how high the plastic lies, how it oozes, and how long each kind of line takes");
+    line.option("--picture", r.outputs.picture,
+                "Draw the built part, its errors of height and its faults (.svg or .png)");
+    line.option("--layer", r.outputs.layer, "With --picture: from above, this layer alone (from 1)");
+    line.option("--board", r.print.board_name,
+                "The simulated computer (TOML, docs/board-file.md, [sim]); its costs are reported");
+    line.option("--steps", r.print.steps_path, "Write every step here: time_ns,axis,direction");
+    line.option("--fault", r.faults,
+                "Break something: KIND[:WHERE][@SECONDS], e.g. sensor_stuck:hot_end@120");
 }
 
 /// Reads the files that the command line names. A returned value is the status to leave with: one
@@ -141,12 +137,14 @@ std::optional<int> read_files(Request& r) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{
+    apps::CommandLine line{
         "Prints a G-code file in virtual time: the printer sketch, the simulated board and "
-        "the virtual machine in one process. Ends with 0 only if what was built is what was asked."};
+        "the virtual machine in one process. Ends with 0 only if what was built is what was asked.",
+        "Example: printer-sim benchy.gcode --report report.json\n"
+        "Live:    printer-sim --link /dev/shm/link --speed 20  (what ./run --speed starts)"};
     Request request;
-    declare(app, request);
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    declare(line, request);
+    if (const auto status = line.parse(argc, argv)) return *status;
     if (const auto status = read_files(request)) return *status;
     if (!request.live.link_path.empty()) {
         const Result<void> ended = apps::run_live(request.live);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "apps/command_line/command_line.h"
+#include "apps/command_line/parser.h"
 #include "apps/picture/schedule.h"
 #include "apps/qduino/host_name.h"
 #include "apps/toml/toml_section.h"
@@ -247,11 +247,13 @@ void add_metal(CLI::App& app, Arguments& arguments) {
                     "sketch and the scheduler, no operating system. 'iso' makes a CD of it that a\n"
                     "BIOS boots, 'efi' a program that UEFI starts. 'run' boots it in an emulator:\n"
                     "Serial is this terminal, reports are beside it, and what was written to the\n"
-                    "pins is seen from outside. Ends with 2 when admission refuses the sketch.\n"
+                    "pins is seen from outside. 'beside' runs it on a core of this computer that\n"
+                    "Linux gives up meanwhile (root; docs/metal.md): SKETCH may be an image there.\n"
+                    "'run' takes one, too. Ends with 2 when admission refuses the sketch.\n"
                     "Example: qduino metal run sketches/pulse_train --for 1");
-    add_option(*sub, "action", arguments.action, "build, iso, efi or run", "ACTION")
+    add_option(*sub, "action", arguments.action, "build, iso, efi, run or beside", "ACTION")
         ->required()
-        ->check(CLI::IsMember({"build", "iso", "efi", "run"}));
+        ->check(CLI::IsMember({"build", "iso", "efi", "run", "beside"}));
     add_sketch(*sub, arguments);
     add_length(*sub, arguments, "Seconds of the machine (default: until Ctrl-C)");
     add_option(*sub, "--cores", arguments.cores, "Cores, 1 to 8 (default 2)", "N")->check(CLI::Range(1, 8));
@@ -261,7 +263,18 @@ void add_metal(CLI::App& app, Arguments& arguments) {
     add_option(*sub, "--forward", arguments.forwards, "A TCP port here is one there: 8080:80", "PORT:PORT")
         ->check(CLI::Validator(port_pair_error, "PORT:PORT"));
     add_option(*sub, "--wire", arguments.wire, "Make a socket that drives pins, a byte a change", "FILE");
+    add_option(*sub, "--window", arguments.window, "Virtual pins that it shares with another program",
+               "FILE");
+    add_option(*sub, "--files", arguments.files, "Files that the machine can read", "FOLDER")
+        ->check(CLI::ExistingDirectory);
+    add_option(*sub, "--words", arguments.image_words, "What the image is told besides: \"name=value …\"",
+               "WORDS");
     add_option(*sub, "--record", arguments.record, "Keep here a byte for each write to a pin", "FILE");
+    add_option(*sub, "--core", arguments.core, "beside: the core that Linux gives up (default 1)", "N")
+        ->check(CLI::Range(1, 7));
+    add_option(*sub, "--silence", arguments.silence_ms,
+               "beside: when Linux is silent so long, safe levels (default 5; 0: it runs on)", "MS")
+        ->check(CLI::Range(0.0, 10000.0));
     add_metal_ways(*sub, arguments);
 }
 
@@ -326,7 +339,7 @@ void add_monitor(CLI::App& app, Arguments& arguments) {
 void add_ide(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
         add_command(app, arguments, Command::ide, "ide", "Build with the Arduino IDE",
-                    "'install' makes this board one of the IDE's (1.8, and arduino-builder):\n"
+                    "'install' makes this board one of the IDE's (and of arduino-builder's):\n"
                     "FOLDER is its sketchbook, ~/Arduino by default. The IDE then builds with the\n"
                     "options of 'qduino build', shows the verdict of admission, and uploads with\n"
                     "'qduino upload'. 'remove' takes the board away. The other actions are what\n"
@@ -334,7 +347,8 @@ void add_ide(CLI::App& app, Arguments& arguments) {
                     "Example: qduino ide install --to pi@printer.local");
     add_option(*sub, "action", arguments.action, "install or remove", "ACTION")
         ->required()
-        ->check(CLI::IsMember({"install", "remove", "preprocess", "compile", "link", "check", "size"}));
+        ->check(CLI::IsMember(
+            {"install", "remove", "preprocess", "compile", "link", "check", "size", "discovery", "monitor"}));
     add_option(*sub, "folder", arguments.folder, "The IDE's sketchbook", "[FOLDER]");
     add_option(*sub, "--to", arguments.hosts, "A board more: this computer, by ssh", "USER@HOST")
         ->check(CLI::Validator(host_error, "USER@HOST"));

@@ -1,7 +1,6 @@
 // The command line of `qduino`: its options, and the values given.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -9,6 +8,10 @@
 #include <vector>
 
 #include "base/time.h"
+
+namespace CLI {
+class App;
+}
 
 namespace qduino::apps {
 
@@ -52,8 +55,8 @@ struct Arguments {
     bool in_simulator = false, real_time = false, write = false;
     double margin_percent = 20;
     std::string profile;  ///< where the sketch's program writes it
-    /// metal: "build", "iso", "efi" or "run"; lib: "install", "list", "remove" or "search"; ide:
-    /// "install", "remove" or a recipe
+    /// metal: "build", "iso", "efi", "run" or "beside"; lib: "install", "list", "remove" or
+    /// "search"; ide: "install", "remove" or a recipe
     std::string action;
     std::vector<std::string> words;  ///< lib: what to install, remove or look for
     // metal run:
@@ -64,9 +67,13 @@ struct Arguments {
     std::string record;         ///< what the witness writes at the pins; empty: kept nowhere
     std::string wire;           ///< a socket through which pins are driven from outside
     bool counted_time = false;  ///< time is a count of instructions
+    double silence_ms = 5;      ///< beside: of Linux, before the safe levels are driven; 0: no end
     std::string card;           ///< the machine's network card; empty: it has none
     /// "PORT:PORT", one of this computer and one of the machine; then it has a card, too.
     std::vector<std::string> forwards;
+    std::string files;        ///< a folder whose files the machine can read; empty: none
+    std::string window;       ///< a file of virtual pins that the machine shares; empty: none
+    std::string image_words;  ///< more of what the image is told
     bool json = false;
     std::string certificate;  ///< check: file
     // vcpu: the paper's default VCPU (RTAS 2017, section IV), unless others are named

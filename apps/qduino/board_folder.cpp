@@ -7,8 +7,8 @@
 #include <system_error>
 
 #include "apps/launcher/run_lock.h"
-#include "apps/qduino/local_socket.h"
 #include "base/whole_number.h"
+#include "posix/local_socket.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
 
@@ -57,7 +57,7 @@ Result<std::string> BoardFolder::stop() const {
 }
 
 Result<posix::UniqueFd> BoardFolder::connect() const {
-    if (Result<posix::UniqueFd> socket = connect_local(serial())) return socket;
+    if (Result<posix::UniqueFd> socket = posix::connect_local(serial())) return socket;
     return make_error(ErrorCode::not_found,
                       "no sketch was uploaded that runs here: 'qduino upload' starts one");
 }

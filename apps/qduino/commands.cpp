@@ -15,6 +15,7 @@
 #include "apps/doctor/doctor.h"
 #include "apps/launcher/run_lock.h"
 #include "apps/picture/picture_file.h"
+#include "apps/qduino/beside_command.h"
 #include "apps/qduino/board_folder.h"
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/ide_command.h"
@@ -424,6 +425,9 @@ Result<int> monitor(const Arguments& arguments) { return monitor_command(argumen
 Result<int> vcpu(const Arguments& arguments) { return run_in_vcpu(arguments); }
 
 Result<int> boot_metal(const Arguments& arguments) {
+    if (arguments.action == "beside" && is_image(arguments.sketch))  // nothing is to be built
+        return run_beside_linux(arguments, arguments.sketch,
+                                std::filesystem::path(arguments.sketch).filename());
     QDUINO_TRY_ASSIGN(const Sdk sdk, sdk_of_this_program());
     return metal(arguments, sdk);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "apps/command_line/parser.h"
 #include "base/text.h"
 
 namespace qduino::apps {

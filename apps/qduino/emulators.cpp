@@ -10,6 +10,7 @@
 #include "apps/qduino/child_process.h"
 #include "apps/qduino/words.h"
 #include "base/text.h"
+#include "board/window/pins_layout.h"
 #include "posix/small_file.h"
 
 namespace qduino::apps {
@@ -59,6 +60,26 @@ Words network_words(const EmulatedMachine& machine) {
     return {"-netdev", router, "-device", card + ",netdev=net,romfile="};
 }
 
+/// Memory that is a file's. The machine finds it as the first region of a PCI device.
+Words window_words(const std::string& pins) {
+    return {"-object",
+            text<std::string>("memory-backend-file,id=window,size=", board::kPinsFileSize,
+                              ",share=on,mem-path=", part(pins)),
+            "-device", "ivshmem-plain,memdev=window"};
+}
+
+/// As board/metal/driver/emulator_files.h reads them: "opt/qduino/" and the path in the folder.
+Words file_words(const fs::path& folder) {
+    Words words;
+    std::error_code failed;
+    for (const auto& entry : fs::recursive_directory_iterator{folder, failed}) {
+        if (!entry.is_regular_file()) continue;
+        append(words, {"-fw_cfg", "name=" + part("opt/qduino/" + fs::relative(entry, folder).string()) +
+                                      ",file=" + part(entry.path().string())});
+    }
+    return words;
+}
+
 /// The machine: what the sketch's loops run on, its serial line here, and a witness at its pins.
 Result<Words> qemu_words(const EmulatedMachine& machine, BootWay way, const fs::path& medium,
                          const fs::path& scratch, const std::string& record) {
@@ -77,6 +98,8 @@ Result<Words> qemu_words(const EmulatedMachine& machine, BootWay way, const fs::
                    "isa-debugcon,iobase=0x2e8,chardev=pins"});
     append(words, {"-device", "isa-debug-exit,iobase=0xf4,iosize=0x01"});
     if (!machine.card.empty() || !machine.forwards.empty()) append(words, network_words(machine));
+    if (!machine.files.empty()) append(words, file_words(machine.files));
+    if (!machine.window.empty()) append(words, window_words(machine.window));
     return words;
 }
 

@@ -29,6 +29,8 @@ struct EmulatedMachine {
     std::string wire;                   ///< a socket through which pins are driven; empty: none
     std::string card;                   ///< "virtio-net" or "e1000"; empty: none, or the first
     std::vector<std::string> forwards;  ///< TCP ports here that are ports there, "8080:80"
+    std::string files;                  ///< a folder whose files the machine can read; empty: none
+    std::string window;  ///< virtual pins (board/window/pins_layout.h) that it shares; empty: none
 
     // Bochs:
     int mips = 20;  ///< so many instructions of each core are a microsecond

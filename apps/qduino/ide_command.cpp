@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "apps/qduino/ide_discovery.h"
+#include "apps/qduino/ide_monitor.h"
 #include "apps/qduino/ide_platform.h"
 #include "apps/qduino/ide_recipe.h"
 #include "apps/qduino/tool_commands.h"
@@ -23,6 +25,14 @@ constexpr const char* kAfterInstall =
 }  // namespace
 
 Result<int> ide_command(const Arguments& arguments, const Sdk& sdk) {
+    if (arguments.action == "discovery") {
+        IdeDiscovery discovery(arguments.program);
+        return run_ide_tool(discovery);
+    }
+    if (arguments.action == "monitor") {
+        IdeMonitor monitor;
+        return run_ide_tool(monitor);
+    }
     if (is_recipe(arguments.action)) return run_recipe(sdk, arguments.action, arguments.program);
     QDUINO_TRY_ASSIGN(const fs::path book, sketchbook(arguments.folder, environment_of_this_process().home));
     if (arguments.action == "remove") {

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <system_error>
 
+#include "apps/qduino/ide_tool.h"
 #include "base/version.h"
 #include "posix/small_file.h"
 
@@ -47,13 +48,6 @@ tools.qduino.upload.pattern="{qduino}" upload {upload.to} --built "{build.path}/
 
 fs::path platform_folder(const fs::path& sketchbook) { return sketchbook / "hardware" / "qduino" / "linux"; }
 
-/// A property's name for a host: letters and digits alone.
-std::string id_of(const std::string& host) {
-    std::string id = "to_";
-    for (const char c : host) id += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-    return id;
-}
-
 std::string board_text(const std::string& id, const std::string& name, const std::string& to) {
     std::string text = id + ".name=QduinoMC (" + name + ")\n";
     for (std::size_t from = 0; from < kBoard.size();) {
@@ -61,21 +55,33 @@ std::string board_text(const std::string& id, const std::string& name, const std
         text += id + std::string(kBoard.substr(from, end - from));
         from = end;
     }
-    return text + to + "\n\n";
+    // By this IDE 2 knows which board a port has (ide_discovery.h).
+    return text + to + "\n" + id + ".upload_port.board=" + id + "\n\n";
 }
 
 }  // namespace
 
+// A property's name: letters and digits alone.
+std::string board_id_of(const std::string& host) {
+    std::string id = "to_";
+    for (const char c : host) id += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+    return id;
+}
+
 std::string boards_text(const std::vector<std::string>& hosts) {
-    std::string text = board_text("here", "this computer", "");
-    for (const std::string& host : hosts) text += board_text(id_of(host), host, "--to " + host);
+    std::string text = board_text(kBoardHere, "this computer", "");
+    for (const std::string& host : hosts) text += board_text(board_id_of(host), host, "--to " + host);
     return text;
 }
 
-std::string platform_text(const std::string& program) {
+std::string platform_text(const std::string& program, const std::vector<std::string>& hosts) {
     std::string text = "# Written by 'qduino ide install'.\nname=QduinoMC\nversion=";
     text.append(version()).append("\nqduino=").append(program).append("\n");
-    return text.append("tools.qduino.qduino=").append(program).append("\n").append(kPlatform);
+    text.append("tools.qduino.qduino=").append(program).append("\n").append(kPlatform);
+    const std::string tool = "=\"" + program + "\" ide ";
+    text += "\npluggable_discovery.qduino.pattern" + tool + "discovery";
+    for (const std::string& host : hosts) text += " " + host;
+    return text + "\npluggable_monitor.pattern." + kIdeProtocol + tool + "monitor\n";
 }
 
 Result<fs::path> sketchbook(const std::string& named, const std::string& home) {
@@ -90,7 +96,7 @@ Result<fs::path> install_platform(const fs::path& sketchbook, const std::string&
     std::error_code failed;
     fs::create_directories(folder / "cores" / "qduino", failed);
     QDUINO_TRY(posix::write_file(folder / "boards.txt", boards_text(hosts)));
-    QDUINO_TRY(posix::write_file(folder / "platform.txt", platform_text(program)));
+    QDUINO_TRY(posix::write_file(folder / "platform.txt", platform_text(program, hosts)));
     return folder;
 }
 

@@ -2,7 +2,8 @@
 // and arduino-builder read it (Arduino Platform specification 1.x).
 //
 //   ~/Arduino/hardware/qduino/linux/boards.txt      this computer, and each one that was named
-//                                  /platform.txt    recipes, which call this program (ide_recipe.h)
+//                                  /platform.txt    recipes, which call this program
+//                                                   (ide_recipe.h), and tools (ide_tool.h)
 //                                  /cores/qduino/   empty: the board's headers are this program's
 #pragma once
 
@@ -18,8 +19,12 @@ namespace qduino::apps {
 /// ("user@host", as ssh takes them).
 [[nodiscard]] std::string boards_text(const std::vector<std::string>& hosts);
 
+/// Names of boards there: this computer's, and a host's.
+inline constexpr const char* kBoardHere = "here";
+[[nodiscard]] std::string board_id_of(const std::string& host);
+
 /// The text of platform.txt; `program` is the path of qduino.
-[[nodiscard]] std::string platform_text(const std::string& program);
+[[nodiscard]] std::string platform_text(const std::string& program, const std::vector<std::string>& hosts);
 
 /// The sketchbook: `named`, else ~/Arduino. Error: neither.
 [[nodiscard]] Result<std::filesystem::path> sketchbook(const std::string& named, const std::string& home);

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 
-#include "apps/command_line/command_line.h"
+#include "apps/command_line/did_you_mean.h"
 #include "base/parts.h"
 #include "base/whole_number.h"
 

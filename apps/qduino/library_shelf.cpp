@@ -8,7 +8,7 @@
 #include <system_error>
 #include <tuple>
 
-#include "apps/command_line/command_line.h"
+#include "apps/command_line/did_you_mean.h"
 #include "base/parts.h"
 
 namespace qduino::apps {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "apps/command_line/command_line.h"
+#include "apps/command_line/parser.h"
 #include "apps/qduino/arguments.h"
 
 namespace {

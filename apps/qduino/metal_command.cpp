@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "apps/launcher/run_lock.h"
+#include "apps/qduino/beside_command.h"
 #include "apps/qduino/boot_medium.h"
 #include "apps/qduino/emulators.h"
 #include "apps/qduino/sketch_build.h"
@@ -20,11 +21,11 @@ namespace fs = std::filesystem;
 Result<void> check_options(const Arguments& arguments) {
     const bool bochs = arguments.witness == "bochs";
     if (bochs && (arguments.counted_time || !arguments.wire.empty() || !arguments.card.empty() ||
-                  !arguments.forwards.empty()))
-        return make_error(
-            ErrorCode::invalid_argument,
-            "--deterministic, --wire, --card and --forward are QEMU's: in Bochs time always counts "
-            "instructions, nothing drives its pins, and its network is inside of it");
+                  !arguments.forwards.empty() || !arguments.files.empty() || !arguments.window.empty()))
+        return make_error(ErrorCode::invalid_argument,
+                          "--deterministic, --wire, --card, --forward, --files and --window are QEMU's: in "
+                          "Bochs time always counts "
+                          "instructions, nothing drives its pins, and its network is inside of it");
     if (!bochs && !arguments.vcd.empty())
         return make_error(ErrorCode::invalid_argument,
                           "--vcd needs '--witness bochs': QEMU has no clock at its pins");
@@ -34,11 +35,6 @@ Result<void> check_options(const Arguments& arguments) {
 BootWay way_of(const Arguments& arguments) {
     if (arguments.witness == "bochs" || arguments.boot == "bios") return BootWay::bios;
     return arguments.boot == "uefi" ? BootWay::uefi : BootWay::pvh;
-}
-
-/// What the image is told.
-std::string image_words(const Arguments& arguments) {
-    return arguments.length_s ? text<std::string>("for=", Shortest{*arguments.length_s}) : std::string{};
 }
 
 Result<void> make_medium(BootWay way, const fs::path& image, const std::string& words,
@@ -63,6 +59,8 @@ Result<EmulatedRun> run_image(const Arguments& arguments, const fs::path& image,
                                   .wire = arguments.wire,
                                   .card = arguments.card,
                                   .forwards = arguments.forwards,
+                                  .files = arguments.files,
+                                  .window = arguments.window,
                                   .mips = arguments.mips};
     const BootWay way = way_of(arguments);
     fs::path medium = image;
@@ -78,8 +76,18 @@ Result<EmulatedRun> run_image(const Arguments& arguments, const fs::path& image,
 Result<int> run_seen(const Arguments& arguments, const fs::path& image, const fs::path& scratch) {
     QDUINO_TRY_ASSIGN(const EmulatedRun run, run_image(arguments, image, scratch));
     if (!arguments.vcd.empty()) QDUINO_TRY(posix::write_file(arguments.vcd, value_change_dump(run.writes)));
-    say(pins_table(run.writes));
+    if (arguments.window.empty()) say(pins_table(run.writes));
     return run.status;
+}
+
+/// Boots it, and says how it ended.
+Result<int> run_named(const Arguments& arguments, const fs::path& image, const std::string& name,
+                      const fs::path& scratch) {
+    QDUINO_TRY_ASSIGN(const int status, run_seen(arguments, image, scratch));
+    say(verdict(status == 0   ? name + " ran to its end."
+                : status == 2 ? name + " is REFUSED: no loop of it ran."
+                              : name + " FAILED."));
+    return status;
 }
 
 int tell_made(const fs::path& file, const std::string& words) {
@@ -91,14 +99,31 @@ int tell_made(const fs::path& file, const std::string& words) {
 
 }  // namespace
 
+bool is_image(const fs::path& path) {
+    const auto bytes = fs::is_regular_file(path) ? posix::read_small_file(path) : Result<std::string>("");
+    return bytes && bytes->starts_with(
+                        "\x7f"
+                        "ELF");
+}
+
+std::string image_words(const Arguments& arguments) {
+    auto words =
+        arguments.length_s ? text<std::string>("for=", Shortest{*arguments.length_s}) : std::string{};
+    if (!words.empty() && !arguments.image_words.empty()) words += ' ';
+    return words + arguments.image_words;
+}
+
 Result<int> metal(const Arguments& arguments, const Sdk& sdk) {
+    QDUINO_TRY(check_options(arguments));
+    QDUINO_TRY_ASSIGN(const auto scratch, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    if (const fs::path given = arguments.sketch; arguments.action == "run" && is_image(given))
+        return run_named(arguments, given, given.filename(), scratch.file(""));
     if (sdk.metal.libraries.empty())
         return make_error(
             ErrorCode::unavailable,
             "this QduinoMC was built without what an image needs. As root, run 'apt-get install "
             "musl-dev', and build it again; here: ",
             sdk.no_metal);
-    QDUINO_TRY(check_options(arguments));
     QDUINO_TRY_ASSIGN(const Sketch sketch, find_sketch(arguments.sketch));
     QDUINO_TRY_ASSIGN(const SketchBuild build,
                       SketchBuild::open(for_images(sdk), sketch, environment_of_this_process()));
@@ -107,17 +132,13 @@ Result<int> metal(const Arguments& arguments, const Sdk& sdk) {
     if (arguments.action == "build")
         return tell_made(image,
                          sketch.name + (made == 0 ? " is up to date." : " is built: it boots by PVH."));
-    QDUINO_TRY_ASSIGN(const auto scratch, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    if (arguments.action == "beside") return run_beside_linux(arguments, image, sketch.name);
     if (arguments.action != "run") {
         QDUINO_TRY_ASSIGN(const fs::path medium, keep_medium(arguments, image, scratch.file("")));
         return tell_made(medium, sketch.name + (arguments.action == "iso" ? " boots from a CD, by a BIOS."
                                                                           : " boots by UEFI."));
     }
-    QDUINO_TRY_ASSIGN(const int status, run_seen(arguments, image, scratch.file("")));
-    say(verdict(status == 0   ? sketch.name + " ran to its end."
-                : status == 2 ? sketch.name + " is REFUSED: no loop of it ran."
-                              : sketch.name + " FAILED."));
-    return status;
+    return run_named(arguments, image, sketch.name, scratch.file(""));
 }
 
 }  // namespace qduino::apps

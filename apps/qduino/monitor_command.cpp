@@ -1,9 +1,7 @@
 #include "apps/qduino/monitor_command.h"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
@@ -12,42 +10,17 @@
 #include <span>
 #include <vector>
 
-#include "apps/qduino/board_folder.h"
-#include "apps/qduino/child_process.h"
 #include "apps/qduino/monitor_text.h"
 #include "apps/qduino/plot_server.h"
-#include "apps/qduino/remote.h"
+#include "apps/qduino/serial_way.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "posix/small_file.h"
-#include "posix/system_error.h"
 
 namespace qduino::apps {
 namespace {
 
 using posix::UniqueFd;
-
-/// The way to a sketch's Serial: a socket here, or a child that talks to the other computer.
-struct SerialWay {
-    UniqueFd socket;
-    pid_t child = 0;
-};
-
-Result<SerialWay> open_way(const std::string& host) {
-    if (host.empty()) {
-        QDUINO_TRY_ASSIGN(const BoardFolder board, BoardFolder::open());
-        QDUINO_TRY_ASSIGN(UniqueFd socket, board.connect());
-        return SerialWay{std::move(socket), 0};
-    }
-    int ends[2];
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-        return posix::system_error("make", "a way to ssh");
-    SerialWay way{UniqueFd{ends[0]}, 0};
-    const UniqueFd theirs{ends[1]};
-    QDUINO_TRY_ASSIGN(way.child,
-                      start(remote_qduino(host, {"monitor", "--raw"}), {theirs.get(), theirs.get(), -1}));
-    return way;
-}
 
 class Monitor {
   public:
@@ -114,8 +87,7 @@ Result<int> Monitor::run() {
     }
     if (text_.in_line()) std::fputs("\n", stdout);
     std::fflush(stdout);
-    way_.socket.reset();
-    const int status = way_.child != 0 ? wait_for(way_.child) : 0;
+    const int status = close_way(way_);
     if (!raw_ && !quits_) say(status == 0 ? "The sketch has ended.\n" : "The monitor there has ended.\n");
     return quits_ ? 0 : status;
 }

@@ -83,26 +83,27 @@ BochsLog read_bochs_log(std::string_view log, std::int64_t ns_per_tick) {
     return read;
 }
 
-std::string pins_table(std::span<const PinWrite> writes) {
-    struct Seen {
-        long long writes = 0;
-        long long rises = 0;
-        bool high = false;
-    };
-    std::array<Seen, board::kPinCount> pins;
-    for (const PinWrite& write : writes) {
-        Seen& pin = pins[write.pin];
-        ++pin.writes;
-        pin.rises += write.high && !pin.high ? 1 : 0;
-        pin.high = write.high;
-    }
+void PinTally::note(std::size_t pin, bool high) {
+    Seen& seen = pins_[pin];
+    ++seen.writes;
+    seen.rises += high && !seen.high ? 1 : 0;
+    seen.high = high;
+}
+
+std::string PinTally::table() const {
     std::string out = "Pins, as seen from outside the machine:\n  pin   writes    rises  level at the end\n";
-    for (std::size_t i = 0; i < pins.size(); ++i) {
-        if (pins[i].writes == 0) continue;
-        write(out, "  ", column(i, -3), ' ', column(pins[i].writes, 8), ' ', column(pins[i].rises, 8),
-              pins[i].high ? "  high\n" : "  low\n");
+    for (std::size_t i = 0; i < pins_.size(); ++i) {
+        if (pins_[i].writes == 0) continue;
+        write(out, "  ", column(i, -3), ' ', column(pins_[i].writes, 8), ' ', column(pins_[i].rises, 8),
+              pins_[i].high ? "  high\n" : "  low\n");
     }
     return out;
+}
+
+std::string pins_table(std::span<const PinWrite> writes) {
+    PinTally tally;
+    for (const PinWrite& write : writes) tally.note(write.pin, write.high);
+    return tally.table();
 }
 
 std::string value_change_dump(std::span<const PinWrite> writes) {

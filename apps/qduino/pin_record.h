@@ -5,12 +5,15 @@
 //   Bochs   its log: a line with the time of each ─┴─► writes ─► a table, or VCD
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "board/types.h"
 
 namespace qduino::apps {
 
@@ -36,6 +39,20 @@ struct BochsLog {
 [[nodiscard]] BochsLog read_bochs_log(std::string_view log, std::int64_t ns_per_tick);
 
 /// How often each pin was written and rose, and its level at the end.
+class PinTally {
+  public:
+    void note(std::size_t pin, bool high);
+    [[nodiscard]] std::string table() const;
+
+  private:
+    struct Seen {
+        long long writes = 0;
+        long long rises = 0;
+        bool high = false;
+    };
+    std::array<Seen, board::kPinCount> pins_{};
+};
+/// The same of all these.
 [[nodiscard]] std::string pins_table(std::span<const PinWrite> writes);
 
 /// The changes as a value change dump (IEEE 1364-2005, 18.2), in nanoseconds. A level is unknown

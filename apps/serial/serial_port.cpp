@@ -7,12 +7,12 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
 
 #include "base/whole_number.h"
+#include "posix/local_socket.h"
 #include "posix/system_error.h"
 
 namespace qduino::apps {
@@ -39,16 +39,6 @@ Result<void> make_raw(int fd, std::uint32_t baud, const std::string& name) {
 }
 
 constexpr int kOpenFlags = O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC;
-constexpr int kSocket = SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC;
-
-Result<sockaddr_un> address_of(const std::string& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.empty() || path.size() >= sizeof address.sun_path)
-        return make_error(ErrorCode::invalid_argument, "a socket's path has 1 to 107 bytes: ", path);
-    path.copy(address.sun_path, path.size());
-    return address;
-}
 
 }  // namespace
 
@@ -92,24 +82,13 @@ Result<SerialPort> SerialPort::open_device(std::string_view name) {
 }
 
 Result<SerialPort> SerialPort::relayed(const std::string& path, bool sees_host) {
-    QDUINO_TRY_ASSIGN(const sockaddr_un address, address_of(path));
-    UniqueFd listener{::socket(AF_UNIX, kSocket, 0)};
-    ::unlink(path.c_str());
-    if (::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-        ::chmod(path.c_str(), 0600) != 0 || ::listen(listener.get(), 1) != 0) {
-        return system_error("serve", path);
-    }
+    QDUINO_TRY_ASSIGN(UniqueFd listener, posix::listen_local(path, 1));
     SerialPort port{UniqueFd{}, path, sees_host};
     port.listener_ = std::move(listener);
     return port;
 }
 
-Result<UniqueFd> connect_relay(const std::string& path) {
-    QDUINO_TRY_ASSIGN(const sockaddr_un address, address_of(path));
-    UniqueFd made{::socket(AF_UNIX, kSocket, 0)};
-    if (::connect(made.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return made;
-    return system_error("reach", path);
-}
+Result<UniqueFd> connect_relay(const std::string& path) { return posix::connect_local(path, SOCK_NONBLOCK); }
 
 bool SerialPort::host_is_there() {
     if (listener_.valid() && !fd_.valid())

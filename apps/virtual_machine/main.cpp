@@ -5,7 +5,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
 #include <string>
@@ -73,7 +72,7 @@ void report_heat(const qduino::twin::PrinterState& state) {
 
 int main(int argc, char** argv) {
     using namespace qduino;
-    CLI::App app{
+    apps::CommandLine line{
         "Plays the printer behind the Linux board's virtual pins: motors, switches, heaters, converter. It "
         "outlives the sketch, watches what is built, and tells on its socket.\n"
         "Example: virtual-machine --pins /dev/shm/qduino-pins --inspect /run/inspect.sock"};
@@ -82,21 +81,21 @@ int main(int argc, char** argv) {
     std::string sketch_lock;
     std::vector<std::string> faults;
     int fifo = 20;  // above all ordinary load, below every loop
-    app.add_option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs")->required();
-    app.add_option("--inspect", options.inspect, "unix socket to answer questions on");
-    app.add_flag("--own-clock", options.own_clock,
-                 "the sketch is in an emulated machine, with a clock of its own (docs/metal.md)");
-    app.add_option("--machine", machine_file, "machine file (TOML); default: the reference machine");
-    app.add_option("--kept", kept_file, "file of what M500 keeps: the beds that a job may name");
-    app.add_option("--fault", faults,
-                   "KIND[:WHERE][@SECONDS], such as sensor_stuck:hot_end@120; may be repeated");
-    app.add_option("--fifo", fifo,
-                   "run at this SCHED_FIFO priority where that is permitted; 0: as an ordinary process")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 98));
-    app.add_option("--stay-while-locked", sketch_lock,
-                   "asked to stop, stay while somebody holds a lock on this file (10 s at most)");
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    line.option("--pins", options.pins, "file of the virtual pins to make, on a tmpfs").required();
+    line.option("--inspect", options.inspect, "unix socket to answer questions on");
+    line.flag("--own-clock", options.own_clock,
+              "the sketch is in an emulated machine, with a clock of its own (docs/metal.md)");
+    line.option("--machine", machine_file, "machine file (TOML); default: the reference machine");
+    line.option("--kept", kept_file, "file of what M500 keeps: the beds that a job may name");
+    line.option("--fault", faults,
+                "KIND[:WHERE][@SECONDS], such as sensor_stuck:hot_end@120; may be repeated");
+    line.option("--fifo", fifo,
+                "run at this SCHED_FIFO priority where that is permitted; 0: as an ordinary process")
+        .shows_default()
+        .within(0, 98);
+    line.option("--stay-while-locked", sketch_lock,
+                "asked to stop, stay while somebody holds a lock on this file (10 s at most)");
+    if (const auto status = line.parse(argc, argv)) return *status;
 
     const auto config = apps::read_machine_files(machine_file, kept_file);
     if (!config) return fail(config.error());

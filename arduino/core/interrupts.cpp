@@ -1,9 +1,11 @@
 #include "arduino/core/interrupts.h"
 
 #include <optional>
+#include <utility>
 
 #include "arduino/core/constants.h"
 #include "arduino/core/diagnostics.h"
+#include "base/fixed_vector.h"
 #include "runtime/runtime.h"
 
 namespace qduino::arduino {
@@ -36,6 +38,27 @@ bool set_timer(const char* call, int core, bool enabled) {
 
 bool bad_budget(const char* call, int subject) {
     return refuse(call, subject, ErrorCode::invalid_argument, "0 < budget <= period");
+}
+
+/// attachInterrupt() in the constructor of a static object: there is no runtime yet.
+struct EarlyInterrupt {
+    int pin;
+    void (*handler)();
+    int mode;
+};
+constinit FixedVector<EarlyInterrupt, 32> early_interrupts;
+
+void attach_early() {
+    const auto early = std::exchange(early_interrupts, {});
+    for (const EarlyInterrupt& interrupt : early)
+        attachInterrupt(interrupt.pin, interrupt.handler, interrupt.mode);
+}
+
+void keep_for_setup(int pin, void (*handler)(), int mode) {
+    before_setup(&attach_early);
+    if (!early_interrupts.try_push_back({pin, handler, mode}))
+        refuse("attachInterrupt", pin, ErrorCode::unavailable,
+               "32 interrupts were attached before setup(): this one is not");
 }
 
 std::optional<board::Edge> edge_of(int mode) {
@@ -80,6 +103,10 @@ using qduino::Nanoseconds;
 using qduino::arduino::DeviceClass;
 
 void attachInterrupt(int interrupt, void (*handler)(), int mode) {
+    if (!qduino::runtime::Runtime::current()) {
+        qduino::arduino::keep_for_setup(interrupt, handler, mode);
+        return;
+    }
     qduino::arduino::attach("attachInterrupt", interrupt, handler, mode, Nanoseconds{}, Nanoseconds{},
                             qduino::runtime::kAnyCore);
 }

@@ -3,17 +3,30 @@
 #include <algorithm>
 
 #include "arduino/HardwareSerial.h"
+#include "arduino/core/diagnostics.h"
+#include "board/board.h"
 
 namespace qduino::arduino {
 
 namespace {
 
+void (*sketch_setup)() = nullptr;
+void (*early_action)() = nullptr;
 void (*classic_loop)() = nullptr;
 void (*classic_serial_event)() = nullptr;
 
 void run_classic_loop() {
     classic_loop();
     if (classic_serial_event && Serial.available() > 0) classic_serial_event();
+}
+
+/// What the constructors of static objects asked of a board that was not there yet comes first.
+void run_setup() {
+    board::hand_over_early_pins([](board::PinId pin, const Error& error) {
+        report_error("a pin that a static object set", pin.number, error);
+    });
+    if (early_action) early_action();
+    if (sketch_setup) sketch_setup();
 }
 
 int lowest_free_id() {
@@ -25,6 +38,8 @@ int lowest_free_id() {
 }
 
 }  // namespace
+
+void before_setup(void (*action)()) { early_action = action; }
 
 LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds period, int core,
                                    Nanoseconds sleep, void (*body)(), const char* file, int line) {
@@ -43,7 +58,8 @@ LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds perio
 
 SketchRegistration::SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(),
                                        const char* file) {
-    runtime::sketch_table().setup = setup;
+    sketch_setup = setup;
+    runtime::sketch_table().setup = &run_setup;
     if (!loop) return;
     classic_loop = loop;
     classic_serial_event = serial_event;

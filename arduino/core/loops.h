@@ -58,6 +58,9 @@ struct SketchRegistration {
     SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(), const char* file);
 };
 
+/// `action` is called just before setup(): for what a static object's constructor asked too early.
+void before_setup(void (*action)());
+
 inline constexpr Nanoseconds kClassicLoopBudget{80'000'000};
 inline constexpr Nanoseconds kClassicLoopPeriod{100'000'000};
 

@@ -11,7 +11,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -19,6 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "apps/command_line/command_line.h"
 #include "apps/printd/analyzer.h"
 #include "bench/rig/report.h"
 #include "posix/small_file.h"
@@ -144,18 +144,17 @@ std::string measure(const std::filesystem::path& path, const std::filesystem::pa
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"What an upload costs before it is a job: hash, preflight, packed layers, estimate."};
+    apps::CommandLine line{
+        "What an upload costs before it is a job: hash, preflight, packed layers, estimate."};
     bool json = false;
     bool hostile = false;
     double megabytes = 150;
     std::string file;
-    app.add_flag("--json", json, "One JSON object instead of a table");
-    app.add_option("--megabytes", megabytes, "Of the file that is made")
-        ->check(CLI::Range(0.1, 2000.0))
-        ->capture_default_str();
-    app.add_flag("--hostile", hostile, "Make one of which every line begins a layer");
-    app.add_option("FILE", file, "Analyse this one instead")->check(CLI::ExistingFile);
-    CLI11_PARSE(app, argc, argv);
+    line.flag("--json", json, "One JSON object instead of a table");
+    line.option("--megabytes", megabytes, "Of the file that is made").within(0.1, 2000.0).shows_default();
+    line.flag("--hostile", hostile, "Make one of which every line begins a layer");
+    line.option("FILE", file, "Analyse this one instead").existing_file();
+    if (const auto status = line.parse(argc, argv)) return *status;
     std::string pattern = (std::filesystem::temp_directory_path() / "bench-analysis-XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr) return 1;
     const std::filesystem::path folder = pattern;

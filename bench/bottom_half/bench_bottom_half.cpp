@@ -13,12 +13,12 @@
 // "Mixed-criticality scheduling with I/O", ECRTS 2016, section V, is the experiment that this one
 // follows.) Time is virtual, so each figure but `decision_ns` is the same on every computer.
 // `decision_ns` is the computer's time for one decision of the scheduler.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <deque>
 #include <random>
 
+#include "apps/command_line/command_line.h"
 #include "bench/rig/report.h"
 #include "bench/rig/samples.h"
 #include "board/linux/clock.h"
@@ -169,13 +169,14 @@ int run(bool json, double switch_us) {
 }  // namespace qduino::bench
 
 int main(int argc, char** argv) {
-    CLI::App app{"Bottom halves of 8000 interrupts a second: a sporadic server against PIBS."};
-    app.footer("Example: bench-bottom-half --json > bottom_half.json");
+    qduino::apps::CommandLine line{
+        "Bottom halves of 8000 interrupts a second: a sporadic server against PIBS.",
+        "Example: bench-bottom-half --json > bottom_half.json"};
     bool json = false;
     double switch_us = 2;
-    app.add_flag("--json", json, "one JSON object");
-    app.add_option("--switch", switch_us, "what a switch from one VCPU to another takes, in us")
-        ->check(CLI::Range(0.0, 50.0));
-    CLI11_PARSE(app, argc, argv);
+    line.flag("--json", json, "one JSON object");
+    line.option("--switch", switch_us, "what a switch from one VCPU to another takes, in us")
+        .within(0.0, 50.0);
+    if (const auto status = line.parse(argc, argv)) return *status;
     return qduino::bench::run(json, switch_us);
 }

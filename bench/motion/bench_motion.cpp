@@ -96,7 +96,7 @@ struct CountingPins {
     std::int64_t edges = 0;
     [[nodiscard]] qduino::Instant now() const { return qduino::instant_from_ns(now_ns); }
     void busy_until(qduino::Instant t) { now_ns = std::max(now_ns, qduino::to_ns(t)); }
-    void set_step(int, bool) { ++edges; }
+    void set_steps(const step::MotorList& motors, bool) { edges += static_cast<std::int64_t>(motors.size()); }
     void set_direction(int, bool) { ++edges; }
     [[nodiscard]] bool endstop_pressed(int) const { return false; }
     void watch_switches(int, bool) const {}

@@ -1,29 +1,24 @@
 #include "bench/rig/options.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "apps/command_line/command_line.h"
 #include "bench/rig/load.h"
 
 namespace qduino::bench {
 
 int run_benchmark(int argc, char** argv, Options defaults, const About& about,
                   const std::function<int(const Options&)>& run) {
-    CLI::App app(about.description);
-    app.footer(about.footer);
-    app.add_flag("--json", defaults.json, "Print one JSON object");
-    app.add_option("--seconds", defaults.seconds, "Length of each run")
-        ->check(CLI::Range(0.5, 20.0))
-        ->capture_default_str();
-    app.add_option("--rounds", defaults.rounds, "Runs of each, in turn")
-        ->check(CLI::Range(1, 100))
-        ->capture_default_str();
+    apps::CommandLine line{about.description, about.footer};
+    line.flag("--json", defaults.json, "Print one JSON object");
+    line.option("--seconds", defaults.seconds, "Length of each run").within(0.5, 20.0).shows_default();
+    line.option("--rounds", defaults.rounds, "Runs of each, in turn").within(1, 100).shows_default();
     if (about.has_load) {
-        app.add_option("--load", defaults.load, "What else the computer does")
-            ->check(CLI::IsMember({"idle", "submission", "both"}))
-            ->capture_default_str();
+        line.option("--load", defaults.load, "What else the computer does")
+            .one_of({"idle", "submission", "both"})
+            .shows_default();
     }
-    CLI11_PARSE(app, argc, argv);
+    if (const auto status = line.parse(argc, argv)) return *status;
     return run(defaults);
 }
 

@@ -11,13 +11,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "apps/command_line/command_line.h"
 #include "arduino/Arduino.h"
 #include "board/linux/linux_board.h"
 #include "board/linux/pins_server.h"
@@ -110,15 +110,16 @@ int compare(const std::string& self, const std::string& other, int rounds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("What a write to a pin, a look at the clock and a busy wait cost through the Arduino face.");
+    qduino::apps::CommandLine line{
+        "What a write to a pin, a look at the clock and a busy wait cost through the Arduino face."};
     std::string other;
     int rounds = 20;
     bool bare = false;
-    app.add_option("--against", other, "Another build of this program: run in turn with this one")
-        ->option_text("PROGRAM");
-    app.add_option("--rounds", rounds, "Runs of each")->check(CLI::Range(1, 1000));
-    app.add_flag("--bare", bare, "The three numbers alone");
-    CLI11_PARSE(app, argc, argv);
+    line.option("--against", other, "Another build of this program: run in turn with this one")
+        .called("PROGRAM");
+    line.option("--rounds", rounds, "Runs of each").within(1, 1000);
+    line.flag("--bare", bare, "The three numbers alone");
+    if (const auto status = line.parse(argc, argv)) return *status;
     ::setpriority(PRIO_PROCESS, 0, -20);
     if (!other.empty()) return compare(argv[0], other, rounds);
     Medians medians{};

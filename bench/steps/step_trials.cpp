@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/fixed_vector.h"
 #include "bench/rig/child.h"
 #include "bench/rig/guarantee_file.h"
 #include "bench/rig/pins.h"
@@ -47,7 +48,11 @@ class StepperPins {
     [[nodiscard]] Instant now() { return board_.now(); }
     void busy_until(Instant t) { board_.busy_until(t); }
     void sleep_until(Instant t) { board_.sleep_until(t); }
-    void set_step(int axis, bool high) { board_.pin_write(step_pin(axis), high ? Level::high : Level::low); }
+    void set_steps(const printer::step::MotorList& motors, bool high) {
+        FixedVector<PinId, printer::kAxisCount> pins;
+        for (const int motor : motors) pins.push_back(step_pin(motor));
+        board_.pins_write(pins, high ? Level::high : Level::low);
+    }
     void set_direction(int axis, bool positive) {
         board_.pin_write(direction_pin(axis), positive ? Level::high : Level::low);
     }

@@ -33,7 +33,7 @@ thread_local BudgetKeeper* BudgetKeeper::mine_ = nullptr;
 
 // ---- start and stop -----------------------------------------------------------------------------
 
-Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority) {
+Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority, SignsOfLife* life) {
     QDUINO_EXPECT(!running_ && mine_ == nullptr);
     struct sigaction action {};
     action.sa_sigaction = &BudgetKeeper::on_timer;
@@ -43,6 +43,8 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority) {
 
     QDUINO_TRY_ASSIGN(host_.timer, make_thread_timer(signal_number()));
     host_.own_rank.sched_priority = priority;
+    host_.life = life;
+    host_.vcpu = spec.id;
     const Instant now = monotonic_now();
     mine_ = this;
     running_ = true;
@@ -100,6 +102,7 @@ void BudgetKeeper::Host::set_timer(const sched::BudgetEffect& effect) {
 
 void BudgetKeeper::Host::sleep_until(Instant t) {
     ++throttled;
+    if (life) life->sleeps_for_budget(vcpu, t);
     block_until(t);
 }
 

@@ -35,6 +35,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "board/linux/parameters_mail.h"
+#include "board/linux/signs_of_life.h"
 #include "board/types.h"
 #include "sched/budget_shell.h"
 
@@ -49,8 +50,9 @@ class BudgetKeeper {
 
     /// Begins to keep the calling thread to the spec's budget: a main VCPU by the sporadic server,
     /// an I/O VCPU by PIBS. Error: unavailable, when the kernel has no timer left.
-    /// `priority`: what the thread has of SCHED_FIFO; 0: nothing.
-    Result<void> start(const VcpuSpec& spec, int priority);
+    /// `priority`: what the thread has of SCHED_FIFO; 0: nothing. `life` (null: nobody) is told of
+    /// its sleeps.
+    Result<void> start(const VcpuSpec& spec, int priority, SignsOfLife* life = nullptr);
     /// Ends it. By the same thread.
     void stop();
     [[nodiscard]] bool running() const { return running_; }
@@ -114,6 +116,8 @@ class BudgetKeeper {
         timer_t timer{};
         sched_param own_rank{};  // priority 0: none
         std::uint64_t throttled = 0;
+        SignsOfLife* life = nullptr;
+        VcpuId vcpu = kNoVcpu;
     };
     static void on_timer(int, siginfo_t*, void*);
     void take_change() {

@@ -187,6 +187,7 @@ Result<void> LinuxBoard::make_threads(std::span<const VcpuSpec> specs) {
         if (config_.enforce_budgets && config_.warden)
             options.confinement = Confinement{.warden = warden_.pid()};
         options.isolation = cores_.isolation_of(spec);
+        options.life = &life_;
         QDUINO_TRY(crew_.add(mine, options));
     }
     crew_.wait_until_ready();

@@ -75,6 +75,10 @@ class LinuxBoard final : public Board {
         return pins_.at(pin).set_mode(current_vcpu(), pin, mode);
     }
     void pin_write(PinId pin, Level level) override { pins_.at(pin).write(current_vcpu(), pin, level); }
+    /// Virtual pins: at one instant. Lines of the kernel's chips are asked for one by one.
+    void pins_write(std::span<const PinId> pins, Level level) override {
+        pins_.write(current_vcpu(), pins, level);
+    }
     [[nodiscard]] Level pin_read(PinId pin) override { return pins_.at(pin).read(current_vcpu(), pin); }
     Result<void> safe_state(PinId pin, Level level) override { return pins_.set_safe_state(pin, level); }
     Result<void> pwm_write(PinId pin, double duty) override {

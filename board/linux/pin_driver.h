@@ -33,6 +33,10 @@ class PinDriver {
     virtual ~PinDriver() = default;
     virtual Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) = 0;  ///< setup-time
     virtual void write(VcpuId vcpu, PinId pin, Level level) = 0;
+    /// Of pins that are all this driver's: at one instant where it can.
+    virtual void write_all(VcpuId vcpu, std::span<const PinId> pins, Level level) {
+        for (const PinId pin : pins) write(vcpu, pin, level);
+    }
     [[nodiscard]] virtual Level read(VcpuId vcpu, PinId pin) = 0;
     virtual Result<void> write_pwm(VcpuId, PinId, double) { return pin_cannot("PWM"); }
     /// `period`: see is_pwm_period(). Setup-time.

@@ -12,6 +12,7 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
@@ -32,6 +33,16 @@ class PinTable {
     [[nodiscard]] PinDriver& at(PinId pin) { return *pins_[std::min(pin.number, kPinCount)]; }
     [[nodiscard]] I2cDriver& at(I2cBus bus) { return *i2c_[std::min(bus.number, kBusLimit)]; }
     [[nodiscard]] SpiDriver& at(SpiBus bus) { return *spi_[std::min(bus.number, kBusLimit)]; }
+
+    /// All of them to `level`; neighbours that have one driver in one call of it.
+    void write(VcpuId vcpu, std::span<const PinId> pins, Level level) {
+        if (pins.size() == 1) return at(pins[0]).write(vcpu, pins[0], level);  // the quickest way
+        for (std::size_t begin = 0, end = 0; begin < pins.size(); begin = end) {
+            PinDriver& driver = at(pins[begin]);
+            for (end = begin + 1; end < pins.size() && &at(pins[end]) == &driver;) ++end;
+            driver.write_all(vcpu, pins.subspan(begin, end - begin), level);
+        }
+    }
 
     /// The virtual ones; attached when there is a file of them.
     [[nodiscard]] VirtualPins& virtual_pins() { return virtual_; }

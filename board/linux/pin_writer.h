@@ -2,7 +2,9 @@
 // (pins_layout.h).
 #pragma once
 
+#include <array>
 #include <bit>
+#include <span>
 
 #include "board/linux/clock.h"
 #include "board/linux/cycle_clock.h"
@@ -31,29 +33,38 @@ class PinWriter {
 
     /// Does everything that a write does except to let the edge be seen, so that the next write
     /// finds its code and its data in the caches.
-    void rehearse() { push({}, 0); }
+    void rehearse() { push({}, kNoPin, 0); }
 
-    void write_level(PinId pin, Level level) { push({0, pin.number, PinEventKind::level, level, 0}); }
+    void write_level(PinId pin, Level level) { write_levels({&pin, 1}, level); }
+    /// At one instant.
+    void write_levels(std::span<const PinId> pins, Level level) {
+        push({.kind = PinEventKind::level, .level = level}, pins);
+    }
     void write_pwm(PinId pin, double duty) {
-        push({0, pin.number, PinEventKind::pwm, Level::low,
-              std::bit_cast<std::uint32_t>(static_cast<float>(duty))});
+        push({.kind = PinEventKind::pwm, .value = std::bit_cast<std::uint32_t>(static_cast<float>(duty))},
+             {&pin, 1});
     }
     void write_pwm_period(PinId pin, Nanoseconds period) {
-        push(
-            {0, pin.number, PinEventKind::pwm_period, Level::low, static_cast<std::uint32_t>(to_ns(period))});
+        push({.kind = PinEventKind::pwm_period, .value = static_cast<std::uint32_t>(to_ns(period))},
+             {&pin, 1});
     }
 
   private:
-    /// `count`: 1; 0 for a rehearsal. Never inlined: a rehearsal must go through these very
-    /// instructions.
-    [[gnu::noinline]] void push(PinEvent event, std::uint64_t count = 1) {
+    static constexpr std::array<PinId, 1> kNoPin{};
+
+    /// An edge of each pin, all with one time. `count`: 1; 0 for a rehearsal. Never inlined: a
+    /// rehearsal must go through these very instructions.
+    [[gnu::noinline]] void push(PinEvent event, std::span<const PinId> pins, std::uint64_t count = 1) {
         slot_->writing.store(1, std::memory_order_relaxed);
         // Then the clock: see kSettle in pins_layout.h.
         std::atomic_signal_fence(std::memory_order_seq_cst);
         event.time_ns = to_ns(cycle_clock.soon());
-        const bool held = wide_ ? push_to(*ring_.as<WideRing>(), event, count)
-                                : push_to(*ring_.as<NarrowRing>(), event, count);
-        if (!held) slot_->lost.fetch_add(count, std::memory_order_relaxed);
+        for (const PinId pin : pins) {
+            event.pin = pin.number;
+            const bool held = wide_ ? push_to(*ring_.as<WideRing>(), event, count)
+                                    : push_to(*ring_.as<NarrowRing>(), event, count);
+            if (!held) slot_->lost.fetch_add(count, std::memory_order_relaxed);
+        }
         slot_->writing.store(0, std::memory_order_release);
     }
     template <typename Ring>

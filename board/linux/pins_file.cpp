@@ -24,11 +24,11 @@ constexpr Words<PinsRole::machine, PinsRole::supervisor> kRoles{"machine", "sket
 
 /// Takes the role's byte of the file. The lock belongs to the open file description: it ends with
 /// the process.
-Result<void> take_role(int fd, PinsRole role, const std::string& path) {
+Result<void> take_role(int fd, PinsRole role, const std::string& path, std::size_t offset = 0) {
     struct flock lock {};
     lock.l_type = F_WRLCK;
     lock.l_whence = SEEK_SET;
-    lock.l_start = static_cast<off_t>(role);
+    lock.l_start = static_cast<off_t>(offset + static_cast<std::size_t>(role));
     lock.l_len = 1;
     if (::fcntl(fd, F_OFD_SETLK, &lock) == 0) return {};
     if (errno != EAGAIN && errno != EACCES) return system_error("lock", path);
@@ -68,17 +68,38 @@ Result<PinsFile> PinsFile::create(const std::string& path) {
     QDUINO_TRY(take_role(file.fd_.get(), PinsRole::machine, path));
     QDUINO_TRY_ASSIGN(file.head_, map_shared(file.fd_.get(), 0, round_to_page(sizeof(PinsLayout)), true));
 
-    auto* layout = new (file.head_.as<void>()) PinsLayout;
-    layout->version = kPinsVersion;
-    layout->size = kPinsFileSize;
-    layout->machine_session = static_cast<std::uint64_t>(to_ns(monotonic_now()));
-    layout->machine_pid = static_cast<std::uint32_t>(::getpid());
-    layout->magic.store(kPinsMagic, std::memory_order_release);
+    file.begin();
     if (::rename(fresh.c_str(), path.c_str()) != 0) {
         const Error error = system_error("rename", fresh);
         ::unlink(fresh.c_str());
         return error;
     }
+    return file;
+}
+
+void PinsFile::begin() {
+    auto* const layout = new (head_.as<void>()) PinsLayout;
+    layout->version = kPinsVersion;
+    layout->size = kPinsFileSize;
+    layout->machine_session = static_cast<std::uint64_t>(to_ns(monotonic_now()));
+    layout->machine_pid = static_cast<std::uint32_t>(::getpid());
+    layout->magic.store(kPinsMagic, std::memory_order_release);
+}
+
+Result<PinsFile> PinsFile::create_in(const std::string& path, std::size_t offset) {
+    PinsFile file;
+    file.offset_ = offset;
+    file.fd_ = UniqueFd{::open(path.c_str(), O_RDWR | O_CLOEXEC)};
+    if (!file.fd_.valid()) return system_error("open the virtual pins", path);
+    QDUINO_TRY(take_role(file.fd_.get(), PinsRole::machine, path, offset));
+    QDUINO_TRY_ASSIGN(file.head_,
+                      map_shared(file.fd_.get(), offset, round_to_page(sizeof(PinsLayout)), false));
+    for (int writer = 0; writer < kVcpuLimit; ++writer) {
+        QDUINO_TRY_ASSIGN(const Mapping ring, file.map_ring(writer, false));
+        ring.as<NarrowRing>()->discard_all();
+        ring.as<NarrowRing>()->adopt_writer();
+    }
+    file.begin();
     return file;
 }
 
@@ -98,7 +119,7 @@ Result<PinsFile> PinsFile::open(const std::string& path, PinsRole role) {
 
 Result<Mapping> PinsFile::map_ring(int writer, bool populate) const {
     QDUINO_EXPECT(writer >= 0 && writer < kWriterCount);
-    return map_shared(fd_.get(), ring_offset(writer), ring_bytes(writer), populate);
+    return map_shared(fd_.get(), offset_ + ring_offset(writer), ring_bytes(writer), populate);
 }
 
 }  // namespace qduino::board::linux

@@ -22,6 +22,9 @@ class PinsFile {
     /// Makes a fresh file and renames it over `path`. For the machine. Error: unavailable when
     /// another machine lives on `path`; or the system's.
     static Result<PinsFile> create(const std::string& path);
+    /// The same in memory that is there, from `offset` of the device `path` on (/dev/mem): as many
+    /// rings as a board without Linux has writers. What was in it is gone. Error: as create().
+    static Result<PinsFile> create_in(const std::string& path, std::size_t offset);
     /// Opens an existing file in a role. Error: not_found (no machine has made it), corrupt (not
     /// such a file), unsupported (another version), unavailable (the role is taken by a living
     /// process).
@@ -33,7 +36,10 @@ class PinsFile {
     [[nodiscard]] Result<posix::Mapping> map_ring(int writer, bool populate) const;
 
   private:
+    void begin();
+
     posix::UniqueFd fd_;
+    std::size_t offset_ = 0;  // of the layout in it
     posix::Mapping head_;
 };
 

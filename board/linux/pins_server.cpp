@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/futex.h"
 #include "board/window/mail_words.h"
@@ -49,7 +50,10 @@ void PinsServer::Source::pop() { wide ? ring.as<WideRing>()->pop() : ring.as<Nar
 
 Result<PinsServer> PinsServer::create(const std::string& path, bool own_clock) {
     PinsServer server;
-    QDUINO_TRY_ASSIGN(server.file_, PinsFile::create(path));
+    const std::size_t sign = path.rfind('@');
+    const auto address = whole_number<std::size_t>(sign == std::string::npos ? "" : path.substr(sign + 1));
+    QDUINO_TRY_ASSIGN(server.file_,
+                      address ? PinsFile::create_in(path.substr(0, sign), *address) : PinsFile::create(path));
     // From the first poll on: no time of this computer's clock may come in.
     if (own_clock) server.layout().sketch_clock_ns.store(1, std::memory_order_relaxed);
     return server;

@@ -32,6 +32,7 @@ struct PinsFaults {
 class PinsServer {
   public:
     /// Makes the file at `path` (on a tmpfs: /dev/shm/…) and serves it. Errors: PinsFile::create.
+    /// "/dev/mem@268435456": in that memory, at this address, without a file.
     /// `own_clock`: the sketch will have a clock of its own (PinsLayout::sketch_clock_ns).
     static Result<PinsServer> create(const std::string& path, bool own_clock = false);
 

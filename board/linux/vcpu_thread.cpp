@@ -46,7 +46,7 @@ void VcpuThread::prepare() {
         }
     }
     if (options_.enforce_budget) {
-        const auto kept = keeper_.start(spec_, real_time_ ? options_.priority : 0);
+        const auto kept = keeper_.start(spec_, real_time_ ? options_.priority : 0, options_.life);
         budget_kept_ = kept.ok();
         if (!kept) add_shortfall(kept.error().message);
     }
@@ -105,6 +105,7 @@ void* VcpuThread::main(void* self) {
         thread.spec_.entry(thread.spec_.context);
     }
     thread.keeper_.stop();
+    if (thread.options_.life) thread.options_.life->idle(thread.spec_.id);
     thread.finished_.store(true, std::memory_order_release);
     thread.options_.returned->fetch_add(1);
     futex_wake_all(*thread.options_.returned);

@@ -39,7 +39,9 @@ struct VcpuThreadOptions {
     double spin_share = 1;  ///< of its core, for a loop that spins; 1: all of it (spin_allowance.h)
     std::optional<Confinement> confinement;  ///< of its system calls, once it runs
     const Isolation* isolation = nullptr;    ///< whose core it enters; null: none
-    StartGate* gate = nullptr;               ///< outlives the thread
+    /// Is told of its sleeps for a spent budget, and of its end; null: nobody.
+    SignsOfLife* life = nullptr;
+    StartGate* gate = nullptr;  ///< outlives the thread
     /// Futex; counted up when the entry has returned.
     std::atomic<std::uint32_t>* returned = nullptr;
 };

@@ -81,13 +81,27 @@ Result<void> VirtualPins::set_mode(VcpuId vcpu, PinId pin, PinMode mode) {
     return ask(vcpu, {}, {}, {}, nullptr);
 }
 
-void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
+bool VirtualPins::latch(PinId pin, Level level) {
     OutputPin& output = layout().outputs[index_of(pin)];
     output.level.store(static_cast<std::uint8_t>(level), std::memory_order_relaxed);
     if (output.pwm.load(std::memory_order_relaxed)) output.pwm.store(0, std::memory_order_relaxed);
-    // The latch alone: nothing is driven.
-    if (!output.drives()) return;
+    return output.drives();
+}
+
+void VirtualPins::write(VcpuId vcpu, PinId pin, Level level) {
+    if (!latch(pin, level)) return;
     with_writer(vcpu, [=](PinWriter& writer) { writer.write_level(pin, level); });
+}
+
+void VirtualPins::write_all(VcpuId vcpu, std::span<const PinId> pins, Level level) {
+    bool all_drive = true;
+    for (const PinId pin : pins)
+        if (!latch(pin, level)) all_drive = false;
+    if (all_drive) {
+        with_writer(vcpu, [=](PinWriter& writer) { writer.write_levels(pins, level); });
+    } else {
+        for (const PinId pin : pins) write(vcpu, pin, level);
+    }
 }
 
 Level VirtualPins::read(VcpuId, PinId pin) {
@@ -234,6 +248,11 @@ void VirtualPins::promise(VcpuId vcpu, Instant expected_by) {
     Heartbeat& beat = layout().heartbeats[vcpu];
     beat.expected_by_ns.store(to_ns(expected_by), std::memory_order_relaxed);
     beat.count.store(beat.count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void VirtualPins::prolong(VcpuId vcpu, Instant expected_by) {
+    const std::atomic<std::int64_t>& promised = layout().heartbeats[vcpu].expected_by_ns;
+    if (promised.load(std::memory_order_relaxed) < to_ns(expected_by)) promise(vcpu, expected_by);
 }
 
 void VirtualPins::promise_progress(VcpuId vcpu, Instant by, Nanoseconds limit) {

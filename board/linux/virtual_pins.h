@@ -44,6 +44,7 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     /// when no machine answers.
     Result<void> set_mode(VcpuId vcpu, PinId pin, PinMode mode) override;
     void write(VcpuId vcpu, PinId pin, Level level) override;
+    void write_all(VcpuId vcpu, std::span<const PinId> pins, Level level) override;
     Level read(VcpuId vcpu, PinId pin) override;
     Result<void> write_pwm(VcpuId vcpu, PinId pin, double duty) override;
     Result<void> set_pwm_period(VcpuId vcpu, PinId pin, Nanoseconds period) override;
@@ -74,6 +75,8 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     // ---- being watched --------------------------------------------------------------------------
     /// Promises that `vcpu` will be heard of again by `expected_by`. One relaxed store.
     void promise(VcpuId vcpu, Instant expected_by);
+    /// The same, where that is later than what was promised. By the thread of `vcpu`.
+    void prolong(VcpuId vcpu, Instant expected_by);
     /// Promises that `vcpu` (kNoVcpu: setup()) will have made progress by `by`, which is `limit`
     /// after it made some; kEpoch: it promises nothing.
     void promise_progress(VcpuId vcpu, Instant by, Nanoseconds limit);
@@ -95,6 +98,8 @@ class VirtualPins final : public PinDriver, public I2cDriver, public SpiDriver {
     [[nodiscard]] PinsLayout& layout() const { return file_.layout(); }
 
   private:
+    /// Sets the pin's latch. False: nothing is driven.
+    bool latch(PinId pin, Level level);
     [[nodiscard]] PinWriter& writer_of(VcpuId vcpu) {
         QDUINO_EXPECT(vcpu < kVcpuLimit && writers_[vcpu].is_open());
         return writers_[vcpu];

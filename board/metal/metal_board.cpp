@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/library/thread_locals.h"
+#include "board/metal/linux_side.h"
 #include "board/metal/machine/local_apic.h"
 #include "board/metal/machine/paging.h"
 #include "board/real_time_mark.h"
@@ -138,7 +139,7 @@ void MetalBoard::note_release(Instant nominal) {
 }
 
 Result<void> MetalBoard::check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
-    if (spec.core < 0 || spec.core >= core_count())
+    if (!is_ours(spec.core))
         return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
     const bool main = !spec.is_io();
     if (main ? spec.id < 1 || spec.id > kMaxLoop : spec.id < kFirstIoVcpu || spec.id >= kVcpuLimit)
@@ -193,7 +194,7 @@ void MetalBoard::thread_main(void* context) {
     disable_interrupts();
     const bool last_loop = !self.spec.is_io() && the_board->loops_left_.fetch_sub(1) == 1;
     const bool last = the_board->threads_left_.fetch_sub(1) == 1;
-    if (last_loop || last) cores[0].call_host();
+    if (last_loop || last) host_core().call_host();
     this_core().finish();
 }
 
@@ -202,11 +203,12 @@ void MetalBoard::thread_main(void* context) {
 void MetalBoard::run(Instant until) {
     if (began_ != kForever && !std::exchange(runs_, true)) {
         began_ = now();
-        for (int core = 0; core < core_count(); ++core) core_at(core).begin_threads();
+        for (int core = first_core(); core < core_count(); ++core) core_at(core).begin_threads();
     }
     while (!ended_ && now() < until) {
         if (loops_left_.load() == 0) return end();
-        cores[0].let_threads_run(until);
+        host_core().let_threads_run(std::min(until, linux_side.next_look()));
+        if (linux_side.look(now()) && !stop_requested()) return;
     }
 }
 
@@ -225,7 +227,7 @@ void MetalBoard::end() {
     ended_ = true;
     request_stop();
     const Instant give_up = now() + 100ms;
-    while (threads_left_.load() > 0 && now() < give_up) cores[0].let_threads_run(give_up);
+    while (threads_left_.load() > 0 && now() < give_up) host_core().let_threads_run(give_up);
     pins.force_safe_levels();
     device_interrupts.serve_all();
 }
@@ -234,6 +236,16 @@ void MetalBoard::end() {
 
 sched::PlatformOverheads MetalBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
+    if (!is_ours(core)) {  // all of it is taken
+        overheads.interferers.push_back(
+            {.name = "Linux, whose core it is", .cost = 1s, .interval = 1s, .jitter = {}});
+        return overheads;
+    }
+    if (linux_side.exists())  // to the host and back
+        overheads.interferers.push_back({.name = "looks at Linux's heartbeat",
+                                         .cost = 3 * switch_cost_,
+                                         .interval = linux_side.interval(),
+                                         .jitter = {}});
     // To it and back; and once more when its budget ends.
     overheads.release_cost = overheads.enforcement_cost = overheads.wait_cost = 2 * switch_cost_;
     if (const int devices = device_interrupts.count_on(core); devices > 0) {
@@ -274,8 +286,7 @@ Result<void> MetalBoard::route_interrupts(DeviceClass device, int core, bool all
 }
 
 Result<void> MetalBoard::core_timer(int core, bool enabled) {
-    if (core < 0 || core >= core_count())
-        return make_error(ErrorCode::invalid_argument, "core_timer: no such core");
+    if (!is_ours(core)) return make_error(ErrorCode::invalid_argument, "core_timer: no such core");
     core_at(core).allow_alarms(enabled);
     core_at(core).call();
     return {};
@@ -284,7 +295,8 @@ Result<void> MetalBoard::core_timer(int core, bool enabled) {
 GuaranteeReport MetalBoard::guarantee() const {
     GuaranteeReport report;
     report.board =
-        text<FixedString<64>>("no operating system, ", LocalApic::uses_x2apic() ? "x2APIC" : "xAPIC",
+        text<FixedString<64>>(linux_side.exists() ? "beside Linux, " : "no operating system, ",
+                              LocalApic::uses_x2apic() ? "x2APIC" : "xAPIC",
                               LocalApic::uses_tsc_deadline() ? ", TSC deadline" : ", one-shot timer");
     report.memory_locked = true;  // there is no other
     for (const Thread& thread : threads) {
@@ -301,7 +313,7 @@ GuaranteeReport MetalBoard::guarantee() const {
             report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));
     }
     const double seconds = began_ == kForever ? 0 : to_seconds(tsc_clock.now() - began_);
-    for (int number = 0; number < core_count(); ++number) {
+    for (int number = first_core(); number < core_count(); ++number) {
         const CoreCounts& counts = core_at(number).counts();
         const auto came = counts.alarms.load() + counts.devices.load();
         report.cores.push_back(

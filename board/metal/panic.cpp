@@ -5,6 +5,7 @@
 
 #include "base/text.h"
 #include "board/metal/core/core.h"
+#include "board/metal/linux_side.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/machine/local_apic.h"
 #include "board/metal/machine/paging.h"
@@ -46,7 +47,7 @@ void make_safe() {
     disable_interrupts();
     if (panicking.exchange(true)) halt_forever();
     pins.force_safe_levels();
-    LocalApic::stop_other_cores();
+    if (!linux_side.exists()) LocalApic::stop_other_cores();
     for (int i = 0; i < 1000; ++i) spin_hint();
     pins.force_safe_levels();
 }
@@ -89,6 +90,7 @@ void panic(const Frame& frame) {
 }
 
 void report(std::string_view text) {
+    if (linux_side.exists()) return linux_side.report(text);
     constexpr std::uint16_t kDebugConsole = 0xe9;  // it reads as its own number
     if (port_read(kDebugConsole) != kDebugConsole) return console_line.send_now(text);
     for (const char c : text) port_write(kDebugConsole, static_cast<std::uint8_t>(c));
@@ -96,6 +98,10 @@ void report(std::string_view text) {
 
 void turn_off(int status) {
     constexpr std::uint16_t kDebugExit = 0xf4, kShutdown = 0x8900;
+    if (linux_side.exists()) {
+        linux_side.tell_end(status);
+        halt_forever();
+    }
     port_write(kDebugExit, static_cast<std::uint8_t>(status));
     for (const char c : std::string_view{"Shutdown"}) port_write(kShutdown, static_cast<std::uint8_t>(c));
     halt_forever();

@@ -17,12 +17,13 @@ namespace qduino::board::metal {
 /// An exception came; or, from a core that panics, the order to stop.
 [[noreturn]] void panic(const Frame& frame);
 
-/// Words about the sketch: to the debug console (port 0xe9) where there is one, else to the serial
-/// line. Takes no lock.
+/// Words about the sketch: to Linux, where that has the rest of the computer; else to the debug
+/// console (port 0xe9) where there is one, else to the serial line. Takes no lock.
 void report(std::string_view text);
 
-/// Turns the machine off; 0: all is well. QEMU's isa-debug-exit ends the emulator with
-/// 2·status + 1; Bochs notes the status, and ends by its own port; elsewhere the machine halts.
+/// Turns the machine off; 0: all is well. QEMU's isa-debug-exit ends the emulator with 2·status +
+/// 1; Bochs notes the status, and ends by its own port; elsewhere the machine halts. A core that
+/// Linux gave up halts, and Linux is told the status.
 [[noreturn]] void turn_off(int status);
 
 }  // namespace qduino::board::metal

@@ -37,7 +37,10 @@ Result<Peripherals*> Pins::wired() const {
 }
 
 void Pins::write(PinId pin, Level level) {
-    if (pin.number >= kPinCount) return;
+    if (pin.number < kPinCount && !held_.load(std::memory_order_relaxed)) put(pin, level);
+}
+
+void Pins::put(PinId pin, Level level) {
     Pin& state = pins_[pin.number];
     state.written.store(level, std::memory_order_relaxed);
     state.pwm.store(false, std::memory_order_relaxed);
@@ -65,6 +68,7 @@ Result<void> Pins::write_pwm(PinId pin, double duty) {
     QDUINO_TRY(check(pin));
     if (!(duty >= 0 && duty <= 1)) return make_error(ErrorCode::out_of_range, "a PWM duty is within 0…1");
     QDUINO_TRY_ASSIGN(Peripherals* const peripherals, wired());
+    if (held_.load(std::memory_order_relaxed)) return {};
     Pin& state = pins_[pin.number];
     state.output.store(true);  // analogWrite() needs no pinMode()
     state.pwm.store(true);
@@ -102,8 +106,13 @@ void Pins::force_safe_levels() {
         state.output.store(true);
         if (state.pwm.load())
             wired_->pwm_written(tsc_clock.now(), PinId{number}, state.safe_level == Level::high ? 1.0 : 0.0);
-        write(PinId{number}, state.safe_level);
+        put(PinId{number}, state.safe_level);
     }
+}
+
+void Pins::hold_safe_levels() {
+    held_.store(true);
+    force_safe_levels();
 }
 
 // ---- edges --------------------------------------------------------------------------------------

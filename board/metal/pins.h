@@ -47,6 +47,8 @@ class Pins {
     void driven(PinId pin, Level level);
     /// Drives every safe level. From anywhere, also from a panic: it takes no lock.
     void force_safe_levels();
+    /// The same, and no other level is written any more. By the host.
+    void hold_safe_levels();
 
   private:
     struct Pin {
@@ -76,11 +78,13 @@ class Pins {
         Pins& pins_;
     };
 
+    void put(PinId pin, Level level);
     void drive(PinId pin, Level level);
     void note_edge(PinId pin, Level level);
 
-    Peripherals* wired_ = nullptr;  // null: a witness at the port
-    bool edges_come_ = true;        // those of inputs
+    Peripherals* wired_ = nullptr;   // null: a witness at the port
+    bool edges_come_ = true;         // those of inputs
+    std::atomic<bool> held_{false};  // the safe levels stay
     Edges edges_{*this};
     std::array<Pin, kPinCount> pins_{};
     std::array<Watch, kPinCount> watches_{};

@@ -28,7 +28,15 @@ bool PinsWindow::open() {
     const auto device = PciDevice::find(kVendor, kSharedMemory);
     if (!device) return false;
     device->enable(false);
-    auto* const layout = device->registers(kMemory).memory<PinsLayout>();
+    return open_layout(device->registers(kMemory).memory<PinsLayout>());
+}
+
+bool PinsWindow::open_at(std::uint64_t address) {
+    waits_for_inputs_ = false;
+    return open_layout(reinterpret_cast<PinsLayout*>(address));
+}
+
+bool PinsWindow::open_layout(PinsLayout* layout) {
     if (!layout || layout->magic.load(std::memory_order_acquire) != kPinsMagic) return false;
     if (layout->version != kPinsVersion || layout->size != kPinsFileSize) return false;
     layout->sketch_session.fetch_add(1, std::memory_order_release);
@@ -85,7 +93,7 @@ Level PinsWindow::pin_level(Instant, PinId pin) {
         // It is answered after the next publication of inputs.
         static_cast<void>(ask({}, {}, {}, nullptr));
     }
-    wait_for_inputs();
+    if (waits_for_inputs_) wait_for_inputs();
     return layout_->inputs[pin.number].level.load(std::memory_order_acquire) != 0 ? Level::high : Level::low;
 }
 

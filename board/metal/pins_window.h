@@ -32,6 +32,9 @@ class PinsWindow final : public Peripherals {
 
     /// Looks for the device, once. False: this machine has none, or none with this layout.
     [[nodiscard]] bool open();
+    /// Memory at `address`, laid out so, is the window. False: it is none. Linux is at the other
+    /// side then, and an input is read as it was published last: nobody waits for Linux.
+    [[nodiscard]] bool open_at(std::uint64_t address);
 
     // ---- Peripherals. `now` is the caller's own clock ------------------------------------------
     void pin_written(Instant now, PinId pin, Level level) override;
@@ -48,12 +51,14 @@ class PinsWindow final : public Peripherals {
                                             std::span<std::uint8_t> data) override;
 
   private:
+    bool open_layout(PinsLayout* layout);
     void push(PinEvent event);
     Result<void> ask(MailHead head, std::span<const std::uint8_t> out, std::span<std::uint8_t> in,
                      std::uint64_t* analog);
     void wait_for_inputs() const;
     [[nodiscard]] NarrowRing& ring_of(int writer) const;
 
+    bool waits_for_inputs_ = true;
     PinsLayout* layout_ = nullptr;  // the head of the device's memory; the rings follow it
 };
 

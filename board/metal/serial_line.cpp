@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "board/metal/linux_side.h"
 #include "board/metal/machine/instructions.h"
+#include "board/metal/machine/tsc_clock.h"
 #include "board/metal/pins.h"
 
 namespace qduino::board::metal {
@@ -41,6 +43,14 @@ bool SerialLine::open() {
     return true;
 }
 
+void SerialLine::lead_to(BesideLine& line) {
+    port_ = 0;
+    out_ = &line.out;
+    in_ = &line.in;
+}
+
+bool SerialLine::all_sent() const { return out_->size() == 0 || linux_side.is_deaf(tsc_clock.now()); }
+
 void SerialLine::listen() {
     listens_ = true;
     let_interrupt();
@@ -52,16 +62,17 @@ std::size_t SerialLine::write(std::span<const std::uint8_t> bytes) {
     for (bool room = true; room && taken < bytes.size();) {
         const SpinGuard held(writers_lock_);
         const auto piece = bytes.subspan(taken, std::min(kPiece, bytes.size() - taken));
-        const std::size_t pushed = out_.push_some(piece);
+        const std::size_t pushed = out_->push_some(piece);
         taken += pushed;
         room = pushed == piece.size();
     }
+    if (taken < bytes.size() && linux_side.is_deaf(tsc_clock.now())) return bytes.size();
     let_interrupt();
     return taken;
 }
 
 bool SerialLine::peek(std::uint8_t& byte) {
-    const std::uint8_t* const next = in_.front();
+    const std::uint8_t* const next = in_->front();
     if (next) byte = *next;
     return next != nullptr;
 }
@@ -76,7 +87,7 @@ void SerialLine::serve() {
     while ((get(kState) & kDataReady) != 0) received(get(kData));
     std::uint8_t byte = 0;
     if ((get(kState) & kTransmitterEmpty) != 0) {
-        for (int i = 0; i < kFifoBytes && out_.try_pop(byte); ++i) set(kData, byte);
+        for (int i = 0; i < kFifoBytes && out_->try_pop(byte); ++i) set(kData, byte);
     }
     {
         const SpinGuard held(lock_);
@@ -87,9 +98,10 @@ void SerialLine::serve() {
 
 /// On what there is to wait for; unless a bottom half is on its way, which does so itself.
 void SerialLine::let_interrupt() {
+    if (port_ == 0) return;
     const SpinGuard held(lock_);
     if (!quiet_)
-        set(kEnable, static_cast<std::uint8_t>((listens_ ? kOnData : 0) | (out_.size() > 0 ? kOnEmpty : 0)));
+        set(kEnable, static_cast<std::uint8_t>((listens_ ? kOnData : 0) | (out_->size() > 0 ? kOnEmpty : 0)));
 }
 
 void SerialLine::send_now(std::span<const char> text) {
@@ -98,7 +110,7 @@ void SerialLine::send_now(std::span<const char> text) {
         set(kData, byte);
     };
     std::uint8_t byte = 0;
-    while (out_.try_pop(byte)) send(byte);
+    while (out_->try_pop(byte)) send(byte);
     for (const char c : text) send(static_cast<std::uint8_t>(c));
     while ((get(kState) & kAllSent) == 0) spin_hint();  // the machine may be turned off next
 }

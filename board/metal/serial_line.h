@@ -13,6 +13,7 @@
 
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/machine/spin_lock.h"
+#include "board/window/beside_layout.h"
 #include "channel/ring_buffer.h"
 
 namespace qduino::board::metal {
@@ -26,15 +27,19 @@ class SerialLine : public Device {
 
     /// 115,200 baud, 8N1, FIFOs on, no interrupts. Once. False: there is no UART.
     bool open();
+    /// It has no UART: the bytes go through Linux's rings. What does not fit is dropped while Linux
+    /// takes nothing. In the place of open() and listen().
+    void lead_to(BesideLine& line);
     /// From now on it interrupts when bytes come.
     void listen();
 
     /// Takes as many as there is room for, and returns how many.
     std::size_t write(std::span<const std::uint8_t> bytes);
-    [[nodiscard]] std::size_t room() const { return out_.free(); }
-    [[nodiscard]] bool all_sent() const { return out_.size() == 0; }
-    [[nodiscard]] std::size_t available() const { return in_.size(); }
-    [[nodiscard]] bool read(std::uint8_t& byte) { return in_.try_pop(byte); }
+    [[nodiscard]] std::size_t room() const { return out_->free(); }
+    /// Or nobody takes the rest.
+    [[nodiscard]] bool all_sent() const;
+    [[nodiscard]] std::size_t available() const { return in_->size(); }
+    [[nodiscard]] bool read(std::uint8_t& byte) { return in_->try_pop(byte); }
     [[nodiscard]] bool peek(std::uint8_t& byte);
 
     /// Sends what is in the ring, and then `text`, without interrupts: where none are served. It
@@ -45,7 +50,7 @@ class SerialLine : public Device {
 
   protected:
     /// A byte came. The line keeps it for read(); a derived one does what it likes with it.
-    virtual void received(std::uint8_t byte) { static_cast<void>(in_.try_push(byte)); }
+    virtual void received(std::uint8_t byte) { static_cast<void>(in_->try_push(byte)); }
     ~SerialLine() = default;
 
   private:
@@ -59,8 +64,10 @@ class SerialLine : public Device {
     bool quiet_ = false;  // quieted, and not served yet; under lock_
     SpinLock lock_;
     SpinLock writers_lock_;  // between Serial and the C library's standard output
-    channel::RingBuffer<std::uint8_t, 16384> out_;
-    channel::RingBuffer<std::uint8_t, 1024> in_;
+    decltype(BesideLine::out) own_out_;
+    decltype(BesideLine::in) own_in_;
+    decltype(BesideLine::out)* out_ = &own_out_;  // or Linux's
+    decltype(BesideLine::in)* in_ = &own_in_;
 };
 
 /// The line of Serial.

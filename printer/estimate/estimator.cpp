@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "printer/machine/vectors.h"
+#include "printer/step/path_solver.h"
 
 namespace qduino::printer::estimate {
 namespace {
@@ -11,6 +13,9 @@ namespace {
 /// Loop 2 begins 2 ms after it finds the first step (step/player.h: lead), and tells every 10 ms
 /// how far it is (step/stepper_loop.h).
 constexpr double kHandOver_s = 0.002 + 0.010 / 2;
+
+/// Markers: the machine has one behind each move, which tells how far the job is done.
+constexpr std::uint32_t kProgress = 0, kTarget = 1;
 
 double away_from_switch(const AxisConfig& config) { return config.home_towards_minimum ? 1 : -1; }
 
@@ -29,11 +34,17 @@ Estimator::Estimator(const MachineConfig& machine)
     : machine_(machine),
       planner_(motion::motion_settings(machine_), machine::to_vector(home_positions(machine_))),
       accelerations_(machine::accelerations_of(machine_)),
-      heat_(machine_) {
+      heat_(machine_),
+      filters_(times_of(planner_.settings())) {
     for (const Axis axis : gcode::kToolAxes) {
         const AxisConfig& config = machine_.axes[axis];
         unknown_mm_[axis] = away_from_switch(config) * config.expected_from_switch.value();
     }
+}
+
+Estimator::FilterTimes Estimator::times_of(const motion::MotionSettings& settings) {
+    const auto solver = std::make_unique<step::PathSolver>(settings);
+    return {1e-9 * static_cast<double>(solver->future_ns()), 1e-9 * static_cast<double>(solver->past_ns())};
 }
 
 // ---- what the job does --------------------------------------------------------------------------
@@ -48,11 +59,12 @@ void Estimator::on_move(const gcode::Move& move, const preflight::MoveContext& c
                                        move.feedrate.value(),
                                        accelerations_.of(move.kind)});
     QDUINO_EXPECT(fits);
-    if (planner_.size() == before) return;  // too short: left to the next one
     const Activity activity = context.extrudes                         ? activity_of(context.feature)
                               : move.kind == gcode::MoveKind::filament ? Activity::retraction
                                                                        : Activity::travel;
-    remember({activity, {}, layer_, {}, end_offset_});
+    // A move that is too short is left to the next one.
+    if (planner_.size() > before) remember({activity, {}, layer_, {}, end_offset_});
+    append_marker(kProgress, activity);
 }
 
 void Estimator::on_dwell(Seconds duration) {
@@ -60,6 +72,12 @@ void Estimator::on_dwell(Seconds duration) {
     const bool fits = planner_.append_dwell(duration.value());
     QDUINO_EXPECT(fits);
     remember({Activity::dwell, {}, layer_, {}, end_offset_});
+}
+
+void Estimator::append_marker(std::uint32_t value, Activity activity, gcode::Heater heater, Celsius target) {
+    const bool fits = planner_.append_marker(value);
+    QDUINO_EXPECT(fits);
+    remember({activity, heater, layer_, target, end_offset_});
 }
 
 void Estimator::on_limits(const gcode::LimitChange& change) {
@@ -70,9 +88,7 @@ void Estimator::on_limits(const gcode::LimitChange& change) {
 
 void Estimator::on_temperature(gcode::Heater heater, Celsius target, std::optional<gcode::WaitFor> wait) {
     make_room();
-    const bool fits = planner_.append_marker(0);
-    QDUINO_EXPECT(fits);
-    remember({Activity::heating, heater, layer_, target, end_offset_});
+    append_marker(kTarget, Activity::heating, heater, target);
     if (!wait) return;
     come_to_rest();
     wait_for_release(Activity::heating);
@@ -128,6 +144,9 @@ void Estimator::on_home(gcode::AxisSet axes) {
         const machine::Homing::Order order = homing.order();
         if (order.phase == machine::Homing::Phase::fast_approach) left_mm = from_switch_mm(order.axis);
         spend(Activity::homing, duration_of(order, left_mm));
+        // What is left at the switch is dropped: there filters do not run out.
+        if (order.phase != machine::Homing::Phase::settle) spend(Activity::homing, filters_.before_s);
+        if (order.phase == machine::Homing::Phase::retreat) spend(Activity::homing, filters_.behind_s);
         // It is over when loop 1 sees it, and the next order begins one release later.
         wait_for_release(Activity::homing);
         left_mm = order.approaches() ? 0 : std::abs(order.distance_mm);
@@ -156,20 +175,27 @@ void Estimator::take_final() {
 void Estimator::come_to_rest() {
     planner_.flush();
     take_final();
+    if (moving_) spend(Activity::dwell, filters_.behind_s);
+    moving_ = false;
 }
 
 void Estimator::take(const motion::Segment& segment) {
     const Purpose& purpose = purposes_[taken_++ % purposes_.size()];
     if (segment.kind == motion::SegmentKind::marker) {
+        if (segment.value == kProgress) return;
         heat_.pass(cooling_s_);
         cooling_s_ = 0;
         heat_.set_target(purpose.heater, purpose.target);
         return;
     }
-    const double duration_s =
-        segment.kind == motion::SegmentKind::move
-            ? segment.shape.duration_s()
-            : 1e-9 * static_cast<double>(segment.end.ns_after(0) - segment.start.ns_after(0));
+    const bool moves = segment.kind == motion::SegmentKind::move;
+    double duration_s = moves
+                            ? segment.shape.duration_s()
+                            : 1e-9 * static_cast<double>(segment.end.ns_after(0) - segment.start.ns_after(0));
+    // Filters run out in a dwell. A motion that begins before its plan begins later for that.
+    if (moves && !moving_) duration_s += filters_.before_s;
+    if (!moves && moving_) duration_s = std::max(duration_s, filters_.behind_s);
+    moving_ = moves;
     spend(purpose.activity, duration_s);
     estimate_.profile.add(estimate_.total_s - estimate_.heating_s(), purpose.end_offset);
     if (estimate_.layer_s.size() <= purpose.layer) estimate_.layer_s.resize(purpose.layer + 1);

@@ -9,6 +9,7 @@
 //            └─► temperatures ─► HeatForecast: control on a model ─────────┘   layer and byte
 //
 // - The limits, M201 to M205 too, and the corners are those of the machine: the same Planner.
+// - Where the motors must stand, the machine's own filters run out first (step/path_solver.h).
 // - A wait for heat is loop 3's own control on a model of the heaters (heat_forecast.h).
 // - Loop 1 decides at its releases, every 100 ms. Where it waits for the motion's end (homing, a
 //   wait for heat), the time runs on to the next release.
@@ -90,11 +91,19 @@ class Estimator final : public preflight::MoveSink {
         std::uint64_t end_offset = 0;
     };
 
-    /// As the machine does, and for the same room: where all moves are short it is the room that
-    /// bounds their speed.
+    /// How long before the plan a filtered motion begins, and how long behind it it ends.
+    struct FilterTimes {
+        double before_s = 0, behind_s = 0;
+    };
+    [[nodiscard]] static FilterTimes times_of(const motion::MotionSettings& settings);
+
+    /// As the machine does, and for the same room, with the same markers in the queue: where all
+    /// moves are short it is the room that bounds their speed.
     void make_room() {
         if (planner_.free() < machine::MotionPipe::kPlannerReserve) take_final();
     }
+    void append_marker(std::uint32_t value, Activity activity, gcode::Heater heater = {},
+                       Celsius target = {});
     void remember(const Purpose& purpose) { purposes_[appended_++ % purposes_.size()] = purpose; }
     void take_final();
     void take(const motion::Segment& segment);
@@ -115,6 +124,8 @@ class Estimator final : public preflight::MoveSink {
     PerAxis<double> unknown_mm_{};  ///< true place, as expected, less the believed one
     std::uint32_t layer_ = 0;
     std::uint64_t end_offset_ = 0;
+    FilterTimes filters_{};
+    bool moving_ = false;     ///< what has been taken does not end with a standstill
     double cooling_s_ = 0;    ///< time that the heat forecast has not been told of
     double released_s_ = -1;  ///< total at the last release that was waited for
 };

@@ -376,7 +376,10 @@ bool Machine::read_input(int& lines) {
     const auto has_room = [this] {
         return pipe_.has_room() && places_.has_room() && !pipe_.stops().running();
     };
-    for (; lines > 0 && more && reads() && has_room(); --lines) more = read_line();
+    while (lines > 0 && more && reads() && has_room()) {
+        more = read_line();
+        if (more) --lines;
+    }
     return more && reads();
 }
 

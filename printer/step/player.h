@@ -10,6 +10,9 @@
 //                          |  |
 //   actions          r  f  r  f r  f                r  f      the earlier of next rise, oldest fall
 //
+// Steps of several axes at one instant rise in one write of the pins, and fall in one: where the
+// board can, their edges come together, and the second is not late by what the first one takes.
+//
 // Falls come due in the order of their rises, because all pulses are equally long: a queue of at
 // most one per axis holds them. For directions the player looks ahead in the ring by up to
 // kLookAhead events; each axis has at most one change of direction waiting.
@@ -45,6 +48,7 @@
 #include <concepts>
 #include <cstdint>
 
+#include "base/fixed_vector.h"
 #include "base/time.h"
 #include "printer/kinematics.h"
 #include "printer/link/layout.h"
@@ -52,14 +56,17 @@
 
 namespace qduino::printer::step {
 
+/// Motors whose pins are written together, in the order of their steps.
+using MotorList = FixedVector<std::uint8_t, kAxisCount>;
+
 /// What the player needs: a clock, and two outputs and a switch for each axis. `positive` is in
 /// the motor's coordinates; the pins do the inversion, and drive every motor of an axis that has
 /// several.
 template <class P>
-concept StepPins = requires(P& pins, Instant t, int axis, bool on) {
+concept StepPins = requires(P& pins, Instant t, int axis, const MotorList& motors, bool on) {
     { pins.now() } -> std::same_as<Instant>;
-    { pins.busy_until(t) } -> std::same_as<void>;  // never returns early
-    { pins.set_step(axis, on) } -> std::same_as<void>;
+    { pins.busy_until(t) } -> std::same_as<void>;          // never returns early
+    { pins.set_steps(motors, on) } -> std::same_as<void>;  // in one write, where that can be
     { pins.set_direction(axis, on) } -> std::same_as<void>;
     // Of several motors with switches of their own: all are pressed.
     { pins.endstop_pressed(axis) } -> std::same_as<bool>;
@@ -90,8 +97,10 @@ class Player {
           // DIR may change when a pulse ends.
           pulse_ns_(to_ns(std::max(settings.pulse, settings.direction))) {
         const std::int64_t now = now_ns();
+        MotorList all;
+        for (int axis = 0; axis < kAxisCount; ++axis) all.push_back(static_cast<std::uint8_t>(axis));
+        pins_.set_steps(all, false);
         for (int axis = 0; axis < kAxisCount; ++axis) {
-            pins_.set_step(axis, false);
             pins_.set_direction(axis, true);
             axes_[axis].rise_ns_min = now + std::max(to_ns(settings_.low), to_ns(settings_.direction));
         }
@@ -116,7 +125,7 @@ class Player {
                 skip(event);
             } else {
                 wait_until(event_ns);
-                play(event);
+                play(event, event_ns);
             }
         }
     }
@@ -131,8 +140,10 @@ class Player {
     /// Emergency: no pulse until allow_motion(). Ends a pulse that is high; drops all events, and
     /// those that are pushed later. The positions stay those of the pulses sent.
     void stop_now() {
+        MotorList high;
         for (int axis = 0; axis < kAxisCount; ++axis)
-            if (axes_[axis].high) pins_.set_step(axis, false);
+            if (axes_[axis].high) high.push_back(static_cast<std::uint8_t>(axis));
+        if (!high.empty()) pins_.set_steps(high, false);
         const std::int64_t ready_ns = now_ns() + std::max(to_ns(settings_.low), to_ns(settings_.direction));
         for (AxisState& axis : axes_) axis = {.rise_ns_min = ready_ns, .direction = axis.direction};
         falls_begin_ = falls_end_;
@@ -195,7 +206,7 @@ class Player {
     };
     struct Fall {
         std::int64_t due_ns = 0;
-        int axis = 0;
+        MotorList motors;
     };
 
     [[nodiscard]] std::int64_t now_ns() { return to_ns(pins_.now()); }
@@ -271,13 +282,14 @@ class Player {
 
     // ---- playing --------------------------------------------------------------------------------
 
-    void play(const StepEvent& event) {
+    /// `due_ns`: when it may be played.
+    void play(const StepEvent& event, std::int64_t due_ns) {
         ring_.pop();
         --looked_;
         played_ns_ = event.time_ns;
         switch (event.kind) {
             case EventKind::step:
-                play_step(event);
+                play_step(event, due_ns);
                 break;
             case EventKind::marker:
                 status_.last_marker = event.value;
@@ -291,45 +303,72 @@ class Player {
         }
     }
 
-    void play_step(const StepEvent& event) {
+    void play_step(const StepEvent& event, std::int64_t due_ns) {
         status_.moving = true;
         if (endstop_ends(event.axis)) {
             drop_step(event.axis);
             return;
         }
+        MotorList motors;
+        add(event, motors);
+        if (homing_ == 0) [[likely]]
+            gather(event.time_ns, due_ns, motors);
+        raise(motors, anchor_ns_ + event.time_ns);
+    }
+    void add(const StepEvent& event, MotorList& motors) {
         AxisState& axis = axes_[event.axis];
         --axis.seen;
         if (axis.turning) --axis.seen_before_turn;
-        raise(event.axis, event.direction, anchor_ns_ + event.time_ns);
+        axis.high = true;
+        status_.steps[event.axis] += event.direction;
+        ++status_.pulses[event.axis];
+        motors.push_back(event.axis);
+    }
+    /// The steps behind the first that have its time, as far as their axes are ready at `due_ns`
+    /// and they have been looked at.
+    void gather(std::int64_t time_ns, std::int64_t due_ns, MotorList& motors) {
+        while (looked_ > 0) {
+            const StepEvent* next = ring_.front();
+            if (next->time_ns != time_ns || next->kind != EventKind::step) return;
+            const AxisState& axis = axes_[next->axis];
+            if (axis.high || axis.rise_ns_min > due_ns) return;
+            add(*next, motors);
+            ring_.pop();
+            --looked_;
+        }
     }
 
-    void raise(int axis, int direction, std::int64_t due_ns) {
-        pins_.set_step(axis, true);
+    void raise(const MotorList& motors, std::int64_t due_ns) {
+        pins_.set_steps(motors, true);
         const std::int64_t now = now_ns();
-        AxisState& state = axes_[axis];
-        state.high = true;
-        state.rise_ns_min = now + pulse_ns_ + to_ns(settings_.low);
-        falls_[falls_end_++ % kAxisCount] = {now + pulse_ns_, axis};
-        status_.steps[axis] += direction;
-        ++status_.pulses[axis];
-        settle_lateness(now - due_ns);
+        falls_[falls_end_++ % kAxisCount] = {now + pulse_ns_, motors};
+        for (const int axis : motors) {
+            axes_[axis].rise_ns_min = now + pulse_ns_ + to_ns(settings_.low);
+            // The first that is late moves the time line, for all of them.
+            due_ns += settle_lateness(now - due_ns);
+        }
     }
 
-    void settle_lateness(std::int64_t lateness_ns) {
+    /// Returns by how much it moved the time line.
+    std::int64_t settle_lateness(std::int64_t lateness_ns) {
         status_.lateness_ns.record(lateness_ns);
-        if (lateness_ns <= to_ns(settings_.late_threshold)) return;
+        if (lateness_ns <= to_ns(settings_.late_threshold)) return 0;
         ++status_.late_steps;
         status_.shift_ns += lateness_ns;
         anchor_ns_ += lateness_ns;
+        return lateness_ns;
     }
 
     void end_oldest_pulse() {
-        const int axis = falls_[falls_begin_++ % kAxisCount].axis;
-        pins_.set_step(axis, false);
-        AxisState& state = axes_[axis];
-        state.high = false;
-        state.rise_ns_min = now_ns() + to_ns(settings_.low);
-        if (state.turning && state.seen_before_turn == 0) turn(axis);
+        const MotorList& motors = falls_[falls_begin_++ % kAxisCount].motors;
+        pins_.set_steps(motors, false);
+        const std::int64_t ready_ns = now_ns() + to_ns(settings_.low);
+        for (const int axis : motors) {
+            AxisState& state = axes_[axis];
+            state.high = false;
+            state.rise_ns_min = ready_ns;
+            if (state.turning && state.seen_before_turn == 0) turn(axis);
+        }
     }
 
     // ---- homing ---------------------------------------------------------------------------------

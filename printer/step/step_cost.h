@@ -29,7 +29,7 @@ class MuffledPins {
     explicit MuffledPins(Pins& pins) : pins_(pins) {}
     [[nodiscard]] Instant now() { return pins_.now(); }
     void busy_until(Instant t) { pins_.busy_until(t); }
-    void set_step(int axis, bool) { pins_.set_step(axis, false); }
+    void set_steps(const MotorList& motors, bool) { pins_.set_steps(motors, false); }
     void set_direction(int axis, bool) { pins_.set_direction(axis, true); }
     [[nodiscard]] bool endstop_pressed(int) { return false; }
     void watch_switches(int, bool) {}
@@ -51,7 +51,9 @@ template <StepPins Pins>
     std::array<Nanoseconds, kBatches> batches{};
     for (Nanoseconds& batch : batches) {
         for (int i = 0; i < kSteps; ++i) {
-            const StepEvent event{.kind = EventKind::step, .axis = static_cast<std::uint8_t>(i % kAxisCount)};
+            // Not at one instant: each is a write of its own.
+            const StepEvent event{
+                .time_ns = i, .kind = EventKind::step, .axis = static_cast<std::uint8_t>(i % kAxisCount)};
             static_cast<void>(ring.try_push(event));
         }
         const Instant begin = pins.now();

@@ -21,25 +21,30 @@ Instant StepperPins::now() { return board::current().now(); }
 void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
 void StepperPins::sleep_until(Instant t) { board::current().sleep_until(t); }
 
-void StepperPins::write(int axis, unsigned motors, Pin pin_of, bool high) {
+void StepperPins::collect(int axis, unsigned motors, Pin pin_of, Pins& pins) const {
     const printer::AxisConfig& a = config_.axes[axis];
-    const Level level = high ? Level::high : Level::low;
-    if ((motors & 1u) != 0) board::current().pin_write(PinId{a.*pin_of.first}, level);
+    if ((motors & 1u) != 0) pins.push_back(PinId{a.*pin_of.first});
     for (std::size_t i = 0; i < a.extra_motors.size(); ++i)
-        if ((motors >> (i + 1) & 1u) != 0)
-            board::current().pin_write(PinId{a.extra_motors[i].*pin_of.extra}, level);
+        if ((motors >> (i + 1) & 1u) != 0) pins.push_back(PinId{a.extra_motors[i].*pin_of.extra});
 }
 
-void StepperPins::set_step(int axis, bool high) {
+void StepperPins::set_steps(const printer::step::MotorList& axes, bool high) {
     constexpr Pin kStep{&printer::AxisConfig::step_pin, &printer::ExtraMotor::step_pin};
-    if (watched_[axis] && high) [[unlikely]]
-        stop_at_switches(axis);
-    write(axis, high ? ~stopped_[axis] : ~0u, kStep, high);
+    Pins pins;
+    for (const int axis : axes) {
+        if (watched_[axis] && high) [[unlikely]]
+            stop_at_switches(axis);
+        collect(axis, high ? ~stopped_[axis] : ~0u, kStep, pins);
+    }
+    board::current().pins_write(pins, high ? Level::high : Level::low);
 }
 
 void StepperPins::set_direction(int axis, bool positive) {
     constexpr Pin kDirection{&printer::AxisConfig::direction_pin, &printer::ExtraMotor::direction_pin};
-    write(axis, ~0u, kDirection, positive != config_.axes[axis].direction_inverted);
+    Pins pins;
+    collect(axis, ~0u, kDirection, pins);
+    const bool high = positive != config_.axes[axis].direction_inverted;
+    board::current().pins_write(pins, high ? Level::high : Level::low);
 }
 
 bool StepperPins::is_high(std::uint16_t pin) { return board::current().pin_read(PinId{pin}) == Level::high; }

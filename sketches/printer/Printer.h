@@ -10,8 +10,10 @@
 #include <memory>
 #include <optional>
 
+#include "base/fixed_vector.h"
 #include "base/quantity.h"
 #include "base/time.h"
+#include "board/types.h"
 #include "device/temperature_sensor.h"
 #include "printer/machine/machine.h"
 #include "printer/step/stepper_loop.h"
@@ -26,7 +28,7 @@ class StepperPins {
     [[nodiscard]] Instant now();
     void busy_until(Instant t);
     void sleep_until(Instant t);
-    void set_step(int axis, bool high);
+    void set_steps(const printer::step::MotorList& axes, bool high);
     void set_direction(int axis, bool positive);
     [[nodiscard]] bool endstop_pressed(int axis);
     void watch_switches(int axis, bool on);
@@ -39,7 +41,9 @@ class StepperPins {
         std::uint16_t printer::AxisConfig::*first;
         std::uint16_t printer::ExtraMotor::*extra;
     };
-    void write(int axis, unsigned motors, Pin pin_of, bool high);
+    /// Of all axes and motors.
+    using Pins = FixedVector<board::PinId, printer::kAxisCount*(1 + printer::kExtraMotorsMax)>;
+    void collect(int axis, unsigned motors, Pin pin_of, Pins& pins) const;
     void stop_at_switches(int axis);
     [[nodiscard]] static bool is_high(std::uint16_t pin);
     [[nodiscard]] static bool is_pressed(const printer::AxisConfig& axis, std::uint16_t pin);

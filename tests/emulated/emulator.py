@@ -90,6 +90,10 @@ class Machine:
     def end(self):
         self.process.kill()
         self.process.wait()
+        self.process.stdout.close()
+        for name in ('qmp', 'qtest'):
+            if hasattr(self, name):
+                getattr(self, name).close()
 
     # ---- console
 

@@ -38,6 +38,14 @@ class PulseTrain(unittest.TestCase):
         self.assertGreater(len(first.record), 1000)
 
 
+class Image(unittest.TestCase):
+    def test_one_that_is_built_is_booted_with_words_of_its_own(self):
+        built = subprocess.run(metal('build', ROOT / 'sketches/blink'), capture_output=True, text=True, timeout=200, check=True, env=ENVIRONMENT)
+        run = Run(pathlib.Path(built.stdout.strip()), '--words', 'for=2.5')
+        self.assertEqual(run.status, 0, run.report)
+        self.assertEqual(run.levels(13)[:4], [0, 1, 0, 1])
+
+
 class Blink(unittest.TestCase):
     """sketches/blink, as it is."""
 
@@ -117,10 +125,13 @@ class Kernel(unittest.TestCase):
         self.test_each_edge_has_its_handler()
 
 
+def free_ports(count):
+    with contextlib.ExitStack() as all_taken:
+        return [all_taken.enter_context(socket.create_server(('127.0.0.1', 0))).getsockname()[1] for _ in range(count)]
+
+
 def free_port():
-    with socket.socket() as taken:
-        taken.bind(('127.0.0.1', 0))
-        return taken.getsockname()[1]
+    return free_ports(1)[0]
 
 
 def ask(port, path='/', body=None):
@@ -168,34 +179,41 @@ class WebLight(unittest.TestCase):
         def visit():
             answers.extend(ask(port, path) for path in ('/', '/on', '/', '/off'))
 
-        run = Run(ROOT / 'sketches/web_light', '--for', '2', '--forward', f'{port}:8080', visit=visit)
+        run = Run(ROOT / 'sketches/web_light', '--forward', f'{port}:8080', visit=visit)
         self.assertEqual(run.status, 0, run.report)
         self.assertEqual(answers, [(200, f'The light is {state}.\r\n') for state in ('off', 'on', 'on', 'off')])
         self.assertEqual(run.levels(13), [0, 1, 0] + run.levels(13)[3:])
-        self.assertEqual(set(run.levels(13)[3:]), {0})
+        self.assertLessEqual(set(run.levels(13)[3:]), {0})
 
 
 class Network(unittest.TestCase):
     """tests/metal/network, which says what it answers."""
     # A whole file to print where there is time for it.
-    LARGEST, SECONDS = (3_000_000, 20) if os.environ.get('QDUINO_EMULATED') == '1' else (300_000, 5)
+    LARGEST = 3_000_000 if os.environ.get('QDUINO_EMULATED') == '1' else 300_000
+    # Each of a crowd has a door of its own. At one door QEMU's router lets a single visitor wait
+    # (its listen() is told 1); this computer holds further ones off, or resets them after a second,
+    # and the machine never hears of them.
+    DOORS = 8
 
     @classmethod
     def setUpClass(cls):
-        port = free_port()
+        ports = free_ports(cls.DOORS)
+        port = ports[0]
         cls.bodies = [b'', b'x', bytes(range(256)) * 5, random.Random(14).randbytes(cls.LARGEST)]
         cls.answers = []
 
         def visit():
             for body in cls.bodies:
                 cls.answers.append(ask(port, body=body))
-            with concurrent.futures.ThreadPoolExecutor(8) as visitors:
-                cls.crowd = list(visitors.map(lambda number: ask(port, body=b'?' * number), range(16)))
+            with concurrent.futures.ThreadPoolExecutor(cls.DOORS) as visitors:
+                twice = visitors.map(lambda number: [ask(ports[number], body=b'?' * (number + more)) for more in (0, cls.DOORS)], range(cls.DOORS))
+                cls.crowd = [answer for both in zip(*twice) for answer in both]
             with someone_who_answers() as (tcp, udp):
                 cls.asked = [ask(port, f'/tcp/{tcp}'), ask(port, f'/udp/{udp}')]
             cls.asked.append(ask(port, f'/tcp/{free_port()}'))
 
-        cls.run1 = Run(HERE / 'network', '--for', cls.SECONDS, '--forward', f'{port}:80', visit=visit)
+        doors = [word for port in ports for word in ('--forward', f'{port}:80')]
+        cls.run1 = Run(HERE / 'network', *doors, visit=visit, goodbye=b'!')
 
     def setUp(self):
         self.assertEqual(self.run1.status, 0, self.run1.report)
@@ -207,7 +225,7 @@ class Network(unittest.TestCase):
         self.assertEqual(self.answers, [(200, size_and_hash(body)) for body in self.bodies])
 
     def test_many_at_once_are_answered(self):
-        self.assertEqual(self.crowd, [(200, size_and_hash(b'?' * number)) for number in range(16)])
+        self.assertEqual(self.crowd, [(200, size_and_hash(b'?' * number)) for number in range(2 * self.DOORS)])
 
     def test_it_asks_others(self):
         self.assertEqual(self.asked, [(200, 'who is there?, indeed\r'), (200, 'who is there?, indeed'), (200, 'nobody')])
@@ -215,7 +233,7 @@ class Network(unittest.TestCase):
     def test_the_card_interrupts_core_0_alone(self):
         self.assertEqual(self.run1.came_to(1), (0, 0), self.run1.report)
         self.assertGreater(self.run1.came_to(0)[1], 10, self.run1.report)
-        self.assertGreater(self.run1.rises(6), 8_000 * self.SECONDS)
+        self.assertGreater(self.run1.rises(6), 5_000 * self.run1.seconds())
 
 
 class OtherCard(unittest.TestCase):
@@ -225,8 +243,8 @@ class OtherCard(unittest.TestCase):
         port = free_port()
         body = random.Random(15).randbytes(20_000)
         answers = []
-        run = Run(HERE / 'network', '--for', '1.5', '--card', 'e1000', '--forward', f'{port}:80',
-                  visit=lambda: answers.append(ask(port, body=body)))
+        run = Run(HERE / 'network', '--card', 'e1000', '--forward', f'{port}:80',
+                  visit=lambda: answers.append(ask(port, body=body)), goodbye=b'!')
         self.assertEqual(run.status, 0, run.report)
         self.assertEqual(answers, [(200, size_and_hash(body))])
         self.assertEqual(run.came_to(1), (0, 0), run.report)

@@ -1,9 +1,12 @@
 """The printer without an operating system: a file is uploaded by HTTP into an emulated machine, printed by the sketch in it, and judged by the
 twin from its pins, outside. The simulator prints the same file, step for step.
 
-  printer_test.py PROGRAMS      the folder of printer-metal, virtual-machine and printer-sim; skipped, with exit status 77, without an emulator"""
+  printer_test.py PROGRAMS      the folder of qduino, printer-metal, virtual-machine and printer-sim; skipped, with exit status 77, without an emulator"""
+import gzip
 import hashlib
+import http.client
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -55,6 +58,38 @@ def simulated(data):
         return json.loads(report.read_text())
 
 
+def cube(layers, side=20.0, centre=100.0, width=0.6, height=0.2):
+    """The first layers of a cube as a slicer writes it: three walls, a slanting infill of single moves, retractions between."""
+    out, e = ['M104 S200', 'G28', 'G1 Z5 F5000', 'M109 S200', 'G21', 'G90', 'M82', 'G92 E0'], 0.0
+
+    def to(x, y, before):
+        nonlocal e
+        e += 0.033 * math.dist((x, y), before)
+        out.append(f'G1 X{x:.3f} Y{y:.3f} E{e:.5f}')
+        return x, y
+
+    def travel(x, y):
+        out.extend((f'G1 E{e - 2:.5f} F2400', f'G1 X{x:.3f} Y{y:.3f} F7800', f'G1 E{e:.5f} F2400', 'G1 F3600'))
+        return x, y
+
+    for layer in range(layers):
+        out.append(f'G1 Z{0.35 + height * layer:.3f} F7800')
+        for wall in range(3):
+            half = side / 2 - width * (wall + 0.5)
+            corners = [(centre + half * x, centre + half * y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
+            at = travel(*corners[0])
+            for corner in corners[1:]:
+                at = to(*corner, at)
+        inner, sign = side / 2 - 3 * width, 1 if layer % 2 else -1
+        lines = [d * 2.0 for d in range(int(-inner), int(inner) + 1)]
+        at = None
+        for number, d in enumerate(lines):
+            low, high = max(-inner, d - inner), min(inner, d + inner)
+            ends = [(centre + sign * x, centre + d - x) for x in ((low, high) if number % 2 else (high, low))]
+            at = to(*ends[1], to(*ends[0], at) if at else travel(*ends[0]))
+    return '\n'.join([*out, 'M104 S0', 'G1 Z20 F5000', 'M84', '']).encode()
+
+
 class Printer(unittest.TestCase):
     def setUp(self):
         report = tempfile.TemporaryFile()
@@ -88,6 +123,53 @@ class Printer(unittest.TestCase):
         self.assertTrue(report['matches'], report)
         self.assertEqual(report['steps'], simulated(SQUARE)['steps'])
 
+    def test_a_cube_is_printed_step_for_step_while_three_megabytes_come_in(self):
+        part = cube(2)
+        status, job = self.upload('cube.gcode', part, print='true')
+        self.assertEqual(status, 201, job)
+        self.printer.begin(job['id'])
+        moves = len(part) // 4  # beyond the heating
+        self.printer.wait_until(lambda: self.printer.get('/api/v1/machine')['bytes_executed'] > moves, 0.5)
+        large = part + b'; a comment that is no part of it, as a slicer writes hundreds of\n' * 46_000
+        status, second = self.upload('large.gcode', large)
+        self.assertEqual((status, second['size'], second['sha256']), (201, len(large), hashlib.sha256(large).hexdigest()))
+        self.assertGreater(len(large), 3_000_000)
+        end = self.printer.wait_until(lambda: self.printer.ended(job['id']), 0.5)
+        self.assertEqual(end['state'], 'done', end)
+        report = self.printer.verdict(job['id'])['report']
+        self.assertTrue(report['matches'], report)
+        self.assertEqual(report['steps'], simulated(part)['steps'])
+
+    def ask(self, method, path, body=None, **headers):
+        """(status, headers, body), without the key."""
+        connection = http.client.HTTPConnection('127.0.0.1', self.printer.port, timeout=600)
+        self.addCleanup(connection.close)
+        connection.request(method, path, body, {name.replace('_', '-'): value for name, value in headers.items()})
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read()
+
+    def test_the_page_is_there_and_its_session_admits_it(self):
+        dist = ROOT / 'web/ui/dist'
+        for path, file in ('/', 'index.html'), *((f'/assets/{each.name}', f'assets/{each.name}') for each in (dist / 'assets').glob('*.js')):
+            status, head, plain = self.ask('GET', path)
+            self.assertEqual((status, plain), (200, (dist / file).read_bytes()), path)
+            self.assertEqual(head['Content-Type'], f'text/{"html" if path == "/" else "javascript"}; charset=utf-8')
+            self.assertEqual(self.ask('GET', path, If_None_Match=head['ETag'])[0], 304)
+            status, coded, short = self.ask('GET', path, Accept_Encoding='gzip')
+            self.assertEqual((status, coded['Content-Encoding'], gzip.decompress(short)), (200, 'gzip', plain))
+            self.assertNotEqual(coded['ETag'], head['ETag'])
+        login = lambda key, **more: self.ask('POST', '/api/v1/session', json.dumps({'key': key}), **more)  # noqa: E731
+        self.assertEqual(login('wrong')[0], 401)
+        self.assertEqual(login(self.printer.key, Origin='http://elsewhere.example')[0], 401)
+        status, head, _ = login(self.printer.key)
+        self.assertEqual(status, 204)
+        self.assertIn('; HttpOnly; SameSite=Strict', head['Set-Cookie'])
+        cookie = head['Set-Cookie'].split(';')[0]
+        status, _, answer = self.ask('GET', '/api/v1/machine', Cookie=cookie)
+        self.assertEqual((status, json.loads(answer)['lacks']), (200, ['live', 'hand', 'layers', 'guarantee', 'queue']))
+        for wrong in {'Cookie': cookie + '0'}, {'Cookie': cookie, 'Origin': 'http://elsewhere.example'}, {'Cookie': cookie, 'Host': 'elsewhere.example'}:
+            self.assertEqual(self.ask('GET', '/api/v1/machine', **wrong)[0], 401, wrong)
+
     def test_what_it_refuses(self):
         request = self.printer.request
         self.assertEqual(request('GET', '/api/v1/machine', headers={'X-Api-Key': 'wrong'})[0], 401)
@@ -102,7 +184,7 @@ class Printer(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    if not (PROGRAMS / 'printer-metal').exists() or not shutil.which(metal_printer.EMULATOR):
+    if not (PROGRAMS / 'printer-metal').exists() or not shutil.which('qemu-system-x86_64'):
         print('skipped: needs musl-dev when it is built, and qemu-system-x86')
         sys.exit(77)
     if os.environ.get('QDUINO_EMULATED') != '1':

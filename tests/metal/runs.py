@@ -35,9 +35,10 @@ def read_to(stream, word):
 class Run:
     """One boot, from outside."""
 
-    def __init__(self, sketch, *options, said=None, driven=None, visit=None):
+    def __init__(self, sketch, *options, said=None, driven=None, visit=None, goodbye=None):
         """`said`: bytes to say on the serial line when the sketch has said that it is ready; `driven`: on the wire to its pins, when its loops run;
-        `visit`: a function to call when it is ready."""
+        `visit`: a function to call when it is ready. Its time is this computer's and not the machine's, so with it no `--for` ends the run: the
+        bytes `goodbye` do, which the sketch has to understand; or, without them, a signal, which leaves no report."""
         record = pathlib.Path(CACHE) / 'record'
         with subprocess.Popen(metal('run', sketch, '--record', record, '--deterministic', *options), stdin=subprocess.PIPE,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=ENVIRONMENT, bufsize=0) as process:
@@ -48,7 +49,13 @@ class Run:
                 process.stdin.write(said)
                 process.stdin.flush()
             if visit:
-                visit()
+                try:
+                    visit()
+                    if goodbye:
+                        process.stdin.write(goodbye)
+                finally:
+                    if not goodbye or sys.exc_info()[0]:
+                        process.terminate()
             with socket.socket(socket.AF_UNIX) as wire:  # open to the end: a machine drops what a closed one still holds
                 if driven:
                     before += read_to(process.stdout, b'line')
@@ -66,6 +73,10 @@ class Run:
 
     def rises(self, pin):
         return self.levels(pin).count(1)
+
+    def seconds(self):
+        """So long did the loops run, from the report at the end."""
+        return float(re.search(r'Charged in (\S+) us', self.report)[1]) / 1e6
 
     def came_to(self, core):
         """(timer, devices): interrupts of a core while the loops ran, from the report at the end."""

@@ -167,7 +167,7 @@ class Witness(unittest.TestCase):
         for mips in 20, 100:
             with self.subTest(mips=mips):
                 idle = self.idle(mips)
-                self.assertGreater(len(idle.periods()), 3000)
+                self.assertGreater(len(idle.periods()), 2700)
                 self.assertLessEqual(span(idle.periods()), 10)
                 self.assertLessEqual(span(idle.widths()), 10)
                 self.assertEqual(idle.came_to(1), (0, 0))

@@ -13,7 +13,9 @@ stays as it is: it describes code that is compiled already. A command without -c
 What changes for `long`, in its own columns so that the compiler's messages point where they should:
   - `unsigned long`, `long int`, `signed long` … → `unsigned int`, `int`; `long long` and `long double` stay;
   - `1000UL`, `5L` → `1000U`, `5`; a number that needs more than 32 bits gets them, as on an AVR;
-  - `%ld`, `%lu` … in the texts of a call of printf, scanf and their family → `%d`, `%u`.
+  - `%ld`, `%lu` … in the texts of a call of printf, scanf and their family → `%d`, `%u`;
+  - `ulong` and `u_long`, which the system has with 64 bits → `ul0ng`, `u_l0ng`, with 32. A library that declares such a name again
+    (Keypad does) would contradict the system otherwise.
 
 Where a class has both f(int) and f(long), two functions would become one. The compiler says so; that declaration then takes a type of its
 own in the place of `long` (OTHER_LONG), and no call chooses it over the other.
@@ -47,6 +49,8 @@ LONG_MAX_64, LONG_MAX_32 = '0x7fffffffffffffff', '0x7fffffff'
 FORMATTED = re.compile(r'printf|scanf')
 LONG_FORMAT = re.compile(r'(%[-+ #0\']*(?:\*|\d+)?(?:\.(?:\*|\d*))?)l(?=[diouxXn])')
 PREPARED = '#pragma GCC pch_preprocess '
+SYSTEM_LONG = re.compile(r'\b(?:ulong|u_long)\b')
+SYSTEM_LONG_32 = 'typedef unsigned int ul0ng;\ntypedef unsigned int u_l0ng;\n'
 TWICE = re.compile(r'cannot be overloaded with|redefinition of')
 ROUNDS = 8  # of asking the compiler which declarations have become the same
 OTHER_LONG = '''template <typename T>
@@ -192,7 +196,7 @@ class Text:
 
     def converted(self):
         edits = [edit for run in self.runs for edit in self.edits_of_run(run)]
-        edits += self.edits_of_literals() if self.long_32 else []
+        edits += self.edits_of_literals() + self.edits_of_system_long() if self.long_32 else []
         edits += self.edits_of_waits()
         out, at = [], 0
         for start, end, text in sorted(edits):
@@ -222,6 +226,9 @@ class Text:
             elif match['string'] and '%' in match[0] and self.is_format(match.start()):
                 edits.append((*match.span(), LONG_FORMAT.sub(r'\1', match[0])))
         return edits
+
+    def edits_of_system_long(self):
+        return [(*match.span(), match[0].replace('long', 'l0ng')) for match in SYSTEM_LONG.finditer(self.code)]
 
     def edits_of_waits(self):
         """Loops without a body whose head changes nothing: they wait."""
@@ -301,6 +308,7 @@ def compile_text(text, unit, compiling):
     """Compiles what has become of the text; sets declarations apart until no two are the same. Returns the exit status."""
     for _ in range(ROUNDS):
         head = OTHER_LONG if text.apart and unit.suffix == '.ii' else ''
+        head += SYSTEM_LONG_32 if text.long_32 and text.edits_of_system_long() else ''
         # A word of the language before the pragma would forbid it.
         prepared, pragma, rest = text.converted().rpartition(PREPARED)
         named, newline, rest = rest.partition('\n') if pragma else ('', '', rest)

@@ -9,6 +9,7 @@ namespace qduino::board::metal {
 namespace {
 
 constexpr std::uint32_t kMultiboot2 = 0x36d76289;
+constexpr std::uint32_t kBeside = 0x51424553;  // BESIDE of boot/entry.S
 
 template <typename T>
 const T& at(std::uint64_t address) {
@@ -74,6 +75,10 @@ void take_tags(std::uint64_t told_at, std::uint64_t inside, BootFacts& facts) {
 bool read_boot_facts(std::uint32_t magic, std::uint64_t told_at, std::uint64_t inside, BootFacts& facts) {
     if (magic == kMultiboot2) {
         take_tags(told_at, inside, facts);
+    } else if (magic == kBeside) {
+        facts.beside = reinterpret_cast<BesideArea*>(told_at);
+        facts.words.assign(facts.beside->words.data());
+        facts.ram_end = kImageAt + kImageBytes;
     } else if (const auto& info = at<StartInfo>(told_at); info.magic == StartInfo::kMagic) {
         take_start_info(info, inside, facts);
     } else {

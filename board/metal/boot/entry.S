@@ -2,6 +2,7 @@
 //
 //   PVH, multiboot2 ──► start32: page tables, long mode ──► start64 ──► boot_main(magic, facts)
 //   other cores: INIT, STARTUP ──► trampoline at 0x8000 ──► core_main()
+//   a core that Linux gave up: the same ──► beside_trampoline ──► start64
 //   interrupt n ──► stub n: error code, n ──► all registers onto this stack ──► enter_kernel(frame)
 //                                                    iretq ◄── registers ◄── the frame that it returns
 //
@@ -18,6 +19,13 @@
         .asciz  "Xen"
         .long   start32
 
+        .section .note.beside, "a", @note       // board/window/beside_layout.h
+        .balign 4
+        .long   7, 8, 1                         // sizes of name and descriptor; kBesideNoteKind
+        .asciz  "Qduino"
+        .balign 4
+        .long   beside_trampoline, beside_trampoline_end - beside_trampoline
+
         .section .multiboot2, "a"
         .balign 8
         .set    MULTIBOOT2, 0xe85250d6
@@ -33,6 +41,11 @@ multiboot2_end:
         .set    DATA, 0x10
         .set    CODE32, 0x18
         .set    TRAMPOLINE, 0x8000
+        .set    BESIDE, 0x51424553              // board/metal/boot/boot_facts.h
+        .set    FLAGS4, 0x660                   // PAE, MCE, OSFXSR, OSXMMEXCPT
+        .set    FLAGS0, 0x80010033              // PG, WP, NE, ET, MP, PE
+        .set    EFER, 0xc0000080
+        .set    LONG_MODE, 0x101                // LME; SCE, for the C library's one way in
 
         .bss
         .balign 4096
@@ -101,21 +114,24 @@ start32:
 
 // Paging and long mode with the tables above, and floating point. Clobbers eax, ecx, edx.
 enter_long_mode:
-        movl    $0x660, %eax                    // PAE, MCE, OSFXSR, OSXMMEXCPT
+        movl    $FLAGS4, %eax
         movl    %eax, %cr4
         movl    $page_map, %eax
         movl    %eax, %cr3
-        movl    $0xc0000080, %ecx               // EFER
+        movl    $EFER, %ecx
         rdmsr
-        orl     $0x101, %eax                    // LME; SCE, for the C library's one way in
+        orl     $LONG_MODE, %eax
         wrmsr
-        movl    $0x80010033, %eax               // PG, WP, NE, ET, MP, PE
+        movl    $FLAGS0, %eax
         movl    %eax, %cr0
         fninit                                  // at reset it interrupts on inexact results
         ldmxcsr vector_control
         ret
 
         .code64
+start_beside:
+        fninit
+        ldmxcsr vector_control
 start64:
         movl    $DATA, %eax
         movl    %eax, %ds
@@ -166,6 +182,43 @@ segments_at:
         .word   boot_segments_end - boot_segments - 1
         .long   boot_segments
 trampoline_end:
+
+// ---- a core that Linux gave up -----------------------------------------------------------------
+
+// Copied to a page below 1 MiB, any one; the launcher writes its last words. The page tables are the
+// launcher's: they map this page where it is, and the image where it is linked for, which is not
+// where it lies. So paging comes with protected mode, in one step (Intel SDM volume 3, 10.8.5), and
+// segments are loaded only then.
+        .balign 16
+        .code16
+beside_trampoline:
+        cli
+        cld
+        movw    %cs, %ax
+        movw    %ax, %ds
+        lgdtl   beside_segments_at - beside_trampoline
+        movl    $FLAGS4, %eax
+        movl    %eax, %cr4
+        movl    beside_tables - beside_trampoline, %eax
+        movl    %eax, %cr3
+        movl    $EFER, %ecx
+        rdmsr
+        orl     $LONG_MODE, %eax
+        wrmsr
+        movl    $BESIDE, %ebp
+        movl    beside_area - beside_trampoline, %esi
+        movl    $FLAGS0, %eax
+        movl    %eax, %cr0
+        ljmpl   $CODE64, $start_beside
+        .balign 4
+beside_segments_at:
+        .word   boot_segments_end - boot_segments - 1
+        .long   boot_segments
+        .balign 4
+beside_tables: .long 0
+beside_area: .long 0
+beside_trampoline_end:
+        .code64
 
 // ---- interrupts --------------------------------------------------------------------------------
 

@@ -7,12 +7,18 @@ namespace qduino::board::metal {
 namespace {
 
 constinit std::atomic<int> cores_up{0};
+constinit int first = 0;
 
 }  // namespace
 
 std::array<Core, kCoresMax> cores;
 std::array<Thread, kVcpuLimit> threads;
 
+void begin_with_core(int number) {
+    first = number;
+    cores_up.store(number);
+}
+int first_core() { return first; }
 int core_count() { return cores_up.load(std::memory_order_acquire); }
 void count_core() { cores_up.fetch_add(1, std::memory_order_release); }
 

@@ -12,9 +12,16 @@ namespace qduino::board::metal {
 extern std::array<Core, kCoresMax> cores;
 extern std::array<Thread, kVcpuLimit> threads;
 
-/// Cores that have come up.
+/// The cores that have come up are first_core() up to core_count(). Those below are none of ours:
+/// on a core that Linux gave up, they are Linux's.
+[[nodiscard]] int first_core();
 [[nodiscard]] int core_count();
-/// The calling core has.
+[[nodiscard]] inline bool is_ours(int core) { return core >= first_core() && core < core_count(); }
+/// The first one, which is the host's.
+[[nodiscard]] inline Core& host_core() { return cores[static_cast<std::size_t>(first_core())]; }
+/// The core that boots is `number`. Before any other call, where it is not 0.
+void begin_with_core(int number);
+/// The calling core has come up.
 void count_core();
 
 /// The core that thread `thread` is on.

@@ -13,8 +13,6 @@ constexpr std::uint32_t kDeadlineMsr = 0x6e0;
 constexpr std::uint32_t kX2ApicMsrs = 0x800;
 constexpr std::uint32_t kCommandMsr = 0x830;
 
-constexpr std::uint32_t kMasked = 0x10000;
-constexpr std::uint32_t kDeadlineMode = 0x40000;
 constexpr std::uint32_t kDivideByOne = 0xb;
 constexpr std::uint32_t kPending = 0x1000;
 
@@ -40,11 +38,11 @@ void LocalApic::write(std::uint32_t offset, std::uint32_t value) {
     memory_write(address_ + offset, value);
 }
 
-void LocalApic::enable(std::uint64_t address) {
+void LocalApic::enable(std::uint64_t address, bool may_change) {
     constexpr std::uint32_t kHasX2Apic = 1u << 21, kHasDeadline = 1u << 24;
     const std::uint32_t features = cpuid(1).ecx;
     address_ = address;
-    x2apic_ = (features & kHasX2Apic) != 0;
+    x2apic_ = may_change && (features & kHasX2Apic) != 0;
     tsc_deadline_ = (features & kHasDeadline) != 0;
     constexpr std::uint64_t kEnabled = 1u << 11, kX2Mode = 1u << 10;
     msr_write(kBaseMsr, msr_read(kBaseMsr) | kEnabled | (x2apic_ ? kX2Mode : 0));
@@ -53,7 +51,7 @@ void LocalApic::enable(std::uint64_t address) {
     write(kLint0, kMasked);
     write(kLint1, kMasked);
     write(kDivider, kDivideByOne);
-    write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0));
+    set_timer_mode();
 }
 
 std::uint32_t LocalApic::number() { return x2apic_ ? read(kNumber) : read(kNumber) >> 24; }
@@ -75,9 +73,22 @@ void LocalApic::calibrate() {
     const std::uint64_t end = time_stamp_counter();
     const std::uint64_t counted = UINT32_MAX - read(kCountLeft);
     write(kCount, 0);
-    write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0));
+    set_timer_mode();
     timer_hz_ = counted * kPitHz / kPitTicks;
     tsc_clock.set((end - begin) * kPitHz / kPitTicks, begin);
+}
+
+void LocalApic::calibrate_by_clock(std::uint64_t hz) {
+    tsc_clock.set(hz, time_stamp_counter());
+    write(kTimer, kMasked | kTimerVector);
+    write(kCount, UINT32_MAX);
+    const std::uint64_t begin = time_stamp_counter();
+    wait_us(20'000);
+    const std::uint64_t counted = UINT32_MAX - read(kCountLeft), passed = time_stamp_counter() - begin;
+    write(kCount, 0);
+    set_timer_mode();
+    timer_hz_ = static_cast<std::uint64_t>(static_cast<double>(counted) * static_cast<double>(hz) /
+                                           static_cast<double>(passed));
 }
 
 /// An instant that is past would interrupt the next context before its first instruction; the

@@ -22,11 +22,14 @@ inline constexpr std::uint8_t kSpuriousVector = 0xff;
 
 class LocalApic {
   public:
-    /// Once on every core; the first core's call decides about the mode of all.
-    static void enable(std::uint64_t address);
+    /// Once on every core; the first core's call decides about the mode of all. `may_change`: the
+    /// processor's better modes are taken. Otherwise it stays an xAPIC, as Linux will want it back.
+    static void enable(std::uint64_t address, bool may_change);
     /// Measures the timer, and sets the clock, by the PIT's 1.193182 MHz. Once, on the first core,
     /// with interrupts off. Takes 50 ms.
     static void calibrate();
+    /// The same by a clock of this rate, without the PIT. Takes 20 ms.
+    static void calibrate_by_clock(std::uint64_t hz);
     static std::uint32_t number();
     static void end_of_interrupt() { write(kEndOfInterrupt, 0); }
     /// Interrupts this core once, at `t` or soon after; kForever: not at all. What was set before
@@ -42,6 +45,7 @@ class LocalApic {
     [[nodiscard]] static bool uses_tsc_deadline() { return tsc_deadline_; }
 
   private:
+    static constexpr std::uint32_t kMasked = 0x10000, kDeadlineMode = 0x40000;
     // Registers, by their offset in memory.
     static constexpr std::uint32_t kNumber = 0x20, kTaskPriority = 0x80, kEndOfInterrupt = 0xb0,
                                    kSpurious = 0xf0, kCommand = 0x300, kCommandHigh = 0x310, kTimer = 0x320,
@@ -51,6 +55,7 @@ class LocalApic {
     static std::uint32_t read(std::uint32_t offset);
     static void write(std::uint32_t offset, std::uint32_t value);
     static void command(std::uint32_t apic, std::uint32_t word);
+    static void set_timer_mode() { write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0)); }
 
     inline static constinit std::uint64_t address_ = 0;
     inline static constinit std::uint64_t timer_hz_ = 0;

@@ -4,8 +4,6 @@
 
 #include "base/contract.h"
 
-extern "C" std::uint64_t page_directories[];  // boot/entry.S: one entry for each 2 MiB
-
 namespace qduino::board::metal {
 namespace {
 
@@ -27,12 +25,12 @@ constinit std::size_t tables_used = 0;
 std::uint64_t address_of(const void* pointer) { return reinterpret_cast<std::uint64_t>(pointer); }
 
 /// The page of 2 MiB at `begin` as pages of 4 KiB with the same content.
-PageTable& split(std::uint64_t begin) {
+PageTable& split(std::uint64_t& directory, std::uint64_t begin, std::uint64_t offset) {
     QDUINO_EXPECT(tables_used < tables.size() && begin % kLargePage == 0);
     PageTable& table = tables[tables_used++];
     for (std::size_t i = 0; i < table.entries.size(); ++i)
-        table.entries[i] = (begin + i * kPage) | kPresentWritable;
-    page_directories[begin / kLargePage] = address_of(&table) | kPresentWritable;
+        table.entries[i] = (begin + offset + i * kPage) | kPresentWritable;
+    directory = (address_of(&table) + offset) | kPresentWritable;
     return table;
 }
 
@@ -44,10 +42,12 @@ void forget_translations() {
 
 }  // namespace
 
-void forbid_guard_pages() {
-    split(0).entries[0] = 0;
+void forbid_guard_pages(std::uint64_t* directories, std::uint64_t image_offset) {
+    constexpr std::uint64_t kIsLarge = 0x80;
+    if ((directories[0] & kIsLarge) != 0) split(directories[0], 0, 0).entries[0] = 0;
     for (std::size_t at = 0; at < sizeof stacks; at += kLargePage) {
-        PageTable& table = split(address_of(&stacks) + at);
+        const std::uint64_t begin = address_of(&stacks) + at;
+        PageTable& table = split(directories[begin / kLargePage], begin, image_offset);
         for (std::size_t i = 0; i < kLargePage; i += kStackBytes) table.entries[i / kPage] = 0;
     }
     forget_translations();

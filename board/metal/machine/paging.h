@@ -16,8 +16,9 @@ namespace qduino::board::metal {
 inline constexpr std::size_t kStackBytes = 128 * 1024;  ///< with the page that is not there
 inline constexpr std::size_t kStackCount = 64;
 
-/// Once, before other cores start.
-void forbid_guard_pages();
+/// Once, before other cores start. `directories`: an entry for each 2 MiB of addresses, as the
+/// processor reads them. `image_offset`: memory's addresses of the image, less its own.
+void forbid_guard_pages(std::uint64_t* directories, std::uint64_t image_offset);
 /// The top of stack `index`, a multiple of 16; index < kStackCount.
 [[nodiscard]] std::uint64_t stack_top(std::size_t index);
 /// `address` is in page 0, or in the page below a stack.

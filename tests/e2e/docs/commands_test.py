@@ -44,7 +44,7 @@ ADAPTED = [
     # Until Ctrl-C.
     (r"qduino run", lambda: "timeout --signal=INT 4 qduino run; [ $? -eq 124 ]"),
     # Until Ctrl-C; and the sketch that was uploaded is not left behind.
-    (r"qduino monitor", lambda: "timeout --signal=INT 4 qduino monitor; ended=$?; qduino upload --stop; [ $ended -eq 124 ] || [ $ended -eq 0 ]"),
+    (r"qduino monitor", lambda: "timeout --signal=INT 4 qduino monitor; ended=$?; qduino upload --stop && [ $ended -eq 124 ]"),
     # Minutes, and into the tree.
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),
@@ -54,6 +54,8 @@ ADAPTED = [
     (r"apt-get install -y musl-dev qemu-system-x86", lambda: "true"),
     # It runs until Ctrl-C, and the port may be somebody's.
     (r"(qduino metal run sketches/web_light) --forward 8080:8080", lambda command: "( cd '%s' && %s --card virtio-net --for 1 )" % (ROOT, command)),
+    # It takes a core of a computer that was booted for it: tests/metal/beside_test.py has one.
+    (r"sudo qduino metal beside (sketches/\w+) --for 10", lambda sketch: "( cd '%s' && qduino metal build %s )" % (ROOT, sketch)),
     (r"(qduino metal run sketches/.*)", lambda command: "( cd '%s' && %s )" % (ROOT, command)),
     (r"bench/plot.py", lambda: "test -x bench/plot.py"),
     # Ends with the number of things this computer lacks.

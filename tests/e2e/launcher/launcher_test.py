@@ -66,7 +66,7 @@ class Simulated(unittest.TestCase):
 
     def test_a_killed_service_comes_back(self):
         for _ in range(3):
-            killed = self.stack.pid_of("printd")
+            killed = wait_until(lambda: self.stack.pid_of("printd"), "the service is up")
             os.kill(killed, signal.SIGKILL)
             wait_until(lambda: self.stack.pid_of("printd") not in (None, killed), "the service was started again")
             wait_until(lambda: self.stack.machine_state() == "idle", "the machine is seen again")

@@ -7,6 +7,7 @@ import pathlib
 import pty
 import re
 import select
+import signal
 import struct
 import subprocess
 import sys
@@ -15,8 +16,8 @@ import termios
 import time
 import unittest
 
-PROGRAM = sys.argv.pop(1)
-PROGRAMS = os.path.dirname(os.path.abspath(PROGRAM))
+PROGRAM = os.path.abspath(sys.argv.pop(1))
+PROGRAMS = os.path.dirname(PROGRAM)
 COLUMNS = 80
 COMMANDS = ["new", "build", "run", "sim", "check", "trace", "profile", "doctor", "restore", "completion"]
 OTHERS = ["printd", "printer", "printer-port", "printer-sim", "virtual-machine", "qduino-supervisor"]
@@ -48,8 +49,8 @@ void loop(2, 12345us, 123456us, 0) { waitForNextPeriod(); }
 """
 
 
-def on_terminal(command, folder, environment, timeout_s=120):
-    """(status, lines) of a program whose standard streams are a terminal of 80 columns."""
+def on_terminal(command, folder, environment, timeout_s=120, until=None):
+    """(status, lines) of a program whose standard streams are a terminal of 80 columns. Ctrl-C ends it when it has printed `until`."""
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, COLUMNS, 0, 0))
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=slave, stderr=slave, cwd=folder, env=environment)
@@ -68,6 +69,9 @@ def on_terminal(command, folder, environment, timeout_s=120):
         if not piece:
             break
         text += piece
+        if until and until in text:
+            process.send_signal(signal.SIGINT)
+            until = None
     os.close(master)
     shown = re.sub(r"\x1b\[[0-9;]*[mK]", "", text.decode(errors="replace"))
     return process.wait(), re.sub(r"\r+\n", "\n", shown).split("\n")[:-1]  # println ends with \r\n, as an Arduino's does
@@ -89,8 +93,8 @@ class Terminal(unittest.TestCase):
     def tearDownClass(cls):
         cls.held.cleanup()
 
-    def program(self, name, *arguments, status=0):
-        ended, lines = on_terminal([os.path.join(PROGRAMS, name), *arguments], self.folder, self.environment)
+    def program(self, name, *arguments, status=0, until=None):
+        ended, lines = on_terminal([os.path.join(PROGRAMS, name), *arguments], self.folder, self.environment, until=until)
         self.assertEqual(ended, status, "\n".join(lines))
         for line in lines:
             self.assertLessEqual(len(line), COLUMNS, "%s %s: %s" % (name, arguments, line))
@@ -98,6 +102,10 @@ class Terminal(unittest.TestCase):
 
     def qduino(self, *arguments, status=0):
         return self.program("qduino", *arguments, status=status)
+
+    def run_until_it_has_spoken(self):
+        """The talker on Linux, ended when its second pass has printed: on a busy machine nobody knows when that is."""
+        return self.program("qduino", "run", "talker", "--best-effort", until=b", next")
 
     def assert_verdict(self, lines, pattern):
         self.assertRegex(lines[-1], "^Verdict: " + pattern)
@@ -114,9 +122,12 @@ class Terminal(unittest.TestCase):
         self.assert_verdict(self.qduino("trace", "talker", "--for", "0.4"), r"talker: every period was kept")
 
     def test_a_run_on_linux_ends_with_its_verdict(self):
-        lines = self.qduino("run", "talker", "--best-effort", "--for", "0.4")
+        lines = self.run_until_it_has_spoken()
         self.assert_verdict(lines, r"talker ran to its end\.$")
-        self.assertTrue(any(re.match(r"Periods: (every period was kept|\d+ OVERRUNs?) \(1 loop, \d+ releases?\)\.", line) for line in lines), lines)
+        # A busy machine can hold a loop up that has no priority. Then the line goes on with which
+        # loop, and for how long.
+        kept = r"Periods: (every period was kept|NOT every period was kept|\d+ OVERRUNs?) \(1 loop, \d+ releases?\)[.;]"
+        self.assertTrue(any(re.match(kept, line) for line in lines), lines)
         self.assert_verdict(self.qduino("run", "refused", "--best-effort", status=2), r"refused is REFUSED: no loop of it ran\.$")
 
     def test_doctor_ends_with_its_verdict(self):
@@ -145,8 +156,7 @@ class Terminal(unittest.TestCase):
             self.assertRegex(text, r"\d (ms|us)\b")
 
     def test_what_the_sketch_prints_stands_in_its_place(self):
-        for command in (("sim", "talker", "--for", "0.4"), ("run", "talker", "--best-effort", "--for", "0.4")):
-            lines = self.qduino(*command)
+        for lines in (self.qduino("sim", "talker", "--for", "0.4"), self.run_until_it_has_spoken()):
             spoken = [i for i, line in enumerate(lines) if line == "setup speaks"]
             said = [i for i, line in enumerate(lines) if re.fullmatch(r"first(, next)+", line)]
             table = next(i for i, line in enumerate(lines) if line.startswith("loop ") and "passes" in line)

@@ -7,13 +7,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <string>
 #include <thread>
 
+#include "apps/command_line/command_line.h"
 #include "apps/link/link_file.h"
 #include "tests/e2e/service/fake_sketch.h"
 
@@ -48,11 +48,11 @@ qduino::tests::FakeSketch::Log log_to(const std::string& log) {
 int main(int argc, char** argv) {
     std::string link_path, log;
     std::size_t rate = 1'000'000;
-    CLI::App app{"A stand-in for the sketch: takes job bytes from the link and logs them"};
-    app.add_option("--link", link_path, "shared object to create")->required();
-    app.add_option("--log", log, "log file")->required();
-    app.add_option("--rate", rate, "job bytes taken per second");
-    CLI11_PARSE(app, argc, argv);
+    qduino::apps::CommandLine line{"A stand-in for the sketch: takes job bytes from the link and logs them"};
+    line.option("--link", link_path, "shared object to create").required();
+    line.option("--log", log, "log file").required();
+    line.option("--rate", rate, "job bytes taken per second");
+    if (const auto status = line.parse(argc, argv)) return *status;
 
     auto link = qduino::apps::create_link(link_path, static_cast<std::uint64_t>(::time(nullptr)));
     if (!link.ok()) {

@@ -3,12 +3,14 @@
 //   core 0   loop 1, and the network's bottom half
 //              /tcp/PORT, /udp/PORT   asks the computer around the machine, and hands on its answer
 //              anything else          the number of the body's bytes, and their SHA-256
+//            a byte on the serial line ends the run
 //   core 1   loop 2: a pulse train; no interrupts there           pin 6
 
 #include <WiFi.h>
 #include <WiFiUdp.h>
 
 #include "base/sha256.h"
+#include "board/board.h"
 
 const IPAddress around(10, 0, 2, 2);
 WiFiServer server(80);
@@ -80,6 +82,7 @@ void answer(WiFiClient& client) {
 void loop(1, 40, 100, 0) {
   WiFiClient client = server.available();
   if (client) answer(client);
+  else if (Serial.available()) qduino::board::current().request_stop();
   else waitForNextPeriod();
 }
 

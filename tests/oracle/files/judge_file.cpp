@@ -10,7 +10,6 @@
 //
 // One line is written; it ends with 0 when every step is right, 1 when one is not (and which), 2
 // when the file cannot be judged.
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
 #include <memory>
@@ -119,11 +118,11 @@ int judge(const std::string& file, const MachineConfig& machine) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{"Judges every step of a G-code file against dense numerical integration."};
+    apps::CommandLine line{"Judges every step of a G-code file against dense numerical integration."};
     std::string file, machine_path;
-    app.add_option("FILE", file, "The G-code file")->required();
-    app.add_option("--machine", machine_path, "Another printer than the reference machine (docs/machine.md)");
-    if (const auto status = apps::parse_command_line(app, argc, argv)) return *status;
+    line.option("FILE", file, "The G-code file").required();
+    line.option("--machine", machine_path, "Another printer than the reference machine (docs/machine.md)");
+    if (const auto status = line.parse(argc, argv)) return *status;
     const Result<MachineConfig> machine = apps::read_machine_file(machine_path);
     if (!machine) return fail(machine.error());
     return judge(file, *machine);

@@ -77,7 +77,9 @@ CASES = [
     Case("Card", "keeps files on a card, with a table of each CPU's pins", "SD, ArduinoJson, Seeed CAN",
          "`SD.h`: a folder of the host", r"0,0\n1,1\n2,4\ntoday/\nin"),
     Case("NewApi", "uses ArduinoCore-API: `arduino::String`, IPv6 in `IPAddress`, `RingBufferN`, `HardwareCAN`", "code for newer boards",
-         "the same classes; CAN is the host's", r"10\.0\.0\.7\n2001:db8::1:0:0:7\nabc\n\[123\] \(2\) : CAFE\nno bus"),
+         "the same classes; CAN is the host's", r"10\.0\.0\.7\n2001:db8::1:0:0:7\nabcd\n\[123\] \(2\) : CAFE\nno bus"),
+    Case("GlobalObjects", "sets pins in the constructor of a global object; has a `typedef` named `ulong`", "AccelStepper, Stepper, Encoder; Keypad",
+         "what holds of it when `setup()` begins; `ulong` has 32 bits", r"enabled\n1\nreleased\n1073741\n4"),
     Case("OwnReader", "defines `pgm_read_byte` before it includes `Arduino.h`", "SSD1306", "its own reader stays", r"303"),
 ]
 

@@ -78,6 +78,23 @@ TEST(EstimateOfAPrint, TemperaturesThatChangeOnTheWayAreMet) {
     expect_as_estimated(job + "M109 R180\n" + tower(1));
 }
 
+TEST(EstimateOfAPrint, MovesSoShortThatTheQueueBoundsTheirSpeedAreMet) {
+    // Half of the queue's places are markers: what can brake is 248 moves, at 70 mm/s and not 100.
+    std::string job = "G28\nG1 Z0.3 F300\nG1 X20 Y20 F6000\nG1 F7500\n";
+    for (int i = 1; i <= 40'000; ++i)
+        job += text<std::string>("G1 X", Fixed{120 - 0.005 * std::abs(20'000 - i), 3}, "\n");
+    expect_as_estimated(job + "G4 S15\nM84\n");
+}
+
+TEST(EstimateOfAPrint, FiltersThatRunOutAreMet) {
+    printer::MachineConfig machine;
+    for (const printer::Axis axis : {printer::Axis::x, printer::Axis::y})
+        machine.axes[axis].shaper = {.type = printer::ShaperType::two_hump_ei, .frequency_hz = 30};
+    std::string job = "G28\n";
+    for (int i = 0; i < 40; ++i) job += "G1 X40 Y30 F6000\nG4 P10\nG1 X20 Y20\nG4 P10\nG28 X\n";
+    expect_as_estimated(job + "M84\n", machine);
+}
+
 TEST(EstimateOfAPrint, AnotherMachinesHeatersAreMet) {
     printer::MachineConfig machine;
     machine.bed.model = {.power_w = 220, .heat_capacity_j_k = 1200, .loss_w_k = 1.4, .sensor_lag_s = 8};

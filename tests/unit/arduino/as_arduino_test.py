@@ -105,6 +105,15 @@ class Compiled(unittest.TestCase):
         self.compile('inner.cpp', '#include "inner.h"\nstatic_assert(sizeof(inner_long) == 4);\n',
                      '-isystem', self.folder / 'kept', '-isystem', inner)
 
+    def test_names_that_the_system_has_too_are_of_32_bits(self):
+        again = 'typedef unsigned int uint;\ntypedef unsigned long ulong;\n'
+        checks = ('union Both { uint uint; ulong ulong; };\n_Static_assert(sizeof(ulong) == 4 && sizeof(union Both) == 4, "ulong");\n'
+                  'struct Mine { int ulonger; };\n')
+        for head in (again, '#include <sys/types.h>\n', '#include <sys/types.h>\n' + again, again + '#include <sys/types.h>\n'):
+            self.compile('names.cpp', head + checks.replace('_Static_assert', 'static_assert'))
+            self.compile('names.c', head + checks)
+        self.compile('names.cpp', '#include <sys/types.h>\nstatic_assert(sizeof(u_long) == 4);\n')
+
     def test_limits_are_those_of_32_bits(self):
         for name in ('limits.cpp', 'limits.c'):
             self.compile(name, '#include <limits.h>\n#include <assert.h>\nstatic_assert(LONG_MAX == 2147483647 && ULONG_MAX == 4294967295U && '

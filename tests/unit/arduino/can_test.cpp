@@ -130,23 +130,28 @@ TEST_F(ArduinoCan, AComputerWithoutThisBusSaysSo) {
     CAN.end();
 }
 
-TEST_F(ArduinoCan, ABufferOfBytesKeepsAllButOne) {
+TEST_F(ArduinoCan, ABufferOfBytesKeepsAsManyAsItSays) {
     RingBufferN<5> ring;
     EXPECT_EQ(ring.read_char(), -1);
     EXPECT_EQ(ring.peek(), -1);
     for (std::uint8_t value = 1; value <= 9; ++value) ring.store_char(value);
     EXPECT_TRUE(ring.isFull());
-    EXPECT_EQ(ring.available(), 4);
+    EXPECT_EQ(ring.available(), 5);
     EXPECT_EQ(ring.availableForStore(), 0);
     EXPECT_EQ(ring.peek(), 1);
     for (int value = 1; value <= 2; ++value) EXPECT_EQ(ring.read_char(), value);
     ring.store_char(0xFF);
     EXPECT_EQ(ring.availableForStore(), 1);
-    for (const int value : {3, 4, 0xFF, -1}) EXPECT_EQ(ring.read_char(), value);
+    for (const int value : {3, 4, 5, 0xFF, -1}) EXPECT_EQ(ring.read_char(), value);
     ring.store_char(1);
     ring.clear();
     EXPECT_EQ(ring.available(), 0);
-    EXPECT_EQ(arduino::RingBuffer().availableForStore(), 63);
+    EXPECT_EQ(arduino::RingBuffer().availableForStore(), 64);
+    RingBufferN<1> one;
+    one.store_char(7);
+    one.store_char(8);
+    EXPECT_EQ(one.read_char(), 7);
+    EXPECT_EQ(one.read_char(), -1);
 }
 
 }  // namespace

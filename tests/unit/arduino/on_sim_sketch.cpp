@@ -8,8 +8,23 @@
 RingBuffer<int, 3> numbers;
 std::vector<int> received;
 int chip_selects[2] = {10, 11};
+volatile int wheel_edges = 0;
+int level_of_wheel_before_setup = -1;
 
 namespace {
+
+void count_edge() { wheel_edges = wheel_edges + 1; }
+
+/// A library's object: its constructor uses pins and an interrupt before there is a board.
+struct Wheel {
+    Wheel(int sensor, int lamp) {
+        pinMode(lamp, OUTPUT);
+        digitalWrite(lamp, HIGH);
+        pinMode(sensor, INPUT_PULLUP);
+        level_of_wheel_before_setup = digitalRead(sensor);
+        attachInterrupt(digitalPinToInterrupt(sensor), count_edge, CHANGE);
+    }
+} wheel(21, 20);
 
 /// The first loop's takes so long that releases of the second, which has the higher priority, fall
 /// within it.

@@ -9,3 +9,5 @@
 qduino::arduino::SerialPort& slow_port();
 extern std::vector<int> received;
 extern int chip_selects[2];
+extern volatile int wheel_edges;
+extern int level_of_wheel_before_setup;

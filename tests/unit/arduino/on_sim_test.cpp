@@ -43,13 +43,18 @@ class Wires final : public board::Peripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         const bool high = level == board::Level::high;
+        if (pin.number == 20 && lamp.empty()) lamp = high ? "high" : "low";
         if (pin.number == 8) tone_edges.push_back(now);
         for (std::size_t i = 0; i < 2; ++i) {
             if (pin.number == chip_selects[i]) selected[i] = !high;
         }
     }
     void pwm_written(Instant, board::PinId, double) override {}
-    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
+    /// The wheel's sensor changes each 100 ms.
+    board::Level pin_level(Instant now, board::PinId pin) override {
+        const bool high = pin.number == 21 && (now - kEpoch) / 100ms % 2 == 1;
+        return high ? board::Level::high : board::Level::low;
+    }
     double analog_level(Instant, board::PinId) override { return 0; }
     Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
                               std::span<std::uint8_t>) override {
@@ -64,6 +69,7 @@ class Wires final : public board::Peripherals {
     }
 
     std::vector<Instant> tone_edges;
+    std::string lamp;  // its first level
     bool selected[2] = {false, false};
     int transfers = 0;
     int wrong_transfers = 0;
@@ -94,6 +100,13 @@ qduino::arduino::SerialPort& slow_port() { return only_port; }
 TEST_F(ArduinoOnSim, ABusTransactionIsNotInterruptedByTheOtherLoops) {
     EXPECT_GT(wires.transfers, 400);
     EXPECT_EQ(wires.wrong_transfers, 0);
+}
+
+TEST_F(ArduinoOnSim, AStaticObjectsPinsAndInterruptHoldFromSetupOn) {
+    EXPECT_EQ(level_of_wheel_before_setup, HIGH) << "of a pin with a pull-up";
+    EXPECT_EQ(wires.lamp, "high");
+    EXPECT_GE(wheel_edges, 18);
+    EXPECT_LE(wheel_edges, 20);
 }
 
 TEST_F(ArduinoOnSim, LinesArriveWhole) {

@@ -84,6 +84,38 @@ TEST_F(ArduinoPixels, OtherOrdersAndWhite) {
     EXPECT_NE(shown().find("2 frames; shows 113322 "), std::string::npos);
 }
 
+/// A bus of the fake board takes no time; the strip does.
+TEST_F(ArduinoPixels, TheNextFrameWaitsForAllBitsOfThisOneBySpi) {
+    for (const auto& [type, bit_ns] : {std::pair{NEO_GRB + NEO_KHZ800, 1250}, {NEO_GRB + NEO_KHZ400, 2500}}) {
+        Adafruit_NeoPixel strip(5, MOSI, static_cast<neoPixelType>(type));
+        strip.begin();
+        const qduino::Instant from = board().now;
+        strip.show();
+        const qduino::Nanoseconds bits{bit_ns * 5 * 24};
+        board().now = from + bits + 299us;
+        EXPECT_FALSE(strip.canShow());
+        board().now = from + bits + 301us;
+        EXPECT_TRUE(strip.canShow());
+    }
+}
+
+TEST_F(ArduinoPixels, AStripOfAnotherLengthIsDarkAndWhole) {
+    wire(6, 4);
+    Adafruit_NeoPixel strip(2, 6);
+    strip.begin();
+    strip.fill(0x010203);
+    strip.updateLength(4);
+    EXPECT_EQ(strip.numPixels(), 4);
+    strip.setPixelColor(3, 0x405060);
+    strip.show();
+    EXPECT_EQ(shown(), "ws2812 on pin 6: 1 frames; shows 000000 000000 000000 405060\n");
+    strip.updateLength(1);
+    strip.setPixelColor(1, 0xFFFFFF);
+    board().now += 1ms;
+    strip.show();
+    EXPECT_EQ(shown(), "ws2812 on pin 6: 2 frames; shows 000000 000000 000000 405060\n");
+}
+
 TEST_F(ArduinoPixels, ColoursOfTheCircle) {
     EXPECT_EQ(Adafruit_NeoPixel::ColorHSV(0), 0xFF0000U);
     EXPECT_EQ(Adafruit_NeoPixel::ColorHSV(65536 / 6), 0xFFFE00U);

@@ -279,6 +279,26 @@ TYPED_TEST_P(BoardContract, WritesReachTheWiresInOrderAndAtTheirTime) {
     }
 }
 
+TYPED_TEST_P(BoardContract, PinsThatAreWrittenTogetherAreAllWritten) {
+    auto& board = this->board();
+    const ContractWires& wires = this->run_one([&] {
+        for (const PinId pin : {kLamp, kDriver}) ASSERT_TRUE(board.pin_mode(pin, PinMode::output));
+        for (int i = 0; i < 50; ++i) {
+            board.pins_write(std::array{kLamp, kDriver}, i % 2 == 0 ? Level::high : Level::low);
+            board.busy_until(board.now() + 2us);
+        }
+    });
+    for (const PinId pin : {kLamp, kDriver}) {
+        std::vector<Level> levels;
+        for (const auto& write : wires.pin_writes)
+            if (write.pin == pin) levels.push_back(write.level);
+        ASSERT_GE(levels.size(), 50u);  // becoming an output may write its level once
+        levels.erase(levels.begin(), levels.end() - 50);
+        for (std::size_t i = 0; i < 50; ++i)
+            EXPECT_EQ(levels[i], i % 2 == 0 ? Level::high : Level::low) << pin.number << " " << i;
+    }
+}
+
 TYPED_TEST_P(BoardContract, AnOutputReadsBackWhatWasWritten) {
     auto& board = this->board();
     this->run_one([&] {
@@ -698,13 +718,13 @@ REGISTER_TYPED_TEST_SUITE_P(
     TimeNeverRunsBackwardsAndIsOneForAllVcpus, EveryEntryRunsOnceOnItsVcpuAndCore,
     RunReturnsAtUntilAndGoesOnWhenCalledAgain, AStopIsSeenByEveryLoopAndRunWaitsForAll,
     BadSpecsAreRefusedAndNothingRuns, TheGuaranteeNamesEveryLoop, WritesReachTheWiresInOrderAndAtTheirTime,
-    AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire, PinsStartAsInputsAndDriveNothing,
-    ALevelWrittenBeforeTheModeIsTheFirstThatIsDriven, PinsThatAreNotThereAreRefused,
-    PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven, I2cCarriesExactBytesBothWays,
-    AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace, AnAnalogPinReadsItsVoltage,
-    AChipTemperatureIsInDegreesOrRefusedWithAReason, EdgesRunTheirHandlerOnItsIoVcpu,
-    AnEdgeNeedsAHandlerAndAnIoVcpu, AnIoVcpuThatRunsTakesAnotherBudget, ALockIsHeldByOneAtATime,
-    WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
+    PinsThatAreWrittenTogetherAreAllWritten, AnOutputReadsBackWhatWasWritten, AnInputReadsItsWire,
+    PinsStartAsInputsAndDriveNothing, ALevelWrittenBeforeTheModeIsTheFirstThatIsDriven,
+    PinsThatAreNotThereAreRefused, PwmArrivesAsItsDutyAndOnlyWithinBounds, APwmHasThePeriodThatItIsGiven,
+    I2cCarriesExactBytesBothWays, AnAddressWithoutAChipTimesOut, SpiIsFullDuplexInPlace,
+    AnAnalogPinReadsItsVoltage, AChipTemperatureIsInDegreesOrRefusedWithAReason,
+    EdgesRunTheirHandlerOnItsIoVcpu, AnEdgeNeedsAHandlerAndAnIoVcpu, AnIoVcpuThatRunsTakesAnotherBudget,
+    ALockIsHeldByOneAtATime, WritesUnderALockAreSeenInTheOrderOfItsHolders, SetupMayLockToo,
     TheHighWaitsForTheLowsCriticalSectionAlone, AStoppedBoardLeavesItsPinsInTheirSafeStates);
 
 }  // namespace qduino::board::contract

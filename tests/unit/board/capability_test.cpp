@@ -28,6 +28,8 @@ TEST(BoardCapabilities, WhatABoardLacksIsUnsupported) {
                   PinId{1}, Edge::both, [](void*) {}, nullptr, 33)),
               ErrorCode::unsupported);
     board.detach_edge(PinId{1});
+    board.pins_write(std::array{PinId{1}, PinId{2}}, Level::high);  // one after the other
+    EXPECT_TRUE(board.pin_read(PinId{1}) == Level::high && board.pin_read(PinId{2}) == Level::high);
     EXPECT_EQ(refusal(board.i2c_transfer({1}, {0x48}, bytes, bytes)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.spi_transfer({0}, {}, bytes)), ErrorCode::unsupported);
     EXPECT_EQ(refusal(board.serve_interrupts(DeviceClass::nic, 33)), ErrorCode::unsupported);

@@ -84,7 +84,7 @@ TEST(Doctor, AGoodMachineNeedsNothing) {
     const Said said = ask(machine, false);
     EXPECT_EQ(said.result, 0) << said.text;
     EXPECT_NE(said.text.find("Test Board 4000, 4 cores"), std::string::npos);
-    EXPECT_NE(said.text.find("\nVerdict: all 26 are as they should be.\n"), std::string::npos);
+    EXPECT_NE(said.text.find("\nVerdict: all 27 are as they should be.\n"), std::string::npos);
     EXPECT_EQ(said.text.find("fix"), std::string::npos);
 }
 
@@ -97,13 +97,33 @@ TEST(Doctor, SaysTheSameInJson) {
     const Json json = Json::parse(said.text);
     EXPECT_EQ(json.at("machine"), "Test Board 4000, 4 cores");
     EXPECT_EQ(json.at("kernel"), "6.12.30-rt-amd64");
-    ASSERT_EQ(json.at("findings").size(), 26u);
+    ASSERT_EQ(json.at("findings").size(), 27u);
     const Json& finding = *std::find_if(json["findings"].begin(), json["findings"].end(),
                                         [](const Json& f) { return f["id"] == "irqbalance"; });
     EXPECT_EQ(finding.at("state"), "could be better");
     EXPECT_EQ(finding.at("found"), "running");
     EXPECT_FALSE(finding.at("why").get<std::string>().empty());
     EXPECT_EQ(finding.at("fix"), "sudo systemctl disable --now irqbalance");
+}
+
+/// GRUB and a shell read the command line before Linux does: a dollar sign needs three backslashes.
+TEST(Doctor, TellsHowToBootForACoreBesideLinux) {
+    FakeMachine machine;
+    furnish_well(machine);
+    machine.put("/sys/devices/system/cpu/present", "0-3");
+    const std::string said = ask(machine, true).text;
+    const auto finding = [](const std::string& text) {
+        const Json findings = Json::parse(text)["findings"];
+        return *std::find_if(findings.begin(), findings.end(),
+                             [](const Json& f) { return f["id"] == "beside"; });
+    };
+    const std::string fix = finding(said).at("fix");
+    for (const char* piece : {R"( -e 's/^GRUB_CMDLINE_LINUX="/&memmap=166M\\\\\\$0x10000000 /')",
+                              R"(&memmap=4K\\\\\\$0x90000 /')", "&iomem=relaxed /'",
+                              "&no_ipi_broadcast=1 /' /etc/default/grub && sudo update-grub"})
+        EXPECT_NE(fix.find(piece), std::string::npos) << fix;
+    machine.put("/proc/cmdline", "memmap=166M$0x10000000 memmap=4K$0x90000 iomem=relaxed no_ipi_broadcast=1");
+    EXPECT_EQ(finding(ask(machine, true).text).at("found"), "this computer was booted for it");
 }
 
 /// One thing wrong with a machine, and what is to be said of it. Nothing else may be blamed.
@@ -246,12 +266,12 @@ TEST(Doctor, CountsWhatIsWrong) {
     FakeMachine machine;
     furnish_well(machine);
     machine.put("/proc/900/comm", "irqbalance");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 26 could be better.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 27 could be better.\n"), std::string::npos);
     machine.put("/proc/sys/kernel/sched_rt_runtime_us", "0");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 26 could be better, 1 is missing.\n"),
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 27 could be better, 1 is missing.\n"),
               std::string::npos);
     machine.put("/proc/900/comm", "bash");
-    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 26 is missing.\n"), std::string::npos);
+    EXPECT_NE(ask(machine, false).text.find("\nVerdict: 1 of 27 is missing.\n"), std::string::npos);
 }
 
 TEST(Doctor, NeverPasses80Columns) {
@@ -391,7 +411,7 @@ TEST(Doctor, HasAnAnswerOnThisMachine) {
         for (const doctor::Check& check : group.checks) {
             const doctor::Finding finding = check.look(facts);
             EXPECT_FALSE(finding.found.empty()) << check.id;
-            EXPECT_EQ(finding.fix.empty(), finding.state == doctor::State::ok) << check.id;
+            EXPECT_TRUE(finding.state == doctor::State::ok || !finding.fix.empty()) << check.id;
         }
     }
 }

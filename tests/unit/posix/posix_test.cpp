@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "posix/durable_file.h"
+#include "posix/local_socket.h"
 #include "posix/mapping.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
@@ -130,6 +132,36 @@ TEST_F(Posix, WhatRootMakesInSomebodysFolderBecomesTheirs) {
         EXPECT_EQ(found.st_uid, 1234U) << name;
         EXPECT_EQ(found.st_gid, 4321U) << name;
     }
+}
+
+TEST_F(Posix, ALocalSocketConnectsACallerWithItsListener) {
+    const auto listener = listen_local(folder_ / "here", 1);
+    ASSERT_TRUE(listener);
+    const auto caller = connect_local(folder_ / "here");
+    ASSERT_TRUE(caller);
+    EXPECT_TRUE(UniqueFd{::accept(listener->get(), nullptr, nullptr)}.valid());
+}
+
+TEST_F(Posix, ALocalSocketIsOfItsOwnerAlone) {
+    const auto listener = listen_local(folder_ / "here", 1);
+    struct stat is {};
+    ASSERT_EQ(::stat((folder_ / "here").c_str(), &is), 0);
+    EXPECT_EQ(is.st_mode & 0777, 0600U);
+}
+
+TEST_F(Posix, ALocalSocketTakesThePlaceOfADeadOne) {
+    { const auto dead = listen_local(folder_ / "here", 1); }
+    EXPECT_FALSE(connect_local(folder_ / "here"));
+    const auto listener = listen_local(folder_ / "here", 1);
+    EXPECT_TRUE(connect_local(folder_ / "here"));
+}
+
+TEST_F(Posix, ALocalSocketsPathThatDoesNotFitIsRefusedWithItsLength) {
+    EXPECT_TRUE(local_address(std::string(107, 'x')));
+    const auto refused = local_address(std::string(108, 'x'));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.view().find("not 108"), std::string_view::npos);
+    EXPECT_FALSE(local_address(""));
 }
 
 }  // namespace

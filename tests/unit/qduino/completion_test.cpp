@@ -1,6 +1,7 @@
 
 #include <gtest/gtest.h>
 
+#include "apps/command_line/parser.h"
 #include "apps/qduino/arguments.h"
 
 namespace qduino::apps::completion_test {

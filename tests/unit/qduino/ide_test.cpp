@@ -25,17 +25,22 @@ TEST_F(IdeTest, AHostIsABoardOfItsOwnThatUploadsThere) {
     EXPECT_NE(text.find("here.upload.to=\n"), std::string::npos);
     EXPECT_NE(text.find("to_pi_printer_local.name=QduinoMC (pi@printer.local)\n"), std::string::npos);
     EXPECT_NE(text.find("to_pi_printer_local.upload.to=--to pi@printer.local\n"), std::string::npos);
+    EXPECT_NE(text.find("to_pi_printer_local.upload_port.board=to_pi_printer_local\n"), std::string::npos);
     // The IDE would use a programmer where there is no protocol.
     EXPECT_NE(text.find("to_pi_printer_local.upload.protocol="), std::string::npos);
 }
 
 TEST_F(IdeTest, ThePlatformIsWrittenAnewAndRemovedWithoutATrace) {
     fs::create_directories(folder_ / "hardware" / "other");
-    const auto place = install_platform(folder_, "/opt/q d/qduino", {});
+    const auto place = install_platform(folder_, "/opt/q d/qduino", {"a@b"});
     ASSERT_TRUE(place);
     const std::string platform = text_of(*place / "platform.txt");
     EXPECT_NE(platform.find("\nqduino=/opt/q d/qduino\n"), std::string::npos);
     EXPECT_NE(platform.find("\"{qduino}\" upload {upload.to} --built"), std::string::npos);
+    EXPECT_NE(platform.find("pluggable_discovery.qduino.pattern=\"/opt/q d/qduino\" ide discovery a@b\n"),
+              std::string::npos);
+    EXPECT_NE(platform.find("pluggable_monitor.pattern.qduino=\"/opt/q d/qduino\" ide monitor\n"),
+              std::string::npos);
     EXPECT_TRUE(fs::is_directory(*place / "cores" / "qduino"));
     EXPECT_TRUE(install_platform(folder_, "/elsewhere/qduino", {}));
     EXPECT_EQ(text_of(*place / "platform.txt").find("/opt/q d"), std::string::npos);

@@ -81,6 +81,52 @@ TEST_F(PlayerTest, PulsesOfDifferentAxesOverlapFreely) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
+TEST_F(PlayerTest, StepsAtOneInstantRiseInOneWriteAndFallInOne) {
+    pins_.write_cost_ns = 150;
+    for (int i = 0; i < 50; ++i) {
+        step(100'000 * i, kZ);
+        step(100'000 * i, kX);
+        step(100'000 * i, kY, i % 2 == 0 ? 1 : -1);
+        step(100'000 * i + 1, 3);  // another instant
+    }
+    const std::size_t before = pins_.writes.size();
+    play_all();
+    ASSERT_EQ(pins_.writes.size() - before, 200u);
+    const std::vector three{kZ, kX, kY};  // as they came
+    for (std::size_t i = before; i < pins_.writes.size(); i += 4) {
+        EXPECT_TRUE(pins_.writes[i].high && pins_.writes[i + 1].high);
+        EXPECT_FALSE(pins_.writes[i + 2].high || pins_.writes[i + 3].high);
+        for (const std::size_t all : {i, i + 2}) EXPECT_EQ(pins_.writes[all].axes, three);
+        for (const std::size_t one : {i + 1, i + 3}) EXPECT_EQ(pins_.writes[one].axes, std::vector{3});
+    }
+    EXPECT_EQ(pins_.rises(kX), pins_.rises(kZ));
+    EXPECT_EQ(pins_.falls(kX), pins_.falls(kY));
+    EXPECT_EQ(player_->steps(), (PerAxis<std::int64_t>{50, 0, 50, 50}));
+    EXPECT_EQ(player_->publish().lateness_ns.count(), 200u);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
+TEST_F(PlayerTest, ALateInstantMovesTheTimeLineOnceForAllItsSteps) {
+    for (int i = 0; i < 10; ++i)
+        for (const int axis : {kX, kY, kZ}) step(100'000 * i, axis);
+    pins_.oversleep_at(kLead + 450'000, 30'000);
+    play_all();
+    EXPECT_EQ(player_->publish().shift_ns, 30'000);
+    EXPECT_EQ(player_->publish().late_steps, 1u);
+    for (const int axis : {kX, kY, kZ}) EXPECT_EQ(pins_.rises(axis)[9] - pins_.rises(axis)[5], 400'000);
+}
+
+TEST_F(PlayerTest, AnAxisThatMustWaitHoldsNoOtherUp) {
+    step(0, kX);
+    step(1'000, kY);
+    step(1'000, kX);  // its low time is not over: raised at 2000
+    step(1'000, kZ);
+    play_all();
+    EXPECT_EQ(pins_.rises(kY)[0] - pins_.rises(kX)[0], 1'000);
+    EXPECT_EQ(pins_.rises(kX)[1] - pins_.rises(kX)[0], 2'000);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
 TEST_F(PlayerTest, TheHorizonIsKeptAndNothingIsLostAtIt) {
     for (int i = 0; i < 1000; ++i) step(10'000 * i, i % 2);
     for (std::int64_t horizon = 0; horizon < kLead + 10'100'000; horizon += 100'000) {

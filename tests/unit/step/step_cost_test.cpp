@@ -25,11 +25,11 @@ TEST(StepCost, MovesNoMotor) {
 
 TEST(StepCost, IsTheMedianWhatElseTookTheCoreIsNoPartOfIt) {
     struct Disturbed : test::VirtualPins {
-        void set_step(int axis, bool high) {
-            if (++writes % 1000 == 0) now_ns += 3'000'000;  // another task, for 3 ms
-            VirtualPins::set_step(axis, high);
+        void set_steps(const MotorList& axes, bool high) {
+            if (++count % 1000 == 0) now_ns += 3'000'000;  // another task, for 3 ms
+            VirtualPins::set_steps(axes, high);
         }
-        int writes = 0;
+        int count = 0;
     } pins;
     pins.write_cost_ns = 300;
     EXPECT_EQ(measure_step_cost(pins), 600ns);

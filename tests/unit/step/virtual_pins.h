@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "printer/step/player.h"
 
 namespace qduino::test {
 
@@ -17,6 +18,11 @@ struct VirtualPins {
         std::int64_t ns = 0;
         int axis = 0;
         bool is_step = true;  // else DIR
+        bool high = false;
+    };
+
+    struct Write {
+        std::vector<int> axes;
         bool high = false;
     };
 
@@ -35,8 +41,12 @@ struct VirtualPins {
         sleeps.push_back(to_ns(t));
         busy_until(t);
     }
-    void set_step(int axis, bool high) {
+    void set_steps(const printer::step::MotorList& axes, bool high) {
         now_ns += write_cost_ns;
+        writes.push_back({{axes.begin(), axes.end()}, high});
+        for (const int axis : axes) set_step(axis, high);
+    }
+    void set_step(int axis, bool high) {
         State& state = states_[static_cast<std::size_t>(axis)];
         if (high) state.position += state.positive ? 1 : -1;
         if (state.high != high) edges.push_back({now_ns, axis, true, high});
@@ -61,6 +71,7 @@ struct VirtualPins {
     std::function<bool(int)> endstop;
     unsigned watched = 0;  ///< bit per axis whose switches are watched
     std::vector<Edge> edges;
+    std::vector<Write> writes;         ///< of STEP pins
     std::vector<std::int64_t> sleeps;  ///< the instants that were slept to
     std::vector<std::int64_t> heat_cuts;
 

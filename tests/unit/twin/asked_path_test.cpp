@@ -33,6 +33,12 @@ TEST(LineReader, WordsNumbersAndComments) {
     EXPECT_FALSE(line.has('Z'));
 }
 
+TEST(LineReader, OnlyANumberedLineEndsWithACheckSum) {
+    EXPECT_EQ(LineReader::parse("A_WORD X=1 *12 MOVE=1").word_value("MOVE"), "1");
+    EXPECT_EQ(LineReader::parse("N7 A_WORD X=1 *12").word_value("X"), "1");
+    EXPECT_FALSE(LineReader::parse("N7 A_WORD X=1 *12 MOVE=1").word_value("MOVE").has_value());
+}
+
 TEST(LineReader, AnEAfterANumberIsAWordNotAnExponent) {
     const CommandLine line = LineReader::parse("G1 X1E2");
     EXPECT_DOUBLE_EQ(line.value('X'), 1);

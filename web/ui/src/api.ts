@@ -3,7 +3,9 @@
 import * as format from './format';
 import { isSearch, joined, listPath, PAGE_JOBS, RELOAD_JOBS_MAX, type Search } from './jobs';
 import { addConsole, reduce, store, withoutJob } from './store';
-import type { Guarantee, Inspection, JobPage, LayerIndex, LiveMessage, MachineConfig } from './types';
+import type { Guarantee, Inspection, JobPage, LayerIndex, LiveMessage, MachineConfig, Status } from './types';
+
+const ASK_MS = 1000;
 
 export class ApiError extends Error {
   constructor(message: string, readonly status: number) {
@@ -166,11 +168,53 @@ export async function sendLine(line: string): Promise<void> {
   await act('console', 'POST', 'machine/gcode', { line });
 }
 
+const take = (message: LiveMessage) => store.update((s) => reduce(s, message, Date.now() / 1000));
+
+/** For a printer without a live stream: asks it once a second. Returns what stops it. */
+function startAsking(): () => void {
+  let stopped = false;
+  let timer = 0;
+  let listed = '';
+  const once = async () => {
+    try {
+      take({ type: 'status', status: await request<Status>('GET', 'machine') });
+      const page = await request<JobPage>('GET', 'jobs');
+      const list = JSON.stringify(page);
+      if (list !== listed) take({ type: 'jobs', ...page });
+      listed = list;
+      if (!stopped) store.set({ online: true });
+    } catch (error) {
+      if ((error as ApiError).status === 401) return; // request() has told the page
+      store.set({ online: false });
+    }
+    if (!stopped) timer = window.setTimeout(once, ASK_MS);
+  };
+  void once();
+  return () => {
+    stopped = true;
+    clearTimeout(timer);
+    store.set({ online: false });
+  };
+}
+
+/** Keeps the page up to date in the way that the printer has. Returns what stops it. */
+export function startLive(): () => void {
+  let stopped = false;
+  let stop = () => {};
+  void request<Status>('GET', 'machine').then((status) => status.lacks?.includes('live') ?? false, () => false).then((asks) => {
+    if (!stopped) stop = asks ? startAsking() : startStream();
+  });
+  return () => {
+    stopped = true;
+    stop();
+  };
+}
+
 /**
  * Keeps one live stream open until it is told to stop, or the session has ended; waits longer after
  * each failure, up to 8 s. Returns what stops it.
  */
-export function startLive(): () => void {
+function startStream(): () => void {
   let wait_ms = 500;
   let stopped = false;
   let socket: WebSocket | null = null;
@@ -194,7 +238,7 @@ export function startLive(): () => void {
     };
     socket.onmessage = (event) => {
       const message = JSON.parse(event.data) as LiveMessage;
-      store.update((s) => reduce(s, message, Date.now() / 1000));
+      take(message);
       if (message.type === 'status' && message.status.session !== session) {
         session = message.status.session;
         if (session !== null) void loadGuarantee();

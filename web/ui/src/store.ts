@@ -1,7 +1,7 @@
 // The page's state, and how live messages change it. reduce() is pure; the store only remembers and
 // notifies.
 import { isEnded, isRunning, isWaiting, olderBehind, renewed, type Search } from './jobs';
-import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMessage, MachineConfig, Progress, QueueGate, Status } from './types';
+import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMessage, MachineConfig, Part, Progress, QueueGate, Status } from './types';
 
 export { isRunning, isWaiting };
 
@@ -167,6 +167,9 @@ export function shownJob(state: State): Job | null {
  * status ten times a second.
  */
 export const progressNow = (job: Job, status: Status | null): Progress => (status?.job === job.id && status.progress ? status.progress : job.progress);
+
+/** True when the printer has said that it lacks this part. */
+export const lacks = (state: State, part: Part): boolean => state.status?.lacks?.includes(part) ?? false;
 
 /** The speed of the printer's time; a simulated printer may be faster than real time. */
 export const timeFactor = (status: Status | null): number => (status?.connected && status.time_factor > 0 ? status.time_factor : 1);

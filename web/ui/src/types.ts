@@ -67,7 +67,15 @@ export interface Timing {
 export type MachineState =
   | 'disconnected' | 'starting' | 'idle' | 'printing' | 'pausing' | 'paused' | 'cancelling' | 'faulted';
 
+/**
+ * What a printer may lack. live: the stream, so it is asked instead; hand: jog, heat and typed
+ * lines; layers: pictures of them; guarantee: its report; queue: order, copies and a hold.
+ */
+export type Part = 'live' | 'hand' | 'layers' | 'guarantee' | 'queue';
+
 export interface Status {
+  /** Absent: it has all. */
+  lacks?: Part[];
   connected: boolean;
   session: string | null;
   state: MachineState;
@@ -116,6 +124,10 @@ export interface QueueGate {
   bed_occupied: boolean;
   /** Each job waits until a person has said that the bed is clear. */
   confirm_bed: boolean;
+  /** False: without power it is gone. Absent: it is kept. */
+  durable?: boolean;
+  /** So many jobs may wait; absent: as many as you like. */
+  places?: number;
 }
 
 /** Jobs of each state, all of them, however many a page lists. */

@@ -1,11 +1,11 @@
-import { describe, expect, it } from 'vitest';
+import { afterEach, describe, expect, it, vi } from 'vitest';
 import { bars, periodsOf, usedShare } from '../src/components/Timing';
 import * as format from '../src/format';
 import { activityShares, chunks, cssColour, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
-import { ApiError, keyProblem, sentenceOf } from '../src/api';
+import { ApiError, keyProblem, sentenceOf, startLive } from '../src/api';
 import { shallowEqual } from '../src/hooks';
 import { joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
-import { addSample, initialState, progressNow, onTheWall, reduce, shownJob, withoutJob } from '../src/store';
+import { addSample, initialState, progressNow, lacks, onTheWall, reduce, shownJob, store, withoutJob } from '../src/store';
 import type { Job, JobPage, LoopGuarantee, Status } from '../src/types';
 import { rateOf } from '../src/uploads';
 
@@ -292,5 +292,41 @@ describe('what is guaranteed', () => {
   it('says nothing of the periods of a loop that does not wait for them', () => {
     expect(periodsOf(loop({ releases: 1 })).text).toBe('–');
     expect(periodsOf(loop({ releases: null, overruns: null, missed: null, worst_late_us: null })).text).toBe('–');
+  });
+});
+
+describe('a printer that lacks parts', () => {
+  const page = { jobs: [], next_before: null, counts: initialState.counts, queue: { ...initialState.gate, durable: false } };
+  afterEach(() => vi.unstubAllGlobals());
+  const printer = (status: object) => {
+    const asked: string[] = [];
+    const sockets: string[] = [];
+    vi.stubGlobal('location', { protocol: 'http:', host: 'printer' });
+    vi.stubGlobal('window', globalThis);
+    vi.stubGlobal('WebSocket', class { constructor(url: string) { sockets.push(url); } close() {} });
+    vi.stubGlobal('fetch', async (path: string) => {
+      asked.push(path);
+      return new Response(JSON.stringify(path.endsWith('/jobs') ? page : status));
+    });
+    return { asked, sockets };
+  };
+
+  it('is asked again and again where it has no live stream', async () => {
+    const { asked, sockets } = printer({ connected: false, lacks: ['live', 'hand'] });
+    const stop = startLive();
+    await vi.waitFor(() => expect(store.state.gate.durable).toBe(false));
+    stop();
+    expect(store.state.online).toBe(false);
+    expect(asked).toEqual(['/api/v1/machine', '/api/v1/machine', '/api/v1/jobs']);
+    expect(sockets).toEqual([]);
+    expect([lacks(store.state, 'hand'), lacks(store.state, 'layers')]).toEqual([true, false]);
+  });
+
+  it('is streamed from where it has one', async () => {
+    const { asked, sockets } = printer({ connected: false });
+    const stop = startLive();
+    await vi.waitFor(() => expect(sockets).toEqual(['ws://printer/api/v1/live']));
+    stop();
+    expect(asked).toEqual(['/api/v1/machine']);
   });
 });

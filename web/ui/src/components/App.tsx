@@ -1,7 +1,7 @@
 import { useEffect } from 'preact/hooks';
 import { keyProblem, request, signIn, startLive, takeKeyFromAddress, type ApiError } from '../api';
 import { useStore } from '../hooks';
-import { store } from '../store';
+import { lacks, store } from '../store';
 import { Ask } from './Ask';
 import { Banner } from './Banner';
 import { Console } from './Console';
@@ -36,6 +36,7 @@ async function begin(): Promise<void> {
 
 export function App() {
   const signedIn = useStore((s) => s.signedIn);
+  const noHand = useStore((s) => lacks(s, 'hand'));
   useEffect(() => {
     void begin();
     // The link may be opened again in a tab that already shows the page: then only the fragment
@@ -64,7 +65,7 @@ export function App() {
           <section class="column machine" aria-label="Machine">
             <Temperatures />
             <Controls />
-            <Console />
+            {!noHand && <Console />}
           </section>
         </div>
       </main>

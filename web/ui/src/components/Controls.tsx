@@ -1,6 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import { act } from '../api';
 import { useStore } from '../hooks';
+import { lacks } from '../store';
 import type { MachineState } from '../types';
 import { Icon } from './Icon';
 import { Refusal } from './Refusal';
@@ -135,7 +136,20 @@ const NOTES: Partial<Record<MachineState, string>> = {
   cancelling: 'Axes move by hand when the print has ended.', faulted: 'Axes move by hand once the fault is cleared.',
 };
 
+function NoControls() {
+  return (
+    <div class="card controls" data-testid="no-hand">
+      <div class="row head"><h2>Controls</h2><Position /></div>
+      <p class="muted">This printer prints files alone: it takes no jog, no temperature and no typed line.</p>
+    </div>
+  );
+}
+
 export function Controls() {
+  return useStore((s) => lacks(s, 'hand')) ? <NoControls /> : <ByHand />;
+}
+
+function ByHand() {
   const { state, hotEnd, bed, fan } = useStore((s) => ({
     state: s.status?.state ?? 'disconnected', hotEnd: s.status?.hot_end.target_c ?? 0, bed: s.status?.bed.target_c ?? 0,
     fan: Math.round((s.status?.fan ?? 0) * 100),

@@ -4,7 +4,7 @@ import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { endedCount, isEnded, isSearch, STATE_CHOICES, waitingCount } from '../jobs';
-import { ask, isRunning, isWaiting, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
+import { ask, isRunning, isWaiting, lacks, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
 import type { Job } from '../types';
 import { Icon } from './Icon';
 import { Refusal } from './Refusal';
@@ -57,23 +57,24 @@ interface RowProps {
 }
 
 function WaitingTools({ job, waiting, more, at }: RowProps) {
+  const plain = useStore((s) => lacks(s, 'queue'));
   // Behind it are jobs that are not listed: the page does not know the next one.
   const last = at >= waiting.length - (more ? 2 : 1);
 
   return (
     <div class="tools">
-      <label class="copies">
+      {!plain && <label class="copies">
         ×<input type="number" inputMode="numeric" min={Math.max(1, job.copies_done)} max={1000} value={job.copies} aria-label={`Copies of ${job.name}`}
           onChange={(event) => change(job, 'PATCH', '', { copies: Number(event.currentTarget.value) })} />
-      </label>
+      </label>}
       <span class="buttons">
-        {at >= 0 && <button class="quiet" disabled={at === 0} aria-label={`Move ${job.name} up`} title="Earlier"
+        {at >= 0 && !plain && <button class="quiet" disabled={at === 0} aria-label={`Move ${job.name} up`} title="Earlier"
           onClick={() => move(job.id, waiting[at - 1].id)}><Icon name="up" /></button>}
-        {at >= 0 && <button class="quiet" disabled={last} aria-label={`Move ${job.name} down`} title="Later"
+        {at >= 0 && !plain && <button class="quiet" disabled={last} aria-label={`Move ${job.name} down`} title="Later"
           onClick={() => move(job.id, waiting[at + 2]?.id ?? null)}><Icon name="down" /></button>}
         {job.state === 'held'
           ? <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Release ${job.name}`} title="Release"><Icon name="play" /></button>
-          : <button class="quiet" onClick={() => change(job, 'PATCH', '', { hold: true })} aria-label={`Hold ${job.name}`} title="Hold"><Icon name="pause" /></button>}
+          : !plain && <button class="quiet" onClick={() => change(job, 'PATCH', '', { hold: true })} aria-label={`Hold ${job.name}`} title="Hold"><Icon name="pause" /></button>}
         <button class="quiet" onClick={() => remove(job)} aria-label={`Delete ${job.name}`} title="Delete"><Icon name="cross" /></button>
       </span>
     </div>
@@ -99,7 +100,7 @@ function WaitingRow(props: RowProps) {
   const last = at === waiting.length - 1;
   const mark = !drag || drag.before === undefined ? '' : drag.before === job.id ? 'over' : last && drag.before === null ? 'under' : '';
   return (
-    <li class={`job ${mark} ${drag?.id === job.id ? 'dragged' : ''}`} data-testid="job" data-job={job.id} draggable={at >= 0} onDragOver={over} onDrop={drop}
+    <li class={`job ${mark} ${drag?.id === job.id ? 'dragged' : ''}`} data-testid="job" data-job={job.id} draggable={at >= 0 && !lacks(store.state, 'queue')} onDragOver={over} onDrop={drop}
       onDragStart={(event) => (event.dataTransfer?.setData('text/plain', job.name), setDrag({ id: job.id, before: undefined }))}
       onDragEnd={() => setDrag(null)}>
       <Thumbnail job={job} />
@@ -257,6 +258,9 @@ export function Queue() {
   const counts = useStore((s) => s.counts);
   const searching = useStore((s) => isSearch(s.search));
   const held = useStore((s) => s.gate.held);
+  const plain = useStore((s) => lacks(s, 'queue'));
+  const volatile = useStore((s) => (s.gate.durable === false
+    ? `Jobs are in its memory alone: without power they are gone.${s.gate.places === 1 ? ' One prints, and one may wait.' : ''}` : null));
   const shown = useStore((s) => shownJob(s)?.id ?? null);
   const ends = useStore((s) => {
     const perMinute: Record<number, number> = {};
@@ -273,9 +277,10 @@ export function Queue() {
     <div class="card queue" data-shown={shown}>
       <div class="row head">
         <h2>Queue{waitingInAll > 0 && <span class="muted"> · {format.count(waitingInAll)} waiting</span>}</h2>
-        {!held && waiting.length > 0 && <button class="quiet" onClick={() => act('queue', 'POST', 'queue/hold')} title="The print that runs is finished; no other starts">Hold all</button>}
+        {!held && !plain && waiting.length > 0 && <button class="quiet" onClick={() => act('queue', 'POST', 'queue/hold')} title="The print that runs is finished; no other starts">Hold all</button>}
       </div>
       <Gate />
+      {volatile && <p class="muted small-note" data-testid="volatile">{volatile}</p>}
       {(searching || counts.total > SEARCH_FROM_JOBS) && <SearchRow />}
       <Refusal at="list" />
       {searching ? <Found row={row} /> : <All row={row} />}

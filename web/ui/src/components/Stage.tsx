@@ -3,7 +3,7 @@ import { layerBytes, layerIndex } from '../api';
 import { useStore } from '../hooks';
 import { chunks, cssColour, decodeLayers, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
 import { hasStopped } from '../jobs';
-import { isRunning, store } from '../store';
+import { isRunning, lacks, store } from '../store';
 import type { Job } from '../types';
 import type { Direction, PartView } from '../view';
 import { Icon } from './Icon';
@@ -107,6 +107,7 @@ function StageOf({ job }: { job: Job | null }) {
   const [features, setFeatures] = useState<number[]>([]);
   const made = useView(canvas, setProblem);
   const view = made?.view ?? null;
+  const bare = useStore((s) => lacks(s, 'layers'));
   const box = job?.facts.min_mm && job.facts.max_mm && job.facts.layers ? { min: job.facts.min_mm, max: job.facts.max_mm } : null;
   const look = (from: Direction) => view?.frameOn(box, from);
 
@@ -118,12 +119,13 @@ function StageOf({ job }: { job: Job | null }) {
     setFeatures([]);
     look('corner');
     if (!job) return;
+    if (bare) return setProblem('This printer keeps no picture of the layers.');
     const abort = new AbortController();
     load(made.view, made.solidFor, job.id, abort.signal, (count) => (setLoaded(count), setFeatures(made.view.features())))
       .then(() => setProblem(null))
       .catch((error) => abort.signal.aborted || setProblem((error as Error).message));
     return () => abort.abort();
-  }, [made, job?.id]);
+  }, [made, job?.id, bare]);
   useFollow(view, job, top, loaded);
 
   return (

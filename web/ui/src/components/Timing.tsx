@@ -3,6 +3,7 @@ import { useRef, useEffect } from 'preact/hooks';
 import { loadGuarantee } from '../api';
 import * as format from '../format';
 import { useStore, useStoreSlowly } from '../hooks';
+import { lacks } from '../store';
 import type { Guarantee, LoopGuarantee, ServiceVcpu, Timing as TimingData, TreeGuarantee } from '../types';
 
 /**
@@ -174,7 +175,7 @@ function Figures({ timing }: { timing: TimingData }) {
 export function Timing() {
   const timing = useStoreSlowly(500, (s) => (s.status?.connected ? s.status.timing : null));
   const { guarantee, guaranteeBefore } = useStore((s) => ({ guarantee: s.guarantee, guaranteeBefore: s.guaranteeBefore }));
-  const connected = useStore((s) => Boolean(s.status?.connected));
+  const connected = useStore((s) => Boolean(s.status?.connected) && !lacks(s, 'guarantee'));
   useEffect(() => {
     if (!connected) return;
     const timer = setInterval(() => void loadGuarantee(), 5000);

@@ -1,0 +1,33 @@
+// Our help and our words around CLI11's parser: help that fits 80 columns, and errors that guess
+// what was meant. For a program with commands (qduino); others take CommandLine (command_line.h),
+// which spares their compiler CLI11.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+namespace qduino::apps {
+
+/// An option whose help calls its value `argument`: "--for S".
+template <typename Value>
+CLI::Option* add_option(CLI::App& app, const char* names, Value& value, const char* description,
+                        const char* argument) {
+    return app.add_option(names, value, description)->option_text(argument);
+}
+
+/// Parses. A returned value is the exit status to leave with: help was printed, or the line was
+/// wrong and the user was told.
+std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv);
+
+/// Its first half, for a program that shows its help unasked: help that fits.
+void fit_help(CLI::App& app, const char* program);
+/// Its second half: the words for a wrong line, or the help that was asked for. Returns the exit
+/// status: 0, or above 100.
+int explain_command_line(const CLI::App& app, const CLI::ParseError& error);
+
+/// For a command that does not exist: says so, and guesses which was meant. Returns the exit
+/// status.
+int explain_unknown_command(const CLI::App& app, const std::string& word);
+
+}  // namespace qduino::apps

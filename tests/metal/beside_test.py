@@ -1,0 +1,242 @@
+"""A core that Linux gives up: Debian's kernel boots in QEMU with two cores, and `qduino metal beside` runs a sketch's image on the second.
+
+The witness is outside of the machine: its memory is a file, which this program maps. So it sees the board also when Linux has crashed.
+What is about times runs with counted time, which makes a run repeatable, whatever else this computer does.
+
+  beside_test.py QDUINO [Class.test]"""
+import mmap
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from runs import CACHE, ENVIRONMENT, HERE, QDUINO, ROOT, main, metal
+
+sys.path.insert(0, str(ROOT / 'tests/emulated'))
+from emulator import Machine  # noqa: E402
+from initramfs import shell_system  # noqa: E402
+from kernels import NotToBeHad, kernel  # noqa: E402
+
+MEGABYTES = 640
+KEPT_AT = 0x10000000
+BOOT_LINE = 'memmap=166M$0x10000000 memmap=4K$0x90000 iomem=relaxed nox2apic'
+COUNTED_TIME = ['-icount', 'shift=4,sleep=off']
+PINS_AT = 32 << 20  # of what both share; tests/unit/window/beside_layout_test.cpp holds these numbers
+OUTPUTS_AT, OUTPUT_BYTES, LOST_OF_LOOP_1 = 256, 12, 40704 + 64 + 8
+RING_OF_HOST, RING_OF_LOOP_1, RING_SLOTS_AT, RING_SLOTS = 196608, 2359296, 256, 1 << 17
+RUNS, ENDED = 2, 3
+ENDED_BY_SILENCE = 3
+LIMIT_S = 600
+BELL_AT = 0x90fff  # the last byte of the trampoline's page: this test rings, and Linux goes on
+# `begin`: the sketch runs in the background, and is ready. `heard N`: waits for the bell.
+PRELUDE = f"""export PATH=/bin:/usr/bin
+online() {{ cat /sys/devices/system/cpu/online; }}
+beside() {{ qduino metal beside /image "$@"; echo "ended with $?"; }}
+begin() {{ qduino metal beside /image "$@" >/run/said 2>&1 & until grep -q 'sketch: ready' /run/said; do sleep 0.1; done; }}
+heard() {{ until [ "$(dd if=/dev/mem bs=1 skip={BELL_AT} count=1 2>/dev/null)" = $1 ]; do sleep 0.1; done; }}
+"""
+
+
+class Shared:
+    """What Linux and the board share (board/window/beside_layout.h), from outside of the machine."""
+
+    def __init__(self, memory):
+        self.memory = memory
+
+    def word(self, offset, form='<Q'):
+        return struct.unpack_from(form, self.memory, KEPT_AT + offset)[0]
+
+    def board(self):
+        """(beats, its clock, its state, its status)."""
+        return self.word(512), self.word(520), self.word(528, '<I'), self.word(532, '<I')
+
+    def silence(self):
+        """When the board saw the last heartbeat, and when its safe levels had been driven."""
+        return self.word(536), self.word(544)
+
+    def edges(self):
+        """That loop 1 has written, with those that found their ring full."""
+        return self.word(PINS_AT + RING_OF_LOOP_1) + self.word(PINS_AT + LOST_OF_LOOP_1)
+
+    def events(self, ring):
+        """(time, pin, level) of the last thousand edges that a VCPU has written: they stay in its ring when they have been read."""
+        pushed = self.word(PINS_AT + ring)
+        for number in range(max(0, pushed - 1000), pushed):
+            at = KEPT_AT + PINS_AT + ring + RING_SLOTS_AT + 16 * (number % RING_SLOTS)
+            time_ns, pin, _, level = struct.unpack_from('<qHBB', self.memory, at)
+            yield time_ns, pin, level
+
+    def latch(self, pin):
+        return self.memory[KEPT_AT + PINS_AT + OUTPUTS_AT + OUTPUT_BYTES * pin + 1]
+
+
+class Beside(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        built = subprocess.run(metal('build', HERE / 'beside'), capture_output=True, timeout=200, check=True, env=ENVIRONMENT)
+        cls.image = pathlib.Path(built.stdout.decode().strip()).read_bytes()
+        cls.qduino = pathlib.Path(CACHE) / 'stripped'
+        subprocess.run(['strip', '-o', cls.qduino, QDUINO], check=True)
+        cls.kernel = next(kernel('amd64', pathlib.Path.home() / '.cache/qduinomc/emulated').glob('vmlinuz-*'))
+
+    def boot(self, script, *options, words='', boot_line=BOOT_LINE):
+        """Linux carries out `script`, where `beside` runs the sketch's image."""
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix='qduino-beside-', dir='/dev/shm')))
+        shell_system(folder / 'initramfs', PRELUDE + script, [QDUINO, '/bin/grep', '/bin/dd', '/usr/bin/taskset', '/usr/bin/sha256sum'],
+                     {'bin/qduino': self.qduino.read_bytes(), 'image': self.image, 'damaged': self.image[:5000]})
+        memory = folder / 'memory'
+        command = ['qemu-system-x86_64', '-machine', 'q35,memory-backend=ram', '-cpu', 'max', '-smp', '2', '-m', str(MEGABYTES), '-object',
+                   f'memory-backend-file,id=ram,size={MEGABYTES}M,share=on,mem-path={memory}', '-kernel', str(self.kernel), '-initrd',
+                   str(folder / 'initramfs'), '-append', f'quiet loglevel=3 console=ttyS0 tsc=reliable {boot_line} {words}', *options]
+        self.machine = self.enterContext(Machine(command, folder, LIMIT_S))
+        with open(memory, 'r+b') as file:
+            self.memory = self.enterContext(mmap.mmap(file.fileno(), MEGABYTES << 20))
+            self.shared = Shared(self.memory)
+        return self.machine
+
+    def run(self, result=None):
+        faults = len(result.failures) + len(result.errors)
+        super().run(result)
+        if len(result.failures) + len(result.errors) > faults and hasattr(self, 'machine'):
+            print(*self.machine.console[-60:], sep='\n  | ', flush=True)
+
+    def wait_for(self, condition):
+        """Its value, once it is true."""
+        while not (value := condition()):
+            if time.monotonic() > self.machine.deadline or self.machine.process.poll() is not None:
+                self.fail('\n'.join(['what is waited for does not come', *self.machine.console[-40:]]))
+            time.sleep(0.02)
+        return value
+
+    def ring(self, number):
+        self.memory[BELL_AT] = ord(str(number))
+
+    def assert_runs_on(self):
+        """The board's clock goes on for half a second, and pulses come meanwhile."""
+        begin, edges = self.shared.board()[1], self.shared.edges()
+        self.wait_for(lambda: self.shared.board()[1] > begin + 500_000_000)
+        self.assertEqual(self.shared.board()[2], RUNS)
+        self.assertGreater(self.shared.edges(), edges + 100)
+
+    # ---- the core is given, and taken back
+
+    def test_taken_back_ten_times(self):
+        machine = self.boot('for i in 1 2 3 4 5 6 7 8 9 10; do beside --for 0.1 --silence 0; online; taskset -c 1 cat /proc/self/stat; done')
+        for _ in range(10):
+            machine.expect('sketch: ready')
+            self.assertGreater(int(machine.expect(r'^  6 +\d+ +(\d+)  low')[1]), 0)
+            machine.expect('Linux has its core back')
+            self.assertEqual(machine.expect(r'ended with (\d+)')[1], '0')
+            self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+            task = machine.expect(r'^\d+ \(cat\) (.*)$')[1].split()
+            self.assertEqual(task[36], '1', 'the core that it runs on: field 39 of proc_pid_stat(5)')
+        machine.wait_until_off()
+
+    def test_the_core_comes_back_whatever_fails(self):
+        script = (
+            'qduino metal beside /damaged; echo "ended with $?"; online; beside --core 7; online\n'
+            'begin --silence 0; kill -TERM $!; wait $!; echo "ended with $?"; online')
+        machine = self.boot(script)
+        machine.expect('this is no image that starts beside Linux')
+        self.assertEqual(machine.expect(r'ended with (\d+)')[1], '1')
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        machine.expect('Linux does not give core 7 up')
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        self.assertEqual(machine.expect(r'ended with (\d+)')[1], '0')
+        self.assertEqual(self.shared.board()[2], ENDED)
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        machine.wait_until_off()
+
+    def test_a_boot_line_that_lacks_words_is_refused(self):
+        machine = self.boot('beside; online', boot_line='memmap=4K$0x90000 nox2apic')
+        machine.expect('ended with 1')
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        machine.wait_until_off()
+        said = ' '.join(line.strip() for line in machine.console)
+        self.assertRegex(said, r'lacks: memmap=166M\$0x10000000 iomem=relaxed\.')
+
+    # ---- Linux is loaded, crashes, kills
+
+    def test_pulses_go_on_while_linux_is_full_and_kills_everything(self):
+        machine = self.boot('''
+begin --silence 0
+for i in 1 2 3 4 5 6; do while :; do sha256sum /bin/qduino; done >/dev/null & done
+echo "is full"; heard 1
+kill -9 -1
+echo "is killed"; heard 2
+echo 1 > /sys/devices/system/cpu/cpu1/online; online; taskset -c 1 cat /proc/self/stat
+''')
+        machine.expect('^is full')
+        self.wait_for(lambda: self.shared.board()[2] == RUNS)
+        self.assert_runs_on()
+        self.ring(1)
+        machine.expect('^is killed')
+        self.assert_runs_on()
+        self.ring(2)
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        self.assertEqual(machine.expect(r'^\d+ \(cat\) (.*)$')[1].split()[36], '1')
+        beats = self.shared.board()[0]
+        machine.wait_until_off()
+        self.assertEqual(self.shared.board()[0], beats, 'the board went on when Linux had its core back')
+
+    def test_pulses_go_on_after_a_crash(self):
+        machine = self.boot('begin --silence 0; echo running; heard 1; echo c > /proc/sysrq-trigger')
+        machine.expect('^running')
+        self.wait_for(lambda: self.shared.board()[2] == RUNS)
+        self.ring(1)
+        machine.expect('Kernel panic')
+        machine.expect('end Kernel panic')
+        self.assert_runs_on()
+
+    # ---- heartbeat
+
+    def assert_made_safe(self):
+        self.wait_for(lambda: self.shared.board()[2] == ENDED)
+        self.assertEqual(self.shared.board()[3], ENDED_BY_SILENCE)
+        self.assertEqual([self.shared.latch(pin) for pin in (7, 8, 9)], [0, 1, 1], 'two safe levels, and a pin without one')
+        seen, safe = self.shared.silence()
+        self.assertGreater(safe - seen, 5_000_000)
+        # A look came up to 1 ms after the last heartbeat.
+        self.assertLess(safe - seen + 1_000_000, 10_000_000)
+        first_safe = next(time_ns for time_ns, pin, level in self.shared.events(RING_OF_HOST) if time_ns > seen and (pin, level) == (7, 0))
+        self.assertLessEqual(first_safe, safe, 'the edge bears its own time')
+        later = [(pin, level) for time_ns, pin, level in self.shared.events(RING_OF_LOOP_1) if time_ns > safe]
+        self.assertLessEqual(len(later), 1, 'one that was under way; the next look makes it safe again')
+
+    def begin_with_heartbeat(self, end):
+        """The sketch runs for a while, then Linux does `end`."""
+        machine = self.boot('echo 1 > /sys/devices/system/cpu/cpu1/online\nbegin --silence 5\necho running; heard 1; echo ending\n' + end,
+                            *COUNTED_TIME, words='maxcpus=1')
+        machine.expect('^running')
+        self.wait_for(lambda: self.shared.board()[2] == RUNS)
+        self.assertEqual([self.shared.latch(pin) for pin in (7, 8, 9)], [1, 0, 1])
+        self.ring(1)
+        machine.expect('^ending')
+        return machine
+
+    def test_a_keeper_that_is_killed_makes_the_pins_safe(self):
+        machine = self.begin_with_heartbeat('kill -9 $!; sleep 1; online; echo 1 > /sys/devices/system/cpu/cpu1/online; online')
+        self.assert_made_safe()
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0')
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        machine.wait_until_off()
+
+    def test_a_keeper_that_was_stopped_says_how_it_ended(self):
+        machine = self.begin_with_heartbeat('kill -STOP $!; sleep 1; kill -CONT $!; wait $!; echo "ended with $?"; cat /run/said; online')
+        self.assert_made_safe()
+        self.assertEqual(machine.expect(r'ended with (\d+)')[1], '1')
+        machine.expect('Linux was silent: ')
+        machine.expect('was ENDED, for Linux was silent')
+        self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
+        machine.wait_until_off()
+
+    def test_a_crash_makes_the_pins_safe(self):
+        self.begin_with_heartbeat('echo c > /proc/sysrq-trigger')
+        self.assert_made_safe()
+
+
+if __name__ == '__main__':
+    main(when_asked=True, qemu_system_x86_64='qemu-system-x86', strip='binutils')
