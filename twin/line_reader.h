@@ -67,7 +67,10 @@ class LineReader {
         }
         if (!any) return std::nullopt;
         ++number_;
-        return parse({line, size});
+        std::string_view text{line, size};
+        constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // some editors begin a file so
+        if (number_ == 1 && text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+        return parse(text);
     }
     /// Number of the line that next() gave last, from 1.
     [[nodiscard]] std::uint64_t number() const { return number_; }

@@ -39,6 +39,13 @@ TEST(LineReader, OnlyANumberedLineEndsWithACheckSum) {
     EXPECT_FALSE(LineReader::parse("N7 A_WORD X=1 *12 MOVE=1").word_value("MOVE").has_value());
 }
 
+TEST(LineReader, AByteOrderMarkBeginsAFileAndNoOtherLine) {
+    TextSource source("\xEF\xBB\xBFG28\n\xEF\xBB\xBFG28");
+    LineReader reader(source);
+    EXPECT_EQ(reader.next()->letter, 'G');
+    EXPECT_EQ(reader.next()->letter, 0);
+}
+
 TEST(LineReader, AnEAfterANumberIsAWordNotAnExponent) {
     const CommandLine line = LineReader::parse("G1 X1E2");
     EXPECT_DOUBLE_EQ(line.value('X'), 1);
