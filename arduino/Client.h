@@ -17,7 +17,7 @@ class Client : public Stream {
     virtual void stop() = 0;
     /// Nonzero while connected, or while there is still something to read.
     virtual std::uint8_t connected() = 0;
-    virtual explicit operator bool() = 0;
+    virtual operator bool() = 0;
 };
 
 namespace arduino {

@@ -1,6 +1,7 @@
 #include "arduino/HardwareSerial.h"
 
 #include "arduino/core/diagnostics.h"
+#include "arduino/core/host_question.h"
 #include "board/board.h"
 
 using qduino::arduino::LockGuard;
@@ -39,7 +40,9 @@ void HardwareSerial::end() {
 template <typename Answer>
 int HardwareSerial::ask(Answer (SerialPort::*what)(), int otherwise) {
     const LockGuard held{lock_};
-    return port_ ? static_cast<int>((port_->*what)()) : otherwise;
+    const int answer = port_ ? static_cast<int>((port_->*what)()) : otherwise;
+    if (answer == otherwise) qduino::arduino::asked_in_vain(qduino::board::DeviceClass::uart);
+    return answer;
 }
 
 int HardwareSerial::available() { return ask(&SerialPort::available, 0); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "arduino/core/diagnostics.h"
+#include "arduino/core/host_question.h"
 #include "arduino/core/interface.h"
 #include "arduino/core/socket.h"
 #include "board/board.h"
@@ -33,8 +34,22 @@ bool can_reach(const char* call, int port, const IPAddress& address) {
                                                      "an IPv6 address: the sockets here speak IPv4");
 }
 
-/// The system was asked, and nothing moved. That takes the host as long as many steps of a sketch.
-void asked() { qduino::board::current().device_work(qduino::board::DeviceClass::nic, 0); }
+constexpr auto kNic = qduino::board::DeviceClass::nic;
+/// A refused connection, a name, or a look at the interfaces takes the host as long as so many
+/// short system calls.
+constexpr int kLongCalls = 50;
+
+void asked(int times = 1) { network::asked_in_vain(kNic, times); }
+
+std::optional<std::uint32_t> resolved(const char* host_name) {
+    asked(kLongCalls);
+    return network::resolve(host_name);
+}
+
+network::Interface interface_of_host() {
+    asked(kLongCalls);
+    return network::first_interface();
+}
 
 /// The socket; null, and reported, when it could not be made.
 std::shared_ptr<Socket> or_reported(const char* call, int port, Result<std::shared_ptr<Socket>> made) {
@@ -51,15 +66,17 @@ int NetClient::connect(IPAddress address, std::uint16_t port) {
     if (!can_reach("client.connect", port, address)) return 0;
     auto made = network::connect_socket({address, port}, connect_timeout_ms_);
     socket_ = made.ok() ? made.value() : nullptr;
-    return made.ok() ? 1 : 0;
+    if (!socket_) asked(kLongCalls);
+    return socket_ ? 1 : 0;
 }
 
 int NetClient::connect(const char* host_name, std::uint16_t port) {
-    const auto address = network::resolve(host_name);
+    const auto address = resolved(host_name);
     return address ? connect(IPAddress(*address), port) : 0;
 }
 
 std::size_t NetClient::write(const std::uint8_t* buffer, std::size_t size) {
+    asked();  // a loop that sends repeats it as well
     const std::size_t sent = socket_ ? moved(socket_->send({buffer, size})) : 0;
     if (sent < size) setWriteError();
     return sent;
@@ -70,27 +87,24 @@ void NetClient::stop() {
     socket_.reset();
 }
 
-int NetClient::available() {
-    asked();
-    return socket_ ? socket_->available() : 0;
-}
+int NetClient::available() { return network::found_on(kNic, socket_ ? socket_->available() : 0); }
 
 int NetClient::read() {
     std::uint8_t value;
     return read(&value, 1) == 1 ? value : -1;
 }
 int NetClient::read(std::uint8_t* buffer, std::size_t size) {
-    return socket_ ? moved(socket_->receive({buffer, size})) : -1;
+    return network::found_on(kNic, socket_ ? moved(socket_->receive({buffer, size})) : -1);
 }
 int NetClient::peek() {
     std::uint8_t value;
-    return socket_ && socket_->receive({&value, 1}, true) == 1 ? value : -1;
+    const int count = socket_ ? socket_->receive({&value, 1}, true) : -1;
+    return network::found_on(kNic, count) == 1 ? value : -1;
 }
 
 std::uint8_t NetClient::connected() {
-    asked();
     std::uint8_t value;
-    return socket_ && socket_->receive({&value, 1}, true) >= 0 ? 1 : 0;
+    return network::found_on(kNic, socket_ ? socket_->receive({&value, 1}, true) : -1) >= 0 ? 1 : 0;
 }
 
 IPAddress NetClient::remoteIP() const { return socket_ ? IPAddress(socket_->remote().address) : IPAddress(); }
@@ -104,11 +118,10 @@ void NetServer::begin() { listener_ = or_reported("server.begin", port_, network
 std::uint16_t NetServer::port() const { return listener_ ? listener_->local().port : port_; }
 
 void NetServer::take_new() {
-    asked();
     std::erase_if(clients_, [](NetClient& client) { return !client.connected(); });
     while (listener_ && clients_.size() < kClientsMax) {
         auto socket = listener_->accept();
-        if (!socket) return;
+        if (!socket) return asked();
         clients_.emplace_back(std::move(socket));
     }
 }
@@ -122,8 +135,8 @@ NetClient NetServer::available() {
 }
 
 NetClient NetServer::accept() {
-    asked();
     auto socket = listener_ ? listener_->accept() : nullptr;
+    if (!socket) asked();
     return socket ? NetClient(std::move(socket)) : NetClient();
 }
 
@@ -161,7 +174,7 @@ int NetUDP::beginPacket(IPAddress address, std::uint16_t port) {
     return socket_ ? 1 : 0;
 }
 int NetUDP::beginPacket(const char* host_name, std::uint16_t port) {
-    const auto address = network::resolve(host_name);
+    const auto address = resolved(host_name);
     return address ? beginPacket(IPAddress(*address), port) : 0;
 }
 
@@ -173,6 +186,7 @@ std::size_t NetUDP::write(const std::uint8_t* buffer, std::size_t size) {
 }
 
 int NetUDP::endPacket() {
+    asked();
     const bool sent = socket_ && socket_->send_to({to_address_, to_port_}, {out_.data(), out_size_});
     if (sent) moved(out_size_);
     return sent ? 1 : 0;
@@ -180,11 +194,12 @@ int NetUDP::endPacket() {
 
 int NetUDP::parsePacket() {
     in_size_ = in_read_ = 0;
-    asked();
-    if (!socket_) return 0;
     Endpoint from;
-    const auto size = socket_->receive_from(in_, from);
-    if (!size) return 0;
+    const auto size = socket_ ? socket_->receive_from(in_, from) : std::nullopt;
+    if (!size) {
+        asked();
+        return 0;
+    }
     remote_address_ = IPAddress(from.address);
     remote_port_ = from.port;
     in_size_ = moved(*size);
@@ -200,20 +215,29 @@ int NetUDP::read(unsigned char* buffer, std::size_t size) {
 
 std::uint16_t NetUDP::localPort() const { return socket_ ? socket_->local().port : 0; }
 
-IPAddress networkLocalIP() { return IPAddress(network::first_interface().address); }
-IPAddress networkSubnetMask() { return IPAddress(network::first_interface().mask); }
-IPAddress networkGatewayIP() { return IPAddress(network::gateway()); }
-IPAddress networkNameServerIP() { return IPAddress(network::name_server()); }
+IPAddress networkLocalIP() { return IPAddress(interface_of_host().address); }
+IPAddress networkSubnetMask() { return IPAddress(interface_of_host().mask); }
+IPAddress networkGatewayIP() {
+    asked(kLongCalls);
+    return IPAddress(network::gateway());
+}
+IPAddress networkNameServerIP() {
+    asked(kLongCalls);
+    return IPAddress(network::name_server());
+}
 
 void networkHardwareAddress(std::uint8_t* address) {
-    const network::Interface interface = network::first_interface();
+    const network::Interface interface = interface_of_host();
     std::ranges::copy(interface.hardware_address, address);
 }
 
-std::int32_t networkSignal() { return network::signal_dbm().value_or(0); }
+std::int32_t networkSignal() {
+    asked(kLongCalls);
+    return network::signal_dbm().value_or(0);
+}
 
 int networkHostByName(const char* host_name, IPAddress& address) {
-    const auto found = network::resolve(host_name);
+    const auto found = resolved(host_name);
     if (found) address = IPAddress(*found);
     return found ? 1 : 0;
 }

@@ -41,7 +41,7 @@ class NetClient : public Client {
     /// Closes the connection, for its copies as well.
     void stop() override;
     std::uint8_t connected() override;
-    explicit operator bool() override { return socket_ != nullptr; }
+    operator bool() override { return socket_ != nullptr; }
     bool operator==(const NetClient& other) const { return socket_ == other.socket_; }
     /// A state of TCP as the WiFi library numbers them: 4, established, or 0, closed.
     std::uint8_t status() { return connected() ? 4 : 0; }
@@ -70,7 +70,7 @@ class NetServer : public Server {
     std::size_t write(std::uint8_t value) override { return write(&value, 1); }
     std::size_t write(const std::uint8_t* buffer, std::size_t size) override;
     using Print::write;
-    explicit operator bool() const { return listener_ != nullptr; }
+    operator bool() const { return listener_ != nullptr; }
     /// 1, it listens, or 0.
     [[nodiscard]] std::uint8_t status() const { return listener_ ? 1 : 0; }
     [[nodiscard]] std::uint16_t port() const;

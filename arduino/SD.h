@@ -47,7 +47,7 @@ class File : public Stream {
     [[nodiscard]] std::uint32_t position() const;
     [[nodiscard]] std::uint32_t size() const;
     void close() { file_.reset(); }
-    explicit operator bool() const { return file_ != nullptr; }
+    operator bool() const { return file_ != nullptr; }
     /// The last part of its path.
     [[nodiscard]] const char* name() const;
 

@@ -94,8 +94,8 @@ class Board {
     virtual Result<void> spi_transfer(SpiBus bus, SpiSettings settings, std::span<std::uint8_t> data);
 
     /// The calling VCPU moves `bytes` through a device that the board does not carry itself: a
-    /// serial port, a network card. Takes what that costs where devices are simulated; nothing
-    /// elsewhere.
+    /// serial port, a network card. 0: it asked there, in vain. Takes what that costs where devices
+    /// are simulated; nothing elsewhere.
     virtual void device_work([[maybe_unused]] DeviceClass device, [[maybe_unused]] std::size_t bytes) {}
 
     // ---- locks ----------------------------------------------------------------------------------

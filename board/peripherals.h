@@ -61,8 +61,9 @@ class Peripherals {
     [[nodiscard]] virtual Instant next_event(Instant /*now*/) { return kForever; }
 };
 
-/// A board with nothing wired to it: inputs read low, no chip answers.
-class NoPeripherals final : public Peripherals {
+/// A board with nothing wired to it: inputs read low, no chip answers. Also the base of peripherals
+/// that only look at some of this.
+class NoPeripherals : public Peripherals {
   public:
     void pin_written(Instant, PinId, Level) override {}
     void pwm_written(Instant, PinId, double) override {}
@@ -74,6 +75,35 @@ class NoPeripherals final : public Peripherals {
                           "no chip answers at this I2C address: check wiring and address");
     }
     Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override { return {}; }
+};
+
+/// Stands between a board and `next`, and forwards everything, so that another may override what it
+/// wants to see or to change. forward_to() comes before any other call; `next` outlives the board.
+class ForwardingPeripherals : public Peripherals {
+  public:
+    void forward_to(Peripherals& next) { next_ = &next; }
+    bool report_edges_to(PinEdgeSink& sink) override { return next_->report_edges_to(sink); }
+    void advance(Instant now) override { next_->advance(now); }
+    void pin_written(Instant now, PinId pin, Level level) override { next_->pin_written(now, pin, level); }
+    void pin_released(Instant now, PinId pin) override { next_->pin_released(now, pin); }
+    void pwm_written(Instant now, PinId pin, double duty) override { next_->pwm_written(now, pin, duty); }
+    void pwm_period_set(Instant now, PinId pin, Nanoseconds period) override {
+        next_->pwm_period_set(now, pin, period);
+    }
+    Level pin_level(Instant now, PinId pin) override { return next_->pin_level(now, pin); }
+    double analog_level(Instant now, PinId pin) override { return next_->analog_level(now, pin); }
+    Result<void> i2c_transfer(Instant now, I2cBus bus, I2cAddress address, std::span<const std::uint8_t> out,
+                              std::span<std::uint8_t> in) override {
+        return next_->i2c_transfer(now, bus, address, out, in);
+    }
+    Result<void> spi_transfer(Instant now, SpiBus bus, SpiSettings settings,
+                              std::span<std::uint8_t> data) override {
+        return next_->spi_transfer(now, bus, settings, data);
+    }
+    Instant next_event(Instant now) override { return next_->next_event(now); }
+
+  private:
+    Peripherals* next_ = nullptr;
 };
 
 }  // namespace qduino::board

@@ -85,7 +85,8 @@ struct AxisConfig {
     Millimetres home_retreat{};
     Millimetres home_position{};  ///< coordinate at the endstop
     bool home_towards_minimum = true;
-    /// Where the estimate of a job expects an axis that has not been homed: so far from its switch.
+    /// Where an axis is expected to stand that has not been homed: so far from its switch. Of a
+    /// delta, Z's: the carriage that is farthest from its switch.
     Millimetres expected_from_switch{45};
     ShaperConfig shaper{};            ///< X and Y
     bool direction_inverted = false;  ///< DIR high moves towards minus
@@ -333,6 +334,12 @@ constexpr PerAxis<Millimetres> home_positions(const MachineConfig& machine) {
     PerAxis<Millimetres> home{};
     for (const Axis axis : {Axis::x, Axis::y, Axis::z}) home[axis] = machine.axes[axis].home_position;
     return home;
+}
+
+/// Where an axis is expected that has not been homed (expected_from_switch), within its bounds.
+constexpr Millimetres expected_place(const AxisConfig& axis) {
+    const double sign = axis.home_towards_minimum ? 1 : -1;
+    return std::clamp(axis.home_position + axis.expected_from_switch * sign, axis.minimum, axis.maximum);
 }
 
 /// Shortest time from one rising edge of a motor's STEP pin to the next, turning back or not: the

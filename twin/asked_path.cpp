@@ -227,12 +227,17 @@ void AskedPath::begin_curve(const CommandLine& command) {
     }
 }
 
+/// A move of an object that is left out makes the head wait; a line that moves nothing does not:
+/// nothing is left out of the part, and no place has to be found again.
+void AskedPath::begin_waiting(const Position& to) {
+    if (waiting_.active || !objects_.skipping() || to == program_) return;
+    waiting_.active = true;
+    waiting_.drawn_mm = filament_.peak_mm - program_[kExtruder];
+}
+
 /// The program goes to `to`, and the machine with it, unless an object is left out.
 void AskedPath::follow(const Position& to, bool curved) {
-    if (objects_.skipping() && !waiting_.active) {
-        waiting_.active = true;
-        waiting_.drawn_mm = filament_.peak_mm - program_[kExtruder];
-    }
+    begin_waiting(to);
     if (!waiting_.active) {
         Position there = to;
         there[kExtruder] = machine_[kExtruder] + (to[kExtruder] - program_[kExtruder]);
@@ -244,11 +249,8 @@ void AskedPath::follow(const Position& to, bool curved) {
 
 /// A firmware's retraction is made even where the head waits.
 void AskedPath::follow_retraction(const Position& to) {
-    if (!waiting_.active && !objects_.skipping()) return follow(to);
-    if (!waiting_.active) {
-        waiting_.active = true;
-        waiting_.drawn_mm = filament_.peak_mm - program_[kExtruder];
-    }
+    begin_waiting(to);
+    if (!waiting_.active) return follow(to);
     Position there = machine_;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) there[axis] += to[axis] - program_[axis];
     waiting_.drawn_mm -= there[kExtruder] - machine_[kExtruder];

@@ -12,10 +12,10 @@
 // - G10 draws the filament back by M207's length and lifts by its Z; G11 undoes both, and pushes
 //   M208's length on top. Neither changes what the words of E count from.
 // - Arcs and splines become chords: asked_curve.h. Words may be macros: asked_lines.h.
-// - While an object is left out (asked_objects.h), and then until a line goes sideways, the head
-//   waits where it was; firmware retractions are made there. That line first takes it to its own
-//   end: up, sideways, down. The filament is drawn back before, or pushed again after it, to where
-//   the program takes it to be.
+// - From the first move of an object that is left out (asked_objects.h) until a line behind it goes
+//   sideways, the head waits where it was; firmware retractions are made there. That line first
+//   takes it to its own end: up, sideways, down. The filament is drawn back before, or pushed again
+//   after it, to where the program takes it to be.
 //
 // Invariant: each item starts where the one before it ended; items that move nothing are not given.
 #pragma once
@@ -124,6 +124,7 @@ class AskedPath {
     [[nodiscard]] Position target(const CommandLine& command);
     [[nodiscard]] double e_unit() const;
     [[nodiscard]] double filament_per_word() const;
+    void begin_waiting(const Position& to);
     void follow(const Position& to, bool curved = false);
     void follow_retraction(const Position& to);
     void rejoin(const Position& to);

@@ -320,6 +320,7 @@ class Inspector {
     [[nodiscard]] double nearest_share(const Piece& here, double from) const;
     [[nodiscard]] bool is_near_curve(const Cursor& cursor, double limit_steps) const;
     void commit_on_curve(const Cursor& cursor);
+    [[nodiscard]] double coarser_steps(std::size_t axis, const Piece& here) const;
     void drop_passed(const Cursor& cursor);
     void follow_extruder(int direction);
     [[nodiscard]] double slides_reach(const Cursor& cursor, bool behind);

@@ -158,15 +158,9 @@ Proof Authenticator::prove_key(std::string_view key, const std::string& remote, 
 Proof Authenticator::prove(const RequestHead& head, const std::string& remote, Instant now,
                            spool::UnixSeconds now_s) {
     if (is_off()) return Proof::off;
-    if (const std::string* key = head.find("X-Api-Key")) return prove_key(*key, remote, now);
-    if (const std::string* authorization = head.find("Authorization")) {
-        constexpr std::string_view kScheme = "Bearer ";
-        const std::string_view value = *authorization;
-        const bool bearer =
-            value.size() > kScheme.size() && equal_ignoring_case(value.substr(0, kScheme.size()), kScheme);
-        return bearer ? prove_key(trimmed(value.substr(kScheme.size())), remote, now) : Proof::none;
-    }
-    const std::string_view token = cookie_value(head.value("Cookie"), kCookie);
+    if (const std::optional<std::string_view> key = presented_key(head)) return prove_key(*key, remote, now);
+    if (head.find("Authorization")) return Proof::none;
+    const std::string_view token = cookie_value(head.value("Cookie"), kSessionCookie);
     return !token.empty() && sessions.contains(token, now_s) ? Proof::cookie : Proof::none;
 }
 

@@ -99,8 +99,6 @@ enum class Proof : std::uint8_t {
 
 class Authenticator {
   public:
-    static constexpr std::string_view kCookie = "qduino_session";
-
     /// An empty key turns authentication off.
     Authenticator(std::string key, std::vector<spool::SessionRecord> stored);
 

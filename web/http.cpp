@@ -157,6 +157,15 @@ std::string head_bytes(const Response& response, bool keep_alive) {
     return head;
 }
 
+std::optional<std::string_view> presented_key(const RequestHead& head) {
+    if (const std::string* key = head.find("X-Api-Key")) return *key;
+    constexpr std::string_view kScheme = "Bearer ";
+    const std::string_view value = head.value("Authorization");
+    if (value.size() <= kScheme.size() || !equal_ignoring_case(value.substr(0, kScheme.size()), kScheme))
+        return std::nullopt;
+    return trimmed(value.substr(kScheme.size()));
+}
+
 std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     while (!cookies.empty()) {
         std::string_view value = trimmed(take_until(cookies, ';'));

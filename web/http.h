@@ -95,6 +95,13 @@ std::string_view take_until(std::string_view& rest, char separator);
 /// malformed.
 [[nodiscard]] bool parse_target(std::string_view target, RequestHead& head);
 
+/// The key that a request presents, in X-Api-Key or as a Bearer in Authorization; nothing when it
+/// presents none.
+[[nodiscard]] std::optional<std::string_view> presented_key(const RequestHead& head);
+
+/// The cookie of a browser's session.
+inline constexpr std::string_view kSessionCookie = "qduino_session";
+
 /// The value of one cookie in a Cookie field; empty when absent.
 [[nodiscard]] std::string_view cookie_value(std::string_view cookies, std::string_view name);
 

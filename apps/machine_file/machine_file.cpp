@@ -75,6 +75,9 @@ void read_axis(Section& s, AxisConfig& a) {
             s.fault("motors", text<std::string>("at most ", printer::kExtraMotorsMax, " more motors"));
 }
 
+/// Of a delta that somebody has moved.
+constexpr Millimetres kDeltaHangs{35};
+
 /// [kinematics]. A delta's axes get other defaults: its bed is round, its switches are at the top.
 void read_kinematics(Section& s, MachineConfig& m) {
     printer::KinematicsConfig& k = m.kinematics;
@@ -95,6 +98,7 @@ void read_kinematics(Section& s, MachineConfig& m) {
         m.axes[axis].maximum = k.bed_radius;
     }
     m.axes[Axis::z].home_position = m.axes[Axis::z].maximum;
+    m.axes[Axis::z].expected_from_switch = kDeltaHangs;
 }
 
 void read_model(Section& s, printer::HeaterModel& m) {

@@ -26,8 +26,13 @@ double carriage_rise(const twin::DeltaSpec& delta) {
     return std::sqrt(std::max(delta.arm_mm * delta.arm_mm - delta.radius_mm * delta.radius_mm, 0.0));
 }
 
-/// X, Y and Z of a delta are carriages on columns; the switch is at the top of each.
-void stand_up(twin::Machine& twin, const printer::KinematicsConfig& from) {
+/// At power-on each carriage of a delta hangs so much higher than the next: off the middle, as
+/// after somebody has moved the head.
+constexpr double kCarriageStartStep_mm = 2.5;
+
+/// X, Y and Z of a delta are carriages on columns; the switch is at the top of each. The last
+/// carriage hangs `lowest_mm` below its switch at power-on.
+void stand_up(twin::Machine& twin, const printer::KinematicsConfig& from, double lowest_mm) {
     twin.delta = {from.delta_radius.value(), from.arm_length.value(), from.tower_angle_degrees};
     for (std::size_t tower = 0; tower < printer::kTowerCount; ++tower) {
         twin::AxisSpec& to = twin.axes[tower];
@@ -35,8 +40,9 @@ void stand_up(twin::Machine& twin, const printer::KinematicsConfig& from) {
         to.trigger_mm = to.home_mm = height + from.endstop_offset[tower].value();
         to.hard_maximum_mm = to.trigger_mm + 2;
         to.hard_minimum_mm = 0;
-        // Off the middle, as a head hangs that somebody has moved.
-        to.start_mm = height - 30 - 2.5 * static_cast<double>(tower);
+        const double higher_mm =
+            kCarriageStartStep_mm * static_cast<double>(printer::kTowerCount - 1 - tower);
+        to.start_mm = to.trigger_mm - std::max(lowest_mm - higher_mm, 0.0);
     }
 }
 
@@ -132,14 +138,16 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
         to.trigger_mm = to.home_mm = from.home_position.value();
         to.hard_minimum_mm = std::min(from.minimum, from.home_position).value() - 2;
         to.hard_maximum_mm = std::max(from.maximum, from.home_position).value() + 2;
-        to.start_mm = std::clamp(to.start_mm, from.minimum.value(), from.maximum.value());
+        to.start_mm = expected_place(from).value();
     }
     copy_heater(config.hot_end, twin.heaters[twin::kHotEnd]);
     copy_heater(config.bed, twin.heaters[twin::kBed]);
     if (!config.has_bed) twin.heaters[twin::kBed].heater_pin = twin::kNotWired;
     twin.ambient_celsius = config.room.value();
     lay_bed(twin, config);
-    if (twin.gantry == twin::GantryType::delta) stand_up(twin, config.kinematics);
+    const printer::AxisConfig& z = config.axes[printer::Axis::z];
+    if (twin.gantry == twin::GantryType::delta)
+        stand_up(twin, config.kinematics, (z.home_position - expected_place(z)).value());
     twin.known_beds = known_beds(config, twin.grid);
     for (const printer::Macro& macro : config.macros)
         twin.macros.push_back({std::string{macro.name.view()}, std::string{macro.text.view()}});

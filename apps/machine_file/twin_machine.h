@@ -14,9 +14,9 @@
 
 namespace qduino::apps {
 
-/// A twin with the machine's wiring, scales and travel. Numbers that a machine file does not have
-/// (where the carriage stands at power-on, the motors' torque) keep the reference
-/// machine's value. Motors are never weaker than the speeds that the file allows.
+/// A twin with the machine's wiring, scales and travel. At power-on it stands where the file
+/// expects it (expected_from_switch_mm). Numbers that a machine file does not have (the motors'
+/// torque) keep the reference machine's value. Motors are never weaker than the file's speeds.
 twin::Machine twin_machine(const printer::MachineConfig& config);
 
 /// The twin that an app is to have. `twin_path`: a machine file of the twin's own, with the keys of

@@ -1,5 +1,5 @@
 // Serial on a machine without an operating system: the first serial line (board/metal).
-#include "board/metal/serial_line.h"
+#include "board/metal/driver/serial_line.h"
 
 #include "arduino/core/serial_port.h"
 #include "board/board.h"

@@ -1,5 +1,6 @@
 #include "apps/metal_printer/routes.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -60,12 +61,10 @@ Json job_of(const MemorySpool& spool, const Job& job) {
 Response list_jobs(MemorySpool& spool, const Arguments&) {
     Json jobs = Json::array();
     for (const Job* const job : spool.jobs()) jobs.push_back(job_of(spool, *job));
-    std::array<int, 8> of_state{};
-    for (const Job* const job : spool.jobs()) ++of_state[static_cast<std::size_t>(job->state)];
     Json counts{{"total", spool.jobs().size()}, {"held", 0}};
     for (const JobState state :
          {JobState::queued, JobState::printing, JobState::done, JobState::cancelled, JobState::failed})
-        counts[std::string(to_word(state))] = of_state[static_cast<std::size_t>(state)];
+        counts[std::string(to_word(state))] = std::ranges::count(spool.jobs(), state, &Job::state);
     return json_response({{"jobs", std::move(jobs)},
                           {"next_before", nullptr},
                           {"counts", std::move(counts)},

@@ -29,7 +29,6 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
     return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-constexpr std::string_view kCookie = "qduino_session";
 constexpr std::size_t kBodyMax = 4096;
 
 bool is_login(const web::RequestHead& head) {
@@ -160,15 +159,12 @@ void WebServer::end_request(Connection& connection) {
 }
 
 bool WebServer::shows_key(const web::RequestHead& head) const {
-    constexpr std::string_view kBearer = "Bearer ";
-    std::string_view shown = web::trimmed(head.value("X-Api-Key"));
-    const std::string_view authorization = web::trimmed(head.value("Authorization"));
-    if (shown.empty() && authorization.starts_with(kBearer)) shown = authorization.substr(kBearer.size());
-    return equal_in_constant_time(shown, key_);
+    const std::optional<std::string_view> shown = web::presented_key(head);
+    return shown && equal_in_constant_time(*shown, key_);
 }
 
 bool WebServer::has_session(const web::RequestHead& head) const {
-    return equal_in_constant_time(web::cookie_value(head.value("Cookie"), kCookie), session_) &&
+    return equal_in_constant_time(web::cookie_value(head.value("Cookie"), web::kSessionCookie), session_) &&
            web::HostPolicy{}.allows(head.value("Host")) && web::is_same_origin(head, true);
 }
 
@@ -188,8 +184,8 @@ Response WebServer::begin_session(const web::RequestHead& head, std::string_view
         !equal_in_constant_time((*shown)["key"].get_ref<const std::string&>(), key_))
         return no_key();
     Response response = web::api::no_content();
-    response.add("Set-Cookie",
-                 text<std::string>(kCookie, '=', session_, "; Path=/; HttpOnly; SameSite=Strict"));
+    response.add("Set-Cookie", text<std::string>(web::kSessionCookie, '=', session_,
+                                                 "; Path=/; HttpOnly; SameSite=Strict"));
     return response;
 }
 

@@ -70,6 +70,7 @@ Json to_json(const PrintResult& result) {
     out["error"] = result.error.empty() ? Json(nullptr) : Json(result.error);
     out["print_time_s"] = result.print_time_s;
     out["estimated_s"] = result.estimate.total_s;
+    out["estimate_open_s"] = {{"less", result.estimate.less_s}, {"more", result.estimate.more_s}};
     out["activities_s"] = activities_json(result.estimate);
     out["wall_s"] = result.wall_s;
     out["steps"] = by_axis(&twin::AxisFindings::steps);
@@ -125,13 +126,15 @@ std::string summary(const PrintResult& result) {
         result.success() ? "Built is what was asked." : "NOT what was asked.", "\n  printed   ",
         Fixed{result.print_time_s, 0}, " s in ", Fixed{result.wall_s, 1}, " s of wall time, ",
         built.layers.size(), " layers\n  estimated ", Fixed{result.estimate.total_s, 1},
-        " s before the print, ", Fixed{estimate_error_percent(result), 2}, " % off\n  filament  asked ",
-        Fixed{built.findings.filament_asked_mm}, " mm, built ", Fixed{built.findings.filament_built_mm},
-        " mm\n  deviation X ", Fixed{axes[0].path_deviation_mm_max, 4}, "  Y ",
-        Fixed{axes[1].path_deviation_mm_max, 4}, "  Z ", Fixed{axes[2].path_deviation_mm_max, 5}, "  E ",
-        Fixed{axes[3].path_deviation_mm_max, 4}, " mm at most\n  steps     X ", axes[0].steps, "  Y ",
-        axes[1].steps, "  Z ", axes[2].steps, "  E ", axes[3].steps, ", lost ", total_lost(built),
-        "\n  lateness  p50 ", late(0.5), "  p99 ", late(0.99), "  max ", late(1), '\n');
+        " s before the print, ", Fixed{estimate_error_percent(result), 2}, " % off; ",
+        Fixed{result.estimate.less_s, 1}, " less to ", Fixed{result.estimate.more_s, 1},
+        " more by where the axes stand\n  filament  asked ", Fixed{built.findings.filament_asked_mm},
+        " mm, built ", Fixed{built.findings.filament_built_mm}, " mm\n  deviation X ",
+        Fixed{axes[0].path_deviation_mm_max, 4}, "  Y ", Fixed{axes[1].path_deviation_mm_max, 4}, "  Z ",
+        Fixed{axes[2].path_deviation_mm_max, 5}, "  E ", Fixed{axes[3].path_deviation_mm_max, 4},
+        " mm at most\n  steps     X ", axes[0].steps, "  Y ", axes[1].steps, "  Z ", axes[2].steps, "  E ",
+        axes[3].steps, ", lost ", total_lost(built), "\n  lateness  p50 ", late(0.5), "  p99 ", late(0.99),
+        "  max ", late(1), '\n');
     if (result.observed) out += summary(*result.observed);
     if (!result.error.empty()) out += "  error     " + result.error + "\n";
     for (const std::string& difference : built.differences) out += "  differs   " + difference + "\n";

@@ -3,7 +3,8 @@
 namespace qduino::apps {
 
 StepLog::StepLog(const std::string& path, const printer::MachineConfig& config, board::Peripherals& next)
-    : next_(next), file_(path, std::ios::binary) {
+    : file_(path, std::ios::binary) {
+    forward_to(next);
     for (std::size_t i = 0; i < printer::kAxisCount; ++i) {
         wires_[config.axes[i].step_pin] = {Role::step, static_cast<std::uint8_t>(i)};
         wires_[config.axes[i].direction_pin] = {Role::direction, static_cast<std::uint8_t>(i)};
@@ -21,7 +22,7 @@ void StepLog::pin_written(Instant now, board::PinId pin, board::Level level) {
         if (high && !high_[wire.axis]) write_line(now, wire.axis);
         high_[wire.axis] = high;
     }
-    next_.pin_written(now, pin, level);
+    ForwardingPeripherals::pin_written(now, pin, level);
 }
 
 void StepLog::write_line(Instant now, std::size_t axis) {

@@ -14,7 +14,7 @@ namespace qduino::apps {
 
 /// Forwards everything to `next`, and writes `time_ns,axis,direction` for each rising edge of a
 /// STEP pin: nanoseconds since the board started, X Y Z or E, +1 or −1 in machine coordinates.
-class StepLog final : public board::Peripherals {
+class StepLog final : public board::ForwardingPeripherals {
   public:
     /// Opens and empties `path`. ok() tells whether that worked.
     StepLog(const std::string& path, const printer::MachineConfig& config, board::Peripherals& next);
@@ -23,20 +23,6 @@ class StepLog final : public board::Peripherals {
     bool close();
 
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
-    void pwm_written(Instant now, board::PinId pin, double duty) override {
-        next_.pwm_written(now, pin, duty);
-    }
-    board::Level pin_level(Instant now, board::PinId pin) override { return next_.pin_level(now, pin); }
-    double analog_level(Instant now, board::PinId pin) override { return next_.analog_level(now, pin); }
-    Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
-                              std::span<const std::uint8_t> out, std::span<std::uint8_t> in) override {
-        return next_.i2c_transfer(now, bus, address, out, in);
-    }
-    Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
-                              std::span<std::uint8_t> data) override {
-        return next_.spi_transfer(now, bus, settings, data);
-    }
-    Instant next_event(Instant now) override { return next_.next_event(now); }
 
   private:
     enum class Role : std::uint8_t { none, step, direction };
@@ -46,7 +32,6 @@ class StepLog final : public board::Peripherals {
     };
     void write_line(Instant now, std::size_t axis);
 
-    board::Peripherals& next_;
     std::ofstream file_;
     std::array<Wire, board::kPinCount> wires_{};
     std::array<bool, printer::kAxisCount> high_{};

@@ -334,6 +334,11 @@ void add_monitor(CLI::App& app, Arguments& arguments) {
     add_option(*sub, "--port", arguments.plot_port, "The page's port (default: a free one)", "N")
         ->check(CLI::Range(1, 65535))
         ->needs(plot);
+    add_option(*sub, "--tty", arguments.tty, "A serial port for other programs, until Ctrl-C", "LINK")
+        ->excludes(raw)
+        ->excludes(plot)
+        ->excludes("--timestamps")
+        ->excludes("--line-end");
 }
 
 void add_ide(CLI::App& app, Arguments& arguments) {

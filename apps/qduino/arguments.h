@@ -91,6 +91,7 @@ struct Arguments {
     bool from_stdin = false;  ///< upload: the sketch comes as a tar on standard input
     bool raw = false, timestamps = false;
     std::string line_end = "nl";
+    std::string tty;  ///< monitor: a link to a terminal; empty: none
     bool plot = false;
     int plot_port = 0;
     std::string settings_state;  ///< restore

@@ -14,26 +14,14 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The pins of a run beside Linux, where no other program plays what is wired to them.
-class CountedPins final : public board::Peripherals {
+class CountedPins final : public board::NoPeripherals {
   public:
     void pin_written(Instant, board::PinId pin, board::Level level) override {
         tally_.note(pin.number, level == board::Level::high);
     }
-    void pwm_written(Instant, board::PinId, double) override {}
-    board::Level pin_level(Instant now, board::PinId pin) override { return none_.pin_level(now, pin); }
-    double analog_level(Instant now, board::PinId pin) override { return none_.analog_level(now, pin); }
-    Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
-                              std::span<const std::uint8_t> out, std::span<std::uint8_t> in) override {
-        return none_.i2c_transfer(now, bus, address, out, in);
-    }
-    Result<void> spi_transfer(Instant now, board::SpiBus bus, board::SpiSettings settings,
-                              std::span<std::uint8_t> data) override {
-        return none_.spi_transfer(now, bus, settings, data);
-    }
     [[nodiscard]] std::string table() const { return tally_.table(); }
 
   private:
-    board::NoPeripherals none_;
     PinTally tally_;
 };
 

@@ -114,9 +114,21 @@ void append_to_standard_error() {
 
 // ---- Bochs --------------------------------------------------------------------------------------
 
-/// The Haswell model has x2APIC and TSC deadline. The card hangs on a network that is inside of the
-/// emulator: nothing leaves it. `unmapped=report`: the log has a line for each write to a port
-/// without a device, which is what the pins are.
+/// Bochs' router reads its ports in a file. The first line is its mark.
+std::string bochs_router(const std::vector<std::string>& forwards) {
+    std::string router = "# slirp config\n";
+    for (const std::string& forward : forwards) {
+        const std::size_t colon = forward.find(':');
+        write(router, "hostfwd = tcp:127.0.0.1:", forward.substr(0, colon), "-:", forward.substr(colon + 1),
+              '\n');
+    }
+    return router;
+}
+
+/// The Haswell model has x2APIC and TSC deadline. Without forwards the card hangs on a network that
+/// is inside of the emulator: nothing leaves it, and a run is the same every time.
+/// `unmapped=report`: the log has a line for each write to a port without a device, which is what
+/// the pins are.
 std::string bochs_configuration(const EmulatedMachine& machine, const fs::path& medium,
                                 const fs::path& scratch) {
     const std::string& folder = scratch.native();
@@ -135,8 +147,9 @@ std::string bochs_configuration(const EmulatedMachine& machine, const fs::path& 
         "\n"
         "clock: sync=none, time0=946681200\n"
         "pci: enabled=1, chipset=i440fx, slot1=e1000\n"
-        "e1000: enabled=1, mac=52:54:00:12:34:56, ethmod=vnet, ethdev=\"",
-        folder,
+        "e1000: enabled=1, mac=52:54:00:12:34:56, ethmod=",
+        machine.forwards.empty() ? "vnet" : "slirp", ", ethdev=\"", folder, "\", script=\"",
+        machine.forwards.empty() ? std::string{} : folder + "/router",
         "\"\n"
         "com1: enabled=1, mode=file, dev=\"",
         folder,
@@ -171,6 +184,7 @@ Result<EmulatedRun> run_in_bochs(const EmulatedMachine& machine, const fs::path&
                                  const fs::path& scratch) {
     const auto file = [&scratch](const char* name) { return (scratch / name).string(); };
     QDUINO_TRY(posix::write_file(file("configuration"), bochs_configuration(machine, medium, scratch)));
+    QDUINO_TRY(posix::write_file(file("router"), bochs_router(machine.forwards)));
     // Debian's Bochs is the one with the debugger, which waits for an order to begin.
     QDUINO_TRY(posix::write_file(file("orders"), "c\n"));
     const Words words{"sh",

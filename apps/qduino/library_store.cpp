@@ -3,11 +3,10 @@
 #include <stdlib.h>
 
 #include <algorithm>
-#include <cctype>
 #include <system_error>
 
 #include "apps/qduino/build_step.h"
-#include "apps/qduino/child_process.h"
+#include "apps/qduino/tool_run.h"
 #include "apps/qduino/words.h"
 #include "posix/small_file.h"
 #include "spool/sha256.h"
@@ -18,23 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kArchiveMax = 256u << 20;
-
-/// The last line of what a program said: the one with the reason.
-std::string last_line(const fs::path& log) {
-    std::string text = text_of(log);
-    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-    const std::size_t line = text.rfind('\n');
-    return line == std::string::npos ? text : text.substr(line + 1);
-}
-
-/// Runs a program that fetches or unpacks. Error: unavailable, with its last words.
-Result<void> run_tool(const Words& command, const fs::path& log) {
-    QDUINO_TRY_ASSIGN(const int status, run_into(command, log));
-    if (status == 0) return {};
-    return make_error(ErrorCode::unavailable,
-                      command[0] == "env" ? "git" : fs::path(command[0]).filename().native(), ": ",
-                      last_line(log));
-}
 
 /// The first thing in `folder` that is neither a file nor a folder: a link could lead anywhere.
 std::string first_oddity(const fs::path& folder) {

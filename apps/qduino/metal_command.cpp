@@ -21,11 +21,10 @@ namespace fs = std::filesystem;
 Result<void> check_options(const Arguments& arguments) {
     const bool bochs = arguments.witness == "bochs";
     if (bochs && (arguments.counted_time || !arguments.wire.empty() || !arguments.card.empty() ||
-                  !arguments.forwards.empty() || !arguments.files.empty() || !arguments.window.empty()))
+                  !arguments.files.empty() || !arguments.window.empty()))
         return make_error(ErrorCode::invalid_argument,
-                          "--deterministic, --wire, --card, --forward, --files and --window are QEMU's: in "
-                          "Bochs time always counts "
-                          "instructions, nothing drives its pins, and its network is inside of it");
+                          "--deterministic, --wire, --card, --files and --window are QEMU's: in Bochs time "
+                          "always counts instructions, nothing drives its pins, and its card is an e1000");
     if (!bochs && !arguments.vcd.empty())
         return make_error(ErrorCode::invalid_argument,
                           "--vcd needs '--witness bochs': QEMU has no clock at its pins");

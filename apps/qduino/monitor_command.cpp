@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "apps/qduino/monitor_text.h"
+#include "apps/qduino/monitor_tty.h"
 #include "apps/qduino/plot_server.h"
 #include "apps/qduino/serial_way.h"
 #include "apps/terminal/message.h"
@@ -95,6 +96,7 @@ Result<int> Monitor::run() {
 }  // namespace
 
 Result<int> monitor_command(const Arguments& arguments) {
+    if (!arguments.tty.empty()) return monitor_tty(arguments.tty, arguments.to);
     QDUINO_TRY_ASSIGN(SerialWay way, open_way(arguments.to));
     std::optional<PlotServer> plot;
     if (arguments.plot) {

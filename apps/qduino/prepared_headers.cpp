@@ -56,7 +56,7 @@ posix::UniqueFd PreparedHeaders::make(bool verbose) const {
         const Result<StepsDone> made = run_steps({step}, verbose);
         if (!made || made->failed) fs::remove(step.output, failed);
     }
-    // Shared: many may compile with it; who wants to change it waits for them.
+    // Shared: many compile with it at a time, and a change waits for them.
     ::flock(lock.get(), LOCK_SH);
     return lock;
 }

@@ -8,6 +8,7 @@
 
 #include "arduino/SD.h"
 #include "arduino/core/diagnostics.h"
+#include "arduino/core/host_question.h"
 #include "arduino/host/state_path.h"
 #include "posix/unique_fd.h"
 
@@ -33,7 +34,12 @@ std::vector<std::string> entries_of(const std::string& folder) {
     return names;
 }
 
+/// Opening a file, or looking for it, takes the host as long as so many short system calls.
+constexpr int kPathCalls = 10;
+constexpr auto kDisk = board::DeviceClass::disk;
+
 File open_at(const std::string& path, int mode) {
+    asked_in_vain(kDisk, kPathCalls);
     if (path.empty()) return File();
     std::error_code ignored;
     auto file = std::make_shared<OpenFile>();
@@ -54,7 +60,11 @@ File open_at(const std::string& path, int mode) {
 }  // namespace
 }  // namespace qduino::arduino::host
 
+using qduino::arduino::asked_in_vain;
+using qduino::arduino::found_on;
 using qduino::arduino::host::entries_of;
+using qduino::arduino::host::kDisk;
+using qduino::arduino::host::kPathCalls;
 using qduino::arduino::host::open_at;
 
 SDClass SD;
@@ -73,8 +83,9 @@ std::size_t File::write(const std::uint8_t* buffer, std::size_t size) {
 }
 
 int File::available() {
-    if (!file_ || file_->is_folder) return 0;
-    return static_cast<int>(std::min<std::uint32_t>(size() - std::min(position(), size()), 0x7FFF));
+    if (!file_ || file_->is_folder) return found_on(kDisk, 0);
+    const std::uint32_t left = size() - std::min(position(), size());
+    return found_on(kDisk, static_cast<int>(std::min<std::uint32_t>(left, 0x7FFF)));
 }
 
 int File::read() {
@@ -83,14 +94,16 @@ int File::read() {
 }
 
 int File::read(void* buffer, std::size_t size) {
-    if (!file_ || file_->is_folder) return -1;
-    return static_cast<int>(::read(file_->descriptor.get(), buffer, size));
+    if (!file_ || file_->is_folder) return found_on(kDisk, -1);
+    return found_on(kDisk, static_cast<int>(::read(file_->descriptor.get(), buffer, size)));
 }
 
 int File::peek() {
     std::uint8_t value = 0;
-    if (!file_ || file_->is_folder) return -1;
-    return ::pread(file_->descriptor.get(), &value, 1, static_cast<off_t>(position())) == 1 ? value : -1;
+    const bool readable = file_ && !file_->is_folder;
+    const ssize_t count =
+        readable ? ::pread(file_->descriptor.get(), &value, 1, static_cast<off_t>(position())) : -1;
+    return found_on(kDisk, count) == 1 ? value : -1;
 }
 
 void File::flush() {
@@ -158,6 +171,7 @@ File SDClass::open(const char* path, int mode) { return open_at(place(path), mod
 bool SDClass::exists(const char* path) {
     std::error_code ignored;
     const std::string there = place(path);
+    asked_in_vain(kDisk, kPathCalls);
     return !there.empty() && fs::exists(there, ignored);
 }
 

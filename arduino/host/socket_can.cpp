@@ -10,12 +10,16 @@
 
 #include "arduino/Arduino_CAN.h"
 #include "arduino/core/diagnostics.h"
+#include "arduino/core/host_question.h"
 #include "posix/system_error.h"
 
 // Last: it has macros with the names of CanMsg's constants.
 #include <linux/can.h>
 
 namespace qduino::arduino::host {
+
+/// A bus that cannot be opened takes the host as long as so many short system calls.
+constexpr int kOpenCalls = 10;
 
 Result<posix::UniqueFd> open_can(const std::string& interface) {
     posix::UniqueFd made{socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)};
@@ -38,6 +42,7 @@ bool SocketCan::begin(CanBitRate) {
         socket_ = std::move(*opened);
         return true;
     }
+    asked_in_vain(board::DeviceClass::nic, kOpenCalls);
     report_error("CAN.begin", 0, opened.error());
     return false;
 }
@@ -57,7 +62,7 @@ std::size_t SocketCan::available() {
         if ((frame.can_id & (CAN_RTR_FLAG | CAN_ERR_FLAG)) != 0) continue;
         received_.enqueue(CanMsg(frame.can_id, frame.can_dlc, frame.data));
     }
-    return received_.available();
+    return found_on(board::DeviceClass::nic, received_.available());
 }
 
 CanMsg SocketCan::read() {

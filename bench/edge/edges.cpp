@@ -33,21 +33,11 @@ constexpr std::size_t kWarmUp = 100;
 constexpr Nanoseconds kOverhead = 8s;
 
 /// One line that goes up and down.
-class Button final : public board::Peripherals {
+class Button final : public board::NoPeripherals {
   public:
     void press() { level_ = level_ == board::Level::low ? board::Level::high : board::Level::low; }
-    void pin_written(Instant, PinId, board::Level) override {}
-    void pwm_written(Instant, PinId, double) override {}
     board::Level pin_level(Instant, PinId pin) override {
         return pin == kButton ? level_ : board::Level::low;
-    }
-    double analog_level(Instant, PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return make_error(ErrorCode::timed_out, "nothing is wired here");
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
-        return {};
     }
 
   private:

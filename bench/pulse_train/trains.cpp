@@ -27,7 +27,7 @@ constexpr Nanoseconds kStart = 300ms;
 constexpr Nanoseconds kOverhead = 8s;
 
 /// Notes when pin 6 rises.
-class EdgeRecorder final : public BareMachine {
+class EdgeRecorder final : public board::NoPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (pin.number == kTrainPin && level == board::Level::high) rising_ns.push_back(to_ns(now));

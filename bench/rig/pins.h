@@ -10,21 +10,6 @@
 
 namespace qduino::bench {
 
-/// Pins alone: no chip answers.
-class BareMachine : public board::Peripherals {
-  public:
-    void pwm_written(Instant, board::PinId, double) override {}
-    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
-    double analog_level(Instant, board::PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return make_error(ErrorCode::timed_out, "nothing is wired here");
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
-        return {};
-    }
-};
-
 class Pins {
   public:
     /// In /dev/shm. `machine` sees the edges, and outlives this.

@@ -151,7 +151,7 @@ int play_on_board(const std::string& pins_path, Stage stage, const GuaranteeFile
 }
 
 /// Counts the steps that it sees.
-class StepCounter final : public BareMachine {
+class StepCounter final : public board::NoPeripherals {
   public:
     void pin_written(Instant, PinId, Level level) override { rising += level == Level::high ? 1 : 0; }
     std::int64_t rising = 0;

@@ -12,17 +12,13 @@
 #include "board/linux/real_time_thread.h"
 #include "posix/small_file.h"
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
-
 namespace qduino::board::linux {
 namespace {
 
 /// Tells the core that this is a spin: saves power, and time of the other hyper-thread.
 inline void relax_core() {
 #if defined(__x86_64__)
-    _mm_pause();
+    __builtin_ia32_pause();
 #elif defined(__aarch64__)
     asm volatile("yield");
 #endif

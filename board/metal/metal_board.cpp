@@ -11,13 +11,12 @@
 #include "board/metal/machine/local_apic.h"
 #include "board/metal/machine/paging.h"
 #include "board/real_time_mark.h"
+#include "board/vcpu_check.h"
 
 namespace qduino::board::metal {
 namespace {
 
 constinit MetalBoard* the_board = nullptr;
-
-Core& core_at(int number) { return cores[static_cast<std::size_t>(number)]; }
 
 /// The median of some, for an emulator's host may stop it in one of them.
 template <typename Action>
@@ -117,11 +116,6 @@ void MetalBoard::sleep_until(Instant t) {
 
 // ---- VCPUs --------------------------------------------------------------------------------------
 
-VcpuId MetalBoard::current_vcpu() const {
-    const Thread* const self = this_core().running();
-    return self ? self->spec.id : kNoVcpu;
-}
-
 Nanoseconds MetalBoard::slept() const {
     const Thread* const self = this_core().running();
     return self ? self->slept : Nanoseconds{0};
@@ -138,28 +132,13 @@ void MetalBoard::note_release(Instant nominal) {
     if (self && self->spec.deferrable) this_core().release(nominal);
 }
 
-Result<void> MetalBoard::check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
-    if (!is_ours(spec.core))
-        return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
-    const bool main = !spec.is_io();
-    if (main ? spec.id < 1 || spec.id > kMaxLoop : spec.id < kFirstIoVcpu || spec.id >= kVcpuLimit)
-        return make_error(ErrorCode::invalid_argument, "a VCPU's number is 1…32 (loop) or 33…63 (I/O)");
-    if (main && !spec.entry) return make_error(ErrorCode::invalid_argument, "a loop without an entry");
-    if (!spec.parameters().valid())
-        return make_error(ErrorCode::invalid_argument, "a VCPU needs 0 < budget <= period");
-    for (const VcpuSpec& other : all) {
-        if (&other == &spec) continue;
-        if (other.id == spec.id)
-            return make_error(ErrorCode::already_exists, "start: two VCPUs of one number");
-        if (spec.owns_core && other.core == spec.core)
-            return make_error(ErrorCode::not_permitted, "a loop owns its core: nothing else may run there");
-    }
-    return {};
-}
-
 Result<void> MetalBoard::start(std::span<const VcpuSpec> specs) {
     if (began_ != kForever) return make_error(ErrorCode::already_exists, "start: the board runs already");
-    for (const VcpuSpec& spec : specs) QDUINO_TRY(check(spec, specs));
+    for (const VcpuSpec& spec : specs) {
+        if (!is_ours(spec.core))
+            return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
+        QDUINO_TRY(check_vcpu(spec, specs));
+    }
     began_ = now();
     for (const VcpuSpec& spec : specs) QDUINO_TRY(add_thread(spec, began_));
     device_interrupts.route_all();

@@ -68,7 +68,7 @@ class MetalBoard final : public Board {
 
     // ---- VCPUs ----------------------------------------------------------------------------------
     [[nodiscard]] int core_count() const override { return metal::core_count(); }
-    [[nodiscard]] VcpuId current_vcpu() const override;
+    [[nodiscard]] VcpuId current_vcpu() const override { return running_vcpu(); }
     [[nodiscard]] Nanoseconds slept() const override;
     [[nodiscard]] Nanoseconds cpu_time() override;
     Result<void> start(std::span<const VcpuSpec> specs) override;
@@ -89,7 +89,6 @@ class MetalBoard final : public Board {
 
   private:
     static void thread_main(void* thread);
-    Result<void> check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const;
     Result<void> add_thread(const VcpuSpec& spec, Instant now);
     void end();
 

@@ -5,12 +5,12 @@
 
 #include "base/text.h"
 #include "board/metal/core/core.h"
+#include "board/metal/driver/serial_line.h"
 #include "board/metal/linux_side.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/machine/local_apic.h"
 #include "board/metal/machine/paging.h"
 #include "board/metal/pins.h"
-#include "board/metal/serial_line.h"
 
 namespace qduino::board::metal {
 namespace {

@@ -14,6 +14,8 @@ Result<void> check(PinId pin) {
 
 }  // namespace
 
+PinsWire pins_wire;
+
 Result<void> Pins::set_mode(PinId pin, PinMode mode) {
     QDUINO_TRY(check(pin));
     Pin& state = pins_[pin.number];
@@ -138,6 +140,11 @@ void Pins::driven(PinId pin, Level level) {
     Pin& state = pins_[pin.number];
     state.outside.store(level, std::memory_order_relaxed);
     if (state.watched.load(std::memory_order_acquire) && !state.output.load()) note_edge(pin, level);
+}
+
+void PinsWire::received(std::uint8_t byte) {
+    pins.driven(PinId{static_cast<std::uint16_t>(byte & 0x7f)},
+                (byte & 0x80) != 0 ? Level::high : Level::low);
 }
 
 void Pins::note_edge(PinId pin, Level level) {

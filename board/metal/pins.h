@@ -19,6 +19,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "board/board.h"
+#include "board/metal/driver/serial_line.h"
 #include "board/peripherals.h"
 
 namespace qduino::board::metal {
@@ -91,5 +92,15 @@ class Pins {
 };
 
 inline constinit Pins pins;
+
+/// The wire to the inputs: the second serial line.
+class PinsWire final : public SerialLine {
+  public:
+    constexpr PinsWire() : SerialLine(kSecondPort) {}
+
+  private:
+    void received(std::uint8_t byte) override;
+};
+extern PinsWire pins_wire;
 
 }  // namespace qduino::board::metal

@@ -10,16 +10,6 @@
 #include "board/window/mail_client.h"
 
 namespace qduino::board::metal {
-namespace {
-
-/// The ring and the mailbox of the caller.
-VcpuId caller() {
-    const Thread* const self = this_core().running();
-    return self ? self->spec.id : kNoVcpu;
-}
-
-}  // namespace
-
 PinsWindow pins_window;
 
 bool PinsWindow::open() {
@@ -54,7 +44,7 @@ NarrowRing& PinsWindow::ring_of(int writer) const {
 /// nobody holds the others' horizon back for longer than this takes.
 void PinsWindow::push(PinEvent event) {
     const InterruptsOff off;
-    const VcpuId writer = caller();
+    const VcpuId writer = running_vcpu();
     WriterSlot& slot = layout_->writers[writer];
     if (slot.in_use.load(std::memory_order_relaxed) == 0) [[unlikely]]
         slot.in_use.store(1u + writer, std::memory_order_release);
@@ -124,7 +114,7 @@ Result<void> PinsWindow::spi_transfer(Instant, SpiBus bus, SpiSettings settings,
 Result<void> PinsWindow::ask(MailHead head, std::span<const std::uint8_t> out, std::span<std::uint8_t> in,
                              std::uint64_t* analog) {
     QDUINO_TRY_ASSIGN(head, with_sizes(head, out.size(), in.size()));
-    board::Mailbox& mail = layout_->mail[caller()];
+    board::Mailbox& mail = layout_->mail[running_vcpu()];
     Board& board = current();
     const Instant give_up = board.now() + kPatience;
     layout_->sketch_clock_ns.store(to_ns(board.now()), std::memory_order_release);

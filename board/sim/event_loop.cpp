@@ -19,6 +19,10 @@ EventLoop::EventLoop(const SimConfig& config, SimPins& pins, TraceSink* trace)
     free_polls_ = calls_cost_ ? 0 : config.poll_limit;
 }
 
+/// A question to the host takes as long as so many to the board: 2 µs of virtual time, when the
+/// system call behind it takes a host 0.2 to 2 µs. So a loop of them runs no slower than real time.
+constexpr int kHostPolls = 20;
+
 // ---- time ---------------------------------------------------------------------------------------
 
 void EventLoop::consume(Nanoseconds cost) {
@@ -48,6 +52,15 @@ void EventLoop::spin_for(Nanoseconds amount) {
 void EventLoop::charge_poll(ApiCall call) {
     if (calls_cost_) consume(config_.costs[call]);
     if (polls_ > config_.poll_limit) consume(config_.poll_cost);
+}
+
+void EventLoop::ask_host() {
+    count_call();
+    if (++polls_ <= config_.poll_limit) return;
+    Spin& spin = spins_.spin_of_caller();
+    const bool looked_at = spin.seen == now_;
+    consume(config_.poll_cost * kHostPolls);
+    if (looked_at) spin.seen = now_;
 }
 
 void EventLoop::busy_through_events(Instant t) {

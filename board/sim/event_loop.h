@@ -82,6 +82,9 @@ class EventLoop {
         if (++polls_ > free_polls_) [[unlikely]]
             charge_poll(call);
     }
+    /// The code asked the host's system, in vain. More than `poll_limit` such questions at one
+    /// instant cost time, and it is the same spin as before: it still stands where it stood.
+    void ask_host();
     void consume(Nanoseconds cost);
     void compute(Nanoseconds amount) {
         polls_ = 0;

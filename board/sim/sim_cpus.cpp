@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/contract.h"
+#include "board/vcpu_check.h"
 
 namespace qduino::board::sim {
 
@@ -12,24 +13,12 @@ SimCpus::SimCpus(EventLoop& loop, const SimConfig& config) : loop_(loop), config
         cores_.push_back(std::make_unique<SimCore>(loop, config, core));
 }
 
-Result<void> SimCpus::check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const {
-    if (spec.core < 0 || spec.core >= core_count())
-        return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
-    const bool main = !spec.is_io();
-    if (main ? spec.id < 1 || spec.id > kMaxLoop : spec.id < kFirstIoVcpu || spec.id >= kVcpuLimit) {
-        return make_error(ErrorCode::invalid_argument, "a VCPU's number is 1…32 (loop) or 33…63 (I/O)");
-    }
-    if (main && !spec.entry) return make_error(ErrorCode::invalid_argument, "a loop without an entry");
-    for (const VcpuSpec& other : all) {
-        if (&other == &spec || other.core != spec.core) continue;
-        if (spec.owns_core)
-            return make_error(ErrorCode::not_permitted, "a loop owns its core: nothing else may run there");
-    }
-    return {};
-}
-
 Result<void> SimCpus::start(std::span<const VcpuSpec> specs, Instant now, void (*entry)(void* vcpu)) {
-    for (const VcpuSpec& spec : specs) QDUINO_TRY(check(spec, specs));
+    for (const VcpuSpec& spec : specs) {
+        if (spec.core < 0 || spec.core >= core_count())
+            return make_error(ErrorCode::not_found, "a VCPU asks for a core that is not there");
+        QDUINO_TRY(check_vcpu(spec, specs));
+    }
     for (const VcpuSpec& spec : specs) {
         if (vcpus_[spec.id]) return make_error(ErrorCode::already_exists, "start: two VCPUs of one number");
         auto vcpu = std::make_unique<Vcpu>();

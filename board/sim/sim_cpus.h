@@ -45,8 +45,6 @@ class SimCpus {
     [[nodiscard]] bool all_finished() const { return unfinished_ == 0; }
 
   private:
-    [[nodiscard]] Result<void> check(const VcpuSpec& spec, std::span<const VcpuSpec> all) const;
-
     EventLoop& loop_;
     const SimConfig& config_;
     std::vector<std::unique_ptr<SimCore>> cores_;

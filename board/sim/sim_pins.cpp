@@ -110,7 +110,8 @@ Result<void> SimPins::spi_transfer(SpiBus bus, SpiSettings settings, std::span<s
 }
 
 void SimPins::device_work(DeviceClass device, std::size_t bytes) {
-    count_call();
+    if (bytes == 0) return loop_.ask_host();
+    if (device == DeviceClass::uart) count_call();
     Nanoseconds per_byte{};
     if (device == DeviceClass::uart) per_byte = config_.costs.uart_per_byte;
     if (device == DeviceClass::nic) per_byte = config_.costs.nic_per_byte;

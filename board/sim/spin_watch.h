@@ -42,8 +42,10 @@ class SpinWatch final : public BlockWatch {
     /// The last spin of setup(), and of each VCPU.
     [[nodiscard]] std::vector<SpinSeen> seen() const;
 
-  private:
+    /// Where the running code's spin is kept.
     [[nodiscard]] Spin& spin_of_caller();
+
+  private:
     [[nodiscard]] bool is_known(const Spin& spin, const void* place) const;
     void charge(Spin& spin, const void* place);
 

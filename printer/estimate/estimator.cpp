@@ -38,7 +38,7 @@ Estimator::Estimator(const MachineConfig& machine)
       filters_(times_of(planner_.settings())) {
     for (const Axis axis : gcode::kToolAxes) {
         const AxisConfig& config = machine_.axes[axis];
-        unknown_mm_[axis] = away_from_switch(config) * config.expected_from_switch.value();
+        expected_mm_[axis] = (expected_place(config) - config.home_position).value();
     }
 }
 
@@ -115,7 +115,7 @@ void Estimator::on_end(std::uint64_t) {
 
 double Estimator::from_switch_mm(Axis axis) const {
     const AxisConfig& config = machine_.axes[axis];
-    const double place_mm = planner_.position_mm()[axis] + unknown_mm_[axis];
+    const double place_mm = planner_.position_mm()[axis] + expected_mm_[axis].value_or(0);
     return std::max(0.0, away_from_switch(config) * (place_mm - config.home_position.value()));
 }
 
@@ -142,8 +142,14 @@ void Estimator::on_home(gcode::AxisSet axes) {
     double left_mm = 0;
     for (homing.begin(axes); homing.active();) {
         const machine::Homing::Order order = homing.order();
-        if (order.phase == machine::Homing::Phase::fast_approach) left_mm = from_switch_mm(order.axis);
-        spend(Activity::homing, duration_of(order, left_mm));
+        const bool searches = order.phase == machine::Homing::Phase::fast_approach;
+        if (searches) left_mm = from_switch_mm(order.axis);
+        const double duration_s = duration_of(order, left_mm);
+        if (searches && expected_mm_[order.axis]) {
+            estimate_.less_s += duration_s - duration_of(order, 0);
+            estimate_.more_s += duration_of(order, std::abs(order.distance_mm)) - duration_s;
+        }
+        spend(Activity::homing, duration_s);
         // What is left at the switch is dropped: there filters do not run out.
         if (order.phase != machine::Homing::Phase::settle) spend(Activity::homing, filters_.before_s);
         if (order.phase == machine::Homing::Phase::retreat) spend(Activity::homing, filters_.behind_s);
@@ -155,7 +161,7 @@ void Estimator::on_home(gcode::AxisSet axes) {
             for (const Axis axis : gcode::kToolAxes) {
                 if (!order.switches.contains(axis)) continue;
                 home[axis] = machine_.axes[axis].home_position.value();
-                unknown_mm_[axis] = 0;
+                expected_mm_[axis].reset();
             }
             planner_.reset(home);
         }

@@ -13,9 +13,9 @@
 // - A wait for heat is loop 3's own control on a model of the heaters (heat_forecast.h).
 // - Loop 1 decides at its releases, every 100 ms. Where it waits for the motion's end (homing, a
 //   wait for heat), the time runs on to the next release.
-// - An axis that has not been homed is expected where the machine file says
-//   (expected_from_switch_mm): nobody knows better before. From the first homing on its place is
-//   known.
+// - Where an axis stands before its first homing nobody can know: a hand may have moved it. It is
+//   expected where the machine file says (expected_from_switch_mm), and what that leaves open is
+//   told: less_s and more_s, for a homing that ends well. From then on its place is known.
 // - The heaters are expected to be cold, and nobody to be waited for: a pause (M0, M600) takes no
 //   time.
 //
@@ -24,6 +24,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "printer/estimate/heat_forecast.h"
@@ -54,7 +55,10 @@ constexpr Activity activity_of(gcode::Feature feature) { return static_cast<Acti
 struct Estimate {
     double total_s = 0;
     std::array<double, kActivityCount> activity_s{};  ///< by Activity; together the total
-    std::vector<float> layer_s;                       ///< moves and dwells of each layer, from 0
+    /// It may take so much less, and so much more: the first approach of each axis to its switch
+    /// begins at the switch, or as far away as homing goes.
+    double less_s = 0, more_s = 0;
+    std::vector<float> layer_s;  ///< moves and dwells of each layer, from 0
     /// Over the time that moves, dwells and homing take: without the waits for heat.
     TimeProfile profile;
     /// All that has been done of the file when the last wait for heat begins.
@@ -121,7 +125,8 @@ class Estimator final : public preflight::MoveSink {
     std::array<Purpose, motion::Planner::kCapacity> purposes_{};  ///< of what is in the planner
     std::uint64_t appended_ = 0;
     std::uint64_t taken_ = 0;
-    PerAxis<double> unknown_mm_{};  ///< true place, as expected, less the believed one
+    /// Of an axis that has not been homed: its place as expected, less the believed one.
+    PerAxis<std::optional<double>> expected_mm_{};
     std::uint32_t layer_ = 0;
     std::uint64_t end_offset_ = 0;
     FilterTimes filters_{};

@@ -75,7 +75,9 @@ bool HeaterWatch::check_runaway(Instant now, Celsius now_celsius, Celsius target
 
 void HeaterWatch::take_balance(HeatBalance::Verdict verdict, Celsius reading) {
     if (faulted() || verdict == HeatBalance::Verdict::fits) return;
-    if (verdict == HeatBalance::Verdict::too_hot) {
+    if (verdict == HeatBalance::Verdict::frozen) {
+        raise("reads the same while its power changes,", reading, "check the sensor and its wires");
+    } else if (verdict == HeatBalance::Verdict::too_hot) {
         raise("is warmer than its power explains,", reading, "its switch may be stuck on: cut the power");
     } else {
         raise("is colder than its power explains,", reading,

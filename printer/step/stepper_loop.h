@@ -6,6 +6,16 @@
 // Loops 1 and 3 are told the counts every 10 ms. The service shows ten pictures a second at most,
 // and its status holds a histogram: it is told every 100 ms.
 //
+// Telling takes time, and so does the way out of step() and back in (the runtime keeps its accounts
+// there): some hundred instructions each, several microseconds on a slow processor. A pulse that is
+// due meanwhile would be late. So both happen in a pause, where nothing is due for 20 µs:
+//
+//   slice    |<------ 60 µs ------>|<--- 40 --->|      returns at the first pause behind 60 µs,
+//   pulses    ‾ _ ‾ _ ‾ _ ‾ _ ‾ _ ‾ _ ‾ _     ‾ _      and at 100 µs without one
+//                                        ^ returns
+//
+// Where pulses are so dense that there is no pause, the loops are told 10 ms later in any case.
+//
 // A nap ends 500 µs before the next pulse: what is left is spun, so that a late wake-up delays
 // nothing. It lasts 1 ms at most: a stop is served within that.
 //
@@ -58,29 +68,45 @@ class StepperLoop {
                 const PlayerSettings& settings)
         : pins_(pins), stops_(stops), loops_(loops), service_(service), player_(pins, ring, settings) {}
 
-    /// One slice, again and again: returns after 1 ms at most, or after the action that was due
-    /// within it.
+    /// One slice, again and again: returns after 1 ms at most, or after the actions that were due
+    /// within 100 µs.
     void step() {
         serve_stops();
         const Instant start = pins_.now();
-        if (start >= loops_due_) publish(start);
-        player_.play_until(start + kSlice);
-        const Instant due = player_.next_due();
+        if (start >= loops_due_ && (pauses_at(start) || start >= loops_due_ + kTellLoopsEvery))
+            publish(start);
+        player_.play_until(start + kPausesFrom);
+        const Instant due = play_to_pause(start + kSlice);
         const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
         if (nap_end > start + kSlice) {
             pins_.sleep_until(nap_end);
         } else {
-            pins_.busy_until(std::min(due, start + kSlice));
+            pins_.busy_until(std::min(due - kPause, start + kSlice));
         }
     }
 
   private:
     static constexpr Nanoseconds kSlice = 100us;  // one call in motion
+    static constexpr Nanoseconds kPausesFrom = 60us;
+    static constexpr Nanoseconds kPause = 20us;  // long enough to tell, and to come back
     // How long before a step the loop wakes; it spins the rest.
     static constexpr Nanoseconds kSleepBelowDue = 500us;
     static constexpr Nanoseconds kIdleNap = 1ms;
     static constexpr Nanoseconds kTellLoopsEvery = 10ms;
     static constexpr Nanoseconds kTellServiceEvery = 100ms;
+
+    /// Nothing is due before `now` + kPause.
+    [[nodiscard]] bool pauses_at(Instant now) { return player_.next_due() - kPause >= now; }
+
+    /// Plays on until nothing is due for kPause, to `end` at most. Returns when the next action is.
+    Instant play_to_pause(Instant end) {
+        Instant due = player_.next_due();
+        while (due < end && due - kPause < pins_.now()) {
+            player_.play_until(due + Nanoseconds{1});
+            due = player_.next_due();
+        }
+        return due;
+    }
 
     void serve_stops() {
         const std::uint32_t asked = stops_.stop_asked();

@@ -6,15 +6,12 @@ import gzip
 import hashlib
 import http.client
 import json
-import math
-import os
 import pathlib
-import shutil
-import socket
-import subprocess
 import sys
 import tempfile
 import unittest
+
+from prints import COMMENT, cube, free_port, main, multipart, simulated
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'apps/metal_printer'))
@@ -34,60 +31,6 @@ G2 X20 Y20 I-4 J0
 M104 S0
 M84
 """
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
-
-
-def multipart(name, data, **fields):
-    """(body, headers) of a form with one file, as a slicer sends it."""
-    parts = [f'--edge\r\nContent-Disposition: form-data; name="{key}"\r\n\r\n{value}\r\n'.encode() for key, value in fields.items()]
-    head = f'--edge\r\nContent-Disposition: form-data; name="file"; filename="{name}"\r\n\r\n'.encode()
-    return b''.join(parts) + head + data + b'\r\n--edge--\r\n', {'Content-Type': 'multipart/form-data; boundary=edge'}
-
-
-def simulated(data):
-    """printer-sim's report on a file."""
-    with tempfile.TemporaryDirectory() as folder:
-        file, report = pathlib.Path(folder) / 'a.gcode', pathlib.Path(folder) / 'report'
-        file.write_bytes(data)
-        subprocess.run([PROGRAMS / 'printer-sim', file, '--report', report], check=True, capture_output=True)
-        return json.loads(report.read_text())
-
-
-def cube(layers, side=20.0, centre=100.0, width=0.6, height=0.2):
-    """The first layers of a cube as a slicer writes it: three walls, a slanting infill of single moves, retractions between."""
-    out, e = ['M104 S200', 'G28', 'G1 Z5 F5000', 'M109 S200', 'G21', 'G90', 'M82', 'G92 E0'], 0.0
-
-    def to(x, y, before):
-        nonlocal e
-        e += 0.033 * math.dist((x, y), before)
-        out.append(f'G1 X{x:.3f} Y{y:.3f} E{e:.5f}')
-        return x, y
-
-    def travel(x, y):
-        out.extend((f'G1 E{e - 2:.5f} F2400', f'G1 X{x:.3f} Y{y:.3f} F7800', f'G1 E{e:.5f} F2400', 'G1 F3600'))
-        return x, y
-
-    for layer in range(layers):
-        out.append(f'G1 Z{0.35 + height * layer:.3f} F7800')
-        for wall in range(3):
-            half = side / 2 - width * (wall + 0.5)
-            corners = [(centre + half * x, centre + half * y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
-            at = travel(*corners[0])
-            for corner in corners[1:]:
-                at = to(*corner, at)
-        inner, sign = side / 2 - 3 * width, 1 if layer % 2 else -1
-        lines = [d * 2.0 for d in range(int(-inner), int(inner) + 1)]
-        at = None
-        for number, d in enumerate(lines):
-            low, high = max(-inner, d - inner), min(inner, d + inner)
-            ends = [(centre + sign * x, centre + d - x) for x in ((low, high) if number % 2 else (high, low))]
-            at = to(*ends[1], to(*ends[0], at) if at else travel(*ends[0]))
-    return '\n'.join([*out, 'M104 S0', 'G1 Z20 F5000', 'M84', '']).encode()
 
 
 class Printer(unittest.TestCase):
@@ -121,7 +64,7 @@ class Printer(unittest.TestCase):
         self.assertEqual(end['state'], 'done', end)
         report = self.printer.verdict(job['id'])['report']
         self.assertTrue(report['matches'], report)
-        self.assertEqual(report['steps'], simulated(SQUARE)['steps'])
+        self.assertEqual(report['steps'], simulated(PROGRAMS, SQUARE)['steps'])
 
     def test_a_cube_is_printed_step_for_step_while_three_megabytes_come_in(self):
         part = cube(2)
@@ -130,7 +73,7 @@ class Printer(unittest.TestCase):
         self.printer.begin(job['id'])
         moves = len(part) // 4  # beyond the heating
         self.printer.wait_until(lambda: self.printer.get('/api/v1/machine')['bytes_executed'] > moves, 0.5)
-        large = part + b'; a comment that is no part of it, as a slicer writes hundreds of\n' * 46_000
+        large = part + COMMENT * 46_000
         status, second = self.upload('large.gcode', large)
         self.assertEqual((status, second['size'], second['sha256']), (201, len(large), hashlib.sha256(large).hexdigest()))
         self.assertGreater(len(large), 3_000_000)
@@ -138,7 +81,7 @@ class Printer(unittest.TestCase):
         self.assertEqual(end['state'], 'done', end)
         report = self.printer.verdict(job['id'])['report']
         self.assertTrue(report['matches'], report)
-        self.assertEqual(report['steps'], simulated(part)['steps'])
+        self.assertEqual(report['steps'], simulated(PROGRAMS, part)['steps'])
 
     def ask(self, method, path, body=None, **headers):
         """(status, headers, body), without the key."""
@@ -184,10 +127,4 @@ class Printer(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    if not (PROGRAMS / 'printer-metal').exists() or not shutil.which('qemu-system-x86_64'):
-        print('skipped: needs musl-dev when it is built, and qemu-system-x86')
-        sys.exit(77)
-    if os.environ.get('QDUINO_EMULATED') != '1':
-        print('skipped: takes a minute; set QDUINO_EMULATED=1, or run ./test --all')
-        sys.exit(77)
-    unittest.main(verbosity=2)
+    main(PROGRAMS / 'printer-metal', ('qemu-system-x86_64',), 'qemu-system-x86')

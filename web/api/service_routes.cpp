@@ -15,12 +15,12 @@ namespace qduino::web::api {
 namespace {
 
 std::string session_cookie(std::string_view token, spool::UnixSeconds lifetime_s) {
-    return text<std::string>(Authenticator::kCookie, '=', token,
+    return text<std::string>(kSessionCookie, '=', token,
                              "; Path=/; HttpOnly; SameSite=Strict; Max-Age=", lifetime_s);
 }
 
 std::string_view token_of(const Call& call) {
-    return cookie_value(call.request.head.value("Cookie"), Authenticator::kCookie);
+    return cookie_value(call.request.head.value("Cookie"), kSessionCookie);
 }
 
 Response begin_session(Context& context, const Call& call) {

@@ -8,6 +8,7 @@
 #include "board/metal/boot/boot_facts.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/core/kernel.h"
+#include "board/metal/driver/serial_line.h"
 #include "board/metal/library/heap.h"
 #include "board/metal/library/thread_locals.h"
 #include "board/metal/linux_side.h"
@@ -18,7 +19,6 @@
 #include "board/metal/panic.h"
 #include "board/metal/pins.h"
 #include "board/metal/pins_window.h"
-#include "board/metal/serial_line.h"
 
 extern "C" {
 // boot/image.ld

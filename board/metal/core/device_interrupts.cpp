@@ -71,7 +71,7 @@ void DeviceInterrupts::route(Entry& entry) {
     entry.core = wanted >= 0 && (forbidden >> wanted & 1) == 0 ? wanted : std::countr_one(forbidden);
     const auto index = static_cast<std::size_t>(&entry - entries_.begin());
     const auto vector = static_cast<std::uint8_t>(kDeviceVectors + index);
-    const std::uint32_t apic = cores[static_cast<std::size_t>(entry.core)].apic();
+    const std::uint32_t apic = core_at(entry.core).apic();
     if (entry.message)
         entry.message->route(vector, apic);
     else
@@ -96,8 +96,7 @@ void DeviceInterrupts::ask(const Device& device) {
         const Entry& entry = entries_[i];
         if (entry.device != &device || give(entry, tsc_clock.now())) continue;
         const InterruptsOff off;
-        LocalApic::interrupt_core(cores[static_cast<std::size_t>(entry.core)].apic(),
-                                  static_cast<std::uint8_t>(kDeviceVectors + i));
+        LocalApic::interrupt_core(core_at(entry.core).apic(), static_cast<std::uint8_t>(kDeviceVectors + i));
     }
 }
 

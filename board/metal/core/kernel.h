@@ -17,16 +17,20 @@ extern std::array<Thread, kVcpuLimit> threads;
 [[nodiscard]] int first_core();
 [[nodiscard]] int core_count();
 [[nodiscard]] inline bool is_ours(int core) { return core >= first_core() && core < core_count(); }
+[[nodiscard]] inline Core& core_at(int number) { return cores[static_cast<std::size_t>(number)]; }
 /// The first one, which is the host's.
-[[nodiscard]] inline Core& host_core() { return cores[static_cast<std::size_t>(first_core())]; }
+[[nodiscard]] inline Core& host_core() { return core_at(first_core()); }
 /// The core that boots is `number`. Before any other call, where it is not 0.
 void begin_with_core(int number);
 /// The calling core has come up.
 void count_core();
 
 /// The core that thread `thread` is on.
-[[nodiscard]] inline Core& core_of(const Thread& thread) {
-    return cores[static_cast<std::size_t>(thread.spec.core)];
+[[nodiscard]] inline Core& core_of(const Thread& thread) { return core_at(thread.spec.core); }
+/// The VCPU that runs here; kNoVcpu: the host does.
+[[nodiscard]] inline VcpuId running_vcpu() {
+    const Thread* const thread = this_core().running();
+    return thread ? thread->spec.id : kNoVcpu;
 }
 
 /// Queues `work` for I/O VCPU `io`, from any core, from a thread or a top half. False when there is

@@ -11,14 +11,13 @@ namespace {
 constexpr std::uint32_t kFree = 0;
 constexpr std::uint32_t kWaiters = 1u << 16;  // somebody waits: unlock() must look
 
-std::uint32_t value_of(const Thread* holder) { return std::uint32_t{holder ? holder->spec.id : kNoVcpu} + 1; }
+std::uint32_t value_of(VcpuId holder) { return std::uint32_t{holder} + 1; }
 
 }  // namespace
 
 bool Locks::try_lock(LockWord& word) {
     std::uint32_t expected = kFree;
-    return word.value.compare_exchange_strong(expected, value_of(this_core().running()),
-                                              std::memory_order_acquire);
+    return word.value.compare_exchange_strong(expected, value_of(running_vcpu()), std::memory_order_acquire);
 }
 
 void Locks::lock(LockWord& word) {
@@ -33,7 +32,7 @@ void Locks::lock(LockWord& word) {
 bool Locks::wait(LockWord& word, Thread& self) {
     const SpinGuard held(lock_);
     for (std::uint32_t value = word.value.load();;) {
-        const std::uint32_t next = value == kFree ? value_of(&self) : value | kWaiters;
+        const std::uint32_t next = value == kFree ? value_of(self.spec.id) : value | kWaiters;
         if (!word.value.compare_exchange_weak(value, next, std::memory_order_acquire)) continue;
         if (value == kFree) return false;
         break;
@@ -45,15 +44,16 @@ bool Locks::wait(LockWord& word, Thread& self) {
 }
 
 void Locks::unlock(LockWord& word) {
-    std::uint32_t value = value_of(this_core().running());
+    std::uint32_t value = value_of(running_vcpu());
     if (word.value.compare_exchange_strong(value, kFree, std::memory_order_release)) return;
-    QDUINO_EXPECT(value == (value_of(this_core().running()) | kWaiters));
+    QDUINO_EXPECT(value == (value_of(running_vcpu()) | kWaiters));
     const InterruptsOff off;
     {
         const SpinGuard held(lock_);
         Thread* const next = first_waiter_for(word);
         next->waits_for = nullptr;
-        word.value.store(value_of(next) | (first_waiter_for(word) ? kWaiters : 0), std::memory_order_release);
+        word.value.store(value_of(next->spec.id) | (first_waiter_for(word) ? kWaiters : 0),
+                         std::memory_order_release);
         renew_ranks();
         core_of(*next).mail().locks.post(next->spec.id);
         if (&core_of(*next) != &this_core()) core_of(*next).call();
@@ -63,7 +63,7 @@ void Locks::unlock(LockWord& word) {
 
 Thread* Locks::holder_of(const LockWord& word) {
     const std::uint32_t value = word.value.load() & (kWaiters - 1);
-    return value <= value_of(nullptr) ? nullptr : &threads[value - 1];
+    return value <= value_of(kNoVcpu) ? nullptr : &threads[value - 1];
 }
 
 Thread* Locks::first_waiter_for(const LockWord& word) {

@@ -11,16 +11,20 @@ constexpr std::uint8_t kIdentity = 0x00, kCommand = 0x04, kHeaderType = 0x0c, kB
                        kBuses = 0x18, kCapabilities = 0x34;
 constexpr std::uint32_t kNobody = 0xffff'ffff;
 
+void select(std::uint32_t word) { asm volatile("outl %0, %1" : : "a"(word), "d"(kAddressPort)); }
+
 }  // namespace
 
 std::uint32_t PciDevice::read(std::uint8_t offset) const {
-    port_write_word(kAddressPort, place_ | offset);
-    return port_read_word(kDataPort);
+    std::uint32_t value = 0;
+    select(place_ | offset);
+    asm volatile("inl %1, %0" : "=a"(value) : "d"(kDataPort));
+    return value;
 }
 
 void PciDevice::write(std::uint8_t offset, std::uint32_t value) const {
-    port_write_word(kAddressPort, place_ | offset);
-    port_write_word(kDataPort, value);
+    select(place_ | offset);
+    asm volatile("outl %0, %1" : : "a"(value), "d"(kDataPort));
 }
 
 std::optional<PciDevice> PciDevice::find(std::uint16_t vendor, std::uint16_t device) {

@@ -43,6 +43,18 @@ Head& head_of(const void* memory) {
     return *reinterpret_cast<Head*>(reinterpret_cast<std::uint64_t>(memory) - sizeof(Head));
 }
 
+/// As many bytes as were asked for, or more.
+std::size_t size_of_block(const void* memory) {
+    const Head& head = head_of(memory);
+    return (std::size_t{1} << head.order) - head.offset;
+}
+
+void* allocate_or_panic(std::size_t bytes, std::size_t alignment = 16) {
+    void* const memory = allocate(bytes, alignment);
+    if (!memory) panic("no memory is left");
+    return memory;
+}
+
 }  // namespace
 
 void set_heap(std::uint64_t begin, std::uint64_t end) {
@@ -73,21 +85,6 @@ void deallocate(void* memory) {
     free_blocks[head.order] = block;
 }
 
-namespace {
-
-/// As many bytes as were asked for, or more.
-std::size_t size_of_block(const void* memory) {
-    const Head& head = head_of(memory);
-    return (std::size_t{1} << head.order) - head.offset;
-}
-
-void* allocate_or_panic(std::size_t bytes, std::size_t alignment = 16) {
-    void* const memory = allocate(bytes, alignment);
-    if (!memory) panic("no memory is left");
-    return memory;
-}
-
-}  // namespace
 }  // namespace qduino::board::metal
 
 // ---- the names by which C and C++ know it -------------------------------------------------------
@@ -116,21 +113,12 @@ void* realloc(void* memory, std::size_t bytes) {
 void* aligned_alloc(std::size_t alignment, std::size_t bytes) { return allocate(bytes, alignment); }
 }
 
+// The C++ library has all other forms: they call these, and free().
 void* operator new(std::size_t bytes) { return allocate_or_panic(bytes); }
-void* operator new[](std::size_t bytes) { return allocate_or_panic(bytes); }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-    return allocate_or_panic(bytes, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t bytes, std::align_val_t alignment) {
     return allocate_or_panic(bytes, static_cast<std::size_t>(alignment));
 }
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept { return allocate(bytes); }
 void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept { return allocate(bytes); }
 void operator delete(void* memory) noexcept { deallocate(memory); }
-void operator delete[](void* memory) noexcept { deallocate(memory); }
 void operator delete(void* memory, std::size_t) noexcept { deallocate(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { deallocate(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { deallocate(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { deallocate(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { deallocate(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { deallocate(memory); }

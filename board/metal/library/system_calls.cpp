@@ -4,9 +4,9 @@
 #include <span>
 #include <string_view>
 
+#include "board/metal/driver/serial_line.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/panic.h"
-#include "board/metal/serial_line.h"
 
 extern "C" void system_call_entry();  // boot/entry.S
 

@@ -16,14 +16,6 @@ inline std::uint8_t port_read(std::uint16_t port) {
     asm volatile("inb %1, %0" : "=a"(value) : "Nd"(port));
     return value;
 }
-inline void port_write_word(std::uint16_t port, std::uint32_t value) {
-    asm volatile("outl %0, %1" : : "a"(value), "Nd"(port));
-}
-inline std::uint32_t port_read_word(std::uint16_t port) {
-    std::uint32_t value = 0;
-    asm volatile("inl %1, %0" : "=a"(value) : "Nd"(port));
-    return value;
-}
 
 // ---- registers of a device in memory -----------------------------------------------------------
 

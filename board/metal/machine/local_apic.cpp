@@ -63,19 +63,12 @@ void LocalApic::calibrate() {
     constexpr std::uint16_t kControl = 0x43, kChannel2 = 0x42, kGate = 0x61;
     port_write(kGate, static_cast<std::uint8_t>((port_read(kGate) & ~2u) | 1u));
     port_write(kControl, 0xb0);
-    write(kTimer, kMasked | kTimerVector);
     port_write(kChannel2, kPitTicks & 0xff);
     port_write(kChannel2, kPitTicks >> 8);
-    write(kCount, UINT32_MAX);
     const std::uint64_t begin = time_stamp_counter();
     while ((port_read(kGate) & 0x20) == 0) {
     }
-    const std::uint64_t end = time_stamp_counter();
-    const std::uint64_t counted = UINT32_MAX - read(kCountLeft);
-    write(kCount, 0);
-    set_timer_mode();
-    timer_hz_ = counted * kPitHz / kPitTicks;
-    tsc_clock.set((end - begin) * kPitHz / kPitTicks, begin);
+    calibrate_by_clock((time_stamp_counter() - begin) * kPitHz / kPitTicks);
 }
 
 void LocalApic::calibrate_by_clock(std::uint64_t hz) {

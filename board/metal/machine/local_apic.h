@@ -26,7 +26,7 @@ class LocalApic {
     /// processor's better modes are taken. Otherwise it stays an xAPIC, as Linux will want it back.
     static void enable(std::uint64_t address, bool may_change);
     /// Measures the timer, and sets the clock, by the PIT's 1.193182 MHz. Once, on the first core,
-    /// with interrupts off. Takes 50 ms.
+    /// with interrupts off. Takes 70 ms.
     static void calibrate();
     /// The same by a clock of this rate, without the PIT. Takes 20 ms.
     static void calibrate_by_clock(std::uint64_t hz);

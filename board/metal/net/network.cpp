@@ -122,15 +122,12 @@ std::uint32_t sys_now() {
     return static_cast<std::uint32_t>(qduino::to_ns(qduino::board::metal::tsc_clock.now()) / 1'000'000);
 }
 void lwip_failed(const char* what) { qduino::board::metal::panic(qduino::text("lwIP: ", what)); }
-/// For port and transaction numbers. Marsaglia's xorshift32 (Journal of Statistical Software 8,
-/// 2003), stirred by the clock; no secret hangs on it.
+/// For port and transaction numbers: the linear congruential generator of Knuth's MMIX (The Art of
+/// Computer Programming 2, 3.3.4), stirred by the clock. No secret hangs on it.
 std::uint32_t lwip_random() {
-    static std::uint32_t state = 1;
-    state ^= static_cast<std::uint32_t>(qduino::board::metal::time_stamp_counter());
-    if (state == 0) state = 1;
-    state ^= state << 13;
-    state ^= state >> 17;
-    state ^= state << 5;
-    return state;
+    static std::uint64_t state = 0;
+    state =
+        (state + qduino::board::metal::time_stamp_counter()) * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<std::uint32_t>(state >> 32);
 }
 }

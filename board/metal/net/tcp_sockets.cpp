@@ -56,30 +56,24 @@ struct TcpEvents {
 
 // ---- a loop's side ------------------------------------------------------------------------------
 
-/// From either side: whoever gets it from `free` has it alone until it is asked, or open.
 TcpSocket* TcpSocket::claim() {
-    for (TcpSocket& socket : sockets) {
-        State expected = State::free;
-        if (!socket.state_.compare_exchange_strong(expected, State::claimed, std::memory_order_acquire))
-            continue;
-        socket.finished_.store(false, std::memory_order_relaxed);
-        socket.in_.discard_all();
-        socket.out_.discard_all();
-        socket.accepted_.discard_all();
-        socket.window_announced_ = socket.in_.pushed();
-        socket.staged_ = 0;
-        socket.give_up_ = kForever;
-        return &socket;
-    }
-    return nullptr;
+    TcpSocket* const socket = claim_one_of(sockets);
+    if (!socket) return nullptr;
+    socket->finished_.store(false, std::memory_order_relaxed);
+    socket->in_.discard_all();
+    socket->out_.discard_all();
+    socket->accepted_.discard_all();
+    socket->window_announced_ = socket->in_.pushed();
+    socket->staged_ = 0;
+    socket->give_up_ = kForever;
+    return socket;
 }
 
 TcpSocket* TcpSocket::listen(std::uint16_t port) {
     TcpSocket* const socket = claim();
     if (!socket) return nullptr;
     socket->local_ = {.address = 0, .port = port};
-    socket->state_.store(State::listen_asked, std::memory_order_release);
-    network.ask();
+    socket->ask(State::listen_asked);
     return socket;
 }
 
@@ -87,8 +81,7 @@ TcpSocket* TcpSocket::connect(NetworkEnd to) {
     TcpSocket* const socket = claim();
     if (!socket) return nullptr;
     socket->remote_ = to;
-    socket->state_.store(State::connect_asked, std::memory_order_release);
-    network.ask();
+    socket->ask(State::connect_asked);
     return socket;
 }
 
@@ -119,11 +112,6 @@ bool TcpSocket::peek(std::uint8_t& byte) {
     return next != nullptr;
 }
 
-void TcpSocket::leave() {
-    state_.store(State::left, std::memory_order_release);
-    network.ask();
-}
-
 // ---- the network's side -------------------------------------------------------------------------
 
 void TcpSocket::serve_all(Instant now) {
@@ -146,21 +134,14 @@ void TcpSocket::serve(Instant now) {
     }
 }
 
-/// Unless the loop has left it meanwhile.
-void TcpSocket::move_on(State from, State to) {
-    state_.compare_exchange_strong(from, to, std::memory_order_release);
-}
-
 void TcpSocket::start_listening() {
     tcp_pcb* const bound = tcp_new();
-    if (!bound || tcp_bind(bound, IP_ADDR_ANY, local_.port) != ERR_OK) {
-        if (bound) tcp_abort(bound);
-        return move_on(State::listen_asked, State::over);
-    }
-    tcp_pcb* const listener = tcp_listen(bound);
+    const bool has_port = bound && tcp_bind(bound, IP_ADDR_ANY, local_.port) == ERR_OK;
+    tcp_pcb* const listener = has_port ? tcp_listen(bound) : nullptr;
     if (!listener) {
-        tcp_abort(bound);
-        return move_on(State::listen_asked, State::over);
+        if (bound) tcp_abort(bound);
+        move_on(State::listen_asked, State::over);
+        return;
     }
     connection_ = listener;
     local_.port = listener->local_port;
@@ -172,11 +153,11 @@ void TcpSocket::start_listening() {
 void TcpSocket::start_connecting() {
     tcp_pcb* const connection = tcp_new();
     const ip4_addr_t address{remote_.address};
-    if (!connection) return move_on(State::connect_asked, State::over);
-    tcp_arg(connection, this);
-    tcp_recv(connection, &TcpEvents::received);
-    tcp_err(connection, &TcpEvents::failed);
-    connection_ = connection;
+    if (!connection) {
+        move_on(State::connect_asked, State::over);
+        return;
+    }
+    follow(connection);
     move_on(State::connect_asked, State::connecting);
     if (tcp_connect(connection, &address, remote_.port, &TcpEvents::connected) == ERR_OK) return;
     connection_ = nullptr;
@@ -185,14 +166,19 @@ void TcpSocket::start_connecting() {
     move_on(State::connecting, State::over);
 }
 
-/// A connection has come to be.
-void TcpSocket::take(tcp_pcb* connection) {
+/// lwIP tells of `connection` from now on.
+void TcpSocket::follow(tcp_pcb* connection) {
     connection_ = connection;
-    local_ = {connection->local_ip.addr, connection->local_port};
-    remote_ = {connection->remote_ip.addr, connection->remote_port};
     tcp_arg(connection, this);
     tcp_recv(connection, &TcpEvents::received);
     tcp_err(connection, &TcpEvents::failed);
+}
+
+/// A connection has come to be.
+void TcpSocket::take(tcp_pcb* connection) {
+    local_ = {connection->local_ip.addr, connection->local_port};
+    remote_ = {connection->remote_ip.addr, connection->remote_port};
+    follow(connection);
     move_on(State::claimed, State::open);
     move_on(State::connecting, State::open);
 }
@@ -235,7 +221,7 @@ void TcpSocket::end(Instant now) {
         if (connection_ && (staged_ > 0 || !out_.empty()) && now < give_up_) return;
     }
     if (connection_) close();
-    state_.store(State::free, std::memory_order_release);
+    set_free();
 }
 
 void TcpSocket::close() {

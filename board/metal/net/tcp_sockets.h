@@ -10,11 +10,6 @@
 //   leave() ───────── left ──────────────────────────► the rest of `out`, then tcp_close
 //
 // lwIP is called by serve() alone, so it needs no lock, and a loop pays for its own copies only.
-//
-//        claim            done               the other side, or an error
-//   free ─────► …_asked ─────► open, listening ─────────────────────► over
-//    ▲                             └───────────── leave() ─────┬───────┘
-//    └──────────────────────────── ended ◄──────── left ◄──────┘
 #pragma once
 
 #include <array>
@@ -23,7 +18,7 @@
 #include <span>
 
 #include "base/time.h"
-#include "board/metal/net/network_end.h"
+#include "board/metal/net/network_socket.h"
 #include "channel/ring_buffer.h"
 
 struct tcp_pcb;  // lwIP's connection
@@ -31,25 +26,12 @@ struct pbuf;
 
 namespace qduino::board::metal {
 
-class TcpSocket {
+class TcpSocket final : public NetworkSocket {
   public:
-    enum class State : std::uint8_t {
-        free,
-        claimed,
-        listen_asked,
-        connect_asked,
-        connecting,
-        listening,
-        open,
-        over,
-        left
-    };
-
     // ---- a loop's side: one caller at a time ----------------------------------------------------
     /// A socket that listens, or connects, soon; null: all are in use.
     static TcpSocket* listen(std::uint16_t port);
     static TcpSocket* connect(NetworkEnd to);
-    [[nodiscard]] State state() const { return state_.load(std::memory_order_acquire); }
     /// The next connection of one that listens; null: none.
     TcpSocket* accept();
     /// Takes as many as there is room for, and returns how many.
@@ -63,8 +45,6 @@ class TcpSocket {
     }
     [[nodiscard]] NetworkEnd local() const { return local_; }
     [[nodiscard]] NetworkEnd remote() const { return remote_; }
-    /// The caller has done with it; what was written is sent yet.
-    void leave();
 
     // ---- the network's side ---------------------------------------------------------------------
     /// All sockets do what there is to do.
@@ -77,15 +57,14 @@ class TcpSocket {
     void serve(Instant now);
     void start_listening();
     void start_connecting();
+    void follow(tcp_pcb* connection);
     void take(tcp_pcb* connection);
     void send_some();
     void open_window();
     void end(Instant now);
     void close();
     void came(const pbuf* bytes);
-    void move_on(State from, State to);
 
-    std::atomic<State> state_{State::free};
     std::atomic<bool> finished_{false};
     NetworkEnd local_, remote_;
 

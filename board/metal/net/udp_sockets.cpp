@@ -16,18 +16,13 @@ constinit std::array<UdpSocket, 4> sockets;
 // ---- a loop's side ------------------------------------------------------------------------------
 
 UdpSocket* UdpSocket::open(std::uint16_t port) {
-    for (UdpSocket& socket : sockets) {
-        State expected = State::free;
-        if (!socket.state_.compare_exchange_strong(expected, State::claimed, std::memory_order_acquire))
-            continue;
-        socket.in_.discard_all();
-        socket.out_.discard_all();
-        socket.local_port_ = port;
-        socket.state_.store(State::asked, std::memory_order_release);
-        network.ask();
-        return &socket;
-    }
-    return nullptr;
+    UdpSocket* const socket = claim_one_of(sockets);
+    if (!socket) return nullptr;
+    socket->in_.discard_all();
+    socket->out_.discard_all();
+    socket->local_port_ = port;
+    socket->ask(State::listen_asked);
+    return socket;
 }
 
 bool UdpSocket::send(NetworkEnd to, std::span<const std::uint8_t> bytes) {
@@ -50,11 +45,6 @@ std::optional<std::size_t> UdpSocket::receive(std::span<std::uint8_t> bytes, Net
     return size;
 }
 
-void UdpSocket::leave() {
-    state_.store(State::left, std::memory_order_release);
-    network.ask();
-}
-
 // ---- the network's side -------------------------------------------------------------------------
 
 void UdpSocket::serve_all() {
@@ -63,7 +53,7 @@ void UdpSocket::serve_all() {
 
 void UdpSocket::serve() {
     switch (state()) {
-        case State::asked:
+        case State::listen_asked:
             return bind();
         case State::open:
             return send_all();
@@ -71,14 +61,13 @@ void UdpSocket::serve() {
             if (connection_) send_all();
             if (connection_) udp_remove(connection_);
             connection_ = nullptr;
-            return state_.store(State::free, std::memory_order_release);
+            return set_free();
         default:
             return;
     }
 }
 
 void UdpSocket::bind() {
-    State asked = State::asked;
     connection_ = udp_new();
     const bool bound = connection_ && udp_bind(connection_, IP_ADDR_ANY, local_port_) == ERR_OK;
     if (bound) {
@@ -89,7 +78,7 @@ void UdpSocket::bind() {
         };
         udp_recv(connection_, receive, this);
     }
-    state_.compare_exchange_strong(asked, bound ? State::open : State::over, std::memory_order_release);
+    move_on(State::listen_asked, bound ? State::open : State::over);
 }
 
 void UdpSocket::send_all() {

@@ -11,7 +11,7 @@
 #include <optional>
 #include <span>
 
-#include "board/metal/net/network_end.h"
+#include "board/metal/net/network_socket.h"
 #include "channel/ring_buffer.h"
 
 struct udp_pcb;
@@ -19,22 +19,19 @@ struct pbuf;
 
 namespace qduino::board::metal {
 
-class UdpSocket {
+class UdpSocket final : public NetworkSocket {
   public:
-    enum class State : std::uint8_t { free, claimed, asked, open, over, left };
     /// What a frame has room for.
     static constexpr std::size_t kPacketMax = 1472;
 
     // ---- a loop's side: one caller at a time ----------------------------------------------------
     /// A socket of `port`, soon; 0: one that is free. Null: all are in use.
     static UdpSocket* open(std::uint16_t port);
-    [[nodiscard]] State state() const { return state_.load(std::memory_order_acquire); }
     /// False: too long, or no room now.
     [[nodiscard]] bool send(NetworkEnd to, std::span<const std::uint8_t> bytes);
     /// The next packet, cut to `bytes`; none when none is there.
     [[nodiscard]] std::optional<std::size_t> receive(std::span<std::uint8_t> bytes, NetworkEnd& from);
     [[nodiscard]] std::uint16_t local_port() const { return local_port_; }
-    void leave();
 
     // ---- the network's side ---------------------------------------------------------------------
     static void serve_all();
@@ -51,7 +48,6 @@ class UdpSocket {
     void send_all();
     void came(pbuf* bytes, NetworkEnd from);
 
-    std::atomic<State> state_{State::free};
     std::uint16_t local_port_ = 0;
     udp_pcb* connection_ = nullptr;
     Packet arriving_, leaving_;  // while they are put together

@@ -45,6 +45,9 @@ ADAPTED = [
     (r"qduino run", lambda: "timeout --signal=INT 4 qduino run; [ $? -eq 124 ]"),
     # Until Ctrl-C; and the sketch that was uploaded is not left behind.
     (r"qduino monitor", lambda: "timeout --signal=INT 4 qduino monitor; ended=$?; qduino upload --stop && [ $ended -eq 124 ]"),
+    (r"(qduino monitor --tty \S+)", lambda command: "until_said 'Serial is' " + command),
+    # Programs of the reader's at that port: tests/e2e/qduino/upload_test.py opens it as they do.
+    (r"picocom -b 115200 \S+|sudo ln -s ~/qduino-port /dev/ttyACM7|arduino --port /dev/ttyACM7", lambda: "true"),
     # Minutes, and into the tree.
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),

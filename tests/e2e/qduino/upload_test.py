@@ -4,12 +4,15 @@ import os
 import pathlib
 import platform
 import pwd
+import select
 import shutil
 import socket
 import subprocess
 import sys
 import tempfile
+import termios
 import time
+import tty
 import unittest
 import urllib.error
 import urllib.request
@@ -29,6 +32,37 @@ void loop() {
 }
 """
 TOO_MUCH = "void setup() {}\nvoid loop(1, 60, 100, 0) {}\nvoid loop(2, 60, 100, 0) {}\n"
+
+
+class SerialProgram:
+    """Opens a serial port and sets it as the Arduino IDE's Serial Monitor does: raw, at a speed."""
+
+    def __init__(self, path):
+        self.port = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.port, termios.TCSANOW)  # nothing that has come is thrown away
+        settings = termios.tcgetattr(self.port)
+        settings[4:6] = termios.B9600, termios.B9600
+        termios.tcsetattr(self.port, termios.TCSANOW, settings)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        os.close(self.port)
+
+    def say(self, text):
+        os.write(self.port, text.encode())
+
+    def line(self):
+        text = b""
+        while not text.endswith(b"\n"):
+            self.wait()
+            text += os.read(self.port, 1)
+        return text.decode()
+
+    def wait(self):
+        if not select.select([self.port], [], [], 20)[0]:
+            raise AssertionError("the port says nothing for 20 s")
 
 
 class UploadCase(SketchCase):
@@ -97,6 +131,30 @@ class Here(UploadCase):
         self.assertEqual(self.monitor().stdout.readline(), "begun\n")
         self.assertIn("talker is stopped", self.run_qduino("upload", "--stop").stderr)
         self.assertIn("no uploaded sketch", self.run_qduino("upload", "--stop").stderr)
+
+    def test_a_program_that_wants_a_serial_port_gets_one_that_outlives_uploads(self):
+        link = self.folder / "port"
+        monitor = self.monitor("--tty", "port")
+        self.assertRegex(monitor.stdout.readline(), r"^Serial is port, that is /dev/pts/\d+\. ")
+        with SerialProgram(link) as early:  # nothing was uploaded yet
+            self.run_qduino("upload", "talker", "--best-effort")
+            self.assertEqual(early.line(), "begun\r\n")
+            early.say("x\n")
+            while not early.line().endswith("heard x\r\n"):
+                pass
+            self.run_qduino("upload", "talker", "--best-effort")
+            while early.line() != "begun\r\n":
+                pass
+        with SerialProgram(link) as late:  # a line may have been on its way to the one before
+            while late.line() != "begun\r\n":
+                pass
+            self.assertEqual(late.line(), "n:1\r\n")
+        # Another name's owner is left alone: it is no link.
+        self.assertIn("is there, and is no link", self.run_qduino("monitor", "--tty", "talker/talker.ino", status=1).stderr)
+        self.assertEqual((self.folder / "talker" / "talker.ino").read_text(encoding="utf-8"), TALKER)
+        monitor.send_signal(2)
+        self.assertEqual(monitor.wait(timeout=20), 0)
+        self.assertFalse(link.is_symlink())
 
     def test_a_sketch_that_ends_at_once_is_no_success(self):
         self.assertIn("talker DIED of signal 6", self.run_qduino("upload", "talker", "--best-effort", status=134, DIE="1").stderr)

@@ -25,7 +25,7 @@ using board::PinId;
 
 constexpr Instant kEnd = kEpoch + 10s;
 
-class World final : public board::Peripherals {
+class World final : public board::NoPeripherals {
   public:
     void pin_written(Instant, PinId pin, Level level) override {
         changes_[pin.number] += level_[pin.number] != level ? 1 : 0;
@@ -40,9 +40,6 @@ class World final : public board::Peripherals {
     }
     Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
                               std::span<std::uint8_t>) override {
-        return {};
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
         return {};
     }
 

@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
-"""Tries published libraries: builds their examples with qduino, and runs each for ten virtual seconds with nothing wired to it. Run by hand.
+"""Tries published libraries: builds their examples with arduino-builder and with qduino, and runs each for ten virtual seconds with nothing wired to it. Run by hand.
 
     try_published.py QDUINO LIBRARIES… [--examples N] [--write]
 
 Each of LIBRARIES is a folder with a library in each folder, as people install them. Of each, at most N examples (6) are taken, evenly spaced. It prints
-a table, a library in each row: how many examples were tried, built, ran and ended, and what the first that did not was lacking. --write puts it into
-docs/arduino-libraries.md. The libraries stay where they are; nothing of them belongs into this tree.
+a table, a library in each row: how many examples were tried, built by Debian's arduino-builder, built by qduino, ran and ended, and what the first that
+did not was lacking. --write puts it into docs/arduino-libraries.md. The libraries stay where they are; nothing of them belongs into this tree.
 """
 import argparse
-import os
 import pathlib
 import re
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e" / "qduino"))
+from ide_builder import IdeBuilder, builder_place, clean_environment  # noqa: E402
+from run_builder import build_one  # noqa: E402
 
 MOST_SECONDS = 300
 PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "arduino-libraries.md"
@@ -45,13 +48,22 @@ def try_example(qduino, ino, environment):
     return ("failed" if "error:" in log or "no library here" in log else "built"), reason(log)
 
 
-def row(qduino, library, most, environment):
+def version_of(library):
+    """As library.properties says; nothing where it does not."""
+    properties = library / "library.properties"
+    found = re.search(r"^version=(\S+)", properties.read_text(encoding="utf-8", errors="replace"), re.M) if properties.exists() else None
+    return found[1] if found else ""
+
+
+def row(builder, library, most, folders):
     examples = examples_of(library, most)
-    results = [try_example(qduino, ino, environment) for ino in examples]
-    built = sum(how != "failed" for how, _ in results)
-    ran = sum(how == "ran" for how, _ in results)
-    lacks = next((f"{ino.stem}: {what}" for ino, (_, what) in zip(examples, results) if what), "")
-    return f"| {library.name} | {len(results)} | {built} | {ran} | {lacks} |", (len(results), built, ran)
+    by_builder = [build_one(builder, ino, folders) for ino in examples]
+    results = [try_example(builder.qduino, ino, builder.environment) for ino in examples]
+    counts = (len(results), by_builder.count(""), sum(how != "failed" for how, _ in results), sum(how == "ran" for how, _ in results))
+    lacks = [f"{ino.stem}: {what or wrong}" for ino, (_, what), wrong in zip(examples, results, by_builder) if what or wrong]
+    for lack in lacks:
+        print(f"  {lack}", file=sys.stderr, flush=True)
+    return "| " + " | ".join([library.name, version_of(library), *map(str, counts), lacks[0] if lacks else ""]) + " |", counts
 
 
 def write(table):
@@ -71,18 +83,22 @@ def main():
     libraries = sorted((library for folder in folders for library in folder.iterdir() if any(library.rglob("*.ino"))), key=lambda path: path.name)
     if not libraries:
         sys.exit(f"no library with an example in {', '.join(map(str, folders))}")
-    totals = [0, 0, 0]
-    lines = ["| library | examples | build | run 10 s and end | the first that does not |", "|---|---|---|---|---|"]
+    if not builder_place():
+        sys.exit("there is no arduino-builder: apt-get install arduino-builder, or ./test, which unpacks it")
+    totals = [0, 0, 0, 0]
+    lines = ["| library | version | examples | built by `arduino-builder` | by `qduino` | run 10 s and end | the first that does not |",
+             "|---|---|---|---|---|---|---|"]
     print(*lines, sep="\n")
     with tempfile.TemporaryDirectory() as cache:
-        environment = dict(os.environ, XDG_CACHE_HOME=cache, XDG_STATE_HOME=cache, QDUINO_LIBRARIES=":".join(map(str, folders)),
-                           LC_ALL="C.UTF-8")
+        environment = dict(clean_environment(pathlib.Path(cache)), QDUINO_LIBRARIES=":".join(map(str, folders)))
+        builder = IdeBuilder(arguments.qduino.resolve(), pathlib.Path(cache) / "Arduino", environment)
+        builder.install()
         for library in libraries:
-            line, counts = row(arguments.qduino.resolve(), library, arguments.examples, environment)
+            line, counts = row(builder, library, arguments.examples, folders)
             print(line, flush=True)
             lines.append(line)
             totals = [a + b for a, b in zip(totals, counts)]
-    lines.append(f"| all | {totals[0]} | {totals[1]} | {totals[2]} | |")
+    lines.append("| all | | " + " | ".join(map(str, totals)) + " | |")
     print(lines[-1])
     if arguments.write:
         write("".join(f"{line}\n" for line in lines))

@@ -54,7 +54,7 @@ constexpr Nanoseconds kIoBudget = 1ms, kIoPeriod = 100ms;
 constexpr Nanoseconds kDefaultBudget = 10ms, kDefaultPeriod = 100ms;
 
 /// Counts the pulses and keeps the longest time between two.
-class Train final : public board::Peripherals {
+class Train final : public board::NoPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (pin != kPulsePin || level == board::Level::low) return;
@@ -63,16 +63,6 @@ class Train final : public board::Peripherals {
         else
             longest_ = std::max(longest_, now - last_);
         last_ = now;
-    }
-    void pwm_written(Instant, board::PinId, double) override {}
-    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
-    double analog_level(Instant, board::PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return {};
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
-        return {};
     }
     [[nodiscard]] double mean_khz() const {
         return static_cast<double>(pulses_ - 1) / to_seconds(last_ - first_) / 1e3;

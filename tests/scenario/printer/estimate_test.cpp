@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "apps/machine_file/machine_file.h"
 #include "printer/estimate/estimator.h"
 #include "printer/preflight/preflight.h"
 #include "tests/scenario/printer/printer_bench.h"
@@ -22,17 +23,41 @@ printer::estimate::Estimate estimate_of(std::string_view job, const printer::Mac
     return estimator->estimate();
 }
 
+struct Took {
+    double print_s = 0, heating_s = 0;
+};
+Took printed(const std::string& job, const printer::MachineConfig& machine, const twin::Machine& metal) {
+    PrinterBench bench{machine, metal};
+    EXPECT_TRUE(bench.begin());
+    bench.job(job);
+    EXPECT_TRUE(bench.finish_job(5000)) << bench.fault();
+    EXPECT_EQ(bench.status().outcome, link::JobOutcome::completed) << bench.fault();
+    return {bench.status().print_time_s, bench.status().heating_time_s};
+}
+
 /// Prints it, and compares.
 void expect_as_estimated(const std::string& job, const printer::MachineConfig& machine = {}) {
     const printer::estimate::Estimate estimate = estimate_of(job, machine);
-    PrinterBench bench{machine};
-    ASSERT_TRUE(bench.begin());
-    bench.job(job);
-    ASSERT_TRUE(bench.finish_job(2 * estimate.total_s + 100)) << bench.fault();
-    ASSERT_EQ(bench.status().outcome, link::JobOutcome::completed) << bench.fault();
-    EXPECT_NEAR(estimate.total_s / bench.status().print_time_s, 1, kAsked)
-        << "estimated " << estimate.total_s << " s, printed " << bench.status().print_time_s << " s";
-    EXPECT_NEAR(estimate.heating_s(), bench.status().heating_time_s, 0.5);
+    const Took took = printed(job, machine, apps::twin_machine(machine));
+    EXPECT_NEAR(estimate.total_s / took.print_s, 1, kAsked)
+        << "estimated " << estimate.total_s << " s, printed " << took.print_s << " s";
+    EXPECT_NEAR(estimate.heating_s(), took.heating_s, 0.5);
+}
+
+printer::MachineConfig machine_of(std::string_view file) {
+    const auto parsed = apps::parse_machine(file, "machine.toml");
+    EXPECT_TRUE(parsed) << parsed.error().message.view();
+    return *parsed;
+}
+
+std::string delta(std::string_view more = {}) {
+    std::string file =
+        "[kinematics]\ntype = \"delta\"\ndelta_radius_mm = 250\narm_length_mm = 560\nbed_radius_mm = 215\n"
+        "endstop_offset_y_mm = 0.4\n";
+    for (const char* axis : {"x", "y", "z"})
+        write(file, "[axes.", axis, "]\nsteps_per_mm = 100\nmax_speed_mm_s = 200\n",
+              "max_acceleration_mm_s2 = 3000\n");
+    return file.append("maximum_mm = 300\nhome_speed_mm_s = 60\nhome_retreat_mm = 4\n").append(more);
 }
 
 /// A round tower: walls of short segments, infill, retractions, hops.
@@ -84,6 +109,44 @@ TEST(EstimateOfAPrint, MovesSoShortThatTheQueueBoundsTheirSpeedAreMet) {
     for (int i = 1; i <= 40'000; ++i)
         job += text<std::string>("G1 X", Fixed{120 - 0.005 * std::abs(20'000 - i), 3}, "\n");
     expect_as_estimated(job + "G4 S15\nM84\n");
+}
+
+/// Half a minute: three tenths of a second are one in a hundred.
+const std::string kShortJob = [] {
+    std::string job = "G28\nG1 Z0.3 F300\nG1 X20 Y20 F6000\n";
+    for (int i = 1; i <= 8000; ++i) write(job, "G1 X", Fixed{20 + 0.005 * i, 3}, " F7500\n");
+    return job + "M84\n";
+}();
+
+TEST(EstimateOfAPrint, AShortJobIsMetOnEveryKinematics) {
+    for (const std::string& file :
+         {std::string{}, std::string{"[kinematics]\ntype = \"corexy\"\n"}, delta(),
+          std::string{"[axes.x]\nexpected_from_switch_mm = 140\n[axes.y]\nhome_towards_minimum = false\n"
+                      "home_position_mm = 150\nexpected_from_switch_mm = 3\n"},
+          delta("expected_from_switch_mm = 200\n")}) {
+        SCOPED_TRACE(file);
+        expect_as_estimated(kShortJob, machine_of(file));
+    }
+}
+
+TEST(EstimateOfAPrint, WhereTheAxesStoodIsAllThatIsOpen) {
+    const printer::MachineConfig expected = machine_of(delta());
+    const printer::estimate::Estimate estimate = estimate_of(kShortJob, expected);
+    EXPECT_GT(estimate.less_s, 0.5);
+    EXPECT_GT(estimate.more_s, 4);
+    for (const double from_switch_mm : {1.0, 90.0, 250.0}) {
+        SCOPED_TRACE(from_switch_mm);
+        printer::MachineConfig moved = expected;
+        moved.axes[printer::Axis::z].expected_from_switch = Millimetres{from_switch_mm};
+        const Took took = printed(kShortJob, expected, apps::twin_machine(moved));
+        // Loop 1 sees the end of each of them at a release.
+        constexpr double kRelease_s = 0.1;
+        EXPECT_GT(took.print_s, estimate.total_s - estimate.less_s - kRelease_s);
+        EXPECT_LT(took.print_s, estimate.total_s + estimate.more_s + kRelease_s);
+        EXPECT_NEAR(took.print_s / estimate_of(kShortJob, moved).total_s, 1, kAsked);
+    }
+    // On its place once, nothing is open any more.
+    EXPECT_EQ(estimate_of(kShortJob + "G28\n", expected).more_s, estimate.more_s);
 }
 
 TEST(EstimateOfAPrint, FiltersThatRunOutAreMet) {

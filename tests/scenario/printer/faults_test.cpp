@@ -1,12 +1,12 @@
 // Each fault that is not of the heat, and how long the machine takes until it is safe: nothing
 // moves, and nothing is hot that nobody watches. One row of the table in docs/faults.md each; the
 // times are virtual, and printed.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bitset>
 
 #include "printer/preflight/preflight.h"
-#include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests::faults_test {
@@ -16,7 +16,7 @@ using link::JobOutcome;
 using link::MachineState;
 
 /// Sees when the machine was last stepped, and can hang a loop: it sleeps in its own write.
-class FaultyPins final : public ForwardingPins {
+class FaultyPins final : public board::ForwardingPeripherals {
   public:
     enum class Hangs { none, loop_1, loop_2, loop_3 };
 
@@ -28,14 +28,14 @@ class FaultyPins final : public ForwardingPins {
     }
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (steps_.test(pin.number) && level == board::Level::high) last_step = now;
-        next_->pin_written(now, pin, level);
+        ForwardingPeripherals::pin_written(now, pin, level);
         if (enables_.test(pin.number)) hang(Hangs::loop_1, now);
         if (steps_.test(pin.number)) hang(Hangs::loop_2, now);
     }
     Result<void> i2c_transfer(Instant now, board::I2cBus bus, board::I2cAddress address,
                               std::span<const std::uint8_t> out, std::span<std::uint8_t> in) override {
         hang(Hangs::loop_3, now);
-        return next_->i2c_transfer(now, bus, address, out, in);
+        return ForwardingPeripherals::i2c_transfer(now, bus, address, out, in);
     }
 
     Hangs wanted = Hangs::none;
@@ -72,7 +72,7 @@ class Faults : public testing::Test {
     void print_on() {
         ASSERT_TRUE(bench.begin(&pins));
         std::string job = "G28\nM104 S200\nM190 S60\nM109 S200\n";
-        for (int i = 0; i < 200; ++i) job += i % 2 == 0 ? "G1 X90 E1 F1200\nG92 E0\n" : "G1 X10 E1\nG92 E0\n";
+        for (int i = 0; i < 400; ++i) job += i % 2 == 0 ? "G1 X90 E1 F1200\nG92 E0\n" : "G1 X10 E1\nG92 E0\n";
         bench.job(job);
         ASSERT_TRUE(bench.run_until([&] { return bench.status().line > 12; }, 1500)) << bench.fault();
         ASSERT_FALSE(is_cold());
@@ -107,6 +107,45 @@ INSTANTIATE_TEST_SUITE_P(Of, Homing,
                          testing::Values(Row{"endstop_dead", "endstop_stuck_open:y", "Y endstop"},
                                          Row{"endstop_stuck", "endstop_stuck_closed:x", "X endstop"},
                                          Row{"motor_unplugged", "motor_disconnected:x", "X endstop"}),
+                         [](const auto& each) { return each.param.name; });
+
+struct HeatRow {
+    const char* name;
+    const char* fault;
+    double within_s;           ///< motion and heat
+    double never_above = 206;  ///< °C, of the block, until heat is off
+};
+class HeatInMidPrint : public Faults, public testing::WithParamInterface<HeatRow> {};
+
+/// heat_faults_test.cpp breaks the same at rest, and asks how hot the block becomes.
+TEST_P(HeatInMidPrint, StopsMotionAndHeat) {
+    print_on();
+    const Instant broken = bench.now();
+    twin::Fault fault = *twin::parse_fault(GetParam().fault);
+    fault.at = broken;
+    bench.twin().inject(fault);
+    ASSERT_TRUE(bench.run_until([&] { return !bench.heat().fault.empty(); }, GetParam().within_s));
+    const double heat_s = until_cold(broken, 1);
+    EXPECT_LE(bench.metal().block_celsius[twin::kHotEnd], GetParam().never_above);
+    bench.run(3);
+    const double motion_s = to_seconds(pins.last_step - broken);
+    say(GetParam().name, motion_s, heat_s);
+    EXPECT_EQ(bench.status().state, MachineState::faulted);
+    EXPECT_EQ(bench.status().outcome, JobOutcome::failed);
+    EXPECT_LE(heat_s, GetParam().within_s);
+    EXPECT_LE(motion_s, GetParam().within_s);
+    EXPECT_NE(bench.fault().find("heat is off; "), std::string::npos) << bench.fault();
+}
+INSTANTIATE_TEST_SUITE_P(Of, HeatInMidPrint,
+                         testing::Values(HeatRow{"thermistor_open", "sensor_open:hot_end", 0.3},
+                                         HeatRow{"thermistor_short", "sensor_short:hot_end", 0.3},
+                                         HeatRow{"thermistor_frozen_at_target", "sensor_stuck:hot_end", 400,
+                                                 220},
+                                         HeatRow{"thermistor_drifts", "sensor_drifts:hot_end", 90, 230},
+                                         HeatRow{"bed_thermistor_open", "sensor_open:bed", 0.3},
+                                         HeatRow{"bus_silent", "bus_silent", 0.3},
+                                         HeatRow{"heater_dead", "heater_disconnected:hot_end", 40},
+                                         HeatRow{"heater_stuck_on", "heater_stuck_on:hot_end", 45, 255}),
                          [](const auto& each) { return each.param.name; });
 
 /// No open-loop machine sees it; the twin does, and so does the next homing.
@@ -181,19 +220,61 @@ TEST_F(Faults, BytesStopInMidJob) {
     EXPECT_LE(heat_s, 602);
 }
 
+/// The errors of a job at 8000 steps/s, by lines, as its upload is told them.
+std::string refusal(const printer::MachineConfig& config) {
+    printer::preflight::Preflight preflight{config};
+    const std::string job = "G28\nM109 S200\nG1 X90 F6000\nG1 X10\n";
+    preflight.feed(std::span{job.data(), job.size()});
+    preflight.finish();
+    std::string errors;
+    for (const auto& error : preflight.facts().errors)
+        errors += text<std::string>("line ", error.line, ": ", error.message, '\n');
+    return errors;
+}
+
 TEST(FaultsBeforeHeat, AStepRateAboveTheMachinesIsRefused) {
     printer::MachineConfig config;
     config.step_cost = 50us;  // 14,000 steps/s at 70 % of the core
-    printer::preflight::Preflight preflight{config};
-    const std::string job = "G28\nM109 S200\nG1 X90 F6000\nG1 X10\n";  // 8,000 steps/s
-    preflight.feed(std::span{job.data(), job.size()});
-    preflight.finish();
-    EXPECT_TRUE(preflight.facts().errors.empty());
+    EXPECT_EQ(refusal(config), "");
     config.step_cost = 200us;
-    printer::preflight::Preflight slow{config};
-    slow.feed(std::span{job.data(), job.size()});
-    slow.finish();
-    ASSERT_FALSE(slow.facts().errors.empty());
+    EXPECT_THAT(refusal(config), testing::StartsWith("line 3: the motors together would need 8000 steps/s"));
+    config = {};
+    config.step_low = 249us;  // of each pulse; with its 1 us high the drivers take 4000 a second
+    EXPECT_THAT(refusal(config), testing::StartsWith("line 3: X would need 8000 steps/s"));
+}
+
+/// The shortest time from one rise of a pin to the next.
+class Rises final : public board::ForwardingPeripherals {
+  public:
+    explicit Rises(std::uint16_t pin) : pin_(pin) {}
+    void pin_written(Instant now, board::PinId pin, board::Level level) override {
+        ForwardingPeripherals::pin_written(now, pin, level);
+        if (pin.number != pin_ || level != board::Level::high) return;
+        if (last_) shortest = std::min(shortest, now - *last_);
+        last_ = now;
+    }
+    Nanoseconds shortest = 1h;
+
+  private:
+    std::uint16_t pin_;
+    std::optional<Instant> last_;
+};
+
+/// What a host sends by itself has no preflight: it is played no quicker than the drivers take it.
+TEST(FaultsBeforeHeat, AStepRateAboveTheDriversIsNeverPlayed) {
+    printer::MachineConfig config;
+    config.step_low = 249us;
+    Rises rises{config.axes[printer::Axis::x].step_pin};
+    PrinterBench bench{config};
+    rises.forward_to(bench.twin());
+    ASSERT_TRUE(bench.begin(&rises));
+    bench.job("G28 X Y\nG1 X90 F6000\nG1 X10\n");
+    ASSERT_TRUE(bench.finish_job()) << bench.fault();
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    EXPECT_TRUE(bench.report().matches);
+    EXPECT_EQ(bench.motion().late_steps, 0U) << "slow by the plan, not by the player";
+    EXPECT_GE(rises.shortest, 250us);
+    EXPECT_LT(rises.shortest, 252us);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "board/board.h"
-#include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests::idle_test {
@@ -130,10 +129,10 @@ TEST(Idle, TheServiceIsGone) {
 }
 
 /// Loop 1 writes an enable pin, and never comes back from it.
-class HangingPins final : public ForwardingPins {
+class HangingPins final : public board::ForwardingPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
-        next_->pin_written(now, pin, level);
+        ForwardingPeripherals::pin_written(now, pin, level);
         if (armed && pin.number == 4) board::current().sleep_until(now + std::chrono::hours{1000});
     }
     bool armed = false;

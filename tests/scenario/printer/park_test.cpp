@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests::park_test {
@@ -345,14 +344,14 @@ TEST_F(Parked, TheLayerIsTheOneThatIsPrintedNotTheOneThatIsRead) {
 }
 
 /// Keeps single pulses of X from the motor: the machine believes that it came back, and did not.
-class LossyPins final : public ForwardingPins {
+class LossyPins final : public board::ForwardingPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (pin.number == 2 && lose > 0) {
             if (level == board::Level::low) --lose;
             return;
         }
-        next_->pin_written(now, pin, level);
+        ForwardingPeripherals::pin_written(now, pin, level);
     }
     int lose = 0;
 };

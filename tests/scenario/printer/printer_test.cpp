@@ -416,21 +416,12 @@ TEST(Printer, AJobThatArrivesWhileFaultedIsRefused) {
 }
 
 /// Every level and duty that a pin was ever driven to; nothing is wired to it.
-class DrivenPins final : public board::Peripherals {
+class DrivenPins final : public board::NoPeripherals {
   public:
     void pin_written(Instant, board::PinId pin, board::Level level) override {
         driven[pin.number].push_back(level == board::Level::high ? 1.0 : 0.0);
     }
     void pwm_written(Instant, board::PinId pin, double duty) override { driven[pin.number].push_back(duty); }
-    board::Level pin_level(Instant, board::PinId) override { return board::Level::low; }
-    double analog_level(Instant, board::PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return make_error(ErrorCode::timed_out, "nobody at this address");
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
-        return {};
-    }
     std::map<std::uint16_t, std::vector<double>> driven;
 };
 

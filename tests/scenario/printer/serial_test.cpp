@@ -7,7 +7,6 @@
 #include "apps/serial/serial_session.h"
 #include "printer/gcode/emergency_scanner.h"
 #include "printer/gcode/reports.h"
-#include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 #include "tests/unit/serial/noisy_host.h"
 
@@ -199,16 +198,16 @@ TEST(SerialHost, WhileAJobRunsItMayAskButNotMove) {
 }
 
 /// Sees the last instant at which anything happened on the metal.
-class LastEdge final : public ForwardingPins {
+class LastEdge final : public board::ForwardingPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (steps_.test(pin.number) && level == board::Level::high) last_step = now;
-        ForwardingPins::pin_written(now, pin, level);
+        ForwardingPeripherals::pin_written(now, pin, level);
     }
     void pwm_written(Instant now, board::PinId pin, double duty) override {
         const bool was_on = std::exchange(on_[pin.number], duty > 0);
         if (was_on && duty == 0) last_off = now;
-        ForwardingPins::pwm_written(now, pin, duty);
+        ForwardingPeripherals::pwm_written(now, pin, duty);
     }
     void watch(const printer::MachineConfig& config) {
         for (const auto& axis : config.axes) steps_.set(axis.step_pin);

@@ -4,20 +4,19 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/scenario/printer/forwarding_pins.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests::steps_test {
 namespace {
 
 /// Notes the instant of every rising edge of X.
-class EdgeNotes final : public ForwardingPins {
+class EdgeNotes final : public board::ForwardingPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         const bool high = level == board::Level::high;
         if (pin.number == 2 && high && !high_) rises.push_back(now);
         if (pin.number == 2) high_ = high;
-        next_->pin_written(now, pin, level);
+        ForwardingPeripherals::pin_written(now, pin, level);
     }
     std::vector<Instant> rises;
 

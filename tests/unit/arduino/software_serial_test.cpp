@@ -22,7 +22,7 @@ using namespace qduino;
 constexpr int kReceive = 10, kTransmit = 11, kWitness = 12;
 
 /// A wire from kTransmit to kReceive, unless a test plays the line itself.
-class Wire final : public board::Peripherals {
+class Wire final : public board::NoPeripherals {
   public:
     void pin_written(Instant now, board::PinId pin, board::Level level) override {
         if (pin.number != kTransmit) return;
@@ -32,15 +32,6 @@ class Wire final : public board::Peripherals {
     board::Level pin_level(Instant now, board::PinId pin) override {
         if (pin.number != kReceive) return board::Level::low;
         return (played ? played(now) : high_) ? board::Level::high : board::Level::low;
-    }
-    void pwm_written(Instant, board::PinId, double) override {}
-    double analog_level(Instant, board::PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, board::I2cBus, board::I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return {};
-    }
-    Result<void> spi_transfer(Instant, board::SpiBus, board::SpiSettings, std::span<std::uint8_t>) override {
-        return {};
     }
 
     std::vector<Instant> edges;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <optional>
 #include <random>
 
@@ -26,13 +27,17 @@ struct Bench {
     double target = 0, duty = 0, fan = 0, flow = 0;
     double reads_less = 0;
     std::optional<double> stuck_at;   // the sensor
+    double step = 0;                  // of the converter, °C; 0: none
     std::optional<double> driven_at;  // the heater, whatever is asked
 
+    [[nodiscard]] double shown(double celsius) const {
+        return step > 0 ? step * std::round(celsius / step) : celsius;
+    }
     /// The first verdict that is not `fits`, or that after `seconds`.
     Verdict run(double seconds, double reads_less_per_s = 0) {
         for (double at = 0; at < seconds; at += 0.008) {
             reads_less += reads_less_per_s * 0.008;
-            const double reading = stuck_at.value_or(heater.reading() - reads_less);
+            const double reading = stuck_at.value_or(shown(heater.reading() - reads_less));
             const HeaterDrive drive{duty, fan, flow, 20, 0};
             const Verdict verdict = balance.sample(reading, drive, 0.008);
             if (verdict != Verdict::fits) return verdict;
@@ -49,6 +54,7 @@ TEST(HeatBalance, AHeaterWhoseNumbersAreFifteenPerCentWrongFits) {
         std::uniform_real_distribution<double> unit(-1, 1);
         const HeaterModel model;
         Bench bench(model);
+        bench.step = 0.4 * static_cast<double>(seed % 3);  // a thermistor's at 250 °C: 0.8
         const auto off = [&](double value) { return value * (1 + 0.15 * unit(random)); };
         bench.heater.power_w = off(model.power_w);
         bench.heater.heat_capacity_j_k = off(model.heat_capacity_j_k);
@@ -88,6 +94,17 @@ TEST(HeatBalance, ASensorThatStandsStill) {
     bench.stuck_at = 204;
     EXPECT_EQ(bench.run(300), Verdict::too_cold);
     EXPECT_LT(bench.heater.block_celsius, 300);
+}
+
+TEST(HeatBalance, ASensorThatFreezesAtItsTarget) {
+    for (const double off : {-0.02, 0.02, -0.2}) {
+        Bench bench{HeaterModel{}};
+        bench.target = 205;
+        ASSERT_EQ(bench.run(300), Verdict::fits);
+        bench.stuck_at = 205 + off;
+        EXPECT_EQ(bench.run(3000), Verdict::frozen) << off;
+        EXPECT_NEAR(bench.heater.block_celsius, 205, 25) << off;
+    }
 }
 
 TEST(HeatBalance, ASensorThatReadsEverColder) {

@@ -367,7 +367,7 @@ TEST(SimFaults, AnOverrunningLoopTakesTheExtraAtEachReleaseInItsWindow) {
 }
 
 TEST(SimFaults, AStuckPinReadsItsLevelAndLosesItsEdges) {
-    class Button final : public ::qduino::board::Peripherals {
+    class Button final : public ::qduino::board::NoPeripherals {
       public:
         bool report_edges_to(PinEdgeSink& sink) override { return sink_ = &sink, true; }
         Instant next_event(Instant) override { return next_; }
@@ -376,15 +376,10 @@ TEST(SimFaults, AStuckPinReadsItsLevelAndLosesItsEdges) {
             next_ = now + 1ms;
             sink_->pin_edge(now, PinId{3}, level_);
         }
-        void pin_written(Instant, PinId, Level) override {}
-        void pwm_written(Instant, PinId, double) override {}
         Level pin_level(Instant, PinId) override { return level_; }
         double analog_level(Instant, PinId) override { return 0.25; }
         Result<void> i2c_transfer(Instant, I2cBus, I2cAddress, std::span<const std::uint8_t>,
                                   std::span<std::uint8_t>) override {
-            return {};
-        }
-        Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override {
             return {};
         }
 

@@ -2,6 +2,8 @@
 // time.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "board/sim/endless_jump.h"
 #include "sim_fixture.h"
 #include "spin_code.h"
@@ -73,19 +75,71 @@ TEST(SimSpin, AnotherLoopEndsASpinAtTheInstantAtWhichItSetsTheFlag) {
     EXPECT_EQ(bench.spin_of(1).spin.lasted, 1234567us);
 }
 
+/// A loop that asks the host's system again and again, and is told no.
+struct Asking {
+    explicit Asking(SimBoard& on, std::int64_t times = std::numeric_limits<std::int64_t>::max())
+        : board(on), left(times) {}
+    static bool ask(void* context) {
+        Asking& self = *static_cast<Asking*>(context);
+        self.board.device_work(DeviceClass::nic, 0);
+        ++self.asked;
+        return --self.left <= 0;
+    }
+    SimBoard& board;
+    std::int64_t left, asked = 0;
+};
+
+TEST(SimSpin, AQuestionToTheHostCostsTimeBeyondTheLimitOfOneInstant) {
+    SimConfig config = Bench::config(1);
+    config.poll_limit = 100;
+    config.poll_cost = 50ns;
+    NoPeripherals wires;
+    SimBoard board(config, wires);
+    Asking few(board, 99), more(board, 150);
+    Instant after_few, after_more;
+    Program program;
+    program.loop(1, 80ms, 100ms, 0, [&] {
+        ask_until(&Asking::ask, &few);
+        after_few = board.now();  // the 100th
+        board.sleep_until(at(100ms));
+        ask_until(&Asking::ask, &more);
+        after_more = board.now();
+        board.sleep_until(kForever);
+    });
+    ASSERT_TRUE(board.start(program.specs()));
+    board.run(at(200ms));
+    EXPECT_EQ(after_few, at(0s));
+    EXPECT_EQ(after_more, at(100ms + 50 * 20 * 50ns + 50ns));
+}
+
+TEST(SimSpin, AnEndlessQuestionToTheHostIsASpinFromItsBeginningAndEndsWithTheRun) {
+    Bench bench;
+    Asking asking(bench.board);
+    bench.program.owning_loop(1, 100us, 0, [&] { ask_until(&Asking::ask, &asking); });
+    bench.run(100s);
+    EXPECT_EQ(bench.board.now(), at(100s));
+    EXPECT_LT(asking.asked, 400'000) << "the host was not asked 50 million times";
+    EXPECT_TRUE(bench.spin_of(1).goes_on);
+    EXPECT_EQ(bench.spin_of(1).spin.begun, at(0s));
+}
+
+TEST(SimSpin, ALoopThatAsksForTheTimeAsWellIsNoSpinAndAsksNoMoreThanAHostCanAnswer) {
+    Bench bench;
+    Asking asking(bench.board);
+    // Its body returns: `void loop() { client = server.available(); … millis() … }`
+    bench.program.owning_loop(1, 100us, 0, [&] {
+        while (bench.board.now() < at(1s)) Asking::ask(&asking);
+    });
+    bench.run(1s);
+    EXPECT_LT(asking.asked, 500'000);
+    EXPECT_FALSE(bench.spin_of(1).goes_on);
+}
+
 /// Every input rises at an instant.
-class Rising final : public Peripherals {
+class Rising final : public NoPeripherals {
   public:
     explicit Rising(Instant when) : when_(when) {}
-    void pin_written(Instant, PinId, Level) override {}
-    void pwm_written(Instant, PinId, double) override {}
     Level pin_level(Instant now, PinId) override { return now >= when_ ? Level::high : Level::low; }
-    double analog_level(Instant, PinId) override { return 0; }
-    Result<void> i2c_transfer(Instant, I2cBus, I2cAddress, std::span<const std::uint8_t>,
-                              std::span<std::uint8_t>) override {
-        return {};
-    }
-    Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override { return {}; }
 
   private:
     Instant when_;

@@ -85,19 +85,10 @@ TEST(SimTime, SpinningOnTheClockComesToAnEnd) {
 }
 
 TEST(SimTime, SpinningOnAPinLetsTheOtherCoreWriteIt) {
-    class Wire final : public ::qduino::board::Peripherals {
+    class Wire final : public ::qduino::board::NoPeripherals {
       public:
         void pin_written(Instant, PinId, Level level) override { level_ = level; }
-        void pwm_written(Instant, PinId, double) override {}
         Level pin_level(Instant, PinId) override { return level_; }
-        double analog_level(Instant, PinId) override { return 0; }
-        Result<void> i2c_transfer(Instant, I2cBus, I2cAddress, std::span<const std::uint8_t>,
-                                  std::span<std::uint8_t>) override {
-            return {};
-        }
-        Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override {
-            return {};
-        }
 
       private:
         Level level_ = Level::low;
@@ -206,19 +197,10 @@ TEST(SimTime, TimeThatNothingElseDisturbsPassesWithoutTheEventLoop) {
 }
 
 TEST(SimTime, SafeStatesMayBeForcedWhileALoopHangs) {
-    class Lamp final : public ::qduino::board::Peripherals {
+    class Lamp final : public ::qduino::board::NoPeripherals {
       public:
         void pin_written(Instant, PinId, Level now) override { level = now; }
         void pwm_written(Instant, PinId, double now) override { duty = now; }
-        Level pin_level(Instant, PinId) override { return Level::low; }
-        double analog_level(Instant, PinId) override { return 0; }
-        Result<void> i2c_transfer(Instant, I2cBus, I2cAddress, std::span<const std::uint8_t>,
-                                  std::span<std::uint8_t>) override {
-            return {};
-        }
-        Result<void> spi_transfer(Instant, SpiBus, SpiSettings, std::span<std::uint8_t>) override {
-            return {};
-        }
         Level level = Level::low;
         double duty = 0;
     } lamp;

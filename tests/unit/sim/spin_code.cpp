@@ -23,6 +23,11 @@ std::uint64_t count_until(const volatile bool& flag) {
     return count;
 }
 
+void ask_until(bool (*ask)(void*), void* context) {
+    while (!ask(context)) {
+    }
+}
+
 std::uint32_t compute(std::uint32_t blocks) {
     std::uint32_t state = 1;
     for (std::uint32_t i = 0; i < blocks; ++i) state = state * 1664525u + (state >> 7);

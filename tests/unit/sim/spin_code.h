@@ -12,6 +12,8 @@ void spin_until(const volatile bool& flag);
 void spin_on(const bool& flag);
 /// Counts on while it spins.
 std::uint64_t count_until(const volatile bool& flag);
+/// `while (!server.available());`: calls `ask`, code of the board's, until it says yes.
+void ask_until(bool (*ask)(void*), void* context);
 /// At least `blocks` basic blocks, and an end.
 std::uint32_t compute(std::uint32_t blocks);
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -44,6 +45,31 @@ class StepperLoopTest : public ::testing::Test {
         for (const std::int64_t end = pins_.now_ns + ns; pins_.now_ns < end;) loop_.step();
     }
     [[nodiscard]] link::MotionCounts planning() const { return slots_[0].read(); }
+
+    /// Instants at which step() left, and at which it had told the loops when it began.
+    struct Pauses {
+        std::vector<std::int64_t> left_ns, told_ns;
+    };
+    [[nodiscard]] Pauses pauses_of(std::int64_t ns) {
+        Pauses pauses;
+        for (const std::int64_t end = pins_.now_ns + ns; pins_.now_ns < end;) {
+            const std::int64_t began = pins_.now_ns;
+            const std::uint64_t told = planning().heartbeat;
+            loop_.step();
+            pauses.left_ns.push_back(pins_.now_ns);
+            if (planning().heartbeat != told) pauses.told_ns.push_back(began);
+        }
+        return pauses;
+    }
+    /// How many of `instants` have a rise less than `clear_ns` behind them.
+    [[nodiscard]] std::ptrdiff_t hurried(const std::vector<std::int64_t>& instants,
+                                         std::int64_t clear_ns) const {
+        const auto rises = pins_.rises(kX);
+        return std::ranges::count_if(instants, [&](std::int64_t at) {
+            return std::ranges::any_of(rises,
+                                       [&](std::int64_t rise) { return rise >= at && rise < at + clear_ns; });
+        });
+    }
 
     VirtualPins pins_;
     SmallRing ring_;
@@ -93,6 +119,35 @@ TEST_F(StepperLoopTest, TheServiceIsToldMoreEveryTenthOfASecond) {
     EXPECT_EQ(status.heartbeat, slots_[0].read().heartbeat);
     EXPECT_EQ(status.steps[kX], 100);
     EXPECT_EQ(status.lateness_ns.count(), 100u);
+}
+
+TEST_F(StepperLoopTest, ItReturnsWhereNoPulseIsDueForTwentyMicroseconds) {
+    std::int64_t at_ns = 0;
+    for (int i = 0; i < 2000; ++i, at_ns += 26'000 + i * 7919 % 13 * 1'000) push_steps(2, at_ns, 5'000);
+    const Pauses pauses = pauses_of(60'000'000);
+    ASSERT_GT(pauses.left_ns.size(), 600u);
+    ASSERT_GE(pauses.told_ns.size(), 5u);
+    EXPECT_EQ(hurried(pauses.left_ns, 20'000), 0);
+    EXPECT_EQ(hurried(pauses.told_ns, 20'000), 0);
+}
+
+TEST_F(StepperLoopTest, ItTellsInARarePause) {
+    for (int i = 0; i < 4000; ++i) push_steps(1, i * 15'700 + i / 128 * 200'000);
+    const Pauses pauses = pauses_of(60'000'000);
+    ASSERT_GE(pauses.told_ns.size(), 5u);
+    EXPECT_EQ(hurried(pauses.told_ns, 20'000), 0);
+}
+
+TEST_F(StepperLoopTest, PulsesWithoutAPauseDelayStopsByASliceAndTheNewsByTenMilliseconds) {
+    push_steps(4000, 0, 15'700);
+    const Pauses pauses = pauses_of(55'000'000);
+    ASSERT_GE(pauses.told_ns.size(), 3u);
+    for (std::size_t i = 1; i < pauses.left_ns.size(); ++i) {
+        if (pauses.left_ns[i] < 3'000'000) continue;  // it does not move yet
+        EXPECT_LE(pauses.left_ns[i] - pauses.left_ns[i - 1], 103'000);
+    }
+    for (std::size_t i = 1; i < pauses.told_ns.size(); ++i)
+        EXPECT_LE(pauses.told_ns[i] - pauses.told_ns[i - 1], 20'300'000);
 }
 
 TEST_F(StepperLoopTest, AStopDropsEverythingAndIsAnsweredInTheSameSlice) {

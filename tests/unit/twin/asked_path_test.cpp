@@ -192,6 +192,20 @@ TEST(AskedPath, AnObjectThatIsLeftOutIsNotAsked) {
     EXPECT_EQ(items[4].to, (Position{31, 0, 2, 1}));
 }
 
+/// What moves nothing leaves nothing out: the head does not wait behind it, and the filament of the
+/// next line is pushed. In Klipper, too, such a move makes no offset (its module
+/// exclude_object).
+TEST(AskedPath, ALineOfAnObjectLeftOutThatMovesNothingMakesNoHeadWait) {
+    for (const char* nothing : {"", "G1", "G1 X10 E0", "M207 S0\nG10\nG11"}) {
+        const auto items =
+            items_of("M83\nG1 X10\nM486 S1 C\n" + std::string{nothing} + "\nM486 S-1\nG1 X10 E2\n");
+        ASSERT_EQ(items.size(), 2u) << nothing;
+        EXPECT_EQ(items[1].to, (Position{10, 0, 0, 2})) << nothing;
+    }
+    const auto waits = items_of("M83\nG1 X10\nM486 S1 C\nG1 E1\nM486 S-1\nG1 X10 E2\n");
+    EXPECT_EQ(waits.size(), 1u) << "filament alone is a move";
+}
+
 TEST(AskedPath, AnObjectsNameSaysNothingAndItsLabelsHaveMarlinsOrder) {
     const auto at = [](const std::string& labels) {
         const auto items = items_of(labels + "\nG1 X9\n");

@@ -94,6 +94,26 @@ TEST(Inspector, ArcsAreJudgedByTheTrueCircleAtAnyScale) {
     }
 }
 
+/// Z's steps are finer than those of X and Y, which show in it square to the helix.
+TEST(Inspector, ASteepHelixIsJudgedByItsCurve) {
+    for (const Machine& machine :
+         {scaled(80, 80, 400, 96), scaled(20, 20, 100, 24), scaled(26.7, 40, 400, 140.5)}) {
+        const double coarse_mm = machine.axes[0].steps_per_mm == 80 ? 0.03 : 0.06;
+        for (const double chord_mm : {0.001, 0.005, coarse_mm}) {
+            NaiveFirmware firmware(machine);
+            firmware.move_to({20, 9, 0, 0});
+            firmware.arc_to({20, 9, 20, 0}, 40, 9, 2 * std::numbers::pi, chord_mm);
+            firmware.move_to({20, 9, 10, 0});
+            firmware.arc_to({20, 9, 30, 0}, 24, 9, -2 * std::numbers::pi, chord_mm);
+            Report report;
+            report.findings = inspect(machine, "G1 X20 Y9\nG3 X20 Y9 Z20 I20\nG1 Z10\nG2 X20 Y9 Z30 I4\n",
+                                      firmware.events, firmware.start());
+            judge(report, machine);
+            EXPECT_EQ(report.matches, chord_mm < 0.01) << chord_mm << explain(report);
+        }
+    }
+}
+
 TEST(Inspector, AWrongScaleIsADifference) {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         Machine believed;

@@ -133,6 +133,17 @@ TEST(Authenticator, TheRightKeyIsNeverRefusedForWrongOnes) {
     EXPECT_TRUE(authenticator.tickets.take(ticket, kNow));
 }
 
+TEST(PresentedKey, IsThatOfXApiKeyBeforeABearer) {
+    EXPECT_EQ(presented_key(with("X-Api-Key", "k")), "k");
+    EXPECT_EQ(presented_key(with("Authorization", "bEARER  k")), "k");
+    RequestHead both = with("Authorization", "Bearer other");
+    both.headers.push_back({"X-Api-Key", ""});
+    EXPECT_EQ(presented_key(both), "") << "an empty one is shown, and is wrong";
+    for (const char* other : {"Basic a2V5", "Bearer", "Bearer ", ""})
+        EXPECT_EQ(presented_key(with("Authorization", other)), std::nullopt) << other;
+    EXPECT_EQ(presented_key(RequestHead{}), std::nullopt);
+}
+
 TEST(Cookie, ValuesAreFoundByWholeName) {
     EXPECT_EQ(cookie_value("a=1; b=2", "b"), "2");
     EXPECT_EQ(cookie_value("ab=1", "b"), "");

@@ -1,11 +1,10 @@
-#include "board/metal/serial_line.h"
+#include "board/metal/driver/serial_line.h"
 
 #include <algorithm>
 
 #include "board/metal/linux_side.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/machine/tsc_clock.h"
-#include "board/metal/pins.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -20,7 +19,6 @@ constexpr int kFifoBytes = 16;
 }  // namespace
 
 ConsoleLine console_line;
-PinsWire pins_wire;
 
 void SerialLine::set(std::uint16_t offset, std::uint8_t value) const {
     port_write(static_cast<std::uint16_t>(port_ + offset), value);
@@ -113,11 +111,6 @@ void SerialLine::send_now(std::span<const char> text) {
     while (out_->try_pop(byte)) send(byte);
     for (const char c : text) send(static_cast<std::uint8_t>(c));
     while ((get(kState) & kAllSent) == 0) spin_hint();  // the machine may be turned off next
-}
-
-void PinsWire::received(std::uint8_t byte) {
-    pins.driven(PinId{static_cast<std::uint16_t>(byte & 0x7f)},
-                (byte & 0x80) != 0 ? Level::high : Level::low);
 }
 
 }  // namespace qduino::board::metal

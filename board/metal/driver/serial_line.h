@@ -77,14 +77,4 @@ class ConsoleLine final : public SerialLine {
 };
 extern ConsoleLine console_line;
 
-/// The wire to the pins: each byte is a change of a pin (pins.h).
-class PinsWire final : public SerialLine {
-  public:
-    constexpr PinsWire() : SerialLine(kSecondPort) {}
-
-  protected:
-    void received(std::uint8_t byte) override;
-};
-extern PinsWire pins_wire;
-
 }  // namespace qduino::board::metal
