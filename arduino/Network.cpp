@@ -38,12 +38,16 @@ constexpr auto kNic = qduino::board::DeviceClass::nic;
 /// A refused connection, a name, or a look at the interfaces takes the host as long as so many
 /// short system calls.
 constexpr int kLongCalls = 50;
+/// Until the resolver says that nobody knows a name; they make 0.1 s of virtual time. A loop that
+/// tries again and again would otherwise ask it ten thousand times for each second.
+constexpr int kUnknownName = 50'000;
 
 void asked(int times = 1) { network::asked_in_vain(kNic, times); }
 
 std::optional<std::uint32_t> resolved(const char* host_name) {
-    asked(kLongCalls);
-    return network::resolve(host_name);
+    const auto address = network::resolve(host_name);
+    asked(address ? kLongCalls : kUnknownName);
+    return address;
 }
 
 network::Interface interface_of_host() {

@@ -547,9 +547,16 @@ bool Inspector::walk(const Step& step) {
     return on_curve.has_value();
 }
 
+// Does the step bring a slide of its own from its switch, which is open? No homing begins so.
+bool Inspector::goes_from_open_switch(const Step& step) const {
+    if (gantry_.slides_of(step.axis) != 1u << step.axis || pressed_[step.axis]) return false;
+    return (step.direction > 0) == machine_.axes[step.axis].trigger_at_minimum;
+}
+
 // The cursor stands at a G28: does the step belong to it?
 bool Inspector::begins_homing(Cursor& cursor, const Step& step) {
     if ((pieces_[cursor.piece].homed & gantry_.slides_of(step.axis)) == 0) return false;
+    if (goes_from_open_switch(step)) return false;
     so_far_.built[step.axis] -= step.direction;  // this step is homing's own
     commit(cursor);
     so_far_.at = pieces_.front().to;

@@ -85,8 +85,9 @@
 // excursions is a finding. judge() compares it with the number that the machine reports, so a
 // detour that the machine hides is still a difference.
 //
-// A step or two before a G28, an excursion cannot be told from the homing and may be reported as a
-// difference.
+// Just before a G28 an excursion is told from the homing by its first step: that leads a slide from
+// its open switch. One that begins otherwise (from a closed switch, without room upwards, or
+// switches are at the top) may be reported as a difference.
 //
 // Invariants: s never goes back, except to P; memory is bounded by the look-ahead (kLookAhead
 // items) and one read buffer.
@@ -315,6 +316,7 @@ class Inspector {
     void follow(std::size_t axis, int direction);
     [[nodiscard]] bool advance_in_piece(const Step& step);
     [[nodiscard]] bool walk(const Step& step);
+    [[nodiscard]] bool goes_from_open_switch(const Step& step) const;
     [[nodiscard]] bool begins_homing(Cursor& cursor, const Step& step);
     [[nodiscard]] bool project(Cursor& cursor);
     [[nodiscard]] double nearest_share(const Piece& here, double from) const;

@@ -16,6 +16,7 @@
 #include "apps/beside/boot_line.h"
 #include "apps/beside/given_core.h"
 #include "apps/beside/keeper.h"
+#include "apps/beside/link_relay.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "base/text.h"
@@ -92,11 +93,17 @@ class SharedMemory {
         if (!file.valid()) return posix::system_error("open", kMemory);
         QDUINO_TRY_ASSIGN(memory.range_,
                           posix::map_shared(file.get(), places.memory_at, board::kBesidePinsOffset, false));
+        QDUINO_TRY_ASSIGN(memory.service_,
+                          posix::map_shared(file.get(), places.memory_at + board::kBesideServiceOffset,
+                                            board::kBesideServiceBytes, false));
         QDUINO_TRY_ASSIGN(memory.page_, posix::map_shared(file.get(), places.page_at, kPage, false));
         return memory;
     }
 
     [[nodiscard]] BesideArea& area() const { return *range_.as<BesideArea>(); }
+    [[nodiscard]] printer::link::LinkLayout& link() const {
+        return *service_.as<printer::link::LinkLayout>();
+    }
 
     /// All that the core needs to begin. Error: those of load_image().
     Result<void> fill(std::span<const std::uint8_t> image, const BesideOptions& options) {
@@ -104,6 +111,8 @@ class SharedMemory {
         QDUINO_TRY_ASSIGN(const auto trampoline,
                           load_image(image, {bytes + board::kImageOffset, board::kImageBytes}));
         auto* const area = new (bytes) BesideArea;
+        // No link, until the image makes one.
+        new (service_.as<std::uint8_t>()) printer::link::LinkLayout;
         area->clock_hz = measure_clock_hz();
         area->image_offset = places_.memory_at + board::kImageOffset - board::kImageAt;
         area->pins_at = places_.memory_at + board::kBesidePinsOffset;
@@ -119,7 +128,7 @@ class SharedMemory {
 
   private:
     Places places_;
-    posix::Mapping range_, page_;
+    posix::Mapping range_, page_, service_;
 };
 
 /// Serves the pins; nothing where another program does.
@@ -198,8 +207,13 @@ class BoardWatch {
 
 class BesideRun {
   public:
-    BesideRun(BesideArea& area, std::optional<PinsServer> pins, board::Peripherals& wired)
-        : area_(area), pins_(std::move(pins)), wired_(wired), terminal_(area.line), watch_(area) {}
+    BesideRun(BesideArea& area, std::optional<PinsServer> pins, board::Peripherals& wired, LinkRelay& relay)
+        : area_(area),
+          pins_(std::move(pins)),
+          wired_(wired),
+          relay_(relay),
+          terminal_(area.line),
+          watch_(area) {}
 
     /// Until the board has ended. Error: it stands still.
     Result<void> serve() {
@@ -207,6 +221,7 @@ class BesideRun {
         Instant give_up = kForever;
         while (area_.state.load(std::memory_order_acquire) != BesideState::ended) {
             pass();
+            QDUINO_TRY(relay_.pass(monotonic_now()));
             QDUINO_TRY(watch_.look());
             if (stop_asked() && give_up == kForever) {
                 give_up = monotonic_now() + kToStop;
@@ -217,7 +232,7 @@ class BesideRun {
             rest();
         }
         pass();
-        return {};
+        return relay_.pass(monotonic_now());
     }
 
   private:
@@ -237,6 +252,7 @@ class BesideRun {
     BesideArea& area_;
     std::optional<PinsServer> pins_;
     board::Peripherals& wired_;
+    LinkRelay& relay_;
     Terminal terminal_;
     BoardWatch watch_;
 };
@@ -258,8 +274,9 @@ Result<int> run_beside(std::span<const std::uint8_t> image, const BesideOptions&
     const Keeper keeper{area.keeper_beats, options.silence > Nanoseconds{0}
                                                ? std::min<Nanoseconds>(options.silence / 5, 10ms)
                                                : 10ms};
+    LinkRelay relay{memory.link(), options.link};
     core.start(places.page_at);
-    const Result<void> served = BesideRun{area, std::move(pins), wired}.serve();
+    const Result<void> served = BesideRun{area, std::move(pins), wired, relay}.serve();
     QDUINO_TRY(core.give_back());
     QDUINO_TRY(served);
     return static_cast<int>(area.status.load(std::memory_order_relaxed));

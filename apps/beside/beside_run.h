@@ -22,6 +22,7 @@ struct BesideOptions {
     int core = 1;               ///< Linux's number
     Nanoseconds silence = 5ms;  ///< after which the board drives its safe levels; 0: it runs on
     std::string words;          ///< the image's command line
+    std::string link;           ///< file for a print service (link_relay.h); empty: none
 };
 
 /// Runs `image` to its end, or until Ctrl-C. Serial is on this terminal, reports are on standard

@@ -275,6 +275,7 @@ void add_metal(CLI::App& app, Arguments& arguments) {
     add_option(*sub, "--silence", arguments.silence_ms,
                "beside: when Linux is silent so long, safe levels (default 5; 0: it runs on)", "MS")
         ->check(CLI::Range(0.0, 10000.0));
+    add_option(*sub, "--link", arguments.link, "beside: make a printer's link for printd here", "FILE");
     add_metal_ways(*sub, arguments);
 }
 
@@ -352,8 +353,8 @@ void add_ide(CLI::App& app, Arguments& arguments) {
                     "Example: qduino ide install --to pi@printer.local");
     add_option(*sub, "action", arguments.action, "install or remove", "ACTION")
         ->required()
-        ->check(CLI::IsMember(
-            {"install", "remove", "preprocess", "compile", "link", "check", "size", "discovery", "monitor"}));
+        ->check(CLI::IsMember({"install", "remove", "preprocess", "compile", "link", "check", "size",
+                               "discovery", "serial", "monitor"}));
     add_option(*sub, "folder", arguments.folder, "The IDE's sketchbook", "[FOLDER]");
     add_option(*sub, "--to", arguments.hosts, "A board more: this computer, by ssh", "USER@HOST")
         ->check(CLI::Validator(host_error, "USER@HOST"));

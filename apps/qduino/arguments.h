@@ -67,6 +67,7 @@ struct Arguments {
     std::string record;         ///< what the witness writes at the pins; empty: kept nowhere
     std::string wire;           ///< a socket through which pins are driven from outside
     bool counted_time = false;  ///< time is a count of instructions
+    std::string link;           ///< beside: file for a print service; empty: none
     double silence_ms = 5;      ///< beside: of Linux, before the safe levels are driven; 0: no end
     std::string card;           ///< the machine's network card; empty: it has none
     /// "PORT:PORT", one of this computer and one of the machine; then it has a card, too.

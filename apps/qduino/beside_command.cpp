@@ -32,7 +32,8 @@ Result<int> run_beside_linux(const Arguments& arguments, const fs::path& image, 
     CountedPins pins;
     const beside_linux::BesideOptions options{.core = arguments.core.value_or(1),
                                               .silence = from_seconds(arguments.silence_ms / 1000),
-                                              .words = image_words(arguments)};
+                                              .words = image_words(arguments),
+                                              .link = arguments.link};
     QDUINO_TRY_ASSIGN(
         const int status,
         beside_linux::run_beside({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, options,

@@ -7,6 +7,7 @@
 //     log        what the supervisor and the sketch's report said
 //     report     the guarantee report: written when the sketch has been admitted
 //     incoming/  the sketch that was sent here last
+//     port-ID    a link to the serial port of the board ID, while an IDE 1.8 runs
 #pragma once
 
 #include <sys/types.h>
@@ -33,6 +34,9 @@ class BoardFolder {
     [[nodiscard]] std::filesystem::path log() const { return path_ / "log"; }
     [[nodiscard]] std::filesystem::path report() const { return path_ / "report"; }
     [[nodiscard]] std::filesystem::path incoming() const { return path_ / "incoming"; }
+    [[nodiscard]] std::filesystem::path serial_port(const std::string& board) const {
+        return path_ / ("port-" + board);
+    }
 
     struct Running {
         pid_t keeper = 0;

@@ -8,6 +8,7 @@
 #include "apps/qduino/ide_monitor.h"
 #include "apps/qduino/ide_platform.h"
 #include "apps/qduino/ide_recipe.h"
+#include "apps/qduino/ide_serial.h"
 #include "apps/qduino/tool_commands.h"
 
 namespace qduino::apps {
@@ -26,9 +27,10 @@ constexpr const char* kAfterInstall =
 
 Result<int> ide_command(const Arguments& arguments, const Sdk& sdk) {
     if (arguments.action == "discovery") {
-        IdeDiscovery discovery(arguments.program);
+        IdeDiscovery discovery(ports_of(arguments.program));
         return run_ide_tool(discovery);
     }
+    if (arguments.action == "serial") return ide_serial(arguments.program);
     if (arguments.action == "monitor") {
         IdeMonitor monitor;
         return run_ide_tool(monitor);

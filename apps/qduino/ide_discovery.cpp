@@ -8,15 +8,21 @@
 namespace qduino::apps {
 namespace {
 
-nlohmann::json port_of(const std::string& address, const std::string& label, const std::string& board) {
-    return {{"address", address},
-            {"label", label},
-            {"protocol", kIdeProtocol},
+nlohmann::json json_of(const IdePort& port) {
+    return {{"address", port.address},
+            {"label", port.label},
+            {"protocol", port.protocol},
             {"protocolLabel", "QduinoMC"},
-            {"properties", {{"board", board}}}};
+            {"properties", {{"board", port.board}}}};
 }
 
 }  // namespace
+
+std::vector<IdePort> ports_of(const Words& hosts) {
+    std::vector<IdePort> ports{{kThisComputer, "this computer", kBoardHere, kIdeProtocol}};
+    for (const std::string& host : hosts) ports.push_back({host, host, board_id_of(host), kIdeProtocol});
+    return ports;
+}
 
 std::string IdeDiscovery::carry_out(const Words& words) {
     if (words.size() != 1) return "";
@@ -54,8 +60,7 @@ std::string IdeDiscovery::stop() {
 
 nlohmann::json IdeDiscovery::ports() const {
     nlohmann::json ports = nlohmann::json::array();
-    ports.push_back(port_of(kThisComputer, "this computer", kBoardHere));
-    for (const std::string& host : hosts_) ports.push_back(port_of(host, host, board_id_of(host)));
+    for (const IdePort& port : ports_) ports.push_back(json_of(port));
     return ports;
 }
 

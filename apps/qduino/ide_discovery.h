@@ -1,5 +1,6 @@
-// The ports of this board, for the Arduino IDE 2 and arduino-cli: this computer, and those that
-// `qduino ide install --to` named. Each is always there; nobody asks the network.
+// The ports of this board, for the Arduino IDE 2 and arduino-cli (for IDE 1.8: ide_serial.h):
+// this computer, and those that `qduino ide install --to` named. Each is always there; nobody asks
+// the network.
 //
 //            START         LIST
 //   idle ────────► started ────► ports        START_SYNC ────► syncing: an "add" for each port
@@ -16,10 +17,18 @@
 
 namespace qduino::apps {
 
+struct IdePort {
+    std::string address, label;
+    std::string board;     ///< its board's id in boards.txt
+    std::string protocol;  ///< which monitor it wants
+};
+/// This computer's, then one for each of `hosts`, as ssh takes them.
+[[nodiscard]] std::vector<IdePort> ports_of(const Words& hosts);
+
 class IdeDiscovery : public IdeTool {
   public:
-    /// `hosts` as ssh takes them.
-    explicit IdeDiscovery(Words hosts) : hosts_(std::move(hosts)) {}
+    explicit IdeDiscovery(std::vector<IdePort> ports, Greeting greeting = Greeting::first)
+        : IdeTool(greeting), ports_(std::move(ports)) {}
 
   private:
     enum class State { idle, started, syncing };
@@ -31,7 +40,7 @@ class IdeDiscovery : public IdeTool {
     [[nodiscard]] std::string list() const;
     [[nodiscard]] nlohmann::json ports() const;
 
-    Words hosts_;
+    std::vector<IdePort> ports_;
     State state_ = State::idle;
 };
 

@@ -79,9 +79,12 @@ std::string platform_text(const std::string& program, const std::vector<std::str
     text.append(version()).append("\nqduino=").append(program).append("\n");
     text.append("tools.qduino.qduino=").append(program).append("\n").append(kPlatform);
     const std::string tool = "=\"" + program + "\" ide ";
-    text += "\npluggable_discovery.qduino.pattern" + tool + "discovery";
-    for (const std::string& host : hosts) text += " " + host;
-    return text + "\npluggable_monitor.pattern." + kIdeProtocol + tool + "monitor\n";
+    std::string named;
+    for (const std::string& host : hosts) named += " " + host;
+    text += "\npluggable_discovery.qduino.pattern" + tool + "discovery" + named;
+    text.append("\npluggable_monitor.pattern.").append(kIdeProtocol).append(tool).append("monitor");
+    return text + "\n# The IDE 1.8 (ide_serial.h).\ndiscovery.qduino.pattern" + tool + "serial" + named +
+           "\n";
 }
 
 Result<fs::path> sketchbook(const std::string& named, const std::string& home) {

@@ -37,7 +37,9 @@ inline constexpr const char* kThisComputer = "this_computer";
 
 class IdeTool {
   public:
-    IdeTool() = default;
+    /// Whether HELLO comes first: the IDE 1.8 has none.
+    enum class Greeting { first, none };
+    explicit IdeTool(Greeting greeting = Greeting::first) : greeted_(greeting == Greeting::none) {}
     virtual ~IdeTool() = default;
     IdeTool(const IdeTool&) = delete;
     IdeTool& operator=(const IdeTool&) = delete;
@@ -56,9 +58,11 @@ class IdeTool {
     /// The answer to a command but HELLO and QUIT; the first word is its name. Empty: there is no
     /// such command, or its words are wrong.
     [[nodiscard]] virtual std::string carry_out(const Words& words) = 0;
+    /// As QUIT does.
+    void quit() { quits_ = true; }
 
   private:
-    bool greeted_ = false;
+    bool greeted_;
     bool quits_ = false;
 };
 

@@ -5,6 +5,9 @@
 //   base           BesideArea: facts, heartbeats, Serial    the same address
 //   base +  2 MiB  the image, its stacks, its heap          kImageAt, where it is linked for
 //   base + 32 MiB  virtual pins (pins_layout.h)             the same address
+//   behind them    kBesideServiceBytes for an image that    the same address
+//                  has a service on Linux: the printer's
+//                  link (apps/beside/link_relay.h)
 //
 //   Linux: launcher                          board/metal, on its own core
 //   keeper ── keeper_beats ────────────────► silence longer than silence_limit_ns: safe levels, end
@@ -85,8 +88,10 @@ inline constexpr std::size_t kImageOffset = kLargePage;
 inline constexpr std::size_t kImageBytes = 15 * kLargePage;
 inline constexpr std::size_t kBesidePinsOffset = kImageOffset + kImageBytes;
 /// The rings that a board without Linux uses are those of its VCPUs: the wide ones are left out.
-inline constexpr std::size_t kBesideBytes =
+inline constexpr std::size_t kBesideServiceOffset =
     (kBesidePinsOffset + ring_offset(kVcpuLimit) + kLargePage - 1) / kLargePage * kLargePage;
+inline constexpr std::size_t kBesideServiceBytes = kLargePage;
+inline constexpr std::size_t kBesideBytes = kBesideServiceOffset + kBesideServiceBytes;
 static_assert(sizeof(BesideArea) <= kImageOffset);
 /// The range begins at a multiple of kLargePage, behind the image's own addresses, and ends before
 /// the devices' addresses.

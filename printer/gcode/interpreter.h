@@ -53,12 +53,13 @@ class Interpreter {
     Result<void> proceed(std::size_t moves_max = kAllMoves);
 
     /// The machine stands somewhere else than the moves said: after a cancelled job, a failed
-    /// homing. Drops a pending curve. X, Y, Z keep G92's offset; E keeps its programmed value.
+    /// homing. Drops a pending curve. X, Y, Z keep G92's offset; E keeps its programmed value, and
+    /// the filament is drawn back as far as it was.
     void set_position(const Position& machine) {
         context_.curve.reset();
         context_.left_at.reset();
+        context_.state.filament_peak += machine[Axis::e] - context_.state.machine[Axis::e];
         context_.state.machine = machine;
-        context_.state.filament_peak = machine[Axis::e];
     }
     /// What is left of a curve or of a macro is not carried out.
     void drop_pending() {

@@ -209,9 +209,8 @@ test('an upload shows what waits, its rate and its time, can be cancelled, and a
   inScene('idle', async ({ mock, page, at, button }) => {
     mock.printer.gate.held = true;
     const network = await page.context().newCDPSession(page);
-    const upload = (bytes_s) => network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: bytes_s });
     await network.send('Network.enable');
-    await upload(20_000);
+    await network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: 20_000 });
     const big = Buffer.alloc(3_000_000, 'G1 X1\n');
     const file = (name, buffer) => ({ name, mimeType: 'text/plain', buffer });
     await page.setInputFiles('[data-testid=file]', [
@@ -221,8 +220,8 @@ test('an upload shows what waits, its rate and its time, can be cancelled, and a
     await until('a rate and the time that is left', async () => /B of 3\.0 MB · [\d.]+ [KM]?B\/s · .* left/.test(await text(row('big.gcode'))));
     assert.match(await text(row('later.gcode')), /Waits behind 2/);
     await button('Cancel the upload of later.gcode').click();
+    // The line stays slow: a quick one might take the rest of it before the browser has ended it.
     await button('Cancel the upload of big.gcode').click();
-    await upload(-1);
     await row('too-hot.gcode').locator('.error').waitFor();
     assert.match(await text(row('too-hot.gcode')), /Not queued\. Line 2: .*999/);
     await at('job').filter({ hasText: 'last.gcode' }).waitFor();

@@ -46,8 +46,8 @@ ADAPTED = [
     # Until Ctrl-C; and the sketch that was uploaded is not left behind.
     (r"qduino monitor", lambda: "timeout --signal=INT 4 qduino monitor; ended=$?; qduino upload --stop && [ $ended -eq 124 ]"),
     (r"(qduino monitor --tty \S+)", lambda command: "until_said 'Serial is' " + command),
-    # Programs of the reader's at that port: tests/e2e/qduino/upload_test.py opens it as they do.
-    (r"picocom -b 115200 \S+|sudo ln -s ~/qduino-port /dev/ttyACM7|arduino --port /dev/ttyACM7", lambda: "true"),
+    # A program of the reader's at that port: tests/e2e/qduino/upload_test.py opens it as it does.
+    (r"picocom -b 115200 \S+", lambda: "true"),
     # Minutes, and into the tree.
     (r"(build/release/bin/bench-seam +--against \S+)", lambda command: command + " --rounds 1"),
     (r"(build/release/bin/bench-[\w-]+) +--json > \S+", lambda program: "test -x %s" % program),
@@ -58,6 +58,7 @@ ADAPTED = [
     # It runs until Ctrl-C, and the port may be somebody's.
     (r"(qduino metal run sketches/web_light) --forward 8080:8080", lambda command: "( cd '%s' && %s --card virtio-net --for 1 )" % (ROOT, command)),
     # It takes a core of a computer that was booted for it: tests/metal/beside_test.py has one.
+    (r"sudo build/release/bin/virtual-machine --own-clock .*|sudo build/release/bin/qduino metal beside .*|build/release/bin/printd .* --print-link", lambda: "true"),
     (r"sudo qduino metal beside (sketches/\w+) --for 10", lambda sketch: "( cd '%s' && qduino metal build %s )" % (ROOT, sketch)),
     (r"(qduino metal run sketches/.*)", lambda command: "( cd '%s' && %s )" % (ROOT, command)),
     (r"bench/plot.py", lambda: "test -x bench/plot.py"),

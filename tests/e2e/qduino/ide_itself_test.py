@@ -1,4 +1,4 @@
-"""The Arduino IDE 1.8 itself, unmodified, in an X server without a screen: it verifies and uploads as its buttons do.
+"""The Arduino IDE 1.8 itself, unmodified, in an X server without a screen: it verifies and uploads as its buttons do, and shows Serial.
 
 Debian's packages are not installed. They are laid over /usr in a mount namespace, which ends with each command. ./test --all unpacks them.
 """
@@ -8,6 +8,7 @@ import pathlib
 import shutil
 import subprocess
 import unittest
+import zipfile
 
 from ide_builder import ROOT, clean_environment
 from sketch_case import PROGRAM, SketchCase
@@ -26,6 +27,19 @@ void loop(1, 1, 100, 0) { waitForNextPeriod(); }
 LIBRARY = {"library.properties": "name=Shift\nversion=1.0.0\nauthor=us\nmaintainer=us\nsentence=s\nparagraph=p\ncategory=Other\nurl=u\narchitectures=*\n",
            "src/Shift.h": "long sign_of(unsigned long bits);\n",
            "src/Shift.cpp": "#include <Shift.h>\nlong sign_of(unsigned long bits) { return (long)bits; }\n"}
+TALKS = """
+void setup() {
+  Serial.begin(9600);
+  Serial.println("the sketch talks");
+}
+void loop() {
+  if (Serial.available()) {
+    Serial.print("heard:");
+    Serial.println(Serial.readStringUntil('\\n'));
+  }
+  delay(5);
+}
+"""
 REASON = "loop 2 (60 ms in 100 ms) is refused on core 0"
 
 
@@ -91,6 +105,31 @@ class IdeItself(SketchCase):
         said = self.ide("--upload", greedy, 1)
         self.assertIn("Verdict: Greedy is REFUSED, and was not started. Mine runs on.", said)
         self.assertIn("An error occurred while uploading the sketch", said)
+
+    def hands(self):
+        """An agent that works in the IDE as its user's hands do."""
+        source = pathlib.Path(__file__).with_name("IdeHands.java")
+        compiled = subprocess.run(["javac", "-d", self.folder / "hands", source], capture_output=True, text=True, check=False)
+        self.assertEqual(compiled.returncode, 0, compiled.stderr)
+        archive = self.folder / "hands.jar"
+        with zipfile.ZipFile(archive, "w") as jar:
+            jar.writestr("META-INF/MANIFEST.MF", "Manifest-Version: 1.0\nPremain-Class: IdeHands\n\n")
+            for made in (self.folder / "hands").iterdir():
+                jar.write(made, made.name)
+        return archive
+
+    @unittest.skipUnless(shutil.which("javac"), "there is no javac: apt-get install default-jdk-headless")
+    def test_its_serial_monitor_shows_the_sketch_and_what_is_typed_arrives(self):
+        hands = self.hands()
+        talks = self.sketch("Talks", TALKS)
+        self.run_qduino("upload", talks.parent, "--best-effort")
+        port = pathlib.Path(self.environment["XDG_STATE_HOME"]) / "qduino/board/port-here"
+        # Options on its command line are kept, and it ends: so its window has the port chosen.
+        subprocess.run([*OVER_USR, "arduino", "--board", "qduino:linux:here", "--port", port, "--save-prefs"], env=self.environment,
+                       capture_output=True, timeout=120, check=True)
+        done = subprocess.run([*OVER_USR, "arduino", talks], capture_output=True, text=True, timeout=200, check=False, env=dict(
+            self.environment, JAVA_TOOL_OPTIONS=f"{self.environment['JAVA_TOOL_OPTIONS']} -javaagent:{hands}=talks|hello|heard:hello"))
+        self.assertEqual(done.stdout, "window: this computer\nshown: talks\nshown: heard:hello\n", done.stderr)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import shlex
 import socket
 import stat
 import subprocess
+import time
 import unittest
 
 from sketch_case import SketchCase
@@ -124,6 +125,45 @@ class IdeTools(SketchCase):
             self.assertIn(f"\n{board}.upload_port.board={board}\n", boards)
         # A client that dies says nothing.
         self.assertEqual(self.tool("pluggable_discovery.qduino.pattern").end(), 0)
+
+    def old_ide(self):
+        """The tool of the IDE 1.8, which says no HELLO, and the links to its ports."""
+        tool = self.tool("discovery.qduino.pattern")
+        self.assertEqual(tool.ask("START_SYNC"), {"eventType": "start_sync", "message": "OK"})
+        ports = [tool.message()["port"] for _ in range(2)]
+        links = [self.folder / "state/qduino/board" / f"port-{port['properties']['board']}" for port in (HERE, THERE)]
+        self.assertEqual(ports, [dict(HERE, address=str(links[0]), protocol="serial"), dict(THERE, address=str(links[1]), protocol="serial")])
+        self.wait_until(lambda: all(link.exists() for link in links))
+        return tool, links
+
+    def wait_until(self, holds):
+        end = time.monotonic() + 20
+        while not holds():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+
+    def test_the_old_ide_has_serial_ports_while_it_runs(self):
+        sketch = self.sketch()
+        tool, links = self.old_ide()
+        port = os.open(links[0], os.O_RDWR | os.O_NOCTTY)
+        self.addCleanup(os.close, port)
+        serial = self.accept(sketch)
+        serial.sendall(b"shown\n")
+        self.assertEqual(os.read(port, 6), b"shown\n")
+        os.write(port, b"typed\n")
+        self.assertEqual(self.hear(serial, 6), b"typed\n")
+        self.assertEqual(tool.ask("QUIT"), {"eventType": "quit", "message": "OK"})
+        self.assertEqual(tool.process.wait(timeout=20), 0)
+        self.assertEqual([link.is_symlink() for link in links], [False, False])
+
+        # An IDE that is closed kills its tools, and one that dies says nothing.
+        tool, links = self.old_ide()
+        tool.process.terminate()
+        self.assertEqual(tool.process.wait(timeout=20), 0)
+        self.assertEqual([link.is_symlink() for link in links], [False, False])
+        tool, links = self.old_ide()
+        self.assertEqual(tool.end(), 0)
+        self.assertEqual([link.is_symlink() for link in links], [False, False])
 
     def test_serial_goes_both_ways_until_an_end_goes(self):
         tool = self.tool("pluggable_monitor.pattern.qduino")

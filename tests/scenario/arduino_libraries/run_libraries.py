@@ -49,7 +49,7 @@ CASES = [
          "the converter gives them another name", r"38\nF0E1\nclock"),
     Case("InC", "has a .c file that includes `Arduino.h`", "Modbus, WiFi101", "C's half of the language", r"318"),
     Case("Networks", "uses the whole WiFi and Ethernet API", "the examples of WiFi, Ethernet, ArduinoHttpClient",
-         "the host's network; joining and scanning are the host's", r"network\n-1\nauto\n192\.168\.0\.1\n1\n127\.0\.0\.1\n1\nnobody"),
+         "the host's network; joining and scanning are the host's", r"network\n-1\nauto\n192\.168\.0\.1\n1\n127\.0\.0\.1\n1\nnobody\n0\n10"),
     Case("Ports", "writes PORTx, or asks for `portOutputRegister`", "many sketches; DHTlib and CapacitiveSensor insist on an address, see below",
          "the registers are objects over the Mega's pins; a library that asks is told no and uses `digitalWrite()`",
          r"1\n0\n80\nC0\ndigitalWrite\n40"),

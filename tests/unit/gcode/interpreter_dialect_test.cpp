@@ -346,5 +346,17 @@ TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
     });
 }
 
+/// A homing tells the interpreter where the head stands, to the step. That moves no filament.
+TEST(Dialect, FilamentStaysDrawnBackWhereTheHeadIsFoundAnew) {
+    Bench bench;
+    (void)bench.run("G28\nM83\nG1 X1 E5 F60\nG1 E-2\nG28 X\n");
+    Position found = bench.interpreter.state().machine;
+    found[Axis::e] += Millimetres{0.25};
+    bench.interpreter.set_position(found);
+    EXPECT_EQ(bench.run("M486 S0 C\nG1 X2 E1\nM486 S1\nG1 X3\n"),
+              (Log{"travel X3 at 1", "filament E4.25 at 8"}))
+        << "of 2 mm the program takes 1 to be drawn back";
+}
+
 }  // namespace
 }  // namespace qduino::printer::gcode::interpreter_dialect_test

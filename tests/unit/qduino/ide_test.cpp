@@ -41,6 +41,8 @@ TEST_F(IdeTest, ThePlatformIsWrittenAnewAndRemovedWithoutATrace) {
               std::string::npos);
     EXPECT_NE(platform.find("pluggable_monitor.pattern.qduino=\"/opt/q d/qduino\" ide monitor\n"),
               std::string::npos);
+    EXPECT_NE(platform.find("\ndiscovery.qduino.pattern=\"/opt/q d/qduino\" ide serial a@b\n"),
+              std::string::npos);
     EXPECT_TRUE(fs::is_directory(*place / "cores" / "qduino"));
     EXPECT_TRUE(install_platform(folder_, "/elsewhere/qduino", {}));
     EXPECT_EQ(text_of(*place / "platform.txt").find("/opt/q d"), std::string::npos);

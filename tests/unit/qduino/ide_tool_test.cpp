@@ -86,12 +86,17 @@ TEST(IdeTool, EachStateOfADiscoveryHasItsCommands) {
         {{"QUIT"}, "quit"},
     };
     for (const auto& [lines, expected] : cases) {
-        IdeDiscovery discovery({"pi@there"});
+        IdeDiscovery discovery(ports_of({"pi@there"}));
         std::string last;
         for (const std::string& line : lines) last = discovery.answer_to(line);
         EXPECT_EQ(kinds_in(last), expected) << shell_words(lines);
         EXPECT_EQ(discovery.quits(), lines.back() == "QUIT");
     }
+}
+
+TEST(IdeTool, ADiscoveryOfTheOldIdeBeginsWithoutAGreeting) {
+    IdeDiscovery discovery(ports_of({}), IdeTool::Greeting::none);
+    EXPECT_EQ(kinds_in(discovery.answer_to("START_SYNC")), "start_sync add");
 }
 
 TEST(IdeTool, AMonitorThatIsNotOpenSaysSo) {
@@ -108,7 +113,7 @@ TEST(IdeTool, AMonitorThatIsNotOpenSaysSo) {
 TEST(IdeTool, AnyBytesAreAnsweredByWholeMessages) {
     const auto seed = std::random_device{}();
     std::mt19937 random{seed};
-    IdeDiscovery discovery({});
+    IdeDiscovery discovery(ports_of({}));
     static_cast<void>(discovery.answer_to(R"(HELLO 1 "test")"));
     for (int round = 0; round < 2000; ++round) {
         std::string line;

@@ -135,6 +135,60 @@ TEST(SimSpin, ALoopThatAsksForTheTimeAsWellIsNoSpinAndAsksNoMoreThanAHostCanAnsw
     EXPECT_FALSE(bench.spin_of(1).goes_on);
 }
 
+TEST(SimSpin, ALoopThatAsksForTheTimeBeforeTheHostIsNoSpin) {
+    Bench bench;
+    const auto both = [](void* context) {
+        SimBoard& board = *static_cast<SimBoard*>(context);
+        static_cast<void>(board.now());
+        board.device_work(DeviceClass::nic, 0);
+        return false;
+    };
+    bench.program.owning_loop(1, 100us, 0, [&] { ask_until(both, &bench.board); });
+    bench.run(1s);
+    EXPECT_EQ(bench.board.now(), at(1s));
+    EXPECT_FALSE(bench.spin_of(1).goes_on);
+}
+
+/// A loop of calls that cost no virtual time, and the host more than a block of code.
+void calls_in_vain(void (*call)(SimBoard&)) {
+    Bench bench;
+    struct Calls {
+        SimBoard& board;
+        void (*call)(SimBoard&);
+        std::int64_t done;
+    } calls{bench.board, call, 0};
+    const auto once = [](void* context) {
+        Calls& all = *static_cast<Calls*>(context);
+        all.call(all.board);
+        ++all.done;
+        return false;
+    };
+    bench.program.owning_loop(1, 100us, 0, [&] { ask_until(once, &calls); });
+    bench.run(1s);
+    EXPECT_EQ(bench.board.now(), at(1s));
+    EXPECT_TRUE(bench.spin_of(1).goes_on);
+    EXPECT_LT(calls.done, 200'000) << "as many as blocks would be 20 million";
+}
+
+TEST(SimSpin, AnEndlessTextOnSerialEndsAsSoonAsASpinOfBlocks) {
+    calls_in_vain([](SimBoard& board) { board.device_work(DeviceClass::uart, 1); });
+}
+
+TEST(SimSpin, EndlessLockingEndsAsSoonAsASpinOfBlocks) {
+    calls_in_vain([](SimBoard& board) {
+        LockWord word;
+        board.lock(word);
+        board.unlock(word);
+    });
+}
+
+TEST(SimSpin, EndlessTryingOfALockEndsAsSoonAsASpinOfBlocks) {
+    calls_in_vain([](SimBoard& board) {
+        LockWord word;
+        if (board.try_lock(word)) board.unlock(word);
+    });
+}
+
 /// Every input rises at an instant.
 class Rising final : public NoPeripherals {
   public:

@@ -47,6 +47,15 @@ TEST(Inspector, AStraightLineMatches) {
     EXPECT_DOUBLE_EQ(report.findings.axes[0].final_built_mm, 10.0);
 }
 
+TEST(Inspector, BetweenTwoStepsBothAreRightAndNoOther) {
+    for (const int steps : {799, 800, 801, 802}) {
+        Built built;
+        built.firmware.move_to({steps / machine_steps(0), 0, 0, 0});
+        const Report report = built.report("G1 X10.00625 F3000\n");  // 800.5
+        EXPECT_EQ(report.matches, steps == 800 || steps == 801) << steps << explain(report);
+    }
+}
+
 /// A machine with other scales than the reference machine's.
 Machine scaled(double x, double y, double z, double e) {
     Machine machine;
@@ -337,6 +346,26 @@ TEST(Inspector, AnExcursionThatComesBackToTheStepIsNoDifference) {
         EXPECT_TRUE(report.matches) << explain(report);
         EXPECT_EQ(report.findings.excursions, 1u);
         EXPECT_FALSE(paused.report(0).matches) << "a detour that nobody tells of is a difference";
+    }
+}
+
+/// It lifts Z from an open switch; a homing draws back from a closed one only.
+TEST(Inspector, AnExcursionJustBeforeAHomingIsToldFromIt) {
+    for (const int beside : {0, 1}) {
+        Built built;
+        built.firmware.home({0, 1, 2});
+        built.firmware.move_to({20, 20, 1, 0});
+        const std::size_t back = built.firmware.excursion({2000, 3000, 10'000, 0});
+        auto& events = built.firmware.events;
+        events.erase(events.begin() + static_cast<std::ptrdiff_t>(back),
+                     events.begin() + static_cast<std::ptrdiff_t>(back) + beside);
+        built.firmware.home({0, 1, 2});
+        built.firmware.home({2});
+        built.firmware.move_to({5, 5, 0, 0});
+        const Report report = judged(inspect(built.machine, "G28\nG1 X20 Y20 Z1\nG28\nG28 Z\nG1 X5 Y5\n",
+                                             events, built.firmware.start()),
+                                     1);
+        EXPECT_EQ(report.matches, beside == 0) << explain(report);
     }
 }
 
