@@ -77,10 +77,22 @@ class RecoveryTest : public SpoolTest {
         upload("G28\n;after the copy", {"late.gcode", 1, 0, false});
         upload("G28\n;held", {"late again.gcode", 1, 0, false});
         const auto frozen = folder_ / "frozen";
-        std::filesystem::copy(state_folder(), frozen, std::filesystem::copy_options::recursive);
+        copy_at_one_moment(state_folder(), frozen);
         spool_.reset();
         std::filesystem::remove_all(state_folder());
         std::filesystem::rename(frozen, state_folder());
+    }
+    /// Copies a folder in which the spool's own thread may still rename or remove a temporary file.
+    /// A file that is gone when its turn comes belongs to an earlier moment than the rest: the copy
+    /// is made anew then.
+    static void copy_at_one_moment(const std::filesystem::path& from, const std::filesystem::path& to) {
+        std::error_code gone;
+        for (int attempt = 0; attempt < 1000; ++attempt) {
+            std::filesystem::remove_all(to);
+            std::filesystem::copy(from, to, std::filesystem::copy_options::recursive, gone);
+            if (gone != std::errc::no_such_file_or_directory) break;
+        }
+        ASSERT_FALSE(gone) << from << ": " << gone.message();
     }
     std::filesystem::path state_folder() const { return options_.folder; }
     std::filesystem::path journal() const { return state_folder() / "journal.sqlite"; }
