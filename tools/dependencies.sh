@@ -9,8 +9,9 @@ packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
   libsodium-dev libpng-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
 packages_web="nodejs npm"
 packages_run="curl util-linux"
-packages_metal="musl-dev qemu-system-x86 ovmf grub-common grub-pc-bin grub-efi-amd64-bin xorriso"
-packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu bochs bochs-term bochsbios vgabios"
+packages_metal="musl-dev qemu-system-x86 ovmf grub-common grub-pc-bin grub-efi-amd64-bin xorriso
+  bochs bochs-term bochsbios vgabios"
+packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu"
 packages_test="clang-14 libclang-rt-14-dev clang-format-14 lld universal-ctags chromium curl jq procps util-linux"
 
 # Debian's nodejs (18) is too old for the page's build tools only where it is older than this.

@@ -54,7 +54,7 @@ ADAPTED = [
     # Of a file of the reader's.
     (r"(build/release/bin/bench-plan) FILE.gcode --json", lambda program: "test -x %s" % program),
     # ./test has installed them.
-    (r"apt-get install -y musl-dev qemu-system-x86", lambda: "true"),
+    (r"apt-get install -y (?:musl-dev qemu-system-x86|bochs bochs-term bochsbios vgabios)", lambda: "true"),
     # It runs until Ctrl-C, and the port may be somebody's.
     (r"(qduino metal run sketches/web_light) --forward 8080:8080", lambda command: "( cd '%s' && %s --card virtio-net --for 1 )" % (ROOT, command)),
     # It takes a core of a computer that was booted for it: tests/metal/beside_test.py has one.

@@ -28,6 +28,15 @@ bool has_real_time() {
     return granted;
 }
 
+/// Where the warden looks late, as on a busy computer, it stops the loop for longer: over a longer
+/// time the share comes back to the budget. Without a warden no length of time helps.
+EscapeRun run_watched(const char* pattern) {
+    EscapeRun run = bench::run_escape(ESCAPE_PATTERNS, pattern, 1s, true);
+    if (run.trouble.empty() && run.share > kEscapeeShare + kMargin)
+        run = bench::run_escape(ESCAPE_PATTERNS, pattern, 6s, true);
+    return run;
+}
+
 class AnEscape : public ::testing::TestWithParam<const char*> {
   protected:
     void SetUp() override {
@@ -40,7 +49,7 @@ class AnEscape : public ::testing::TestWithParam<const char*> {
 };
 
 TEST_P(AnEscape, GetsNoMoreThanItsBudgetAndIsNamed) {
-    const EscapeRun run = bench::run_escape(ESCAPE_PATTERNS, GetParam(), 1s, true);
+    const EscapeRun run = run_watched(GetParam());
     ASSERT_EQ(run.trouble, "");
     EXPECT_LE(run.share, kEscapeeShare + kMargin);
     const auto loops = loops_in(run);
@@ -61,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(Of, AnEscape,
 class ARefusal : public AnEscape {};
 
 TEST_P(ARefusal, LeavesALoopThatKeepsToItsBudget) {
-    const EscapeRun run = bench::run_escape(ESCAPE_PATTERNS, GetParam(), 1s, true);
+    const EscapeRun run = run_watched(GetParam());
     ASSERT_EQ(run.trouble, "");
     EXPECT_LE(run.share, kEscapeeShare + kMargin);
     const auto loops = loops_in(run);

@@ -232,7 +232,7 @@ TEST_F(RecoveryTest, ABlobWithoutARowIsSweptWhenTheJournalIsItsOwn) {
 
 TEST_F(RecoveryTest, AnOlderStateOfTheSameJournalSweepsNothingThatItNeverHad) {
     fill();
-    std::filesystem::copy(state_folder(), folder_ / "backup", std::filesystem::copy_options::recursive);
+    copy_at_one_moment(state_folder(), folder_ / "backup");
     upload("G28\n;since then", {"since.gcode", 1, 0, false});
     stop();
     remove_journal();
