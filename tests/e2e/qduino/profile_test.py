@@ -120,8 +120,8 @@ class Profile(SketchCase):
         self.sketch.write_text("void setup() {}\nvoid loop(1, 9, 10, 0) { delayMicroseconds(250); waitForNextPeriod(); }\n"
                                "void loop(2, 9, 10, 0) { waitForNextPeriod(); }\n")
         self.run_qduino("check", "work", status=2)
-        # What is measured is this computer's time: a busy one may stop a release in its middle,
-        # and budgets of twice the worst fit no more. So it is asked again.
+        # A busy computer may start too few releases in this time for a budget to be suggested: then
+        # the one that was refused stays. So it is asked again.
         for _ in range(8):
             measured = self.run_qduino("profile", "work", "--for", "0.6")
             if "With these: admitted" in measured.stderr:
