@@ -259,10 +259,22 @@ void AskedPath::follow_retraction(const Position& to) {
     filament_.peak_mm = std::max(filament_.peak_mm, to[kExtruder]);
 }
 
+/// Filament to be pushed, or drawn back, until it is where the program takes it to be.
+double AskedPath::owed_mm() const { return waiting_.drawn_mm - (filament_.peak_mm - program_[kExtruder]); }
+
+/// The head is taken to another place than the program's.
+void AskedPath::stop_waiting() {
+    if (!waiting_.active) return;
+    Position at = machine_;
+    at[kExtruder] += owed_mm();
+    give(at, false);
+    waiting_.active = false;
+}
+
 /// Brings a machine that waited to `to`, the place of the next move that goes sideways.
 void AskedPath::rejoin(const Position& to) {
     if (!waiting_.active || objects_.skipping()) return;
-    const double owed = waiting_.drawn_mm - (filament_.peak_mm - program_[kExtruder]);
+    const double owed = owed_mm();
     Position at = machine_;
     at[kExtruder] += std::min(owed, 0.0);
     give(at, false);
@@ -300,6 +312,7 @@ void AskedPath::home(const CommandLine& command) {
         (command.has('U') || command.has('V') || command.has('A') || command.has('B') || command.has('C')))
         return;
     if (mask == 0 || homes_together_) mask = 0b111;  // a delta's carriages find the nozzle together
+    stop_waiting();
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         if ((mask >> axis & 1u) == 0) continue;
         machine_[axis] = program_[axis] = home_mm_[axis];
@@ -308,14 +321,13 @@ void AskedPath::home(const CommandLine& command) {
     }
     // An axis that is not homed goes on from where the head is.
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = machine_[axis];
-    waiting_.active = false;
     if ((mask >> 2 & 1u) != 0) bed_.lose_place();
     given_.push_back({AskedItem::Kind::home, mask, false, lines_.number(), machine_, 0, bed_.now()});
 }
 
 void AskedPath::probe() {
+    stop_waiting();
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) machine_[axis] = program_[axis] = probed_at_[axis];
-    waiting_.active = false;
     bed_.lose_place();
     static_cast<void>(bed_.measured());
     given_.push_back({AskedItem::Kind::probe, 0, false, lines_.number(), machine_, 0, bed_.now()});

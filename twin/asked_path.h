@@ -15,7 +15,8 @@
 // - From the first move of an object that is left out (asked_objects.h) until a line behind it goes
 //   sideways, the head waits where it was; firmware retractions are made there. That line first
 //   takes it to its own end: up, sideways, down. The filament is drawn back before, or pushed again
-//   after it, to where the program takes it to be.
+//   after it, to where the program takes it to be. A G28 or G29 ends the wait as well; the filament
+//   comes there before the head goes.
 //
 // Invariant: each item starts where the one before it ended; items that move nothing are not given.
 #pragma once
@@ -128,6 +129,8 @@ class AskedPath {
     void follow(const Position& to, bool curved = false);
     void follow_retraction(const Position& to);
     void rejoin(const Position& to);
+    void stop_waiting();
+    [[nodiscard]] double owed_mm() const;
     void give(const Position& to, bool curved);
 
     AskedLines lines_;

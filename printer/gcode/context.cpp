@@ -51,8 +51,26 @@ Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedr
     return {};
 }
 
+/// What the program takes to be drawn back may not be what is.
+Millimetres Context::owed() const {
+    const Millimetres believed = state.filament_peak - state.machine[Axis::e];
+    return drawn_when_left - believed;
+}
+
+Result<void> Context::bring_filament(Millimetres length) {
+    if (length == Millimetres{0}) return {};
+    Position to = *left_at;
+    to[Axis::e] += length;
+    const RetractionSettings& speeds = state.retraction;
+    QDUINO_TRY(hand_on(*left_at, to, length < Millimetres{0} ? speeds.speed : speeds.recover_speed, false));
+    drawn_when_left -= length;
+    left_at = to;
+    return {};
+}
+
 Result<void> Context::rejoin(Position& target) {
     if (!left_at || objects.skipping()) return {};
+    QDUINO_TRY(bring_filament(std::min(owed(), Millimetres{0})));
     Position at = *left_at;
     const auto go = [&](const Position& to, MillimetresPerSecond feedrate) -> Result<void> {
         if (to == at) return {};
@@ -61,14 +79,7 @@ Result<void> Context::rejoin(Position& target) {
         left_at = at;
         return {};
     };
-    // What the program takes to be drawn back may not be what is.
-    const Millimetres believed = state.filament_peak - state.machine[Axis::e];
-    const Millimetres owed = drawn_when_left - believed;
     Position over = at;
-    if (owed < Millimetres{0}) {
-        over[Axis::e] += owed;
-        QDUINO_TRY(go(over, state.retraction.speed));
-    }
     over[Axis::z] = std::max(at[Axis::z], target[Axis::z]);
     QDUINO_TRY(go(over, state.feedrate));
     over[Axis::x] = target[Axis::x];
@@ -76,17 +87,20 @@ Result<void> Context::rejoin(Position& target) {
     QDUINO_TRY(go(over, state.feedrate));
     over[Axis::z] = target[Axis::z];
     QDUINO_TRY(go(over, state.feedrate));
-    if (owed > Millimetres{0}) {
-        over[Axis::e] += owed;
-        QDUINO_TRY(go(over, state.retraction.recover_speed));
-    }
-    target[Axis::e] -= state.machine[Axis::e] - over[Axis::e];
-    stop_waiting();
+    QDUINO_TRY(bring_filament(owed()));
+    target[Axis::e] -= state.machine[Axis::e] - (*left_at)[Axis::e];
+    go_on_from_head();
     return {};
 }
 
-void Context::stop_waiting() {
-    if (!left_at) return;
+Result<void> Context::stop_waiting() {
+    if (!left_at) return {};
+    QDUINO_TRY(bring_filament(owed()));
+    go_on_from_head();
+    return {};
+}
+
+void Context::go_on_from_head() {
     state.filament_peak -= state.machine[Axis::e] - (*left_at)[Axis::e];
     state.machine = *left_at;
     left_at.reset();

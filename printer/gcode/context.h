@@ -120,8 +120,10 @@ struct Context {
     /// it to be. Up to four moves. Filament that was left out is not counted: E of the state and of
     /// `target` follow. Nothing to do: the head did not wait, or goes on waiting.
     Result<void> rejoin(Position& target);
-    /// The program goes on from where the head is, if that waits.
-    void stop_waiting();
+    /// Before the head is taken to another place than the program's (a homing, a look at the bed):
+    /// where it waited, the filament comes to where the program takes it to be, and the program
+    /// goes on from the head. At most one move.
+    Result<void> stop_waiting();
     /// True when a move to `target` goes sideways: a head that waits then waits no longer.
     [[nodiscard]] bool goes_sideways(const Position& target) const {
         return target[Axis::x] != state.machine[Axis::x] || target[Axis::y] != state.machine[Axis::y];
@@ -132,6 +134,11 @@ struct Context {
     void warn(std::string_view text);
 
   private:
+    /// Filament that is to be pushed (negative: drawn back) until it is where the program takes it
+    /// to be. Contract: the head waits.
+    [[nodiscard]] Millimetres owed() const;
+    Result<void> bring_filament(Millimetres length);
+    void go_on_from_head();
     [[nodiscard]] MillimetresPerSecond fastest(const Position& from, const Position& to, MoveKind kind) const;
     Result<void> hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
                          bool firmware_retract);

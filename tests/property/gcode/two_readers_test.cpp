@@ -199,8 +199,9 @@ TEST(TwoReaders, AgreeAfterEveryLine) {
         TwinReader reader{text, config};
         for (std::size_t i = 0; i < lines.size(); ++i) {
             (void)again.run(lines[i] + "\n");
-            if (lines[i].rfind("G28", 0) == 0) printer.home(lines[i], config);
+            // What a homing line asks of the filament, it asks before the head goes.
             const Place& place = printer.follow(again.recorder.moves);
+            if (lines[i].rfind("G28", 0) == 0) printer.home(lines[i], config);
             reader.pass_line(i + 1);
             for (int axis = 0; axis < 4; ++axis) {
                 ASSERT_NEAR(place.mm[axis], reader.at[static_cast<std::size_t>(axis)], 1e-7)

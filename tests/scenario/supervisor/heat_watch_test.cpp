@@ -207,10 +207,13 @@ TEST(HeatWatch, AKilledWatchIsReplacedAndBuried) {
     const pid_t first = run.heat_watch();
     ASSERT_GT(first, 0);
     ::kill(first, SIGKILL);
-    run.wait_for("another watch", [&] { return run.heat_watch() > 0 && run.heat_watch() != first; });
+    pid_t second = 0;
+    run.wait_for("another watch", [&] {
+        second = run.heat_watch();
+        return second > 0 && second != first;
+    });
     EXPECT_NE(::kill(first, 0), 0) << "it lies unburied";
     EXPECT_FALSE(run.heat_is_off()) << "the sketch goes on";
-    const pid_t second = run.heat_watch();
     run.signal_sketch(SIGKILL);
     EXPECT_EQ(run.finish(), 128 + SIGKILL);
     expect_safe(run.machine());

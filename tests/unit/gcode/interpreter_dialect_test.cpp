@@ -343,6 +343,12 @@ TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
         {"… or pushed again",
          "M83\nM486 P0\nG1 X1 E5 F60\nG1 E-2\nM486 S0\nG1 E2\nG1 X2 E1\nM486 S-1\nG1 X3\nG1 X4 E1\n",
          {"print X1 E5 at 1", "filament E3 at 1", "travel X3 at 1", "filament E5 at 8", "print X4 E6 at 1"}},
+        {"… or before a homing, which ends the wait",
+         "M83\nM486 P0\nG1 X1 E5 F60\nG1 E-2\nM486 S0\nG1 E2\nG1 X2 E1\nM486 S-1\nG28 X\nG1 X4 E1\n",
+         {"print X1 E5 at 1", "filament E3 at 1", "filament E5 at 8", "home X", "print X4 E6 at 1"}},
+        {"… where it is drawn back as well",
+         "M83\nM486 P0\nG1 X1 E5 F60\nM486 S0\nG1 X2 E1\nG1 E-2\nG28 X\nM486 S-1\nG1 X3\nG1 E2\n",
+         {"print X1 E5 at 1", "filament E3 at 45", "home X", "travel X3 at 1", "filament E5 at 1"}},
     });
 }
 

@@ -169,7 +169,7 @@ TEST(LinuxBoard, RunsTheHandlerOfEachEdgeOnItsIoVcpu) {
         to.vcpu = to.board->current_vcpu();
         ++to.rising;
     };
-    ASSERT_TRUE(board->pin_mode(kPin, PinMode::input).ok());
+    ASSERT_TRUE(answered([&] { return board->pin_mode(kPin, PinMode::input); }).ok());
     ASSERT_TRUE(board->attach_edge(kPin, Edge::rising, on_rising, &heard, kFirstIoVcpu).ok());
     ASSERT_TRUE(board
                     ->attach_edge(

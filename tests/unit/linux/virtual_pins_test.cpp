@@ -254,7 +254,7 @@ TEST(VirtualPins, InputsAreKnownWhenPinModeReturnsAndFollowTheOutside) {
     VirtualPins pins;
     attach(pins, file.path());
     EXPECT_EQ(pins.read(0, kOther), Level::low);
-    ASSERT_TRUE(pins.set_mode(0, kPin, PinMode::input).ok());
+    ASSERT_TRUE(answered([&] { return pins.set_mode(0, kPin, PinMode::input); }).ok());
     EXPECT_EQ(pins.read(0, kPin), Level::high);
     EXPECT_EQ(pins.edges(kPin).rising, 1u);
 

@@ -206,6 +206,20 @@ TEST(AskedPath, ALineOfAnObjectLeftOutThatMovesNothingMakesNoHeadWait) {
     EXPECT_EQ(waits.size(), 1u) << "filament alone is a move";
 }
 
+/// What an object that is left out drew back or pushed is made up for before a homing, which ends
+/// the wait.
+TEST(AskedPath, FilamentIsWhereTheProgramHasItBeforeAHoming) {
+    const auto pushed =
+        items_of("M83\nG1 X1 E5\nG1 E-2\nM486 S0 C\nG1 E2\nG1 X2 E1\nM486 S-1\nG28 X\nG1 X4 E1\n");
+    ASSERT_EQ(pushed.size(), 5u);
+    EXPECT_EQ(pushed[2].to, (Position{1, 0, 0, 5}));
+    EXPECT_EQ(pushed[3].kind, AskedItem::Kind::home);
+    EXPECT_EQ(pushed[4].to, (Position{4, 0, 0, 6}));
+    const auto drawn = items_of("M83\nG1 X1 E5\nM486 S0 C\nG1 X2 E1\nG1 E-2\nG28 X\n");
+    ASSERT_EQ(drawn.size(), 3u);
+    EXPECT_EQ(drawn[1].to, (Position{1, 0, 0, 3}));
+}
+
 TEST(AskedPath, AnObjectsNameSaysNothingAndItsLabelsHaveMarlinsOrder) {
     const auto at = [](const std::string& labels) {
         const auto items = items_of(labels + "\nG1 X9\n");
