@@ -88,22 +88,29 @@ Result<void> Context::rejoin(Position& target) {
     over[Axis::z] = target[Axis::z];
     QDUINO_TRY(go(over, state.feedrate));
     QDUINO_TRY(bring_filament(owed()));
-    target[Axis::e] -= state.machine[Axis::e] - (*left_at)[Axis::e];
-    go_on_from_head();
+    const Millimetres pushed = target[Axis::e] - state.machine[Axis::e];
+    target[Axis::e] = (*left_at)[Axis::e] + pushed;
+    rejoined_at = *left_at;
+    stop_waiting();
     return {};
 }
 
-Result<void> Context::stop_waiting() {
+Result<void> Context::settle_filament() {
     if (!left_at) return {};
-    QDUINO_TRY(bring_filament(owed()));
-    go_on_from_head();
-    return {};
+    return bring_filament(owed());
 }
 
-void Context::go_on_from_head() {
+void Context::stop_waiting() {
+    if (!left_at) return;
     state.filament_peak -= state.machine[Axis::e] - (*left_at)[Axis::e];
     state.machine = *left_at;
     left_at.reset();
+}
+
+void Context::wait_on(const ModalState& before) {
+    if (left_at || state.machine != rejoined_at) return;
+    left_at = rejoined_at;
+    state = before;
 }
 
 Result<void> Context::check_target(Position& target) const {

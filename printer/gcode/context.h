@@ -107,6 +107,7 @@ struct Context {
     /// Where the head waits while objects are left out: `state.machine` goes on without it.
     std::optional<Position> left_at{};
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
+    Position rejoined_at{};         ///< where the last such wait ended
     std::uint32_t warnings = 0;
     bool not_done = false;  ///< the machine lacks what the command in hand is for: skip it
 
@@ -120,10 +121,15 @@ struct Context {
     /// it to be. Up to four moves. Filament that was left out is not counted: E of the state and of
     /// `target` follow. Nothing to do: the head did not wait, or goes on waiting.
     Result<void> rejoin(Position& target);
+    /// The line that rejoined has been refused: the head waits on, where it is by now, and the
+    /// state is as `before` that line. Nothing to do: the line has moved the head since, or
+    /// nothing waited.
+    void wait_on(const ModalState& before);
     /// Before the head is taken to another place than the program's (a homing, a look at the bed):
-    /// where it waited, the filament comes to where the program takes it to be, and the program
-    /// goes on from the head. At most one move.
-    Result<void> stop_waiting();
+    /// where it waits, the filament comes to where the program takes it to be. At most one move.
+    Result<void> settle_filament();
+    /// The program goes on from where the head is, if that waits.
+    void stop_waiting();
     /// True when a move to `target` goes sideways: a head that waits then waits no longer.
     [[nodiscard]] bool goes_sideways(const Position& target) const {
         return target[Axis::x] != state.machine[Axis::x] || target[Axis::y] != state.machine[Axis::y];
@@ -138,7 +144,6 @@ struct Context {
     /// to be. Contract: the head waits.
     [[nodiscard]] Millimetres owed() const;
     Result<void> bring_filament(Millimetres length);
-    void go_on_from_head();
     [[nodiscard]] MillimetresPerSecond fastest(const Position& from, const Position& to, MoveKind kind) const;
     Result<void> hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
                          bool firmware_retract);

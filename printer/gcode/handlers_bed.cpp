@@ -48,8 +48,9 @@ Result<void> probe_bed(Context& context, const Command&) {
     ModalState& state = context.state;
     for (const Axis axis : kToolAxes)
         if (!state.homed[axis]) return make_error(ErrorCode::unavailable, "home first (G28)");
-    QDUINO_TRY(context.stop_waiting());
+    QDUINO_TRY(context.settle_filament());
     QDUINO_TRY(context.actions.probe_bed());
+    context.stop_waiting();
     const ProbePlace last = probe_place(context.config, probe_count(context.config.mesh) - 1);
     state.machine[Axis::x] = last.x;
     state.machine[Axis::y] = last.y;

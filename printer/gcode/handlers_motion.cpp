@@ -237,9 +237,10 @@ Result<void> home(Context& context, const Command& command) {
     const bool all = !named || context.kinematics.homes_together();
     for (const Axis axis : kToolAxes)
         if (all || has(kAxisLetter[axis])) axes.add(axis);
-    QDUINO_TRY(context.stop_waiting());
+    QDUINO_TRY(context.settle_filament());
     QDUINO_TRY(context.actions.home(axes));
     ModalState& state = context.state;
+    context.stop_waiting();
     for (const Axis axis : kToolAxes) {
         if (!axes.contains(axis)) continue;
         state.machine[axis] = context.config.axes[axis].home_position;

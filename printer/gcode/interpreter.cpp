@@ -63,8 +63,10 @@ Result<void> Interpreter::dispatch(const Command& command, std::size_t moves_max
     if (code == nullptr || code->handler == nullptr) return skip(command, code);
     if (code->strictness == Strictness::strict) QDUINO_TRY(check_letters(command, *code));
     const ModalState before = context_.state;
+    const bool waited = context_.left_at.has_value();
     Result<void> done = code->handler(context_, command);
     if (done && context_.curve) done = proceed_on_curve(moves_max);
+    if (!done && waited) context_.wait_on(before);
     const bool moved = context_.state.machine != before.machine;
     if (!done && !moved) context_.state = before;
     return std::exchange(context_.not_done, false) ? skip(command, code) : done;

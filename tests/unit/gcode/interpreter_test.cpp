@@ -233,6 +233,20 @@ TEST(Interpreter, ARefusedMoveLeavesTheStateAsItWas) {
     EXPECT_EQ(bench.run("G1 X1 E1 F60\n"), Log{"print X1 E1 at 1"});
 }
 
+TEST(Interpreter, AHeadThatWaitsGoesOnWaitingWhenALineIsRefused) {
+    // After each of these lines the head waits at X1, and the program is at X9 with E5 left out.
+    for (const char* refused : {"G1 X1 E1", "G2 X1 I-4 E1", "G28"}) {
+        Bench bench;
+        (void)bench.run("M83\nG28\nG1 X1 Y9 E1 F60\nM486 S0\nM486 P0\nG1 X9 E5\nM486 S-1\n");
+        bench.recorder.refuse_after = 0;
+        const Log log = bench.run(std::string{refused} + "\n");
+        ASSERT_EQ(log.size(), 1U) << refused;
+        EXPECT_NE(log[0].find("the machine refuses"), std::string::npos) << log[0];
+        EXPECT_EQ(bench.interpreter.state().machine[Axis::x].value(), 9) << refused;
+        EXPECT_EQ(bench.run("G1 X9 Y2 E1\n"), (Log{"travel X9 Y2 at 1", "filament E2 at 1"})) << refused;
+    }
+}
+
 TEST(Interpreter, ARefusedHomingIsNotHomed) {
     Bench bench;
     bench.recorder.refuse_after = 0;

@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
@@ -73,6 +75,10 @@ class RecoveryTest : public SpoolTest {
     /// As kill -9 leaves it: the copy is of an earlier moment, and the journal's log is still
     /// there.
     void kill_with_older_copy() {
+        // The spool's own thread made its first copy in fill(). If that were named only now, it
+        // would replace this one, which knows more.
+        for (int looks = 0; !std::filesystem::exists(copy()) && looks < 30'000; ++looks)
+            std::this_thread::sleep_for(std::chrono::milliseconds{1});
         ASSERT_TRUE(copy_journal(state_folder()).ok());
         upload("G28\n;after the copy", {"late.gcode", 1, 0, false});
         upload("G28\n;held", {"late again.gcode", 1, 0, false});
