@@ -26,6 +26,7 @@ using board::linux::block_until;
 using board::linux::monotonic_now;
 
 constexpr int kBeginsWithinMs = 8000;
+constexpr Nanoseconds kReportsWithin = 30s;  // on a busy computer: it writes in a moment else
 
 struct Process {
     pid_t parent = 0;
@@ -120,6 +121,24 @@ pid_t start(const std::vector<std::string>& command, int output) {
     ::_exit(127);
 }
 
+bool has_ended(pid_t process) {
+    siginfo_t info{};
+    return ::waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid != 0;
+}
+
+/// The sketch's report, an object of JSON, which it writes at its end. Empty when none comes.
+std::string report_of(pid_t sketch, const std::string& file) {
+    std::string text;
+    const Instant give_up = monotonic_now() + kReportsWithin;
+    for (bool ended = false; !ended && !text.ends_with("}\n") && monotonic_now() < give_up;) {
+        block_until(monotonic_now() + 10ms);
+        ended = has_ended(sketch);  // before the file is read: then it is whole
+        if (const auto written = posix::read_small_file(file)) text = *written;
+    }
+    return text;
+}
+
 bool says_that_it_runs(int output) {
     pollfd ready{output, POLLIN, 0};
     char byte = 0;
@@ -156,8 +175,7 @@ EscapeRun run_escape(const std::string& program, const std::string& pattern, Nan
         const double passed = to_seconds(monotonic_now() - begun);
         run.share = (after.escapee - before.escapee) / passed;
         run.warden_share = (after.warden - before.warden) / passed;
-        block_until(monotonic_now() + 1s);  // it writes its report
-        if (const auto written = posix::read_small_file(report)) run.report = *written;
+        run.report = report_of(sketch, report);
     }
     end_all();
     ::unlink(report.c_str());
