@@ -328,6 +328,7 @@ void Runtime::run_handler(void* context) {
     if (handler.profile) handler.profile->begin(board);
     handler.function();
     if (handler.profile) handler.profile->end(board);
+    handler.runtime->handler_runs_.fetch_add(1, std::memory_order_acq_rel);
 }
 
 }  // namespace qduino::runtime

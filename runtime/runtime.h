@@ -111,6 +111,8 @@ class Runtime {
     /// False holds back handlers that have not begun; they run when it is true again.
     void global_interrupts(bool enabled) { handlers_held_.store(!enabled, std::memory_order_release); }
     [[nodiscard]] bool handlers_held() const { return handlers_held_.load(std::memory_order_acquire); }
+    /// How often handlers have run, all together. It wraps around.
+    [[nodiscard]] std::uint32_t handler_runs() const { return handler_runs_.load(std::memory_order_acquire); }
 
   private:
     struct Handler {
@@ -152,6 +154,7 @@ class Runtime {
     std::array<Handler, board::kPinCount> handlers_{};
     std::atomic<std::int64_t> origin_ns_{kNoOrigin};
     std::atomic<bool> handlers_held_{false};
+    std::atomic<std::uint32_t> handler_runs_{0};
     board::LockWord changing_;  // held by the loop that has its core judged again
     board::VcpuId gpio_io_ = board::kNoVcpu;
     // By the name in interruptsVcpu(); the last is `all`.

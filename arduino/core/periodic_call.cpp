@@ -13,8 +13,10 @@ void PeriodicCall::ask(Wish wish) {
     wishes_.write(wish);
 }
 
-void PeriodicCall::start(Nanoseconds period, void (*function)()) {
-    ask({.order = 0, .period = period, .function = function, .first = board::current().now() + period});
+void PeriodicCall::start(Nanoseconds period, TimedCall function, Nanoseconds delay, std::int64_t calls) {
+    const Instant first = board::current().now() + delay;
+    calls_left_.store(calls, std::memory_order_relaxed);
+    ask({.order = 0, .period = period, .function = function, .first = first, .calls = calls});
 }
 
 void PeriodicCall::stop() { ask({}); }
@@ -27,11 +29,14 @@ void PeriodicCall::serve() {
         if (wish.order != served_) {
             served_ = wish.order;
             due_ = wish.first;
+            calls_left_.store(wish.calls, std::memory_order_relaxed);
         }
         const Instant now = board.now();
-        if (wish.period.count() == 0 || now >= end) return waitForNextPeriod();
+        const std::int64_t left = calls_left();
+        if (wish.period.count() == 0 || left == 0 || now >= end) return waitForNextPeriod();
         if (now >= due_) {
             due_ += wish.period * (1 + (now - due_) / wish.period);
+            if (left != kNoEnd) calls_left_.store(left - 1, std::memory_order_relaxed);
             wish.function();
             continue;
         }

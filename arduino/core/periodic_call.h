@@ -1,10 +1,16 @@
-// A function that is called again and again, as a timer's interrupt calls it on the AVR: TimerOne.h
-// and MsTimer2.h. It runs on a loop of its own, 500 µs in every 5 ms, which is admitted and
-// accounted for like every other, and which only a sketch with such a timer has.
+// A function that is called again and again, as a timer's interrupt calls it on the AVR:
+// TimerOne.h, MsTimer2.h and TimerInterrupt.h. It runs on a loop of its own, 500 µs in every 5 ms,
+// which is admitted and accounted for like every other, and which only a sketch with such a timer
+// has.
 //
 //   call    ▌       ▌       ▌       ▌   at absolute instants: a late one does not shift the next,
 //   loop    █       █       ██      █      and missed ones are left out
 #pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 #include "arduino/core/lock.h"
 #include "arduino/core/loops.h"
@@ -13,11 +19,45 @@
 
 namespace qduino::arduino {
 
+/// A function, and what it is called with.
+struct TimedCall {
+    TimedCall() = default;
+    explicit TimedCall(void (*function)()) : function_(function), invoke_(&invoke_plain) {}
+    /// `argument` is copied: a number or a pointer.
+    template <typename T>
+    TimedCall(void (*function)(T), T argument)
+        : function_(reinterpret_cast<void (*)()>(function)), invoke_(&invoke_with<T>) {
+        static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof argument_);
+        std::memcpy(&argument_, &argument, sizeof argument);
+    }
+    explicit operator bool() const { return function_ != nullptr; }
+    void operator()() const { invoke_(*this); }
+
+  private:
+    static void invoke_plain(const TimedCall& call) { call.function_(); }
+    template <typename T>
+    static void invoke_with(const TimedCall& call) {
+        T argument;
+        std::memcpy(&argument, &call.argument_, sizeof argument);
+        reinterpret_cast<void (*)(T)>(call.function_)(argument);
+    }
+
+    void (*function_)() = nullptr;
+    void (*invoke_)(const TimedCall&) = nullptr;
+    std::uint64_t argument_ = 0;
+};
+
 class PeriodicCall {
   public:
-    /// Calls `function` every `period`, first in one period from now. By any loop, or in setup().
-    void start(Nanoseconds period, void (*function)());
+    static constexpr std::int64_t kNoEnd = -1;
+
+    /// Calls `function` every `period`, first in `delay` from now: `calls` times, or until it is
+    /// stopped. By any loop, or in setup().
+    void start(Nanoseconds period, TimedCall function, Nanoseconds delay, std::int64_t calls = kNoEnd);
+    void start(Nanoseconds period, void (*function)()) { start(period, TimedCall{function}, period); }
     void stop();
+    /// Calls that are still to come, or kNoEnd.
+    [[nodiscard]] std::int64_t calls_left() const { return calls_left_.load(std::memory_order_relaxed); }
 
     /// The loop's body: calls what is due, and returns at the end of its release.
     void serve();
@@ -26,8 +66,9 @@ class PeriodicCall {
     struct Wish {
         std::uint64_t order = 0;
         Nanoseconds period{};  // zero: nothing is called
-        void (*function)() = nullptr;
+        TimedCall function{};
         Instant first{};
+        std::int64_t calls = kNoEnd;
     };
     void ask(Wish wish);
 
@@ -36,6 +77,7 @@ class PeriodicCall {
     std::uint64_t orders_ = 0;
     std::uint64_t served_ = 0;  // of the wish that `due_` belongs to
     Instant due_{};
+    std::atomic<std::int64_t> calls_left_{kNoEnd};
 };
 
 /// Of each timer's loop.
