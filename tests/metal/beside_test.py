@@ -24,7 +24,8 @@ from kernels import NotToBeHad, kernel  # noqa: E402
 MEGABYTES = 640
 KEPT_AT = 0x10000000
 BOOT_LINE = 'memmap=168M$0x10000000 memmap=4K$0x90000 iomem=relaxed nox2apic'
-# Else Linux looks, while it boots, whether the timer interrupts within ten of its periods, and panics where this computer is too busy for that.
+# Else Linux looks, while it boots, whether the timer interrupts within ten of its periods, and
+# panics where this computer is too busy for that.
 EMULATED = 'no_timer_check'
 COUNTED_TIME = ['-icount', 'shift=4,sleep=off']
 PINS_AT = 32 << 20  # of what both share; tests/unit/beside/beside_layout_test.cpp holds these numbers
