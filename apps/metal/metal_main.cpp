@@ -5,6 +5,7 @@
 //                                                                 3 when Linux beside it was silent
 //
 //   for=S      seconds to run; without it, until the machine is turned off
+//   pins=lpt   pins are those of the parallel port (board/metal/driver/lpt_port.h), not virtual
 //   turns=US   in QEMU with counted time: its cores take turns of so many microseconds. A core runs
 //              there until the next timer of the machine, and the others stand still meanwhile; so
 //              the old timer ticks, with its interrupt masked. A tick costs QEMU some 15 us.
@@ -18,10 +19,12 @@
 #include "apps/terminal/message.h"
 #include "base/text.h"
 #include "board/metal/boot/boot_main.h"
+#include "board/metal/driver/lpt_port.h"
 #include "board/metal/linux_side.h"
 #include "board/metal/machine/instructions.h"
 #include "board/metal/metal_board.h"
 #include "board/metal/panic.h"
+#include "board/metal/pins.h"
 #include "runtime/runtime.h"
 
 namespace qduino::board::metal {
@@ -46,6 +49,21 @@ void let_cores_take_turns(double turn_us) {
     board::metal::port_write(kControl, kBothBytesMode2);
     board::metal::port_write(kChannel0, static_cast<std::uint8_t>(ticks));
     board::metal::port_write(kChannel0, static_cast<std::uint8_t>(ticks >> 8));
+}
+
+/// The pins that were asked for; the virtual ones stay where nothing was.
+Result<void> choose_pins() {
+    const std::string wanted = loader_word("pins");
+    if (wanted.empty()) return {};
+    if (wanted != "lpt")
+        return make_error(ErrorCode::invalid_argument, "pins=", wanted, ": this board knows pins=lpt");
+    if (linux_side.exists())
+        return make_error(ErrorCode::unsupported, "pins=lpt: beside Linux, ports are Linux's");
+    static board::metal::LptPort port({board::metal::port_write, board::metal::port_read});
+    if (!port.open())
+        return make_error(ErrorCode::unavailable, "pins=lpt: no parallel port answers at 0x378");
+    board::metal::pins.lead_to(port);
+    return {};
 }
 
 /// What each VCPU was charged since the loops began.
@@ -116,6 +134,10 @@ void qduino::board::metal::metal_main(std::string_view words) {
     apps::metal::keep_loader_words(words);
     if (const std::string turn = apps::metal::loader_word("turns"); !turn.empty())
         apps::metal::let_cores_take_turns(std::strtod(turn.c_str(), nullptr));
+    if (const Result<void> chosen = apps::metal::choose_pins(); !chosen) {
+        report(text<std::string>(chosen.error().message.view(), '\n'));
+        turn_off(1);
+    }
     static MetalBoard board;
     if (!apps::metal::loader_word("turns").empty()) board.count_spins();
     if (open_network) open_network();

@@ -18,6 +18,7 @@ PinsWire pins_wire;
 
 Result<void> Pins::set_mode(PinId pin, PinMode mode) {
     QDUINO_TRY(check(pin));
+    if (real_) QDUINO_TRY(set_real_mode(pin, mode));
     Pin& state = pins_[pin.number];
     const bool was_output = state.output.exchange(is_output(mode));
     // What was written before shows from now on.
@@ -32,8 +33,22 @@ void Pins::wire_to(Peripherals& peripherals) {
     edges_come_ = peripherals.report_edges_to(edges_);
 }
 
+void Pins::lead_to(PinPort& port) {
+    wired_ = nullptr;
+    real_ = &port;
+    edges_come_ = false;
+}
+
+Result<void> Pins::set_real_mode(PinId pin, PinMode mode) {
+    const InterruptsOff off;
+    return real_->set_mode(pin, mode, pins_[pin.number].written.load());
+}
+
 Result<Peripherals*> Pins::wired() const {
     if (wired_) return wired_;
+    if (real_)
+        return make_error(ErrorCode::unsupported,
+                          "this board's real pins have levels alone: no PWM, analog inputs or buses");
     return make_error(ErrorCode::unsupported,
                       "nothing is wired to this board's pins but a witness of their levels");
 }
@@ -50,10 +65,14 @@ void Pins::put(PinId pin, Level level) {
 }
 
 void Pins::drive(PinId pin, Level level) {
-    if (wired_)
+    if (wired_) {
         wired_->pin_written(tsc_clock.now(), pin, level);
-    else
+    } else if (real_) {
+        const InterruptsOff off;
+        real_->write(pin, level);
+    } else {
         port_write(kPinsPort, static_cast<std::uint8_t>(pin.number | (level == Level::high ? 0x80 : 0)));
+    }
     if (pins_[pin.number].watched.load(std::memory_order_acquire)) note_edge(pin, level);
 }
 
@@ -62,6 +81,10 @@ Level Pins::read(PinId pin) const {
     const Pin& state = pins_[pin.number];
     if (wired_ && !state.output.load(std::memory_order_relaxed))
         return wired_->pin_level(tsc_clock.now(), pin);
+    if (real_ && !state.output.load(std::memory_order_relaxed)) {
+        const InterruptsOff off;
+        return real_->read(pin);
+    }
     return (state.output.load(std::memory_order_relaxed) ? state.written : state.outside)
         .load(std::memory_order_relaxed);
 }
@@ -105,7 +128,8 @@ void Pins::force_safe_levels() {
         Pin& state = pins_[number];
         if (!state.has_safe_level) continue;
         state.watched.store(false);  // no handler would run
-        state.output.store(true);
+        if (!state.output.exchange(true) && real_)
+            static_cast<void>(set_real_mode(PinId{number}, PinMode::output));
         if (state.pwm.load())
             wired_->pwm_written(tsc_clock.now(), PinId{number}, state.safe_level == Level::high ? 1.0 : 0.0);
         put(PinId{number}, state.safe_level);
@@ -123,7 +147,9 @@ Result<void> Pins::attach(PinId pin, Edge edge, EdgeHandler handler, void* conte
     QDUINO_TRY(check(pin));
     if (!handler) return make_error(ErrorCode::invalid_argument, "attach_edge without a handler");
     if (!edges_come_)
-        return make_error(ErrorCode::unsupported, "what is wired to this board's pins reports no edges");
+        return make_error(ErrorCode::unsupported,
+                          real_ ? "this board's real pins report no edges"
+                                : "what is wired to this board's pins reports no edges");
     if (io < kFirstIoVcpu || io >= kVcpuLimit)
         return make_error(ErrorCode::not_found, "attach_edge: no I/O VCPU of this number serves handlers");
     watches_[pin.number] = {

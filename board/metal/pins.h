@@ -9,7 +9,8 @@
 // output is the one that was written; an input's is what came over the wire, low before that.
 //
 // Where something is wired to the pins that is more than a witness (wire_to(); pins_window.h), all
-// goes there instead, and with it there are PWM, analog inputs and buses.
+// goes there instead, and with it there are PWM, analog inputs and buses. Where the pins are real
+// (lead_to(); driver/pin_port.h), levels go to that port, and there is nothing but levels.
 #pragma once
 
 #include <array>
@@ -19,6 +20,7 @@
 #include "base/result.h"
 #include "base/time.h"
 #include "board/board.h"
+#include "board/metal/driver/pin_port.h"
 #include "board/metal/driver/serial_line.h"
 #include "board/peripherals.h"
 
@@ -44,6 +46,8 @@ class Pins {
 
     /// From now on the pins lead to `peripherals`, which is called from all cores. Before any call.
     void wire_to(Peripherals& peripherals);
+    /// From now on the pins are those of `port`, and nothing is wired to them. Before any call.
+    void lead_to(PinPort& port);
     /// The wire drives this level onto a pin. From the top half of its line.
     void driven(PinId pin, Level level);
     /// Drives every safe level. From anywhere, also from a panic: it takes no lock.
@@ -83,7 +87,10 @@ class Pins {
     void drive(PinId pin, Level level);
     void note_edge(PinId pin, Level level);
 
-    Peripherals* wired_ = nullptr;   // null: a witness at the port
+    [[nodiscard]] Result<void> set_real_mode(PinId pin, PinMode mode);
+
+    PinPort* real_ = nullptr;        // null: the pins are virtual, and …
+    Peripherals* wired_ = nullptr;   // … with null here there is a witness at the port
     bool edges_come_ = true;         // those of inputs
     std::atomic<bool> held_{false};  // the safe levels stay
     Edges edges_{*this};

@@ -35,8 +35,8 @@ class Asker final : public qduino::board::metal::Device {
         bool asks = !answered_;
         for (; !card_.frame().empty(); card_.release()) asks = answered_ = true;
         if (asks) ask();
+        digitalWrite(5, LOW);  // first: the next interrupt's way into the kernel is not this VCPU's
         card_.interrupt(true);
-        digitalWrite(5, LOW);
     }
 
     void ask() {

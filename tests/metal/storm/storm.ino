@@ -38,8 +38,8 @@ void pulses(int pin) {
   for (int i = 0; i < 1000; ++i) pulse(pin, 5);
 }
 
-void loop(2, 10000, 100000, 0) { pulses(2); }
-void loop(3, 5000, 100000, 0) { pulses(3); }
+void loop(2, 4000, 100000, 0) { pulses(2); }
+void loop(3, 2000, 100000, 0) { pulses(3); }
 
 void loop(4, 800, 10000, 0) {
   asker.begin();
