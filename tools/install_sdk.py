@@ -47,6 +47,22 @@ def installed_library(item, home):
     return "lib/" + os.path.basename(item)
 
 
+def installed_aarch64(built, home):
+    """What images for aarch64 are linked with, where it has been built (the target metal-aarch64)."""
+    name = "lib/aarch64/qduino-metal-sdk.json"
+    if os.path.exists(built):
+        with open(built, encoding="utf-8") as file:
+            metal = json.load(file)
+        own = [item for item in (*metal["libraries"], metal["script"]) if item.startswith("/")]
+        for item in own:
+            copy(item, os.path.join(home, "lib/aarch64", os.path.basename(item)))
+        metal["libraries"] = [os.path.basename(item) if item in own else item for item in metal["libraries"]]
+        metal["script"] = os.path.basename(metal["script"])
+        with open(os.path.join(home, name), "w", encoding="utf-8") as file:
+            json.dump(metal, file, indent=2)
+    return name
+
+
 def write_sdk(build, home):
     with open(os.path.join(build, "qduino-sdk.json"), encoding="utf-8") as file:
         sdk = json.load(file)
@@ -59,6 +75,7 @@ def write_sdk(build, home):
         sdk[tool] = "tools/%s.py" % tool
     copy(sdk["metal"]["script"], os.path.join(home, "lib", "image.ld"))
     sdk["metal"]["script"] = "lib/image.ld"
+    sdk["metal_aarch64"] = installed_aarch64(sdk["metal_aarch64"], home)
     sdk["supervisor"] = "bin/qduino-supervisor"
     with open(os.path.join(home, "qduino-sdk.json"), "w", encoding="utf-8") as file:
         json.dump(sdk, file, indent=2)

@@ -19,9 +19,8 @@
 #include "apps/terminal/message.h"
 #include "base/text.h"
 #include "board/metal/boot/boot_main.h"
-#include "board/metal/driver/lpt_port.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/instructions.h"
+#include "board/metal/machine/computer.h"
 #include "board/metal/metal_board.h"
 #include "board/metal/panic.h"
 #include "board/metal/pins.h"
@@ -40,30 +39,10 @@ using board::metal::MetalBoard;
 using board::metal::report;
 using runtime::Runtime;
 
-/// Channel 0 of the timer in mode 2, rate generator (Intel 8254 datasheet).
-void let_cores_take_turns(double turn_us) {
-    constexpr std::uint16_t kControl = 0x43, kChannel0 = 0x40;
-    constexpr std::uint8_t kBothBytesMode2 = 0x34;
-    constexpr double kTicksPerMicrosecond = 1.193182;
-    const auto ticks = static_cast<std::uint16_t>(std::clamp(turn_us * kTicksPerMicrosecond, 2.0, 65535.0));
-    board::metal::port_write(kControl, kBothBytesMode2);
-    board::metal::port_write(kChannel0, static_cast<std::uint8_t>(ticks));
-    board::metal::port_write(kChannel0, static_cast<std::uint8_t>(ticks >> 8));
-}
-
-/// The pins that were asked for; the virtual ones stay where nothing was.
+/// The pins that were asked for; the machine's own stay where nothing was.
 Result<void> choose_pins() {
     const std::string wanted = loader_word("pins");
-    if (wanted.empty()) return {};
-    if (wanted != "lpt")
-        return make_error(ErrorCode::invalid_argument, "pins=", wanted, ": this board knows pins=lpt");
-    if (linux_side.exists())
-        return make_error(ErrorCode::unsupported, "pins=lpt: beside Linux, ports are Linux's");
-    static board::metal::LptPort port({board::metal::port_write, board::metal::port_read});
-    if (!port.open())
-        return make_error(ErrorCode::unavailable, "pins=lpt: no parallel port answers at 0x378");
-    board::metal::pins.lead_to(port);
-    return {};
+    return wanted.empty() ? Result<void>{} : board::metal::lead_pins_to(wanted);
 }
 
 /// What each VCPU was charged since the loops began.
@@ -133,7 +112,7 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
 void qduino::board::metal::metal_main(std::string_view words) {
     apps::metal::keep_loader_words(words);
     if (const std::string turn = apps::metal::loader_word("turns"); !turn.empty())
-        apps::metal::let_cores_take_turns(std::strtod(turn.c_str(), nullptr));
+        static_cast<void>(let_cores_take_turns(std::strtod(turn.c_str(), nullptr)));
     if (const Result<void> chosen = apps::metal::choose_pins(); !chosen) {
         report(text<std::string>(chosen.error().message.view(), '\n'));
         turn_off(1);

@@ -26,7 +26,7 @@ LinkLayout& make_link() {
     LinkLayout& link = *reinterpret_cast<LinkLayout*>(at);
     link.version = printer::link::kVersion;
     link.size = sizeof link;
-    link.session = board::metal::time_stamp_counter() | 1;
+    link.session = board::metal::clock_count() | 1;
     link.magic.store(printer::link::kMagic, std::memory_order_release);
     return link;
 }

@@ -28,7 +28,7 @@ printer::link::LinkLayout link;
 
 /// Sixteen hexadecimal digits of the processor's random numbers, or of its clock where it has none.
 std::string random_digits() {
-    std::uint64_t number = board::metal::time_stamp_counter();
+    std::uint64_t number = board::metal::clock_count();
     asm volatile("rdrand %0" : "+r"(number) : : "cc");
     std::string digits;
     write_characters(digits, number, 16);
@@ -48,7 +48,7 @@ struct Wired {
     Wired() {
         link.version = printer::link::kVersion;
         link.size = sizeof link;
-        link.session = board::metal::time_stamp_counter() | 1;
+        link.session = board::metal::clock_count() | 1;
         link.magic.store(printer::link::kMagic);
         sketches::printer_wiring() = {.config = {}, .link = &link, .measure_steps = true};
     }

@@ -216,6 +216,8 @@ void add_vcpu(CLI::App& app, Arguments& arguments) {
 
 /// Which emulator, and the way from its firmware to the image.
 void add_metal_ways(CLI::App& sub, Arguments& arguments) {
+    add_option(sub, "--arch", arguments.architecture, "build, run: x86-64 (default) or aarch64", "NAME")
+        ->check(CLI::IsMember({"x86-64", "aarch64"}));
     add_option(sub, "--boot", arguments.boot, "pvh (default), bios or uefi", "WAY")
         ->check(CLI::IsMember({"pvh", "bios", "uefi"}));
     add_option(sub, "--witness", arguments.witness, "qemu (default) or bochs", "NAME")
@@ -243,7 +245,7 @@ std::string port_pair_error(const std::string& words) {
 void add_metal(CLI::App& app, Arguments& arguments) {
     CLI::App* sub =
         add_command(app, arguments, Command::metal, "metal", "Boot a sketch without Linux",
-                    "'build' makes an image for x86-64 in the cache and prints its path: the\n"
+                    "'build' makes an image in the cache and prints its path: the\n"
                     "sketch and the scheduler, no operating system. 'iso' makes a CD of it that a\n"
                     "BIOS boots, 'efi' a program that UEFI starts. 'run' boots it in an emulator:\n"
                     "Serial is this terminal, reports are beside it, and what was written to the\n"

@@ -60,6 +60,7 @@ struct Arguments {
     std::string action;
     std::vector<std::string> words;  ///< lib: what to install, remove or look for
     // metal run:
+    std::string architecture;   ///< "x86-64" or "aarch64"; empty: "x86-64"
     std::string boot;           ///< "pvh", "bios" or "uefi"; empty: "pvh"
     std::string witness;        ///< "qemu" or "bochs"; empty: "qemu"
     std::string vcd;            ///< where the pins' changes are kept; empty: nowhere

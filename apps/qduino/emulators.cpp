@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "apps/qduino/child_process.h"
+#include "apps/qduino/gpio_trace.h"
 #include "apps/qduino/words.h"
 #include "base/text.h"
 #include "board/window/pins_layout.h"
@@ -103,6 +104,19 @@ Result<Words> qemu_words(const EmulatedMachine& machine, BootWay way, const fs::
     return words;
 }
 
+/// The machine `virt`: pins are those of its PL061, and reports go the debugger's way.
+Words virt_words(const EmulatedMachine& machine, const fs::path& image, const fs::path& trace) {
+    Words words{"qemu-system-aarch64", "-machine", "virt,gic-version=2", "-cpu", "cortex-a53", "-m", "128"};
+    append(words, {"-smp", std::to_string(machine.cores), "-display", "none", "-nodefaults", "-no-reboot"});
+    append(words, {"-kernel", image.string(), "-append", "semihosting " + machine.words});
+    if (machine.counted_time) append(words, {"-icount", kCountedTime});
+    append(words, {"-serial", "stdio"});
+    append(words, {"-chardev", "file,id=report,path=/dev/fd/2,append=on", "-semihosting-config",
+                   "enable=on,target=native,chardev=report"});
+    append(words, {"-trace", "pl061_set_output", "-D", trace.string()});
+    return words;
+}
+
 /// What the machine's end says: 2·status + 1 when the image has turned it off, 0 when Ctrl-C has.
 int status_of_machine(int ended) { return ended == 0 ? 0 : ended % 2 == 1 ? ended / 2 : 1; }
 
@@ -178,6 +192,22 @@ Result<EmulatedRun> run_in_qemu(const EmulatedMachine& machine, BootWay way, con
                           ended.error().message.view());
     QDUINO_TRY_ASSIGN(const std::string seen, posix::read_small_file(record));
     return EmulatedRun{.status = status_of_machine(*ended), .writes = writes_of(seen)};
+}
+
+Result<EmulatedRun> run_in_virt(const EmulatedMachine& machine, const fs::path& image,
+                                const fs::path& scratch) {
+    GpioTrace trace;
+    QDUINO_TRY(trace.begin(scratch / "trace"));
+    append_to_standard_error();
+    const Result<int> ended = run_in_front(virt_words(machine, image, scratch / "trace"));
+    EmulatedRun run{.status = 0, .writes = trace.end()};
+    if (!ended)
+        return make_error(ErrorCode::not_found,
+                          "no emulator: as root, run 'apt-get install qemu-system-arm'. ",
+                          ended.error().message.view());
+    run.status = *ended;
+    if (!machine.record.empty()) QDUINO_TRY(posix::write_file(machine.record, bytes_of(run.writes)));
+    return run;
 }
 
 Result<EmulatedRun> run_in_bochs(const EmulatedMachine& machine, const fs::path& medium,

@@ -19,7 +19,10 @@ namespace qduino::apps {
 /// By which way the firmware comes to the image.
 enum class BootWay { pvh, bios, uefi };
 
+enum class Architecture { x86_64, aarch64 };
+
 struct EmulatedMachine {
+    Architecture architecture = Architecture::x86_64;
     int cores = 2;
     std::string words;   ///< the image's command line; a medium has its own
     std::string record;  ///< keeps a byte for each write to a pin; empty: nowhere
@@ -46,6 +49,10 @@ struct EmulatedRun {
 /// firmware for it: what to do.
 [[nodiscard]] Result<EmulatedRun> run_in_qemu(const EmulatedMachine& machine, BootWay way,
                                               const std::filesystem::path& medium,
+                                              const std::filesystem::path& scratch);
+/// An image for aarch64, in QEMU's machine `virt`. Of a pin only changes are seen.
+[[nodiscard]] Result<EmulatedRun> run_in_virt(const EmulatedMachine& machine,
+                                              const std::filesystem::path& image,
                                               const std::filesystem::path& scratch);
 /// As run_in_qemu(), from an ISO. What comes over the serial line is said at the end, reports too.
 [[nodiscard]] Result<EmulatedRun> run_in_bochs(const EmulatedMachine& machine,

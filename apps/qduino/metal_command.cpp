@@ -31,6 +31,25 @@ Result<void> check_options(const Arguments& arguments) {
     return {};
 }
 
+bool is_for_aarch64(const Arguments& arguments) { return arguments.architecture == "aarch64"; }
+
+/// What images for aarch64 have not.
+Result<void> check_aarch64(const Arguments& arguments) {
+    if (arguments.action != "build" && arguments.action != "run")
+        return make_error(ErrorCode::unsupported, "--arch aarch64: there is 'build' and 'run', no '",
+                          arguments.action, "'");
+    for (const std::string* option : {&arguments.boot, &arguments.witness, &arguments.vcd, &arguments.wire,
+                                      &arguments.card, &arguments.files, &arguments.window}) {
+        if (!option->empty())
+            return make_error(ErrorCode::unsupported,
+                              "--arch aarch64 has no --boot, --witness, --vcd, --wire, --card, --files and "
+                              "--window: QEMU's machine virt boots the image, and traces its eight pins");
+    }
+    if (!arguments.forwards.empty())
+        return make_error(ErrorCode::unsupported, "--arch aarch64 has no --forward: there is no network");
+    return {};
+}
+
 BootWay way_of(const Arguments& arguments) {
     if (arguments.witness == "bochs" || arguments.boot == "bios") return BootWay::bios;
     return arguments.boot == "uefi" ? BootWay::uefi : BootWay::pvh;
@@ -51,16 +70,19 @@ Result<fs::path> keep_medium(const Arguments& arguments, const fs::path& image, 
 }
 
 Result<EmulatedRun> run_image(const Arguments& arguments, const fs::path& image, const fs::path& scratch) {
-    const EmulatedMachine machine{.cores = arguments.cores.value_or(2),
-                                  .words = image_words(arguments),
-                                  .record = arguments.record,
-                                  .counted_time = arguments.counted_time,
-                                  .wire = arguments.wire,
-                                  .card = arguments.card,
-                                  .forwards = arguments.forwards,
-                                  .files = arguments.files,
-                                  .window = arguments.window,
-                                  .mips = arguments.mips};
+    const EmulatedMachine machine{
+        .architecture = is_for_aarch64(arguments) ? Architecture::aarch64 : Architecture::x86_64,
+        .cores = arguments.cores.value_or(2),
+        .words = image_words(arguments),
+        .record = arguments.record,
+        .counted_time = arguments.counted_time,
+        .wire = arguments.wire,
+        .card = arguments.card,
+        .forwards = arguments.forwards,
+        .files = arguments.files,
+        .window = arguments.window,
+        .mips = arguments.mips};
+    if (is_for_aarch64(arguments)) return run_in_virt(machine, image, scratch);
     const BootWay way = way_of(arguments);
     fs::path medium = image;
     if (way != BootWay::pvh) {
@@ -89,6 +111,17 @@ Result<int> run_named(const Arguments& arguments, const fs::path& image, const s
     return status;
 }
 
+Result<Sdk> tools_for(const Arguments& arguments, const Sdk& sdk) {
+    if (is_for_aarch64(arguments)) return for_aarch64_images(sdk);
+    if (sdk.metal.libraries.empty())
+        return make_error(
+            ErrorCode::unavailable,
+            "this QduinoMC was built without what an image needs. As root, run 'apt-get install "
+            "musl-dev', and build it again; here: ",
+            sdk.no_metal);
+    return for_images(sdk);
+}
+
 int tell_made(const fs::path& file, const std::string& words) {
     std::printf("%s\n", file.c_str());
     std::fflush(stdout);
@@ -113,24 +146,21 @@ std::string image_words(const Arguments& arguments) {
 }
 
 Result<int> metal(const Arguments& arguments, const Sdk& sdk) {
-    QDUINO_TRY(check_options(arguments));
+    QDUINO_TRY(is_for_aarch64(arguments) ? check_aarch64(arguments) : check_options(arguments));
     QDUINO_TRY_ASSIGN(const auto scratch, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
     if (const fs::path given = arguments.sketch; arguments.action == "run" && is_image(given))
         return run_named(arguments, given, given.filename(), scratch.file(""));
-    if (sdk.metal.libraries.empty())
-        return make_error(
-            ErrorCode::unavailable,
-            "this QduinoMC was built without what an image needs. As root, run 'apt-get install "
-            "musl-dev', and build it again; here: ",
-            sdk.no_metal);
     QDUINO_TRY_ASSIGN(const Sketch sketch, find_sketch(arguments.sketch));
+    QDUINO_TRY_ASSIGN(Sdk tools, tools_for(arguments, sdk));
     QDUINO_TRY_ASSIGN(const SketchBuild build,
-                      SketchBuild::open(for_images(sdk), sketch, environment_of_this_process()));
+                      SketchBuild::open(std::move(tools), sketch, environment_of_this_process()));
     QDUINO_TRY_ASSIGN(const int made, build.make({BoardKind::metal}, arguments.verbose));
     const fs::path image = build.program(BoardKind::metal);
     if (arguments.action == "build")
         return tell_made(image,
-                         sketch.name + (made == 0 ? " is up to date." : " is built: it boots by PVH."));
+                         sketch.name + (made == 0                   ? " is up to date."
+                                        : is_for_aarch64(arguments) ? " is built: QEMU's virt boots it."
+                                                                    : " is built: it boots by PVH."));
     if (arguments.action == "beside") return run_beside_linux(arguments, image, sketch.name);
     if (arguments.action != "run") {
         QDUINO_TRY_ASSIGN(const fs::path medium, keep_medium(arguments, image, scratch.file("")));

@@ -1,5 +1,6 @@
 # qduino_write_sdk(FILE): writes as JSON what a sketch is compiled and linked with. It reads the
 # targets themselves, so nothing is listed twice. apps/qduino/sdk.h reads the file.
+include(${CMAKE_CURRENT_LIST_DIR}/metal_sdk.cmake)
 
 # The libraries and link options that a program gets when it links `targets`, as generator
 # expressions, in order of discovery.
@@ -48,16 +49,6 @@ function(qduino_link_closure targets out_libraries out_options)
   set(${out_options} "${options}" PARENT_SCOPE)
 endfunction()
 
-# A CMake list as the inside of a JSON array of texts.
-function(qduino_json_list out)
-  set(text "")
-  foreach(item IN LISTS ARGN)
-    list(APPEND text "\"${item}\"")
-  endforeach()
-  list(JOIN text ", " text)
-  set(${out} "${text}" PARENT_SCOPE)
-endfunction()
-
 function(qduino_write_sdk file)
   find_package(Python3 REQUIRED COMPONENTS Interpreter)
   set(flags -pthread)
@@ -74,14 +65,7 @@ function(qduino_write_sdk file)
     qduino_json_list(${board}_libraries ${libraries})
     qduino_json_list(${board}_options ${options})
   endforeach()
-  set(metal_libraries "")
-  set(metal_options "")
-  if(TARGET qduino_metal_program)
-    qduino_json_list(metal_libraries $<TARGET_FILE:qduino_metal_program> $<TARGET_FILE:qduino_board_metal> -lstdc++
-                     ${QDUINO_MUSL_LIBRARY} -lgcc)
-    qduino_json_list(metal_options ${QDUINO_METAL_LINK_FLAGS})
-  endif()
-  qduino_json_list(metal_flags ${QDUINO_METAL_FLAGS} ${QDUINO_METAL_CXX_FLAGS})
+  qduino_metal_sdk(metal)
   set(include "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_INCLUDE_DIRECTORIES>>")
   set(definitions "$<REMOVE_DUPLICATES:$<TARGET_PROPERTY:qduino_arduino,INTERFACE_COMPILE_DEFINITIONS>>")
   file(GENERATE OUTPUT ${file} CONTENT "{
@@ -100,8 +84,8 @@ function(qduino_write_sdk file)
   \"sim\": {\"libraries\": [${sim_libraries}], \"options\": [${sim_options}],
           \"compiling\": [\"-fsanitize-coverage=trace-pc\"]},
   \"linux\": {\"libraries\": [${linux_libraries}], \"options\": [${linux_options}]},
-  \"metal\": {\"libraries\": [${metal_libraries}], \"options\": [${metal_options}], \"flags\": [${metal_flags}],
-            \"script\": \"${QDUINO_METAL_SCRIPT}\", \"why_not\": \"${QDUINO_NO_METAL}\"}
+  \"metal\": ${metal},
+  \"metal_aarch64\": \"${CMAKE_BINARY_DIR}/aarch64/qduino-metal-sdk.json\"
 }
 ")
 endfunction()

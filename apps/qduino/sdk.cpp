@@ -38,6 +38,18 @@ Sdk::Linking linking_of(const Json& json, const fs::path& folder) {
     return linking;
 }
 
+void take_images(const Json& json, const fs::path& folder, Sdk& sdk) {
+    sdk.metal = linking_of(json, folder);
+    sdk.metal_flags = json.at("flags").get<std::vector<std::string>>();
+    sdk.metal_script = resolved(folder, json.at("script"));
+    sdk.no_metal = json.at("why_not");
+}
+
+Error damaged(const fs::path& file) {
+    return make_error(ErrorCode::corrupt,
+                      "is not what the build of QduinoMC writes; run cmake there again: ", file.native());
+}
+
 }  // namespace
 
 const char* name_of(BoardKind board) {
@@ -53,6 +65,25 @@ Sdk for_images(Sdk sdk) {
     sdk.flags = sdk.metal_flags;
     sdk.metal.options.push_back("-Wl,-T," + sdk.metal_script.string());
     return sdk;
+}
+
+Result<Sdk> for_aarch64_images(Sdk sdk) {
+    const auto read = posix::read_small_file(sdk.metal_aarch64);
+    if (!read)
+        return make_error(
+            ErrorCode::unavailable,
+            "what images for aarch64 are linked with is not built. As root, run 'apt-get install "
+            "g++-aarch64-linux-gnu', and then, in the tree of QduinoMC, 'cmake --build --preset "
+            "release --target metal-aarch64'");
+    try {
+        const Json json = Json::parse(*read);
+        take_images(json, sdk.metal_aarch64.parent_path(), sdk);
+        sdk.cxx = {json.at("cxx")};
+        sdk.cc = {json.at("cc")};
+        return for_images(std::move(sdk));
+    } catch (const Json::exception&) {
+        return damaged(sdk.metal_aarch64);
+    }
 }
 
 std::vector<std::string> words_of(std::string_view text) { return parts_of(text, " \t\n"); }
@@ -98,14 +129,11 @@ Result<Sdk> read_sdk(const fs::path& file) {
         sdk.sim = linking_of(json.at("sim"), folder);
         sdk.sim_compiling = json.at("sim").at("compiling").get<std::vector<std::string>>();
         sdk.linux = linking_of(json.at("linux"), folder);
-        sdk.metal = linking_of(json.at("metal"), folder);
-        sdk.metal_flags = json.at("metal").at("flags").get<std::vector<std::string>>();
-        sdk.metal_script = resolved(folder, json.at("metal").at("script"));
-        sdk.no_metal = json.at("metal").at("why_not");
+        take_images(json.at("metal"), folder, sdk);
+        sdk.metal_aarch64 = resolved(folder, json.at("metal_aarch64"));
         return sdk;
     } catch (const Json::exception&) {
-        return make_error(ErrorCode::corrupt,
-                          "is not what the build of QduinoMC writes; run cmake there again: ", file.native());
+        return damaged(file);
     }
 }
 

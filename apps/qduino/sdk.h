@@ -45,6 +45,7 @@ struct Sdk {
     std::string no_metal;                    ///< … and why
     std::vector<std::string> metal_flags;    ///< in the place of `flags`
     std::filesystem::path metal_script;      ///< the linker's: where the parts of an image lie
+    std::filesystem::path metal_aarch64;     ///< a file that tells the same of images for aarch64
 
     [[nodiscard]] const Linking& linking(BoardKind board) const {
         return board == BoardKind::sim ? sim : board == BoardKind::linux ? linux : metal;
@@ -56,6 +57,8 @@ struct Sdk {
 [[nodiscard]] Sdk for_simulator(Sdk sdk);
 /// The same with the flags and the linker script of images.
 [[nodiscard]] Sdk for_images(Sdk sdk);
+/// The same for aarch64. Error: what those are linked with has not been built; how.
+[[nodiscard]] Result<Sdk> for_aarch64_images(Sdk sdk);
 
 /// The places to look for it.
 struct SdkPlaces {

@@ -8,7 +8,6 @@
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/library/thread_locals.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/local_apic.h"
 #include "board/metal/machine/paging.h"
 #include "board/real_time_mark.h"
 #include "board/vcpu_check.h"
@@ -24,9 +23,9 @@ Nanoseconds length_of(Action action) {
     std::array<Nanoseconds, 33> lengths;
     const InterruptsOff off;
     for (Nanoseconds& length : lengths) {
-        const Instant before = tsc_clock.now();
+        const Instant before = machine_clock.now();
         action();
-        length = tsc_clock.now() - before;
+        length = machine_clock.now() - before;
     }
     std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
     return lengths[lengths.size() / 2];
@@ -35,16 +34,16 @@ Nanoseconds length_of(Action action) {
 /// As a core decides (core/core.cpp), among four loops that all want to run.
 Nanoseconds length_of_a_decision() {
     static sched::CoreScheduler scheduler;  // too large for a stack
-    const Instant began = tsc_clock.now();
+    const Instant began = machine_clock.now();
     for (VcpuId id = 1; id <= 4; ++id) {
         static_cast<void>(scheduler.add(id, {.budget = 10ms, .period = 100ms}, began));
         scheduler.wake(id, began);
     }
     return length_of([] {
-        const Instant now = tsc_clock.now();
+        const Instant now = machine_clock.now();
         scheduler.account(now);
         static_cast<void>(scheduler.available(*scheduler.decide(now).vcpu, now));
-        scheduler.account(tsc_clock.now());
+        scheduler.account(machine_clock.now());
     });
 }
 
@@ -59,8 +58,6 @@ FixedString<100> kernel_note(const CoreCounts& counts) {
     return note;
 }
 
-void count_down(std::uint64_t turns) { asm volatile("1:\n\tdecq %0\n\tjnz 1b" : "+r"(turns) : : "cc"); }
-
 constexpr std::uint64_t kTurns = 1024;
 
 /// What kTurns of count_down() take, in counts of the clock: the longest of some.
@@ -68,9 +65,9 @@ std::uint64_t measure_turns() {
     std::uint64_t longest = 1;
     const InterruptsOff off;
     for (int i = 0; i < 3; ++i) {
-        const std::uint64_t before = time_stamp_counter();
+        const std::uint64_t before = clock_count();
         count_down(kTurns);
-        longest = std::max(longest, time_stamp_counter() - before);
+        longest = std::max(longest, clock_count() - before);
     }
     return longest;
 }
@@ -90,16 +87,16 @@ void MetalBoard::count_spins() { turns_take_ = measure_turns(); }
 
 void MetalBoard::busy_until(Instant t) {
     if (t <= kEpoch) return;
-    const std::uint64_t end = tsc_clock.count_at(t);
+    const std::uint64_t end = machine_clock.count_at(t);
     // The hint saves power and may take tens of nanoseconds, so not in the last microsecond.
-    const std::uint64_t close = end - std::min(end, tsc_clock.hz() / 1'000'000);
+    const std::uint64_t close = end - std::min(end, machine_clock.hz() / 1'000'000);
     // Counted is a quarter of what is left at a time, for the count may be slower now than it was
     // when it was measured.
-    for (std::uint64_t now = time_stamp_counter(); turns_take_ != 0 && now + 4 * turns_take_ < close;
-         now = time_stamp_counter())
+    for (std::uint64_t now = clock_count(); turns_take_ != 0 && now + 4 * turns_take_ < close;
+         now = clock_count())
         count_down((close - now) / 4 * kTurns / turns_take_);
-    while (time_stamp_counter() < close) spin_hint();
-    while (time_stamp_counter() < end) {
+    while (clock_count() < close) spin_hint();
+    while (clock_count() < end) {
     }
 }
 
@@ -273,16 +270,14 @@ Result<void> MetalBoard::core_timer(int core, bool enabled) {
 
 GuaranteeReport MetalBoard::guarantee() const {
     GuaranteeReport report;
-    report.board =
-        text<FixedString<64>>(linux_side.exists() ? "beside Linux, " : "no operating system, ",
-                              LocalApic::uses_x2apic() ? "x2APIC" : "xAPIC",
-                              LocalApic::uses_tsc_deadline() ? ", TSC deadline" : ", one-shot timer");
+    report.board = text<FixedString<64>>(linux_side.exists() ? "beside Linux, " : "no operating system, ",
+                                         CoreInterrupts::describe());
     report.memory_locked = true;  // there is no other
     for (const Thread& thread : threads) {
         if (thread.state == ThreadState::unused) continue;
         LoopGuarantee loop{thread.spec};
         loop.used = core_of(thread).charged(thread);
-        loop.watched = tsc_clock.now() - began_;
+        loop.watched = machine_clock.now() - began_;
         loop.priority_enforced = loop.budget_enforced = true;
         loop.core_owned = thread.spec.owns_core;
         if (const std::uint64_t lost = thread.lost.load(); lost > 0)
@@ -291,7 +286,7 @@ GuaranteeReport MetalBoard::guarantee() const {
         if (!thread.times.empty())
             report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));
     }
-    const double seconds = began_ == kForever ? 0 : to_seconds(tsc_clock.now() - began_);
+    const double seconds = began_ == kForever ? 0 : to_seconds(machine_clock.now() - began_);
     for (int number = first_core(); number < core_count(); ++number) {
         const CoreCounts& counts = core_at(number).counts();
         const auto came = counts.alarms.load() + counts.devices.load();
@@ -303,7 +298,7 @@ GuaranteeReport MetalBoard::guarantee() const {
              .note =
                  text<FixedString<200>>("timer ", counts.alarms.load(), ", devices ", counts.devices.load(),
                                         ", calls of cores ", counts.calls.load(), kernel_note(counts).view(),
-                                        TscClock::invariant() ? "" : "; its clock may change its rate")});
+                                        clock_is_invariant() ? "" : "; its clock may change its rate")});
     }
     return report;
 }

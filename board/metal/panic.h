@@ -1,7 +1,7 @@
 // The end of a machine that cannot go on: a broken contract, an exception of the processor, no
 // memory.
 //
-//   safe levels ──► the other cores stop (NMI) ──► safe levels again ──► words ──► off
+//   safe levels ──► the other cores stop ──► safe levels again ──► words ──► off
 //
 // The pins come first: what is said may take milliseconds, or never end. They come twice, because a
 // core that was about to write one does so before it stops.
@@ -17,13 +17,14 @@ namespace qduino::board::metal {
 /// An exception came; or, from a core that panics, the order to stop.
 [[noreturn]] void panic(const Frame& frame);
 
-/// Words about the sketch: to Linux, where that has the rest of the computer; else to the debug
-/// console (port 0xe9) where there is one, else to the serial line. Takes no lock.
+/// Words about the sketch: to Linux, where that has the rest of the computer; else to whom an
+/// emulator tells them (tell_emulator()), else to the serial line. Takes no lock.
 void report(std::string_view text);
 
-/// Turns the machine off; 0: all is well. QEMU's isa-debug-exit ends the emulator with 2·status +
-/// 1; Bochs notes the status, and ends by its own port; elsewhere the machine halts. A core that
-/// Linux gave up halts, and Linux is told the status.
+/// Turns the machine off; 0: all is well. On x86-64 QEMU's isa-debug-exit ends the emulator with
+/// 2·status + 1; Bochs notes the status, and ends by its own port; on aarch64 an emulator ends with
+/// the status. Elsewhere the machine halts. A core that Linux gave up halts, and Linux is told the
+/// status.
 [[noreturn]] void turn_off(int status);
 
 }  // namespace qduino::board::metal

@@ -1,12 +1,12 @@
-// The pins: virtual ones, whose other ends are outside of the machine.
+// The pins: virtual ones, whose other ends are outside of the machine, or real ones.
 //
-//   pin_write ──► one byte to kPinsPort ──► whoever listens there: the witness
+//   pin_write ──► write_virtual_pin() (machine/instructions.h) ──► whoever listens: the witness
 //   pin_read  ◄── what the wire has said ◄── one byte for each change, on the second serial line
 //
 //   a byte:  level ▕ p p p p p p p   the pin's number in the lower seven bits
 //
-// One `out` is one write, so the witness has every write, in order, of all cores. The level of an
-// output is the one that was written; an input's is what came over the wire, low before that.
+// One write is one instruction, so the witness has every one, in order, of all cores. The level of
+// an output is the one that was written; an input's is what came over the wire, low before that.
 //
 // Where something is wired to the pins that is more than a witness (wire_to(); pins_window.h), all
 // goes there instead, and with it there are PWM, analog inputs and buses. Where the pins are real
@@ -25,8 +25,6 @@
 #include "board/peripherals.h"
 
 namespace qduino::board::metal {
-
-inline constexpr std::uint16_t kPinsPort = 0x2e8;
 
 class Pins {
   public:
@@ -103,7 +101,7 @@ inline constinit Pins pins;
 /// The wire to the inputs: the second serial line.
 class PinsWire final : public SerialLine {
   public:
-    constexpr PinsWire() : SerialLine(kSecondPort) {}
+    constexpr PinsWire() : SerialLine(Uart::second()) {}
 
   private:
     void received(std::uint8_t byte) override;

@@ -82,7 +82,7 @@ struct BesideArea {
 
 // ---- where things are ---------------------------------------------------------------------------
 inline constexpr std::size_t kLargePage = std::size_t{2} << 20;
-/// board/metal/boot/image.ld
+/// board/metal/x86/image.ld
 inline constexpr std::uint64_t kImageAt = 16 << 20;
 inline constexpr std::size_t kImageOffset = kLargePage;
 inline constexpr std::size_t kImageBytes = 15 * kLargePage;

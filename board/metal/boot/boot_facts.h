@@ -1,11 +1,11 @@
 // What the loader tells, whichever it is. A copy: its own words may lie where the heap will be.
 //
 //   PVH          start info ─┐
-//                            ├─► BootFacts: command line, root of the firmware's tables, memory
-//   multiboot2   list of tags┤
+//   multiboot2   list of tags┼─► BootFacts: command line, root of the firmware's tables, memory
+//   aarch64      device tree ┤
 //   Linux        BesideArea  ┘
 //
-// Multiboot2 Specification 2.0, 3.6 (boot information). PVH: boot/start_info.h. On a core that
+// Multiboot2 Specification 2.0, 3.6 (boot information). PVH: x86/start_info.h. On a core that
 // Linux gave up: board/window/beside_layout.h.
 #pragma once
 
@@ -24,9 +24,5 @@ struct BootFacts {
     std::uint64_t ram_end = 0;                 ///< of the range of RAM that was asked for; 0: none
     BesideArea* beside = nullptr;              ///< what is shared with Linux; null: there is none
 };
-
-/// `magic`, `told_at`: what the loader left in eax and ebx. `inside`: an address in the wanted
-/// range of RAM. False: a loader of neither kind. Takes no memory; `facts` has to stay where it is.
-bool read_boot_facts(std::uint32_t magic, std::uint64_t told_at, std::uint64_t inside, BootFacts& facts);
 
 }  // namespace qduino::board::metal

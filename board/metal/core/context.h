@@ -2,27 +2,19 @@
 //
 //   interrupt ──► Frame at the top of the running context's kernel stack, the kernel works below
 //                                                                         │ which context next?
-//   iretq ◄────── Frame at the top of that one's kernel stack ◄───────────┘
+//   it goes on ◄─ Frame at the top of that one's kernel stack ◄───────────┘
 //
 // That is the only way to switch: a thread that gives its core up interrupts itself
-// (kSwitchVector).
+// (enter_by_itself()).
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
+#include "board/metal/machine/processor.h"
+
 namespace qduino::board::metal {
-
-/// As boot/entry.S pushes it. The floating-point state is the FXSAVE format (SDM volume 1, 10.5.1).
-struct Frame {
-    static constexpr std::size_t kFirstArgument = 9;  ///< rdi, among the registers
-
-    alignas(16) std::array<std::uint8_t, 512> floating_point;
-    std::array<std::uint64_t, 15> registers;  ///< r15 … r8, rbp, rdi, rsi, rdx, rcx, rbx, rax
-    std::uint64_t vector, error;
-    std::uint64_t rip, cs, flags, rsp, ss;
-};
 
 struct Context {
     static constexpr std::size_t kKernelStack = 16 * 1024;
@@ -33,9 +25,11 @@ struct Context {
     [[nodiscard]] Frame& frame() { return *reinterpret_cast<Frame*>(kernel_stack_top() - sizeof(Frame)); }
 
     /// Begins with entry(argument), which never returns, on the stack that ends at `top`.
-    void begin(void (*entry)(void*), void* argument, std::uint64_t top);
+    void begin(void (*entry)(void*), void* argument, std::uint64_t top) {
+        frame().begin(entry, argument, top);
+    }
 
-    std::uint64_t thread_locals = 0;  ///< what %fs points at (library/thread_locals.h)
+    std::uint64_t thread_locals = 0;  ///< library/thread_locals.h
     alignas(16) std::array<std::uint8_t, kKernelStack> kernel_stack{};
 };
 

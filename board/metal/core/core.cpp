@@ -5,10 +5,9 @@
 #include "base/contract.h"
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/core/locks.h"
-#include "board/metal/library/system_calls.h"
 #include "board/metal/library/thread_locals.h"
+#include "board/metal/machine/clock.h"
 #include "board/metal/machine/instructions.h"
-#include "board/metal/machine/tsc_clock.h"
 #include "board/metal/panic.h"
 
 extern "C" qduino::board::metal::Frame* enter_kernel(const qduino::board::metal::Frame* frame) {
@@ -18,11 +17,8 @@ extern "C" qduino::board::metal::Frame* enter_kernel(const qduino::board::metal:
 namespace qduino::board::metal {
 namespace {
 
-constexpr std::uint32_t kFsBase = 0xc0000100, kGsBase = 0xc0000101;
-constexpr std::uint64_t kExceptions = 32;
-
 void idle(void*) {
-    for (;;) asm volatile("sti\n\thlt");
+    for (;;) wait_for_interrupt();
 }
 
 }  // namespace
@@ -31,9 +27,7 @@ void idle(void*) {
 
 void Core::open(int number, bool host) {
     number_ = number;
-    msr_write(kGsBase, reinterpret_cast<std::uint64_t>(this));
-    descriptors_.load();
-    accept_system_calls();
+    processor_.open(this);
     for (Context* context : {&host_.context, &idle_.context}) context->thread_locals = make_thread_locals();
     idle_.context.begin(&idle, nullptr, boot_stack_top());
     host_.exists = host_.runs = host;
@@ -61,10 +55,10 @@ void Core::begin_threads() {
 
 Frame* Core::enter(const Frame& frame) {
     if (frame.vector < kExceptions) panic(frame);
-    const Instant came = tsc_clock.now();
+    const Instant came = machine_clock.now();
     if (runs_threads()) charge(came);
     inside_ = true;
-    serve(frame.vector, came);
+    serve(frame, came);
     Context& next = choose(came);
     inside_ = false;
     return &next.frame();
@@ -82,7 +76,8 @@ void Core::charge(Instant came) {
     counts_.worst_overrun.store(std::max(counts_.worst_overrun.load(), overrun));
 }
 
-void Core::serve(std::uint64_t vector, Instant now) {
+void Core::serve(const Frame& frame, Instant now) {
+    const std::uint64_t vector = frame.vector;
     if (vector == kSwitchVector || vector == kSpuriousVector) return;
     if (vector == kTimerVector) {
         counts_.alarms.fetch_add(1, std::memory_order_relaxed);
@@ -93,25 +88,25 @@ void Core::serve(std::uint64_t vector, Instant now) {
         counts_.devices.fetch_add(1, std::memory_order_relaxed);
         device_interrupts.serve(static_cast<std::size_t>(vector - kDeviceVectors), now);
     }
-    LocalApic::end_of_interrupt();
+    CoreInterrupts::end_of_interrupt(frame);
 }
 
 // ---- who goes on --------------------------------------------------------------------------------
 
 Context& Core::choose(Instant came) {
     if (!runs_threads()) return *current_;
-    const Instant now = tsc_clock.now();
+    const Instant now = machine_clock.now();
     scheduler_.account(now, now - came);
     open_mail(now);
     const Instant next_wake = wake_sleepers(now);
     if (host_is_due(now)) {
         host_.runs = true;
         host_.since = now;
-        LocalApic::set_alarm(kForever);
+        CoreInterrupts::set_alarm(kForever);
         turn_to(host_.context, nullptr);
     } else {
         go_on(scheduler_.decide(now), now, next_wake);
-        count_pass(tsc_clock.now() - came);
+        count_pass(machine_clock.now() - came);
     }
     return *current_;
 }
@@ -123,11 +118,11 @@ void Core::go_on(const sched::Decision& decision, Instant now, Instant next_wake
     const bool ends_by_budget = thread && !thread->spec.owns_core && decision.until == now + left;
     const Instant next_turn = device_interrupts.next_turn(number_);
     turn_to(thread ? thread->context : idle_.context, thread);
-    const Instant end = tsc_clock.now();
+    const Instant end = machine_clock.now();
     scheduler_.account(end, end - now);
     until_ = ends_by_budget ? end + left : decision.until;
     const Instant own = alarms_allowed() ? std::min({until_, next_wake, next_turn}) : kForever;
-    LocalApic::set_alarm(std::min(own, host_.until));
+    CoreInterrupts::set_alarm(std::min(own, host_.until));
 }
 
 void Core::count_pass(Nanoseconds length) {
@@ -147,8 +142,7 @@ void Core::turn_to(Context& next, Thread* thread) {
     running_ = thread;
     if (current_ == &next) return;
     current_ = &next;
-    descriptors_.set_kernel_stack(next.kernel_stack_top());
-    msr_write(kFsBase, next.thread_locals);
+    processor_.go_on_with(next.kernel_stack_top(), next.thread_locals);
 }
 
 void Core::open_mail(Instant now) {
@@ -195,13 +189,13 @@ void Core::give_up(ThreadState state, Instant wake) {
     QDUINO_EXPECT(running_ != nullptr);
     running_->state = state;
     running_->wake = wake;
-    scheduler_.block(running_->spec.id, tsc_clock.now());
+    scheduler_.block(running_->spec.id, machine_clock.now());
     look_up();
 }
 
 void Core::wait_for_lock() {
     running_->state = ThreadState::waiting;
-    scheduler_.wait_for_lock(running_->spec.id, true, tsc_clock.now());
+    scheduler_.wait_for_lock(running_->spec.id, true, machine_clock.now());
     look_up();
 }
 
@@ -210,10 +204,10 @@ void Core::finish() {
     contract_broken("a thread that has ended runs on", __FILE__, __LINE__);
 }
 
-void Core::release(Instant nominal) { scheduler_.release(running_->spec.id, nominal, tsc_clock.now()); }
+void Core::release(Instant nominal) { scheduler_.release(running_->spec.id, nominal, machine_clock.now()); }
 
 Nanoseconds Core::cpu_time() {
-    scheduler_.account(tsc_clock.now());
+    scheduler_.account(machine_clock.now());
     return scheduler_.consumed(running_->spec.id);
 }
 
@@ -221,7 +215,7 @@ Nanoseconds Core::cpu_time() {
 
 void Core::let_threads_run(Instant until) {
     const InterruptsOff off;
-    const Instant now = tsc_clock.now();
+    const Instant now = machine_clock.now();
     scheduler_.account(now, now - std::max(host_.since, kEpoch));
     host_.until = until;
     host_.runs = false;
@@ -236,7 +230,7 @@ void Core::call_host() {
 void Core::call() {
     // At its end enter() looks into the mail anyway.
     if (this == &this_core() && inside_) return;
-    LocalApic::interrupt_core(apic_, kCallVector);
+    CoreInterrupts::interrupt_core(target_, kCallVector);
 }
 
 }  // namespace qduino::board::metal

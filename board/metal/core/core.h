@@ -29,8 +29,7 @@
 #include "base/time.h"
 #include "board/metal/core/mail.h"
 #include "board/metal/core/thread.h"
-#include "board/metal/machine/descriptors.h"
-#include "board/metal/machine/local_apic.h"
+#include "board/metal/machine/core_interrupts.h"
 #include "sched/core_scheduler.h"
 
 namespace qduino::board::metal {
@@ -51,8 +50,8 @@ class Core {
     // ---- set up ---------------------------------------------------------------------------------
     /// On the core itself, once. `host`: it is the first core, and its caller is the host.
     void open(int number, bool host);
-    /// The number of its local APIC. Before anybody calls it.
-    void set_apic(std::uint32_t apic) { apic_ = apic; }
+    /// What interrupts of others are sent to. Before anybody calls it.
+    void set_target(std::uint32_t target) { target_ = target; }
     /// Where the core begins when it is started.
     [[nodiscard]] std::uint64_t boot_stack_top() const {
         return reinterpret_cast<std::uint64_t>(idle_.stack.data() + idle_.stack.size());
@@ -62,7 +61,7 @@ class Core {
     /// By the host: from the next interrupt on, the threads that were added run.
     void begin_threads();
 
-    // ---- the way in: boot/entry.S ---------------------------------------------------------------
+    // ---- the way in: entry.S of the architecture ------------------------------------------------
     /// Takes up what came, and returns the frame to go on with.
     Frame* enter(const Frame& frame);
 
@@ -72,7 +71,7 @@ class Core {
     void wait_for_lock();
     [[noreturn]] void finish();
     /// Somebody may have to run in its place.
-    static void look_up() { asm volatile("int %0" : : "i"(kSwitchVector) : "memory"); }
+    static void look_up() { enter_by_itself(); }
     /// It begins the release that was due at `nominal`.
     void release(Instant nominal);
     /// CPU time that it has consumed.
@@ -91,7 +90,7 @@ class Core {
 
     [[nodiscard]] bool alarms_allowed() const { return alarms_allowed_.load(); }
     [[nodiscard]] int number() const { return number_; }
-    [[nodiscard]] std::uint32_t apic() const { return apic_; }
+    [[nodiscard]] std::uint32_t target() const { return target_; }
     /// Null: the host runs, or nobody.
     [[nodiscard]] Thread* running() const { return running_; }
     [[nodiscard]] const CoreCounts& counts() const { return counts_; }
@@ -118,7 +117,7 @@ class Core {
         return threads_began_.load(std::memory_order_acquire) && !host_.runs;
     }
     void charge(Instant came);
-    void serve(std::uint64_t vector, Instant now);
+    void serve(const Frame& frame, Instant now);
     Context& choose(Instant came);
     void go_on(const sched::Decision& decision, Instant now, Instant next_wake);
     void count_pass(Nanoseconds length);
@@ -128,13 +127,12 @@ class Core {
     [[nodiscard]] bool host_is_due(Instant now);
     void turn_to(Context& next, Thread* thread);
 
-    Core* self_ = this;  // first: %gs:0
     int number_ = 0;
-    std::uint32_t apic_ = 0;
+    std::uint32_t target_ = 0;
     std::atomic<bool> threads_began_{false};
     std::atomic<bool> alarms_allowed_{true};
     bool inside_ = false;  // enter() is at work
-    Descriptors descriptors_;
+    Processor processor_;
     sched::CoreScheduler scheduler_;
     std::array<Thread*, kVcpuLimit> threads_{};
     Context* current_ = nullptr;
@@ -144,15 +142,9 @@ class Core {
     CoreCounts counts_;
     Host host_;
     Idle idle_;
-
-    friend Core& this_core();
 };
 
 /// The calling core. Hold it only while interrupts are off, or on a thread, which never moves.
-inline Core& this_core() {
-    Core* core = nullptr;
-    asm volatile("movq %%gs:0, %0" : "=r"(core));
-    return *core;
-}
+inline Core& this_core() { return *static_cast<Core*>(core_object()); }
 
 }  // namespace qduino::board::metal

@@ -4,9 +4,8 @@
 #include <bit>
 
 #include "board/metal/core/kernel.h"
+#include "board/metal/machine/clock.h"
 #include "board/metal/machine/instructions.h"
-#include "board/metal/machine/local_apic.h"
-#include "board/metal/machine/tsc_clock.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -28,13 +27,8 @@ void Device::serve_in_turn() {
     } while (!calls_.compare_exchange_strong(seen, 0));
 }
 
-void DeviceInterrupts::add(IoApic& io_apic, DeviceClass kind, std::uint8_t line, Device& device) {
-    entries_.push_back({.io_apic = &io_apic, .device = &device, .kind = kind, .line = line});
-    route(entries_.back());
-}
-
-void DeviceInterrupts::add(MessageInterrupt& message, DeviceClass kind, Device& device) {
-    entries_.push_back({.message = &message, .device = &device, .kind = kind});
+void DeviceInterrupts::add(InterruptSource& source, DeviceClass kind, std::uint8_t line, Device& device) {
+    entries_.push_back({.source = &source, .device = &device, .kind = kind, .line = line});
     route(entries_.back());
 }
 
@@ -70,12 +64,8 @@ void DeviceInterrupts::route(Entry& entry) {
     const int wanted = io_of(entry) == kNoVcpu ? 0 : threads[io_of(entry)].spec.core;
     entry.core = wanted >= 0 && (forbidden >> wanted & 1) == 0 ? wanted : std::countr_one(forbidden);
     const auto index = static_cast<std::size_t>(&entry - entries_.begin());
-    const auto vector = static_cast<std::uint8_t>(kDeviceVectors + index);
-    const std::uint32_t apic = core_at(entry.core).apic();
-    if (entry.message)
-        entry.message->route(vector, apic);
-    else
-        entry.io_apic->route(entry.line, vector, apic);
+    entry.source->route(entry.line, static_cast<std::uint8_t>(kDeviceVectors + index),
+                        core_at(entry.core).target());
 }
 
 /// The bottom half becomes the work of its I/O VCPU. False: there is none that takes it.
@@ -94,9 +84,10 @@ void DeviceInterrupts::serve(std::size_t index, Instant now) {
 void DeviceInterrupts::ask(const Device& device) {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
-        if (entry.device != &device || give(entry, tsc_clock.now())) continue;
+        if (entry.device != &device || give(entry, machine_clock.now())) continue;
         const InterruptsOff off;
-        LocalApic::interrupt_core(core_at(entry.core).apic(), static_cast<std::uint8_t>(kDeviceVectors + i));
+        CoreInterrupts::interrupt_core(core_at(entry.core).target(),
+                                       static_cast<std::uint8_t>(kDeviceVectors + i));
     }
 }
 

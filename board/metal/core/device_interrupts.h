@@ -1,10 +1,10 @@
 // The devices that interrupt: on which core each one's top half runs, and on which I/O VCPU its
 // bottom half does.
 //
-//   line ─► I/O APIC ─┐
-//   message ──────────┴► core ─► top half: quiet() ─► work for the I/O VCPU ─► bottom half: serve()
-//              ▲                                       none: serve() at once, above every loop
-//   noInterrupts(device, core) rewrites the I/O APIC's entry, or the device's
+//   line ─► controller ─┐
+//   message ────────────┴► core ─► top half: quiet() ─► work for the I/O VCPU ─► serve()
+//              ▲                                         none: serve() at once, above every loop
+//   noInterrupts(device, core) rewrites the controller's entry, or the device's
 //
 // A device that was quieted raises no interrupt until it was served. So a storm of interrupts costs
 // a core one top half for each time that the I/O VCPU's budget lets it serve.
@@ -26,8 +26,7 @@
 #include "base/fixed_vector.h"
 #include "base/result.h"
 #include "base/time.h"
-#include "board/metal/driver/message_interrupt.h"
-#include "board/metal/machine/io_apic.h"
+#include "board/metal/machine/core_interrupts.h"
 #include "board/types.h"
 
 namespace qduino::board::metal {
@@ -53,9 +52,10 @@ class Device {
 
 class DeviceInterrupts {
   public:
-    /// Contract: not more than 16. `io_apic` and `device` outlive it. The first core gets it.
-    void add(IoApic& io_apic, DeviceClass kind, std::uint8_t line, Device& device);
-    void add(MessageInterrupt& message, DeviceClass kind, Device& device);
+    /// Contract: not more than 14, which a GIC can tell apart when they are asked for (ask()).
+    /// `source` and `device` outlive it. The first core gets it. A device
+    /// that interrupts by itself has no line.
+    void add(InterruptSource& source, DeviceClass kind, std::uint8_t line, Device& device);
     /// As board.h has them. Setup-time.
     void serve_on(DeviceClass kind, VcpuId io);
     Result<void> route(DeviceClass kind, int core, bool allowed);
@@ -77,8 +77,7 @@ class DeviceInterrupts {
 
   private:
     struct Entry {
-        IoApic* io_apic = nullptr;            // one of these two
-        MessageInterrupt* message = nullptr;  //
+        InterruptSource* source = nullptr;
         Device* device = nullptr;
         DeviceClass kind = DeviceClass::all;
         std::uint8_t line = 0;
@@ -89,7 +88,7 @@ class DeviceInterrupts {
     [[nodiscard]] bool serves_on(const Entry& entry, int core) const;
     [[nodiscard]] bool give(const Entry& entry, Instant now) const;
 
-    FixedVector<Entry, 16> entries_;
+    FixedVector<Entry, 14> entries_;
     std::array<VcpuId, kDeviceClassCount> io_{};
     std::array<std::uint64_t, kDeviceClassCount> forbidden_{};  // one bit for each core
 };

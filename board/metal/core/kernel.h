@@ -5,7 +5,6 @@
 #include <array>
 
 #include "board/metal/core/core.h"
-#include "board/metal/machine/firmware_tables.h"
 
 namespace qduino::board::metal {
 

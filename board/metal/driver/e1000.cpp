@@ -30,7 +30,7 @@ bool is_done(std::uint8_t& status) {
 bool E1000::open() {
     constexpr std::uint16_t kIntel = 0x8086, k82540 = 0x100e;
     const auto device = PciDevice::find(kIntel, k82540);
-    if (!device || !IoApic::of_machine()) return false;
+    if (!device || !interrupt_lines) return false;
     device->enable(true);
     registers_ = device->registers(0);
     line_ = device->line();
@@ -101,7 +101,7 @@ void E1000::start_rings() {
 }
 
 void E1000::add_to(DeviceInterrupts& interrupts, Device& device) {
-    interrupts.add(*IoApic::of_machine(), DeviceClass::nic, line_, device);
+    interrupts.add(*interrupt_lines, DeviceClass::nic, line_, device);
 }
 
 void E1000::interrupt(bool on) {

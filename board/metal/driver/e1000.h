@@ -9,6 +9,7 @@
 #pragma once
 
 #include "board/metal/driver/network_card.h"
+#include "board/metal/driver/pci.h"
 
 namespace qduino::board::metal {
 

@@ -22,7 +22,7 @@ bool MessageInterrupt::open(const PciDevice& device) {
     return true;
 }
 
-void MessageInterrupt::route(std::uint8_t vector, std::uint32_t apic) {
+void MessageInterrupt::route(std::uint8_t, std::uint8_t vector, std::uint32_t apic) {
     constexpr std::uint32_t kLocalApics = 0xfee0'0000;
     const SpinGuard held(lock_);
     entry_.write<std::uint32_t>(kControl, 1);  // never to the new core with the old vector

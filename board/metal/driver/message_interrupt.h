@@ -10,16 +10,17 @@
 #include <cstdint>
 
 #include "board/metal/driver/pci.h"
+#include "board/metal/machine/core_interrupts.h"
 #include "board/metal/machine/spin_lock.h"
 
 namespace qduino::board::metal {
 
-class MessageInterrupt {
+class MessageInterrupt final : public InterruptSource {
   public:
     /// Entry 0 of the device's table, masked. False: the device has no MSI-X.
     [[nodiscard]] bool open(const PciDevice& device);
-    /// It raises `vector` on the core with this local APIC number, from now on.
-    void route(std::uint8_t vector, std::uint32_t apic);
+    /// It has no line; `apic` is the number of a local APIC.
+    void route(std::uint8_t line, std::uint8_t vector, std::uint32_t apic) override;
     void mask(bool masked);
 
   private:

@@ -1,9 +1,9 @@
 // Real pins: registers of the machine whose bits are levels of a connector or of a chip's pads.
 //
-//   Pins (pins.h) ─► PinPort ─┬─ LptPort     the parallel port
-//                             └─ IntelPads   pads of Bay Trail and Apollo Lake
+//   Pins (pins.h) ─► PinPort ─┬─ LptPort   the parallel port of a PC
+//                             └─ Pl061     Arm's GPIO chip
 //
-// Levels alone: no PWM, no analog input, no bus, and no interrupt at an edge.
+// Levels alone: no PWM, no analog input, no bus.
 #pragma once
 
 #include <atomic>
@@ -24,6 +24,8 @@ class PinPort {
     virtual void write(PinId pin, Level level) = 0;
     /// The level at the pin; low where the port has no such pin.
     [[nodiscard]] virtual Level read(PinId pin) = 0;
+    /// Pins::driven() is called when the level of an input has changed.
+    [[nodiscard]] virtual bool reports_edges() const { return false; }
 
   protected:
     ~PinPort() = default;

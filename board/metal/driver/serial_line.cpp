@@ -3,51 +3,19 @@
 #include <algorithm>
 
 #include "board/metal/linux_side.h"
+#include "board/metal/machine/clock.h"
 #include "board/metal/machine/instructions.h"
-#include "board/metal/machine/tsc_clock.h"
 
 namespace qduino::board::metal {
-namespace {
-
-// Registers, from the line's port on.
-constexpr std::uint16_t kData = 0, kEnable = 1, kFifos = 2, kFormat = 3, kModem = 4, kState = 5, kScratch = 7;
-
-constexpr std::uint8_t kDataReady = 0x01, kTransmitterEmpty = 0x20, kAllSent = 0x40;  // of kState
-constexpr std::uint8_t kOnData = 0x01, kOnEmpty = 0x02;                               // of kEnable
-constexpr int kFifoBytes = 16;
-
-}  // namespace
-
 ConsoleLine console_line;
 
-void SerialLine::set(std::uint16_t offset, std::uint8_t value) const {
-    port_write(static_cast<std::uint16_t>(port_ + offset), value);
-}
-std::uint8_t SerialLine::get(std::uint16_t offset) const {
-    return port_read(static_cast<std::uint16_t>(port_ + offset));
-}
-
-bool SerialLine::open() {
-    constexpr std::uint8_t kDivisorAccess = 0x80, k8N1 = 0x03, kFifosOn = 0xc7, kReady = 0x0b, kTest = 0x5a;
-    set(kScratch, kTest);
-    if (get(kScratch) != kTest) return false;
-    set(kEnable, 0);
-    set(kFormat, kDivisorAccess);
-    set(kData, 1);  // 115,200 baud
-    set(kEnable, 0);
-    set(kFormat, k8N1);
-    set(kFifos, kFifosOn);
-    set(kModem, kReady);  // and the gate of its interrupt
-    return true;
-}
-
 void SerialLine::lead_to(BesideLine& line) {
-    port_ = 0;
+    uart_ = Uart{};
     out_ = &line.out;
     in_ = &line.in;
 }
 
-bool SerialLine::all_sent() const { return out_->size() == 0 || linux_side.is_deaf(tsc_clock.now()); }
+bool SerialLine::all_sent() const { return out_->size() == 0 || linux_side.is_deaf(machine_clock.now()); }
 
 void SerialLine::listen() {
     listens_ = true;
@@ -64,7 +32,7 @@ std::size_t SerialLine::write(std::span<const std::uint8_t> bytes) {
         taken += pushed;
         room = pushed == piece.size();
     }
-    if (taken < bytes.size() && linux_side.is_deaf(tsc_clock.now())) return bytes.size();
+    if (taken < bytes.size() && linux_side.is_deaf(machine_clock.now())) return bytes.size();
     let_interrupt();
     return taken;
 }
@@ -78,14 +46,15 @@ bool SerialLine::peek(std::uint8_t& byte) {
 void SerialLine::quiet() {
     const SpinGuard held(lock_);
     quiet_ = true;
-    set(kEnable, 0);
+    static_cast<void>(uart_.interrupt_on(false, false));
 }
 
 void SerialLine::serve() {
-    while ((get(kState) & kDataReady) != 0) received(get(kData));
+    uart_.acknowledge();
+    while (uart_.has_byte()) received(uart_.take());
     std::uint8_t byte = 0;
-    if ((get(kState) & kTransmitterEmpty) != 0) {
-        for (int i = 0; i < kFifoBytes && out_->try_pop(byte); ++i) set(kData, byte);
+    if (uart_.transmitter_empty()) {
+        for (int i = 0; i < Uart::kFifoBytes && out_->try_pop(byte); ++i) uart_.put(byte);
     }
     {
         const SpinGuard held(lock_);
@@ -96,21 +65,20 @@ void SerialLine::serve() {
 
 /// On what there is to wait for; unless a bottom half is on its way, which does so itself.
 void SerialLine::let_interrupt() {
-    if (port_ == 0) return;
+    if (!uart_.exists()) return;
     const SpinGuard held(lock_);
-    if (!quiet_)
-        set(kEnable, static_cast<std::uint8_t>((listens_ ? kOnData : 0) | (out_->size() > 0 ? kOnEmpty : 0)));
+    if (!quiet_ && !uart_.interrupt_on(listens_, out_->size() > 0)) device_interrupts.ask(*this);
 }
 
 void SerialLine::send_now(std::span<const char> text) {
     const auto send = [this](std::uint8_t byte) {
-        while ((get(kState) & kTransmitterEmpty) == 0) spin_hint();
-        set(kData, byte);
+        while (!uart_.transmitter_empty()) spin_hint();
+        uart_.put(byte);
     };
     std::uint8_t byte = 0;
     while (out_->try_pop(byte)) send(byte);
     for (const char c : text) send(static_cast<std::uint8_t>(c));
-    while ((get(kState) & kAllSent) == 0) spin_hint();  // the machine may be turned off next
+    while (!uart_.all_sent()) spin_hint();  // the machine may be turned off next
 }
 
 }  // namespace qduino::board::metal

@@ -1,11 +1,11 @@
-// A serial line: a 16550 UART, whose bytes go through two rings.
+// A serial line: a UART, whose bytes go through two rings.
 //
-//   write() ─► ring ─► serve(): 16 bytes at a time ─► UART ─► wire
+//   write() ─► ring ─► serve(): a FIFO at a time ───► UART ─► wire
 //   read()  ◄─ ring ◄─ serve() ◄──────────────────── UART ◄─ wire
 //                        ▲ when the UART interrupts: bytes came, or its transmitter is empty
 //
-// PC16550D datasheet (National Semiconductor): registers and the FIFOs of 16 bytes. Any number
-// of writers, one reader at a time; serve() on its I/O VCPU, or in the top half where it has none.
+// The UART is a 16550 or a PL011 (driver/uart_16550.h, driver/pl011.h). Any number of writers, one
+// reader at a time; serve() on its I/O VCPU, or in the top half where it has none.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@
 
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/machine/spin_lock.h"
+#include "board/metal/machine/uart.h"
 #include "board/window/beside_layout.h"
 #include "channel/ring_buffer.h"
 
@@ -20,13 +21,10 @@ namespace qduino::board::metal {
 
 class SerialLine : public Device {
   public:
-    static constexpr std::uint16_t kFirstPort = 0x3f8, kSecondPort = 0x2f8;
-    static constexpr std::uint8_t kFirstLine = 4, kSecondLine = 3;  // ISA interrupts
-
-    constexpr explicit SerialLine(std::uint16_t port) : port_(port) {}
+    constexpr explicit SerialLine(Uart uart) : uart_(uart) {}
 
     /// 115,200 baud, 8N1, FIFOs on, no interrupts. Once. False: there is no UART.
-    bool open();
+    bool open() { return uart_.open(); }
     /// It has no UART: the bytes go through Linux's rings. What does not fit is dropped while Linux
     /// takes nothing. In the place of open() and listen().
     void lead_to(BesideLine& line);
@@ -55,11 +53,9 @@ class SerialLine : public Device {
 
   private:
     void serve() override;
-    void set(std::uint16_t offset, std::uint8_t value) const;
-    [[nodiscard]] std::uint8_t get(std::uint16_t offset) const;
     void let_interrupt();
 
-    std::uint16_t port_;
+    Uart uart_;
     bool listens_ = false;
     bool quiet_ = false;  // quieted, and not served yet; under lock_
     SpinLock lock_;
@@ -73,7 +69,7 @@ class SerialLine : public Device {
 /// The line of Serial.
 class ConsoleLine final : public SerialLine {
   public:
-    constexpr ConsoleLine() : SerialLine(kFirstPort) {}
+    constexpr ConsoleLine() : SerialLine(Uart::first()) {}
 };
 extern ConsoleLine console_line;
 

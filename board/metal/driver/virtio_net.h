@@ -8,7 +8,9 @@
 #pragma once
 
 #include "base/fixed_vector.h"
+#include "board/metal/driver/message_interrupt.h"
 #include "board/metal/driver/network_card.h"
+#include "board/metal/driver/pci.h"
 #include "board/metal/driver/virtqueue.h"
 
 namespace qduino::board::metal {
@@ -18,7 +20,7 @@ class VirtioNet final : public NetworkCard {
     [[nodiscard]] bool open() override;
     [[nodiscard]] const Address& address() const override { return address_; }
     void add_to(DeviceInterrupts& interrupts, Device& device) override {
-        interrupts.add(message_, DeviceClass::nic, device);
+        interrupts.add(message_, DeviceClass::nic, 0, device);
     }
     void interrupt(bool on) override;
 

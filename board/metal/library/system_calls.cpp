@@ -1,20 +1,22 @@
-#include "board/metal/library/system_calls.h"
-
+// The C library's one way out. musl asks a system for what it cannot do itself by one instruction
+// (`syscall`, `svc 0`), with Linux's numbers. This kernel answers three of them:
+//
+//   write, writev   standard output: Serial's line; standard error: report() (panic.h)
+//   exit_group      the machine is turned off
+//
+// and says "not implemented" to all others. So printf() works as it is, and what needs files, time
+// or processes fails as the library says that it may. entry.S of the architecture calls this.
 #include <cstdint>
 #include <span>
 #include <string_view>
 
 #include "board/metal/driver/serial_line.h"
-#include "board/metal/machine/instructions.h"
+#include "board/metal/machine/processor.h"
 #include "board/metal/panic.h"
-
-extern "C" void system_call_entry();  // boot/entry.S
 
 namespace qduino::board::metal {
 namespace {
 
-/// Linux, arch/x86/entry/syscalls/syscall_64.tbl.
-enum Number : std::uint64_t { kWrite = 1, kWritev = 20, kExitGroup = 231 };
 constexpr std::int64_t kNotImplemented = -38, kBadDescriptor = -9;
 
 struct Piece {  // Linux's struct iovec
@@ -46,26 +48,17 @@ std::int64_t write_pieces(std::uint64_t descriptor, std::span<const Piece> piece
 
 }  // namespace
 
-/// Intel SDM volume 3, 5.8.8.
-void accept_system_calls() {
-    constexpr std::uint32_t kStar = 0xc0000081, kLongStar = 0xc0000082, kFlagMask = 0xc0000084;
-    constexpr std::uint64_t kSelectors = 0x08;  // code; data is the next
-    msr_write(kStar, kSelectors << 32);
-    msr_write(kLongStar, reinterpret_cast<std::uint64_t>(&system_call_entry));
-    msr_write(kFlagMask, 0);
-}
-
 }  // namespace qduino::board::metal
 
 extern "C" std::int64_t system_call(std::uint64_t number, std::uint64_t first, std::uint64_t second,
                                     std::uint64_t third) {
     using namespace qduino::board::metal;
-    switch (number) {
-        case kWrite:
+    switch (static_cast<SystemCall>(number)) {
+        case SystemCall::write:
             return write(first, {reinterpret_cast<const char*>(second), third});
-        case kWritev:
+        case SystemCall::writev:
             return write_pieces(first, {reinterpret_cast<const Piece*>(second), third});
-        case kExitGroup:
+        case SystemCall::exit_group:
             turn_off(static_cast<int>(first));
         default:
             return kNotImplemented;

@@ -1,21 +1,16 @@
-// The instructions that C++ has no word for: ports, model-specific registers, the time-stamp
-// counter, the interrupt flag.
+// The instructions that C++ has no word for. Each architecture's header has them under the same
+// names: the clock's counter, the interrupt flag, sleep, the way into the kernel, a virtual pin.
 #pragma once
 
 #include <cstdint>
 
+#ifdef __aarch64__
+#include "board/metal/aarch64/instructions.h"
+#else
+#include "board/metal/x86/instructions.h"
+#endif
+
 namespace qduino::board::metal {
-
-// ---- ports -------------------------------------------------------------------------------------
-
-inline void port_write(std::uint16_t port, std::uint8_t value) {
-    asm volatile("outb %0, %1" : : "a"(value), "Nd"(port));
-}
-inline std::uint8_t port_read(std::uint16_t port) {
-    std::uint8_t value = 0;
-    asm volatile("inb %1, %0" : "=a"(value) : "Nd"(port));
-    return value;
-}
 
 // ---- registers of a device in memory -----------------------------------------------------------
 
@@ -26,50 +21,11 @@ inline std::uint32_t memory_read(std::uint64_t address) {
     return *reinterpret_cast<volatile std::uint32_t*>(address);
 }
 
-// ---- the processor's own -----------------------------------------------------------------------
+// ---- interrupts --------------------------------------------------------------------------------
 
-inline std::uint64_t msr_read(std::uint32_t number) {
-    std::uint32_t low = 0, high = 0;
-    asm volatile("rdmsr" : "=a"(low), "=d"(high) : "c"(number));
-    return std::uint64_t{high} << 32 | low;
-}
-inline void msr_write(std::uint32_t number, std::uint64_t value) {
-    asm volatile("wrmsr"
-                 :
-                 : "c"(number), "a"(static_cast<std::uint32_t>(value)),
-                   "d"(static_cast<std::uint32_t>(value >> 32))
-                 : "memory");
-}
-
-struct ProcessorFacts {
-    std::uint32_t eax = 0, ebx = 0, ecx = 0, edx = 0;
-};
-inline ProcessorFacts cpuid(std::uint32_t leaf) {
-    ProcessorFacts facts;
-    asm volatile("cpuid"
-                 : "=a"(facts.eax), "=b"(facts.ebx), "=c"(facts.ecx), "=d"(facts.edx)
-                 : "a"(leaf), "c"(0));
-    return facts;
-}
-
-/// Not before what stands in front of it has been carried out (Intel SDM volume 2, RDTSC).
-inline std::uint64_t time_stamp_counter() {
-    std::uint32_t low = 0, high = 0;
-    asm volatile("lfence\n\trdtsc" : "=a"(low), "=d"(high) : : "memory");
-    return std::uint64_t{high} << 32 | low;
-}
-
-inline void spin_hint() { asm volatile("pause" : : : "memory"); }
-inline void disable_interrupts() { asm volatile("cli" : : : "memory"); }
-inline void enable_interrupts() { asm volatile("sti" : : : "memory"); }
-inline bool interrupts_enabled() {
-    std::uint64_t flags = 0;
-    asm volatile("pushfq\n\tpopq %0" : "=r"(flags) : : "memory");
-    return (flags & 0x200) != 0;
-}
 [[noreturn]] inline void halt_forever() {
     disable_interrupts();
-    for (;;) asm volatile("hlt");
+    for (;;) halt();
 }
 
 /// No interrupt of the calling core while it lives. Nests.

@@ -3,13 +3,13 @@
 #include <array>
 
 #include "base/contract.h"
+#include "board/metal/machine/processor.h"
 
 namespace qduino::board::metal {
 namespace {
 
 constexpr std::size_t kPage = 4096;
 constexpr std::size_t kLargePage = 512 * kPage;
-constexpr std::uint64_t kPresentWritable = 3;
 
 struct alignas(kPage) PageTable {
     std::array<std::uint64_t, 512> entries{};
@@ -29,22 +29,17 @@ PageTable& split(std::uint64_t& directory, std::uint64_t begin, std::uint64_t of
     QDUINO_EXPECT(tables_used < tables.size() && begin % kLargePage == 0);
     PageTable& table = tables[tables_used++];
     for (std::size_t i = 0; i < table.entries.size(); ++i)
-        table.entries[i] = (begin + offset + i * kPage) | kPresentWritable;
-    directory = (address_of(&table) + offset) | kPresentWritable;
+        table.entries[i] = page_entry(begin + offset + i * kPage);
+    directory = 0;  // never two translations of one address (Arm ARM DDI 0487, D8.14.1)
+    forget_translations();
+    directory = table_entry(address_of(&table) + offset);
     return table;
-}
-
-/// Makes this core forget what it knew of the tables.
-void forget_translations() {
-    std::uint64_t tables_at = 0;
-    asm volatile("movq %%cr3, %0\n\tmovq %0, %%cr3" : "=r"(tables_at) : : "memory");
 }
 
 }  // namespace
 
 void forbid_guard_pages(std::uint64_t* directories, std::uint64_t image_offset) {
-    constexpr std::uint64_t kIsLarge = 0x80;
-    if ((directories[0] & kIsLarge) != 0) split(directories[0], 0, 0).entries[0] = 0;
+    if (is_large_page(directories[0])) split(directories[0], 0, 0).entries[0] = 0;
     for (std::size_t at = 0; at < sizeof stacks; at += kLargePage) {
         const std::uint64_t begin = address_of(&stacks) + at;
         PageTable& table = split(directories[begin / kLargePage], begin, image_offset);

@@ -12,8 +12,8 @@
 #include "base/text.h"
 #include "board/metal/driver/e1000.h"
 #include "board/metal/driver/virtio_net.h"
+#include "board/metal/machine/clock.h"
 #include "board/metal/machine/instructions.h"
-#include "board/metal/machine/tsc_clock.h"
 #include "board/metal/net/tcp_sockets.h"
 #include "board/metal/net/udp_sockets.h"
 #include "board/metal/panic.h"
@@ -98,7 +98,7 @@ void Network::take_turn() {
         card_->release();
         ++frames;
     }
-    const Instant now = tsc_clock.now();
+    const Instant now = machine_clock.now();
     TcpSocket::serve_all(now);
     UdpSocket::serve_all();
     sys_check_timeouts();
@@ -119,15 +119,14 @@ void open_network() { network.open(); }
 
 extern "C" {
 std::uint32_t sys_now() {
-    return static_cast<std::uint32_t>(qduino::to_ns(qduino::board::metal::tsc_clock.now()) / 1'000'000);
+    return static_cast<std::uint32_t>(qduino::to_ns(qduino::board::metal::machine_clock.now()) / 1'000'000);
 }
 void lwip_failed(const char* what) { qduino::board::metal::panic(qduino::text("lwIP: ", what)); }
 /// For port and transaction numbers: the linear congruential generator of Knuth's MMIX (The Art of
 /// Computer Programming 2, 3.3.4), stirred by the clock. No secret hangs on it.
 std::uint32_t lwip_random() {
     static std::uint64_t state = 0;
-    state =
-        (state + qduino::board::metal::time_stamp_counter()) * 6364136223846793005u + 1442695040888963407u;
+    state = (state + qduino::board::metal::clock_count()) * 6364136223846793005u + 1442695040888963407u;
     return static_cast<std::uint32_t>(state >> 32);
 }
 }

@@ -10,7 +10,7 @@
 #include <atomic>
 
 #include "board/metal/core/device_interrupts.h"
-#include "board/metal/machine/tsc_clock.h"
+#include "board/metal/machine/clock.h"
 
 using namespace qduino::board::metal;
 using qduino::board::DeviceClass;
@@ -27,14 +27,14 @@ class Pulser final : public Device {
   qduino::Instant next_turn() const override { return turn_.load(); }
   void begin(DeviceClass kind) {
     pinMode(pin_, OUTPUT);
-    device_interrupts.add(*IoApic::of_machine(), kind, 11, *this);
+    device_interrupts.add(*interrupt_lines, kind, 11, *this);
     if (period_.count() > 0) turn_.store(qduino::kEpoch);
   }
 
  private:
   void serve() override {
     pulse(pin_);
-    if (period_.count() > 0) turn_.store(tsc_clock.now() + period_);
+    if (period_.count() > 0) turn_.store(machine_clock.now() + period_);
   }
   int pin_;
   std::chrono::milliseconds period_;
@@ -78,7 +78,7 @@ void setup() {
   i2c.begin(DeviceClass::i2c);
   interruptsVcpu(DISK, 1, 20, 0);
   interruptsVcpu(I2C, 1, 40, 0);
-  device_interrupts.add(*IoApic::of_machine(), DeviceClass::nic, 11, crowded);
+  device_interrupts.add(*interrupt_lines, DeviceClass::nic, 11, crowded);
   interruptsVcpu(NIC, 1, 40, 0);
 }
 

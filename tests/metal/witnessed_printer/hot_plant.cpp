@@ -36,8 +36,7 @@ class HotPlant final : public board::Peripherals {
     }
 
     void pin_written(Instant, PinId pin, Level level) override {
-        board::metal::port_write(board::metal::kPinsPort,
-                                 static_cast<std::uint8_t>(pin.number | (level == Level::high ? 0x80 : 0)));
+        board::metal::write_virtual_pin(static_cast<std::uint8_t>(pin.number), level == Level::high);
         const bool rises = level == Level::high && !high_[pin.number];
         high_[pin.number] = level == Level::high;
         if (!rises || slide_of_[pin.number] < 0) return;

@@ -20,7 +20,11 @@ constexpr const char* kSdk =
           "compiling": ["-fcount"]},
   "linux": {"libraries": [], "options": ["-fsanitize=address"]},
   "metal": {"libraries": ["lib/m.a"], "options": ["-static"], "flags": ["-ffreestanding"],
-            "script": "lib/image.ld", "why_not": ""}})";
+            "script": "lib/image.ld", "why_not": ""},
+  "metal_aarch64": "aarch64/sdk.json"})";
+constexpr const char* kAarch64 =
+    R"({"libraries": ["libm.a", "-lgcc"], "options": ["-static"], "flags": ["-mcmodel=small"],
+        "script": "image.ld", "why_not": "", "cxx": "arm-g++", "cc": "arm-gcc"})";
 
 class SdkTest : public TemporaryFolder {};
 
@@ -45,6 +49,26 @@ TEST_F(SdkTest, PathsMayBeRelativeToTheFile) {
     EXPECT_EQ(images.linking(BoardKind::metal).libraries, std::vector<std::string>{here + "/lib/m.a"});
     EXPECT_EQ(images.linking(BoardKind::metal).options,
               (std::vector<std::string>{"-static", "-Wl,-T," + here + "/lib/image.ld"}));
+}
+
+TEST_F(SdkTest, ImagesForAnotherArchitectureHaveAFileOfTheirOwn) {
+    const Result<Sdk> sdk = read_sdk(write("build/qduino-sdk.json", kSdk));
+    ASSERT_TRUE(sdk);
+    const Result<Sdk> missing = for_aarch64_images(*sdk);
+    ASSERT_FALSE(missing);
+    EXPECT_NE(missing.error().message.view().find("--target metal-aarch64"), std::string_view::npos);
+    write("build/aarch64/sdk.json", kAarch64);
+    const Result<Sdk> images = for_aarch64_images(*sdk);
+    ASSERT_TRUE(images);
+    const std::string here = (folder_ / "build/aarch64").string();
+    EXPECT_EQ(images->cxx, std::vector<std::string>{"arm-g++"});
+    EXPECT_EQ(images->flags, std::vector<std::string>{"-mcmodel=small"});
+    EXPECT_EQ(images->linking(BoardKind::metal).libraries,
+              (std::vector<std::string>{here + "/libm.a", "-lgcc"}));
+    EXPECT_EQ(images->linking(BoardKind::metal).options,
+              (std::vector<std::string>{"-static", "-Wl,-T," + here + "/image.ld"}));
+    write("build/aarch64/sdk.json", "{}");
+    EXPECT_FALSE(for_aarch64_images(*sdk));
 }
 
 TEST_F(SdkTest, AFileThatIsNoneIsNamed) {

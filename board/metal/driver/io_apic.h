@@ -7,7 +7,8 @@
 
 #include <cstdint>
 
-#include "board/metal/machine/firmware_tables.h"
+#include "board/metal/driver/firmware_tables.h"
+#include "board/metal/machine/core_interrupts.h"
 
 namespace qduino::board::metal {
 
@@ -15,22 +16,19 @@ namespace qduino::board::metal {
 /// the core: an interrupt that is under way there would arrive without a vector.
 void silence_old_pic();
 
-class IoApic {
+class IoApic final : public InterruptSource {
   public:
     /// All inputs are masked. `machine` outlives it.
     explicit IoApic(const Machine& machine);
-    /// The machine's, when it has been made.
-    static IoApic* of_machine() { return of_machine_; }
 
-    /// ISA line `line` raises `vector` on the core with this local APIC number, from now on.
-    void route(std::uint8_t line, std::uint8_t vector, std::uint32_t apic);
+    /// ISA line `line`; `apic` is the number of a local APIC.
+    void route(std::uint8_t line, std::uint8_t vector, std::uint32_t apic) override;
 
   private:
     void write(std::uint32_t number, std::uint32_t value) const;
     [[nodiscard]] std::uint32_t read(std::uint32_t number) const;
 
     const Machine& machine_;
-    inline static constinit IoApic* of_machine_ = nullptr;
 };
 
 }  // namespace qduino::board::metal

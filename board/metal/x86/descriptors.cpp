@@ -1,6 +1,6 @@
-#include "board/metal/machine/descriptors.h"
+#include "board/metal/x86/descriptors.h"
 
-extern "C" std::uint8_t interrupt_stubs[];  // boot/entry.S: 16 bytes each
+extern "C" std::uint8_t interrupt_stubs[];  // x86/entry.S: 16 bytes each
 
 namespace qduino::board::metal {
 namespace {

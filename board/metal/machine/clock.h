@@ -1,8 +1,12 @@
-// The board's clock: nanoseconds since boot, from the time-stamp counter.
+// The board's clock: nanoseconds since boot, from the processor's counter.
 //
-// Every core reads its own counter. They are taken to be one clock, which needs a counter that is
-// invariant and was started everywhere at once (Intel SDM volume 3, 17.17). invariant() says
-// whether the processor promises it; the guarantee report says so when it does not.
+//   x86-64     the time-stamp counter. Every core reads its own. They are taken to be one clock,
+//              which needs a counter that is invariant and was started everywhere at once (Intel
+//              SDM volume 3, 17.17)
+//   aarch64    the virtual counter of the generic timer, which is one for all cores
+//
+// clock_is_invariant() says whether the processor promises it; the guarantee report says so when it
+// does not.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +16,7 @@
 
 namespace qduino::board::metal {
 
-class TscClock {
+class MachineClock {
   public:
     /// `hz` ticks a second; `origin` is instant 0. Before any other call.
     void set(std::uint64_t hz, std::uint64_t origin) {
@@ -25,7 +29,7 @@ class TscClock {
     [[nodiscard]] std::uint64_t hz() const { return hz_; }
 
     [[nodiscard]] Instant now() const {
-        const std::uint64_t ticks = time_stamp_counter() - origin_;
+        const std::uint64_t ticks = clock_count() - origin_;
         return instant_from_ns(static_cast<std::int64_t>(Wide{ticks} * ns_of_tick_ >> kFraction));
     }
     /// The first count at which now() >= t. Contract: t is not before instant 0.
@@ -33,10 +37,6 @@ class TscClock {
         const auto ns = static_cast<std::uint64_t>(to_ns(t));
         // Each factor may be too small by one part in 2^40, and each product by one.
         return origin_ + static_cast<std::uint64_t>(Wide{ns} * ticks_of_ns_ >> kFraction) + (ns >> 30) + 2;
-    }
-    [[nodiscard]] static bool invariant() {
-        constexpr std::uint32_t kAdvanced = 0x80000007;
-        return cpuid(0x80000000).eax >= kAdvanced && (cpuid(kAdvanced).edx >> 8 & 1) != 0;
     }
 
   private:
@@ -49,6 +49,6 @@ class TscClock {
     std::uint64_t ticks_of_ns_ = 0;
 };
 
-inline constinit TscClock tsc_clock;
+inline constinit MachineClock machine_clock;
 
 }  // namespace qduino::board::metal

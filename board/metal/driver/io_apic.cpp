@@ -1,4 +1,4 @@
-#include "board/metal/machine/io_apic.h"
+#include "board/metal/driver/io_apic.h"
 
 #include "board/metal/machine/instructions.h"
 
@@ -21,7 +21,6 @@ void silence_old_pic() {
 IoApic::IoApic(const Machine& machine) : machine_(machine) {
     const std::uint32_t last = read(kVersion) >> 16 & 0xff;
     for (std::uint32_t input = 0; input <= last; ++input) write(kEntries + 2 * input, kMasked);
-    of_machine_ = this;
 }
 
 void IoApic::write(std::uint32_t number, std::uint32_t value) const {

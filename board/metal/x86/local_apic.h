@@ -10,15 +10,10 @@
 #include <cstdint>
 
 #include "base/time.h"
+#include "board/metal/machine/core_interrupts.h"
+#include "board/metal/machine/processor.h"
 
 namespace qduino::board::metal {
-
-/// Interrupt vectors. 0…31 are the processor's own exceptions.
-inline constexpr std::uint8_t kTimerVector = 0x20;
-inline constexpr std::uint8_t kSwitchVector = 0x30;  ///< a thread gives the core up: `int`
-inline constexpr std::uint8_t kCallVector = 0x31;    ///< another core, or this one, left something
-inline constexpr std::uint8_t kDeviceVectors = 0x40;
-inline constexpr std::uint8_t kSpuriousVector = 0xff;
 
 class LocalApic {
   public:
@@ -31,7 +26,7 @@ class LocalApic {
     /// The same by a clock of this rate, without the PIT. Takes 20 ms.
     static void calibrate_by_clock(std::uint64_t hz);
     static std::uint32_t number();
-    static void end_of_interrupt() { write(kEndOfInterrupt, 0); }
+    static void end_of_interrupt(const Frame&) { write(kEndOfInterrupt, 0); }
     /// Interrupts this core once, at `t` or soon after; kForever: not at all. What was set before
     /// is gone. It may come early by what its clock differs, or when `t` is more than a second off.
     static void set_alarm(Instant t);
@@ -41,8 +36,11 @@ class LocalApic {
     /// An interrupt that cannot be masked, to every other core.
     static void stop_other_cores();
 
-    [[nodiscard]] static bool uses_x2apic() { return x2apic_; }
-    [[nodiscard]] static bool uses_tsc_deadline() { return tsc_deadline_; }
+    /// For the guarantee report.
+    static const char* describe() {
+        if (x2apic_) return tsc_deadline_ ? "x2APIC, TSC deadline" : "x2APIC, one-shot timer";
+        return tsc_deadline_ ? "xAPIC, TSC deadline" : "xAPIC, one-shot timer";
+    }
 
   private:
     static constexpr std::uint32_t kMasked = 0x10000, kDeadlineMode = 0x40000;

@@ -1,4 +1,4 @@
-#include "board/metal/machine/firmware_tables.h"
+#include "board/metal/driver/firmware_tables.h"
 
 #include <cstring>
 #include <string_view>

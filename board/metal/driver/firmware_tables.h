@@ -10,10 +10,9 @@
 
 #include "base/fixed_vector.h"
 #include "base/result.h"
+#include "board/metal/machine/core_interrupts.h"
 
 namespace qduino::board::metal {
-
-inline constexpr std::size_t kCoresMax = 8;
 
 /// An ISA line that arrives at another input of the I/O APIC, or with another polarity.
 struct LineOverride {

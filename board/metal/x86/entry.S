@@ -244,8 +244,8 @@ interrupt_stubs:
         .set    vector, vector + 1
         .endr
 
-// Frame (core/frame.h) is what these pushes leave, on the stack that the interrupt table names
-// (machine/descriptors.h) and never on the interrupted one: libraries keep words below their stack
+// Frame (x86/processor.h) is what these pushes leave, on the stack that the interrupt table names
+// (x86/descriptors.h) and never on the interrupted one: libraries keep words below their stack
 // pointer (the red zone of the System V ABI). That stack begins at a multiple of 16; five words of
 // the processor, two of the stub and fifteen here keep it so.
 save_all:

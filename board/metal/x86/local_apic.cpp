@@ -1,9 +1,9 @@
-#include "board/metal/machine/local_apic.h"
+#include "board/metal/x86/local_apic.h"
 
 #include <algorithm>
 
+#include "board/metal/machine/clock.h"
 #include "board/metal/machine/instructions.h"
-#include "board/metal/machine/tsc_clock.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -22,8 +22,8 @@ constexpr std::uint32_t kStartup = 0x4600;
 constexpr std::uint32_t kNmiToAllOthers = 0xc4400;
 
 void wait_us(std::uint64_t length) {
-    const std::uint64_t end = time_stamp_counter() + tsc_clock.hz() / 1'000'000 * length;
-    while (time_stamp_counter() < end) spin_hint();
+    const std::uint64_t end = clock_count() + machine_clock.hz() / 1'000'000 * length;
+    while (clock_count() < end) spin_hint();
 }
 
 }  // namespace
@@ -65,19 +65,19 @@ void LocalApic::calibrate() {
     port_write(kControl, 0xb0);
     port_write(kChannel2, kPitTicks & 0xff);
     port_write(kChannel2, kPitTicks >> 8);
-    const std::uint64_t begin = time_stamp_counter();
+    const std::uint64_t begin = clock_count();
     while ((port_read(kGate) & 0x20) == 0) {
     }
-    calibrate_by_clock((time_stamp_counter() - begin) * kPitHz / kPitTicks);
+    calibrate_by_clock((clock_count() - begin) * kPitHz / kPitTicks);
 }
 
 void LocalApic::calibrate_by_clock(std::uint64_t hz) {
-    tsc_clock.set(hz, time_stamp_counter());
+    machine_clock.set(hz, clock_count());
     write(kTimer, kMasked | kTimerVector);
     write(kCount, UINT32_MAX);
-    const std::uint64_t begin = time_stamp_counter();
+    const std::uint64_t begin = clock_count();
     wait_us(20'000);
-    const std::uint64_t counted = UINT32_MAX - read(kCountLeft), passed = time_stamp_counter() - begin;
+    const std::uint64_t counted = UINT32_MAX - read(kCountLeft), passed = clock_count() - begin;
     write(kCount, 0);
     set_timer_mode();
     timer_hz_ = static_cast<std::uint64_t>(static_cast<double>(counted) * static_cast<double>(hz) /
@@ -88,9 +88,9 @@ void LocalApic::calibrate_by_clock(std::uint64_t hz) {
 /// smallest count of the timer lets it get on.
 void LocalApic::set_alarm(Instant t) {
     if (tsc_deadline_)
-        return msr_write(kDeadlineMsr, t == kForever ? 0 : tsc_clock.count_at(std::max(t, kEpoch)));
+        return msr_write(kDeadlineMsr, t == kForever ? 0 : machine_clock.count_at(std::max(t, kEpoch)));
     if (t == kForever) return write(kCount, 0);
-    const Nanoseconds left = std::clamp(t - tsc_clock.now(), Nanoseconds{0}, Nanoseconds{1s});
+    const Nanoseconds left = std::clamp(t - machine_clock.now(), Nanoseconds{0}, Nanoseconds{1s});
     const std::uint64_t ticks = static_cast<std::uint64_t>(left.count()) * timer_hz_ / 1'000'000'000 + 1;
     write(kCount, static_cast<std::uint32_t>(std::min<std::uint64_t>(ticks, UINT32_MAX)));
 }

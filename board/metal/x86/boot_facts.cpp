@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cstring>
 
-#include "board/metal/boot/start_info.h"
+#include "board/metal/machine/computer.h"
+#include "board/metal/x86/start_info.h"
 
 namespace qduino::board::metal {
 namespace {
 
 constexpr std::uint32_t kMultiboot2 = 0x36d76289;
-constexpr std::uint32_t kBeside = 0x51424553;  // BESIDE of boot/entry.S
+constexpr std::uint32_t kBeside = 0x51424553;  // BESIDE of x86/entry.S
 
 template <typename T>
 const T& at(std::uint64_t address) {
@@ -72,7 +73,7 @@ void take_tags(std::uint64_t told_at, std::uint64_t inside, BootFacts& facts) {
 
 }  // namespace
 
-bool read_boot_facts(std::uint32_t magic, std::uint64_t told_at, std::uint64_t inside, BootFacts& facts) {
+bool read_boot_facts(std::uint64_t magic, std::uint64_t told_at, std::uint64_t inside, BootFacts& facts) {
     if (magic == kMultiboot2) {
         take_tags(told_at, inside, facts);
     } else if (magic == kBeside) {

@@ -1,0 +1,131 @@
+#include "board/metal/machine/computer.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "board/metal/core/device_interrupts.h"
+#include "board/metal/driver/firmware_tables.h"
+#include "board/metal/driver/io_apic.h"
+#include "board/metal/driver/lpt_port.h"
+#include "board/metal/driver/serial_line.h"
+#include "board/metal/linux_side.h"
+#include "board/metal/machine/paging.h"
+#include "board/metal/panic.h"
+#include "board/metal/pins.h"
+#include "board/metal/pins_window.h"
+
+extern "C" {
+// x86/entry.S
+extern std::uint8_t trampoline[], trampoline_end[];
+extern std::uint64_t next_core_stack;
+extern std::uint64_t page_directories[];
+}
+
+namespace qduino::board::metal {
+namespace {
+
+constexpr std::uint32_t kTrampoline = 0x8000;  // as x86/entry.S has it
+
+Machine machine;
+
+void read_machine(const BootFacts& facts) {
+    Result<Machine> read = read_firmware_tables(facts.rsdp_at, LocalApic::number());
+    if (!read) panic(read.error().message.view());
+    machine = *read;
+    LocalApic::calibrate();
+}
+
+void open_line(DeviceClass kind, std::uint8_t interrupt, SerialLine& line) {
+    if (!line.open()) return;
+    device_interrupts.add(*interrupt_lines, kind, interrupt, line);
+    line.listen();
+}
+
+/// What stands in the place of the devices: Serial and the pins lead to Linux.
+void open_shared_memory(BesideArea& area) {
+    console_line.lead_to(area.line);
+    if (pins_window.open_at(area.pins_at)) pins.wire_to(pins_window);
+}
+
+}  // namespace
+
+/// Where the rest of the computer is Linux's, nothing of it is touched: no firmware's table, no
+/// other controller, no timer but the core's own.
+void start_computer(const BootFacts& facts) {
+    BesideArea* const beside = facts.beside;
+    if (beside)
+        forbid_guard_pages(beside->tables.directories.front().data(), beside->image_offset);
+    else
+        forbid_guard_pages(page_directories, 0);
+    if (!beside) silence_old_pic();
+    LocalApic::enable(machine.local_apic, !beside);
+    if (beside) {
+        machine.cores.push_back(LocalApic::number());
+        LocalApic::calibrate_by_clock(beside->clock_hz);
+    } else {
+        read_machine(facts);
+    }
+}
+
+void open_devices(const BootFacts& facts) {
+    if (facts.beside) return open_shared_memory(*facts.beside);
+    if (machine.io_apic == 0) panic("the firmware tells of no I/O APIC");
+    static IoApic io_apic(machine);
+    interrupt_lines = &io_apic;
+    open_line(DeviceClass::uart, Uart16550::kFirstLine, console_line);
+    open_line(DeviceClass::gpio, Uart16550::kSecondLine, pins_wire);
+    if (pins_window.open()) pins.wire_to(pins_window);
+}
+
+std::size_t cores_in_computer() { return machine.cores.size(); }
+
+void start_core(std::size_t index, const Core& core) {
+    std::memcpy(reinterpret_cast<void*>(kTrampoline), trampoline,
+                static_cast<std::size_t>(trampoline_end - trampoline));
+    next_core_stack = core.boot_stack_top();
+    LocalApic::start_core(machine.cores[index], kTrampoline);
+}
+
+void join_computer() { LocalApic::enable(machine.local_apic, true); }
+std::uint32_t own_target() { return LocalApic::number(); }
+
+Result<void> lead_pins_to(std::string_view device) {
+    if (device != "lpt")
+        return make_error(ErrorCode::invalid_argument, "pins=", device, ": this board knows pins=lpt");
+    if (linux_side.exists())
+        return make_error(ErrorCode::unsupported, "pins=lpt: beside Linux, ports are Linux's");
+    static LptPort port({port_write, port_read});
+    if (!port.open())
+        return make_error(ErrorCode::unavailable, "pins=lpt: no parallel port answers at 0x378");
+    pins.lead_to(port);
+    return {};
+}
+
+/// Channel 0 of the timer in mode 2, rate generator (Intel 8254 datasheet).
+bool let_cores_take_turns(double turn_us) {
+    constexpr std::uint16_t kControl = 0x43, kChannel0 = 0x40;
+    constexpr std::uint8_t kBothBytesMode2 = 0x34;
+    constexpr double kTicksPerMicrosecond = 1.193182;
+    const auto ticks = static_cast<std::uint16_t>(std::clamp(turn_us * kTicksPerMicrosecond, 2.0, 65535.0));
+    port_write(kControl, kBothBytesMode2);
+    port_write(kChannel0, static_cast<std::uint8_t>(ticks));
+    port_write(kChannel0, static_cast<std::uint8_t>(ticks >> 8));
+    return true;
+}
+
+/// The debug console of QEMU and Bochs.
+bool tell_emulator(std::string_view words) {
+    constexpr std::uint16_t kDebugConsole = 0xe9;  // it reads as its own number
+    if (port_read(kDebugConsole) != kDebugConsole) return false;
+    for (const char c : words) port_write(kDebugConsole, static_cast<std::uint8_t>(c));
+    return true;
+}
+
+void end_computer(int status) {
+    constexpr std::uint16_t kDebugExit = 0xf4, kShutdown = 0x8900;
+    port_write(kDebugExit, static_cast<std::uint8_t>(status));
+    for (const char c : std::string_view{"Shutdown"}) port_write(kShutdown, static_cast<std::uint8_t>(c));
+    halt_forever();
+}
+
+}  // namespace qduino::board::metal
