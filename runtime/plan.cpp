@@ -73,8 +73,9 @@ Result<void> Plan::add_loops(const SketchTable& table) {
         explanation_ = checked.error().message.view();
         return checked;
     }
-    declarations_.assign(table.loops.begin(), table.loops.end());
-    requests_.insert(requests_.end(), table.loops.begin(), table.loops.end());
+    const auto fresh = table.loops.begin() + static_cast<std::ptrdiff_t>(declarations_.size());
+    requests_.insert(requests_.end(), fresh, table.loops.end());
+    declarations_.insert(declarations_.end(), fresh, table.loops.end());
     return {};
 }
 

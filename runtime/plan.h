@@ -39,7 +39,8 @@ class Plan {
     /// `enforce` false: everything is placed, whatever admission says of it.
     explicit Plan(bool enforce);
 
-    /// Takes the loops of a sketch. Error: a declaration that cannot stand, and where it is.
+    /// Takes the loops of a sketch, and, called again, those that have come since. Error: a
+    /// declaration that cannot stand, and where it is.
     Result<void> add_loops(const SketchTable& table);
     /// Adds an I/O VCPU and returns its number. Error: unavailable when all numbers are taken.
     Result<board::VcpuId> add_io(Nanoseconds budget, Nanoseconds period, int core);

@@ -46,13 +46,14 @@ Runtime::~Runtime() {
 
 // ---- the program: host thread -------------------------------------------------------------------
 
-Result<void> Runtime::begin(const SketchTable& table) {
+Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     QDUINO_EXPECT(!begun_);
-    QDUINO_TRY(plan_.add_loops(table));
-    for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
+    QDUINO_TRY(plan_.add_loops(table));  // a table that is wrong is refused before anything is done
     board_.note_setup(true);
-    if (table.setup) table.setup();
+    if (setup) setup();
     board_.note_setup(false);
+    QDUINO_TRY(plan_.add_loops(table));  // those that setup() has made
+    for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     LockDeclaration::each_section(
         table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
     QDUINO_TRY(plan_.admit(overheads_of(board_, plan_)));

@@ -57,7 +57,10 @@ class Runtime {
 
     /// Runs setup(), admits all that is declared then, starts the loops. Once. Error: the refusal
     /// (explanation() has it at length).
-    Result<void> begin(const SketchTable& table);
+    Result<void> begin(const SketchTable& table) { return begin(table, table.setup); }
+    /// The same with another function in the place of the table's setup(); null: it is left out.
+    /// setup() may enter loops into the table.
+    Result<void> begin(const SketchTable& table, void (*setup)());
     /// Runs the board until `until`, or until the sketch has stopped.
     void run(Instant until) { board_.run(until); }
 

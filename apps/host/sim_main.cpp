@@ -293,13 +293,13 @@ int check(const Options& options) {
     apps::Parts parts(options.parts);
     board::sim::SimBoard board(options.computer, parts);
     Runtime runtime(board);
-    runtime::SketchTable table = runtime::sketch_table();
+    const runtime::SketchTable& table = runtime::sketch_table();
     checked_board = &board;
-    if (table.setup) table.setup = apps::setup_may_declare() ? &run_checked_setup : nullptr;
+    const bool runs_setup = table.setup && apps::setup_may_declare();
     const board::sim::EndlessJumps jumps(board.event_loop(), nullptr);
     std::signal(SIGALRM, give_up_on_setup);
     ::alarm(2 * kSetupSeconds);
-    const Result<void> begun = runtime.begin(table);
+    const Result<void> begun = runtime.begin(table, runs_setup ? &run_checked_setup : nullptr);
     ::alarm(0);
     apps::settle_sketch_output();
 
@@ -307,7 +307,7 @@ int check(const Options& options) {
     const apps::CheckedBoard checked{.sketch = options.name,
                                      .board_file = options.board_path,
                                      .cores = options.computer.cores,
-                                     .setup_ran = table.setup != nullptr};
+                                     .setup_ran = runs_setup};
     const Result<apps::picture::Schedule> schedule = worst_schedule(options, plan);
     if (!schedule) return fail(schedule.error());
     const Result<std::string> picture = draw_to(options.picture_path, *schedule);

@@ -16,6 +16,11 @@
 namespace qduino::arduino {
 [[gnu::weak]] bool interrupts_vcpu(DeviceClass device, Nanoseconds budget, Nanoseconds period, int core);
 [[gnu::weak]] void declare_section(runtime::LockDeclaration& lock, board::VcpuId loop, Nanoseconds length);
+namespace freertos {
+struct Task;
+[[gnu::weak]] Task* make_task(void (*function)(void*), const char* name, std::uint32_t stack_depth,
+                              void* parameters, std::uint8_t priority);
+}  // namespace freertos
 [[gnu::weak]] void settle_console();
 [[gnu::weak]] void hold_console(bool held);
 }  // namespace qduino::arduino
@@ -46,17 +51,12 @@ struct SetupCall {
 };
 SetupCall call_setup;  // a table's setup() has no argument
 
-/// The sketch, with its loops' output held back behind setup()'s: the first report comes before
+/// The sketch's setup(), with its loops' output held back behind it: the first report comes before
 /// their first words.
-runtime::SketchTable quiet_sketch(const SketchCourse& course) {
-    call_setup = {.course = &course};
-    runtime::SketchTable table = runtime::sketch_table();
-    table.setup = [] {
-        call_setup(runtime::sketch_table().setup);
-        settle_sketch_output();
-        hold_sketch_output(true);
-    };
-    return table;
+void quiet_setup() {
+    call_setup(runtime::sketch_table().setup);
+    settle_sketch_output();
+    hold_sketch_output(true);
 }
 
 int refuse(const runtime::Runtime& runtime, const Error& error, const std::string& last_words) {
@@ -107,7 +107,8 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     runtime::RuntimeOptions runtime_options = course.runtime;
     runtime_options.profile = options.profiles();
     runtime::Runtime runtime(board, runtime_options);
-    if (Result<void> begun = runtime.begin(quiet_sketch(course)); !begun)
+    call_setup = {.course = &course};
+    if (Result<void> begun = runtime.begin(runtime::sketch_table(), &quiet_setup); !begun)
         return refuse(runtime, begun.error(), course.refused);
     report_beside_sketch(text<std::string>(runtime.plan().admission_table(), course.opening(), '\n'));
     hold_sketch_output(false);
@@ -126,7 +127,8 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
 }
 
 bool setup_may_declare() {
-    return &arduino::interrupts_vcpu != nullptr || &arduino::declare_section != nullptr;
+    return &arduino::interrupts_vcpu != nullptr || &arduino::declare_section != nullptr ||
+           &arduino::freertos::make_task != nullptr;
 }
 
 void settle_sketch_output() {

@@ -13,6 +13,7 @@ namespace {
 void (*sketch_setup)() = nullptr;
 void (*early_action)() = nullptr;
 void (*classic_loop)() = nullptr;
+bool in_setup = false;
 void (*classic_serial_event)() = nullptr;
 
 void run_classic_loop() {
@@ -26,7 +27,9 @@ void run_setup() {
         report_error("a pin that a static object set", pin.number, error);
     });
     if (early_action) early_action();
+    in_setup = true;
     if (sketch_setup) sketch_setup();
+    in_setup = false;
 }
 
 int lowest_free_id() {
@@ -54,6 +57,15 @@ LoopRegistration::LoopRegistration(int id, Nanoseconds budget, Nanoseconds perio
                                                file,
                                                line};
     if (!table.loops.try_push_back(declaration)) ++table.dropped;
+}
+
+board::VcpuId enter_loop_of_setup(Nanoseconds budget, Nanoseconds period, void (*body)(), const char* name) {
+    runtime::SketchTable& table = runtime::sketch_table();
+    const int id = lowest_free_id();
+    if (!in_setup || id > board::kMaxLoop) return 0;
+    LoopRegistration(id, budget, period, runtime::kAnyCore, Nanoseconds{0}, body, name, 0);
+    table.loops.back().deferrable = true;
+    return static_cast<board::VcpuId>(id);
 }
 
 SketchRegistration::SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(),

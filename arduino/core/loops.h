@@ -58,6 +58,11 @@ struct SketchRegistration {
     SketchRegistration(void (*setup)(), void (*loop)(), void (*serial_event)(), const char* file);
 };
 
+/// Enters a loop that setup() makes, on any core. Its budget comes back whole at each release, so
+/// it may sleep where it likes (sched::Vcpu::deferrable). Returns its id; 0: it is not setup() that
+/// calls, or the table is full.
+board::VcpuId enter_loop_of_setup(Nanoseconds budget, Nanoseconds period, void (*body)(), const char* name);
+
 /// `action` is called just before setup(): for what a static object's constructor asked too early.
 void before_setup(void (*action)());
 

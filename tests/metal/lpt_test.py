@@ -79,7 +79,8 @@ class Lpt(unittest.TestCase):
         self.assertLess(pulses, 1000)
 
     def test_what_is_not_there_is_refused(self):
-        for words, present, said in (('pins=lpt', False, 'no parallel port answers at 0x378'), ('pins=gold', True, 'pins=gold: this board knows')):
+        for words, present, said in (('pins=lpt', False, 'no parallel port answers at 0x378'), ('pins=gold', True, 'pins=gold: this board knows'),
+                                     ('pins=baytrail', True, 'this is no Bay Trail'), ('pins=apollolake-nw', True, 'this is no Apollo Lake')):
             run = Port(ROOT / 'sketches/pulse_train', f'for=0.1 {words}', present)
             self.assertEqual(run.status, 1, run.report)
             self.assertIn(said, run.report)

@@ -1,7 +1,8 @@
 // Real pins: registers of the machine whose bits are levels of a connector or of a chip's pads.
 //
-//   Pins (pins.h) ─► PinPort ─┬─ LptPort   the parallel port of a PC
-//                             └─ Pl061     Arm's GPIO chip
+//   Pins (pins.h) ─► PinPort ─┬─ LptPort                        the parallel port of a PC
+//                             ├─ BayTrailPads, ApolloLakePads   Intel's
+//                             └─ Pl061                          Arm's GPIO chip
 //
 // Levels alone: no PWM, no analog input, no bus.
 #pragma once

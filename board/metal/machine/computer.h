@@ -30,7 +30,8 @@ void join_computer();
 /// What interrupts for the calling core are sent to.
 [[nodiscard]] std::uint32_t own_target();
 
-/// The pins are those of this device from now on: "lpt". Error: what there is not. Before any loop.
+/// The pins are those of this device from now on, such as "lpt". Error: what there is not. Before
+/// any loop.
 [[nodiscard]] Result<void> lead_pins_to(std::string_view device);
 /// Where an emulator's cores take turns: each of so many microseconds. False: not on this machine.
 bool let_cores_take_turns(double turn_us);

@@ -6,9 +6,7 @@
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/driver/firmware_tables.h"
 #include "board/metal/driver/io_apic.h"
-#include "board/metal/driver/lpt_port.h"
 #include "board/metal/driver/serial_line.h"
-#include "board/metal/linux_side.h"
 #include "board/metal/machine/paging.h"
 #include "board/metal/panic.h"
 #include "board/metal/pins.h"
@@ -88,18 +86,6 @@ void start_core(std::size_t index, const Core& core) {
 
 void join_computer() { LocalApic::enable(machine.local_apic, true); }
 std::uint32_t own_target() { return LocalApic::number(); }
-
-Result<void> lead_pins_to(std::string_view device) {
-    if (device != "lpt")
-        return make_error(ErrorCode::invalid_argument, "pins=", device, ": this board knows pins=lpt");
-    if (linux_side.exists())
-        return make_error(ErrorCode::unsupported, "pins=lpt: beside Linux, ports are Linux's");
-    static LptPort port({port_write, port_read});
-    if (!port.open())
-        return make_error(ErrorCode::unavailable, "pins=lpt: no parallel port answers at 0x378");
-    pins.lead_to(port);
-    return {};
-}
 
 /// Channel 0 of the timer in mode 2, rate generator (Intel 8254 datasheet).
 bool let_cores_take_turns(double turn_us) {

@@ -54,9 +54,11 @@ ADAPTED = [
     # Of a file of the reader's.
     (r"(build/release/bin/bench-plan) FILE.gcode --json", lambda program: "test -x %s" % program),
     # ./test has installed them.
-    (r"apt-get install -y (?:musl-dev qemu-system-x86|bochs bochs-term bochsbios vgabios)", lambda: "true"),
+    (r"apt-get install -y (?:musl-dev qemu-system-x86|g\+\+-aarch64-linux-gnu qemu-system-arm|bochs bochs-term bochsbios vgabios)", lambda: "true"),
     # It runs until Ctrl-C, and the port may be somebody's.
     (r"(qduino metal run sketches/web_light) --forward 8080:8080", lambda command: "( cd '%s' && %s --card virtio-net --for 1 )" % (ROOT, command)),
+    # They take a compiler that few have: tests/metal/aarch64_test.py.
+    (r"cmake --build --preset release --target metal-aarch64|qduino metal run .* --arch aarch64 .*", lambda: "true"),
     # It takes a core of a computer that was booted for it: tests/metal/beside_test.py has one.
     (r"sudo build/release/bin/virtual-machine --own-clock .*|sudo build/release/bin/qduino metal beside .*|build/release/bin/printd .* --print-link", lambda: "true"),
     (r"sudo qduino metal beside (sketches/\w+) --for 10", lambda sketch: "( cd '%s' && qduino metal build %s )" % (ROOT, sketch)),

@@ -1,0 +1,4 @@
+// FreeRTOS' tasks, by the name of their header.
+#pragma once
+
+#include "arduino/Arduino_FreeRTOS.h"
