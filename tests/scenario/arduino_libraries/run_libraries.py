@@ -42,6 +42,8 @@ CASES = [
     Case("Tasks", "runs tasks, which a kernel of its own switches by the watchdog's interrupt", "Arduino_FreeRTOS_Library",
          "`Arduino_FreeRTOS.h`, `queue.h`, `semphr.h`, `timers.h`, `event_groups.h`: each task is a loop with a budget by its priority",
          r"6\nearly 0\nbeats 5\nbits 6\nleft 0\nstate 2\nsum 3090\nnotified 42\n", 2),
+    Case("Motors", "moves motors by a timer's hardware, with a list of the boards that have one", "FastAccelStepper",
+         "`FastAccelStepper.h`: one loop makes the steps of six motors, at the instants of their ramps", r"1\n0\n1000\n-50\n", 5),
     Case("Sleep", "sleeps by the watchdog's registers until its time, or an interrupt", "Low-Power",
          "`LowPower.h`: the loop sleeps, and consumes no budget", r"woken (19\d|20[0-3])\nslept 200[0-2]\nidle 12[56]\n", 4),
     Case("AvrHeaders", "includes `avr/io.h`, `avr/interrupt.h`, `avr/wdt.h`, `avr/sleep.h`, `util/delay.h`, `util/atomic.h`, `util/crc16.h`",
