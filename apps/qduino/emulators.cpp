@@ -215,11 +215,13 @@ Result<EmulatedRun> run_in_bochs(const EmulatedMachine& machine, const fs::path&
     const auto file = [&scratch](const char* name) { return (scratch / name).string(); };
     QDUINO_TRY(posix::write_file(file("configuration"), bochs_configuration(machine, medium, scratch)));
     QDUINO_TRY(posix::write_file(file("router"), bochs_router(machine.forwards)));
-    // Debian's Bochs is the one with the debugger, which waits for an order to begin.
+    // Debian's Bochs is the one with the debugger, which waits for an order to begin. It opens a
+    // terminal for its screen, which nobody reads: one that can hide its cursor would be told so
+    // many times a second until it is full, and the run would stand still after a minute.
     QDUINO_TRY(posix::write_file(file("orders"), "c\n"));
     const Words words{"sh",
                       "-c",
-                      "TERM=xterm exec bochs -q -f \"$1\" -rc \"$2\" >\"$3\" 2>&1 </dev/null",
+                      "TERM=vt100 exec bochs -q -f \"$1\" -rc \"$2\" >\"$3\" 2>&1 </dev/null",
                       "sh",
                       file("configuration"),
                       file("orders"),

@@ -10,11 +10,13 @@
 // there): some hundred instructions each, several microseconds on a slow processor. A pulse that is
 // due meanwhile would be late. So both happen in a pause, where nothing is due for 20 µs:
 //
-//   slice    |<------ 60 µs ------>|<--- 40 --->|      returns at the first pause behind 60 µs,
-//   pulses    ‾ _ ‾ _ ‾ _ ‾ _ ‾ _ ‾ _ ‾ _     ‾ _      and at 100 µs without one
+//   slice    |<------ 60 µs ------>|<--- 40 --->|      returns at the first pause behind 60 µs
+//   pulses    ‾ _ ‾ _ ‾ _ ‾ _ ‾ _ ‾ _ ‾ _     ‾ _
 //                                        ^ returns
 //
-// Where pulses are so dense that there is no pause, the loops are told 10 ms later in any case.
+// Where pulses are too dense for that, 5 µs are a pause from 100 µs on: long enough to come back.
+// Without one it plays on for a millisecond, and looks for stops every 100 µs as ever. The loops
+// are told 10 ms later in any case, and the service, whose status takes longest, 100 ms later.
 //
 // A nap ends 500 µs before the next pulse: what is left is spun, so that a late wake-up delays
 // nothing. It lasts 1 ms at most: a stop is served within that.
@@ -68,15 +70,18 @@ class StepperLoop {
                 const PlayerSettings& settings)
         : pins_(pins), stops_(stops), loops_(loops), service_(service), player_(pins, ring, settings) {}
 
-    /// One slice, again and again: returns after 1 ms at most, or after the actions that were due
-    /// within 100 µs.
+    /// One slice, again and again: returns after 1 ms at most.
     void step() {
         serve_stops();
         const Instant start = pins_.now();
-        if (start >= loops_due_ && (pauses_at(start) || start >= loops_due_ + kTellLoopsEvery))
-            publish(start);
+        if (start >= loops_due_) tell(start);
         player_.play_until(start + kPausesFrom);
-        const Instant due = play_to_pause(start + kSlice);
+        Instant due = play_to_pause(start + kSlice, kPause);
+        for (Instant end = start + 2 * kSlice; end <= start + kSliceMax; end += kSlice) {
+            if (due - kShortPause >= pins_.now()) break;
+            serve_stops();
+            due = play_to_pause(end, kShortPause);
+        }
         const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
         if (nap_end > start + kSlice) {
             pins_.sleep_until(nap_end);
@@ -88,20 +93,20 @@ class StepperLoop {
   private:
     static constexpr Nanoseconds kSlice = 100us;  // one call in motion
     static constexpr Nanoseconds kPausesFrom = 60us;
-    static constexpr Nanoseconds kPause = 20us;  // long enough to tell, and to come back
+    static constexpr Nanoseconds kPause = 20us;      // long enough to tell, and to come back
+    static constexpr Nanoseconds kShortPause = 5us;  // … to come back
+    static constexpr Nanoseconds kSliceMax = 1ms;
     // How long before a step the loop wakes; it spins the rest.
     static constexpr Nanoseconds kSleepBelowDue = 500us;
     static constexpr Nanoseconds kIdleNap = 1ms;
     static constexpr Nanoseconds kTellLoopsEvery = 10ms;
     static constexpr Nanoseconds kTellServiceEvery = 100ms;
 
-    /// Nothing is due before `now` + kPause.
-    [[nodiscard]] bool pauses_at(Instant now) { return player_.next_due() - kPause >= now; }
-
-    /// Plays on until nothing is due for kPause, to `end` at most. Returns when the next action is.
-    Instant play_to_pause(Instant end) {
+    /// Plays on until nothing is due for `pause`, to `end` at most. Returns the next action's
+    /// instant.
+    Instant play_to_pause(Instant end, Nanoseconds pause) {
         Instant due = player_.next_due();
-        while (due < end && due - kPause < pins_.now()) {
+        while (due < end && due - pause < pins_.now()) {
             player_.play_until(due + Nanoseconds{1});
             due = player_.next_due();
         }
@@ -121,11 +126,14 @@ class StepperLoop {
         loops_due_ = kEpoch;  // loop 1 waits for the answer
     }
 
-    void publish(Instant now) {
+    /// What is due, if nothing else is before `now` + kPause, or if it has waited long enough.
+    void tell(Instant now) {
+        const bool in_pause = player_.next_due() - kPause >= now;
+        if (!in_pause && now < loops_due_ + kTellLoopsEvery) return;
         const link::MotionStatus& status = player_.publish(stops_served_);
         loops_.write(status);
         loops_due_ = now + kTellLoopsEvery;
-        if (now < service_due_) return;
+        if (now < (in_pause ? service_due_ : service_due_ + kTellServiceEvery)) return;
         service_.write(status);
         service_due_ = now + kTellServiceEvery;
     }

@@ -17,34 +17,40 @@ using board::PinId;
 
 // ---- pins ---------------------------------------------------------------------------------------
 
+StepperPins::StepperPins(const printer::MachineConfig& config) : config_(config) {
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+        const printer::AxisConfig& axis = config.axes[i];
+        axes_[i].step.push_back(PinId{axis.step_pin});
+        axes_[i].direction.push_back(PinId{axis.direction_pin});
+        for (const printer::ExtraMotor& motor : axis.extra_motors) {
+            axes_[i].step.push_back(PinId{motor.step_pin});
+            axes_[i].direction.push_back(PinId{motor.direction_pin});
+        }
+    }
+}
+
 Instant StepperPins::now() { return board::current().now(); }
 void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
 void StepperPins::sleep_until(Instant t) { board::current().sleep_until(t); }
 
-void StepperPins::collect(int axis, unsigned motors, Pin pin_of, Pins& pins) const {
-    const printer::AxisConfig& a = config_.axes[axis];
-    if ((motors & 1u) != 0) pins.push_back(PinId{a.*pin_of.first});
-    for (std::size_t i = 0; i < a.extra_motors.size(); ++i)
-        if ((motors >> (i + 1) & 1u) != 0) pins.push_back(PinId{a.extra_motors[i].*pin_of.extra});
-}
-
 void StepperPins::set_steps(const printer::step::MotorList& axes, bool high) {
-    constexpr Pin kStep{&printer::AxisConfig::step_pin, &printer::ExtraMotor::step_pin};
-    Pins pins;
-    for (const int axis : axes) {
-        if (watched_[axis] && high) [[unlikely]]
-            stop_at_switches(axis);
-        collect(axis, high ? ~stopped_[axis] : ~0u, kStep, pins);
+    FixedVector<PinId, printer::kAxisCount * kMotorsMax> pins;
+    for (const int number : axes) {
+        Axis& axis = axes_[number];
+        if (axis.watched && high) [[unlikely]]
+            stop_at_switches(number);
+        unsigned stopped = high ? axis.stopped : 0;
+        for (const PinId pin : axis.step) {
+            if ((stopped & 1u) == 0) pins.push_back(pin);
+            stopped >>= 1;
+        }
     }
     board::current().pins_write(pins, high ? Level::high : Level::low);
 }
 
 void StepperPins::set_direction(int axis, bool positive) {
-    constexpr Pin kDirection{&printer::AxisConfig::direction_pin, &printer::ExtraMotor::direction_pin};
-    Pins pins;
-    collect(axis, ~0u, kDirection, pins);
     const bool high = positive != config_.axes[axis].direction_inverted;
-    board::current().pins_write(pins, high ? Level::high : Level::low);
+    board::current().pins_write(axes_[axis].direction, high ? Level::high : Level::low);
 }
 
 bool StepperPins::is_high(std::uint16_t pin) { return board::current().pin_read(PinId{pin}) == Level::high; }
@@ -56,10 +62,10 @@ bool StepperPins::is_pressed(const printer::AxisConfig& axis, std::uint16_t pin)
 bool StepperPins::endstop_pressed(int axis) {
     if (axis == static_cast<int>(printer::step::kProbeSwitch)) return is_high(config_.probe.pin);
     const printer::AxisConfig& a = config_.axes[axis];
-    if (!is_pressed(a, a.endstop_pin) && (stopped_[axis] & 1u) == 0) return false;
+    if (!is_pressed(a, a.endstop_pin) && (axes_[axis].stopped & 1u) == 0) return false;
     for (std::size_t i = 0; i < a.extra_motors.size(); ++i) {
         const std::uint16_t own = a.extra_motors[i].endstop_pin;
-        if (own != printer::kNoPin && (stopped_[axis] >> (i + 1) & 1u) == 0 && !is_pressed(a, own))
+        if (own != printer::kNoPin && (axes_[axis].stopped >> (i + 1) & 1u) == 0 && !is_pressed(a, own))
             return false;
     }
     return true;
@@ -67,9 +73,10 @@ bool StepperPins::endstop_pressed(int axis) {
 
 void StepperPins::watch_switches(int axis, bool on) {
     const auto& extra = config_.axes[axis].extra_motors;
-    watched_[axis] = on && std::ranges::any_of(
-                               extra, [](const auto& motor) { return motor.endstop_pin != printer::kNoPin; });
-    stopped_[axis] = 0;
+    axes_[axis].watched = on && std::ranges::any_of(extra, [](const auto& motor) {
+                              return motor.endstop_pin != printer::kNoPin;
+                          });
+    axes_[axis].stopped = 0;
 }
 
 void StepperPins::cut_heat() {
@@ -80,10 +87,10 @@ void StepperPins::cut_heat() {
 void StepperPins::stop_at_switches(int axis) {
     const printer::AxisConfig& a = config_.axes[axis];
     const bool first = is_pressed(a, a.endstop_pin);
-    if (first) stopped_[axis] |= 1u;
+    if (first) axes_[axis].stopped |= 1u;
     for (std::size_t i = 0; i < a.extra_motors.size(); ++i) {
         const std::uint16_t own = a.extra_motors[i].endstop_pin;
-        if (own == printer::kNoPin ? first : is_pressed(a, own)) stopped_[axis] |= 2u << i;
+        if (own == printer::kNoPin ? first : is_pressed(a, own)) axes_[axis].stopped |= 2u << i;
     }
 }
 

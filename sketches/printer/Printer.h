@@ -24,7 +24,7 @@ namespace qduino::sketches {
 /// for those that have a switch of their own while the axis homes.
 class StepperPins {
   public:
-    explicit StepperPins(const printer::MachineConfig& config) : config_(config) {}
+    explicit StepperPins(const printer::MachineConfig& config);
     [[nodiscard]] Instant now();
     void busy_until(Instant t);
     void sleep_until(Instant t);
@@ -36,21 +36,21 @@ class StepperPins {
     void cut_heat();
 
   private:
-    /// One kind of pin, of an axis' first motor and of the others.
-    struct Pin {
-        std::uint16_t printer::AxisConfig::*first;
-        std::uint16_t printer::ExtraMotor::*extra;
+    static constexpr std::size_t kMotorsMax = 1 + printer::kExtraMotorsMax;  // of an axis
+    /// Of an axis' motors, the first one in front.
+    using MotorPins = FixedVector<board::PinId, kMotorsMax>;
+    struct Axis {
+        MotorPins step;
+        MotorPins direction;
+        bool watched = false;
+        unsigned stopped = 0;  // bit per motor: at its switch
     };
-    /// Of all axes and motors.
-    using Pins = FixedVector<board::PinId, printer::kAxisCount*(1 + printer::kExtraMotorsMax)>;
-    void collect(int axis, unsigned motors, Pin pin_of, Pins& pins) const;
     void stop_at_switches(int axis);
     [[nodiscard]] static bool is_high(std::uint16_t pin);
     [[nodiscard]] static bool is_pressed(const printer::AxisConfig& axis, std::uint16_t pin);
 
     const printer::MachineConfig& config_;
-    std::array<bool, printer::kAxisCount> watched_{};
-    std::array<unsigned, printer::kAxisCount> stopped_{};  // bit per motor: at its switch
+    std::array<Axis, printer::kAxisCount> axes_{};
 };
 
 /// The drivers' ENABLE pins; low enables.

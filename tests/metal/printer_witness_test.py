@@ -6,7 +6,12 @@ late there is late by instructions of ours, and not because a computer was busy.
 
 When packets come, in the machine's time, is up to this computer; so the upload begins before the print, and its end is not looked at.
 
-  printer_witness_test.py PROGRAMS      the folder of qduino, printer-witnessed and printer-sim; skipped, with exit status 77, without Bochs"""
+  printer_witness_test.py PROGRAMS [--part FILE] [--mips N]
+
+  PROGRAMS       the folder of qduino, printer-witnessed and printer-sim; skipped, with exit status 77, without Bochs
+  --part FILE    prints this G-code instead of one layer of a cube. An hour of an idle computer for a part of 20 mm
+  --mips N       millions of instructions in a second of the machine's time"""
+import argparse
 import functools
 import hashlib
 import http.client
@@ -21,11 +26,16 @@ import unittest
 
 from prints import COMMENT, cube, free_port, main, multipart, simulated
 
-PROGRAMS = pathlib.Path(sys.argv.pop(1))
-MIPS = 200  # the worst step takes some 700 instructions from its instant to its record: 3.1 us here, 7.0 at 100 MIPS
+arguments = argparse.ArgumentParser()
+arguments.add_argument('programs', type=pathlib.Path)
+arguments.add_argument('--part', type=pathlib.Path)
+# The worst step takes some 700 instructions from its instant to its record: 7.0 us at 100.
+arguments.add_argument('--mips', type=int, default=200)
+OPTIONS, sys.argv[1:] = arguments.parse_known_args()
+PROGRAMS = OPTIONS.programs
 LATE_NS = 5000
 STEP_PINS = {'X': 2, 'Y': 6, 'Z': 10, 'E': 14}
-PART = cube(1, side=8)
+PART = OPTIONS.part.read_bytes() if OPTIONS.part else cube(1, side=8)
 
 
 class Witnessed:
@@ -36,7 +46,7 @@ class Witnessed:
         self.folder = tempfile.TemporaryDirectory()
         self.dump = pathlib.Path(self.folder.name) / 'dump'
         self.process = subprocess.Popen(
-            [PROGRAMS / 'qduino', 'metal', 'run', PROGRAMS / 'printer-witnessed', '--witness', 'bochs', '--mips', str(MIPS),
+            [PROGRAMS / 'qduino', 'metal', 'run', PROGRAMS / 'printer-witnessed', '--witness', 'bochs', '--mips', str(OPTIONS.mips),
              '--forward', f'{self.port}:80', '--vcd', self.dump, '--words', ' '.join(('key=k', *words))],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.wait_until(self.answers)
@@ -140,7 +150,7 @@ class PrinterWitness(unittest.TestCase):
             run.end()
             status, words = run.answer
             self.assertEqual((status, words['size'], words['sha256']), (201, len(run.large), hashlib.sha256(run.large).hexdigest()), words)
-            self.assertEqual((state['state'], run.status), ('done', 0), run.report)
+            self.assertEqual((state['state'], run.status), ('done', 0), f'{state}\n{run.report}')
             self.assertGreater(run.came_to(0)[1], 400, run.report)  # the card's
             self.assertEqual(broken(run, timing), set(), f'{timing}\n{run.report}')
             steps = {axis: run.rises[pin] for axis, pin in STEP_PINS.items()}
@@ -148,6 +158,7 @@ class PrinterWitness(unittest.TestCase):
             self.assertEqual(timing['lateness_ns']['count'], sum(steps.values()))
             told = simulated(PROGRAMS, PART)['steps']
             self.assertEqual(list(steps.values()), list(told.values()) if isinstance(told, dict) else told)
+            print(f'{steps}: as printer-sim; late by {timing["lateness_ns"]}; interrupts (timer, devices) of core 1: {run.came_to(1)}')
 
     def test_interrupts_that_come_to_core_1_make_steps_late(self):
         with Witnessed('mutant=routed') as run:

@@ -15,7 +15,7 @@ import unittest
 
 from runs import CACHE, ENVIRONMENT, HERE, ROOT, changed, main, metal
 
-IDLE, STORM = ROOT / 'sketches/pulse_train', HERE / 'storm'
+IDLE, STORM, BLINK = ROOT / 'sketches/pulse_train', HERE / 'storm', ROOT / 'sketches/blink'
 SECONDS = {20: '2.5', 100: '0.8'}  # of a storm, by millions of instructions a second: long enough for …
 STORM_INTERRUPTS = range(2400, 10001)  # … so many of them
 
@@ -190,6 +190,11 @@ class Witness(unittest.TestCase):
                 run = self.storm(mips)
                 self.assertIn(run.came_to(0)[1], STORM_INTERRUPTS, run.report)
                 self.assertEqual(broken(run, self.idle(mips)), set(), run.report)
+
+    def test_a_slow_machine_runs_for_minutes(self):
+        # A decision of the scheduler takes a millisecond there.
+        run = self.ended(BLINK, '150', 1)
+        self.assertEqual(len(run.rises(13)), 75)
 
     def test_a_storm_is_the_same_to_the_tick(self):
         again = Seen(STORM, SECONDS[20], 20)

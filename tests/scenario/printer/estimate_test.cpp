@@ -2,6 +2,7 @@
 // take as long as was said.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "apps/machine_file/machine_file.h"
@@ -13,6 +14,9 @@ namespace qduino::tests::estimate_test {
 namespace {
 
 constexpr double kAsked = 0.005;
+/// Loop 1 hears of an order's end at a release, by counts that are up to 10 ms old: a job of
+/// seconds may end one release later.
+constexpr double kOneRelease_s = 0.1;
 
 printer::estimate::Estimate estimate_of(std::string_view job, const printer::MachineConfig& machine) {
     const auto estimator = std::make_unique<printer::estimate::Estimator>(machine);
@@ -39,7 +43,7 @@ Took printed(const std::string& job, const printer::MachineConfig& machine, cons
 void expect_as_estimated(const std::string& job, const printer::MachineConfig& machine = {}) {
     const printer::estimate::Estimate estimate = estimate_of(job, machine);
     const Took took = printed(job, machine, apps::twin_machine(machine));
-    EXPECT_NEAR(estimate.total_s / took.print_s, 1, kAsked)
+    EXPECT_NEAR(estimate.total_s, took.print_s, std::max(kAsked * took.print_s, kOneRelease_s + 1e-6))
         << "estimated " << estimate.total_s << " s, printed " << took.print_s << " s";
     EXPECT_NEAR(estimate.heating_s(), took.heating_s, 0.5);
 }

@@ -73,6 +73,7 @@ class StepperLoopTest : public ::testing::Test {
 
     VirtualPins pins_;
     SmallRing ring_;
+    std::int64_t next_ns_ = 0;
     Stops stops_;
     std::array<channel::FourSlot<link::MotionCounts>, 2> slots_{};
     Loop::Service service_;
@@ -148,6 +149,53 @@ TEST_F(StepperLoopTest, PulsesWithoutAPauseDelayStopsByASliceAndTheNewsByTenMill
     }
     for (std::size_t i = 1; i < pauses.told_ns.size(); ++i)
         EXPECT_LE(pauses.told_ns[i] - pauses.told_ns[i - 1], 20'300'000);
+}
+
+TEST_F(StepperLoopTest, WithoutAPauseOfTwentyMicrosecondsItReturnsInOneOfFive) {
+    for (int i = 0; i < 1200; ++i) push_steps(3, i * 16'000, 3'000);
+    const Pauses pauses = pauses_of(19'000'000);
+    ASSERT_GT(pauses.left_ns.size(), 100u);
+    EXPECT_EQ(hurried(pauses.left_ns, 5'000), 0);
+}
+
+TEST_F(StepperLoopTest, WithoutAnyPauseItReturnsAfterAMillisecond) {
+    push_steps(4000, 0, 3'000);
+    const Pauses pauses = pauses_of(11'000'000);
+    for (std::size_t i = 1; i < pauses.left_ns.size(); ++i) {
+        const std::int64_t slice_ns = pauses.left_ns[i] - pauses.left_ns[i - 1];
+        EXPECT_LE(slice_ns, 1'010'000);
+        const bool moves = pauses.left_ns[i - 1] > 3'000'000;
+        EXPECT_TRUE(!moves || slice_ns > 900'000) << slice_ns << ": a pulse would be late";
+    }
+}
+
+TEST_F(StepperLoopTest, WithoutAnyPauseAStopIsServedAsSoonAsEver) {
+    BusyPins pins;
+    StepperLoop<BusyPins, SmallRing, Stops> loop{
+        pins, ring_, stops_, Loop::Loops{{&slots_[0], &slots_[1]}}, service_, {}};
+    push_steps(4000, 0, 3'000);
+    pins.meanwhile = [&] { stops_.asked = pins.now_ns >= 5'000'000 ? 1 : 0; };
+    while (pins.now_ns < 11'000'000) loop.step();
+    ASSERT_GT(pins.position(kX), 900);
+    EXPECT_LE(pins.rises(kX).back(), 5'110'000);
+}
+
+TEST_F(StepperLoopTest, PulsesWithoutAPauseDelayTheServicesStatusLongest) {
+    const auto service_told_ns = [&](std::int64_t until_ns) {
+        const std::uint64_t before = service_.read().heartbeat;
+        while (pins_.now_ns < until_ns && service_.read().heartbeat == before) {
+            if (ring_.size() < 64) {
+                push_steps(64, next_ns_, 15'700);
+                next_ns_ += 64 * 15'700;
+            }
+            loop_.step();
+        }
+        return pins_.now_ns;
+    };
+    service_told_ns(3'000'000);
+    const std::int64_t told_ns = service_told_ns(400'000'000);
+    EXPECT_GE(told_ns, 199'000'000);
+    EXPECT_LE(told_ns, 221'000'000);
 }
 
 TEST_F(StepperLoopTest, AStopDropsEverythingAndIsAnsweredInTheSameSlice) {
