@@ -286,7 +286,7 @@ GuaranteeReport MetalBoard::guarantee() const {
         if (!thread.times.empty())
             report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));
     }
-    const double seconds = began_ == kForever ? 0 : to_seconds(machine_clock.now() - began_);
+    const double seconds = runs_ ? to_seconds(machine_clock.now() - began_) : 0;
     for (int number = first_core(); number < core_count(); ++number) {
         const CoreCounts& counts = core_at(number).counts();
         const auto came = counts.alarms.load() + counts.devices.load();
@@ -295,10 +295,10 @@ GuaranteeReport MetalBoard::guarantee() const {
              .interrupts_per_second = seconds > 0 ? static_cast<double>(came) / seconds : 0,
              .tick_stopped = !core_at(number).alarms_allowed(),
              .throttling_lifted = true,
-             .note =
-                 text<FixedString<200>>("timer ", counts.alarms.load(), ", devices ", counts.devices.load(),
-                                        ", calls of cores ", counts.calls.load(), kernel_note(counts).view(),
-                                        clock_is_invariant() ? "" : "; its clock may change its rate")});
+             .note = text<FixedString<200>>(
+                 "timer ", counts.alarms.load(), ", devices ", counts.devices.load(),
+                 device_interrupts.words_on(number).view(), ", calls of cores ", counts.calls.load(),
+                 kernel_note(counts).view(), clock_is_invariant() ? "" : "; its clock may change its rate")});
     }
     return report;
 }
