@@ -125,6 +125,32 @@ class Kernel(unittest.TestCase):
         self.test_each_edge_has_its_handler()
 
 
+class Chain(unittest.TestCase):
+    """tests/metal/chain: a rank is inherited through locks and cores."""
+
+    def pulses(self, sketch):
+        """Of mid: (before high asks, from then until low gives its lock back, after that)."""
+        run = Run(sketch, '--for', '0.3', '--cores', 3)
+        self.assertEqual(run.status, 0, run.report)
+        asked = run.pins.index((10, 1))
+        self.assertIn((11, 1), run.pins[:asked], 'link waits when high asks')
+        given, link, high = (run.pins.index((pin, 0), asked) for pin in (5, 11, 10))
+        self.assertEqual(sorted((given, link, high)), [given, link, high])
+        return tuple(part.count((4, 1)) for part in (run.pins[:asked], run.pins[asked:given], run.pins[given:]))
+
+    def test_the_last_of_a_chain_ranks_as_the_first(self):
+        before, meanwhile, after = self.pulses(HERE / 'chain')
+        self.assertGreater(before, 20)
+        self.assertLessEqual(meanwhile, 2, 'until the other core was told')
+        self.assertGreater(after, 30)
+
+    def test_a_wait_that_the_kernel_does_not_know_lends_no_rank(self):
+        mutant = changed(HERE / 'chain', 'no_chain', ('  A.lock();\n  digitalWrite(10, LOW);', '  while (!A.tryLock()) delay(1);\n  digitalWrite(10, LOW);'))
+        _, meanwhile, after = self.pulses(mutant)
+        self.assertGreater(meanwhile, 30)
+        self.assertEqual(after, 0)
+
+
 def free_ports(count):
     with contextlib.ExitStack() as all_taken:
         return [all_taken.enter_context(socket.create_server(('127.0.0.1', 0))).getsockname()[1] for _ in range(count)]
@@ -234,6 +260,7 @@ class Network(unittest.TestCase):
         self.assertEqual(self.run1.came_to(1), (0, 0), self.run1.report)
         self.assertGreater(self.run1.came_to(0)[1], 10, self.run1.report)
         self.assertGreater(self.run1.rises(6), 5_000 * self.run1.seconds())
+        self.assertIn('(uart: above every loop, nic: io 33)', ' '.join(self.run1.report.split()))
 
 
 class OtherCard(unittest.TestCase):
