@@ -33,7 +33,7 @@ endif()
 # -fno-pic: the image is where it is linked for. -D…EXTERN_TEMPLATE=0: std::string is compiled with
 # us, not taken from a library that throws. The system has no thread to guard a static's first use.
 set(QDUINO_METAL_FLAGS -ffreestanding -fno-exceptions -fno-pic -fno-pie -mcmodel=small
-    -fno-stack-protector -fno-asynchronous-unwind-tables
+    -fno-stack-protector -fstack-clash-protection -fno-asynchronous-unwind-tables
     -D_GLIBCXX_EXTERN_TEMPLATE=0 -U_FORTIFY_SOURCE)
 if(QDUINO_METAL_ONLY)
   # No helper that asks a system which instructions there are.

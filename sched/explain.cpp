@@ -163,9 +163,13 @@ void write_core(Explanation& out, const Admission& admission) {
         write(out, ", owned by "sv, name_of(admission.loops[0].id),
               ": it is alone there and never throttled"sv);
     } else if (!admission.loops.empty()) {
-        const bool beyond = admission.by == AdmittedBy::completion_time;
-        write(out, ", utilisation "sv, ratio(admission.utilisation_ppm), beyond ? " > "sv : " <= "sv,
-              "bound "sv, ratio(admission.bound_ppm), beyond ? ": completion time decides"sv : ""sv);
+        const bool by_time = admission.by == AdmittedBy::completion_time;
+        write(out, ", utilisation "sv, ratio(admission.utilisation_ppm));
+        if (by_time && admission.utilisation_ppm < admission.bound_ppm)
+            write(out, ", no bound applies"sv);
+        else
+            write(out, by_time ? " > "sv : " <= "sv, "bound "sv, ratio(admission.bound_ppm));
+        write(out, by_time ? ": completion time decides"sv : ""sv);
     }
     write(out, '\n');
     for (const LoopResponse& loop : admission.loops) {

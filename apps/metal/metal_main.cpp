@@ -94,7 +94,7 @@ int run_sketch(MetalBoard& board, Runtime& runtime, double seconds) {
     if (const Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
         return refuse(runtime, begun.error());
     report(text<std::string>(runtime.plan().admission_table(), guarantee_text(board.guarantee()),
-                             about_linux(), '\n'));
+                             about_linux()));
     runtime.run(seconds > 0 ? board.now() + from_seconds(seconds) : kForever);
     board.request_stop();
     runtime.run(board.now() + 2s);

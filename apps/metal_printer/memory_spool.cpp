@@ -46,14 +46,20 @@ Result<std::size_t> MemorySpool::Feed::read_at(std::uint64_t offset, std::span<s
 
 // ---- jobs ---------------------------------------------------------------------------------------
 
+FileBytes MemorySpool::take_place() {
+    if (FileBytes place = places_.take()) return place;
+    forget_ended();
+    return places_.take();
+}
+
 Result<JobId> MemorySpool::add(Uploaded upload) {
     if (is_waiting()) return one_waits();
     printer::MachineConfig machine = machine_config_;
     machine.step_cost = Nanoseconds{link_.step_cost_ns.load(std::memory_order_relaxed)};
-    QDUINO_TRY_ASSIGN(std::string facts, checked_facts(machine, upload.bytes));
+    QDUINO_TRY_ASSIGN(std::string facts, checked_facts(machine, *upload.bytes));
     Job job;
     job.name = std::move(upload.name);
-    job.size = upload.bytes.size();
+    job.size = upload.bytes->size();
     job.sha256 = std::move(upload.sha256);
     job.hold = !upload.print;
     job.facts_json = std::move(facts);

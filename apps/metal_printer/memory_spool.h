@@ -16,7 +16,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
+#include "apps/metal_printer/file_places.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "printer/link/layout.h"
@@ -31,7 +33,7 @@ namespace qduino::apps::metal {
 /// An upload that is whole.
 struct Uploaded {
     std::string name;
-    std::string bytes;
+    FileBytes bytes;
     std::string sha256;
     bool print = false;  ///< the queue may begin it
 };
@@ -41,6 +43,9 @@ class MemorySpool {
     MemorySpool(printer::link::LinkLayout& link, const printer::MachineConfig& machine)
         : link_(link), machine_config_(machine) {}
 
+    /// Memory for a file that begins to come in; what the last job left gives way to it. Null: all
+    /// is in use.
+    [[nodiscard]] FileBytes take_place();
     /// Checks the file, and takes it as the job that waits. Errors: already_exists (one waits
     /// already); unsupported (no G-code); out_of_range (it breaks a rule, with its line).
     [[nodiscard]] Result<spool::JobId> add(Uploaded upload);
@@ -60,7 +65,7 @@ class MemorySpool {
     /// The job that prints, that waits, and that ended last, as far as there are such.
     [[nodiscard]] std::vector<const spool::Job*> jobs() const;
     [[nodiscard]] const spool::Job* find(spool::JobId id) const;
-    [[nodiscard]] const std::string& bytes_of(spool::JobId id) const { return bytes_.at(id); }
+    [[nodiscard]] const FileBytes& bytes_of(spool::JobId id) const { return bytes_.at(id); }
     [[nodiscard]] const std::optional<spool::Run>& run() const { return run_; }
     [[nodiscard]] bool bed_occupied() const { return bed_occupied_; }
 
@@ -68,13 +73,13 @@ class MemorySpool {
     /// A run's bytes are in memory.
     class Feed final : public spool::LinkFeed {
       public:
-        Feed(const std::string& bytes, std::uint64_t run_id)
-            : LinkFeed(run_id, bytes.size()), bytes_(&bytes) {}
+        Feed(FileBytes bytes, std::uint64_t run_id)
+            : LinkFeed(run_id, bytes->size()), bytes_(std::move(bytes)) {}
 
       private:
         [[nodiscard]] Result<std::size_t> read_at(std::uint64_t offset,
                                                   std::span<std::uint8_t> bytes) override;
-        const std::string* bytes_;
+        FileBytes bytes_;
     };
 
     [[nodiscard]] bool is_waiting() const { return !queue_.queued().empty(); }
@@ -88,7 +93,8 @@ class MemorySpool {
     printer::MachineConfig machine_config_;
     spool::MachineView machine_;
     spool::Queue queue_;
-    std::map<spool::JobId, std::string> bytes_;
+    FilePlaces places_;
+    std::map<spool::JobId, FileBytes> bytes_;
     std::optional<spool::Job> ended_;
     std::optional<spool::Run> run_;
     std::optional<Feed> feed_;

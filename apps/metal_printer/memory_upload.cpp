@@ -9,16 +9,21 @@ namespace {
 constexpr std::size_t kFieldBytesMax = 4096;
 
 Error too_long() {
-    return make_error(ErrorCode::out_of_range, "the file is longer than this printer's memory for one: ",
-                      MemoryUpload::kBytesMax >> 20, " MiB");
+    return make_error(ErrorCode::out_of_range,
+                      "the file is longer than this printer's memory for one: ", FilePlaces::kFileBytesMax,
+                      " bytes");
 }
 
 }  // namespace
 
 Result<std::unique_ptr<MemoryUpload>> MemoryUpload::open(const web::RequestHead& head,
-                                                         const std::string& name) {
-    if (head.content_length.value_or(0) > kBytesMax) return too_long();
-    auto upload = std::make_unique<MemoryUpload>();
+                                                         const std::string& name, FileBytes place) {
+    if (head.content_length.value_or(0) > FilePlaces::kFileBytesMax) return too_long();
+    if (!place)
+        return make_error(
+            ErrorCode::unavailable,
+            "this printer's memory is full of files that print, wait or come in; try again later");
+    auto upload = std::make_unique<MemoryUpload>(std::move(place));
     if (name.empty()) {
         QDUINO_TRY_ASSIGN(const std::string boundary, web::boundary_of(head.value("Content-Type")));
         upload->parser_.emplace(boundary, static_cast<web::MultipartSink&>(*upload));
@@ -28,8 +33,6 @@ Result<std::unique_ptr<MemoryUpload>> MemoryUpload::open(const web::RequestHead&
         upload->fields_["print"] = web::trimmed(head.value("Print-After-Upload")) == "?1" ? "true" : "false";
         upload->fields_["sha256"] = web::trimmed(head.value("X-Content-SHA256"));
     }
-    // At once, so that it is not copied again and again as it grows.
-    upload->upload_.bytes.reserve(head.content_length.value_or(0));
     return upload;
 }
 
@@ -38,15 +41,15 @@ Result<void> MemoryUpload::take(std::span<const char> bytes) {
 }
 
 Result<void> MemoryUpload::add(std::span<const char> bytes) {
-    if (upload_.bytes.size() + bytes.size() > kBytesMax) return too_long();
-    upload_.bytes.append(bytes.data(), bytes.size());
+    if (upload_.bytes->size() + bytes.size() > FilePlaces::kFileBytesMax) return too_long();
+    upload_.bytes->append(bytes.data(), bytes.size());
     hash_.add(bytes);
     return {};
 }
 
 Result<Uploaded> MemoryUpload::finish() {
     if (parser_) QDUINO_TRY(parser_->finish());
-    if (upload_.bytes.empty())
+    if (upload_.bytes->empty())
         return make_error(ErrorCode::invalid_argument, "the upload has no file, or an empty one");
     upload_.sha256 = hash_.finish();
     const std::string& declared = fields_["sha256"];

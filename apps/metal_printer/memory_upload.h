@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "apps/metal_printer/memory_spool.h"
 #include "base/sha256.h"
@@ -17,14 +18,14 @@ namespace qduino::apps::metal {
 
 class MemoryUpload final : private web::MultipartSink {
   public:
-    /// A file has at most so many bytes. Two of them, and what the heap rounds up, fit into the
-    /// 128 MiB that an emulated machine has.
-    static constexpr std::size_t kBytesMax = std::size_t{16} << 20;
+    /// The file goes to `place`.
+    explicit MemoryUpload(FileBytes place) { upload_.bytes = std::move(place); }
 
-    /// `name` empty: a multipart body, which says the name; else the body is the file. Error:
-    /// invalid_argument, unsupported, out_of_range (longer than kBytesMax).
+    /// `place`: its memory; null: there is none. `name` empty: a multipart body, which says the
+    /// name; else the body is the file. Error: invalid_argument, unsupported, out_of_range (longer
+    /// than a place), unavailable.
     [[nodiscard]] static Result<std::unique_ptr<MemoryUpload>> open(const web::RequestHead& head,
-                                                                    const std::string& name);
+                                                                    const std::string& name, FileBytes place);
 
     /// Body bytes in order. Errors: invalid_argument, out_of_range (too long).
     [[nodiscard]] Result<void> take(std::span<const char> bytes);

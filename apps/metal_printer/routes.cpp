@@ -90,7 +90,7 @@ Response of_job(MemorySpool& spool, const Arguments& arguments) {
 Response get_job(MemorySpool& spool, const Job& job) { return json_response(job_of(spool, job)); }
 
 Response job_file(MemorySpool& spool, const Job& job) {
-    return {.content_type = "application/octet-stream", .body = spool.bytes_of(job.id)};
+    return {.content_type = "application/octet-stream", .shared = spool.bytes_of(job.id)};
 }
 
 Response start_job(MemorySpool& spool, const Job& job) {

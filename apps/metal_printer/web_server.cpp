@@ -45,17 +45,35 @@ Result<void> WebServer::listen(std::uint16_t port) {
 }
 
 void WebServer::serve(Instant now) {
-    for (std::unique_ptr<Connection>& connection : connections_) {
-        if (!connection) {
-            std::shared_ptr<arduino::Socket> next = listener_->accept();
-            if (!next) continue;
-            connection = std::make_unique<Connection>();
-            connection->socket = std::move(next);
-            connection->heard = now;
-        }
-        serve(*connection, now);
-        if (!connection->socket) connection.reset();
+    constexpr int kNewcomers = 4;  // at once: so each is looked at before others take its place
+    for (int i = 0; i < kNewcomers; ++i) {
+        std::shared_ptr<arduino::Socket> next = listener_->accept();
+        if (!next) break;
+        admit(std::move(next), now);
     }
+    std::vector<web::Door::Id> served;
+    for (const auto& [id, connection] : connections_) served.push_back(id);
+    for (const web::Door::Id id : served) {
+        const auto at = connections_.find(id);
+        if (at == connections_.end()) continue;  // it gave its place to one before it
+        serve(*at->second, now);
+        if (at->second->socket) continue;
+        door_.leave(id);
+        connections_.erase(at);
+    }
+}
+
+void WebServer::admit(std::shared_ptr<arduino::Socket> socket, Instant now) {
+    auto connection = std::make_unique<Connection>();
+    connection->id = next_id_++;
+    drop(door_.enter(connection->id, std::to_string(socket->remote().address), now));
+    connection->socket = std::move(socket);
+    connection->heard = now;
+    connections_.emplace(connection->id, std::move(connection));
+}
+
+void WebServer::drop(web::Door::Leaver leaver) {
+    if (leaver) connections_.erase(*leaver);
 }
 
 void WebServer::serve(Connection& connection, Instant now) {
@@ -63,7 +81,7 @@ void WebServer::serve(Connection& connection, Instant now) {
     for (int pieces = 0; pieces < 16 && connection.socket; ++pieces) {
         send_on(connection, now);
         if (!connection.socket || has_more_to_send(connection)) return;
-        while (!has_more_to_send(connection) && advance(connection)) {
+        while (!has_more_to_send(connection) && advance(connection, now)) {
         }
         if (has_more_to_send(connection)) continue;
         const int count = connection.socket->receive(piece);
@@ -76,12 +94,8 @@ void WebServer::serve(Connection& connection, Instant now) {
 }
 
 void WebServer::send_on(Connection& connection, Instant now) {
-    constexpr std::size_t kPiece = 8192;
     while (has_more_to_send(connection)) {
-        const std::size_t taken =
-            connection.socket->send(bytes_of(connection.answer)
-                                        .subspan(connection.sent)
-                                        .first(std::min(kPiece, connection.answer.size() - connection.sent)));
+        const std::size_t taken = connection.socket->send(bytes_of(next_piece(connection)));
         connection.sent += taken;
         if (taken > 0) connection.heard = now;
         if (taken == 0 && now - connection.heard > kIdle) connection.socket.reset();
@@ -90,8 +104,15 @@ void WebServer::send_on(Connection& connection, Instant now) {
     }
 }
 
+std::string_view WebServer::next_piece(const Connection& connection) {
+    constexpr std::size_t kPiece = 8192;
+    const std::size_t head = connection.answer.size();
+    if (connection.sent < head) return std::string_view{connection.answer}.substr(connection.sent, kPiece);
+    return std::string_view{*connection.shared}.substr(connection.sent - head, kPiece);
+}
+
 /// One step of its request. False: more has to come first.
-bool WebServer::advance(Connection& connection) {
+bool WebServer::advance(Connection& connection, Instant now) {
     std::string body;
     const Result<RequestReader::Progress> step = connection.reader.advance(body);
     if (!step) {
@@ -102,7 +123,7 @@ bool WebServer::advance(Connection& connection) {
         case RequestReader::Progress::need_more:
             return false;
         case RequestReader::Progress::head:
-            begin_request(connection);
+            begin_request(connection, now);
             return true;
         case RequestReader::Progress::body:
             if (!connection.upload && !connection.refusal && connection.body.size() + body.size() <= kBodyMax)
@@ -113,22 +134,25 @@ bool WebServer::advance(Connection& connection) {
             }
             return true;
         case RequestReader::Progress::complete:
-            end_request(connection);
+            end_request(connection, now);
             return true;
     }
     return false;
 }
 
-void WebServer::begin_request(Connection& connection) {
+void WebServer::begin_request(Connection& connection, Instant now) {
     const web::RequestHead& head = connection.reader.head();
+    door_.set_busy(connection.id, true, now);
     if (is_login(head) || open_answer(head)) return;
-    if (!shows_key(head) && !has_session(head)) {
+    const bool known = shows_key(head) || has_session(head);
+    drop(door_.set_known(connection.id, known));
+    if (!known) {
         connection.refusal = no_key();
         return;
     }
     const std::optional<std::string> name = upload_name_of(head);
     if (!name) return;
-    Result<std::unique_ptr<MemoryUpload>> upload = MemoryUpload::open(head, *name);
+    Result<std::unique_ptr<MemoryUpload>> upload = MemoryUpload::open(head, *name, spool_.take_place());
     if (upload)
         connection.upload = std::move(*upload);
     else
@@ -137,7 +161,7 @@ void WebServer::begin_request(Connection& connection) {
     if (head.expects_continue && !connection.refusal) connection.socket->send(bytes_of(kGoOn));
 }
 
-void WebServer::end_request(Connection& connection) {
+void WebServer::end_request(Connection& connection, Instant now) {
     const web::RequestHead& head = connection.reader.head();
     Response response;
     if (connection.refusal)
@@ -156,6 +180,7 @@ void WebServer::end_request(Connection& connection) {
     const bool keep_alive = head.keep_alive && !response.close;
     begin_answer(connection, std::move(response), keep_alive);
     connection.reader.next();
+    door_.set_busy(connection.id, false, now);
 }
 
 bool WebServer::shows_key(const web::RequestHead& head) const {
@@ -191,8 +216,11 @@ Response WebServer::begin_session(const web::RequestHead& head, std::string_view
 
 void WebServer::begin_answer(Connection& connection, Response response, bool keep_alive) {
     connection.answer = web::head_bytes(response, keep_alive);
-    if (connection.reader.head().method != web::Method::head)
-        connection.answer += response.shared ? *response.shared : response.body;
+    connection.shared = nullptr;
+    if (connection.reader.head().method != web::Method::head) {
+        connection.answer += response.shared ? std::string{} : response.body;
+        connection.shared = std::move(response.shared);
+    }
     connection.sent = 0;
     connection.keep_alive = keep_alive;
 }

@@ -9,13 +9,14 @@
 // docs/api.md has it. There is no encryption.
 #pragma once
 
-#include <array>
+#include <map>
 #include <memory>
 #include <string>
 
 #include "apps/metal_printer/memory_spool.h"
 #include "apps/metal_printer/memory_upload.h"
 #include "arduino/core/socket.h"
+#include "web/door.h"
 #include "web/request_reader.h"
 #include "web/static_files.h"
 
@@ -23,7 +24,9 @@ namespace qduino::apps::metal {
 
 class WebServer {
   public:
-    static constexpr std::size_t kConnections = 8;
+    /// Those who have shown the key have places of their own (web/door.h).
+    static constexpr web::DoorLimits kPlaces{
+        .strangers_max = 6, .strangers_of_address_max = 6, .known_max = 6};
     /// A connection that neither brings nor takes anything for so long goes.
     static constexpr Nanoseconds kIdle = 30s;
 
@@ -39,26 +42,32 @@ class WebServer {
 
   private:
     struct Connection {
+        web::Door::Id id = 0;
         std::shared_ptr<arduino::Socket> socket;
         web::RequestReader reader;
         std::unique_ptr<MemoryUpload> upload;
         std::optional<web::Response> refusal;  ///< instead of the answer
         std::string body;                      ///< of a request that is no upload
-        /// Until it is wholly sent no further request is looked at.
+        /// Until both are wholly sent no further request is looked at.
         std::string answer;
-        std::size_t sent = 0;  ///< of it
+        std::shared_ptr<const std::string> shared;  ///< goes behind it
+        std::size_t sent = 0;                       ///< of both
         bool keep_alive = true;
         Instant heard{};  ///< when it last brought or took something
     };
 
+    void admit(std::shared_ptr<arduino::Socket> socket, Instant now);
+    void drop(web::Door::Leaver leaver);
     void serve(Connection& connection, Instant now);
     void send_on(Connection& connection, Instant now);
     [[nodiscard]] static bool has_more_to_send(const Connection& connection) {
-        return connection.sent < connection.answer.size();
+        return connection.sent <
+               connection.answer.size() + (connection.shared ? connection.shared->size() : 0);
     }
-    [[nodiscard]] bool advance(Connection& connection);
-    void begin_request(Connection& connection);
-    void end_request(Connection& connection);
+    [[nodiscard]] static std::string_view next_piece(const Connection& connection);
+    [[nodiscard]] bool advance(Connection& connection, Instant now);
+    void begin_request(Connection& connection, Instant now);
+    void end_request(Connection& connection, Instant now);
     [[nodiscard]] bool shows_key(const web::RequestHead& head) const;
     /// A browser with a session, and on our own page.
     [[nodiscard]] bool has_session(const web::RequestHead& head) const;
@@ -70,7 +79,9 @@ class WebServer {
     std::string key_, session_;
     web::StaticFiles page_;
     std::shared_ptr<arduino::Socket> listener_;
-    std::array<std::unique_ptr<Connection>, kConnections> connections_;
+    web::Door door_{kPlaces};
+    web::Door::Id next_id_ = 1;
+    std::map<web::Door::Id, std::unique_ptr<Connection>> connections_;
 };
 
 }  // namespace qduino::apps::metal

@@ -166,9 +166,10 @@ void MetalBoard::thread_main(void* context) {
         if (self.spec.entry)
             self.spec.entry(self.spec.context);
         else
-            serve_work(self, the_board->stop_);
+            serve_work(self, the_board->loops_over_);
     }
     disable_interrupts();
+    static_cast<void>(this_core().cpu_time());  // whoever waits for this end may read it
     const bool last_loop = !self.spec.is_io() && the_board->loops_left_.fetch_sub(1) == 1;
     const bool last = the_board->threads_left_.fetch_sub(1) == 1;
     if (last_loop || last) host_core().call_host();
@@ -189,20 +190,18 @@ void MetalBoard::run(Instant until) {
     }
 }
 
-void MetalBoard::request_stop() {
+/// The loops have returned. Until now a storm of interrupts had to keep to the budgets of I/O
+/// VCPUs, which end by themselves now. One whose handler does not return for a tenth of a second is
+/// left where it is.
+void MetalBoard::end() {
+    ended_ = true;
     stop_.store(true);
+    loops_over_.store(true);
     for (const Thread& thread : threads) {
         if (!thread.serving.load()) continue;
         core_of(thread).mail().work.post(thread.spec.id);
         core_of(thread).call();
     }
-}
-
-/// The loops have returned. I/O VCPUs end by themselves; one whose handler does not return for a
-/// tenth of a second is left where it is.
-void MetalBoard::end() {
-    ended_ = true;
-    request_stop();
     const Instant give_up = now() + 100ms;
     while (threads_left_.load() > 0 && now() < give_up) host_core().let_threads_run(give_up);
     pins.force_safe_levels();
@@ -287,7 +286,7 @@ GuaranteeReport MetalBoard::guarantee() const {
         if (!thread.times.empty())
             report.bottom_halves.push_back(thread.times.describe(thread.spec.id, thread.spec.core));
     }
-    const double seconds = began_ == kForever ? 0 : to_seconds(machine_clock.now() - began_);
+    const double seconds = runs_ ? to_seconds(machine_clock.now() - began_) : 0;
     for (int number = first_core(); number < core_count(); ++number) {
         const CoreCounts& counts = core_at(number).counts();
         const auto came = counts.alarms.load() + counts.devices.load();
@@ -296,10 +295,10 @@ GuaranteeReport MetalBoard::guarantee() const {
              .interrupts_per_second = seconds > 0 ? static_cast<double>(came) / seconds : 0,
              .tick_stopped = !core_at(number).alarms_allowed(),
              .throttling_lifted = true,
-             .note =
-                 text<FixedString<200>>("timer ", counts.alarms.load(), ", devices ", counts.devices.load(),
-                                        ", calls of cores ", counts.calls.load(), kernel_note(counts).view(),
-                                        clock_is_invariant() ? "" : "; its clock may change its rate")});
+             .note = text<FixedString<200>>(
+                 "timer ", counts.alarms.load(), ", devices ", counts.devices.load(),
+                 device_interrupts.words_on(number).view(), ", calls of cores ", counts.calls.load(),
+                 kernel_note(counts).view(), clock_is_invariant() ? "" : "; its clock may change its rate")});
     }
     return report;
 }

@@ -73,7 +73,7 @@ class MetalBoard final : public Board {
     [[nodiscard]] Nanoseconds cpu_time() override;
     Result<void> start(std::span<const VcpuSpec> specs) override;
     void run(Instant until) override;
-    void request_stop() override;
+    void request_stop() override { stop_.store(true); }
     [[nodiscard]] bool stop_requested() override { return stop_.load(std::memory_order_relaxed); }
     [[nodiscard]] GuaranteeReport guarantee() const override;
     void note_release(Instant nominal) override;
@@ -92,7 +92,7 @@ class MetalBoard final : public Board {
     Result<void> add_thread(const VcpuSpec& spec, Instant now);
     void end();
 
-    std::atomic<bool> stop_{false};
+    std::atomic<bool> stop_{false}, loops_over_{false};
     std::atomic<int> loops_left_{0};    // entries that have not returned, of loops …
     std::atomic<int> threads_left_{0};  // … and of all VCPUs
     bool runs_ = false, ended_ = false;

@@ -1,8 +1,9 @@
 """Every way from a firmware to an image, in QEMU with two and with four cores: PVH without any firmware, a CD by SeaBIOS, one program by
-UEFI (OVMF). Each runs sketches/pulse_train, unchanged.
+UEFI (OVMF); and by PVH on computers that differ. Each runs sketches/pulse_train, unchanged.
 
   boot_test.py QDUINO [Class.test]"""
 import pathlib
+import re
 import subprocess
 import unittest
 
@@ -38,6 +39,38 @@ class EveryWay(unittest.TestCase):
 
     def test_uefi(self):
         self.boots('uefi')
+
+
+class OtherComputers(unittest.TestCase):
+    """What firmware may tell, and what may be missing: the image finds its cores and its clock all the same."""
+
+    def boots(self, cores, *machine):
+        built = subprocess.run(metal('build', SKETCH), capture_output=True, text=True, timeout=200, check=True, env=ENVIRONMENT)
+        record = pathlib.Path(CACHE) / 'pins'
+        words = ['qemu-system-x86_64', '-display', 'none', '-nodefaults', '-no-reboot', '-icount', 'shift=4,sleep=off', '-kernel', built.stdout.strip(),
+                 '-append', 'for=0.1', '-device', 'isa-debug-exit,iobase=0xf4,iosize=0x01', '-chardev', 'file,id=report,path=/dev/fd/2,append=on',
+                 '-device', 'isa-debugcon,iobase=0xe9,chardev=report', '-chardev', f'file,id=pins,path={record}',
+                 '-device', 'isa-debugcon,iobase=0x2e8,chardev=pins', *machine]
+        done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=200, check=False)
+        self.assertEqual(done.returncode, 1, done.stderr)  # 2 * 0 + 1
+        self.assertIn(f'  core {cores - 1}: ', done.stderr)
+        self.assertNotIn(f'  core {cores}: ', done.stderr)
+        rises = record.read_bytes().count(0x86)
+        self.assertGreater(rises, 950)
+        self.assertLess(rises, 1000)
+        # A pass of the kernel is so many instructions of 16 ns, if the clock is right.
+        return int(re.findall(r'kernel (\d+) ns', done.stderr)[-1])
+
+    def test_cores_that_are_too_many_missing_or_numbered_with_gaps(self):
+        for cores, smp in (8, '12'), (4, '4,maxcpus=8'), (6, '6,sockets=2,cores=3,threads=1'):
+            self.boots(cores, '-smp', smp, '-machine', 'q35', '-cpu', 'max', '-m', '128')
+
+    def test_more_memory_than_is_mapped(self):
+        self.boots(2, '-smp', '2', '-machine', 'pc', '-cpu', 'qemu64', '-m', '6G')
+
+    def test_a_clock_without_the_old_timer(self):
+        with_it, without = (self.boots(2, '-smp', '2', '-machine', f'q35,pit={pit}', '-cpu', 'max', '-m', '128') for pit in ('on', 'off'))
+        self.assertLess(abs(with_it - without), 0.01 * with_it)
 
 
 class Media(unittest.TestCase):

@@ -16,7 +16,7 @@ SECONDS = '0.3'
 LOOPS = 16
 
 
-def said(words, seconds=600):
+def said(words, seconds=1700):
     done = subprocess.run(list(map(str, words)), stdin=subprocess.DEVNULL, capture_output=True, timeout=seconds, check=False, env=ENVIRONMENT)
     return done.returncode, done.stdout.decode(errors='replace') + done.stderr.decode(errors='replace')
 

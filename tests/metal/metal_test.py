@@ -15,7 +15,7 @@ import subprocess
 import threading
 import unittest
 
-from runs import CACHE, ENVIRONMENT, HERE, ROOT, Run, changed, main, metal
+from runs import CACHE, ENVIRONMENT, HERE, ROOT, Run, changed, main, metal, read_to
 
 
 class PulseTrain(unittest.TestCase):
@@ -123,6 +123,32 @@ class Kernel(unittest.TestCase):
         self.test_loops_that_want_more_get_their_budgets()
         self.test_interrupts_go_where_they_are_routed()
         self.test_each_edge_has_its_handler()
+
+
+class Chain(unittest.TestCase):
+    """tests/metal/chain: a rank is inherited through locks and cores."""
+
+    def pulses(self, sketch):
+        """Of mid: (before high asks, from then until low gives its lock back, after that)."""
+        run = Run(sketch, '--for', '0.3', '--cores', 3)
+        self.assertEqual(run.status, 0, run.report)
+        asked = run.pins.index((10, 1))
+        self.assertIn((11, 1), run.pins[:asked], 'link waits when high asks')
+        given, link, high = (run.pins.index((pin, 0), asked) for pin in (5, 11, 10))
+        self.assertEqual(sorted((given, link, high)), [given, link, high])
+        return tuple(part.count((4, 1)) for part in (run.pins[:asked], run.pins[asked:given], run.pins[given:]))
+
+    def test_the_last_of_a_chain_ranks_as_the_first(self):
+        before, meanwhile, after = self.pulses(HERE / 'chain')
+        self.assertGreater(before, 20)
+        self.assertLessEqual(meanwhile, 2, 'until the other core was told')
+        self.assertGreater(after, 30)
+
+    def test_a_wait_that_the_kernel_does_not_know_lends_no_rank(self):
+        mutant = changed(HERE / 'chain', 'no_chain', ('  A.lock();\n  digitalWrite(10, LOW);', '  while (!A.tryLock()) delay(1);\n  digitalWrite(10, LOW);'))
+        _, meanwhile, after = self.pulses(mutant)
+        self.assertGreater(meanwhile, 30)
+        self.assertEqual(after, 0)
 
 
 def free_ports(count):
@@ -234,6 +260,7 @@ class Network(unittest.TestCase):
         self.assertEqual(self.run1.came_to(1), (0, 0), self.run1.report)
         self.assertGreater(self.run1.came_to(0)[1], 10, self.run1.report)
         self.assertGreater(self.run1.rises(6), 5_000 * self.run1.seconds())
+        self.assertIn('(uart: above every loop, nic: io 33)', ' '.join(self.run1.report.split()))
 
 
 class OtherCard(unittest.TestCase):
@@ -284,30 +311,80 @@ class Turns(unittest.TestCase):
         self.assertGreater(run.rises(8), 256)
 
 
+class Dying:
+    """One boot of tests/metal/death, or of a mutant of it, whose pins and reports go to one file, in their order: so it shows which came first.
+    `letter`: what the sketch is told to do. `command`: what the emulator's monitor is told to do."""
+    PIN_6_LOW, PIN_7_HIGH = 6, 0x87
+
+    def __init__(self, letter=b'', command='', sketch=HERE / 'death'):
+        image = subprocess.run(metal('build', sketch), capture_output=True, text=True, timeout=200, check=True, env=ENVIRONMENT).stdout.strip()
+        witness, monitor = pathlib.Path(CACHE) / 'witness', pathlib.Path(CACHE) / 'monitor'
+        witness.unlink(missing_ok=True)
+        monitor.unlink(missing_ok=True)
+        words = ['qemu-system-x86_64', '-machine', 'q35', '-cpu', 'max', '-m', '128', '-smp', '2', '-display', 'none', '-nodefaults', '-no-reboot',
+                 '-icount', 'shift=4,sleep=off', '-kernel', image, '-append', 'for=60', '-serial', 'stdio',
+                 '-monitor', f'unix:{monitor},server=on,wait=off', '-device', 'isa-debug-exit,iobase=0xf4,iosize=0x01']
+        for name, port in ('pins', 0x2e8), ('report', 0xe9):
+            words += ['-chardev', f'file,id={name},path={witness},append=on', '-device', f'isa-debugcon,iobase={port:#x},chardev={name}']
+        with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0) as process:
+            if letter or command:
+                read_to(process.stdout, b'ready')
+            with socket.socket(socket.AF_UNIX) as operator:
+                if command:
+                    operator.connect(str(monitor))
+                    operator.sendall(command.encode() + b'\n')
+                process.stdin.write(letter)
+                try:
+                    self.status = process.wait(timeout=200) // 2
+                finally:
+                    process.kill()
+        self.before, _, self.words = witness.read_bytes().partition(b'PANIC on ')
+        self.pins = [byte for byte in self.before if byte in (6, 7, 0x86, 0x87)]
+
+
 class Death(unittest.TestCase):
     """tests/metal/death: the pins come first."""
 
-    def dies(self, letter, words):
-        run = Run(HERE / 'death', '--for', '60', said=letter)
-        self.assertEqual(run.status, 1, run.report)
-        self.assertIn('PANIC on core 0: ', run.report)
-        self.assertIn(words, run.report)
-        self.assertGreater(run.rises(6), 0)
-        self.assertEqual(run.levels(6)[-1], 0)
-        self.assertEqual(run.levels(7)[-1], 1)
+    def dies(self, core, words, **how):
+        run = Dying(**how)
+        self.assertEqual(run.status, 1, run.words)
+        self.assertRegex(run.words.decode(errors='replace'), rf'^core {core}: .*{words}')
+        self.assertIn(0x86, run.pins)
+        # The safe levels were there when it began to speak, and stayed.
+        self.assertEqual((run.pins[-2:], run.words.count(b'\x86')), ([Dying.PIN_6_LOW, Dying.PIN_7_HIGH], 0))
 
     def test_null_pointer(self):
-        self.dies(b'n', 'page fault at')
-        self.dies(b'n', '(a null pointer)')
+        self.dies(0, r'page fault at .*\(a null pointer\)', letter=b'n')
 
     def test_full_stack(self):
-        self.dies(b's', '(a stack is full)')
+        self.dies(0, r'\(a stack is full\)', letter=b's')
 
-    def test_broken_contract(self):
-        self.dies(b'c', 'contract broken: ')
+    def test_a_frame_that_is_larger_than_its_stack(self):
+        self.dies(1, r'\(a stack is full\)', letter=b'B')
+
+    def test_full_stack_of_setup(self):
+        sketch = changed(HERE / 'death', 'early', ('  lock.heldBy(1, 1);', '  digitalWrite(6, HIGH);\n  digitalWrite(7, LOW);\n  fill(0);'))
+        self.dies(0, r'\(a stack is full\)', sketch=sketch)
 
     def test_division_by_zero(self):
-        self.dies(b'd', 'divide error')
+        self.dies(1, 'divide error', letter=b'D')
+
+    def test_broken_contract_on_either_core(self):
+        for core, letter in enumerate((b'c', b'C')):
+            self.dies(core, 'contract broken: ', letter=letter)
+
+    def test_double_fault_on_either_core(self):
+        for core, letter in enumerate((b'f', b'F')):
+            self.dies(core, 'double fault', letter=letter)
+
+    def test_non_maskable_interrupt_on_either_core(self):
+        for core, letter in enumerate((b'i', b'I')):
+            self.dies(core, 'non-maskable interrupt', letter=letter)
+
+    def test_machine_check_on_either_core(self):
+        """Bank 9 reports an error of memory that nothing corrected, while another one may follow (Intel SDM volume 3, 15.3)."""
+        for core in 0, 1:
+            self.dies(core, 'machine check', command=f'mce {core} 9 0xbd00000000000134 0x5 0x1234 0x8c')
 
 
 class Refusal(unittest.TestCase):

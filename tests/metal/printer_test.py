@@ -7,6 +7,7 @@ import hashlib
 import http.client
 import json
 import pathlib
+import socket
 import sys
 import tempfile
 import unittest
@@ -112,6 +113,43 @@ class Printer(unittest.TestCase):
         self.assertEqual((status, json.loads(answer)['lacks']), (200, ['live', 'hand', 'layers', 'guarantee', 'queue']))
         for wrong in {'Cookie': cookie + '0'}, {'Cookie': cookie, 'Origin': 'http://elsewhere.example'}, {'Cookie': cookie, 'Host': 'elsewhere.example'}:
             self.assertEqual(self.ask('GET', '/api/v1/machine', **wrong)[0], 401, wrong)
+
+    def begun(self, head):
+        """A connection that has sent so much of a request."""
+        connection = self.enterContext(socket.create_connection(('127.0.0.1', self.printer.port), timeout=600))
+        connection.sendall(head)
+        return connection
+
+    def test_files_that_want_more_memory_than_there_is_are_refused(self):
+        """The machine lives on, and uploads that were cut off give their memory back."""
+        head = (f'PUT /api/v1/jobs/large.gcode HTTP/1.1\r\nHost: printer\r\nX-Api-Key: {self.printer.key}\r\nContent-Length: 16000000\r\n'
+                'Expect: 100-continue\r\n\r\n').encode()
+        begun = [self.begun(head) for _ in range(4)]
+        for connection in begun:
+            self.assertTrue(connection.recv(100).startswith(b'HTTP/1.1 100 '))
+            connection.sendall(SQUARE)
+        status, refused = self.upload('square.gcode', SQUARE)
+        self.assertEqual((status, refused['error']['code']), (503, 'unavailable'))
+        self.assertEqual(self.printer.get('/api/v1/machine')['state'], 'idle')
+        for connection in begun:
+            connection.close()
+        self.printer.wait_until(lambda: self.upload('square.gcode', SQUARE)[0] == 201)
+
+    def test_strangers_take_no_place_of_one_who_has_shown_the_key(self):
+        def asks(connection, path, key=''):
+            connection.sendall(f'GET {path} HTTP/1.1\r\nHost: printer\r\n{key}\r\n'.encode())
+            return connection.recv(100_000)[:12]
+
+        key = f'X-Api-Key: {self.printer.key}\r\n'
+        known = self.begun(b'')
+        self.assertEqual(asks(known, '/api/v1/machine', key), b'HTTP/1.1 200')
+        strangers = []
+        for _ in range(10):  # four more than there are places
+            strangers.append(self.begun(b''))
+            self.assertEqual(asks(strangers[-1], '/healthz'), b'HTTP/1.1 200')
+        self.assertEqual([connection.recv(100) for connection in strangers[:4]], [b''] * 4, 'the oldest had to leave')
+        self.assertEqual(asks(strangers[-1], '/healthz'), b'HTTP/1.1 200')
+        self.assertEqual(asks(known, '/api/v1/machine', key), b'HTTP/1.1 200')
 
     def test_what_it_refuses(self):
         request = self.printer.request

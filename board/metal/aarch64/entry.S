@@ -30,7 +30,7 @@
 page_pointers: .skip 4096
 page_directories: .skip 4 * 4096                // of the four GiB, 2 MiB a page
         .balign 16
-        .skip   1024 * 1024                     // the host's: a report alone takes 60 KiB
+        .skip   128 * 1024                      // until the host has its own
 boot_stack:
         .skip   4096                            // of an exception before Processor::open()
 early_stack:
@@ -96,6 +96,13 @@ start:
         mov     x30, xzr
         bl      boot_main
         b       .
+
+        .global go_on_at
+go_on_at:
+        mov     sp, x0
+        mov     x29, xzr
+        mov     x30, xzr
+        br      x1
 
 // Translation with the tables above, caches, floating point, the vectors; what runs is on SP_EL0.
 enable_translation:

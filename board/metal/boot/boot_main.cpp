@@ -1,6 +1,7 @@
 #include "board/metal/boot/boot_main.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "base/contract.h"
 #include "base/text.h"
@@ -10,6 +11,7 @@
 #include "board/metal/linux_side.h"
 #include "board/metal/machine/clock.h"
 #include "board/metal/machine/computer.h"
+#include "board/metal/machine/paging.h"
 #include "board/metal/panic.h"
 
 extern "C" {
@@ -20,6 +22,8 @@ extern std::uint8_t image_end[];
 
 [[noreturn]] void boot_main(std::uint64_t magic, std::uint64_t told_at);
 [[noreturn]] void core_main();
+/// entry.S: on the stack that ends at `top`; what was on this one is over.
+[[noreturn]] void go_on_at(std::uint64_t top, void (*function)());
 }
 
 namespace qduino::board::metal {
@@ -28,15 +32,18 @@ namespace {
 constexpr std::uint64_t kMapped = std::uint64_t{1} << 32;  // entry.S maps so much
 
 constinit BootFacts facts{};
-constinit Core* starting = nullptr;
+constinit std::atomic<Core*> starting{nullptr};  // what the next core is to be
 
-/// A core that does not come up within a tenth of a second stays out, and so do those behind it.
+/// A core that does not come up within a second stays out, also when it comes later. So do those
+/// behind it.
 void start_other_cores() {
-    for (std::size_t i = 1; i < cores_in_computer() && core_count() == static_cast<int>(i); ++i) {
-        starting = &cores[i];
+    for (std::size_t i = 1; i < cores_in_computer(); ++i) {
+        starting.store(&cores[i]);
         start_core(i, cores[i]);
-        const Instant give_up = machine_clock.now() + 100ms;
-        while (core_count() == static_cast<int>(i) && machine_clock.now() < give_up) spin_hint();
+        const Instant give_up = machine_clock.now() + 1s;
+        while (starting.load() && machine_clock.now() < give_up) spin_hint();
+        if (starting.exchange(nullptr)) return;
+        while (core_count() == static_cast<int>(i)) spin_hint();
     }
 }
 
@@ -48,6 +55,12 @@ void start_first_core() {
     start_computer(facts);
     host_core().set_target(own_target());
     count_core();
+}
+
+void go_on_as_host() {
+    start_other_cores();
+    enable_interrupts();
+    metal_main(facts.words);
 }
 
 }  // namespace
@@ -66,17 +79,16 @@ void boot_main(std::uint64_t magic, std::uint64_t told_at) {
     std::for_each(constructors, constructors_end, [](void (*construct)()) { construct(); });
     start_first_core();
     open_devices(facts);
-    start_other_cores();
-    enable_interrupts();
-    metal_main(facts.words);
+    go_on_at(host_stack_top(), &go_on_as_host);
 }
 
 void core_main() {
     using namespace qduino::board::metal;
-    Core& core = *starting;
+    Core* const core = starting.exchange(nullptr);
+    if (!core) halt_forever();
     join_computer();
-    core.open(core_count(), false);
-    core.set_target(own_target());
+    core->open(core_count(), false);
+    core->set_target(own_target());
     count_core();
     for (;;) wait_for_interrupt();
 }

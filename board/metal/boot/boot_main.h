@@ -1,7 +1,8 @@
 // From the first instruction in C++ to the program around the sketch:
 //
 //   boot facts ─► heap ─► static objects ─► guard pages ─► ACPI ─► clock ─► core 0
-//              ─► I/O APIC, serial lines ─► the other cores, one by one ─► metal_main()
+//              ─► I/O APIC, serial lines ─► the host's stack ─► the other cores, one by one
+//              ─► metal_main()
 #pragma once
 
 #include <string_view>

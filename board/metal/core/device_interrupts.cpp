@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "base/text.h"
 #include "board/metal/core/kernel.h"
 #include "board/metal/machine/clock.h"
 #include "board/metal/machine/instructions.h"
@@ -118,6 +119,19 @@ int DeviceInterrupts::count_on(int core) const {
     int count = 0;
     for (const Entry& entry : entries_) count += entry.core == core ? 1 : 0;
     return count;
+}
+
+FixedString<80> DeviceInterrupts::words_on(int core) const {
+    FixedString<80> words;
+    for (const Entry& entry : entries_) {
+        if (entry.core != core) continue;
+        write(words, words.empty() ? " (" : ", ", kDeviceNames[static_cast<std::size_t>(entry.kind)]);
+        if (io_of(entry) == kNoVcpu)
+            write(words, ": above every loop");
+        else
+            write(words, ": io ", io_of(entry));
+    }
+    return words.empty() ? words : write(words, ')');
 }
 
 }  // namespace qduino::board::metal

@@ -23,6 +23,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "base/fixed_string.h"
 #include "base/fixed_vector.h"
 #include "base/result.h"
 #include "base/time.h"
@@ -74,6 +75,8 @@ class DeviceInterrupts {
     void serve_all();
     /// Of the devices whose interrupts come to `core`.
     [[nodiscard]] int count_on(int core) const;
+    /// Which they are, and who serves them: " (nic: io 33, uart: above every loop)".
+    [[nodiscard]] FixedString<80> words_on(int core) const;
 
   private:
     struct Entry {

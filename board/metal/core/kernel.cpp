@@ -36,8 +36,8 @@ bool give_work(VcpuId io, const Work& work) {
     return true;
 }
 
-void serve_work(Thread& self, const std::atomic<bool>& stopped) {
-    while (!stopped.load(std::memory_order_relaxed)) {
+void serve_work(Thread& self, const std::atomic<bool>& ended) {
+    while (!ended.load(std::memory_order_relaxed)) {
         Work work;
         if (self.queue.try_pop(work)) {
             const Instant began = machine_clock.now();
@@ -47,7 +47,7 @@ void serve_work(Thread& self, const std::atomic<bool>& stopped) {
         }
         // Work that comes between this look and the switch is in the mail, which the switch opens.
         const InterruptsOff off;
-        if (self.queue.empty() && !stopped.load(std::memory_order_relaxed)) this_core().wait_for_work();
+        if (self.queue.empty() && !ended.load(std::memory_order_relaxed)) this_core().wait_for_work();
     }
     self.serving.store(false);
     for (Work work; self.queue.try_pop(work);) {

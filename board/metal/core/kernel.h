@@ -37,7 +37,7 @@ void count_core();
 /// top half then serves.
 bool give_work(VcpuId io, const Work& work);
 
-/// The body of an I/O VCPU: does the work that it is given, until `stopped` is true.
-void serve_work(Thread& self, const std::atomic<bool>& stopped);
+/// The body of an I/O VCPU: does the work that it is given, until `ended` is true.
+void serve_work(Thread& self, const std::atomic<bool>& ended);
 
 }  // namespace qduino::board::metal

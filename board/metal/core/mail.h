@@ -1,5 +1,9 @@
 // What other cores have left for a core, one bit for each VCPU. They leave it and call the core; it
 // takes everything up at its next interrupt. No lock: each kind is one atomic word.
+//
+//   core 0   post(33) ──┐
+//   core 2   post(40) ──┴─► ▢▢▣▢▢▢▢▣▢  work of core 1 ─► take_all(): 33, 40
+//            call()   ────► interrupt ──────────────────► enter()
 #pragma once
 
 #include <atomic>

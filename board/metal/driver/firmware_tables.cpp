@@ -1,5 +1,6 @@
 #include "board/metal/driver/firmware_tables.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string_view>
 
@@ -39,8 +40,10 @@ std::uint64_t find_table(std::uint64_t rsdp, std::string_view name) {
 }
 
 void take_core(Machine& machine, std::uint32_t apic, std::uint32_t flags) {
-    constexpr std::uint32_t kEnabled = 1;
-    if ((flags & kEnabled) == 0 || (!machine.cores.empty() && machine.cores.front() == apic)) return;
+    constexpr std::uint32_t kEnabled = 1, kHighest = 0xfe;
+    // Firmware may have named one as both kinds of entry.
+    const bool known = std::ranges::find(machine.cores, apic) != machine.cores.end();
+    if ((flags & kEnabled) == 0 || apic > kHighest || known) return;
     static_cast<void>(machine.cores.try_push_back(apic));
 }
 
@@ -69,6 +72,16 @@ void take_entry(std::uint64_t entry, Machine& machine) {
     }
 }
 
+/// Older firmware has the port itself, newer one a "generic address" of it: space 1 are ports.
+std::uint16_t acpi_timer_port(std::uint64_t rsdp) {
+    const std::uint64_t fadt = find_table(rsdp, "FACP");
+    if (fadt == 0) return 0;
+    if (const auto port = read_at<std::uint32_t>(fadt + 76); port != 0)
+        return static_cast<std::uint16_t>(port);
+    const bool has_port = read_at<std::uint32_t>(fadt + 4) >= 220 && read_at<std::uint8_t>(fadt + 208) == 1;
+    return has_port ? static_cast<std::uint16_t>(read_at<std::uint64_t>(fadt + 212)) : std::uint16_t{0};
+}
+
 }  // namespace
 
 Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first) {
@@ -77,6 +90,7 @@ Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first) {
     if (madt == 0) return make_error(ErrorCode::not_found, "the firmware has no ACPI table of interrupts");
     Machine machine;
     machine.cores.push_back(first);
+    machine.acpi_timer = acpi_timer_port(rsdp);
     machine.local_apic = read_at<std::uint32_t>(madt + 36);
     const std::uint64_t end = madt + read_at<std::uint32_t>(madt + 4);
     for (std::uint64_t entry = madt + 44; entry + 2 <= end;) {

@@ -1,9 +1,11 @@
 // What the firmware says of the computer: its cores, its interrupt controllers, and where the ISA
 // interrupts arrive.
 //
-//   RSDP ──► XSDT or RSDT ──► MADT "APIC" ──► one entry for each core, I/O APIC and rerouted line
+//   RSDP ──► XSDT or RSDT ─┬► MADT "APIC" ──► one entry for each core, I/O APIC and rerouted line
+//                          └► FADT "FACP" ──► the port of ACPI's timer
 //
-// ACPI Specification 6.5, 5.2.5 (RSDP), 5.2.7–8 (RSDT, XSDT), 5.2.12 (MADT). No AML is needed.
+// ACPI Specification 6.5, 5.2.5 (RSDP), 5.2.7–8 (RSDT, XSDT), 5.2.9 (FADT),
+// 5.2.12 (MADT). No AML is needed.
 #pragma once
 
 #include <cstdint>
@@ -27,10 +29,12 @@ struct Machine {
     std::uint64_t local_apic = 0xfee00000;
     std::uint64_t io_apic = 0;  ///< of inputs 0…; 0: none
     FixedVector<LineOverride, 16> overrides;
+    std::uint16_t acpi_timer = 0;  ///< its port; 0: none
 };
 
 /// `rsdp`: where the loader says that it is; 0: it is looked for where a BIOS has it. `first`: the
-/// local APIC number of the calling core. Cores beyond kCoresMax are left alone. Error: not_found.
+/// local APIC number of the calling core. Cores beyond kCoresMax are left alone, and so
+/// are those with a number beyond 254: what a device raises reaches no such core. Error: not_found.
 Result<Machine> read_firmware_tables(std::uint64_t rsdp, std::uint32_t first);
 
 }  // namespace qduino::board::metal

@@ -1,7 +1,7 @@
 #include "board/metal/driver/pci.h"
 
+#include "board/metal/driver/wide_ports.h"
 #include "board/metal/linux_side.h"
-#include "board/metal/machine/instructions.h"
 
 namespace qduino::board::metal {
 namespace {
@@ -11,20 +11,18 @@ constexpr std::uint8_t kIdentity = 0x00, kCommand = 0x04, kHeaderType = 0x0c, kB
                        kBuses = 0x18, kCapabilities = 0x34;
 constexpr std::uint32_t kNobody = 0xffff'ffff;
 
-void select(std::uint32_t word) { asm volatile("outl %0, %1" : : "a"(word), "d"(kAddressPort)); }
+void select(std::uint32_t word) { port_write_word(kAddressPort, word); }
 
 }  // namespace
 
 std::uint32_t PciDevice::read(std::uint8_t offset) const {
-    std::uint32_t value = 0;
     select(place_ | offset);
-    asm volatile("inl %1, %0" : "=a"(value) : "d"(kDataPort));
-    return value;
+    return port_read_word(kDataPort);
 }
 
 void PciDevice::write(std::uint8_t offset, std::uint32_t value) const {
     select(place_ | offset);
-    asm volatile("outl %0, %1" : : "a"(value), "d"(kDataPort));
+    port_write_word(kDataPort, value);
 }
 
 std::optional<PciDevice> PciDevice::find(std::uint16_t vendor, std::uint16_t device) {

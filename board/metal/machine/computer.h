@@ -1,6 +1,10 @@
 // The computer around the cores: what the loader told, which cores there are, which devices. Each
-// architecture has its own (x86/computer.cpp, aarch64/computer.cpp); boot/boot_main.cpp calls them
-// in this order.
+// architecture has its own (x86/computer.cpp, aarch64/computer.cpp).
+//
+//   boot/boot_main.cpp   read_boot_facts ─► start_computer ─► open_devices ─► start_core …
+//   the other core                                                            └─► join_computer
+//   the program          lead_pins_to, let_cores_take_turns
+//   panic.cpp            tell_emulator, end_computer
 #pragma once
 
 #include <cstddef>

@@ -15,7 +15,8 @@ struct alignas(kPage) PageTable {
     std::array<std::uint64_t, 512> entries{};
 };
 struct alignas(kLargePage) Stacks {
-    std::array<std::uint8_t, kStackCount * kStackBytes> bytes;
+    std::array<std::uint8_t, kHostStackBytes> host;
+    std::array<std::uint8_t, kStackCount * kStackBytes> threads;
 };
 
 constinit Stacks stacks{};
@@ -43,20 +44,25 @@ void forbid_guard_pages(std::uint64_t* directories, std::uint64_t image_offset) 
     for (std::size_t at = 0; at < sizeof stacks; at += kLargePage) {
         const std::uint64_t begin = address_of(&stacks) + at;
         PageTable& table = split(directories[begin / kLargePage], begin, image_offset);
-        for (std::size_t i = 0; i < kLargePage; i += kStackBytes) table.entries[i / kPage] = 0;
+        for (std::size_t i = 0; i < kLargePage; i += kPage) {
+            if (is_guard_page(begin + i)) table.entries[i / kPage] = 0;
+        }
     }
     forget_translations();
 }
 
+std::uint64_t host_stack_top() { return address_of(&stacks.threads); }
+
 std::uint64_t stack_top(std::size_t index) {
     QDUINO_EXPECT(index < kStackCount);
-    return address_of(&stacks) + (index + 1) * kStackBytes;
+    return address_of(&stacks.threads) + (index + 1) * kStackBytes;
 }
 
 bool is_guard_page(std::uint64_t address) {
     if (address < kPage) return true;
     const std::uint64_t offset = address - address_of(&stacks);
-    return offset < sizeof stacks && offset % kStackBytes < kPage;
+    const bool in_the_hosts = offset >= kPage && offset < kHostStackBytes;
+    return offset < sizeof stacks && !in_the_hosts && offset % kStackBytes < kPage;
 }
 
 }  // namespace qduino::board::metal

@@ -1,11 +1,11 @@
 #include "board/metal/machine/computer.h"
 
-#include <algorithm>
 #include <cstring>
 
 #include "board/metal/core/device_interrupts.h"
 #include "board/metal/driver/firmware_tables.h"
 #include "board/metal/driver/io_apic.h"
+#include "board/metal/driver/pc_timers.h"
 #include "board/metal/driver/serial_line.h"
 #include "board/metal/machine/paging.h"
 #include "board/metal/panic.h"
@@ -30,7 +30,9 @@ void read_machine(const BootFacts& facts) {
     Result<Machine> read = read_firmware_tables(facts.rsdp_at, LocalApic::number());
     if (!read) panic(read.error().message.view());
     machine = *read;
-    LocalApic::calibrate();
+    const std::uint64_t hz = clock_rate(machine.acpi_timer);
+    if (hz == 0) panic("no timer tells how fast the processor's counter is");
+    LocalApic::calibrate(hz);
 }
 
 void open_line(DeviceClass kind, std::uint8_t interrupt, SerialLine& line) {
@@ -59,7 +61,7 @@ void start_computer(const BootFacts& facts) {
     LocalApic::enable(machine.local_apic, !beside);
     if (beside) {
         machine.cores.push_back(LocalApic::number());
-        LocalApic::calibrate_by_clock(beside->clock_hz);
+        LocalApic::calibrate(beside->clock_hz);
     } else {
         read_machine(facts);
     }
@@ -87,15 +89,9 @@ void start_core(std::size_t index, const Core& core) {
 void join_computer() { LocalApic::enable(machine.local_apic, true); }
 std::uint32_t own_target() { return LocalApic::number(); }
 
-/// Channel 0 of the timer in mode 2, rate generator (Intel 8254 datasheet).
+/// QEMU ends a turn at each timer of the machine.
 bool let_cores_take_turns(double turn_us) {
-    constexpr std::uint16_t kControl = 0x43, kChannel0 = 0x40;
-    constexpr std::uint8_t kBothBytesMode2 = 0x34;
-    constexpr double kTicksPerMicrosecond = 1.193182;
-    const auto ticks = static_cast<std::uint16_t>(std::clamp(turn_us * kTicksPerMicrosecond, 2.0, 65535.0));
-    port_write(kControl, kBothBytesMode2);
-    port_write(kChannel0, static_cast<std::uint8_t>(ticks));
-    port_write(kChannel0, static_cast<std::uint8_t>(ticks >> 8));
+    repeat_pit(turn_us);
     return true;
 }
 

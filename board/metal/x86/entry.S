@@ -54,7 +54,7 @@ page_map: .skip 4096
 page_pointers: .skip 4096
 page_directories: .skip 4 * 4096                // of the four GiB, 2 MiB a page
         .balign 16
-        .skip   1024 * 1024                     // the host's: a report alone takes 60 KiB
+        .skip   128 * 1024                      // until the host has its own
 boot_stack:
         .global next_core_stack
 next_core_stack: .skip 8                        // of the core that is being started
@@ -142,6 +142,13 @@ start64:
         movl    %esi, %esi
         xorl    %ebp, %ebp
         call    boot_main
+        ud2
+
+        .global go_on_at
+go_on_at:
+        movq    %rdi, %rsp
+        xorl    %ebp, %ebp
+        call    *%rsi
         ud2
 
 // ---- every other core --------------------------------------------------------------------------

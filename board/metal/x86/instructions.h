@@ -61,6 +61,9 @@ inline bool clock_is_invariant() {
     return cpuid(0x80000000).eax >= kAdvanced && (cpuid(kAdvanced).edx >> 8 & 1) != 0;
 }
 
+/// What was stored before is seen by others before what follows begins. A WRMSR to the local APIC
+/// waits for no store by itself (Intel SDM volume 3, 11.5.4.1, 11.12.3).
+inline void order_stores() { asm volatile("mfence\n\tlfence" : : : "memory"); }
 inline void spin_hint() { asm volatile("pause" : : : "memory"); }
 inline void disable_interrupts() { asm volatile("cli" : : : "memory"); }
 inline void enable_interrupts() { asm volatile("sti" : : : "memory"); }

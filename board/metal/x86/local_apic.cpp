@@ -56,22 +56,7 @@ void LocalApic::enable(std::uint64_t address, bool may_change) {
 
 std::uint32_t LocalApic::number() { return x2apic_ ? read(kNumber) : read(kNumber) >> 24; }
 
-/// Channel 2 of the PIT counts 59,659 of its ticks, 50 ms, and then raises its output (Intel 8254,
-/// mode 0; port 0x61 has gate and output).
-void LocalApic::calibrate() {
-    constexpr std::uint64_t kPitHz = 1'193'182, kPitTicks = 59'659;
-    constexpr std::uint16_t kControl = 0x43, kChannel2 = 0x42, kGate = 0x61;
-    port_write(kGate, static_cast<std::uint8_t>((port_read(kGate) & ~2u) | 1u));
-    port_write(kControl, 0xb0);
-    port_write(kChannel2, kPitTicks & 0xff);
-    port_write(kChannel2, kPitTicks >> 8);
-    const std::uint64_t begin = clock_count();
-    while ((port_read(kGate) & 0x20) == 0) {
-    }
-    calibrate_by_clock((clock_count() - begin) * kPitHz / kPitTicks);
-}
-
-void LocalApic::calibrate_by_clock(std::uint64_t hz) {
+void LocalApic::calibrate(std::uint64_t hz) {
     machine_clock.set(hz, clock_count());
     write(kTimer, kMasked | kTimerVector);
     write(kCount, UINT32_MAX);
@@ -96,6 +81,7 @@ void LocalApic::set_alarm(Instant t) {
 }
 
 void LocalApic::command(std::uint32_t apic, std::uint32_t word) {
+    order_stores();  // what was left for that core is there first
     if (x2apic_) return msr_write(kCommandMsr, std::uint64_t{apic} << 32 | word);
     while ((read(kCommand) & kPending) != 0) spin_hint();
     write(kCommandHigh, apic << 24);

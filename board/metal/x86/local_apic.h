@@ -20,11 +20,9 @@ class LocalApic {
     /// Once on every core; the first core's call decides about the mode of all. `may_change`: the
     /// processor's better modes are taken. Otherwise it stays an xAPIC, as Linux will want it back.
     static void enable(std::uint64_t address, bool may_change);
-    /// Measures the timer, and sets the clock, by the PIT's 1.193182 MHz. Once, on the first core,
-    /// with interrupts off. Takes 70 ms.
-    static void calibrate();
-    /// The same by a clock of this rate, without the PIT. Takes 20 ms.
-    static void calibrate_by_clock(std::uint64_t hz);
+    /// Sets the clock, whose counter has this rate, and measures the timer by it. Once, on the
+    /// first core, with interrupts off. Takes 20 ms.
+    static void calibrate(std::uint64_t hz);
     static std::uint32_t number();
     static void end_of_interrupt(const Frame&) { write(kEndOfInterrupt, 0); }
     /// Interrupts this core once, at `t` or soon after; kForever: not at all. What was set before
@@ -53,7 +51,10 @@ class LocalApic {
     static std::uint32_t read(std::uint32_t offset);
     static void write(std::uint32_t offset, std::uint32_t value);
     static void command(std::uint32_t apic, std::uint32_t word);
-    static void set_timer_mode() { write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0)); }
+    static void set_timer_mode() {
+        write(kTimer, kTimerVector | (tsc_deadline_ ? kDeadlineMode : 0));
+        order_stores();  // before the first deadline
+    }
 
     inline static constinit std::uint64_t address_ = 0;
     inline static constinit std::uint64_t timer_hz_ = 0;

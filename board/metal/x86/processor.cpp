@@ -1,6 +1,5 @@
 #include "board/metal/machine/processor.h"
 
-#include <array>
 #include <cstring>
 
 extern "C" void system_call_entry();  // x86/entry.S
@@ -43,27 +42,14 @@ bool is_about_memory(const Frame& frame, std::uint64_t& address) {
 
 /// Intel SDM volume 3, table 6-1.
 std::string_view exception_name(const Frame& frame) {
-    constexpr std::array<std::string_view, 20> kNames{"divide error",
-                                                      "debug exception",
-                                                      "non-maskable interrupt",
-                                                      "breakpoint",
-                                                      "overflow",
-                                                      "bound exceeded",
-                                                      "invalid opcode",
-                                                      "no coprocessor",
-                                                      "double fault",
-                                                      "coprocessor overrun",
-                                                      "invalid task state",
-                                                      "segment not present",
-                                                      "stack fault",
-                                                      "general protection",
-                                                      "page fault",
-                                                      "reserved",
-                                                      "floating-point error",
-                                                      "alignment check",
-                                                      "machine check",
-                                                      "vector floating-point error"};
-    return frame.vector < kNames.size() ? kNames[frame.vector] : "exception";
+    std::string_view names =
+        "divide error|debug exception|non-maskable interrupt|breakpoint|overflow|bound exceeded|"
+        "invalid opcode|no coprocessor|double fault|coprocessor overrun|invalid task state|"
+        "segment not present|stack fault|general protection|page fault|reserved|floating-point error|"
+        "alignment check|machine check|vector floating-point error|exception";
+    for (std::uint64_t vector = frame.vector; vector > 0 && names.find('|') < names.size(); --vector)
+        names.remove_prefix(names.find('|') + 1);
+    return names.substr(0, names.find('|'));
 }
 
 }  // namespace qduino::board::metal

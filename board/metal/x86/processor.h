@@ -11,6 +11,13 @@
 namespace qduino::board::metal {
 
 /// As x86/entry.S pushes it. The floating-point state is the FXSAVE format (SDM volume 1, 10.5.1).
+///
+///   ┌─ top of the kernel stack
+///   │ ss, rsp, flags, cs, rip     the processor
+///   │ error, vector               the stub: the processor, or a zero in its place
+///   │ rax … r15                   save_all
+///   │ floating_point              save_all: 512 bytes
+///   └─ Frame*
 struct Frame {
     static constexpr std::size_t kFirstArgument = 9;  ///< rdi, among the registers
 

@@ -117,11 +117,14 @@ void loop(16, 100, 500, 7) {
 void loop(17, 5000, 50000, 7) {
   static int release = 0;
   if (worst_ns[2] > 0 && ++release == 5) {  // core 0 begins last, when the report is said
+    // The line's interrupts come to this core, and no more responses count once it speaks.
+    std::array<int64_t, 17> seen;
+    for (int loop = 1; loop <= 16; ++loop) seen[loop] = worst_ns[loop];
     for (int loop = 1; loop <= 16; ++loop) {
       Serial.print("worst ");
       Serial.print(loop);
       Serial.print(" ");
-      Serial.println((uint32_t)worst_ns[loop].load());
+      Serial.println((uint32_t)seen[loop]);
     }
   }
   waitForNextPeriod();

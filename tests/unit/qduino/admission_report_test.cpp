@@ -65,7 +65,7 @@ TEST(AdmissionReport, AnAdmittedSketchIsATable) {
               "loop 3      0          4 ms         10 ms        4.2 ms  a.ino:13\n"
               "io 33       0          1 ms        100 ms        8.1 ms  setup()\n"
               "\n"
-              "core 0: admitted, utilisation 0.7199 > bound 0.8284: completion time decides\n"
+              "core 0: admitted, utilisation 0.7199, no bound applies: completion time decides\n"
               "  loop 3   R = 4.2 ms <= T = 10 ms\n"
               "  loop 1   R = 60 ms <= T = 100 ms\n"
               "core 1: admitted, owned by loop 2: it is alone there and never throttled\n"
