@@ -44,13 +44,26 @@ Inspector::Inspector(const Machine& machine, ByteSource& source, const Inspectio
       origin_(start.origin),
       position_(start.built),
       pressed_(start.pressed) {
-    so_far_.at = to_steps(corrected(start.asked_mm, start.bed.now()));
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+    so_far_.at = place_at_start(start);
     widen_turn(start.asked_mm);
     // A piece of no length: the place to start from.
     pieces_.push_back({AskedItem::Kind::move, 0, false, 0, so_far_.at, so_far_.at, 0});
     widen_reach();
+}
+
+// Where the path has it, or as the switches have left it: their places are not corrected.
+Inspector::Point Inspector::place_at_start(const InspectionStart& start) const {
+    const Point by_path = to_steps(corrected(start.asked_mm, start.bed.now()));
+    const Point by_switches = to_steps(start.asked_mm);
+    const auto off = [&](const Point& place) {
+        double most = 0;
+        for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+            most = std::max(most, std::abs(so_far_.built[axis] - place[axis]));
+        return most;
+    };
+    return off(by_switches) < off(by_path) ? by_switches : by_path;
 }
 
 Inspector::Point Inspector::to_steps(const Position& mm) const {
@@ -701,6 +714,8 @@ Inspector::Point Inspector::off_nearest_piece() {
     };
     for (const Piece& piece : passed_) look(piece);
     for (std::size_t i = 0; i < kLookAhead && piece(i).kind != AskedItem::Kind::end; ++i) {
+        // What is behind a G29 that is still to come is not read: the bed is not yet known.
+        if (pieces_[i].kind == AskedItem::Kind::probe && i > 0) break;
         look(pieces_[i]);
         if (i >= place_ + kAround && beside(pieces_[i].to) > kPassBalls) break;
     }

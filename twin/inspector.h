@@ -353,6 +353,7 @@ class Inspector {
     [[nodiscard]] Position corrected(const Position& asked, const AskedCorrection& by) const;
     [[nodiscard]] double fade_at(double asked_z_mm, double fade_end_mm) const;
     [[nodiscard]] Position home_from(const AskedItem& item) const;
+    [[nodiscard]] Point place_at_start(const InspectionStart& start) const;
     [[nodiscard]] Point to_steps(const Position& mm) const;
     [[nodiscard]] Position to_mm(const Point& steps) const;
     [[nodiscard]] Position built_mm() const;

@@ -146,6 +146,11 @@ Result<void> Preflight::home(gcode::AxisSet axes) {
     return {};
 }
 
+Result<void> Preflight::probe_bed() {
+    for (MoveSink* sink : sinks_) sink->on_probe();
+    return {};
+}
+
 void Preflight::check_homed(const gcode::Move& move) {
     for (const Axis axis : gcode::kToolAxes) {
         if (was_homed_[axis] || move.from[axis] == move.to[axis]) continue;
