@@ -244,7 +244,7 @@ void Inspector::on_step(const StepSeen& step) {
 void Inspector::on_endstop(Instant at, int axis, bool pressed) {
     now_ = at;
     pressed_[axis] = pressed;
-    if (homing_.active()) homing_.on_endstop(axis, pressed);
+    if (homing_.active()) homing_.on_endstop(at, axis, pressed);
 }
 
 void Inspector::on_probe(Instant at) {

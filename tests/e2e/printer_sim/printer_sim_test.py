@@ -326,6 +326,13 @@ class PrinterSim(unittest.TestCase):
                             ("G1 Z300", "reaches from 0 to 260 mm")]:
             self.assert_not_built(self.verdict("G28\n" + line + " F3000\n", delta()), words)
 
+    def test_homing_and_pausing_at_the_switches(self):
+        for machine in ["", COREXY]:
+            for job in ["G28\nG28\n", "G28\nM0\nM0\nG28\n", "G28\nM0\nG28 Z\nM0\nM0\nG28 X\n"]:
+                self.assert_built(self.verdict(job + "G1 X20 Y20 Z1 F3000\n", machine))
+        # A delta's carriages have no room up there for the way to the park place.
+        self.assert_built(self.verdict("G28\nM0\nG28\nG1 Z100 F3000\nG1 X10 Y10\nM0\nG1 X20\n", delta()))
+
     def test_two_motors_lift_one_axis_and_each_finds_its_own_switch(self):
         both = SECOND_Z + SECOND_SWITCH
         self.assert_built(self.verdict(tower(2), both))
