@@ -87,7 +87,9 @@ class AskedBed {
         if (const auto name = command.word_value("REMOVE")) profiles_.erase(std::string{*name});
         const auto name = command.word_value("LOAD");
         if (!name) return;
-        now_.map = profiles_[std::string{*name}];
+        const auto saved = profiles_.find(std::string{*name});
+        if (saved == profiles_.end() && *name != "default") return;
+        if (saved != profiles_.end()) now_.map = saved->second;
         now_.follows_bed = true;
     }
     /// A printed parallelogram ABCD: AC² + BD² = 2 (AB² + AD²), AC² − BD² = 4 AB·AD·cos A.

@@ -27,11 +27,17 @@ class AskedObjects {
 
   private:
     static std::string name_of(const CommandLine& command) {
-        if (const auto name = command.word_value("NAME")) return std::string{*name};
+        if (const auto name = command.word_value("NAME")) return in_capitals(std::string{*name});
         if (command.tail.find('=') != std::string::npos) return {};
         std::string bare = command.tail;
         bare.erase(0, std::min(bare.find_first_not_of(" \t"), bare.size()));
-        return bare;
+        return in_capitals(std::move(bare));
+    }
+    /// Names are the same in any case.
+    static std::string in_capitals(std::string name) {
+        for (char& c : name)
+            if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+        return name;
     }
     static std::string numbered(double index) {
         return std::to_string(std::llround(std::trunc(std::clamp(index, -1e9, 1e9))));

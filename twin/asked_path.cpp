@@ -21,6 +21,7 @@ AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& m
     : lines_(source, machine.macros),
       compensation_(compensation),
       bed_(bed),
+      gantry_(machine),
       extruder_steps_per_mm_(machine.axes[kExtruder].steps_per_mm),
       program_(start),
       machine_(start) {
@@ -34,7 +35,6 @@ AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& m
         (grid.points[1] % 2 != 0 ? grid.maximum_mm : grid.minimum_mm)[0] - machine.probe.x_offset_mm;
     probed_at_[1] = grid.maximum_mm[1] - machine.probe.y_offset_mm;
     probed_at_[2] = grid.clearance_mm;
-    homes_together_ = !Gantry{machine}.is_linear();
 }
 
 AskedItem AskedPath::next() {
@@ -62,6 +62,12 @@ void AskedPath::run(const CommandLine& command) {
     objects_.run(command);
     compensation_.run(command);
     if (command.word == "SET_GCODE_OFFSET") shift(command);
+    if (command.word == "SAVE_GCODE_STATE") {
+        const std::string name{command.word_value("NAME").value_or("default")};
+        saved_[name] = {modes_,        offsets_, program_, retraction_.lifted_mm, filament_.programmed,
+                        filament_.flow};
+    }
+    if (command.word == "RESTORE_GCODE_STATE") restore(command);
 }
 
 void AskedPath::run_g(const CommandLine& command) {
@@ -109,12 +115,17 @@ void AskedPath::run_g(const CommandLine& command) {
 
 void AskedPath::run_m(const CommandLine& command) {
     switch (command.number) {
+        case 18:
+        case 84:
+            if (!command.has('S')) forget_places(command);
+            return;
         case 82:
         case 83:
             modes_.relative_e = command.number == 83;
             return;
         case 92:
-            if (command.value('E') > 0) filament_.scale = command.value('E') / extruder_steps_per_mm_;
+            if (command.value('E') > 0 && command.value('T') == 0)
+                filament_.scale = command.value('E') / extruder_steps_per_mm_;
             return;
         case 200:
             return volumetric(command);
@@ -130,7 +141,8 @@ void AskedPath::run_m(const CommandLine& command) {
         case 208:
             return read_mm(command, 'S', retraction_.extra_mm);
         case 221:
-            if (command.has('S') && command.value('T') == 0) filament_.flow = command.value('S') / 100.0;
+            if (command.has('S') && command.value('T') == 0 && command.value('D') == 0)
+                filament_.flow = command.value('S') / 100.0;
             return;
         case 428:
             return centre_home();
@@ -303,16 +315,36 @@ void AskedPath::give(const Position& to, bool curved) {
 
 // ---- coordinates --------------------------------------------------------------------------------
 
-void AskedPath::home(const CommandLine& command) {
+/// A mask of the slides whose letters are there.
+std::uint8_t AskedPath::named_slides(const CommandLine& command) {
     std::uint8_t mask = 0;
     for (std::size_t axis = 0; axis < kSlideCount; ++axis)
         if (command.has(kAxisLetter[axis])) mask = static_cast<std::uint8_t>(mask | 1u << axis);
+    return mask;
+}
+
+/// Motors go off: slides that they move are no longer where they were found.
+void AskedPath::forget_places(const CommandLine& command) {
+    const std::uint8_t named = named_slides(command);
+    const bool all = named == 0 && !command.has('E');
+    const std::uint8_t off = gantry_.motors_of(all ? 0b111 : named);
+    for (unsigned slide = 0; slide < kSlideCount; ++slide) {
+        const auto bit = static_cast<std::uint8_t>(1u << slide);
+        if ((gantry_.motors_of(bit) & off) != 0) homed_ = static_cast<std::uint8_t>(homed_ & ~bit);
+    }
+}
+
+void AskedPath::home(const CommandLine& command) {
+    if (command.has('O') && homed_ == 0b111) return;
+    std::uint8_t mask = named_slides(command);
     // Axes that other machines have: nothing of this one is meant.
     if (mask == 0 &&
         (command.has('U') || command.has('V') || command.has('A') || command.has('B') || command.has('C')))
         return;
-    if (mask == 0 || homes_together_) mask = 0b111;  // a delta's carriages find the nozzle together
+    // A delta's carriages find the nozzle together.
+    if (mask == 0 || !gantry_.is_linear()) mask = 0b111;
     stop_waiting();
+    homed_ = static_cast<std::uint8_t>(homed_ | mask);
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         if ((mask >> axis & 1u) == 0) continue;
         machine_[axis] = program_[axis] = home_mm_[axis];
@@ -356,6 +388,23 @@ void AskedPath::centre_home() {
         if (std::abs(off[axis]) > kReferenceMm) return;
     }
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) set_home_offset(axis, off[axis]);
+}
+
+/// RESTORE_GCODE_STATE: what numbers mean is as it was; MOVE=1 also goes back.
+void AskedPath::restore(const CommandLine& command) {
+    const auto found = saved_.find(std::string{command.word_value("NAME").value_or("default")});
+    if (found == saved_.end()) return;
+    const Saved& then = found->second;
+    modes_.relative = then.modes.relative;
+    modes_.relative_e = then.modes.relative_e;
+    offsets_ = then.offsets;
+    offsets_.total[2] += retraction_.lifted_mm - then.lifted_mm;
+    filament_.programmed = then.programmed_e;
+    filament_.flow = then.flow;
+    if (command.word_number("MOVE").value_or(0) == 0) return;
+    Position to = then.program;
+    to[kExtruder] = program_[kExtruder];
+    move(to);
 }
 
 /// SET_GCODE_OFFSET X= Y= Z= E=, or X_ADJUST= …: the coordinates shift by so much. MOVE=1 goes

@@ -24,6 +24,8 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
+#include <string>
 
 #include "twin/asked_bed.h"
 #include "twin/asked_curve.h"
@@ -31,6 +33,7 @@
 #include "twin/asked_objects.h"
 #include "twin/byte_source.h"
 #include "twin/compensation.h"
+#include "twin/gantry.h"
 #include "twin/machine.h"
 
 namespace qduino::twin {
@@ -101,6 +104,15 @@ class AskedPath {
         bool relative_e = false;
         Plane plane = Plane::xy;
     };
+    /// SAVE_GCODE_STATE.
+    struct Saved {
+        Modes modes{};
+        Offsets offsets{};
+        Position program{};
+        double lifted_mm = 0;
+        double programmed_e = 0;
+        double flow = 1;
+    };
     /// The head waits while an object is left out, and then until a line goes sideways.
     struct Waiting {
         bool active = false;
@@ -120,6 +132,9 @@ class AskedPath {
     void set_home_offset(std::size_t axis, double mm);
     void centre_home();
     void shift(const CommandLine& command);
+    void restore(const CommandLine& command);
+    void forget_places(const CommandLine& command);
+    [[nodiscard]] static std::uint8_t named_slides(const CommandLine& command);
     void volumetric(const CommandLine& command);
     void read_mm(const CommandLine& command, char letter, double& mm) const;
     [[nodiscard]] Position target(const CommandLine& command);
@@ -139,7 +154,7 @@ class AskedPath {
     AskedBed bed_;
     Slides home_mm_{};
     Position probed_at_{};  // where the head is when the bed has been measured
-    bool homes_together_ = false;
+    Gantry gantry_;
     double extruder_steps_per_mm_;
     Position program_;  // where the lines read so far lead
     Position machine_;  // where the items lead: behind while the head waits
@@ -148,6 +163,8 @@ class AskedPath {
     Filament filament_{};
     Modes modes_{};
     Retraction retraction_{};
+    std::map<std::string, Saved> saved_{};
+    std::uint8_t homed_ = 0;  // slides, by the job itself
     AskedCurve curve_{};
     std::deque<AskedItem> given_;  // of the line in hand
 };

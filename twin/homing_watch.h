@@ -10,6 +10,10 @@
 // begins with the retreat. Rests between the strokes may have any length. A slide is also home when
 // another one of the same G28 begins to move by itself after the first one's second press.
 //
+// Where two belts move two slides (CoreXY), one belt's step comes before the other's, and the slide
+// that does not move leaves its switch by half a step for that long. A switch that has been open
+// for less than kFlicker has not been left.
+//
 // Invariant: a slide never becomes home before its second press.
 #pragma once
 
@@ -25,6 +29,7 @@ namespace qduino::twin {
 class HomingWatch {
   public:
     static constexpr Nanoseconds kRest{20'000'000};
+    static constexpr Nanoseconds kFlicker{20'000'000};
 
     /// A G28 of the axes in `mask` begins; `pressed` is each switch just before its first step.
     void begin(Instant now, std::uint8_t mask, const std::array<bool, kSlideCount>& pressed) {
@@ -37,9 +42,10 @@ class HomingWatch {
     /// Bit per slide that is not home yet.
     [[nodiscard]] std::uint8_t pending() const { return pending_; }
 
-    void on_endstop(int axis, bool pressed) {
+    void on_endstop(Instant at, int axis, bool pressed) {
         pressed_[axis] = pressed;
-        if (pressed) ++presses_[axis];
+        if (!pressed) opened_at_[axis] = at;
+        if (pressed && (presses_[axis] == 0 || at - opened_at_[axis] >= kFlicker)) ++presses_[axis];
     }
 
     /// Call before a step at `now` that moves the slides `moved`, a mask (0: no step, only time has
@@ -64,6 +70,7 @@ class HomingWatch {
     std::array<int, kSlideCount> presses_{};
     std::array<bool, kSlideCount> pressed_{};
     std::array<Instant, kSlideCount> stepped_at_{};
+    std::array<Instant, kSlideCount> opened_at_{};
 };
 
 }  // namespace qduino::twin

@@ -44,13 +44,26 @@ Inspector::Inspector(const Machine& machine, ByteSource& source, const Inspectio
       origin_(start.origin),
       position_(start.built),
       pressed_(start.pressed) {
-    so_far_.at = to_steps(corrected(start.asked_mm, start.bed.now()));
     for (std::size_t axis = 0; axis < kAxisCount; ++axis)
         so_far_.built[axis] = static_cast<double>(position_[axis]) - origin_[axis];
+    so_far_.at = place_at_start(start);
     widen_turn(start.asked_mm);
     // A piece of no length: the place to start from.
     pieces_.push_back({AskedItem::Kind::move, 0, false, 0, so_far_.at, so_far_.at, 0});
     widen_reach();
+}
+
+// Where the path has it, or as the switches have left it: their places are not corrected.
+Inspector::Point Inspector::place_at_start(const InspectionStart& start) const {
+    const Point by_path = to_steps(corrected(start.asked_mm, start.bed.now()));
+    const Point by_switches = to_steps(start.asked_mm);
+    const auto off = [&](const Point& place) {
+        double most = 0;
+        for (std::size_t axis = 0; axis < kSlideCount; ++axis)
+            most = std::max(most, std::abs(so_far_.built[axis] - place[axis]));
+        return most;
+    };
+    return off(by_switches) < off(by_path) ? by_switches : by_path;
 }
 
 Inspector::Point Inspector::to_steps(const Position& mm) const {
@@ -204,6 +217,7 @@ void Inspector::on_step(const StepSeen& step) {
     const std::size_t axis = step.axis;
     const std::uint8_t moved = gantry_.slides_of(axis);
     if (homing_.active()) end_homing(homing_.settle(step.at, moved));
+    if (homing_.active() && moved != 0 && (homing_.pending() & moved) == 0) take_for_excursion();
     if (probing_.active) probe_step(step.at);
     if (step.at - now_ >= kRest) rest();
     since_rest_ += axis < 2 ? 1 : 0;
@@ -230,7 +244,7 @@ void Inspector::on_step(const StepSeen& step) {
 void Inspector::on_endstop(Instant at, int axis, bool pressed) {
     now_ = at;
     pressed_[axis] = pressed;
-    if (homing_.active()) homing_.on_endstop(axis, pressed);
+    if (homing_.active()) homing_.on_endstop(at, axis, pressed);
 }
 
 void Inspector::on_probe(Instant at) {
@@ -286,8 +300,9 @@ void Inspector::end_probing() {
 
 void Inspector::begin_homing() {
     passed_.clear();
-    remembered_.clear();  // zero will be elsewhere
-    read_since_.clear();
+    // What else was remembered is useless: zero will be elsewhere.
+    while (remembered_.size() > (origin_at_rest_ ? 1 : 0)) forget_oldest();
+    if (!origin_at_rest_) read_since_.clear();
     const std::uint8_t slides = pieces_.front().homed;
     const std::uint8_t motors = gantry_.motors_of(slides);
     for (std::size_t motor = 0; motor < kSlideCount; ++motor)
@@ -296,9 +311,24 @@ void Inspector::begin_homing() {
     homing_.begin(now_, slides, pressed_);
 }
 
+// What began as a homing was an excursion: the head has left the path at the rest before.
+void Inspector::take_for_excursion() {
+    if (!origin_at_rest_) return;
+    origin_ = *origin_at_rest_;
+    origin_at_rest_.reset();
+    homing_ = HomingWatch{};
+    away_ = true;
+    rest();  // it may be back already
+}
+
 // The slides of `homed` stand at their switches, and the others where they stood.
 void Inspector::end_homing(std::uint8_t homed) {
     if (homed == 0) return;
+    if (!homing_.active()) {
+        origin_at_rest_.reset();
+        remembered_.clear();
+        read_since_.clear();
+    }
     Position slides = gantry_.is_linear() ? built_mm() : Position{};
     for (std::size_t slide = 0; slide < kSlideCount; ++slide) {
         if ((homed >> slide & 1u) == 0) continue;
@@ -553,11 +583,20 @@ bool Inspector::goes_from_open_switch(const Step& step) const {
     return (step.direction > 0) == machine_.axes[step.axis].trigger_at_minimum;
 }
 
+// Did the step begin where the head rested then?
+bool Inspector::stands_at_but_for(const Remembered& then, const Step& step) const {
+    auto before = position_;
+    before[step.axis] -= step.direction > 0 ? 1 : -1;
+    return std::equal(before.begin(), before.begin() + kSlideCount, then.position.begin());
+}
+
 // The cursor stands at a G28: does the step belong to it?
 bool Inspector::begins_homing(Cursor& cursor, const Step& step) {
     if ((pieces_[cursor.piece].homed & gantry_.slides_of(step.axis)) == 0) return false;
     if (goes_from_open_switch(step)) return false;
     so_far_.built[step.axis] -= step.direction;  // this step is homing's own
+    origin_at_rest_.reset();
+    if (!remembered_.empty() && stands_at_but_for(remembered_.back(), step)) origin_at_rest_ = origin_;
     commit(cursor);
     so_far_.at = pieces_.front().to;
     so_far_.share = 1;
@@ -675,6 +714,8 @@ Inspector::Point Inspector::off_nearest_piece() {
     };
     for (const Piece& piece : passed_) look(piece);
     for (std::size_t i = 0; i < kLookAhead && piece(i).kind != AskedItem::Kind::end; ++i) {
+        // What is behind a G29 that is still to come is not read: the bed is not yet known.
+        if (pieces_[i].kind == AskedItem::Kind::probe && i > 0) break;
         look(pieces_[i]);
         if (i >= place_ + kAround && beside(pieces_[i].to) > kPassBalls) break;
     }

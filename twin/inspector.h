@@ -86,8 +86,12 @@
 // detour that the machine hides is still a difference.
 //
 // Just before a G28 an excursion is told from the homing by its first step: that leads a slide from
-// its open switch. One that begins otherwise (from a closed switch, without room upwards, or
-// switches are at the top) may be reported as a difference.
+// its open switch. Where the switches are closed, between two G28 without a move, it begins as the
+// homing does. It gives itself away when a slide moves that has been homed already, or is not to
+// be: no homing goes on before all of its slides are home. Then the head is away since the rest
+// before, and the G28 is still to come. (An excursion that opens every switch and comes back looks
+// like a homing from its begin to its end; then the homing itself is the excursion. The places
+// agree either way.)
 //
 // Invariants: s never goes back, except to P; memory is bounded by the look-ahead (kLookAhead
 // items) and one read buffer.
@@ -312,6 +316,7 @@ class Inspector {
     [[nodiscard]] bool is_clean_since(const Remembered& then) const;
     [[nodiscard]] bool is_on_path() const;
     [[nodiscard]] bool stands_at(const Remembered& then) const;
+    [[nodiscard]] bool stands_at_but_for(const Remembered& then, const Step& step) const;
     [[nodiscard]] bool leaves(std::size_t axis) const;
     void follow(std::size_t axis, int direction);
     [[nodiscard]] bool advance_in_piece(const Step& step);
@@ -340,6 +345,7 @@ class Inspector {
     [[nodiscard]] bool has_probed(Instant at) const;
     void end_probing();
     void end_homing(std::uint8_t homed);
+    void take_for_excursion();
     [[nodiscard]] const Piece& piece(std::size_t index);
     void read_item();
     void push_way(const AskedItem& item);
@@ -347,6 +353,7 @@ class Inspector {
     [[nodiscard]] Position corrected(const Position& asked, const AskedCorrection& by) const;
     [[nodiscard]] double fade_at(double asked_z_mm, double fade_end_mm) const;
     [[nodiscard]] Position home_from(const AskedItem& item) const;
+    [[nodiscard]] Point place_at_start(const InspectionStart& start) const;
     [[nodiscard]] Point to_steps(const Position& mm) const;
     [[nodiscard]] Position to_mm(const Point& steps) const;
     [[nodiscard]] Position built_mm() const;
@@ -388,6 +395,8 @@ class Inspector {
     Instant now_{};
     HomingWatch homing_;
     std::array<std::int64_t, kSlideCount> homed_at_{};
+    /// Of the rest in remembered_ that a homing began at, which may be an excursion.
+    std::optional<std::array<double, kAxisCount>> origin_at_rest_;
     // The newest last. More than one, because a way that begins along the path looks like the path.
     std::deque<Remembered> remembered_;
     std::deque<Piece> read_since_;  // pieces read since the oldest of them

@@ -39,10 +39,10 @@ char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + '
 
 bool is_of_word(char c) { return (upper(c) >= 'A' && upper(c) <= 'Z') || c == '_' || (c >= '0' && c <= '9'); }
 
-/// Two letters, or a letter and an underscore, begin a word.
+/// Two letters or underscores begin a word.
 bool begins_word(std::string_view line) {
-    const auto letter = [](char c) { return upper(c) >= 'A' && upper(c) <= 'Z'; };
-    return line.size() >= 2 && letter(line[0]) && (letter(line[1]) || line[1] == '_');
+    const auto begins = [](char c) { return (upper(c) >= 'A' && upper(c) <= 'Z') || c == '_'; };
+    return line.size() >= 2 && begins(line[0]) && begins(line[1]);
 }
 
 /// A line with a number ends with a check sum, `N12 G1 X10*57`. In any other, `*` is a character.

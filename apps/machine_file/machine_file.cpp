@@ -165,6 +165,15 @@ void read_park(Section& s, printer::ParkConfig& p) {
     s.number("purge_speed_mm_s", p.purge_speed, 0.1, 50);
 }
 
+/// A word as G-code takes it: a G28X would be read as a G28.
+bool is_macro_name(std::string_view name) {
+    constexpr std::string_view kDigits = "0123456789";
+    constexpr std::string_view kOthers = "_abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+    const std::size_t digit = name.find_first_not_of(kOthers);
+    return name.size() >= 2 && digit >= 2 &&
+           name.find_first_not_of(std::string{kOthers}.append(kDigits)) == std::string_view::npos;
+}
+
 /// [macros]: each key is a word of a job, its text the lines that it stands for.
 void read_macros(Section& s, MachineConfig& m) {
     s.each_text([&](const std::string& name, const std::string& lines) -> std::string {
@@ -174,8 +183,13 @@ void read_macros(Section& s, MachineConfig& m) {
         macro.text.assign(lines);
         if (macro.text.size() < lines.size())
             return text<std::string>("has more than ", decltype(macro.text)::kCapacity, " bytes");
-        if (name.size() < 2 || name.size() > decltype(macro.name)::kCapacity)
-            return "is no word of 2 to 32 letters, digits and _";
+        if (!is_macro_name(name) || name.size() > decltype(macro.name)::kCapacity)
+            return "is no word of 2 to 32 letters, digits and _, the first two no digits";
+        for (std::size_t open = lines.find('{'); open != std::string::npos;
+             open = lines.find('{', open + 1)) {
+            const std::size_t end = lines.find_first_of("}\n", open);
+            if (end == std::string::npos || lines[end] == '\n') return "has a { without its } in the line";
+        }
         const bool kept = m.macros.try_push_back(macro);
         return kept ? "" : text<std::string>("is one macro more than ", printer::kMacrosMax);
     });

@@ -52,6 +52,13 @@ Broken axis_rule(const MachineConfig& m, std::size_t i) {
         return broken(key_of(i, "minimum_mm"), "'minimum_mm' is ", Shortest{a.minimum.value()},
                       ", not below maximum_mm, ", Shortest{a.maximum.value()});
     }
+    const bool beyond = a.home_towards_minimum ? a.home_position > a.maximum : a.home_position < a.minimum;
+    if (beyond) {
+        return broken(key_of(i, "home_position_mm"), "'home_position_mm' is ",
+                      Shortest{a.home_position.value()}, ", beyond the other end of the axis, ",
+                      Shortest{(a.home_towards_minimum ? a.maximum : a.minimum).value()},
+                      ": correct it, or home_towards_minimum");
+    }
     if (a.home_speed > a.max_speed) {
         return broken(key_of(i, "home_speed_mm_s"), "'home_speed_mm_s' is above max_speed_mm_s, ",
                       Shortest{a.max_speed.value()});
@@ -172,7 +179,7 @@ Broken pin_rule(const MachineConfig& m) {
     for (std::size_t i = 0; i < uses.size(); ++i) {
         for (std::size_t j = 0; j < i; ++j) {
             if (uses[i].pin != uses[j].pin || (uses[i].enable && uses[j].enable)) continue;
-            return broken(uses[i].path, "pin ", uses[i].pin, " is ", uses[j].path,
+            return broken(uses[i].path, uses[i].path, ": pin ", uses[i].pin, " is ", uses[j].path,
                           " already: each needs a pin of its own");
         }
     }

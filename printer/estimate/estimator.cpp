@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "printer/machine/probe_run.h"
 #include "printer/machine/vectors.h"
 #include "printer/step/path_solver.h"
 
@@ -169,6 +170,59 @@ void Estimator::on_home(gcode::AxisSet axes) {
         QDUINO_EXPECT(goes_on);
         if (homing.active()) wait_for_release(Activity::homing);
     }
+}
+
+// ---- probing ------------------------------------------------------------------------------------
+
+/// Up to the clearance and over `place` (machine/probe_run.h): seconds.
+double Estimator::way_of_probe(const ProbePlace& place) {
+    motion::AxisVector at = planner_.position_mm();
+    at[2] = machine_.mesh.clearance.value();
+    const double lift_mm_s = machine_.axes[Axis::z].max_speed.value();
+    const bool lifts = planner_.append_to(at, lift_mm_s, accelerations_.travel);
+    at[0] = place.x.value();
+    at[1] = place.y.value();
+    const bool goes = planner_.append_to(at, machine_.mesh.travel_speed.value(), accelerations_.travel);
+    QDUINO_EXPECT(lifts && goes);
+    planner_.flush();
+    double way_s = 0;
+    for (motion::Segment segment; planner_.next(segment);) way_s += segment.shape.duration_s();
+    return way_s;
+}
+
+/// Down to a bed that is plane: seconds.
+double Estimator::way_to_bed() {
+    motion::AxisVector bed = planner_.position_mm();
+    const double height_mm = bed[2] - machine_.probe.trigger_height.value();
+    motion::AxisVector end = bed;
+    end[2] = machine_.probe.trigger_height.value() - machine::ProbeRun::kTooLow_mm;
+    const bool fits = planner_.append_to(end, machine_.probe.speed.value(), accelerations_.travel);
+    planner_.flush();
+    motion::Segment segment;
+    const bool moves = planner_.next(segment);
+    QDUINO_EXPECT(fits && moves);
+    bed[2] = machine_.probe.trigger_height.value();
+    planner_.reset(bed);
+    return segment.shape.time_at(std::clamp(height_mm, 0.0, segment.shape.length_mm));
+}
+
+/// As machine/probe_run.h goes from point to point; each order begins a release after the one
+/// before it.
+void Estimator::on_probe() {
+    come_to_rest();
+    wait_for_release(Activity::homing);
+    const std::size_t points = probe_count(machine_.mesh);
+    for (std::size_t point = 0; point < points; ++point) {
+        spend(Activity::homing, filters_.before_s + way_of_probe(probe_place(machine_, point)));
+        spend(Activity::homing, filters_.behind_s);
+        for (int releases = 0; releases < 2; ++releases) wait_for_release(Activity::homing);
+        spend(Activity::homing, filters_.before_s + way_to_bed());  // what is left is dropped
+        for (int releases = 0; releases < 2; ++releases) wait_for_release(Activity::homing);
+    }
+    const double up_s = way_of_probe(probe_place(machine_, points - 1));
+    spend(Activity::homing, filters_.before_s + up_s);
+    spend(Activity::homing, std::max(machine::ProbeRun::kRest_s, filters_.behind_s));
+    wait_for_release(Activity::homing);
 }
 
 // ---- time ---------------------------------------------------------------------------------------

@@ -35,6 +35,7 @@
 #include "printer/machine/motion_pipe.h"
 #include "printer/motion/planner.h"
 #include "printer/preflight/move_sink.h"
+#include "printer/probe_grid.h"
 
 namespace qduino::printer::estimate {
 
@@ -43,7 +44,7 @@ enum class Activity : std::uint8_t {
     travel = gcode::kFeatureCount,
     retraction,  ///< filament alone moves
     dwell,
-    homing,
+    homing,   ///< and probing of the bed
     heating,  ///< the job waits for a temperature
 };
 inline constexpr std::size_t kActivityCount = gcode::kFeatureCount + 5;
@@ -79,6 +80,7 @@ class Estimator final : public preflight::MoveSink {
     void on_move(const gcode::Move& move, const preflight::MoveContext& context) override;
     void on_dwell(Seconds duration) override;
     void on_home(gcode::AxisSet axes) override;
+    void on_probe() override;
     void on_temperature(gcode::Heater heater, Celsius target, std::optional<gcode::WaitFor> wait) override;
     void on_limits(const gcode::LimitChange& change) override;
     void on_pause() override { come_to_rest(); }
@@ -116,6 +118,8 @@ class Estimator final : public preflight::MoveSink {
     void wait_for_release(Activity activity);
     [[nodiscard]] double duration_of(const machine::Homing::Order& order, double from_switch_mm);
     [[nodiscard]] double from_switch_mm(Axis axis) const;
+    [[nodiscard]] double way_of_probe(const ProbePlace& place);
+    [[nodiscard]] double way_to_bed();
 
     MachineConfig machine_;
     motion::Planner planner_;

@@ -48,9 +48,20 @@ struct Move {
 
 enum class Heater : std::uint8_t { hot_end, bed };
 
-enum class WaitFor : std::uint8_t {
-    heating,             ///< M109 S: done as soon as the temperature is not below the target
-    heating_or_cooling,  ///< M109 R: done when the target is reached from either side
+struct WaitFor {
+    enum Kind : std::uint8_t {
+        heating,             ///< M109 S: done as soon as the temperature is not below the target
+        heating_or_cooling,  ///< M109 R: done when the target is reached from either side
+        between,             ///< TEMPERATURE_WAIT: done between two temperatures, both included
+    };
+
+    constexpr WaitFor(Kind what) : kind(what) {}  // NOLINT: it is one
+    constexpr WaitFor(Celsius from, Celsius to) : kind(between), lowest(from), highest(to) {}
+
+    Kind kind;
+    Celsius lowest{}, highest{};  ///< of `between`
+
+    friend constexpr bool operator==(const WaitFor&, const WaitFor&) = default;
 };
 
 /// M201, M203, M204, M205: a limit that is not given stays as it is. Never above the machine's own

@@ -13,7 +13,7 @@ namespace handlers {
 using SureHandler = void(Context& context, const Command& command);
 // handlers_motion.cpp
 Handler linear_move, arc_clockwise, arc_counterclockwise, spline, dwell, wait_for_moves, retract, recover,
-    home, tool;
+    home, tool, tool_change;
 // handlers_state.cpp
 Handler set_position, retraction_settings, recover_settings, speed_factor, flow_factor, volumetric,
     steps_per_mm, home_offsets, home_offsets_here;
@@ -30,8 +30,9 @@ SureHandler report_settings;
 SureHandler message, echo, report_temperatures, report_position, report_firmware, cold_extrusion,
     emergency_stop;
 // handlers_words.cpp, handlers_compensation.cpp
-Handler heater_temperature, heaters_off, velocity_limit, set_input_shaper, set_pressure_advance, code_offset,
-    choose_extruder, object_begins, object_ends, exclude_object, object_labels;
+Handler heater_temperature, temperature_wait, heaters_off, save_state, restore_state, velocity_limit,
+    set_input_shaper, set_pressure_advance, code_offset, choose_extruder, object_begins, object_ends,
+    exclude_object, object_labels;
 // handlers_bed.cpp
 Handler probe_bed, follow_bed, forget_bed, bed_profile, skew, set_skew;
 }  // namespace handlers
@@ -67,7 +68,9 @@ constexpr CodeInfo kCodes[]{
     {{"QUAD_GANTRY_LEVEL"}, "align the gantry", ""},
     {{"QUERY_ENDSTOPS"}, "report endstops", ""},
     {{"RESPOND"}, "echo", ""},
+    {{"RESTORE_GCODE_STATE"}, "modes and coordinates that were kept", "", restore_state},
     {{"RESUME"}, "resume", ""},
+    {{"SAVE_GCODE_STATE"}, "keep modes and coordinates", "", save_state},
     {{"SAVE_VARIABLE"}, "keep a number", ""},
     {{"SET_DISPLAY_TEXT"}, "message", ""},
     {{"SET_FAN_SPEED"}, "another fan", ""},
@@ -85,6 +88,7 @@ constexpr CodeInfo kCodes[]{
     {{"SET_VELOCITY_LIMIT"}, "largest speed and acceleration", "", velocity_limit},
     {{"SKEW_PROFILE"}, "skew correction", ""},
     {{"STATUS"}, "report", ""},
+    {{"TEMPERATURE_WAIT"}, "wait for a temperature", "", temperature_wait, when_done},
     {{"TIMELAPSE_TAKE_FRAME"}, "take a picture", ""},
     {{"TURN_OFF_HEATERS"}, "heaters off", "", heaters_off},
     {{"UPDATE_DELAYED_GCODE"}, "a macro's timer", ""},
@@ -105,7 +109,7 @@ constexpr CodeInfo kCodes[]{
     {{'G', 21}, "millimetres", "", sure<millimetres>},
     {{'G', 26}, "mesh validation pattern", "BCDFHIKLOPQRSUXY", refused},
     {{'G', 27}, "park", "P"},
-    {{'G', 28}, "home", "XYZ", home, when_done},
+    {{'G', 28}, "home; O: unless this job has", "XYZO", home, when_done},
     {{'G', 29}, "probe the bed mesh", "ABCDEFHIJKLOPQRSTUVWXYZ", probe_bed, when_done},
     {{'G', 30}, "probe one point", "CXY"},
     {{'G', 31}, "probe's trigger height", ""},
@@ -119,6 +123,7 @@ constexpr CodeInfo kCodes[]{
     {{'G', 80}, "probe the bed mesh", "", probe_bed, when_done},
     {{'G', 90}, "absolute coordinates", "", sure<absolute>, parked},
     {{'G', 91}, "relative coordinates", "", sure<relative>, parked},
+    {{'G', 91, 1}, "arcs' centres are relative", "", sure<nothing>},
     {{'G', 92}, "set position", "XYZEABCUVW", set_position, strict},
     {{'G', 92, 1}, "machine coordinates", "", sure<machine_coordinates>, strict},
     {{'G', 94}, "speeds are per minute", "", sure<nothing>},
@@ -127,6 +132,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 3}, "spindle or laser on", "IOS", refused},
     {{'M', 4}, "spindle or laser on", "IOS", refused},
     {{'M', 5}, "spindle or laser off", ""},
+    {{'M', 6}, "tool change", "T", tool_change},
     {{'M', 17}, "motors on", "XYZE"},
     {{'M', 18}, "motors off", "SXYZE", motors_off},
     {{'M', 20}, "list files", "FLT"},
@@ -192,11 +198,11 @@ constexpr CodeInfo kCodes[]{
     {{'M', 209}, "automatic retraction", "S"},
     {{'M', 211}, "software endstops", "S"},
     {{'M', 220}, "speed factor", "SBR", speed_factor, printing},
-    {{'M', 221}, "flow factor", "ST", flow_factor, printing},
+    {{'M', 221}, "flow factor", "STD", flow_factor, printing},
     {{'M', 226}, "pause", "", pause, when_still},
     {{'M', 290}, "babystep", "XYZSP", refused},
     {{'M', 300}, "beep", "PS"},
-    {{'M', 301}, "hot end PID", "CDEFILP", hot_end_gains, printing, when_done},
+    {{'M', 301}, "hot end PID", "CDEFHILP", hot_end_gains, printing, when_done},
     {{'M', 302}, "report cold extrusion", "PS", sure<cold_extrusion>, always, when_done},
     {{'M', 303}, "tune PID", "CDESU", tune_gains, when_done},
     {{'M', 304}, "bed PID", "DIP", bed_gains, printing, when_done},
@@ -207,6 +213,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 412}, "filament sensor", "DHRS"},
     {{'M', 413}, "power loss recovery", "S"},
     {{'M', 420}, "bed mesh", "CLSTVZ", follow_bed},
+    {{'M', 421}, "a height of the bed mesh", "CEIJNQXYZ", refused},
     {{'M', 425}, "backlash", "FSXYZ"},
     {{'M', 428}, "home offset by the present place", "", home_offsets_here, strict},
     {{'M', 486}, "object labels", "ACPSTU", object_labels, named, printing},
@@ -216,17 +223,23 @@ constexpr CodeInfo kCodes[]{
     {{'M', 503}, "report settings", "CS", sure<report_settings>, always, when_done},
     {{'M', 540}, "stop at endstop", "S"},
     {{'M', 555}, "print area", "XYWH"},
+    {{'M', 556}, "skew correction by a printed square", "SPXYZ", refused},
     {{'M', 566}, "allowed speed changes", "XYZEP"},
     {{'M', 568}, "a tool's temperatures", "APRS", tool_temperatures, printing},
     {{'M', 569}, "stepper driver", "EISTXYZ"},
     {{'M', 572}, "pressure advance", "DSW", pressure_advance},
+    {{'M', 579}, "scale axes", "XYZ", refused},
     {{'M', 593}, "input shaping", "DFPSTXY", input_shaping},
     {{'M', 600}, "filament change", "BELTUXYZR", filament_change, when_still},
     {{'M', 601}, "pause", "", pause, when_still},
     {{'M', 602}, "resume", ""},
     {{'M', 603}, "filament change lengths", "LTU"},
+    {{'M', 665}, "a delta's measures", "ABCDHLRSVXYZ", refused},
+    {{'M', 666}, "a delta's switches", "XYZ", refused},
     {{'M', 701}, "load filament", "LPTZ"},
     {{'M', 702}, "unload filament", "PTUZ"},
+    {{'M', 808}, "repeat a part of the file", "L", refused},
+    {{'M', 810}, "call or keep a macro", "", refused},
     {{'M', 851}, "probe offset", "XYZ"},
     {{'M', 852}, "skew correction", "IJKS", skew},
     {{'M', 862, Code::kAnySubcode}, "printer check", "PQTU"},
@@ -249,9 +262,15 @@ const CodeInfo* find_row(const Code& code) {
     return row != std::ranges::end(kCodes) && row->code == code ? row : nullptr;
 }
 
-/// The row without a subcode; all tools are one family.
+/// The number that stands in the table: all tools are one family, and so are Marlin's M810 to M819.
+std::uint32_t family_of(char letter, std::uint32_t number) {
+    if (letter == 'M' && number > 810 && number < 820) return 810;
+    return letter == 'T' ? 0 : number;
+}
+
+/// The row without a subcode.
 const CodeInfo* find_family(char letter, std::uint32_t number) {
-    return find_row({letter, letter == 'T' ? 0 : number});
+    return find_row({letter, family_of(letter, number)});
 }
 
 }  // namespace
@@ -261,7 +280,8 @@ std::span<const CodeInfo> known_codes() { return kCodes; }
 const CodeInfo* find_code(const Command& command) {
     if (command.letter == '\0') return find_row(Code{command.word.view()});
     // T0 … T99 are known; the handler decides which of them exist.
-    const std::uint32_t number = command.letter == 'T' && command.number < 100 ? 0 : command.number;
+    const bool is_no_tool = command.letter == 'T' && command.number >= 100;
+    const std::uint32_t number = is_no_tool ? command.number : family_of(command.letter, command.number);
     if (!command.subcode) return find_row({command.letter, number});
     const CodeInfo* const exact = find_row({command.letter, number, *command.subcode});
     return exact != nullptr ? exact : find_row({command.letter, number, Code::kAnySubcode});

@@ -21,6 +21,13 @@ bool is_known(const Command& command, const MachineConfig& machine) {
     return is_macro || find_code(command) != nullptr;
 }
 
+/// A macro's call, as far as it looks: `PRINT_START`, `START BED=60`. Whether there is such a macro
+/// is preflight's question.
+bool may_be_macro(const Command& command) {
+    const auto has = [](std::string_view text, char c) { return text.find(c) != std::string_view::npos; };
+    return command.letter == '\0' && (has(command.word.view(), '_') || has(command.text.view(), '='));
+}
+
 }  // namespace
 
 Content look_at_content(std::span<const char> bytes, const MachineConfig& machine) {
@@ -33,6 +40,7 @@ Content look_at_content(std::span<const char> bytes, const MachineConfig& machin
     const auto count = [&](const Line& line) {
         const bool comment = line.command == nullptr && !line.comment.empty();
         const bool known = line.command != nullptr && is_known(*line.command, machine);
+        if (line.command != nullptr && !known && may_be_macro(*line.command)) return;
         if (line.error || (line.command != nullptr && !known)) {
             ++speak_against;
         } else if (known || comment) {

@@ -17,6 +17,8 @@
 #include <optional>
 #include <string_view>
 
+#include "base/fixed_string.h"
+#include "base/fixed_vector.h"
 #include "base/quantity.h"
 #include "base/result.h"
 #include "printer/gcode/actions.h"
@@ -74,9 +76,10 @@ struct ModalState {
     Millimetres filament_peak;  ///< the furthest that E of `machine` has been
     Celsius hot_end_target{};
     Celsius bed_target{};
-    Millimetres programmed_e;  ///< E as G-code counts it; G92 sets it, flow does not scale it
-    PerAxis<bool> homed{};     ///< X, Y, Z
-    SkewConfig skew{};         ///< M852; outlasts a job
+    Millimetres programmed_e;      ///< E as G-code counts it; G92 sets it, flow does not scale it
+    PerAxis<bool> homed{};         ///< X, Y, Z
+    PerAxis<bool> homed_by_job{};  ///< … by a G28 of this job: `G28 O` asks for that
+    SkewConfig skew{};             ///< M852; outlasts a job
     PerAxis<bool> warned_unhomed{};
     RetractionSettings retraction{};
     bool retracted = false;
@@ -91,11 +94,20 @@ struct ModalState {
     }
     void set_homed(Axis axis, bool is_homed) {
         homed[axis] = is_homed;
+        homed_by_job[axis] = homed_by_job[axis] && is_homed;
         warned_unhomed[axis] = false;
     }
 };
 
+/// SAVE_GCODE_STATE: modes, coordinates, factors and place. Klipper's set of them.
+struct SavedState {
+    FixedString<32> name{};
+    ModalState state{};
+};
+
 struct Context {
+    static constexpr std::size_t kSavedMax = 4;
+
     MachineConfig config;
     Actions& actions;
     Kinematics kinematics{config};
@@ -104,6 +116,7 @@ struct Context {
     std::optional<Curve> curve{};  ///< begun; the interpreter hands its chords on
     Expansion lines{};             ///< begun; the interpreter carries them out
     Objects objects{};
+    FixedVector<SavedState, kSavedMax> saved{};
     /// Where the head waits while objects are left out: `state.machine` goes on without it.
     std::optional<Position> left_at{};
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there

@@ -3,6 +3,7 @@
 //   G29, G80, BED_MESH_CALIBRATE    measure the bed, and follow it from the next move on
 //   M420 S1 Z10                     follow it, and no more from 10 mm on; S0: as if it were flat
 //   BED_MESH_PROFILE LOAD=NAME      … SAVE=NAME, REMOVE=NAME;  BED_MESH_CLEAR
+//                                   LOAD=default: what was measured last, if no bed has that name
 //   M852 I J K, SET_SKEW XY=AC,BD,AD    the tangents, or what a printed square measures
 //
 // Facts: marlinfw.org/docs/gcode/G029.html, M420.html, M852.html; Klipper's documentation, "Bed
@@ -72,6 +73,11 @@ Result<void> forget_bed(Context& context, const Command&) {
 }
 
 Result<void> bed_profile(Context& context, const Command& command) {
+    // No probe, no bed that was kept: there is nothing to load, and nothing can be measured.
+    if (context.config.probe.pin == kNoPin && context.config.beds.empty()) {
+        context.not_done = true;
+        return {};
+    }
     BedChange change;
     for (const auto& [key, profile] :
          {std::pair{"LOAD", BedProfile::load}, std::pair{"SAVE", BedProfile::save},

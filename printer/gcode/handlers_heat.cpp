@@ -72,7 +72,14 @@ Result<HeaterChange> model_change(const Context& context, const Command& command
 
 }  // namespace
 
-Result<void> hot_end_gains(Context& i, const Command& c) { return gains(i, c, Heater::hot_end); }
+/// E: which hot end (Marlin). H: which heater, in RepRapFirmware, whose gains count otherwise.
+Result<void> hot_end_gains(Context& context, const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto hot_end, number(command, 'E'));
+    if (hot_end.value_or(0) != 0) return {};  // of one that is not there
+    if (command.parameters.has('H'))
+        return make_error(ErrorCode::unsupported, "H is RepRapFirmware's, whose gains count otherwise");
+    return gains(context, command, Heater::hot_end);
+}
 Result<void> bed_gains(Context& i, const Command& c) { return gains(i, c, Heater::bed); }
 
 Result<void> tune_gains(Context& context, const Command& command) {

@@ -182,8 +182,19 @@ Result<void> instantaneous_speeds(Context& context, const Command& command) {
 
 void message(Context& context, const Command& command) { context.actions.message(command.text); }
 
+/// Up to three letters in front say how it is told: A1 as a host's action, E1 and P0 not at all.
 void echo(Context& context, const Command& command) {
-    context.actions.note(NoteKind::echo, command.text, command.source);
+    std::string_view rest = command.text.view();
+    bool is_action = false;
+    for (int letters = 0; letters < 3 && rest.size() >= 2; ++letters) {
+        const char letter = rest[0];
+        const bool is_one = (letter == 'A' || letter == 'E') && rest[1] == '1';
+        const bool is_port = letter == 'P' && is_digit(rest[1]);
+        if (!is_one && !is_port) break;
+        is_action = is_action || letter == 'A';
+        rest = trim(rest.substr(2));
+    }
+    context.actions.note(NoteKind::echo, text(is_action ? "//" : "", rest), command.source);
 }
 
 Result<void> progress(Context& context, const Command& command) {

@@ -228,6 +228,9 @@ constexpr std::string_view kForeignAxes = "ABCUV";
 Result<void> home(Context& context, const Command& command) {
     const auto has = [&](char letter) { return command.parameters.has(letter); };
     const bool named = has('X') || has('Y') || has('Z');
+    // O: only if need be. What an earlier job has homed does not count: a job brings its own.
+    const auto is_known = [&](Axis axis) { return context.state.homed_by_job[axis]; };
+    if (has('O') && std::ranges::all_of(kToolAxes, is_known)) return {};
     if (!named && std::ranges::any_of(kForeignAxes, has)) {
         context.warn("the axes of this G28 are not there: nothing to home");
         return {};
@@ -246,6 +249,7 @@ Result<void> home(Context& context, const Command& command) {
         state.machine[axis] = context.config.axes[axis].home_position;
         state.offset[axis] = state.code_offset[axis] - state.home_offset[axis];
         state.set_homed(axis, true);
+        state.homed_by_job[axis] = true;
         if (axis == Axis::z) state.lifted = Millimetres{0};
     }
     return {};
@@ -253,6 +257,13 @@ Result<void> home(Context& context, const Command& command) {
 
 Result<void> tool(Context&, const Command& command) {
     if (command.number == 0) return {};
+    return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
+}
+
+/// M6 T0: a word of machine tools, and of MakerBots, for the tool that follows.
+Result<void> tool_change(Context&, const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
+    if (tool.value_or(0) == 0) return {};
     return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
 }
 

@@ -37,7 +37,8 @@ Result<void> set_position(Context& context, const Command& command) {
     for (const Axis axis : kAllAxes) {
         const char letter = kAxisLetter[axis];
         if (!all && !command.parameters.has(letter)) continue;
-        // A letter by itself means 0, as in Marlin.
+        // A letter by itself means 0, and no letter all axes, as in Klipper and in Marlin of before
+        // version 2, which passes both over.
         const double value = command.parameters.value(letter).value_or(0);
         if (!(std::abs(value) <= 1e6)) return outside(letter, value, -1e6, 1e6, "");
         const Millimetres programmed{value * (axis == Axis::e ? state.filament_unit() : state.unit_mm)};
@@ -165,8 +166,9 @@ Result<void> flow_factor(Context& context, const Command& command) {
     QDUINO_TRY_ASSIGN(const auto percent,
                       number_within(command, 'S', kFactorPercentMin, kFactorPercentMax, "percent"));
     QDUINO_TRY_ASSIGN(const auto tool, number(command, 'T'));
+    QDUINO_TRY_ASSIGN(const auto drive, number(command, 'D'));  // RepRapFirmware's
     ModalState& state = context.state;
-    if (percent && tool.value_or(0) == 0) state.flow_factor = *percent / 100;
+    if (percent && tool.value_or(0) == 0 && drive.value_or(0) == 0) state.flow_factor = *percent / 100;
     context.actions.factors(state.speed_factor, state.flow_factor);
     return {};
 }

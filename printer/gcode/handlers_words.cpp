@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kShiftMax_mm = 1000;
 constexpr double kObjectIndexMax = 9999;
+/// No sensor shows more.
+constexpr double kHottestWait = 1000;
 
 /// X, Y, Z or E of SET_GCODE_OFFSET: the new offset, given whole or as a change; none: not named.
 Result<std::optional<Millimetres>> asked_offset(const Command& command, Axis axis, Millimetres now) {
@@ -46,6 +48,21 @@ Result<std::optional<double>> object_index(const Command& command, char letter) 
     return number_within(command, letter, -kObjectIndexMax, kObjectIndexMax, "");
 }
 
+/// The heater that Klipper calls `name`.
+Result<Heater> heater_called(std::string_view name) {
+    if (name == "extruder") return Heater::hot_end;
+    if (name == "heater_bed") return Heater::bed;
+    return make_error(ErrorCode::unsupported, "this machine has no heater ", name);
+}
+
+Result<SavedState*> find_saved(Context& context, std::string_view name) {
+    const FixedString<32> cut{name};
+    const auto found = std::ranges::find_if(
+        context.saved, [&](const SavedState& held) { return held.name.view() == cut.view(); });
+    if (found != context.saved.end()) return &*found;
+    return make_error(ErrorCode::not_found, "no state was saved as ", name);
+}
+
 /// The object that is being printed.
 Result<void> leave_out_current(Context& context) {
     if (context.objects.inside()) return leave_out(context, context.objects.current());
@@ -56,14 +73,31 @@ Result<void> leave_out_current(Context& context) {
 
 /// SET_HEATER_TEMPERATURE HEATER=extruder TARGET=200.
 Result<void> heater_temperature(Context& context, const Command& command) {
-    const std::string_view name = word_value(command.text, "HEATER").value_or("");
-    const bool is_bed = name == "heater_bed";
-    if (!is_bed && name != "extruder")
-        return make_error(ErrorCode::unsupported, "this machine has no heater ", name);
-    const HeaterConfig& config = is_bed ? context.config.bed : context.config.hot_end;
+    QDUINO_TRY_ASSIGN(const Heater heater, heater_called(word_value(command.text, "HEATER").value_or("")));
+    const HeaterConfig& config = heater == Heater::bed ? context.config.bed : context.config.hot_end;
     QDUINO_TRY_ASSIGN(const auto target,
                       word_number_within(command, "TARGET", 0, highest_target(config).value()));
-    return set_target(context, is_bed ? Heater::bed : Heater::hot_end, Celsius{target.value_or(0)});
+    return set_target(context, heater, Celsius{target.value_or(0)});
+}
+
+/// TEMPERATURE_WAIT SENSOR=heater_bed MINIMUM=55 MAXIMUM=65: the targets stay. Klipper waits for
+/// ever where a target does not lead there; that is an error here.
+Result<void> temperature_wait(Context& context, const Command& command) {
+    QDUINO_TRY_ASSIGN(const Heater heater, heater_called(word_value(command.text, "SENSOR").value_or("")));
+    const bool is_bed = heater == Heater::bed;
+    const Celsius most = highest_target(is_bed ? context.config.bed : context.config.hot_end);
+    QDUINO_TRY_ASSIGN(const auto lowest, word_number_within(command, "MINIMUM", 0, most.value()));
+    QDUINO_TRY_ASSIGN(const auto highest, word_number_within(command, "MAXIMUM", 0, kHottestWait));
+    if (!lowest && !highest)
+        return make_error(ErrorCode::invalid_argument, "needs MINIMUM or MAXIMUM, a temperature");
+    const Celsius target = is_bed ? context.state.bed_target : context.state.hot_end_target;
+    const double from = lowest.value_or(0), to = highest.value_or(kHottestWait);
+    const bool gets_there =
+        from <= to && from <= target.value() && to >= std::max(target.value(), context.config.room.value());
+    if (!gets_there)
+        return make_error(ErrorCode::unavailable, "it would wait for ever: the target is ",
+                          Shortest{target.value()}, " °C");
+    return set_target(context, heater, target, WaitFor{Celsius{from}, Celsius{to}});
 }
 
 Result<void> heaters_off(Context& context, const Command&) {
@@ -113,6 +147,47 @@ Result<void> code_offset(Context& context, const Command& command) {
     }
     state.programmed_e -= changed[Axis::e] - state.code_offset[Axis::e];
     state.code_offset = changed;
+    QDUINO_TRY(context.check_target(target));
+    if (context.goes_sideways(target)) QDUINO_TRY(context.rejoin(target));
+    return context.move_to(target, speed ? MillimetresPerSecond{*speed} : state.feedrate);
+}
+
+/// SAVE_GCODE_STATE NAME=pause.
+Result<void> save_state(Context& context, const Command& command) {
+    const std::string_view name = word_value(command.text, "NAME").value_or("default");
+    const Result<SavedState*> held = find_saved(context, name);
+    if (held) {
+        (*held)->state = context.state;
+        return {};
+    }
+    if (context.saved.try_push_back({FixedString<32>{name}, context.state})) return {};
+    return make_error(ErrorCode::out_of_range, "more than ", Context::kSavedMax, " states cannot be saved");
+}
+
+/// RESTORE_GCODE_STATE NAME=pause: modes, coordinates, speed and factors; E is called as it was.
+/// MOVE=1 goes back to the place at MOVE_SPEED (mm/s).
+Result<void> restore_state(Context& context, const Command& command) {
+    QDUINO_TRY_ASSIGN(const SavedState* const saved,
+                      find_saved(context, word_value(command.text, "NAME").value_or("default")));
+    QDUINO_TRY_ASSIGN(const auto move, word_number(command, "MOVE"));
+    QDUINO_TRY_ASSIGN(const auto speed,
+                      word_number_within(command, "MOVE_SPEED", kSlowest.value(), kFastest.value()));
+    ModalState& state = context.state;
+    const ModalState& then = saved->state;
+    state.relative = then.relative;
+    state.relative_e = then.relative_e;
+    state.feedrate = then.feedrate;
+    state.speed_factor = then.speed_factor;
+    state.flow_factor = then.flow_factor;
+    state.home_offset = then.home_offset;
+    state.code_offset = then.code_offset;
+    state.offset = then.offset;
+    state.offset[Axis::z] += state.lifted - then.lifted;  // by a G10 that is still in force
+    state.programmed_e = then.programmed_e;
+    context.actions.factors(state.speed_factor, state.flow_factor);
+    if (move.value_or(0) == 0) return {};
+    Position target = then.machine;
+    target[Axis::e] = state.machine[Axis::e];
     QDUINO_TRY(context.check_target(target));
     if (context.goes_sideways(target)) QDUINO_TRY(context.rejoin(target));
     return context.move_to(target, speed ? MillimetresPerSecond{*speed} : state.feedrate);

@@ -20,8 +20,8 @@
 //   unknown code is noted and skipped.
 //
 // Semantics follow Marlin (marlinfw.org/meta/gcode) where slicers rely on it: G90/G91 set E's mode
-// as well, M82/M83 set E's alone; G92 without axes zeroes all; G28 takes the axes it homes out of
-// G92's offset. Words are Klipper's, and the macros of the machine file.
+// as well, M82/M83 set E's alone; G28 takes the axes it homes out of G92's offset. G92 without axes
+// zeroes all, as in Klipper. Words are Klipper's, and the macros of the machine file.
 #pragma once
 
 #include <cstdint>

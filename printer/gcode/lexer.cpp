@@ -113,7 +113,8 @@ void take_word(std::string_view code, Command& command) {
 }  // namespace
 
 bool is_word_command(std::string_view code) {
-    return code.size() >= 2 && is_letter(code[0]) && (is_letter(code[1]) || code[1] == '_');
+    const auto begins = [](char c) { return is_letter(c) || c == '_'; };
+    return code.size() >= 2 && begins(code[0]) && begins(code[1]);
 }
 
 std::string_view leading_word(std::string_view code) {
@@ -135,11 +136,11 @@ Result<bool> parse_words(std::string_view code, Command& command) {
     command.clear();
     std::string_view rest = trim(code);
     if (rest.empty() || rest == "%") return false;  // RS274's mark of a tape's ends
-    if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);
     if (is_word_command(rest)) {
         take_word(rest, command);
         return true;
     }
+    if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);
     QDUINO_TRY(take_code(rest, command));
     if (takes_free_text(command.letter, command.number)) return take_text(rest, command);
     const std::string_view tail = rest;

@@ -4,9 +4,9 @@
 //   M486 P2   or   EXCLUDE_OBJECT NAME=lid            it is left out from here on
 //   M486 S-1  or   EXCLUDE_OBJECT_END                 what follows belongs to none
 //
-// Only names are kept: what an object looks like does not matter. The head waits where it is while
-// lines of an object go by that is left out, and then until a line goes sideways:
-// Context::rejoin() brings it to that place. Bounded; no heap.
+// Only names are kept, in capitals as Klipper takes them: what an object looks like does not
+// matter. The head waits where it is while lines of an object go by that is left out, and then
+// until a line goes sideways: Context::rejoin() brings it to that place. Bounded; no heap.
 #pragma once
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 
 #include "base/fixed_string.h"
 #include "base/fixed_vector.h"
+#include "printer/gcode/text.h"
 
 namespace qduino::printer::gcode {
 
@@ -25,7 +26,7 @@ class Objects {
     using Name = FixedString<64>;
 
     void begin(std::string_view name) {
-        current_.assign(name);
+        current_ = key_of(name);
         inside_ = true;
         note_change();
     }
@@ -40,7 +41,7 @@ class Objects {
 
     /// False: no room for another name.
     [[nodiscard]] bool exclude(std::string_view name) {
-        const Name cut{name};
+        const Name cut = key_of(name);
         if (is_excluded(cut.view())) return true;
         if (!excluded_.try_push_back(cut)) return false;
         ++changes_;
@@ -48,7 +49,7 @@ class Objects {
         return true;
     }
     void include(std::string_view name) {
-        const Name cut{name};
+        const Name cut = key_of(name);
         for (std::size_t i = excluded_.size(); i-- > 0;) {
             if (excluded_[i].view() != cut.view()) continue;
             excluded_.erase(i);
@@ -69,6 +70,11 @@ class Objects {
     }
 
   private:
+    [[nodiscard]] static Name key_of(std::string_view name) {
+        Name key;
+        for (const char c : name.substr(0, Name::kCapacity)) key.push_back(to_upper(c));
+        return key;
+    }
     [[nodiscard]] bool is_excluded(std::string_view name) const {
         return std::ranges::any_of(excluded_, [=](const Name& held) { return held.view() == name; });
     }

@@ -34,15 +34,16 @@ bool HeaterWatch::check_heating(Instant now, Celsius now_celsius, Celsius target
         reached_ = false;
         return false;
     }
-    const double floor = target.value() - config_.verify_hysteresis_celsius;
-    if (now_celsius.value() >= floor) {
+    const double hysteresis = config_.verify_hysteresis_celsius;
+    const double shortfall = target.value() - hysteresis - now_celsius.value();
+    if (shortfall <= 0 && !reached_) {
         reached_ = true;
         error_celsius_s_ = 0;
         return false;
     }
     if (reached_) {
         const double dt = last_ ? to_seconds(now - *last_) : 0.0;
-        error_celsius_s_ += (floor - now_celsius.value()) * dt;
+        error_celsius_s_ = std::max(error_celsius_s_ + std::max(shortfall, -hysteresis) * dt, 0.0);
         if (error_celsius_s_ < config_.verify_error_celsius_s) return false;
         return raise("lost its temperature, now", now_celsius,
                      "check heater cartridge, its wires and the fan's air stream");
@@ -94,9 +95,10 @@ bool HeaterWatch::sample(Instant now, std::optional<Celsius> reading, Celsius ta
     }
     if (!reading) return false;
     if (target != target_) {
+        const bool goes_on = heating_up() && target.value() > 0;
         target_ = target;
         reached_ = false;
-        start_heating(now, *reading);
+        if (!goes_on) start_heating(now, *reading);
     }
     const bool raised = check_heating(now, *reading, target) || check_runaway(now, *reading, target);
     last_ = now;

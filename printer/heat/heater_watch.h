@@ -9,11 +9,14 @@
 //
 // 2. The heater heats up.
 //    Until it first reads target − `verify_hysteresis_celsius`, it must gain `verify_gain_celsius`
-//    within `verify_gain_time`. Each gain starts the next such interval.
+//    within `verify_gain_time`. Each gain starts the next such interval. Another target on the way
+//    up does not: a job that changes its target every few seconds is watched as any other.
 //
 // 3. The heater holds its temperature.
 //    From then on, its shortfall below target − `verify_hysteresis_celsius` is summed over time.
-//    The sum must stay below `verify_error_celsius_s`. It restarts at 0 when the shortfall ends.
+//    The sum must stay below `verify_error_celsius_s`. Readings above that line take from the sum
+//    what they are above it, by the hysteresis at most, down to 0: a loose wire that reads right
+//    now and then, or noise, does not wipe it out.
 //
 // 4. The heater does not run away.
 //    Its reference is the highest target since it was last cool, or 40 °C if that is more. It must

@@ -34,6 +34,10 @@ class BedProfiles {
                                      motion::Correction& correction) {
         if (what == gcode::BedProfile::save) return save(name, correction.mesh());
         const auto found = std::ranges::find(profiles_, name, &name_of);
+        // A bed without a name: Klipper saves what it has measured at once.
+        const bool is_now =
+            what == gcode::BedProfile::load && name == kDefaultBed && correction.mesh().known();
+        if (found == profiles_.end() && is_now) return {};
         if (found == profiles_.end())
             return make_error(ErrorCode::not_found, "there is no profile ", name, " of the bed");
         if (what == gcode::BedProfile::load) {

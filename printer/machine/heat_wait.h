@@ -1,4 +1,5 @@
-// M109 and M190: the job is held until a heater has been near its target for long enough.
+// M109, M190 and TEMPERATURE_WAIT: the job is held until a heater has been near its target, or
+// between two temperatures, for long enough.
 //
 //   celsius      ____________   within at_target_celsius …
 //             _/ |<-- s -->|    … for at_target_s without a break: the wait is over
@@ -35,8 +36,11 @@ class HeatWait {
         QDUINO_EXPECT(active());
         const double celsius = reading.value(), target = asked_->target.value();
         const bool up_only = asked_->direction == gcode::WaitFor::heating;
-        const bool warm_enough = celsius >= target - config.at_target_celsius;
-        const bool cool_enough = up_only || celsius <= target + config.at_target_celsius;
+        const bool between = asked_->direction.kind == gcode::WaitFor::between;
+        const double low = between ? asked_->direction.lowest.value() : target - config.at_target_celsius;
+        const double high = between ? asked_->direction.highest.value() : target + config.at_target_celsius;
+        const bool warm_enough = celsius >= low;
+        const bool cool_enough = up_only || celsius <= high;
         if (!warm_enough || !cool_enough) at_target_since_.reset();
         if (warm_enough && cool_enough && !at_target_since_) at_target_since_ = now;
         const bool off = target <= 0 && up_only;

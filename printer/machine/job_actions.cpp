@@ -1,5 +1,8 @@
 #include "printer/machine/job_actions.h"
 
+#include <algorithm>
+#include <functional>
+
 #include "printer/machine/vectors.h"
 
 namespace qduino::printer::machine {
@@ -196,9 +199,22 @@ void JobActions::factors(double speed, double flow) {
 
 void JobActions::note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) {
     if (kind == gcode::NoteKind::echo) return parts_.link.say(ReplyKind::text, text);
+    if (speaker_ == Speaker::job && parts_.link.job_running() && has_been_said(text)) return;
     FixedString<400> line;
     if (source.line > 0 && speaker_ == Speaker::job) write(line, "line ", source.line, ": ");
     parts_.link.say(ReplyKind::warning, line.append(text));
+}
+
+/// A job's line would say what an earlier one of it has said: of a code that stands in every layer
+/// once is enough.
+bool JobActions::has_been_said(std::string_view text) {
+    const std::uint64_t job = parts_.link.status().job_id;
+    if (job != said_by_job_) said_.clear();
+    said_by_job_ = job;
+    const std::size_t sum = std::hash<std::string_view>{}(text);
+    if (std::ranges::find(said_, sum) != said_.end()) return true;
+    if (!said_.full()) said_.push_back(sum);
+    return false;
 }
 
 // ---- what only the machine can do ---------------------------------------------------------------

@@ -13,6 +13,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/fixed_vector.h"
 #include "printer/gcode/actions.h"
 #include "printer/machine/bed_profiles.h"
 #include "printer/machine/heating.h"
@@ -95,11 +96,14 @@ class JobActions final : public gcode::Actions {
     [[nodiscard]] bool acts_at_once() const {
         return speaker_ == Speaker::person || (speaker_ == Speaker::host && parts_.link.job_running());
     }
+    [[nodiscard]] bool has_been_said(std::string_view text);
     [[nodiscard]] Result<void> check_homed_for_jog(const gcode::Move& move) const;
 
     Parts parts_;
     std::optional<Request> request_;
     Speaker speaker_ = Speaker::job;
+    FixedVector<std::size_t, 64> said_{};  // hashes of notes
+    std::uint64_t said_by_job_ = 0;
 };
 
 }  // namespace qduino::printer::machine

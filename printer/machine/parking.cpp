@@ -77,9 +77,17 @@ void Parking::plan_way_out() {
     const auto inside = [&](Millimetres place, Axis axis) {
         return std::clamp(place, config_.axes[axis].minimum, config_.axes[axis].maximum).value();
     };
-    at[0] = inside(order_.x.value_or(park.x), Axis::x);
-    at[1] = inside(order_.y.value_or(park.y), Axis::y);
-    go(at, park.speed.value(), accelerations.travel);
+    motion::AxisVector place = at;
+    place[0] = inside(order_.x.value_or(park.x), Axis::x);
+    place[1] = inside(order_.y.value_or(park.y), Axis::y);
+    // High up a delta's carriages have no room for a way sideways: there the part is far below, and
+    // the head waits where it is.
+    const bool has_room = kinematics_.is_on_bed(place[0], place[1], kDetour_mm) &&
+                          kinematics_.carriages_have_room(at, place, 0);
+    if (has_room) {
+        at = place;
+        go(at, park.speed.value(), accelerations.travel);
+    }
     if (hot && changes_filament()) plan_unloading(at);
     motors_.on_for(pipe_.left_at_mm(), at);
     left_.parked = true;

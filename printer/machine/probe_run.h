@@ -23,6 +23,11 @@ namespace qduino::printer::machine {
 
 class ProbeRun {
   public:
+    /// The nozzle goes so far below the bed at most.
+    static constexpr double kTooLow_mm = 5;
+    /// It rests so long when all is measured.
+    static constexpr double kRest_s = 0.1;
+
     /// All must outlive this.
     ProbeRun(const MachineConfig& config, MotionPipe& pipe, Motors& motors)
         : config_(config), kinematics_(config), pipe_(pipe), motors_(motors) {}
@@ -39,8 +44,6 @@ class ProbeRun {
 
   private:
     enum class Phase : std::uint8_t { none, over, down, up };
-    static constexpr double kTooLow_mm = 5;
-    static constexpr double kRest_s = 0.1;
 
     void start();
     void go(const motion::AxisVector& to, double speed_mm_s);

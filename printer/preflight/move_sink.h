@@ -35,6 +35,7 @@ class MoveSink {
     // Everything else that takes time, as gcode::Actions says it.
     virtual void on_dwell(Seconds /*duration*/) {}
     virtual void on_home(gcode::AxisSet /*axes*/) {}
+    virtual void on_probe() {}
     /// `wait`: the job is held until the target is reached.
     virtual void on_temperature(gcode::Heater /*heater*/, Celsius /*target*/,
                                 std::optional<gcode::WaitFor> /*wait*/) {}

@@ -14,7 +14,7 @@ constexpr std::string_view kSliceAgain = "Slice the model again with this printe
 std::string_view advice_for(ErrorCode code, std::string_view message) {
     if (code == ErrorCode::corrupt) return "The file was damaged on its way: send it again.";
     if (code == ErrorCode::unsupported)
-        return "Slice for a printer with one tool, and only with what this one has.";
+        return "Slice for this printer, which has one tool and the G-codes of its page in docs/gcode.md.";
     if (code == ErrorCode::not_found)
         return "Write what it stands for into [macros] of the machine file, or slice for this printer.";
     if (code != ErrorCode::out_of_range) return "Look at this line: the file may be damaged, or no G-code.";
@@ -146,6 +146,11 @@ Result<void> Preflight::home(gcode::AxisSet axes) {
     return {};
 }
 
+Result<void> Preflight::probe_bed() {
+    for (MoveSink* sink : sinks_) sink->on_probe();
+    return {};
+}
+
 void Preflight::check_homed(const gcode::Move& move) {
     for (const Axis axis : gcode::kToolAxes) {
         if (was_homed_[axis] || move.from[axis] == move.to[axis]) continue;
@@ -245,7 +250,8 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
 }
 
 Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) {
-    was_hot_ = was_hot_ || (heater == gcode::Heater::hot_end && target >= machine_.minimum_extrude);
+    const Celsius reached = direction.kind == gcode::WaitFor::between ? direction.lowest : target;
+    was_hot_ = was_hot_ || (heater == gcode::Heater::hot_end && reached >= machine_.minimum_extrude);
     take_target(heater, target);
     for (MoveSink* sink : sinks_) sink->on_temperature(heater, target, direction);
     return {};

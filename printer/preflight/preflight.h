@@ -54,6 +54,7 @@ class Preflight final : private gcode::NoActions {
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
     Result<void> home(gcode::AxisSet axes) override;
+    Result<void> probe_bed() override;
     Result<void> set_temperature(gcode::Heater heater, Celsius target) override;
     Result<void> wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) override;
     Result<void> set_limits(const gcode::LimitChange& change) override;

@@ -68,6 +68,15 @@ void PathSolver::settle() {
 }
 
 void PathSolver::find(std::size_t motor) {
+    const bool was_blocked = blocked_[motor];
+    find_in_path(motor);
+    if (!was_blocked && !blocked_[motor]) return;
+    blocked_until_s_ = kNever_s;
+    for (std::size_t each = 0; each < kAxisCount; ++each)
+        if (blocked_[each]) blocked_until_s_ = std::min(blocked_until_s_, paths_[each].end_s());
+}
+
+void PathSolver::find_in_path(std::size_t motor) {
     double after_s = 0;
     blocked_[motor] = false;
     while ((ways_[motor] = searches_[motor].next(counts_[motor], after_s)) == 0) {
@@ -87,11 +96,9 @@ PathSolver::Found PathSolver::next(Crossing& found) {
             if (blocked_[motor]) find(motor);
         more_ = false;
     }
-    const auto motor = static_cast<std::size_t>(std::ranges::min_element(next_s_) - next_s_.begin());
+    const std::size_t motor = earliest();
     const double at_s = next_s_[motor];
-    for (std::size_t other = 0; other < kAxisCount; ++other)
-        if (blocked_[other] && paths_[other].end_s() < at_s)
-            return settling_ ? finish(found) : Found::blocked;
+    if (blocked_until_s_ < at_s) return settling_ ? finish(found) : Found::blocked;
     found = {to_timeline_ns(at_s), static_cast<int>(motor), ways_[motor]};
     find(motor);
     return Found::step;

@@ -75,6 +75,14 @@ class PathSolver {
     static constexpr double kNever_s = 1e300;
 
     void find(std::size_t motor);
+    void find_in_path(std::size_t motor);
+    /// The motor whose next crossing is the earliest, ties in order of motor. (Without branches:
+    /// which motor is next is as good as random.)
+    [[nodiscard]] std::size_t earliest() const {
+        const std::size_t xy = next_s_[1] < next_s_[0] ? 1 : 0;
+        const std::size_t ze = next_s_[3] < next_s_[2] ? 3 : 2;
+        return next_s_[ze] < next_s_[xy] ? ze : xy;
+    }
     [[nodiscard]] Found finish(Crossing& found);
     [[nodiscard]] std::int64_t to_timeline_ns(double at_s) const { return zero_.ns_after(at_s); }
 
@@ -87,6 +95,7 @@ class PathSolver {
     bool settling_ = false;
     bool more_ = false;  // the track has grown since the blocked motors were asked
     std::array<bool, kAxisCount> blocked_{};
+    double blocked_until_s_ = kNever_s;  // the earliest place from which a motor is not known
     std::array<double, kAxisCount> next_s_{};
     std::array<int, kAxisCount> ways_{};
     std::array<MotorPath, kAxisCount> paths_;

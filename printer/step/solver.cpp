@@ -30,7 +30,7 @@ void Solver::reset(const motion::AxisVector& position_mm) {
     before_last_ns_.fill(kLongAgo);
     last_way_.fill(0);
     next_ns_.fill(kNever);
-    end_ns_ = last_event_ns_ = kLongAgo;
+    end_ns_ = last_event_ns_ = filters_ran_until_ns_ = kLongAgo;
     tail_.clear();
     markers_.clear();
     path_.stop();
@@ -96,6 +96,9 @@ void Solver::load_move(const motion::Segment& segment) {
     shape_ = segment.shape;
     start_ = segment.start;
     start_.ns += shift_ns_;
+    // Filters that are switched off have run out behind the plan's end.
+    start_.ns += shift_to(start_.ns, filters_ran_until_ns_);
+    end_ns_ = std::max(end_ns_, segment.end.ns_after(0) + shift_ns_);
     ends_at_rest_ = segment.shape.exit_speed_mm_s == 0;
     const motion::AxisVector from_mm = settings_.kinematics.motors_from_tool(segment.start_mm);
     const motion::AxisVector to_mm = settings_.kinematics.motors_from_tool(segment.end_mm);
@@ -146,12 +149,7 @@ void Solver::load_path(const motion::Segment& segment) {
     }
     if (path_.idle()) {
         // The motors move before the plan does, and not before what they last did is done.
-        const std::int64_t early_ns =
-            std::max<std::int64_t>(last_event_ns_, 0) + path_.future_ns() - start.ns;
-        if (early_ns > 0) {
-            shift_ns_ += early_ns;
-            start.ns += early_ns;
-        }
+        start.ns += shift_to(start.ns - path_.future_ns(), std::max<std::int64_t>(last_event_ns_, 0));
         path_.begin(segment.start_mm, counts_, start);
     }
     path_.append(segment, start);
@@ -170,11 +168,21 @@ void Solver::solve_path() {
     pass_markers(kNever);
     keep_event(EventKind::rest, 0, 0);
     draining_ = drains_behind_;
-    if (!has_behind_) return;
-    has_behind_ = false;
-    end_ns_ = std::max(end_ns_, behind_.end.ns_after(0) + shift_ns_);
-    load_event(behind_);
-    last_event_ns_ = std::max(last_event_ns_, end_ns_);
+    if (has_behind_) {
+        has_behind_ = false;
+        end_ns_ = std::max(end_ns_, behind_.end.ns_after(0) + shift_ns_);
+        load_event(behind_);
+        last_event_ns_ = std::max(last_event_ns_, end_ns_);
+    }
+    filters_ran_until_ns_ = last_event_ns_;
+}
+
+/// How much later than planned a motion must begin, so that it leaves the time line of what was
+/// before it alone.
+std::int64_t Solver::shift_to(std::int64_t begin_ns, std::int64_t free_from_ns) {
+    const std::int64_t early_ns = std::max<std::int64_t>(free_from_ns - begin_ns, 0);
+    shift_ns_ += early_ns;
+    return early_ns;
 }
 
 void Solver::take_crossing(const PathSolver::Crossing& crossing) {

@@ -159,6 +159,7 @@ class Solver {
     void load_path(const motion::Segment& segment);
     void load_event(const motion::Segment& segment);
     void solve_path();
+    std::int64_t shift_to(std::int64_t begin_ns, std::int64_t free_from_ns);
     void take_crossing(const PathSolver::Crossing& crossing);
     void pass_markers(std::int64_t until_ns);
     void find_next(int axis) {
@@ -215,6 +216,8 @@ class Solver {
     std::int64_t end_ns_ = 0;         // the end of what is known
     std::int64_t last_event_ns_ = 0;  // of the latest event, kept or given: time never runs back
     std::int64_t shift_ns_ = 0;       // the time line is so far behind the plan
+    // A motion without filters begins no earlier.
+    std::int64_t filters_ran_until_ns_ = 0;
     bool solving_ = false;
     bool ends_at_rest_ = false;
     bool draining_ = false;

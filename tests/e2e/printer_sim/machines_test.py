@@ -140,7 +140,7 @@ class Machines(unittest.TestCase):
     def test_a_wrong_file_is_told_with_its_line(self):
         wrong = {
             "[axes.x]\nmax_speed_mm_min = 6000\n": "m.toml:2: [axes.x] 'max_speed_mm_min' is not known: is it 'max_speed_mm_s'",
-            "fan_pin = 17\n": "m.toml:1: pin 17 is hot_end.heater_pin already",
+            "fan_pin = 17\n": "m.toml:1: fan_pin: pin 17 is hot_end.heater_pin already",
             "[bed]\nadc_channel = 0\n": "m.toml:2: [bed] 'adc_channel' is 0, as the hot end's",
         }
         for text, expected in wrong.items():

@@ -326,6 +326,13 @@ class PrinterSim(unittest.TestCase):
                             ("G1 Z300", "reaches from 0 to 260 mm")]:
             self.assert_not_built(self.verdict("G28\n" + line + " F3000\n", delta()), words)
 
+    def test_homing_and_pausing_at_the_switches(self):
+        for machine in ["", COREXY]:
+            for job in ["G28\nG28\n", "G28\nM0\nM0\nG28\n", "G28\nM0\nG28 Z\nM0\nM0\nG28 X\n"]:
+                self.assert_built(self.verdict(job + "G1 X20 Y20 Z1 F3000\n", machine))
+        # A delta's carriages have no room up there for the way to the park place.
+        self.assert_built(self.verdict("G28\nM0\nG28\nG1 Z100 F3000\nG1 X10 Y10\nM0\nG1 X20\n", delta()))
+
     def test_two_motors_lift_one_axis_and_each_finds_its_own_switch(self):
         both = SECOND_Z + SECOND_SWITCH
         self.assert_built(self.verdict(tower(2), both))
@@ -339,6 +346,9 @@ class PrinterSim(unittest.TestCase):
             mesh = '[bed_mesh]\nsurface = "%s"\nminimum_y_mm = 25\nfade_end_mm = 8\n' % surface
             self.assert_built(self.verdict(tower(2, start=ways), PROBE + mesh))
         self.assert_built(self.verdict(tower(2, middle=0, start=["G29", "G1 Z0.3 F6000", "G1 X40 Y-30"]), delta() + PROBE))
+        # Behind a shaper the twin looks ahead: beyond a G29 the bed is not known.
+        shaped = '[axes.x.shaper]\ntype = "zv"\nfrequency_hz = 47\n[skew]\nxz = 0.003\nyz = -0.005\n'
+        self.assert_built(self.verdict(tower(2, start=["G29"]), PROBE + "[bed_mesh]\nminimum_y_mm = 25\n" + shaped))
         self.assert_built(self.verdict(tower(2, start=["BED_MESH_CALIBRATE", "BED_MESH_PROFILE SAVE=a", "BED_MESH_CLEAR", "G1 Z1",
                                                        "BED_MESH_PROFILE LOAD=a"]), COREXY + PROBE))
 
@@ -356,7 +366,8 @@ class PrinterSim(unittest.TestCase):
         self.assertEqual(lost.returncode, 1)
         self.assertIn("there is no profile glass of the bed", lost.stdout)
         probe = self.path("probe.gcode", "G28\nG29\nBED_MESH_PROFILE SAVE=glass\nM420 S0\nM500\n")
-        self.reported(probe, "--machine", machine, "--kept", kept)
+        probed, _ = self.reported(probe, "--machine", machine, "--kept", kept)
+        self.assertLess(abs(probed["estimated_s"] / probed["print_time_s"] - 1), 0.04)
         loaded, _ = self.reported(load, "--machine", machine, "--kept", kept)
         self.assertGreater(loaded["steps"]["z"], flat["steps"]["z"] + 200)
         # M420 S1 follows the bed in force at M500: by its name, or without one.
@@ -377,6 +388,8 @@ class PrinterSim(unittest.TestCase):
         job = tower(2, start=["G1 Z2 F600", "M852 I0.01 J-0.004 K0.003", "G1 X40 Y90 Z12 F3000", "G28 X", "SET_SKEW XY=140.4,142.8,99.8"])
         self.assert_built(self.verdict(job, "[skew]\nxy = 0.002\n"))
         self.assert_built(self.verdict(job, COREXY))
+        # A delta is homed high up, where the skew is large: the switches' places are not corrected.
+        self.assert_built(self.verdict(tower(2, middle=0), delta() + "[skew]\nxz = 0.003\nyz = -0.005\n"))
         self.assert_not_built(self.verdict(tower(2), "[skew]\nxy = 0.002\n", "[skew]\nxy = -0.002\n"))
 
     def reported(self, *arguments):

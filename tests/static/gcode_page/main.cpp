@@ -21,19 +21,23 @@ Printed from `printer/gcode/command_table.cpp` by `gcode-page`; `./test` compare
 The dialect is Marlin's as slicers and hosts emit it, with Klipper's words where slicers write them. Letters that are not listed are
 ignored, or, where the row says *only*, refused.
 
-A G-code or a word that is not on this page may stand for motion: it refuses the job before anything is heated, with its line. (Words can be
-given a meaning: `[macros]` in the [machine file](machine.md#macros).) Any other unknown code is answered and skipped.
+A G-code or a word that is not on this page may stand for motion, and so may a line that begins with a coordinate: it refuses the job before anything is
+heated, with its line. (Words can be given a meaning: `[macros]` in the [machine file](machine.md#macros).) Any other unknown code is answered and skipped.
 
 - A job must home each axis before it moves it, and wait for the hot end before it moves filament. Else it is refused.
 - Tools other than T0 may be switched off (`M104 S0 T1`), and not on. `G28 X U` homes X; `G28 U` alone homes nothing here.
+- `G28 O` homes nothing once the job itself has homed X, Y and Z, and they have not been let go since (`M84`).
+- `G92` without axes calls the present place 0 on all of them, and `G92 E` is `G92 E0`, as in Klipper and Marlin 1. (Marlin 2 passes both over.)
 - Arcs and splines become chords within 0.005 mm of the true curve.
 - `M92` calibrates E by up to 25 %; X, Y and Z must be what the machine file says.
 - An object that is left out (`M486 P`, `EXCLUDE_OBJECT`, in the job or typed beside it) moves nothing: the head waits where it was
   until a line behind the object goes sideways, and then goes up, sideways and down to that place. What the planner holds already is still printed.
-  At most 64 objects. The twin is told of what was typed. What stands behind the A of `M486` is a name: its letters are no parameters.
+  At most 64 objects, whose names are the same in any case. The twin is told of what was typed. What stands behind the A of `M486` is a name: its letters are no parameters.
 - `M900 K30`: a K above 10 is a factor of Linear Advance 1.0, which Prusa's profiles write beside the other. It changes nothing.
 - `M0`, `M1`, `M25`, `M125`, `M600`, `M601` and `PAUSE` park the head beside the part and wait; the job goes on at the very step. `M600`
   also draws the filament out there, and pushes the new one in with a purge (`[park]` in the [machine file](machine.md)).
+- `TEMPERATURE_WAIT` waits between `MINIMUM` and `MAXIMUM`. Where the target does not lead there, it is an error: Klipper would wait for ever.
+- `SAVE_GCODE_STATE` keeps up to four states, for this job: modes, coordinates, speed, factors and the place. `RESTORE_GCODE_STATE MOVE=1` also goes back there.
 - `M84` waits for the motion before it, and the lines behind it wait for `M84`; a move switches its motors on again. `M84 S60`: motors
   that nobody has moved for 60 s go off, while no job runs.
 
@@ -58,8 +62,8 @@ They would change the part, and this printer does not do them: a job that holds 
 constexpr std::string_view kSkipped = R"(
 ## Known, and skipped
 
-The part is the same without them. The answer names them, and a job goes on behind them. Pressure advance and input shaping are among them:
-they are accepted, and not applied.
+A job goes on without them, and its first line of each is remarked. Either they change no part (lights, messages, reports), or what they would set is the
+machine file's here (skew, backlash, currents, the probe's offset), or this machine has nothing for them to work on (a chamber, two Z motors to level).
 
 | code | what it would do |
 |---|---|

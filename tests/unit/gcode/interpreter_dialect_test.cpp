@@ -39,7 +39,15 @@ TEST(Dialect, LettersOfOtherMachinesChangeNothing) {
         {"only axes that are not there",
          "G28 U0\n",
          {"warning line 1: the axes of this G28 are not there: nothing to home"}},
-        {"Prusa's and Marlin's flags", "G28 W\nG28 O R5\n", {"home XYZ", "home XYZ"}},
+        {"Prusa's and Marlin's flags", "G28 W\nG28 R5 L\n", {"home XYZ", "home XYZ"}},
+        {"gains of a hot end that is not there", "M301 E1 P9\n", {}},
+        {"gains that count otherwise",
+         "M301 H1 P9\n",
+         {"error: line 1, M301: H is RepRapFirmware's, whose gains count otherwise"}},
+        {"a tool change", "M6 T0\nM6 T2\n", {"error: line 2, M6: this machine has one tool, T0"}},
+        {"how an echo is told",
+         "M118 A1 P0 action:notify x\nM118 E1 hello\nM118 A2\n",
+         {"echo line 1: //action:notify x", "echo line 2: hello", "echo line 3: A2"}},
         {"fans with high numbers", "M107 P101\n", {"fan 101 0"}},
     });
 }
@@ -151,6 +159,57 @@ TEST(Dialect, MachineWords) {
          {"not done line 1: SET_FAN_SPEED (another fan) is not done by this printer: skipped",
           "not done line 2: M300 (beep) is not done by this printer: skipped"}},
     });
+}
+
+TEST(Dialect, WordsOfAStartMacro) {
+    check({
+        {"a temperature is waited for, and the target stays",
+         "M104 S200\nTEMPERATURE_WAIT SENSOR=extruder MINIMUM=150\nM140 S60\n"
+         "TEMPERATURE_WAIT SENSOR=heater_bed MINIMUM=50 MAXIMUM=65\n",
+         {"set hot end 200", "wait hot end 200 from 150 to 1000", "set bed 60", "wait bed 60 from 50 to 65"}},
+        {"cooling, too",
+         "M140 S0\nTEMPERATURE_WAIT SENSOR=heater_bed MAXIMUM=30\n",
+         {"set bed 0", "wait bed 0 from 0 to 30"}},
+        {"what never comes is not waited for",
+         "M104 S200\nTEMPERATURE_WAIT SENSOR=extruder MINIMUM=210\n"
+         "TEMPERATURE_WAIT SENSOR=extruder MAXIMUM=190\nTEMPERATURE_WAIT SENSOR=heater_bed MAXIMUM=10\n"
+         "TEMPERATURE_WAIT SENSOR=chamber MINIMUM=10\nTEMPERATURE_WAIT SENSOR=extruder\n",
+         {"set hot end 200", "error: line 2, TEMPERATURE_WAIT: it would wait for ever: the target is 200 °C",
+          "error: line 3, TEMPERATURE_WAIT: it would wait for ever: the target is 200 °C",
+          "error: line 4, TEMPERATURE_WAIT: it would wait for ever: the target is 0 °C",
+          "error: line 5, TEMPERATURE_WAIT: this machine has no heater chamber",
+          "error: line 6, TEMPERATURE_WAIT: needs MINIMUM or MAXIMUM, a temperature"}},
+        {"modes and coordinates come back",
+         "G1 X20 Y20 E1 F600\nSAVE_GCODE_STATE NAME=a\nG91\nM83\nG92 X0 E0\nSET_GCODE_OFFSET Y=3\n"
+         "M220 S50\nG1 X5 E1 F60\nRESTORE_GCODE_STATE NAME=a\nG1 X30 Y21 E2\n",
+         {"print X20 Y20 E1 at 10", "factors 0.5 1", "print X25 E2 at 0.5", "factors 1 1",
+          "print X30 Y21 E3 at 10"}},
+        {"the place, where that is asked for",
+         "G1 X20 Y20 Z1 F600\nSAVE_GCODE_STATE\nG91\nG1 X5\nRESTORE_GCODE_STATE MOVE=1 MOVE_SPEED=50\nG1 "
+         "Z2\n",
+         {"travel X20 Y20 Z1 at 10", "travel X25 at 10", "factors 1 1", "travel X20 at 50",
+          "travel Z2 at 10"}},
+        {"what was not saved",
+         "RESTORE_GCODE_STATE NAME=b\n",
+         {"error: line 1, RESTORE_GCODE_STATE: no state was saved as b"}},
+        {"names of objects are the same in any case",
+         "EXCLUDE_OBJECT NAME=lid\nEXCLUDE_OBJECT_START NAME=Lid\nG1 X9\nEXCLUDE_OBJECT_END NAME=LID\n",
+         {}},
+        {"a bed that nothing could have measured",
+         "BED_MESH_PROFILE LOAD=default\n",
+         {"not done line 1: BED_MESH_PROFILE (bed mesh) is not done by this printer: skipped"}},
+    });
+}
+
+TEST(Dialect, WhatMayMoveAndIsNotUnderstoodIsRefused) {
+    for (const char* line : {"X20", "Y1 F600", "E5", "A1", "T100", "T1000", "G53 X1", "G90.1", "G61",
+                             "_MOVE X=1", "M808 L3", "M810 G1 X5", "M819", "M421 I0 J0 Z1", "M556 S100 X1",
+                             "M579 X1.1", "M665 R100", "M666 X1", "M6 T1"}) {
+        Bench bench;
+        const auto log = bench.run(std::string(line) + "\n");
+        ASSERT_EQ(log.size(), 1u) << line;
+        EXPECT_EQ(log.front().rfind("error: line 1", 0), 0u) << line << ": " << log.front();
+    }
 }
 
 TEST(Dialect, InputShapingAndPressureAdvance) {

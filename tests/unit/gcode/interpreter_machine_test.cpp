@@ -59,11 +59,17 @@ TEST(InterpreterMachine, ABedIsFollowedFadedAndNamed) {
         {"G20\nM420 Z1\n", {"bed fade 25.4"}},
         {"M420 Z-1\n", {"error: line 1, M420: Z-1 is outside of 0 to 1000 mm"}},
         {"BED_MESH_CLEAR\n", {"bed plane forget"}},
-        {"BED_MESH_PROFILE LOAD=default\n", {"bed follow load default"}},
-        {"BED_MESH_PROFILE SAVE=\"a b\"\n", {"bed save a b"}},
-        {"BED_MESH_PROFILE REMOVE=x\n", {"bed remove x"}},
-        {"BED_MESH_PROFILE\n", {"error: line 1, BED_MESH_PROFILE: needs LOAD, SAVE or REMOVE, and a name"}},
     });
+    MachineConfig machine;
+    machine.probe.pin = 50;
+    for (const Case& c :
+         std::vector<Case>{{"BED_MESH_PROFILE LOAD=default\n", {"bed follow load default"}},
+                           {"BED_MESH_PROFILE SAVE=\"a b\"\n", {"bed save a b"}},
+                           {"BED_MESH_PROFILE REMOVE=x\n", {"bed remove x"}},
+                           {"BED_MESH_PROFILE\n",
+                            {"error: line 1, BED_MESH_PROFILE: needs LOAD, SAVE or REMOVE, and a name"}}}) {
+        EXPECT_EQ(Bench{machine}.run(c.program), c.expected) << c.program;
+    }
 }
 
 TEST(InterpreterMachine, SkewIsGivenByTangentsOrByASquare) {

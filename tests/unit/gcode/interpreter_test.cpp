@@ -156,8 +156,11 @@ TEST(Interpreter, DwellHomeAndTools) {
          {"error: line 1, G4: S-1 is outside of 0 to 86400 s",
           "error: line 2, G4: S1000000 is outside of 0 to 86400 s"}},
         {"G28 all, some, and with Prusa's flags",
-         "G28\nG28 X0\nG28 X Y\nG28 W\nG28 O\n",
-         {"home XYZ", "home X", "home XY", "home XYZ", "home XYZ"}},
+         "G28\nG28 X0\nG28 X Y\nG28 W\n",
+         {"home XYZ", "home X", "home XY", "home XYZ"}},
+        {"G28 O homes what this job has not homed",
+         "G28 O\nM84 X\nG28 O Y\nG28 O Y\nG28 X\nG28 O\n",
+         {"off X", "home Y", "home Y", "home X"}},
         {"T0 is the tool, others are not there",
          "T0\nT1\n",
          {"error: line 2, T1: this machine has one tool, T0"}},
@@ -283,8 +286,8 @@ TEST(Interpreter, RoundingJustOutsideIsPutOntoTheBound) {
 TEST(Interpreter, UnknownCodesThatMoveNothingAreAnsweredAndSkipped) {
     Bench bench;
     (void)bench.run("G28\n");
-    EXPECT_EQ(bench.run("M9999 X5\nX10 Y10\nQ603 MINX\nG1 X1 F60\n"),
-              (Log{"unknown line 1: Unknown command: \"M9999\"", "unknown line 2: Unknown command: \"X10\"",
+    EXPECT_EQ(bench.run("M9999 X5\nD3\nQ603 MINX\nG1 X1 F60\n"),
+              (Log{"unknown line 1: Unknown command: \"M9999\"", "unknown line 2: Unknown command: \"D3\"",
                    "unknown line 3: Unknown command: \"Q603\"", "travel X1 at 1"}));
     EXPECT_EQ(bench.interpreter.unknown_codes(), 3U);
 }

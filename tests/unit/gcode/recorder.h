@@ -53,7 +53,9 @@ class Recorder final : public Actions {
         return act("set " + name(heater) + " " + number(target.value()));
     }
     Result<void> wait_temperature(Heater heater, Celsius target, WaitFor direction) override {
-        const std::string how = direction == WaitFor::heating ? " heating" : " either way";
+        std::string how = direction == WaitFor::heating ? " heating" : " either way";
+        if (direction.kind == WaitFor::between)
+            how = " from " + number(direction.lowest.value()) + " to " + number(direction.highest.value());
         return act("wait " + name(heater) + " " + number(target.value()) + how);
     }
     Result<void> set_heater(Heater heater, const HeaterChange& change) override {

@@ -160,6 +160,48 @@ TEST(Heat, FallingAwayFromTheTargetIsFound) {
     EXPECT_NE(bench.fault().find("lost its temperature"), std::string_view::npos) << bench.fault();
 }
 
+/// A job that asks for another degree every five seconds gets no more time than any other.
+TEST(Heat, TargetsThatChangeByStepsDoNotPutTheFaultOff) {
+    for (const bool was_hot : {false, true}) {
+        Bench bench;
+        bench.target(209);
+        if (was_hot) bench.run(300);
+        ASSERT_EQ(bench.fault(), "");
+        bench.hot_end.watts = 0;
+        double until_fault_s = 0;
+        for (int step = 0; bench.fault().empty() && step < 60; ++step, until_fault_s += 5) {
+            bench.target(209 + step % 2);
+            bench.run(5);
+        }
+        EXPECT_LE(until_fault_s, was_hot ? 45 : 25) << was_hot;
+        EXPECT_NE(bench.fault().find("heat"), std::string_view::npos) << bench.fault();
+    }
+}
+
+TEST(Heat, TargetsThatChangeByStepsAreNoFault) {
+    Bench bench;
+    for (int step = 0; step < 100; ++step) {
+        bench.target(150 + step % 2 + step / 2);
+        bench.run(step == 0 ? 15 : 3);
+        ASSERT_EQ(bench.fault(), "") << step;
+    }
+}
+
+/// A wire that touches once a second shows the right temperature for a moment.
+TEST(Heat, AReadingThatIsRightNowAndThenIsFound) {
+    Bench bench;
+    bench.target(209);
+    bench.run(300);
+    ASSERT_EQ(bench.fault(), "");
+    for (int second = 0; second < 60 && bench.fault().empty(); ++second) {
+        bench.hot_end.read_offset = -40;
+        bench.run(0.9);
+        bench.hot_end.read_offset = 0;
+        bench.run(0.1);
+    }
+    EXPECT_NE(bench.fault().find("lost its temperature"), std::string_view::npos) << bench.fault();
+}
+
 TEST(Heat, ADeadSensorIsNoReadingAndPersists) {
     Bench bench;
     bench.target(209);

@@ -47,6 +47,23 @@ TEST(JobActions, WhatAJobAsksForHappensAtItsPlace) {
     EXPECT_EQ(bench.fan_duty(), 0.5);
 }
 
+TEST(JobActions, WhatAJobSaysInEveryLayerIsSaidOnce) {
+    Bench bench;
+    const auto says = [&](std::string_view text, Speaker speaker = Speaker::job) {
+        const auto before = bench.layout->replies.pushed();
+        bench.actions.set_speaker(speaker);
+        bench.actions.note(gcode::NoteKind::not_done, text, {});
+        return bench.layout->replies.pushed() != before;
+    };
+    EXPECT_TRUE(says("a"));
+    EXPECT_TRUE(says("b"));
+    EXPECT_FALSE(says("a"));
+    EXPECT_TRUE(says("a", Speaker::person)) << "who types is answered";
+    EXPECT_FALSE(says("b"));
+    bench.link.status().job_id = 2;
+    EXPECT_TRUE(says("a")) << "another job";
+}
+
 TEST(JobActions, WhatIsTypedHappensAtOnce) {
     Bench bench;
     bench.actions.set_speaker(Speaker::person);

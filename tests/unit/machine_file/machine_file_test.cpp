@@ -166,7 +166,12 @@ TEST(MachineFile, MacrosAreWordsWithTheirLines) {
     EXPECT_EQ(machine->macros[1].name.view(), "PRINT_START");
     EXPECT_EQ(machine->macros[1].text.view(), "G28\nM109 S{T}");
     EXPECT_EQ(error_of("[macros]\nEND = 5\n"), "m.toml:2: [macros] 'END' is 5; accepted: a text");
-    EXPECT_NE(error_of("[macros]\nE = 'M84'\n").find("'E' is no word of 2 to 32 letters"), std::string::npos);
+    for (const char* name : {"E", "G28X", "T1", "'A B'", "'Ö'"}) {
+        const std::string error = error_of("[macros]\n" + std::string(name) + " = 'M84'\n");
+        EXPECT_NE(error.find("is no word of 2 to 32 letters"), std::string::npos) << name << ": " << error;
+    }
+    EXPECT_EQ(error_of("[macros]\n_P2 = 'G1 X{A}{B=2}'\n"), "");
+    EXPECT_NE(error_of("[macros]\nPARK = 'G1 X{A} Y{B'\n").find("has a { without its }"), std::string::npos);
     EXPECT_NE(
         error_of("[macros]\nEND = '" + std::string(769, 'x') + "'\n").find("'END' has more than 768 bytes"),
         std::string::npos);
@@ -206,6 +211,8 @@ INSTANTIATE_TEST_SUITE_P(
         Impossible{"OneChannelTwice", "[bed]\nadc_channel = 0\n", "as the hot end's"},
         Impossible{"FasterThanPulses", "[axes.x]\nmax_speed_mm_s = 120\nsteps_per_mm = 6400\n",
                    "500000: at most 78.1 mm/s"},
+        Impossible{"HomesBeyondItsOtherEnd", "[axes.x]\nhome_position_mm = 151\n",
+                   "beyond the other end of the axis, 150"},
         Impossible{"HomesFasterThanItMoves", "[axes.z]\nhome_speed_mm_s = 6\n", "above max_speed_mm_s, 5"},
         Impossible{"RetreatsOutOfTheAxis", "[axes.x]\nhome_retreat_mm = 30\nmaximum_mm = 20\n",
                    "longer than the axis"},

@@ -124,6 +124,30 @@ TEST(FilteredSolver, FiltersChangeAtTheirPlace) {
     EXPECT_FALSE(pipeline.solver.filters().active());
 }
 
+// Filters run on behind the plan. What follows without filters is later as a whole: no step of it
+// is squeezed into what is left of its time.
+TEST(FilteredSolver, AMotionBehindFiltersThatAreSwitchedOffIsNotSqueezed) {
+    const auto last_steps = [](bool filtered) {
+        Pipeline pipeline{filtered ? shaped() : MachineConfig{}};
+        pipeline.append(to(20, 50));
+        EXPECT_TRUE(pipeline.planner->append_filters({}));
+        pipeline.append(to(50, 50));
+        pipeline.append(to(50, 20));
+        pipeline.finish();
+        expect_in_order(pipeline.events);
+        std::vector<std::int64_t> times_ns;
+        for (const StepEvent& event : pipeline.events)
+            if (event.kind == EventKind::step) times_ns.push_back(event.time_ns);
+        times_ns.erase(times_ns.begin(), times_ns.end() - 4800);
+        return times_ns;
+    };
+    const std::vector<std::int64_t> behind = last_steps(true), plain = last_steps(false);
+    const std::int64_t later_ns = behind.front() - plain.front();
+    EXPECT_GT(later_ns, 1'000'000);
+    for (std::size_t i = 0; i < plain.size(); ++i)
+        ASSERT_NEAR(static_cast<double>(behind[i] - plain[i]), static_cast<double>(later_ns), 1) << i;
+}
+
 // The first of the two moves is longer in time when it is shaped; the advance pushes, and draws
 // back.
 TEST(FilteredSolver, AdvancePushesAheadAndComesBack) {

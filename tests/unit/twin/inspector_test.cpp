@@ -369,6 +369,64 @@ TEST(Inspector, AnExcursionJustBeforeAHomingIsToldFromIt) {
     }
 }
 
+/// From closed switches a pause looks like a homing until others follow: pins alone cannot tell
+/// which was which, and need not.
+TEST(Inspector, ExcursionsAndHomingsFromTheSwitchesInAnyOrder) {
+    struct Way {
+        const char* gcode;
+        Position to;
+    };
+    for (const Way& way : {Way{"G1 X10 Y10\n", {10, 10, 0, 0}}, Way{"G1 Z0.3\nG1 X9\n", {0, 0, 0.3, 0}},
+                           Way{"G1 X10 Y10 Z1\n", {10, 10, 1, 0}}, Way{"G1 E2\nG1 X9 E3\n", {0, 0, 0, 2}}}) {
+        for (const std::string order : {"PH", "PPH", "HP", "HPPH", "PPPHPHH", "PPHPPHPP", "PX", "PPX", "PPZ",
+                                        "PPXPPYPPZPP", "pH", "ppH", "ppppH", "PpPpHpPH", "qqH", "qPpH"}) {
+            Built built;
+            built.firmware.home({0, 1, 2});
+            std::string gcode = "G28\n";
+            std::uint64_t pauses = 0;
+            for (const char what : order) {
+                if (what == 'P') built.firmware.excursion({0, 12'000, 10'100, 0});
+                if (what == 'p') built.firmware.excursion({2000, 3000, 10'000, -192});
+                if (what == 'q') built.firmware.excursion({0, 0, 10'000, 0});
+                if (what == 'P' || what == 'p' || what == 'q') {
+                    ++pauses;
+                    continue;
+                }
+                if (what == 'H') built.firmware.home({0, 1, 2});
+                if (what == 'X') built.firmware.home({0});
+                if (what == 'Y') built.firmware.home({1});
+                if (what == 'Z') built.firmware.home({2});
+                gcode += what == 'H' ? "G28\n" : std::string{"G28 "} + what + '\n';
+            }
+            built.firmware.move_to(way.to);
+            if (std::string_view{way.gcode}.find("X9") != std::string_view::npos)
+                built.firmware.move_to({9, 0, way.to[2], way.to[3] > 0 ? 3.0 : 0.0});
+            const Findings findings =
+                inspect(built.machine, gcode + way.gcode, built.firmware.events, built.firmware.start());
+            const Report report = judged(findings, pauses);
+            EXPECT_TRUE(report.matches) << order << ' ' << way.gcode << explain(report);
+        }
+    }
+}
+
+/// Of a pause that began as a homing does, too: one step beside is a difference.
+TEST(Inspector, AnExcursionFromTheSwitchesThatLosesAStepIsADifference) {
+    for (const int axis : {1, 2}) {
+        Built built;
+        built.firmware.home({0, 1, 2});
+        (void)built.firmware.excursion({0, 12'000, 10'100, 0});
+        const std::size_t back = built.firmware.excursion({0, 12'000, 10'100, 0});
+        built.firmware.home({0});
+        built.firmware.move_to({10, 10, 0.5, 0});
+        auto& events = built.firmware.events;
+        events.erase(std::find_if(events.begin() + static_cast<std::ptrdiff_t>(back), events.end(),
+                                  [&](const Event& event) { return event.axis == axis; }));
+        const Report report = judged(
+            inspect(built.machine, "G28\nG28 X\nG1 X10 Y10 Z0.5\n", events, built.firmware.start()), 2);
+        EXPECT_FALSE(report.matches) << axis << explain(report);
+    }
+}
+
 TEST(Inspector, OneStepBesideAfterAnExcursionIsADifference) {
     for (const int axis : {0, 1, 2}) {
         Paused paused({2000, 3000, 10'000, -192});
