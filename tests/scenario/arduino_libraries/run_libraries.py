@@ -77,6 +77,11 @@ CASES = [
     Case("Strip", "counts an AVR's clocks between the edges of a waveform", "NeoPixel",
          "`Adafruit_NeoPixel.h`: edges at their instants, or SPI; a simulated strip, `chip = \"ws2812\"`", r"9600", 1,
          r"ws2812 on pin 6: 6 frames; shows 320000 001d00 001d00 001d00\n"),
+    Case("Palettes", "takes a computer, by `__linux__`, for a board without pins", "FastLED",
+         "`FastLED.h`: its names and results; strips as above, and those with a clock on any two pins or on SPI",
+         r"3\n255\n\d+\n120\nbeats\n", 1,
+         r"ws2812 on pin 6: \d+ frames; shows 800000 561d00 563b00 005800 005800 563b00 561d00 800000\n"
+         r"ws2812 on pin 51: \d+ frames; shows 000080 3f0040 000080\n"),
     Case("Remote", "takes a timer to look at an infrared receiver, and another one to send", "IRremote",
          "`IRremote.hpp`: NEC's code by `attachInterrupt()` and PWM; a simulated module and remote, `chip = \"ir\"`",
          r"Protocol=NEC Address=0x4 Command=0x18 Raw-Data=0xE718FB04 32 bits LSB first\n"
