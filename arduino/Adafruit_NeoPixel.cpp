@@ -3,20 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arduino/core/diagnostics.h"
-#include "board/board.h"
-
-namespace board = qduino::board;
-using qduino::Instant;
-using qduino::Nanoseconds;
-
-namespace {
-
-// Worldsemi, WS2812B data sheet; half the speed: WS2811. Newer strips want 280 µs to show.
-constexpr Nanoseconds kBit{1250}, kZero{400}, kOne{800}, kLatch{300'000};
-
-}  // namespace
-
 Adafruit_NeoPixel::Adafruit_NeoPixel(std::uint16_t pixels, std::int16_t pin, neoPixelType type)
     : pin_(pin), type_(type) {
     updateLength(pixels);
@@ -25,8 +11,7 @@ Adafruit_NeoPixel::Adafruit_NeoPixel(std::uint16_t pixels, std::int16_t pin, neo
 void Adafruit_NeoPixel::updateLength(std::uint16_t pixels) {
     colors_.assign(pixels, 0);
     const bool has_white = (type_ >> 6 & 3) != (type_ >> 4 & 3);
-    bytes_.assign(pixels * (has_white ? std::size_t{4} : std::size_t{3}), 0);
-    wave_.assign(3 * bytes_.size() + 1, 0);
+    wave_.resize(pixels * (has_white ? std::size_t{4} : std::size_t{3}));
 }
 
 void Adafruit_NeoPixel::updateType(neoPixelType type) {
@@ -38,70 +23,30 @@ void Adafruit_NeoPixel::begin() { setPin(pin_); }
 
 void Adafruit_NeoPixel::setPin(std::int16_t pin) {
     pin_ = pin;
-    if (pin_ < 0 || pin_ == MOSI) return;
-    pinMode(pin_, OUTPUT);
-    digitalWrite(pin_, LOW);
+    qduino::arduino::PixelWave::begin(pin);
 }
-
-bool Adafruit_NeoPixel::canShow() const { return board::current().now() >= ready_; }
 
 void Adafruit_NeoPixel::show() {
     if (pin_ < 0 || colors_.empty()) return;
     encode();
-    qduino::arduino::wait_until(ready_);
-    // A bus may return before it has sent everything.
-    const Instant sent = board::current().now() + bit_length() * static_cast<std::int64_t>(8 * bytes_.size());
-    pin_ == MOSI ? send_by_spi() : send_by_pin();
-    ready_ = std::max(board::current().now(), sent) + kLatch;
+    const bool slow = (type_ & NEO_KHZ400) != 0;
+    wave_.send(pin_, slow ? qduino::arduino::kWs2811Slow : qduino::arduino::kWs2812, "NeoPixel.show");
 }
-
-Nanoseconds Adafruit_NeoPixel::bit_length() const { return (type_ & NEO_KHZ400) != 0 ? 2 * kBit : kBit; }
 
 void Adafruit_NeoPixel::encode() {
     const auto place = [this](int shift) { return std::size_t{type_} >> shift & 3; };
-    const std::size_t size = bytes_.size() / colors_.size();
+    const std::span<std::uint8_t> bytes = wave_.bytes();
+    const std::size_t size = bytes.size() / colors_.size();
     for (std::size_t i = 0; i < colors_.size(); ++i) {
         const auto level = [&](int shift) {
             return static_cast<std::uint8_t>((colors_[i] >> shift & 0xFF) * (brightness_ + 1u) >> 8);
         };
-        std::uint8_t* const pixel = &bytes_[i * size];
+        std::uint8_t* const pixel = &bytes[i * size];
         if (size == 4) pixel[place(6)] = level(24);
         pixel[place(4)] = level(16);
         pixel[place(2)] = level(8);
         pixel[place(0)] = level(0);
     }
-}
-
-void Adafruit_NeoPixel::send_by_pin() {
-    board::Board& board = board::current();
-    const board::PinId pin{static_cast<std::uint16_t>(pin_)};
-    const std::int64_t slower = bit_length() / kBit;
-    Instant edge = board.now() + kBit;
-    for (const std::uint8_t sent : bytes_) {
-        for (unsigned mask = 0x80; mask != 0; mask >>= 1) {
-            board.busy_until(edge);
-            board.pin_write(pin, board::Level::high);
-            board.busy_until(edge + slower * ((sent & mask) != 0 ? kOne : kZero));
-            board.pin_write(pin, board::Level::low);
-            edge += slower * kBit;
-        }
-    }
-}
-
-void Adafruit_NeoPixel::send_by_spi() {
-    std::ranges::fill(wave_, std::uint8_t{0});
-    std::size_t at = 0;
-    for (const std::uint8_t sent : bytes_) {
-        for (unsigned mask = 0x80; mask != 0; mask >>= 1) {
-            for (const bool high : {true, (sent & mask) != 0, false}) {
-                if (high) wave_[at / 8] = static_cast<std::uint8_t>(wave_[at / 8] | 0x80 >> at % 8);
-                ++at;
-            }
-        }
-    }
-    const auto clock_hz = static_cast<std::uint32_t>(3'000'000'000 / bit_length().count());
-    const auto done = board::current().spi_transfer(board::SpiBus{0}, {.clock_hz = clock_hz}, wave_);
-    qduino::arduino::succeeded("NeoPixel.show", pin_, done);
 }
 
 void Adafruit_NeoPixel::setPixelColor(std::uint16_t index, std::uint32_t color) {

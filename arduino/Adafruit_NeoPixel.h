@@ -1,11 +1,6 @@
 // Adafruit_NeoPixel: strips of WS2812 and the like, under the library's name. The library itself
 // counts an AVR's clocks between two edges; here the board has the time.
-//
-//   any pin      the calling loop makes each edge at its instant: 1.25 µs a bit. A loop that shares
-//                its core may be interrupted, and the strip then shows something else: let one
-//                that owns its core call show()
-//   pin 51       (MOSI) the strip is on SPI, which keeps the time by itself: three bits for one at
-//                2.4 MHz. The way for a Linux board, whose pins take a system call each
+// The wire may be on any pin, or on SPI (arduino/core/pixel_wave.h).
 //
 // A colour is kept as it was set, so brightness may be changed to and fro.
 #pragma once
@@ -14,6 +9,7 @@
 #include <vector>
 
 #include "arduino/Arduino.h"
+#include "arduino/core/pixel_wave.h"
 
 using neoPixelType = std::uint16_t;
 
@@ -41,7 +37,7 @@ class Adafruit_NeoPixel {
     /// before it until the strip shows the last ones.
     void show();
     /// True when show() would not wait.
-    [[nodiscard]] bool canShow() const;
+    [[nodiscard]] bool canShow() const { return wave_.shown(); }
     void setPin(std::int16_t pin);
     [[nodiscard]] std::int16_t getPin() const { return pin_; }
     /// Setup-time; all pixels are dark afterwards.
@@ -74,16 +70,11 @@ class Adafruit_NeoPixel {
     static std::uint32_t gamma32(std::uint32_t color);
 
   private:
-    [[nodiscard]] qduino::Nanoseconds bit_length() const;
     void encode();
-    void send_by_pin();
-    void send_by_spi();
 
     std::int16_t pin_;
     neoPixelType type_;
     std::uint8_t brightness_ = 255;
     std::vector<std::uint32_t> colors_;
-    std::vector<std::uint8_t> bytes_;  // as they are sent
-    std::vector<std::uint8_t> wave_;   // on SPI: three bits for each of these
-    qduino::Instant ready_{};          // when the strip shows the last ones
+    qduino::arduino::PixelWave wave_;
 };

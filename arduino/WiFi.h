@@ -35,6 +35,7 @@ enum wl_enc_type {
     ENC_TYPE_NONE = 7,
     ENC_TYPE_AUTO = 8
 };
+enum WiFiMode_t { WIFI_OFF = 0, WIFI_STA = 1, WIFI_AP = 2, WIFI_AP_STA = 3 };
 enum wl_tcp_state { CLOSED = 0, LISTEN = 1, ESTABLISHED = 4 };
 
 class WiFiClass {
@@ -80,6 +81,23 @@ class WiFiClass {
     [[nodiscard]] std::int32_t RSSI(std::uint8_t) const { return 0; }
     [[nodiscard]] std::uint8_t encryptionType(std::uint8_t) const { return ENC_TYPE_AUTO; }
     [[nodiscard]] std::uint8_t channel(std::uint8_t) const { return 0; }
+
+    // ---- What the ESP8266's and ESP32's WiFi has besides
+    /// The radio is the host's, and a station: a sketch that wants an access point is told no.
+    bool mode(WiFiMode_t mode);
+    [[nodiscard]] WiFiMode_t getMode() const { return WIFI_STA; }
+    [[nodiscard]] bool isConnected() const { return status() == WL_CONNECTED; }
+    /// The host joined before the sketch began: there is nothing to wait for.
+    [[nodiscard]] wl_status_t waitForConnectResult(unsigned long = 0) const { return status(); }
+    bool reconnect() { return isConnected(); }
+    bool disconnect(bool) { return false; }  // the host stays in its network
+    bool setAutoReconnect(bool) { return true; }
+    bool setAutoConnect(bool) { return true; }
+    void persistent(bool) {}
+    bool setSleep(bool) { return true; }
+    bool hostname(const char*) { return false; }  // the host has its name
+    /// As text, the first byte of the address first: "AA:BB:CC:DD:EE:FF".
+    [[nodiscard]] String macAddress() const;
 
   private:
     String network_;

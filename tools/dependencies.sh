@@ -97,3 +97,10 @@ unpack_arduino_ide() {
 
 # A server for ssh, which a test runs at a port of its own.
 unpack_sshd() { unpack_for_tests openssh openssh-server libwrap0; }
+
+# Firmata's library for Arduino and its reference client, for the test in tests/e2e/firmata.
+fetch_firmata() {
+  [ ! -e tests/e2e/firmata/node_modules/.installed ] && command -v npm >/dev/null || return 0
+  (cd tests/e2e/firmata && npm ci --no-audit --no-fund --loglevel=error >/dev/null 2>&1 && touch node_modules/.installed) ||
+    say "Firmata could not be fetched: the test with it is skipped"
+}

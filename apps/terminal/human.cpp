@@ -30,6 +30,8 @@ std::string human_duration(Nanoseconds duration) {
 }
 
 std::string counted(long long count, const std::string& what) {
+    if (count != 1 && what.ends_with("ry"))
+        return text<std::string>(count, ' ', what.substr(0, what.size() - 1), "ies");
     return text<std::string>(count, ' ', what, count == 1 ? "" : "s");
 }
 

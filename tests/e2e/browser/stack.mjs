@@ -23,10 +23,17 @@ const BROWSER_ARGUMENTS = [
 
 const chromiumPath = () => CHROMIUM.find((path) => path && existsSync(path));
 
-/** Why no test of the page can run here; null when it can. */
-export function whatThePageMisses() {
+/** Why no test in a browser can run here; null when it can. */
+export function whatNoBrowserCanDoWithout() {
   if (!chromiumPath()) return 'no chromium (apt-get install chromium, or set CHROMIUM)';
   if (!existsSync(join(ROOT, 'web/ui/node_modules/playwright-core'))) return 'no playwright-core (npm ci in web/ui)';
+  return null;
+}
+
+/** Why no test of the page can run here; null when it can. */
+export function whatThePageMisses() {
+  const browser = whatNoBrowserCanDoWithout();
+  if (browser) return browser;
   if (!existsSync(join(ROOT, 'web/ui/dist/index.html'))) return 'the page is not built (tools/build_page.sh)';
   return null;
 }

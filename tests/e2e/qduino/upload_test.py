@@ -31,6 +31,12 @@ void loop() {
   delay(10);
 }
 """
+# Two curves whose values are known from the number of the line.
+SAW = """
+int n = 0;
+void setup() { Serial.begin(115200); }
+void loop() { Serial.print("up:"); Serial.print(n); Serial.print(",down:"); Serial.println(-n); n = (n + 1) % 100; delay(10); }
+"""
 TOO_MUCH = "void setup() {}\nvoid loop(1, 60, 100, 0) {}\nvoid loop(2, 60, 100, 0) {}\n"
 
 
@@ -72,7 +78,7 @@ class UploadCase(SketchCase):
         super().setUp()
         self.folder = pathlib.Path(self.shared.name)
         self.environment |= {"XDG_CACHE_HOME": str(self.folder / "cache"), "XDG_STATE_HOME": str(self.folder / "state"), "CXXFLAGS": "-O0"}
-        for name, text in (("talker", TALKER), ("greedy", TOO_MUCH)):
+        for name, text in (("talker", TALKER), ("saw", SAW), ("greedy", TOO_MUCH)):
             if not (self.folder / name).exists():
                 self.write(f"{name}/{name}.ino", text)
         self.addCleanup(self.stop)
@@ -174,6 +180,17 @@ class Here(UploadCase):
             urllib.request.urlopen(address[:-4], timeout=20)
         self.assertEqual(wrong.exception.code, 403)
         wrong.exception.close()
+
+    @unittest.skipUnless(shutil.which("node"), "no node")
+    def test_the_plotter_draws_in_a_browser(self):
+        self.run_qduino("upload", "saw", "--best-effort")
+        address = self.monitor("--plot").stdout.readline().strip()
+        script = pathlib.Path(__file__).with_name("plotter_in_browser.mjs")
+        done = subprocess.run(["node", script, address], capture_output=True, text=True, timeout=240, check=False)
+        if done.returncode == 77:
+            self.skipTest(done.stdout)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(done.stdout, r"the plotter drew \d+ lines")
 
 
 @unittest.skipUnless(os.environ.get("QDUINO_EMULATED"), "everything is built once more there: ./test --all")

@@ -57,8 +57,8 @@ CASES = [
     Case("LibcNames", "its sketch has a global `pipe`, `clock`, `time` or `close`", "RF24, LiquidCrystal_I2C, RFM69, WiFi101",
          "the converter gives them another name", r"38\nF0E1\nclock"),
     Case("InC", "has a .c file that includes `Arduino.h`", "Modbus, WiFi101", "C's half of the language", r"318"),
-    Case("Networks", "uses the whole WiFi and Ethernet API", "the examples of WiFi, Ethernet, ArduinoHttpClient",
-         "the host's network; joining and scanning are the host's", r"network\n-1\nauto\n192\.168\.0\.1\n1\n127\.0\.0\.1\n1\nnobody\n0\n10"),
+    Case("Networks", "uses the whole WiFi and Ethernet API, or includes `ESP8266WiFi.h`", "the examples of WiFi, Ethernet, ArduinoHttpClient, PubSubClient",
+         "the host's network; joining and scanning are the host's", r"network\n-1\nauto\n192\.168\.0\.1\n1\n127\.0\.0\.1\n1\nnobody\n1\na station\n17\n0\n10"),
     Case("Ports", "writes PORTx, or asks for `portOutputRegister`", "many sketches; DHTlib and CapacitiveSensor insist on an address, see below",
          "the registers are objects over the Mega's pins; a library that asks is told no and uses `digitalWrite()`",
          r"1\n0\n80\nC0\ndigitalWrite\n40"),
@@ -77,6 +77,11 @@ CASES = [
     Case("Strip", "counts an AVR's clocks between the edges of a waveform", "NeoPixel",
          "`Adafruit_NeoPixel.h`: edges at their instants, or SPI; a simulated strip, `chip = \"ws2812\"`", r"9600", 1,
          r"ws2812 on pin 6: 6 frames; shows 320000 001d00 001d00 001d00\n"),
+    Case("Palettes", "takes a computer, by `__linux__`, for a board without pins", "FastLED",
+         "`FastLED.h`: its names and results; strips as above, and those with a clock on any two pins or on SPI",
+         r"3\n255\n\d+\n120\nbeats\n", 1,
+         r"ws2812 on pin 6: \d+ frames; shows 800000 561d00 563b00 005800 005800 563b00 561d00 800000\n"
+         r"ws2812 on pin 51: \d+ frames; shows 000080 3f0040 000080\n"),
     Case("Remote", "takes a timer to look at an infrared receiver, and another one to send", "IRremote",
          "`IRremote.hpp`: NEC's code by `attachInterrupt()` and PWM; a simulated module and remote, `chip = \"ir\"`",
          r"Protocol=NEC Address=0x4 Command=0x18 Raw-Data=0xE718FB04 32 bits LSB first\n"

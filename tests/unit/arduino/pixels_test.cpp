@@ -1,30 +1,11 @@
 // Adafruit_NeoPixel, against a strip that reads pulses as the chip does (device/ws2812_chip.h).
-#include "apps/parts/parts.h"
 #include "arduino/Adafruit_NeoPixel.h"
-#include "tests/unit/arduino/arduino_fixture.h"
+#include "tests/unit/arduino/strip_fixture.h"
 
 namespace pixels_test {
 namespace {
 
-class ArduinoPixels : public ArduinoTest {
-  protected:
-    /// A strip of `count` on `pin`, wired to the board.
-    void wire(int pin, int count) {
-        qduino::apps::PartSpec spec;
-        spec.chip = qduino::apps::Chip::ws2812;
-        spec.data = {static_cast<std::uint16_t>(pin)};
-        spec.pixels = count;
-        parts_ = std::make_unique<qduino::apps::Parts>(std::vector{spec});
-        board().wires = parts_.get();
-    }
-    void TearDown() override {
-        board().wires = nullptr;
-        ArduinoTest::TearDown();
-    }
-    std::string shown() { return parts_->report(board().now + 1ms); }
-
-    std::unique_ptr<qduino::apps::Parts> parts_;
-};
+using ArduinoPixels = StripTest;
 
 TEST_F(ArduinoPixels, EachPixelHasItsColourByPinAndBySpi) {
     for (const int pin : {6, 51}) {

@@ -22,6 +22,7 @@ TEST(Human, DurationsHaveThreeDigitsThatCount) {
 
 TEST(Human, CountsHaveTheirPlural) {
     EXPECT_EQ(counted(1, "loop"), "1 loop");
+    EXPECT_EQ(counted(0, "library"), "0 libraries");
     EXPECT_EQ(counted(0, "loop"), "0 loops");
     EXPECT_EQ(counted(3, "loop"), "3 loops");
 }

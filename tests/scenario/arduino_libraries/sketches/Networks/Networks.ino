@@ -1,3 +1,4 @@
+#include <ESP8266WiFi.h>
 #include <Ethernet.h>
 #include <WiFi.h>
 
@@ -34,6 +35,9 @@ void setup() {
   server.begin();
   EthernetClient client = server.accept();
   Serial.println(client ? "somebody" : "nobody");
+  Serial.println(WiFi.mode(WIFI_STA) && WiFi.waitForConnectResult() == WiFi.status());
+  Serial.println(WiFi.mode(WIFI_AP) ? "an access point" : "a station");
+  Serial.println(WiFi.macAddress().length());
   // No resolver is asked for a name that can be none. In the simulator it takes 0.1 s all the same.
   const unsigned long before = millis();
   Serial.println(WiFi.hostByName("no..body", found));
