@@ -14,8 +14,11 @@
 // board can, their edges come together, and the second is not late by what the first one takes.
 //
 // Falls come due in the order of their rises, because all pulses are equally long: a queue of at
-// most one per axis holds them. For directions the player looks ahead in the ring by up to
-// kLookAhead events; each axis has at most one change of direction waiting.
+// most one per axis holds them. A pulse may be longer than asked, a step may not be late: so where
+// both are overdue, the rise comes before falls of other axes, and those fall in one write.
+//
+// For directions the player looks ahead in the ring by up to kLookAhead events; each axis has at
+// most one change of direction waiting.
 //
 // Lateness. The instant of an event is `anchor + event.time`. A step may be raised late, and
 // catching up would put steps too close together. So a step that is late by more than
@@ -117,9 +120,9 @@ class Player {
             const std::int64_t event_ns = next_event_ns();
             const std::int64_t fall_ns = next_fall_ns();
             if (std::min(event_ns, fall_ns) >= horizon_ns) return;
-            if (fall_ns <= event_ns) {
+            if (fall_ns <= event_ns && !rises_first(event_ns)) {
                 wait_until(fall_ns);
-                end_oldest_pulse();
+                end_due_pulses();
             } else if (const StepEvent event = *ring_.front(); skips(event)) {
                 if (skips_left-- == 0) return;
                 skip(event);
@@ -247,6 +250,11 @@ class Player {
         started_ = true;
     }
 
+    /// The event at the front is due already, and need not wait for the end of a pulse.
+    [[nodiscard]] bool rises_first(std::int64_t event_ns) {
+        return event_ns != kNever && event_ns <= now_ns() && !axes_[ring_.front()->axis].high;
+    }
+
     // ---- looking ahead --------------------------------------------------------------------------
 
     void look_ahead() {
@@ -359,8 +367,11 @@ class Player {
         return lateness_ns;
     }
 
-    void end_oldest_pulse() {
-        const MotorList& motors = falls_[falls_begin_++ % kAxisCount].motors;
+    /// The oldest pulse, and the others that are due.
+    void end_due_pulses() {
+        MotorList motors = falls_[falls_begin_++ % kAxisCount].motors;
+        for (const std::int64_t now = now_ns(); next_fall_ns() <= now; ++falls_begin_)
+            for (const std::uint8_t axis : falls_[falls_begin_ % kAxisCount].motors) motors.push_back(axis);
         pins_.set_steps(motors, false);
         const std::int64_t ready_ns = now_ns() + to_ns(settings_.low);
         for (const int axis : motors) {

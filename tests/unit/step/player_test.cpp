@@ -106,6 +106,25 @@ TEST_F(PlayerTest, StepsAtOneInstantRiseInOneWriteAndFallInOne) {
     EXPECT_EQ(pins_.broken_rules(), "");
 }
 
+TEST_F(PlayerTest, AStepThatIsLateWaitsForNoFallOfAnotherAxis) {
+    PlayerSettings patient;
+    patient.late_threshold = 1ms;  // the time line stays
+    player_ = std::make_unique<Player<VirtualPins, SmallRing>>(pins_, ring_, patient);
+    step(0, kX);
+    step(1, kY);
+    step(4'500, kZ);  // due when X's pulse may end already
+    step(30'000, kX);
+    pins_.write_cost_ns = 3'000;
+    play_all();
+    EXPECT_EQ(pins_.rises(kY)[0], kLead + 6'000);
+    EXPECT_EQ(pins_.rises(kZ)[0], kLead + 9'000);
+    EXPECT_EQ(pins_.falls(kX)[0], kLead + 12'000);
+    EXPECT_EQ(pins_.falls(kY)[0], kLead + 12'000) << "both were due, and share a write";
+    EXPECT_EQ(pins_.falls(kZ)[0], kLead + 15'000);
+    EXPECT_EQ(pins_.rises(kX)[1], kLead + 33'000);
+    EXPECT_EQ(pins_.broken_rules(), "");
+}
+
 TEST_F(PlayerTest, ALateInstantMovesTheTimeLineOnceForAllItsSteps) {
     for (int i = 0; i < 10; ++i)
         for (const int axis : {kX, kY, kZ}) step(100'000 * i, axis);
