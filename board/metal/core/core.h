@@ -36,8 +36,7 @@ namespace qduino::board::metal {
 
 /// What came to a core since the loops began: for the guarantee report.
 struct CoreCounts {
-    std::atomic<std::uint64_t> alarms{0};
-    std::atomic<std::uint64_t> devices{0};
+    std::atomic<std::uint64_t> alarms{0}, devices{0};
     std::atomic<std::uint64_t> calls{0};                     ///< of other cores, and of itself
     std::atomic<std::uint64_t> ends{0};                      ///< of budgets
     std::atomic<Nanoseconds> worst_overrun{Nanoseconds{0}};  ///< charged beyond such a budget
@@ -101,8 +100,7 @@ class Core {
 
   private:
     struct Host {
-        bool exists = false;
-        bool runs = false;
+        bool exists = false, runs = false;
         Instant until = kForever;  // its next turn
         Instant since = kEpoch;    // of this turn
         Context context;
@@ -129,8 +127,7 @@ class Core {
 
     int number_ = 0;
     std::uint32_t target_ = 0;
-    std::atomic<bool> threads_began_{false};
-    std::atomic<bool> alarms_allowed_{true};
+    std::atomic<bool> threads_began_{false}, alarms_allowed_{true};
     bool inside_ = false;  // enter() is at work
     Processor processor_;
     sched::CoreScheduler scheduler_;

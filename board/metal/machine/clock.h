@@ -9,6 +9,7 @@
 // does not.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "base/time.h"
@@ -28,25 +29,30 @@ class MachineClock {
     }
     [[nodiscard]] std::uint64_t hz() const { return hz_; }
 
-    [[nodiscard]] Instant now() const {
-        const std::uint64_t ticks = clock_count() - origin_;
-        return instant_from_ns(static_cast<std::int64_t>(Wide{ticks} * ns_of_tick_ >> kFraction));
+    [[nodiscard]] Instant now() const { return instant_at(clock_count()); }
+    /// now() when the counter stands at `count`.
+    [[nodiscard]] Instant instant_at(std::uint64_t count) const {
+        return instant_from_ns(static_cast<std::int64_t>(Wide{count - origin_} * ns_of_tick_ >> kFraction));
     }
     /// The first count at which now() >= t. Contract: t is not before instant 0.
     [[nodiscard]] std::uint64_t count_at(Instant t) const {
-        const auto ns = static_cast<std::uint64_t>(to_ns(t));
-        // Each factor may be too small by one part in 2^40, and each product by one.
-        return origin_ + static_cast<std::uint64_t>(Wide{ns} * ticks_of_ns_ >> kFraction) + (ns >> 30) + 2;
+        // Both factors are a little too small, and what that makes grows with the time since boot.
+        std::uint64_t count = origin_ + ticks_in(t - kEpoch);
+        for (Nanoseconds missing; (missing = t - instant_at(count)) > Nanoseconds{0};)
+            count += std::max<std::uint64_t>(ticks_in(missing - Nanoseconds{1}), 1);
+        return count;
     }
 
   private:
     __extension__ using Wide = unsigned __int128;
     static constexpr int kFraction = 40;
 
-    std::uint64_t hz_ = 0;
-    std::uint64_t origin_ = 0;
-    std::uint64_t ns_of_tick_ = 0;  // both with kFraction binary places
-    std::uint64_t ticks_of_ns_ = 0;
+    [[nodiscard]] std::uint64_t ticks_in(Nanoseconds length) const {
+        return static_cast<std::uint64_t>(static_cast<Wide>(length.count()) * ticks_of_ns_ >> kFraction);
+    }
+
+    std::uint64_t hz_ = 0, origin_ = 0;
+    std::uint64_t ns_of_tick_ = 0, ticks_of_ns_ = 0;  // both with kFraction binary places
 };
 
 inline constinit MachineClock machine_clock;
