@@ -226,7 +226,7 @@ class Witness(unittest.TestCase):
     QUIET = (('  if (!asker.open()) Serial.println("no network card");\n', ''), ('  asker.begin();\n', ''))
 
     def test_budgets_are_exact(self):
-        run = self.ended(changed(STORM, 'quiet', *self.QUIET), '0.3', 100)
+        run = self.ended(changed(STORM, 'quiet', *self.QUIET), '0.4', 100)
         for pin in 2, 3:
             self.assertTrue(keeps_budget(run, pin, 10), had(run, pin)[-1])
         self.assertTrue(keeps_accounts(run), run.report)
