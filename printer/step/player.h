@@ -252,7 +252,7 @@ class Player {
 
     /// The event at the front is due already, and need not wait for the end of a pulse.
     [[nodiscard]] bool rises_first(std::int64_t event_ns) {
-        return event_ns != kNever && event_ns <= now_ns() && !axes_[ring_.front()->axis].high;
+        return event_ns != kNever && !axes_[ring_.front()->axis].high && event_ns <= now_ns();
     }
 
     // ---- looking ahead --------------------------------------------------------------------------
@@ -370,7 +370,7 @@ class Player {
     /// The oldest pulse, and the others that are due.
     void end_due_pulses() {
         MotorList motors = falls_[falls_begin_++ % kAxisCount].motors;
-        for (const std::int64_t now = now_ns(); next_fall_ns() <= now; ++falls_begin_)
+        for (; falls_begin_ != falls_end_ && next_fall_ns() <= now_ns(); ++falls_begin_)
             for (const std::uint8_t axis : falls_[falls_begin_ % kAxisCount].motors) motors.push_back(axis);
         pins_.set_steps(motors, false);
         const std::int64_t ready_ns = now_ns() + to_ns(settings_.low);

@@ -143,10 +143,8 @@ TEST(EstimateOfAPrint, WhereTheAxesStoodIsAllThatIsOpen) {
         printer::MachineConfig moved = expected;
         moved.axes[printer::Axis::z].expected_from_switch = Millimetres{from_switch_mm};
         const Took took = printed(kShortJob, expected, apps::twin_machine(moved));
-        // Loop 1 sees the end of each of them at a release.
-        constexpr double kRelease_s = 0.1;
-        EXPECT_GT(took.print_s, estimate.total_s - estimate.less_s - kRelease_s);
-        EXPECT_LT(took.print_s, estimate.total_s + estimate.more_s + kRelease_s);
+        EXPECT_GT(took.print_s, estimate.total_s - estimate.less_s - kOneRelease_s);
+        EXPECT_LT(took.print_s, estimate.total_s + estimate.more_s + kOneRelease_s);
         EXPECT_NEAR(took.print_s / estimate_of(kShortJob, moved).total_s, 1, kAsked);
     }
     // On its place once, nothing is open any more.
