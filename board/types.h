@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "base/time.h"
+#include "base/words.h"
 #include "sched/vcpu.h"
 
 namespace qduino::board {
@@ -57,8 +58,8 @@ struct SpiSettings {
 /// Device classes whose interrupts can be routed, and whose bottom halves an I/O VCPU can carry.
 enum class DeviceClass : std::uint8_t { gpio, i2c, spi, uart, nic, disk, all };
 inline constexpr int kDeviceClassCount = 6;  ///< without `all`
-inline constexpr std::array<std::string_view, kDeviceClassCount> kDeviceNames{"gpio", "i2c", "spi",
-                                                                              "uart", "nic", "disk"};
+inline constexpr Words<DeviceClass::gpio, DeviceClass::disk> kDeviceNames{"gpio", "i2c", "spi",
+                                                                          "uart", "nic", "disk"};
 
 /// 1…32 is a sketch's loop. 0 is setup(), and any thread that is no VCPU. I/O VCPUs count from
 /// kFirstIoVcpu.

@@ -128,6 +128,8 @@ def main():
         else:
             install(os.path.abspath(arguments.build), prefix)
     except OSError as error:
+        if isinstance(error, FileNotFoundError):
+            sys.exit("install: %s is missing: the build is not whole. Build again, and then install." % error.filename)
         sys.exit("install: %s: %s. Give a folder that you may write with --prefix." % (error.filename, error.strerror))
 
 

@@ -20,7 +20,6 @@ using board::sim::Arrival;
 using board::sim::SimConfig;
 
 // The words and keys that a file uses.
-constexpr Words<DeviceClass::gpio, DeviceClass::disk> kDevices{"gpio", "i2c", "spi", "uart", "nic", "disk"};
 constexpr Words<Arrival::periodic, Arrival::poisson> kArrivals{"periodic", "poisson"};
 constexpr Words<Level::low, Level::high> kLevels{"low", "high"};
 constexpr Words<ApiCall::now, ApiCall::lock> kCalls{
@@ -45,7 +44,7 @@ void read_costs(TomlSection& s, board::sim::ApiCosts& costs) {
 }
 
 void read_interrupt(TomlSection& s, board::sim::InterruptSource& source, int cores) {
-    s.choice("device", source.device, kDevices);
+    s.choice("device", source.device, board::kDeviceNames);
     s.number("rate_hz", source.rate_hz, kSlowestHz, kFastestHz);
     s.choice("arrival", source.arrival, kArrivals);
     s.integer("core", source.core, 0, 63);

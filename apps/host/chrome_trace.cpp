@@ -23,9 +23,6 @@ std::string microseconds(std::int64_t ns) {
 constexpr Words<TraceKind::release, TraceKind::finish> kKinds{
     "release", "run", "preempt", "block", "throttle", "replenish", "overrun", "interrupt", "finish"};
 
-constexpr Words<board::DeviceClass::gpio, board::DeviceClass::all> kDevices{"gpio", "i2c",  "spi", "uart",
-                                                                            "nic",  "disk", "tick"};
-
 }  // namespace
 
 Result<std::unique_ptr<ChromeTrace>> ChromeTrace::create(const std::string& path) {
@@ -76,10 +73,9 @@ void ChromeTrace::on_event(const TraceEvent& event) {
                         event.kind == TraceKind::throttle || event.kind == TraceKind::finish;
     if (leaves && running.vcpu == event.vcpu) end_stretch(event.core, event.time);
     const bool interrupt = event.kind == TraceKind::interrupt;
-    add(chrome::instant(
-        kKinds(event.kind), event.core, interrupt ? chrome::kInterruptThread : event.vcpu,
-        microseconds(to_ns(event.time)),
-        interrupt ? chrome::device(kDevices(static_cast<board::DeviceClass>(event.vcpu))) : ""));
+    add(chrome::instant(kKinds(event.kind), event.core, interrupt ? chrome::kInterruptThread : event.vcpu,
+                        microseconds(to_ns(event.time)),
+                        interrupt ? chrome::device(board::sim::interrupt_name(event.vcpu)) : ""));
 }
 
 Result<void> ChromeTrace::finish(Instant now) {

@@ -2,19 +2,12 @@
 
 #include "apps/host/plan_picture.h"
 #include "base/contract.h"
-#include "base/words.h"
 
 namespace qduino::apps {
-namespace {
 
 using board::sim::TraceEvent;
 using board::sim::TraceKind;
 using picture::Doing;
-
-constexpr Words<board::DeviceClass::gpio, board::DeviceClass::all> kSources{"gpio", "i2c",  "spi", "uart",
-                                                                            "nic",  "disk", "tick"};
-
-}  // namespace
 
 void ScheduleTrace::follow(const runtime::Runtime& runtime, Instant from, Instant until) {
     runtime_ = &runtime;
@@ -55,7 +48,7 @@ void ScheduleTrace::on_event(const TraceEvent& event) {
         case TraceKind::overrun:
             return recorder_->ended(vcpu, now);
         case TraceKind::interrupt:
-            causes_[core] = {now, std::string(kSources(static_cast<board::DeviceClass>(vcpu)))};
+            causes_[core] = {now, std::string(board::sim::interrupt_name(vcpu))};
             return;
     }
 }

@@ -90,7 +90,9 @@ void resume(link::LinkLayout& to, const link::JobStatus& status, PrintResult& re
     if (status.state != link::MachineState::paused) return;
     const link::CommandText command{link::Command::resume, {}};
     static_cast<void>(link::try_push(to.commands, link::encode(command)));
-    const auto told = text<std::string>("line ", status.line, ": the job paused, and was resumed");
+    // Before its first move has ended a job is at no line.
+    const auto told = text<std::string>(status.line > 0 ? text<std::string>("line ", status.line, ": ") : "",
+                                        "the job paused, and was resumed");
     if (result.remarks.empty() || result.remarks.back() != told) result.remarks.push_back(told);
 }
 

@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <string_view>
 
 #include "base/time.h"
 #include "board/types.h"
@@ -27,6 +28,12 @@ struct TraceEvent {
     VcpuId vcpu = kNoVcpu;
     TraceKind kind = TraceKind::run;
 };
+
+/// What interrupted, by an event's `vcpu`: the word of its class, or "tick".
+inline std::string_view interrupt_name(VcpuId device_class) {
+    const auto device = static_cast<DeviceClass>(device_class);
+    return device == DeviceClass::all ? "tick" : kDeviceNames(device);
+}
 
 /// Receives events in order of time, on the simulator's thread. Must not call the board.
 class TraceSink {

@@ -5,8 +5,6 @@ Time is a count of instructions (--deterministic), so a run is the same every ti
   metal_test.py QDUINO [Class.test]"""
 import concurrent.futures
 import contextlib
-import hashlib
-import http.client
 import os
 import pathlib
 import random
@@ -16,6 +14,7 @@ import threading
 import unittest
 
 from runs import CACHE, ENVIRONMENT, HERE, ROOT, Run, changed, main, metal, read_to
+from visits import ask, free_port, free_ports, size_and_hash
 
 
 class PulseTrain(unittest.TestCase):
@@ -151,26 +150,6 @@ class Chain(unittest.TestCase):
         self.assertEqual(after, 0)
 
 
-def free_ports(count):
-    with contextlib.ExitStack() as all_taken:
-        return [all_taken.enter_context(socket.create_server(('127.0.0.1', 0))).getsockname()[1] for _ in range(count)]
-
-
-def free_port():
-    return free_ports(1)[0]
-
-
-def ask(port, path='/', body=None):
-    """The answer's status and text."""
-    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=60)
-    try:
-        connection.request('GET' if body is None else 'POST', path, body)
-        answer = connection.getresponse()
-        return answer.status, answer.read().decode()
-    finally:
-        connection.close()
-
-
 @contextlib.contextmanager
 def someone_who_answers():
     """The ports of a server that answers one line, and one packet, with itself and a word."""
@@ -188,11 +167,6 @@ def someone_who_answers():
         for answer in by_tcp, by_udp:
             threading.Thread(target=answer, daemon=True).start()
         yield listener.getsockname()[1], packets.getsockname()[1]
-
-
-def size_and_hash(body):
-    """As tests/metal/network answers."""
-    return f'{len(body)} {hashlib.sha256(body).hexdigest()}'
 
 
 class WebLight(unittest.TestCase):

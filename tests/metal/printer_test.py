@@ -12,7 +12,8 @@ import sys
 import tempfile
 import unittest
 
-from prints import COMMENT, cube, free_port, main, multipart, simulated
+from prints import COMMENT, cube, main, multipart, simulated
+from visits import free_port
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'apps/metal_printer'))

@@ -24,7 +24,8 @@ import tempfile
 import time
 import unittest
 
-from prints import COMMENT, cube, free_port, main, multipart, simulated
+from prints import COMMENT, cube, main, multipart, simulated
+from visits import free_port
 
 arguments = argparse.ArgumentParser()
 arguments.add_argument('programs', type=pathlib.Path)

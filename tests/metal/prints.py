@@ -4,19 +4,12 @@ import math
 import os
 import pathlib
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
 import unittest
 
 COMMENT = b'; a comment that is no part of it, as a slicer writes hundreds of\n'
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
 
 
 def multipart(name, data, **fields):

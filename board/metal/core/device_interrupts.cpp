@@ -125,7 +125,7 @@ FixedString<80> DeviceInterrupts::words_on(int core) const {
     FixedString<80> words;
     for (const Entry& entry : entries_) {
         if (entry.core != core) continue;
-        write(words, words.empty() ? " (" : ", ", kDeviceNames[static_cast<std::size_t>(entry.kind)]);
+        write(words, words.empty() ? " (" : ", ", kDeviceNames(entry.kind));
         if (io_of(entry) == kNoVcpu)
             write(words, ": above every loop");
         else
