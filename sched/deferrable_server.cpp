@@ -1,6 +1,7 @@
 #include "sched/deferrable_server.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/contract.h"
 #include "sched/exact.h"
@@ -54,8 +55,11 @@ void DeferrableServer::unblock(Instant now) {
     if (!blocked_) return;
     blocked_ = false;
     const Period period = period_at(now);
-    // Whole periods went by: this one begins with the work.
-    if (period.begin != period_.begin) period_ = {now, period.left, period_.begin + parameters_.period};
+    // Whole periods went by, or there was none yet: this one begins with the work.
+    if (!std::exchange(had_work_, true))
+        period_.begin = now;
+    else if (period.begin != period_.begin)
+        period_ = {now, period.left, period_.begin + parameters_.period};
 }
 
 void DeferrableServer::release(Instant nominal) {

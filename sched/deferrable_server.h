@@ -28,7 +28,8 @@ namespace qduino::sched {
 /// One owner at a time. No call blocks or allocates.
 class DeferrableServer {
   public:
-    /// Full budget from `start` on; blocked. Contract: parameters.valid().
+    /// Full budget from `start` on; blocked. Its first period begins with its first work: a board
+    /// may take its time between the two. Contract: parameters.valid().
     explicit DeferrableServer(VcpuParameters parameters, Instant start = kEpoch);
 
     /// CPU time that it may take from `now` on without a pause: what is left, and the next budget
@@ -68,6 +69,7 @@ class DeferrableServer {
     Period period_{};
     Nanoseconds consumed_{};
     bool blocked_ = true;
+    bool had_work_ = false;
 };
 
 }  // namespace qduino::sched

@@ -13,6 +13,7 @@
 #include "apps/link/live_guarantee.h"
 #include "apps/machine_file/machine_check.h"
 #include "apps/machine_file/machine_file.h"
+#include "apps/machine_file/macro_check.h"
 #include "apps/terminal/program.h"
 #include "board/linux/linux_board.h"
 #include "posix/small_file.h"
@@ -81,11 +82,13 @@ int check(int argc, char** argv) {
         printer::MachineConfig machine;
         const std::string error =
             text ? apps::machine_error(*text, path, machine) : path + " cannot be read: check its path";
-        if (error.empty()) {
-            std::fputs(apps::describe(machine, path).c_str(), stdout);
-        } else {
+        if (!error.empty()) {
             status = fail(error);
+            continue;
         }
+        std::fputs(apps::describe(machine, path).c_str(), stdout);
+        if (const std::string wrong = apps::macro_errors(machine); !wrong.empty())
+            status = fail(qduino::text<std::string>(path, ": jobs that call these are refused:\n", wrong));
     }
     return status;
 }

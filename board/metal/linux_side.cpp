@@ -43,8 +43,10 @@ bool LinuxSide::is_deaf(Instant now) const {
     return area_ && last_beat_ != kForever && now - last_beat_ > kDeaf;
 }
 
-void LinuxSide::report(std::string_view text) {
-    area_->line.reports.push_some({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+bool LinuxSide::report(std::string_view text) {
+    if (area_)
+        area_->line.reports.push_some({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    return area_ != nullptr;
 }
 
 void LinuxSide::tell_end(int status) {

@@ -38,8 +38,8 @@ class LinuxSide {
     /// Nobody takes what Serial says.
     [[nodiscard]] bool is_deaf(Instant now) const;
 
-    /// What does not fit is dropped.
-    void report(std::string_view text);
+    /// What does not fit is dropped. False: there is no Linux.
+    bool report(std::string_view text);
     /// The last word.
     void tell_end(int status);
 

@@ -58,9 +58,10 @@ void panic(const Frame& frame) {
     turn_off(1);
 }
 
+bool tell_beside(std::string_view text) { return linux_side.report(text) || tell_emulator(text); }
+
 void report(std::string_view text) {
-    if (linux_side.exists()) return linux_side.report(text);
-    if (!tell_emulator(text)) console_line.send_now(text);
+    if (!tell_beside(text)) console_line.send_now(text);
 }
 
 void turn_off(int status) {

@@ -17,8 +17,11 @@ namespace qduino::board::metal {
 /// An exception came; or, from a core that panics, the order to stop.
 [[noreturn]] void panic(const Frame& frame);
 
-/// Words about the sketch: to Linux, where that has the rest of the computer; else to whom an
-/// emulator tells them (tell_emulator()), else to the serial line. Takes no lock.
+/// Words about the sketch: to Linux, where that has the rest of the computer, or to an emulator
+/// (tell_emulator()). False: there is neither. Takes no lock.
+bool tell_beside(std::string_view text);
+/// The same; where there is neither, over the serial line at its own pace, behind what waits there.
+/// Not while loops run: a line of text takes milliseconds.
 void report(std::string_view text);
 
 /// Turns the machine off; 0: all is well. On x86-64 QEMU's isa-debug-exit ends the emulator with

@@ -287,6 +287,11 @@ const CodeInfo* find_code(const Command& command) {
     return exact != nullptr ? exact : find_row({command.letter, number, Code::kAnySubcode});
 }
 
+bool may_move(const Command& command) {
+    return command.letter == '\0' ||
+           std::string_view{"GTXYZEABCUVW"}.find(command.letter) != std::string_view::npos;
+}
+
 bool is_refused(const CodeInfo& code) { return code.handler == refused; }
 
 bool takes_free_text(char letter, std::uint32_t number) {

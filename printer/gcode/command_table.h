@@ -113,6 +113,10 @@ std::span<const CodeInfo> known_codes();
 /// (M862.x).
 const CodeInfo* find_code(const Command& command);
 
+/// True for a command that may stand for motion if its code is unknown: a word, a G, a tool, or a
+/// place that a G1 of an earlier line is to be read into (RS-274's modal motion).
+bool may_move(const Command& command);
+
 /// True for a code that would change the part and is not done: a job that holds it is refused.
 bool is_refused(const CodeInfo& code);
 

@@ -30,10 +30,6 @@ void set_defaults(ModalState& state, const MachineConfig& machine) {
     state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
 }
 
-/// Letters that begin a command of motion: a G, a tool, or a place that a G1 of an earlier line is
-/// to be read into (RS-274's modal motion).
-bool may_move(char letter) { return std::string_view{"GTXYZEABCUVW"}.find(letter) != std::string_view::npos; }
-
 /// The macro of that name in the machine file; null: none.
 const Macro* find_macro(const MachineConfig& config, std::string_view word) {
     const auto* const found =
@@ -128,10 +124,9 @@ Result<void> Interpreter::proceed_with_lines(std::size_t moves_max) {
 }
 
 Result<void> Interpreter::skip(const Command& command, const CodeInfo* code) {
-    if (code == nullptr && command.letter == '\0')
-        return make_error(ErrorCode::not_found, "this printer has no such command, and it may move");
-    if (code == nullptr && may_move(command.letter))
-        return make_error(ErrorCode::not_found, "this printer has no such G-code, and it may move");
+    if (code == nullptr && may_move(command))
+        return make_error(ErrorCode::not_found, "this printer has no such ",
+                          command.letter == '\0' ? "command" : "G-code", ", and it may move");
     if (code == nullptr) {
         ++unknown_codes_;
         context_.actions.note(NoteKind::unknown_code, text("Unknown command: \"", command.name(), '"'),

@@ -231,6 +231,21 @@ class Witness(unittest.TestCase):
             self.assertTrue(keeps_budget(run, pin, 10), had(run, pin)[-1])
         self.assertTrue(keeps_accounts(run), run.report)
 
+    def test_a_budget_counts_from_the_first_period_on(self):
+        """The reports before the first take the serial line's time. Nobody else wants core 0, so each run of pulses is a budget in one piece."""
+        folder = pathlib.Path(CACHE) / 'first'
+        folder.mkdir()
+        (folder / 'first.ino').write_text('void setup() { pinMode(6, OUTPUT); }\nvoid loop(1, 60, 100, 0) { digitalWrite(6, HIGH); digitalWrite(6, LOW); }\n')
+        run = Seen(folder, '0.45', 20)
+        self.assertEqual(run.status, 0, run.report + run.table)
+        rises = run.rises(6)
+        pauses = [at for at, (before, after) in enumerate(zip(rises, rises[1:]), 1) if after - before > 1000 * run.mips]
+        pieces = [(rises[end - 1] - rises[begin]) / run.mips for begin, end in itertools.pairwise([0, *pauses])]
+        self.assertGreaterEqual(len(pieces), 4)
+        for piece in pieces:
+            self.assertLessEqual(piece, 60_000 + late_us(run))
+            self.assertGreater(piece, 59_000)
+
     def test_budgets_need_the_alarm(self):
         self.mutant_breaks('no_alarm', {'budgets', 'accounts'}, *self.QUIET, ('#include "asker.h"', '#include "asker.h"\n#include "board/metal/core/kernel.h"'),
                            ('  interruptsVcpu', '  qduino::board::metal::cores[0].allow_alarms(false);\n  interruptsVcpu'))

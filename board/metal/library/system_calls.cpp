@@ -1,7 +1,7 @@
 // The C library's one way out. musl asks a system for what it cannot do itself by one instruction
 // (`syscall`, `svc 0`), with Linux's numbers. This kernel answers three of them:
 //
-//   write, writev   standard output: Serial's line; standard error: report() (panic.h)
+//   write, writev   standard output: Serial's line; standard error: beside it (panic.h), or there
 //   exit_group      the machine is turned off
 //
 // and says "not implemented" to all others. So printf() works as it is, and what needs files, time
@@ -25,14 +25,10 @@ struct Piece {  // Linux's struct iovec
 };
 
 std::int64_t write(std::uint64_t descriptor, std::string_view text) {
-    if (descriptor == 2) {
-        report(text);
-    } else if (descriptor == 1) {
-        std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-        while (!bytes.empty()) bytes = bytes.subspan(console_line.write(bytes));
-    } else {
-        return kBadDescriptor;
-    }
+    if (descriptor != 1 && descriptor != 2) return kBadDescriptor;
+    std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+    if (descriptor == 2 && tell_beside(text)) bytes = {};
+    while (!bytes.empty()) bytes = bytes.subspan(console_line.write(bytes));
     return static_cast<std::int64_t>(text.size());
 }
 

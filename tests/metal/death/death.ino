@@ -3,7 +3,7 @@
 //
 //   n  a store through a null pointer      s  a stack that is full       b  one frame beyond it
 //   c  a broken contract                   d  a division by zero         f  a double fault
-//   i  a non-maskable interrupt, which the other core sends
+//   i  a non-maskable interrupt, which the other core sends; this and f on x86-64 alone
 
 Mutex lock;
 
@@ -20,6 +20,7 @@ int skip_the_guard() {
   return room[0];
 }
 
+#ifdef __x86_64__
 // Without its entry in the table a page fault cannot be told, which is a fault again.
 void forget_page_faults() {
   struct __attribute__((packed)) { unsigned short limit; unsigned long long at; } table;
@@ -34,6 +35,10 @@ void interrupt_without_mask(unsigned core) {
   registers[0x310 / 4] = core << 24;
   registers[0x300 / 4] = 0x4400;
 }
+#else
+void forget_page_faults() {}
+void interrupt_without_mask(unsigned) {}
+#endif
 
 volatile int order[2];  // of each core
 

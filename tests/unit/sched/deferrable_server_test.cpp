@@ -34,6 +34,16 @@ TEST(DeferrableServer, ItsPeriodsBeginWithTheLoopsReleases) {
     EXPECT_EQ(server.next_replenishment(), at(24));
 }
 
+TEST(DeferrableServer, ItsFirstPeriodBeginsWithItsFirstWork) {
+    DeferrableServer server{{6ns, 10ns}, at(0)};
+    server.unblock(at(5));
+    EXPECT_EQ(server.available(at(5)), 6ns)
+        << "not the next budget as well, which a board would give in one piece";
+    EXPECT_EQ(server.consume(at(11), 6ns), 0ns);
+    EXPECT_EQ(server.available(at(11)), 0ns);
+    EXPECT_EQ(server.next_replenishment(), at(15));
+}
+
 TEST(DeferrableServer, WakingWithinAPeriodBringsNothing) {
     DeferrableServer server{{3ns, 10ns}};
     server.unblock(at(0));

@@ -1,0 +1,60 @@
+#include "apps/machine_file/macro_check.h"
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "printer/gcode/command_table.h"
+#include "printer/gcode/expansion.h"
+#include "printer/gcode/parser.h"
+
+namespace qduino::apps {
+namespace {
+
+namespace gcode = printer::gcode;
+
+/// A call that gives every parameter of `lines` a value.
+std::string full_call(std::string_view lines) {
+    std::string arguments;
+    for (std::size_t open = lines.find('{'); open != std::string_view::npos; open = lines.find('{', open + 1))
+        write(arguments, lines.substr(open + 1, lines.find_first_of("}=", open) - open - 1), "=1 ");
+    return arguments;
+}
+
+bool is_macro(const printer::MachineConfig& machine, std::string_view word) {
+    return std::ranges::any_of(machine.macros, [&](const auto& macro) { return macro.name.view() == word; });
+}
+
+/// Why no job can carry `line` out; empty when one may.
+std::string line_error(const printer::MachineConfig& machine, std::string_view line) {
+    const auto command = gcode::parse_line(line);
+    if (!command) return std::string{command.error().message.view()};
+    if (!*command) return "";
+    if ((*command)->letter == '\0' && is_macro(machine, (*command)->word.view()))
+        return "a macro calls no macro";
+    const gcode::CodeInfo* const known = gcode::find_code(**command);
+    if (known && gcode::is_refused(*known))
+        return text<std::string>(known->name, " is not done by this printer");
+    if (!known && gcode::may_move(**command)) return "this printer has no such code, and it may move";
+    return "";
+}
+
+}  // namespace
+
+std::string macro_errors(const printer::MachineConfig& machine) {
+    std::string out;
+    for (const printer::Macro& macro : machine.macros) {
+        gcode::Expansion lines;
+        if (const auto begun =
+                lines.begin(macro.name.view(), macro.text.view(), full_call(macro.text.view()));
+            !begun)
+            write(out, "  macro ", begun.error().message, '\n');
+        for (int number = 1; lines.active(); ++number) {
+            const std::string_view line = lines.next();
+            if (const std::string error = line_error(machine, line); !error.empty())
+                write(out, "  macro ", macro.name, ", line ", number, ", ", line, ": ", error, '\n');
+        }
+    }
+    return out;
+}
+
+}  // namespace qduino::apps
