@@ -115,8 +115,8 @@ class Pictures(SketchCase):
     def test_the_kernel_traces_a_picture_on_linux(self):
         self.trace_on_linux("-o", "a.json", "--picture", "a.svg")
         page = Page(self.folder / "a.svg")
-        self.assertEqual(page.length_ms, 200)
-        self.assertIn("10 ms in 100 ms", page.words())
+        self.assertEqual(page.length_ms, 400)
+        self.assertIn("10 ms in 200 ms", page.words())
         self.assertGreater(page.bars[(0, 2)]["runs"], 0)
 
     def test_the_manual_shows_what_its_commands_draw(self):

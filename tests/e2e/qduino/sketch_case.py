@@ -32,15 +32,15 @@ class SketchCase(unittest.TestCase):
         return done
 
     def trace_on_linux(self, *options):
-        """Two loops for a second, traced by the kernel; one spends its budget. In a mount namespace of its own: what is mounted there
-        goes with the command."""
+        """Two loops for a second, traced by the kernel; one spends its budget. They ask for little: a busy computer admits them, too. In a mount
+        namespace of its own: what is mounted there goes with the command."""
         with_tracefs = ["unshare", "--mount", "sh", "-c", 'mount -t tracefs tracefs /sys/kernel/tracing && exec "$@"', "sh"]
         if subprocess.run([*with_tracefs, "true"], capture_output=True, check=False).returncode != 0:
             self.skipTest("the kernel's tracer cannot be had: it takes root, and a kernel with tracefs")
         self.write("busy/busy.ino", """
             void setup() {}
-            void loop(1, 1, 5, 0) { delayBusyMicroseconds(200); waitForNextPeriod(); }
-            void loop(2, 10, 100, 0) { delayBusyMicroseconds(30000); waitForNextPeriod(); }
+            void loop(1, 1, 20, 0) { delayBusyMicroseconds(200); waitForNextPeriod(); }
+            void loop(2, 10, 200, 0) { delayBusyMicroseconds(30000); waitForNextPeriod(); }
         """)
         done = subprocess.run([*with_tracefs, PROGRAM, "trace", "busy", "--linux", "--for", "1", *options], cwd=self.folder,
                               env=self.environment, capture_output=True, text=True, timeout=120, check=False)

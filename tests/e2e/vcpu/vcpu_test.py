@@ -140,13 +140,12 @@ class Vcpu(unittest.TestCase):
         daemon = int((self.folder / "pid").read_text(encoding="ascii"))
         self.assertTrue(groups_of(daemon))
         self.assertEqual(os.sched_getaffinity(daemon), {int(CORE)})
-        time.sleep(0.2)
+        self.assertTrue(any("stays in the VCPU" in line for line in process.stderr), "said when its own process has ended")
         self.assertIsNone(process.poll(), "it waits for the daemon")
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(timeout=20), 3)
         self.assertFalse(is_alive(daemon))
         self.assertEqual(groups_named("qduino-vcpu.%d.*" % process.pid), [])
-        self.assertIn("stays in the VCPU", process.stderr.read())
 
     def test_a_killed_keeper_leaves_nothing(self):
         process = self.start(sys.executable, "-c", DAEMON, self.folder / "pid")

@@ -43,6 +43,10 @@ class Asker final : public qduino::board::metal::Device {
         constexpr std::array<uint8_t, 10> kRequest{8, 6, 0, 1, 8, 0, 6, 4, 0, 1};
         constexpr std::array<uint8_t, 14> kWho{192, 168, 10, 15, 0, 0, 0, 0, 0, 0, 192, 168, 10, 1};
         const auto frame = card_.room();
+        if (frame.empty()) {  // the emulator has not sent the last ones yet
+            answered_ = false;
+            return;
+        }
         const auto& own = card_.address();
         auto end = std::fill_n(frame.begin(), own.size(), 0xff);  // to everybody
         end = std::copy(own.begin(), own.end(), end);
