@@ -3,7 +3,7 @@
 
     run_builder.py QDUINO [--write] [FOLDER…]     FOLDERs of further libraries, whose examples are built
 
-With --write it writes the table of docs/arduino-ide.md. The sketches: the official examples 01–10 (without 09, for a USB device port), our
+With --write it writes the table of docs/arduino-ide.md. The sketches: the official examples, our
 own, one for each class of library (tests/scenario/arduino_libraries), and the examples of the libraries in FOLDERs.
 """
 import concurrent.futures
@@ -19,8 +19,6 @@ PAGE = ROOT / "docs" / "arduino-ide.md"
 BEGIN, END = "<!-- made by tests/e2e/qduino/run_builder.py --write -->\n", "<!-- end -->\n"
 OFFICIAL = [pathlib.Path("/usr/share/arduino/examples"), ROOT / "build/arduino/usr/share/arduino/examples"]
 CLASSES = ROOT / "tests/scenario/arduino_libraries"
-# Not possible on this board: they make it a USB keyboard or mouse.
-LEFT_OUT = ("09.USB",)
 # `web_light` and `printer` have sources of their own in a CMake tree.
 OURS = ("blink", "listing_2", "pulse_train", "pulse_train_absolute", "web_light")
 
@@ -29,8 +27,7 @@ def sketches(folders):
     """(group, .ino) of each."""
     official = next((place for place in OFFICIAL if place.is_dir()), None)
     for group in sorted(official.glob("[01]*")) if official else []:
-        if group.name not in LEFT_OUT:
-            yield from ((group.name, ino) for ino in mains(group))
+        yield from ((group.name, ino) for ino in mains(group))
     yield from (("sketches of this project", ROOT / "sketches" / name / f"{name}.ino") for name in OURS)
     yield from (("classes of libraries", ino) for ino in mains(CLASSES / "sketches"))
     for folder in folders:
