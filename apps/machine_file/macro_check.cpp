@@ -1,7 +1,5 @@
 #include "apps/machine_file/macro_check.h"
 
-#include <algorithm>
-
 #include "base/text.h"
 #include "printer/gcode/command_table.h"
 #include "printer/gcode/expansion.h"
@@ -20,16 +18,12 @@ std::string full_call(std::string_view lines) {
     return arguments;
 }
 
-bool is_macro(const printer::MachineConfig& machine, std::string_view word) {
-    return std::ranges::any_of(machine.macros, [&](const auto& macro) { return macro.name.view() == word; });
-}
-
 /// Why no job can carry `line` out; empty when one may.
 std::string line_error(const printer::MachineConfig& machine, std::string_view line) {
     const auto command = gcode::parse_line(line);
     if (!command) return std::string{command.error().message.view()};
     if (!*command) return "";
-    if ((*command)->letter == '\0' && is_macro(machine, (*command)->word.view()))
+    if ((*command)->letter == '\0' && gcode::find_macro(machine, (*command)->word.view()))
         return "a macro calls no macro";
     const gcode::CodeInfo* const known = gcode::find_code(**command);
     if (known && gcode::is_refused(*known))

@@ -22,6 +22,12 @@ Result<std::string_view> value_of(std::string_view parameter, std::string_view n
 
 }  // namespace
 
+const Macro* find_macro(const MachineConfig& config, std::string_view word) {
+    const auto* const found =
+        std::ranges::find_if(config.macros, [&](const Macro& macro) { return macro.name.view() == word; });
+    return found != config.macros.end() ? found : nullptr;
+}
+
 Result<void> Expansion::append(std::string_view piece) {
     if (lines_.size() + piece.size() > kBytesMax)
         return make_error(ErrorCode::out_of_range, name_, " becomes longer than ", kBytesMax, " bytes");

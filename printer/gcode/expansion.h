@@ -19,8 +19,12 @@
 
 #include "base/fixed_string.h"
 #include "base/result.h"
+#include "printer/machine_config.h"
 
 namespace qduino::printer::gcode {
+
+/// The macro of that name, in upper case, in the machine file; null: none.
+const Macro* find_macro(const MachineConfig& config, std::string_view word);
 
 class Expansion {
   public:

@@ -30,13 +30,6 @@ void set_defaults(ModalState& state, const MachineConfig& machine) {
     state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
 }
 
-/// The macro of that name in the machine file; null: none.
-const Macro* find_macro(const MachineConfig& config, std::string_view word) {
-    const auto* const found =
-        std::ranges::find_if(config.macros, [&](const Macro& macro) { return macro.name.view() == word; });
-    return found != config.macros.end() ? found : nullptr;
-}
-
 }  // namespace
 
 Interpreter::Interpreter(const MachineConfig& machine, Actions& actions)
