@@ -54,9 +54,10 @@ BudgetEffect BudgetAccount::woke(Instant now, Nanoseconds cpu) {
 
 BudgetEffect BudgetAccount::resumed(const BudgetReading& reading) {
     QDUINO_EXPECT(phase_ == Phase::throttled);
-    // That sleep is the account's own and no wait of the thread's; the instructions around it are
-    // charged as any.
+    // That sleep is the account's own, and no wait of the thread's.
     switches_ = reading.switches;
+    if (admission_has_a_way(reading.now))
+        charged_to_ += std::clamp(reading.cpu - charged_to_, Nanoseconds{0}, longest_way_left_out());
     settle(reading);
     return go_on();
 }
@@ -128,19 +129,26 @@ void BudgetAccount::charge(Instant end, Nanoseconds used) {
 void BudgetAccount::take_up_work() {
     if (phase_ != Phase::woken) return;
     phase_ = Phase::running;
-    const Nanoseconds way = admission_has_this_wait() ? Nanoseconds{0} : cpu_at_wake_ - charged_to_;
+    const Nanoseconds way = admission_has_a_way(woke_at_) ? Nanoseconds{0} : cpu_at_wake_ - charged_to_;
     server_.wake(std::max(settled_at_, woke_at_ - way));
     charge(woke_at_, way);
     settled_at_ = woke_at_;
     charged_to_ = cpu_at_wake_;
 }
 
+/// Of the way through a sleep for a spent budget.
+Nanoseconds BudgetAccount::longest_way_left_out() const {
+    constexpr int kPartOfPeriod = 1000;
+    constexpr Nanoseconds kInAnyPeriod = 10us;
+    return std::max(server_.parameters().period / kPartOfPeriod, kInAnyPeriod);
+}
+
 /// True once in each period, and twice after a period without. What makes that one way longer than
 /// admission has it is not the loop's doing: an interrupt, or the host.
-bool BudgetAccount::admission_has_this_wait() {
+bool BudgetAccount::admission_has_a_way(Instant woke_at) {
     const Nanoseconds period = server_.parameters().period;
-    if (next_admitted_wait_ - period > woke_at_) return false;
-    next_admitted_wait_ = std::max(next_admitted_wait_, woke_at_) + period;
+    if (next_admitted_way_ - period > woke_at) return false;
+    next_admitted_way_ = std::max(next_admitted_way_, woke_at) + period;
     return true;
 }
 

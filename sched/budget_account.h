@@ -17,16 +17,20 @@
 // event. What it used counts from `now − used`, the latest possible begin: a refill then comes back
 // late, never early.
 //
-// The way into an announced wait and out of it costs CPU time. Admission counts one such way in
-// each period beside the budget (admission.h). So the account leaves out one in each period, or two
-// after a period without, and charges the others. All else is charged, the way into and out of the
-// sleep for a spent budget as well: nothing of it is counted twice.
+// The way into a sleep and out of it costs CPU time: of an announced wait, and of the sleep for a
+// spent budget. Admission counts one such way in each period beside the budget (admission.h). So
+// the account leaves out one in each period, or two after a period without, and charges the others.
+// All else is charged: nothing is counted twice. If every sleep for a spent budget were charged, a
+// loop whose budget is shorter than that way would not get on any more once it had overrun: it
+// would pay with each budget for the sleep before. A loop can make its own sleeps for its budget as
+// often as it likes, so of the way through one no more than a thousandth of its period is left out,
+// or 10 µs: less than the warden overlooks (budget_watch.h).
 //
-// The way into the sleep for a spent budget is charged when that sleep is over, against the
-// replenishment that it waited for. If it slept to that very instant, its first token would be
-// ahead of the clock by that charge, so it would have nothing, and sleep again: for so short a time
-// that all of it is the way in and out, which moves the next token ahead by as much. It would pay
-// with its whole budget for sleeps. So it sleeps longer, by `rest`: more than the way in costs.
+// Where the way into that sleep is charged, it is when the sleep is over, against the replenishment
+// that it waited for. If it slept to that very instant, its first token would be ahead of the clock
+// by that charge, so it would have nothing, and sleep again: for so short a time that all of it is
+// the way in and out, which moves the next token ahead by as much. It would pay with its whole
+// budget for sleeps. So it sleeps longer, by `rest`: more than the way in costs.
 //
 // Locks. A thread that sleeps with a lock holds up everybody who waits for the lock, whatever their
 // priority. If it went on at its rank instead, it would hold up those who want no lock. So a thread
@@ -35,7 +39,7 @@
 // each time that it holds any; the server charges the overrun forward.
 //
 // Invariants: CPU time that an event tells of is charged exactly once, except the ways through
-// waits that admission counts. A thread is throttled only while its server has nothing available.
+// sleeps that admission counts. A thread is throttled only while its server has nothing available.
 #pragma once
 
 #include <cstdint>
@@ -129,19 +133,20 @@ class BudgetAccount {
     void settle(const BudgetReading& reading);
     void charge(Instant end, Nanoseconds used);
     void take_up_work();
-    [[nodiscard]] bool admission_has_this_wait();
+    [[nodiscard]] bool admission_has_a_way(Instant woke_at);
+    [[nodiscard]] Nanoseconds longest_way_left_out() const;
 
     Server server_;
     Nanoseconds rest_{};
     Phase phase_ = Phase::running;
-    Instant settled_at_{};          // the last instant that the account knows of
-    Nanoseconds charged_to_{};      // on the thread's CPU clock: what came before is settled
-    Instant woke_at_{};             // woken: when
-    Nanoseconds cpu_at_wake_{};     // woken: the same clock after the wait
-    std::int64_t switches_ = 0;     // voluntary switches that the account knows of
-    Instant next_admitted_wait_{};  // when admission has counted the way through one more wait
-    int locks_ = 0;                 // held
-    Nanoseconds grace_{};           // what may still be overrun before the last of them is released
+    Instant settled_at_{};         // the last instant that the account knows of
+    Nanoseconds charged_to_{};     // on the thread's CPU clock: what came before is settled
+    Instant woke_at_{};            // woken: when
+    Nanoseconds cpu_at_wake_{};    // woken: the same clock after the wait
+    std::int64_t switches_ = 0;    // voluntary switches that the account knows of
+    Instant next_admitted_way_{};  // when admission has counted the way through one more sleep
+    int locks_ = 0;                // held
+    Nanoseconds grace_{};          // what may still be overrun before the last of them is released
 };
 
 }  // namespace qduino::sched

@@ -8,8 +8,10 @@
 
 namespace qduino::sched {
 
-DeferrableServer::DeferrableServer(VcpuParameters parameters, Instant start)
-    : parameters_(parameters), period_{start, parameters.budget, start} {
+DeferrableServer::DeferrableServer(VcpuParameters parameters, Instant start, Nanoseconds shortest_run)
+    : parameters_(parameters),
+      period_{start, parameters.budget, start},
+      shortest_run_(std::clamp(shortest_run, Nanoseconds{1}, parameters.budget)) {
     QDUINO_EXPECT(parameters.valid());
 }
 
@@ -33,7 +35,8 @@ Nanoseconds DeferrableServer::available(Instant now) const {
 
 Instant DeferrableServer::next_replenishment() const {
     if (period_.left > Nanoseconds{0}) return period_.begin;
-    return period_.begin + (1 - period_.left / parameters_.budget) * parameters_.period;
+    const Nanoseconds lacking = shortest_run_ - period_.left;
+    return period_.begin + div_ceil(lacking.count(), parameters_.budget.count()) * parameters_.period;
 }
 
 Nanoseconds DeferrableServer::consume(Instant now_end, Nanoseconds used) {

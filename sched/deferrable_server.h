@@ -30,7 +30,11 @@ class DeferrableServer {
   public:
     /// Full budget from `start` on; blocked. Its first period begins with its first work: a board
     /// may take its time between the two. Contract: parameters.valid().
-    explicit DeferrableServer(VcpuParameters parameters, Instant start = kEpoch);
+    /// `shortest_run`: a throttled server waits for a period that gives at least this much, up to a
+    /// budget. What an overrun left of a period may be less than the way into a sleep and out of it
+    /// takes.
+    explicit DeferrableServer(VcpuParameters parameters, Instant start = kEpoch,
+                              Nanoseconds shortest_run = Nanoseconds{1});
 
     /// CPU time that it may take from `now` on without a pause: what is left, and the next budget
     /// when that lasts to the period's end. 0 when throttled. Ask it while it has work.
@@ -67,6 +71,7 @@ class DeferrableServer {
 
     VcpuParameters parameters_{};
     Period period_{};
+    Nanoseconds shortest_run_{};
     Nanoseconds consumed_{};
     bool blocked_ = true;
     bool had_work_ = false;

@@ -16,6 +16,9 @@ namespace {
 
 /// Shorter splinters of budget are joined to the next refill: to enforce one costs more.
 constexpr Nanoseconds kShortestRun = 20us;
+/// The same of what an overrun left of a period. A virtual machine on a busy host takes some 60 us
+/// for the timer's interrupt alone.
+constexpr Nanoseconds kShortestRest = 100us;
 /// The way into the sleep for a spent budget takes some 10 us.
 constexpr Nanoseconds kRest = 20us;
 /// The timer is never set shorter: the signal alone takes as long.
@@ -51,7 +54,8 @@ Result<void> BudgetKeeper::start(const VcpuSpec& spec, int priority, SignsOfLife
     if (spec.is_io()) {
         shell_.start(sched::Pibs{spec.parameters(), now, {}, spec.client_period}, kRest);
     } else if (spec.deferrable) {
-        shell_.start(sched::DeferrableServer{spec.parameters(), now}, kRest);
+        shell_.start(
+            sched::DeferrableServer{spec.parameters(), now, std::min(kShortestRest, spec.budget / 2)}, kRest);
     } else {
         sched::SporadicServerOptions options;
         options.shortest_run = std::min(kShortestRun, spec.budget / 4);

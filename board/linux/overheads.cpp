@@ -68,7 +68,7 @@ Nanoseconds signal_cost() {
 sched::PlatformOverheads measure_overheads() {
     sched::PlatformOverheads overheads;
     overheads.release_cost = sleep_cost();
-    // The sleep in the handler is charged to the budget that has ended.
+    // The sleep in the handler is charged, or the one of its period.
     overheads.enforcement_cost = signal_cost();
     return overheads;
 }

@@ -11,9 +11,9 @@ namespace qduino::board::linux {
 /// Medians over some 10 ms of sleeping and of timer signals on the calling thread: what an
 /// activation costs beside its budget.
 ///
-///   in the budget     all CPU time of the thread, the handler of the budget's timer and the sleep
-///                     in it as well, and every wait but one in each period
-///   release           that one wait
+///   in the budget     all CPU time of the thread, the handler of the budget's timer as well, and
+///                     the way through every sleep but one in each period (sched/budget_account.h)
+///   release           that one way
 ///   enforcement       the timer's interrupt and signal: they may come while another loop runs
 [[nodiscard]] sched::PlatformOverheads measure_overheads();
 

@@ -45,6 +45,7 @@ void VcpuThread::prepare() {
             add_shortfall("no SCHED_FIFO: run as root, or allow it with `ulimit -r 99` or CAP_SYS_NICE");
         }
     }
+    become_confined();  // takes longer than a small budget: before the account begins
     if (options_.enforce_budget) {
         const auto kept = keeper_.start(spec_, real_time_ ? options_.priority : 0, options_.life);
         budget_kept_ = kept.ok();
@@ -57,7 +58,7 @@ void VcpuThread::become_confined() const {
     if (!options_.confinement) return;
     Confinement mine = *options_.confinement;
     mine.may_make_threads = spec_.classic;
-    mine.own_rank = keeper_.own_rank();
+    if (real_time_ && options_.enforce_budget) mine.own_rank = keeper_.own_rank();
     static_cast<void>(confine(mine));
 }
 
@@ -100,7 +101,6 @@ void* VcpuThread::main(void* self) {
     while (gate.state.load(std::memory_order_acquire) == 0) futex_wait_until(gate.state, 0, kForever);
     thread.after_block();
     if (gate.state.load() == 1) {
-        thread.become_confined();
         const RealTimeSection begun{thread.spec_.classic ? kNoVcpu : thread.spec_.id};
         thread.spec_.entry(thread.spec_.context);
     }

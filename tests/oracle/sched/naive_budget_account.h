@@ -85,6 +85,11 @@ class NaiveBudgetAccount {
     }
     BudgetEffect resumed(const BudgetReading& reading) {
         switches_ = reading.switches;
+        if (bucket_.admits(to_ns(reading.now)) && kRules.wait_of_each_period) {
+            charge_to(std::max<std::int64_t>(reading.cpu.count(), static_cast<std::int64_t>(charges_.size())),
+                      to_ns(reading.now), 0);
+            now_ = std::max(now_, to_ns(reading.now));
+        }
         settle(reading);
         return go_on();
     }

@@ -83,6 +83,8 @@ class KeptThread {
         dawdle();
         skewed_ |= cpu_ != cpu_then;
         const BudgetReading reading{instant_from_ns(last_now_), Nanoseconds{cpu_}, switches_};
+        take_way_of_throttling();
+        cpu_read_ = cpu_;
         if (entering_wait_) in_way_ = true;
         entering_wait_ = false;
         dawdle();
@@ -91,6 +93,7 @@ class KeptThread {
     Nanoseconds cpu() {
         dawdle();
         in_way_ = false;
+        cpu_read_ = cpu_;
         const Nanoseconds reading{cpu_};
         dawdle();
         return reading;
@@ -108,6 +111,7 @@ class KeptThread {
         check_throttling(to_ns(until));
         sleep_to(to_ns(until));
         dawdle();
+        slept_for_budget_ = true;
     }
 
   private:
@@ -213,6 +217,13 @@ class KeptThread {
         truth_.wake(woke - way_);
         for (; way_ > 0; --way_) spend(woke - way_);
     }
+    /// So is what the way through the last sleep for a spent budget cost. The truth spends it in
+    /// either case: it stands for at most so much more as the shell dawdled.
+    void take_way_of_throttling() {
+        if (!slept_for_budget_) return;
+        slept_for_budget_ = false;
+        if (bucket_.admits(last_now_)) forgiven_ += cpu_ - cpu_read_;
+    }
     /// A tick that began at `now` takes the next token: lent to it, if that is not due yet.
     void spend(std::int64_t now) {
         if (!truth_.may_run(now)) lent_.push_back(truth_.tokens().front());
@@ -254,7 +265,9 @@ class KeptThread {
     bool entering_wait_ = false, in_way_ = false;
     std::optional<std::int64_t> woke_at_;
     std::int64_t way_ = 0;       // ticks of the way through the present wait
-    std::int64_t forgiven_ = 0;  // of such ways, counted by admission
+    std::int64_t forgiven_ = 0;  // of ways, counted by admission
+    bool slept_for_budget_ = false;
+    std::int64_t cpu_read_ = 0;  // what the account read last
     std::int64_t dawdled_ = 0;
     bool skewed_ = false;                 // a tick passed between two clocks
     bool silent_ = false;                 // a wait was not announced

@@ -39,37 +39,80 @@ TEST(BudgetAccount, SleepsWhenTheBudgetIsSpentUntilItComesBack) {
     BudgetAccount account = make_account();
     EXPECT_EQ(account.timer(at(10, 10)), sleep_until(100));
     EXPECT_EQ(account.phase(), Phase::throttled);
-    // What it took to sleep and to wake is charged.
-    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(9ns));
+    EXPECT_EQ(account.resumed(at(101, 11, 1)), arm_in(10ns));
     EXPECT_EQ(account.phase(), Phase::running);
+    EXPECT_EQ(account.server().consumed(), 10ns);
 }
 
-/// How often a thread that never waits sleeps in ten periods. The way into a sleep costs 4 of CPU
-/// time and the way out of it 5; a sleep to an instant that has passed, or nearly so, is nothing
-/// but these two.
-int sleeps_in_ten_periods(Nanoseconds rest) {
-    constexpr std::int64_t kWayIn = 4, kWayOut = 5;
-    BudgetAccount account{SporadicServer{{100ns, 1000ns}}, at(0, 0), rest};
-    std::int64_t now = 0, cpu = 0;
-    int sleeps = 0;
-    for (BudgetEffect effect = account.timer(at(0, 0)); now < 10'000;) {
+TEST(BudgetAccount, TheWayThroughASleepForASpentBudgetIsOneOfThem) {
+    BudgetAccount account = make_account();
+    static_cast<void>(account.blocks(at(0, 0), kForever));
+    EXPECT_EQ(account.woke(at_ns(1), 0ns), arm_in(10ns));
+    EXPECT_EQ(account.timer(at(11, 10, 1)), sleep_until(101));
+    EXPECT_EQ(account.resumed(at(102, 12, 2)), arm_in(10ns)) << "the wait's was in the period before";
+    for (const std::int64_t cpu : {12, 15}) {
+        static_cast<void>(account.blocks(at(10 * cpu - 10, cpu, cpu / 3 - 2), kForever));
+        static_cast<void>(account.woke(at_ns(10 * cpu), Nanoseconds{cpu + 3}));
+    }
+    EXPECT_EQ(account.timer(at(150, 18, 4)), arm_in(7ns)) << "one was this period's, one the next's";
+}
+
+TEST(BudgetAccount, OfALongWayThroughSuchASleepAThousandthOfThePeriodIsLeftOut) {
+    BudgetAccount account{SporadicServer{{1ms, 50ms}}, at(0, 0)};
+    EXPECT_EQ(account.timer(at(1'000'000, 1'000'000)), sleep_until(50'000'000));
+    EXPECT_EQ(account.resumed(at(50'200'000, 1'200'000, 1)), arm_in(850us));
+}
+
+/// A busy thread whose timer's interrupt costs `late`, and each way through a sleep `way`: how much
+/// of its own it gets done in twenty periods.
+Nanoseconds done_in_twenty_periods(std::int64_t late, std::int64_t way) {
+    BudgetAccount account{DeferrableServer{{100ns, 1000ns}, {}, 50ns}, at(0, 0), 20ns};
+    std::int64_t now = 0, cpu = 0, done = 0;
+    for (BudgetEffect effect = account.timer(at(0, 0)); now < 20'000;) {
         const bool sleep = effect.kind == Kind::sleep_until;
-        const std::int64_t used = sleep ? kWayIn : effect.in.count();
-        now += used;
+        done += sleep ? 0 : std::max<std::int64_t>(effect.in.count() - late, 0);
+        const std::int64_t used = sleep ? way : effect.in.count() + late;
+        now = sleep ? std::max(now, to_ns(effect.at)) + way : now + used;
         cpu += used;
-        if (sleep) {
-            ++sleeps;
-            now = std::max(now, to_ns(effect.at)) + kWayOut;
-            cpu += kWayOut;
-        }
         effect = sleep ? account.resumed(at(now, cpu)) : account.timer(at(now, cpu));
+    }
+    return Nanoseconds{done};
+}
+
+TEST(BudgetAccount, ALoopGetsOnThoughToKeepItCostsMoreThanItsBudget) {
+    EXPECT_GT(done_in_twenty_periods(0, 150), 1900ns) << "a sleep for a spent budget costs more";
+    EXPECT_GT(done_in_twenty_periods(60, 150), 350ns) << "what the timer's interrupt leaves is less";
+}
+
+/// How often a thread sleeps for its budget in ten periods. It waits so often that admission has no
+/// way left for those sleeps. The way into one costs 4 of CPU time and the way out of it 5; a sleep
+/// to an instant that has passed, or nearly so, is nothing but these two.
+int sleeps_in_ten_periods(Nanoseconds rest) {
+    constexpr std::int64_t kWayIn = 4, kWayOut = 5, kBetweenWaits = 10;
+    BudgetAccount account{SporadicServer{{100ns, 1000ns}}, at(0, 0), rest};
+    std::int64_t now = 0, cpu = 0, switches = 0;
+    int sleeps = 0;
+    const auto run = [&](std::int64_t time) { return at(now += time, cpu += time, switches); };
+    for (BudgetEffect effect = account.timer(at(0, 0)); now < 10'000;) {
+        if (effect.kind == Kind::sleep_until) {
+            ++sleeps;
+            run(kWayIn);
+            now = std::max(now, to_ns(effect.at));
+            effect = account.resumed(run(kWayOut));
+        } else if (effect.in.count() <= kBetweenWaits) {
+            effect = account.timer(run(effect.in.count()));
+        } else {
+            static_cast<void>(account.blocks(run(kBetweenWaits), kForever));
+            ++switches;
+            effect = account.woke(at_ns(++now), Nanoseconds{cpu});
+        }
     }
     return sleeps;
 }
 
-TEST(BudgetAccount, AThrottledThreadThatSleepsALittleLongerSleepsOncePerPeriod) {
-    EXPECT_GT(sleeps_in_ten_periods(0ns), 100) << "it pays for sleeps with its budget";
-    EXPECT_EQ(sleeps_in_ten_periods(5ns), 10);
+TEST(BudgetAccount, AThrottledThreadThatSleepsALittleLongerSleepsLessOften) {
+    EXPECT_GT(sleeps_in_ten_periods(0ns), 2 * sleeps_in_ten_periods(5ns))
+        << "it pays for sleeps with its budget";
 }
 
 TEST(BudgetAccount, SetsTheTimerAheadOfAWaitWhoseEndIsKnown) {

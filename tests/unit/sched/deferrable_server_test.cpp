@@ -61,6 +61,16 @@ TEST(DeferrableServer, AtTheEndOfAPeriodTheNextBudgetFollows) {
     EXPECT_EQ(server.available(at(11)), 5ns);  // the 4 ns that it left are gone
 }
 
+TEST(DeferrableServer, APeriodOfWhichAnOverrunLeftTooLittleIsWaitedOut) {
+    DeferrableServer server{{4ns, 10ns}, at(0), 3ns};
+    server.unblock(at(0));
+    EXPECT_EQ(server.consume(at(6), 6ns), 2ns);
+    EXPECT_EQ(server.next_replenishment(), at(20)) << "at 10 it would have 2";
+    EXPECT_EQ(server.available(at(20)), 4ns);
+    EXPECT_EQ(server.consume(at(25), 5ns), 1ns);
+    EXPECT_EQ(server.next_replenishment(), at(30)) << "3 will do";
+}
+
 TEST(DeferrableServer, AnOverrunIsPaidOutOfThePeriodsToCome) {
     DeferrableServer server{{3ns, 10ns}};
     server.unblock(at(0));
