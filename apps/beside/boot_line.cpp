@@ -49,7 +49,7 @@ struct Range {
     std::uint64_t begin = 0, size = 0;
 };
 
-/// "168M$0x10000000"; nothing: not a range that is kept free.
+/// "184M$0x10000000"; nothing: not a range that is kept free.
 std::optional<Range> kept_range(std::string_view text) {
     const std::size_t sign = text.find('$');
     if (sign == std::string_view::npos) return std::nullopt;

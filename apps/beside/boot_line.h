@@ -1,6 +1,6 @@
 // What Linux's boot line has to say, so that a core and some memory can be had beside Linux:
 //
-//   memmap=168M$0x10000000   this memory is not Linux's: board/window/beside_layout.h
+//   memmap=184M$0x10000000   this memory is not Linux's: board/window/beside_layout.h
 //   memmap=4K$0x90000        nor is this page below 1 MiB, in which a core begins
 //   iomem=relaxed            root may map the local APIC, with which a core is started
 //   nox2apic                 … which is in memory then; where the processor has the other mode

@@ -4,7 +4,7 @@
 //   where          what                                     the board sees it at
 //   base           BesideArea: facts, heartbeats, Serial    the same address
 //   base +  2 MiB  the image, its stacks, its heap          kImageAt, where it is linked for
-//   base + 32 MiB  virtual pins (pins_layout.h)             the same address
+//   base + 48 MiB  virtual pins (pins_layout.h)             the same address
 //   behind them    kBesideServiceBytes for an image that    the same address
 //                  has a service on Linux: the printer's
 //                  link (apps/beside/link_relay.h)
@@ -85,7 +85,7 @@ inline constexpr std::size_t kLargePage = std::size_t{2} << 20;
 /// board/metal/x86/image.ld
 inline constexpr std::uint64_t kImageAt = 16 << 20;
 inline constexpr std::size_t kImageOffset = kLargePage;
-inline constexpr std::size_t kImageBytes = 15 * kLargePage;
+inline constexpr std::size_t kImageBytes = 23 * kLargePage;
 inline constexpr std::size_t kBesidePinsOffset = kImageOffset + kImageBytes;
 /// The rings that a board without Linux uses are those of its VCPUs: the wide ones are left out.
 inline constexpr std::size_t kBesideServiceOffset =

@@ -23,17 +23,17 @@ from kernels import NotToBeHad, kernel  # noqa: E402
 
 MEGABYTES = 640
 KEPT_AT = 0x10000000
-BOOT_LINE = 'memmap=168M$0x10000000 memmap=4K$0x90000 iomem=relaxed nox2apic'
+BOOT_LINE = 'memmap=184M$0x10000000 memmap=4K$0x90000 iomem=relaxed nox2apic'
 # Else Linux looks, while it boots, whether the timer interrupts within ten of its periods, and
 # panics where this computer is too busy for that.
 EMULATED = 'no_timer_check'
 COUNTED_TIME = ['-icount', 'shift=4,sleep=off']
-PINS_AT = 32 << 20  # of what both share; tests/unit/beside/beside_layout_test.cpp holds these numbers
+PINS_AT = 48 << 20  # of what both share; tests/unit/beside/beside_layout_test.cpp holds these numbers
 OUTPUTS_AT, OUTPUT_BYTES, LOST_OF_LOOP_1 = 256, 12, 40704 + 64 + 8
 RING_OF_HOST, RING_OF_LOOP_1, RING_SLOTS_AT, RING_SLOTS = 196608, 2359296, 256, 1 << 17
 RING_OF_LOOP_2, RING_OF_LOOP_3 = (RING_OF_LOOP_1 + loop * (RING_OF_LOOP_1 - RING_OF_HOST) for loop in (1, 2))
 PINS_FILE = f'/dev/mem@{KEPT_AT + PINS_AT}'
-LINK_AT, LINK_BYTES = 166 << 20, 2 << 20
+LINK_AT, LINK_BYTES = 182 << 20, 2 << 20
 STEP_PINS = {2: 'X', 6: 'Y', 10: 'Z', 14: 'E'}  # the pin of its direction is the next one
 HEATER = 17
 EVENT_OF_LEVEL, EVENT_OF_DUTY = 1, 2
@@ -55,10 +55,11 @@ virtual-machine --own-clock --fifo 0 --pins {PINS_FILE} >/run/machine 2>&1 &
 serve() {{ printd --state /run/state --link /run/link --no-auth --no-confirm-bed >>/run/printd 2>&1 & service=$!; }}
 jobs() {{ curl -s "$@" http://127.0.0.1:8080/api/v1/jobs; }}
 sleep 1
-qduino metal beside /printer --silence 3000 --link /run/link >/run/said 2>&1 &
-until grep -q 'beside Linux' /run/said; do sleep 0.2; done
+qduino metal beside /printer --silence 3000 --link /run/link >/run/said 2>&1 & board=$!
+runs() {{ kill -0 $board 2>/dev/null || {{ cat /run/said; echo "the board has ended"; echo o > /proc/sysrq-trigger; sleep 60; }}; }}
+until grep -q 'beside Linux' /run/said; do runs; sleep 0.2; done
 serve
-until jobs -F print=true -F file=@/part.gcode | grep -q sha256; do sleep 0.5; done
+until jobs -F print=true -F file=@/part.gcode | grep -q sha256; do runs; sleep 0.5; done
 echo uploaded; heard 1
 kill -9 $service; echo killed; heard 2
 serve
@@ -191,7 +192,7 @@ class Beside(unittest.TestCase):
         self.assertEqual(machine.expect(r'^(\d\S*)$')[1], '0-1')
         machine.wait_until_off()
         said = ' '.join(line.strip() for line in machine.console)
-        self.assertRegex(said, r'lacks: memmap=168M\$0x10000000 iomem=relaxed\.')
+        self.assertRegex(said, r'lacks: memmap=184M\$0x10000000 iomem=relaxed\.')
 
     # ---- Linux is loaded, crashes, kills
 

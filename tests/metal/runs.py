@@ -15,7 +15,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HERE = ROOT / 'tests/metal'
 SKIPPED = 77
-QDUINO = sys.argv.pop(1)
+QDUINO = str(pathlib.Path(sys.argv.pop(1)).resolve())
 CACHE = tempfile.mkdtemp(prefix='qduino-metal-')
 ENVIRONMENT = {**os.environ, 'XDG_CACHE_HOME': CACHE}
 

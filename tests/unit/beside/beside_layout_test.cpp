@@ -15,9 +15,9 @@ TEST(BesideLayout, HasItsWordsWhereTheWitnessReadsThem) {
     EXPECT_EQ(offsetof(BesideArea, status), 532u);
     EXPECT_EQ(offsetof(BesideArea, last_beat_ns), 536u);
     EXPECT_EQ(offsetof(BesideArea, safe_ns), 544u);
-    EXPECT_EQ(kBesidePinsOffset, std::size_t{32} << 20);
-    EXPECT_EQ(kBesideServiceOffset, std::size_t{166} << 20);
-    EXPECT_EQ(kBesideBytes, std::size_t{168} << 20);
+    EXPECT_EQ(kBesidePinsOffset, std::size_t{48} << 20);
+    EXPECT_EQ(kBesideServiceOffset, std::size_t{182} << 20);
+    EXPECT_EQ(kBesideBytes, std::size_t{184} << 20);
     EXPECT_EQ(offsetof(PinsLayout, outputs), 256u);
     EXPECT_EQ(sizeof(OutputPin), 12u);
     EXPECT_EQ(offsetof(OutputPin, level), 1u);

@@ -118,11 +118,11 @@ TEST(Doctor, TellsHowToBootForACoreBesideLinux) {
                              [](const Json& f) { return f["id"] == "beside"; });
     };
     const std::string fix = finding(said).at("fix");
-    for (const char* piece : {R"( -e 's/^GRUB_CMDLINE_LINUX="/&memmap=168M\\\\\\$0x10000000 /')",
+    for (const char* piece : {R"( -e 's/^GRUB_CMDLINE_LINUX="/&memmap=184M\\\\\\$0x10000000 /')",
                               R"(&memmap=4K\\\\\\$0x90000 /')", "&iomem=relaxed /'",
                               "&no_ipi_broadcast=1 /' /etc/default/grub && sudo update-grub"})
         EXPECT_NE(fix.find(piece), std::string::npos) << fix;
-    machine.put("/proc/cmdline", "memmap=168M$0x10000000 memmap=4K$0x90000 iomem=relaxed no_ipi_broadcast=1");
+    machine.put("/proc/cmdline", "memmap=184M$0x10000000 memmap=4K$0x90000 iomem=relaxed no_ipi_broadcast=1");
     EXPECT_EQ(finding(ask(machine, true).text).at("found"), "this computer was booted for it");
 }
 
