@@ -1,5 +1,5 @@
-// What this kernel's calls take, and a turn of a core to another loop: each measured by itself, in the
-// terms of the simulator ([sim.costs]), and before any of the cases runs (../cases).
+// What this kernel's calls take, and a turn of a core to another loop: each measured by itself, in
+// the terms of the simulator ([sim.costs]), and before any of the cases runs (../cases).
 //
 //   core 1   loop 1 alone, without interrupts: all that passes between two looks at its CPU time is
 //            the call's. The handler of pin 22 is on core 0.
