@@ -119,8 +119,10 @@ Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads)
     const ErrorCode code = refusal.because == RefusedBecause::bad_parameters ? ErrorCode::invalid_argument
                            : refusal.because == RefusedBecause::no_such_core ? ErrorCode::not_found
                                                                              : ErrorCode::out_of_range;
-    return make_error(code, declared == declarations_.end() ? "" : place_of(*declared) + ": ",
-                      sched::explain(refusal, admission_->refused_core));
+    // Which loop, and by how much. The explanation has the rest.
+    const sched::Explanation whole = sched::explain(refusal, admission_->refused_core);
+    const std::string_view brief = whole.view().substr(0, whole.view().find("\n  who takes"));
+    return make_error(code, declared == declarations_.end() ? "" : place_of(*declared) + ": ", brief);
 }
 
 /// After a change of `load`. Where loops wait for each other's cores, it changes those, too.

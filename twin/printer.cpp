@@ -1,6 +1,7 @@
 #include "twin/printer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "base/contract.h"
@@ -128,10 +129,10 @@ void Printer::pin_written(Instant now, PinId pin, Level level) {
 bool Printer::has_room(std::size_t motor, std::int64_t wanted) const {
     Counts there = motors_;
     there[motor] = wanted;
-    const std::uint8_t moved = gantry_.slides_of(motor);
-    for (std::size_t slide = 0; slide < kSlideCount; ++slide)
-        if ((moved >> slide & 1u) != 0 && !slides_[slide].has_room_at(gantry_.slide_steps(slide, there)))
-            return false;
+    for (unsigned left = gantry_.slides_of(motor); left != 0; left &= left - 1) {
+        const auto slide = static_cast<std::size_t>(std::countr_zero(left));
+        if (!slides_[slide].has_room_at(gantry_.slide_steps(slide, there))) return false;
+    }
     return true;
 }
 
@@ -151,9 +152,8 @@ void Printer::step_pin(Instant now, std::size_t motor, bool level) {
     if (observer_)
         observer_->on_step(
             {now, static_cast<std::uint8_t>(motor), static_cast<std::int8_t>(direction), drive.position()});
-    const std::uint8_t moved = gantry_.slides_of(motor);
-    for (std::size_t slide = 0; slide < kSlideCount; ++slide) {
-        if ((moved >> slide & 1u) == 0) continue;
+    for (unsigned left = gantry_.slides_of(motor); left != 0; left &= left - 1) {
+        const auto slide = static_cast<std::size_t>(std::countr_zero(left));
         if (slides_[slide].update(now, gantry_.slide_steps(slide, motors_)) && observer_)
             observer_->on_endstop(now, static_cast<int>(slide), slides_[slide].pressed());
     }

@@ -53,7 +53,10 @@ Result<void> run(const Arguments& arguments) {
 
     sketches::printer_wiring() = {.config = machine, .link = link.get(), .measure_steps = true};
     runtime::Runtime runtime(*board);
-    QDUINO_TRY(runtime.begin(runtime::sketch_table()));
+    if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun) {
+        if (!runtime.plan().admitted()) fail(runtime.explanation().view());
+        return begun;
+    }
     publish_port(*board, *link.get());
     const board::GuaranteeReport report = board->guarantee();
     std::fputs(apps::guarantee_text(report).c_str(), stdout);

@@ -155,7 +155,7 @@ class Stand final : twin::MotionObserver {
                                          "--link",
                                          folder + "/link"};
         if (isolates) command.emplace_back("--isolate");
-        supervisor_ = start_quietly(command);
+        supervisor_ = start_quietly(command, folder + "/printer-said");
     }
     ~Stand() override {
         ::kill(supervisor_, SIGTERM);
@@ -200,6 +200,15 @@ class Stand final : twin::MotionObserver {
         const Instant read = instant_from_ns(link_.get()->port_stop_ns.load());
         return Stopped{read - from, std::max(last_step_ - from, Nanoseconds{0}),
                        std::max(cold - from, Nanoseconds{0})};
+    }
+    /// Why it does not work, as it says itself.
+    [[nodiscard]] std::string said() const {
+        const auto status = link_.get()->job_status.read();
+        if (status.state != printer::link::MachineState::starting) return std::string{status.fault.view()};
+        std::ifstream printed{folder_ + "/printer-said"};
+        for (std::string line; std::getline(printed, line);)
+            if (line.starts_with("printer: ")) return line;
+        return "it has not started";
     }
     void run(Nanoseconds length) {
         for (const Instant end = monotonic_now() + length; monotonic_now() < end;) pass();
@@ -269,7 +278,7 @@ std::string play_on(const std::string& folder, int rounds, const Setting& settin
     std::string why;
     for (int round = 0; round < rounds && why.empty(); ++round) {
         if (!stand.work()) {
-            why = "the printer did not move and heat";
+            why = "the printer did not move and heat: " + stand.said();
             break;
         }
         stand.run(Nanoseconds{static_cast<std::int64_t>(random() % 100'000'000)});

@@ -29,7 +29,7 @@ pid_t start_quietly(const std::vector<std::string>& words, const std::string& ou
     const pid_t child = ::fork();
     if (child != 0) return child;
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (std::freopen(output.c_str(), "w", stdout) && std::freopen("/dev/null", "w", stderr))
+    if (std::freopen(output.c_str(), "w", stdout) && ::dup2(STDOUT_FILENO, STDERR_FILENO) >= 0)
         ::execv(arguments[0], arguments.data());
     ::_exit(127);
 }

@@ -10,7 +10,7 @@
 namespace qduino::bench {
 
 /// Starts a program that says nothing; it gets SIGTERM when this process ends. `words[0]` is its
-/// path. With `output`, what it prints goes there.
+/// path. With `output`, what it prints goes there, errors as well.
 pid_t start_quietly(const std::vector<std::string>& words, const std::string& output = "/dev/null");
 
 /// Processes that only compute, for as long as this lives.

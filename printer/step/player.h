@@ -116,29 +116,28 @@ class Player {
         if (stopped_) return drop_all();
         const std::int64_t horizon_ns = to_ns(horizon);
         int skips_left = kSkipsPerCall;
-        while (true) {
-            const std::int64_t event_ns = next_event_ns();
-            const std::int64_t fall_ns = next_fall_ns();
-            if (std::min(event_ns, fall_ns) >= horizon_ns) return;
-            if (fall_ns <= event_ns && !rises_first(event_ns)) {
-                wait_until(fall_ns);
-                end_due_pulses();
-            } else if (const StepEvent event = *ring_.front(); skips(event)) {
-                if (skips_left-- == 0) return;
-                skip(event);
-            } else {
-                wait_until(event_ns);
-                play(event, event_ns);
-            }
+        for (Due due = next(); due.first_ns() < horizon_ns && act(due, skips_left);) due = next();
+    }
+    /// Does everything that is due before `from`, as above, and goes on until nothing is due for
+    /// `pause`, to `end` at most. Returns the next action's instant; kForever when there is none.
+    Instant play_to_pause(Instant from, Instant end, Nanoseconds pause) {
+        if (stopped_) {
+            drop_all();
+            return kForever;
         }
+        const std::int64_t from_ns = to_ns(from), end_ns = to_ns(end), pause_ns = to_ns(pause);
+        int skips_left = kSkipsPerCall;
+        const auto goes_on = [&](std::int64_t due_ns) {
+            return due_ns < from_ns || (due_ns < end_ns && due_ns - pause_ns < now_ns());
+        };
+        Due due = next();
+        while (goes_on(due.first_ns()) && act(due, skips_left)) due = next();
+        return instant_from_ns(due.first_ns());
     }
 
     /// The instant of the next action; kForever when there is none. For a caller that would rather
     /// sleep.
-    [[nodiscard]] Instant next_due() {
-        if (stopped_) return kForever;
-        return instant_from_ns(std::min(next_event_ns(), next_fall_ns()));
-    }
+    [[nodiscard]] Instant next_due() { return stopped_ ? kForever : instant_from_ns(next().first_ns()); }
 
     /// Emergency: no pulse until allow_motion(). Ends a pulse that is high; drops all events, and
     /// those that are pushed later. The positions stay those of the pulses sent.
@@ -216,6 +215,29 @@ class Player {
     void wait_until(std::int64_t ns) { pins_.busy_until(instant_from_ns(ns)); }
 
     // ---- the next action ------------------------------------------------------------------------
+
+    struct Due {
+        std::int64_t event_ns = 0, fall_ns = 0;  // kNever: there is none
+        [[nodiscard]] std::int64_t first_ns() const { return std::min(event_ns, fall_ns); }
+    };
+    [[nodiscard]] Due next() {
+        const std::int64_t event_ns = next_event_ns();
+        return {event_ns, next_fall_ns()};
+    }
+    /// Does it, at its instant. False: too many steps were skipped in one call.
+    bool act(const Due& due, int& skips_left) {
+        if (due.fall_ns <= due.event_ns && !rises_first(due.event_ns)) {
+            wait_until(due.fall_ns);
+            end_due_pulses();
+        } else if (const StepEvent event = *ring_.front(); skips(event)) {
+            if (skips_left-- == 0) return false;
+            skip(event);
+        } else {
+            wait_until(due.event_ns);
+            play(event, due.event_ns);
+        }
+        return true;
+    }
 
     [[nodiscard]] std::int64_t next_fall_ns() const {
         return falls_begin_ == falls_end_ ? kNever : falls_[falls_begin_ % kAxisCount].due_ns;

@@ -19,7 +19,8 @@
 // are told 10 ms later in any case, and the service, whose status takes longest, 100 ms later.
 //
 // A nap ends 500 µs before the next pulse: what is left is spun, so that a late wake-up delays
-// nothing. It lasts 1 ms at most: a stop is served within that.
+// nothing. It lasts 1 ms at most: a stop is served within that. The spin looks for stops every
+// 100 µs, too, and does not leave step() for it.
 //
 // A stop is served once for each number: asked for, served, published at once, because loop 1 waits
 // for the answer. While an emergency stop has not reached loop 1 yet, what it still pushes is
@@ -75,18 +76,17 @@ class StepperLoop {
         serve_stops();
         const Instant start = pins_.now();
         if (start >= loops_due_) tell(start);
-        player_.play_until(start + kPausesFrom);
-        Instant due = play_to_pause(start + kSlice, kPause);
+        Instant due = player_.play_to_pause(start + kPausesFrom, start + kSlice, kPause);
         for (Instant end = start + 2 * kSlice; end <= start + kSliceMax; end += kSlice) {
             if (due - kShortPause >= pins_.now()) break;
             serve_stops();
-            due = play_to_pause(end, kShortPause);
+            due = player_.play_to_pause(kEpoch, end, kShortPause);
         }
         const Instant nap_end = std::min(due == kForever ? kForever : due - kSleepBelowDue, start + kIdleNap);
         if (nap_end > start + kSlice) {
             pins_.sleep_until(nap_end);
         } else {
-            pins_.busy_until(std::min(due - kPause, start + kSlice));
+            spin_towards(due - kPause, start);
         }
     }
 
@@ -102,21 +102,20 @@ class StepperLoop {
     static constexpr Nanoseconds kTellLoopsEvery = 10ms;
     static constexpr Nanoseconds kTellServiceEvery = 100ms;
 
-    /// Plays on until nothing is due for `pause`, to `end` at most. Returns the next action's
-    /// instant.
-    Instant play_to_pause(Instant end, Nanoseconds pause) {
-        Instant due = player_.next_due();
-        while (due < end && due - pause < pins_.now()) {
-            player_.play_until(due + Nanoseconds{1});
-            due = player_.next_due();
+    /// To `end`, in slices from `start` on, with a look at the stops between two; as long as one
+    /// call may take at most.
+    void spin_towards(Instant end, Instant start) {
+        for (Instant look = start + kSlice;; look += kSlice) {
+            pins_.busy_until(std::min(end, look));
+            if (end <= look || look >= start + kSliceMax || serve_stops()) return;
         }
-        return due;
     }
 
-    void serve_stops() {
+    /// True: there was one.
+    bool serve_stops() {
         const std::uint32_t asked = stops_.stop_asked();
         const bool emergency = stops_.emergency_pending();
-        if (asked == stops_served_ && !emergency) return;
+        if (asked == stops_served_ && !emergency) return false;
         player_.stop_now();
         if (emergency) pins_.cut_heat();
         // Allowed again before loop 1 hears that it was served: what it pushes after that is meant
@@ -124,6 +123,7 @@ class StepperLoop {
         if (!stops_.emergency_pending()) player_.allow_motion();
         stops_served_ = asked;
         loops_due_ = kEpoch;  // loop 1 waits for the answer
+        return true;
     }
 
     /// What is due, if nothing else is before `now` + kPause, or if it has waited long enough.

@@ -34,6 +34,10 @@ void StepperPins::busy_until(Instant t) { board::current().busy_until(t); }
 void StepperPins::sleep_until(Instant t) { board::current().sleep_until(t); }
 
 void StepperPins::set_steps(const printer::step::MotorList& axes, bool high) {
+    const Level level = high ? Level::high : Level::low;
+    // Most steps are of one motor, which is alone on its axis.
+    if (axes.size() == 1 && axes_[axes.front()].is_plain()) [[likely]]
+        return board::current().pin_write(axes_[axes.front()].step.front(), level);
     FixedVector<PinId, printer::kAxisCount * kMotorsMax> pins;
     for (const int number : axes) {
         Axis& axis = axes_[number];
@@ -45,7 +49,7 @@ void StepperPins::set_steps(const printer::step::MotorList& axes, bool high) {
             stopped >>= 1;
         }
     }
-    board::current().pins_write(pins, high ? Level::high : Level::low);
+    board::current().pins_write(pins, level);
 }
 
 void StepperPins::set_direction(int axis, bool positive) {

@@ -44,6 +44,7 @@ class StepperPins {
         MotorPins direction;
         bool watched = false;
         unsigned stopped = 0;  // bit per motor: at its switch
+        [[nodiscard]] bool is_plain() const { return step.size() == 1 && !watched && stopped == 0; }
     };
     void stop_at_switches(int axis);
     [[nodiscard]] static bool is_high(std::uint16_t pin);
