@@ -30,12 +30,13 @@ constexpr std::chrono::seconds kPerAttempt{1};
 
 class TtyMonitor {
   public:
-    TtyMonitor(SerialPort port, posix::UniqueFd openings, fs::path link, std::string host)
+    TtyMonitor(SerialPort port, posix::UniqueFd openings, fs::path link, std::string host,
+               posix::UniqueFd signals)
         : port_(std::move(port)),
           openings_(std::move(openings)),
           link_(std::move(link)),
           host_(std::move(host)),
-          signals_(block_and_watch({SIGINT, SIGTERM, SIGHUP})) {}
+          signals_(std::move(signals)) {}
     ~TtyMonitor();
     TtyMonitor(const TtyMonitor&) = delete;
     TtyMonitor& operator=(const TtyMonitor&) = delete;
@@ -135,13 +136,15 @@ Result<int> monitor_tty(const fs::path& link, const std::string& host) {
     if (const auto there = fs::symlink_status(link, failed); fs::exists(there) && !fs::is_symlink(there))
         return make_error(ErrorCode::already_exists, link.native(),
                           " is there, and is no link: not replaced");
+    // Before there is a link that a signal would leave behind.
+    posix::UniqueFd signals{block_and_watch({SIGINT, SIGTERM, SIGHUP})};
     QDUINO_TRY_ASSIGN(SerialPort port, SerialPort::make_pty(link));
     posix::UniqueFd openings{::inotify_init1(IN_CLOEXEC)};
     if (!openings.valid() || ::inotify_add_watch(openings.get(), port.name().c_str(), IN_OPEN) < 0)
         return posix::system_error("watch", port.name());
     std::printf("Serial is %s, that is %s. Ctrl-C ends it.\n", link.c_str(), port.name().c_str());
     std::fflush(stdout);
-    TtyMonitor(std::move(port), std::move(openings), link, host).run();
+    TtyMonitor(std::move(port), std::move(openings), link, host, std::move(signals)).run();
     return 0;
 }
 
