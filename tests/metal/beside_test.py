@@ -59,7 +59,9 @@ qduino metal beside /printer --silence 3000 --link /run/link >/run/said 2>&1 & b
 runs() {{ kill -0 $board 2>/dev/null || {{ cat /run/said; echo "the board has ended"; echo o > /proc/sysrq-trigger; sleep 60; }}; }}
 until grep -q 'beside Linux' /run/said; do runs; sleep 0.2; done
 serve
-until jobs -F print=true -F file=@/part.gcode | grep -q sha256; do runs; sleep 0.5; done
+until answer=$(jobs -F print=true -F file=@/part.gcode); echo "$answer" | grep -q sha256; do
+  runs; [ "$answer" = "$before" ] || echo "no: $answer"; before=$answer; sleep 0.5
+done
 echo uploaded; heard 1
 kill -9 $service; echo killed; heard 2
 serve
@@ -291,7 +293,7 @@ echo 1 > /sys/devices/system/cpu/cpu1/online; online; taskset -c 1 cat /proc/sel
         machine = self.boot(PRINTER, programs=['/sbin/ip', '/usr/bin/curl', programs / 'printd', programs / 'virtual-machine'], files={
             'printer': (programs / 'printer-beside').read_bytes(), 'part.gcode': PART})
         steps = Steps(self.shared)
-        machine.expect('^uploaded')
+        self.wait_for(lambda: self.follow(steps) >= 0 and 'uploaded' in machine.console)
         self.wait_for(lambda: self.follow(steps) and any(duty > 0 for _, duty in self.shared.duties(RING_OF_LOOP_3, HEATER)))
         self.wait_for_steps(steps, steps.follow() + 2000)
         self.ring(1)
