@@ -25,7 +25,7 @@ int run_sketch(board::linux::LinuxConfig config, Nanoseconds longest) {
     if (!opened) return fail(opened.error().message);
     board::linux::LinuxBoard& board = **opened;
     // An emulated processor stands still while the host does something else, and its kernel takes
-    // that for interrupts: admission is told nothing true, so its verdict is shown and not enforced.
+    // that for interrupts: admission is told nothing true. Its verdict is shown, and not enforced.
     runtime::Runtime runtime(board, {.enforce_admission = false});
     if (Result<void> begun = runtime.begin(runtime::sketch_table()); !begun)
         return fail(begun.error().message);
