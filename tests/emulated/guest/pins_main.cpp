@@ -20,8 +20,6 @@ constexpr const char* kPins = "/run/pins";
 int run_pins(const char* pins) {
     board::linux::LinuxConfig config;
     config.pins_path = pins;
-    // It looks every few milliseconds, which is much for an emulated processor.
-    config.warden = false;
     for (std::uint16_t line = 0; line < 8; ++line) config.gpio.push_back({board::PinId{line}, 0, line});
     return emulated::run_sketch(std::move(config), std::chrono::seconds{120});
 }

@@ -36,7 +36,7 @@ void setup() {
 }
 
 // Writes pin 4 and asks the chip what it is.
-void loop(1, 5, 500, 0) {
+void loop(1, 5, 50, 0) {
   static bool level = false;
   level = !level;
   digitalWrite(4, level);
@@ -46,7 +46,7 @@ void loop(1, 5, 500, 0) {
 }
 
 // Says what was counted, whenever it has changed.
-void loop(2, 5, 500, 0) {
+void loop(2, 5, 20, 0) {
   static int told = -1;
   const int all = follows + rises + button;
   if (all != told) {
