@@ -112,12 +112,7 @@ class Player {
     /// Does everything that is due before `horizon`, waiting for each instant. Returns when the
     /// next action is at `horizon` or after it; at once when there is nothing to do. Late by at
     /// most one action.
-    void play_until(Instant horizon) {
-        if (stopped_) return drop_all();
-        const std::int64_t horizon_ns = to_ns(horizon);
-        int skips_left = kSkipsPerCall;
-        for (Due due = next(); due.first_ns() < horizon_ns && act(due, skips_left);) due = next();
-    }
+    void play_until(Instant horizon) { play_to_pause(horizon, horizon, {}); }
     /// Does everything that is due before `from`, as above, and goes on until nothing is due for
     /// `pause`, to `end` at most. Returns the next action's instant; kForever when there is none.
     Instant play_to_pause(Instant from, Instant end, Nanoseconds pause) {
