@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/contract.h"
+#include "sched/budget_watch.h"
 
 namespace qduino::sched {
 
@@ -136,11 +137,10 @@ void BudgetAccount::take_up_work() {
     charged_to_ = cpu_at_wake_;
 }
 
-/// Of the way through a sleep for a spent budget.
+/// Of the way through a sleep for a spent budget: half of what the warden overlooks in a period.
 Nanoseconds BudgetAccount::longest_way_left_out() const {
-    constexpr int kPartOfPeriod = 1000;
-    constexpr Nanoseconds kInAnyPeriod = 10us;
-    return std::max(server_.parameters().period / kPartOfPeriod, kInAnyPeriod);
+    return std::max(server_.parameters().period / (2 * BudgetWatch::kMarginDivisor),
+                    BudgetWatch::kWaitInAnyPeriod);
 }
 
 /// True once in each period, and twice after a period without. What makes that one way longer than

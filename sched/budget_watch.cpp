@@ -8,16 +8,13 @@ namespace qduino::sched {
 
 namespace {
 
-/// Beside its own share, of the time that passes: what two clocks and a wait may differ by.
-constexpr int kMarginDivisor = 500;
 constexpr Nanoseconds kSecondOverrun = 5ms;
-constexpr Nanoseconds kWaitInAnyPeriod = 10us;
 constexpr int kWaitDivisor = 80;
 /// A longer time fills any account.
 constexpr Nanoseconds kLongest = 3 * kPeriodMax;
 
 Nanoseconds wait_of(Nanoseconds asked, VcpuParameters vcpu) {
-    return std::min(asked, std::max(vcpu.period / kWaitDivisor, kWaitInAnyPeriod));
+    return std::min(asked, std::max(vcpu.period / kWaitDivisor, BudgetWatch::kWaitInAnyPeriod));
 }
 
 }  // namespace

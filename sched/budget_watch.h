@@ -44,6 +44,11 @@ class BudgetWatch {
     /// The longest time that the CPU time of a running thread may be old: the tick of the kernel
     /// (4 ms at 250 Hz). So no thread is looked at more often, or let go for less.
     static constexpr Nanoseconds kTick = 4ms;
+    /// A part of the time that passes, beside the VCPU's own share: what two clocks and a wait may
+    /// differ by.
+    static constexpr int kMarginDivisor = 500;
+    /// A wait may be so long in any period.
+    static constexpr Nanoseconds kWaitInAnyPeriod = 10us;
 
     enum class Verdict : std::uint8_t {
         run,   ///< it may run
