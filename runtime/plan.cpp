@@ -110,6 +110,8 @@ Result<void> Plan::admit(const std::vector<sched::PlatformOverheads>& overheads)
         return make_error(ErrorCode::out_of_range, "more than ", sections_.size(),
                           " critical sections: use fewer Mutexes, or say which loops hold them (heldBy)");
     sched::admit_all(requests_, overheads, sections_, *admission_);
+    before_.resize(admission_->loads.size());
+    asked_.resize(admission_->loads.size());
     if (admission_->admitted) make_deferrable();
     explanation_ = sched::explain(*admission_);
     if (admission_->admitted || !enforce_) return {};
@@ -157,37 +159,50 @@ void Plan::judge_all() {
         admission_->cores[static_cast<std::size_t>(load.core)] = sched::admit_without_remedy(load);
 }
 
-Result<void> Plan::judge(sched::CoreLoad& load, const sched::CoreLoad& asked, const char* change,
-                         Instant now) {
+void Plan::save(std::vector<Changeable>& into) const {
+    for (std::size_t i = 0; i < admission_->loads.size(); ++i)
+        into[i] = {admission_->loads[i].overheads, admission_->loads[i].ios};
+}
+
+void Plan::restore(const std::vector<Changeable>& from) {
+    for (std::size_t i = 0; i < admission_->loads.size(); ++i) {
+        admission_->loads[i].overheads = from[i].overheads;
+        admission_->loads[i].ios = from[i].ios;
+    }
+    sched::count_remote_waits(admission_->loads);
+}
+
+template <typename Change>
+Result<void> Plan::judge(Change change, const char* name, Instant now) {
     auto& loads = admission_->loads;
-    // Another core is concerned where its loops wait for this one.
-    const auto concerned = [&](const sched::CoreLoad& each) {
-        return each.core == asked.core || !each.waits.empty();
-    };
     const auto refusal = [&]() -> Result<void> {
         for (const sched::CoreLoad& each : loads) {
-            if (!enforce_ || !concerned(each) || sched::is_admissible(each)) continue;
-            return refused_change(change, each.core, sched::admit_without_remedy(each).refusal);
+            if (!enforce_ || (each.mains.empty() && each.ios.empty()) || sched::is_admissible(each)) continue;
+            return refused_change(name, each.core, sched::admit_without_remedy(each).refusal);
         }
         return {};
     };
-    const sched::CoreLoad before = std::exchange(load, asked);
-    count_lowered(load, now);
+    save(before_);
+    change();
+    save(asked_);
+    for (sched::CoreLoad& load : loads) count_lowered(load, now);
     sched::count_remote_waits(loads);
     Result<void> judged = refusal();
+    if (judged) judged = note_routed_away(now);
     if (judged) judge_all();
-    load = judged ? asked : before;
-    sched::count_remote_waits(loads);
+    restore(judged ? asked_ : before_);
     return judged;
 }
 
-Result<void> Plan::admit_again(int core, const sched::PlatformOverheads& overheads, const char* change,
+Result<void> Plan::admit_again(std::span<const sched::PlatformOverheads> overheads, const char* change,
                                Instant now) {
-    auto* const load = std::ranges::find(admission_->loads, core, &sched::CoreLoad::core);
-    if (!enforce_ || load == admission_->loads.end()) return {};
-    sched::CoreLoad asked = *load;
-    asked.overheads = overheads;
-    return judge(*load, asked, change, now);
+    if (!enforce_) return {};
+    const auto apply = [&] {
+        for (sched::CoreLoad& load : admission_->loads) {
+            if (may_share(load.core)) load.overheads = overheads[static_cast<std::size_t>(load.core)];
+        }
+    };
+    return judge(apply, change, now);
 }
 
 Result<void> Plan::change_io(board::VcpuId id, sched::VcpuParameters parameters, Instant now) {
@@ -197,9 +212,10 @@ Result<void> Plan::change_io(board::VcpuId id, sched::VcpuParameters parameters,
     if (!parameters.valid()) return make_error(ErrorCode::invalid_argument, "0 < budget <= period");
     auto* const load = std::ranges::find(admission_->loads, admission_->core_of(id), &sched::CoreLoad::core);
     if (load != admission_->loads.end()) {
-        sched::CoreLoad asked = *load;
-        set_parameters(*std::ranges::find(asked.ios, id, &sched::Vcpu::id), parameters);
-        QDUINO_TRY(judge(*load, asked, "with this budget", now));
+        const auto apply = [&] {
+            set_parameters(*std::ranges::find(load->ios, id, &sched::Vcpu::id), parameters);
+        };
+        QDUINO_TRY(judge(apply, "with this budget", now));
         note_lowered(*load, *request, now);
         set_parameters(*std::ranges::find(admission_->placed, id, &sched::Vcpu::id), parameters);
     }
@@ -207,17 +223,40 @@ Result<void> Plan::change_io(board::VcpuId id, sched::VcpuParameters parameters,
     return {};
 }
 
-/// The greatest of what it had within the last longest period.
-void Plan::note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, Instant now) {
+Nanoseconds Plan::longest_period(const sched::CoreLoad& load) {
     Nanoseconds longest{};
     for (const sched::Vcpu& loop : load.mains) longest = std::max(longest, loop.period);
+    return longest;
+}
+
+/// A release that began before a change has met the interrupts of then, and meets those of now.
+Result<void> Plan::note_routed_away(Instant now) {
+    for (std::size_t i = routed_away_.size(); i-- > 0;) {
+        if (now >= routed_away_[i].until) routed_away_.erase(i);
+    }
+    const std::size_t noted = routed_away_.size();
+    for (std::size_t i = 0; i < admission_->loads.size(); ++i) {
+        const sched::CoreLoad& load = admission_->loads[i];
+        for (const sched::PlatformInterferer& had : before_[i].overheads.interferers) {
+            if (std::ranges::count(asked_[i].overheads.interferers, had) > 0) continue;
+            if (routed_away_.try_push_back({load.core, had, now + longest_period(load)})) continue;
+            while (routed_away_.size() > noted) routed_away_.pop_back();
+            return make_error(ErrorCode::unavailable,
+                              "too many changes within one release: call again later");
+        }
+    }
+    return {};
+}
+
+/// The greatest of what it had within the last longest period.
+void Plan::note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, Instant now) {
     auto* noted = std::ranges::find(lowered_, before.id, &Lowered::id);
     if (noted == lowered_.end()) {
         lowered_.push_back({.id = before.id});
         noted = &lowered_.back();
     }
     const bool had_more = now < noted->until && has_more(noted->had, before.parameters());
-    *noted = {before.id, had_more ? noted->had : before.parameters(), now + longest};
+    *noted = {before.id, had_more ? noted->had : before.parameters(), now + longest_period(load)};
 }
 
 void Plan::count_lowered(sched::CoreLoad& load, Instant now) const {
@@ -226,6 +265,11 @@ void Plan::count_lowered(sched::CoreLoad& load, Instant now) const {
         if (io == load.ios.end() || now >= lowered.until || !has_more(lowered.had, io->parameters()))
             continue;
         set_parameters(*io, lowered.had);
+    }
+    for (const RoutedAway& away : routed_away_) {
+        const bool counts = away.core == load.core && now < away.until;
+        if (counts && std::ranges::count(load.overheads.interferers, away.had) == 0)
+            load.overheads.add(away.had);
     }
 }
 

@@ -16,7 +16,8 @@
 //   io 33          old ▒       │ lowered
 //   io 34                      │ raised   ▒▒▒▒▒ new
 //
-// So the lowered one counts with its old budget for one longest period of a loop on that core.
+// So the lowered one counts with its old budget for one longest period of a loop on that core. So
+// do interrupts that were routed away.
 #pragma once
 
 #include <memory>
@@ -55,10 +56,11 @@ class Plan {
     /// Judges all of it. `overheads` has an entry for each core. Error: the first refusal, naming
     /// the loop and where it is declared; explanation() has it at length.
     Result<void> admit(const std::vector<sched::PlatformOverheads>& overheads);
-    /// Judges the VCPUs that run on `core` once more, with other overheads, which it keeps when
-    /// they are admitted. Error: the refusal, in one line, which names `change`; nothing is kept.
+    /// Judges every core once more, with other overheads, which it keeps when all are admitted.
+    /// `overheads` has an entry for each core; those of a core that nobody shares do not count.
+    /// Error: the refusal, in one line, which names `change`; nothing is kept, on no core.
     /// Allocates nothing.
-    Result<void> admit_again(int core, const sched::PlatformOverheads& overheads, const char* change,
+    Result<void> admit_again(std::span<const sched::PlatformOverheads> overheads, const char* change,
                              Instant now);
 
     /// Gives I/O VCPU `id` another budget and period at `now`, when its core can bear that. Error:
@@ -95,14 +97,32 @@ class Plan {
         Instant until{};
     };
 
+    /// Interrupts that a core had to bear until lately.
+    struct RoutedAway {
+        int core = 0;
+        sched::PlatformInterferer had;
+        Instant until{};
+    };
+    /// What of a core's load may change while the loops run.
+    struct Changeable {
+        sched::PlatformOverheads overheads;
+        FixedVector<sched::Vcpu, sched::kIoVcpuLimit> ios;
+    };
+
     void make_deferrable();
     [[nodiscard]] bool fits(const sched::CoreLoad& load);
     /// Writes the verdict on each core, as it is loaded now.
     void judge_all();
-    /// Gives `load` the content of `asked` when its core, and every core whose loops wait for
-    /// others, can bear that; else the refusal of the first that cannot, and nothing is changed.
-    /// What was lowered lately counts with what it had. Allocates nothing.
-    Result<void> judge(sched::CoreLoad& load, const sched::CoreLoad& asked, const char* change, Instant now);
+    /// Makes `change` to the loads of the cores when all of them can bear that; else the refusal of
+    /// the first that cannot, and nothing is changed. What was lowered or routed away lately counts
+    /// with what it had. Allocates nothing.
+    template <typename Change>
+    Result<void> judge(Change change, const char* name, Instant now);
+    void save(std::vector<Changeable>& into) const;
+    void restore(const std::vector<Changeable>& from);
+    /// Error: too many changes within one release.
+    Result<void> note_routed_away(Instant now);
+    [[nodiscard]] static Nanoseconds longest_period(const sched::CoreLoad& load);
     void note_lowered(const sched::CoreLoad& load, const sched::Vcpu& before, Instant now);
     void count_lowered(sched::CoreLoad& load, Instant now) const;
     [[nodiscard]] Nanoseconds client_period(int core) const;
@@ -113,6 +133,8 @@ class Plan {
     sched::CriticalSections sections_;
     std::vector<sched::Vcpu> requests_;
     FixedVector<Lowered, sched::kIoVcpuLimit> lowered_;  // one for each I/O VCPU at the most
+    FixedVector<RoutedAway, 32> routed_away_;
+    std::vector<Changeable> before_, asked_;  // of a change; by load
     std::unique_ptr<sched::MulticoreAdmission> admission_;
     sched::Explanation explanation_;
 };

@@ -56,7 +56,8 @@ Result<void> Runtime::begin(const SketchTable& table, void (*setup)()) {
     for (const LoopDeclaration& declaration : table.loops) loop_at(declaration.id).declaration = declaration;
     LockDeclaration::each_section(
         table, [this](const sched::CriticalSection& section) { plan_.add_section(section); });
-    QDUINO_TRY(plan_.admit(overheads_of(board_, plan_)));
+    overheads_ = overheads_of(board_, plan_);
+    QDUINO_TRY(plan_.admit(overheads_));
     begun_ = true;
     return start_loops();
 }
@@ -307,15 +308,14 @@ Result<void> Runtime::one_at_a_time(Change change) {
 /// What a core has to bear has changed. Before the loops run, admission is still to come.
 template <typename Undo>
 Result<void> Runtime::keep_if_admitted(const char* change, Undo undo) {
-    for (int core = 0; begun_ && core < board_.core_count(); ++core) {
-        if (!plan_.may_share(core)) continue;
-        const Result<void> admitted =
-            plan_.admit_again(core, board_.platform_overheads(core), change, board_.now());
-        if (admitted) continue;
-        static_cast<void>(undo());
-        return admitted;
+    if (!begun_) return {};
+    for (std::size_t core = 0; core < overheads_.size(); ++core) {
+        if (plan_.may_share(static_cast<int>(core)))
+            overheads_[core] = board_.platform_overheads(static_cast<int>(core));
     }
-    return {};
+    const Result<void> admitted = plan_.admit_again(overheads_, change, board_.now());
+    if (!admitted) static_cast<void>(undo());
+    return admitted;
 }
 
 void Runtime::run_handler(void* context) {

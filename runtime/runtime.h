@@ -151,6 +151,7 @@ class Runtime {
     board::Board& board_;
     RuntimeOptions options_;
     Plan plan_;
+    std::vector<sched::PlatformOverheads> overheads_;  // by core; a change writes it anew
     Instant made_at_;
     bool begun_ = false;
     std::array<std::unique_ptr<Loop>, board::kMaxLoop + 1> loops_;

@@ -32,6 +32,7 @@ BudgetEffect BudgetAccount::blocks(const BudgetReading& reading, Instant until) 
     server_.block(settled_at_);
     // The wait to come. When there is none after all, settle() sees a wait that was none: no harm.
     ++switches_;
+    due_ = until;
     phase_ = Phase::waiting;
     if (until == kForever || until <= settled_at_) return {.kind = Kind::disarm};
     Server then = server_;
@@ -131,7 +132,7 @@ void BudgetAccount::take_up_work() {
     if (phase_ != Phase::woken) return;
     phase_ = Phase::running;
     const Nanoseconds way = admission_has_a_way(woke_at_) ? Nanoseconds{0} : cpu_at_wake_ - charged_to_;
-    server_.wake(std::max(settled_at_, woke_at_ - way));
+    server_.wake(std::max(settled_at_, std::min(due_, woke_at_ - way)));
     charge(woke_at_, way);
     settled_at_ = woke_at_;
     charged_to_ = cpu_at_wake_;

@@ -17,6 +17,10 @@
 // event. What it used counts from `now − used`, the latest possible begin: a refill then comes back
 // late, never early.
 //
+// What holds the core at the end of an announced wait (an interrupt, a loop of higher rank) makes
+// the thread late, and not its server: that begins when the wait was to end. Else one late wake-up
+// would delay the budget of every later release.
+//
 // The way into a sleep and out of it costs CPU time: of an announced wait, and of the sleep for a
 // spent budget. Admission counts one such way in each period beside the budget (admission.h). So
 // the account leaves out one in each period, or two after a period without, and charges the others.
@@ -141,6 +145,7 @@ class BudgetAccount {
     Phase phase_ = Phase::running;
     Instant settled_at_{};         // the last instant that the account knows of
     Nanoseconds charged_to_{};     // on the thread's CPU clock: what came before is settled
+    Instant due_ = kForever;       // an announced wait: when it was to end
     Instant woke_at_{};            // woken: when
     Nanoseconds cpu_at_wake_{};    // woken: the same clock after the wait
     std::int64_t switches_ = 0;    // voluntary switches that the account knows of

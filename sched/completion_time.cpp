@@ -78,7 +78,7 @@ void CompletionTime::prepare(const Vcpu& vcpu, Io& io) const {
 /// period, one at the begin of the next.
 void CompletionTime::keep_for_others() {
     const PlatformInterferer kept = overheads_.kept();
-    if (kept.cost <= Nanoseconds{0} || loops_.empty() || overheads_.interferers.full()) return;
+    if (kept.cost <= Nanoseconds{0} || loops_.empty()) return;
     const Nanoseconds taken = taken_by_others(loops_.size(), loops_.size() - 1, kept.interval, nullptr);
     keeps_for_others_ = taken + kept.cost > kept.interval;
     if (keeps_for_others_) overheads_.interferers.push_back(kept);

@@ -15,6 +15,7 @@ bool CoreScheduler::add(VcpuId id, VcpuParameters parameters, Instant now, MainV
     if (options.owns_core && !parameters.whole_core()) return false;
     insert({.id = id,
             .owns_core = options.owns_core,
+            .blocked_at = now,
             .server = options.deferrable ? Server{DeferrableServer{parameters, now}}
                                          : Server{SporadicServer{parameters, now, options.server}}});
     ++main_count_;
@@ -68,9 +69,10 @@ Nanoseconds CoreScheduler::available(const Vcpu& vcpu, Instant now) const {
 
 // ---- events -------------------------------------------------------------------------------------
 
-void CoreScheduler::wake(VcpuId id, Instant now) {
+void CoreScheduler::wake(VcpuId id, Instant now, Instant due) {
     account(now);
-    at(id).server.wake(now);
+    Vcpu& vcpu = at(id);
+    vcpu.server.wake(vcpu.server.is_io() ? now : std::min(std::max(due, vcpu.blocked_at), now));
 }
 
 void CoreScheduler::wake_io(VcpuId id, Instant now, Nanoseconds client_period) {
@@ -90,7 +92,9 @@ void CoreScheduler::release(VcpuId id, Instant nominal, Instant now) {
 
 void CoreScheduler::block(VcpuId id, Instant now) {
     account(now);
-    at(id).server.block(now);
+    Vcpu& vcpu = at(id);
+    vcpu.server.block(now);
+    vcpu.blocked_at = now;
     if (running_ == slots_[id]) running_ = kNoSlot;
 }
 

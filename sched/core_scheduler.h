@@ -88,7 +88,12 @@ class CoreScheduler {
 
     /// Main VCPU `id` has work. No effect if it already had. For an I/O VCPU: work at its own
     /// period.
-    void wake(VcpuId id, Instant now);
+    void wake(VcpuId id, Instant now) { wake(id, now, now); }
+    /// The same; the work was due at `due`, and what held the core meanwhile (an interrupt, the
+    /// caller's own way here) made `now` of it. The server begins when the work was due: else one
+    /// late wake-up would delay the budget of every later release. `due` counts from the last
+    /// block() on, and to `now` at most.
+    void wake(VcpuId id, Instant now, Instant due);
     /// I/O VCPU `id` has work on behalf of a main VCPU of period `client_period`, of this core or
     /// another.
     void wake_io(VcpuId id, Instant now, Nanoseconds client_period);
@@ -128,6 +133,7 @@ class CoreScheduler {
         VcpuId id = 0;
         bool owns_core = false;
         bool waits_for_lock = false;
+        Instant blocked_at = kEpoch;  // the last time
         Rank inherited{};
         /// What it may overrun while a VCPU of another core waits for it.
         Nanoseconds grace{};

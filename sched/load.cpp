@@ -1,5 +1,7 @@
 #include "sched/load.h"
 
+#include <algorithm>
+
 #include "base/contract.h"
 #include "sched/exact.h"
 
@@ -15,6 +17,21 @@ Nanoseconds PlatformOverheads::interference(Nanoseconds window) const {
     Nanoseconds sum{0};
     for (const PlatformInterferer& interferer : interferers) sum += interferer.interference(window);
     return sum;
+}
+
+/// Of two that come at least `interval` apart and up to `jitter` closer, no more come in any window
+/// than of one with the shorter interval and the longer jitter.
+void PlatformOverheads::add(const PlatformInterferer& interferer) {
+    if (interferer.cost <= Nanoseconds{0}) return;
+    if (interferers.size() + 1 < interferers.kCapacity) return interferers.push_back(interferer);
+    const auto distance = [&](const PlatformInterferer& each) {
+        const auto [shorter, longer] = std::minmax(each.interval, interferer.interval);
+        return longer / std::max(shorter, Nanoseconds{1});
+    };
+    PlatformInterferer& bears = *std::ranges::min_element(interferers, {}, distance);
+    bears.cost += interferer.cost;
+    bears.interval = std::min(bears.interval, interferer.interval);
+    bears.jitter = std::max(bears.jitter, interferer.jitter);
 }
 
 }  // namespace qduino::sched

@@ -19,9 +19,11 @@ struct PlatformInterferer {
     Nanoseconds cost{};      ///< CPU time per event
     Nanoseconds interval{};  ///< least time between two events in the long run; > 0 when cost > 0
     Nanoseconds jitter{};    ///< how much closer than that two events may come
+    int source = 0;          ///< tells two of one name and of the same numbers apart
 
     /// Most it can take in a window of length `window`.
     [[nodiscard]] Nanoseconds interference(Nanoseconds window) const;
+    bool operator==(const PlatformInterferer&) const = default;
 };
 
 /// Measured by a board; zero in the simulator unless configured.
@@ -32,6 +34,7 @@ struct PlatformOverheads {
     /// Each further wait within a release, for a lock or asleep, where it is not charged to the
     /// loop's budget.
     Nanoseconds wait_cost{};
+    /// To be filled by add(). The last place is what the kernel keeps (kept()).
     FixedVector<PlatformInterferer, 8> interferers;
     /// What the system keeps for its ordinary tasks in each `kept_period`, above the loops, where
     /// these leave less; 0: nothing.
@@ -46,6 +49,9 @@ struct PlatformOverheads {
     [[nodiscard]] Nanoseconds per_release(const Vcpu& loop, std::int64_t requests) const {
         return per_activation() + (loop.times_asleep() + requests) * wait_cost;
     }
+    /// Counts one more. When the table is full, the one of the nearest interval bears both: as much
+    /// in any window as the two of them, or more, and nothing is left out.
+    void add(const PlatformInterferer& interferer);
     /// What is kept, as an interferer: in one piece, and two pieces can meet.
     [[nodiscard]] PlatformInterferer kept() const {
         return {"what the kernel keeps", kept_budget, kept_period, kept_period - kept_budget};

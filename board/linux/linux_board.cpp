@@ -308,14 +308,14 @@ sched::PlatformOverheads LinuxBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads = *overheads_;
     if (config_.enforce_budgets && config_.warden) {
         if (!warden_looks_) warden_looks_ = warden_looks(overheads.release_cost);
-        overheads.interferers.push_back(*warden_looks_);
+        overheads.add(*warden_looks_);
     }
     if (config_.real_time) {
         keep_for_ordinary_tasks(overheads);
         const Interference& interrupts = cores_.interference(core);
         if (interrupts.measured) {
-            overheads.interferers.push_back(interrupts.counted());
-            overheads.interferers.push_back(interrupts.counted_once());
+            overheads.add(interrupts.counted());
+            overheads.add(interrupts.counted_once());
         }
     }
     overheads.priorities =

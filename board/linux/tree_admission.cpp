@@ -50,7 +50,7 @@ void add_taker(TreeLoad& core, const sched::PlatformInterferer& taker) {
         if (taker.interference(found->interval) > found->cost) *found = taker;
         return;
     }
-    core.full = core.full || !takers.try_push_back(taker);
+    core.load.overheads.add(taker);
 }
 
 /// What comes before a tree of `core` that is a child of `parent`, but for other trees.

@@ -213,24 +213,23 @@ void MetalBoard::end() {
 sched::PlatformOverheads MetalBoard::platform_overheads(int core) {
     sched::PlatformOverheads overheads;
     if (!is_ours(core)) {  // all of it is taken
-        overheads.interferers.push_back(
-            {.name = "Linux, whose core it is", .cost = 1s, .interval = 1s, .jitter = {}});
+        overheads.add({.name = "Linux, whose core it is", .cost = 1s, .interval = 1s, .jitter = {}});
         return overheads;
     }
     if (linux_side.exists())  // to the host and back
-        overheads.interferers.push_back({.name = "looks at Linux's heartbeat",
-                                         .cost = 3 * switch_cost_,
-                                         .interval = linux_side.interval(),
-                                         .jitter = {}});
+        overheads.add({.name = "looks at Linux's heartbeat",
+                       .cost = 3 * switch_cost_,
+                       .interval = linux_side.interval(),
+                       .jitter = {}});
     // To it and back; and once more when its budget ends.
     overheads.release_cost = overheads.enforcement_cost = overheads.wait_cost = 2 * switch_cost_;
     if (const int devices = device_interrupts.count_on(core); devices > 0) {
         // A byte at 115,200 baud takes 86.8 us, and each may interrupt. A top half is a way into
         // the kernel with a few ports to write: counted as two of them.
-        overheads.interferers.push_back({.name = "top halves",
-                                         .cost = 2 * devices * entry_cost_,
-                                         .interval = Nanoseconds{86'800},
-                                         .jitter = {}});
+        overheads.add({.name = "top halves",
+                       .cost = 2 * devices * entry_cost_,
+                       .interval = Nanoseconds{86'800},
+                       .jitter = {}});
     }
     return overheads;
 }

@@ -76,13 +76,14 @@ sched::PlatformOverheads SimBoard::platform_overheads(int core) {
         Nanoseconds cost = source.top_half;
         const bool tick = source.device == DeviceClass::all;
         if (!tick && loop_.interrupts().server_of(source.device) == kNoVcpu) cost += source.bottom_half;
-        if (cost <= Nanoseconds{0} || overheads.interferers.full()) continue;
+        if (cost <= Nanoseconds{0}) continue;
         const bool random = !tick && source.arrival == Arrival::poisson;
         const Nanoseconds interval = from_seconds(1.0 / source.rate_hz / (random ? kPoissonMargin : 1));
-        overheads.interferers.push_back({.name = tick ? "tick" : "interrupts",
-                                         .cost = cost,
-                                         .interval = interval,
-                                         .jitter = random ? kPoissonBurst * interval : Nanoseconds{0}});
+        overheads.add({.name = tick ? "tick" : "interrupts",
+                       .cost = cost,
+                       .interval = interval,
+                       .jitter = random ? kPoissonBurst * interval : Nanoseconds{0},
+                       .source = static_cast<int>(source.device)});
     }
     return overheads;
 }

@@ -158,7 +158,7 @@ void SimCore::wake_sleepers(Instant now) {
         if (vcpu->client_period > Nanoseconds{0})
             scheduler_.wake_io(vcpu->spec.id, now, vcpu->client_period);
         else
-            scheduler_.wake(vcpu->spec.id, now);
+            scheduler_.wake(vcpu->spec.id, now, vcpu->wake);
         if (vcpu->has_fault) apply_faults(*vcpu, now);
         if (vcpu->spec.is_io()) loop_.emit(number_, vcpu->spec.id, TraceKind::release);
     }

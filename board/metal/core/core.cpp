@@ -178,9 +178,10 @@ Instant Core::wake_sleepers(Instant now) {
 }
 
 void Core::wake(Thread& thread, Instant now) {
+    const Instant due = std::min(thread.wake, now);
     thread.state = ThreadState::ready;
     thread.wake = kForever;
-    scheduler_.wake(thread.spec.id, now);
+    scheduler_.wake(thread.spec.id, now, due);
 }
 
 // ---- the running thread -------------------------------------------------------------------------

@@ -65,6 +65,7 @@ class NaiveBudgetAccount {
         settle(reading);
         ++switches_;
         overruns_ = armed_ = false;
+        due_ = to_ns(until);
         if (until == kForever || to_ns(until) <= now_) return {.kind = Kind::disarm};
         TokenServer then = tokens_;
         then.wake(to_ns(until));
@@ -78,7 +79,8 @@ class NaiveBudgetAccount {
         const bool admitted = bucket_.admits(woke) && kRules.wait_of_each_period;
         const int charges = admitted || !kRules.charge_further_waits ? 0 : kRules.charges;
         const std::int64_t way = cpu.count() - static_cast<std::int64_t>(charges_.size());
-        if (kRules.wake_the_server) tokens_.wake(std::max(now_, woke - (charges > 0 ? way : 0)));
+        if (kRules.wake_the_server)
+            tokens_.wake(std::max(now_, std::min(due_, woke - (charges > 0 ? way : 0))));
         charge_to(cpu.count(), woke, charges);
         now_ = woke;
         return armed_ ? BudgetEffect{} : go_on();
@@ -145,6 +147,7 @@ class NaiveBudgetAccount {
     TokenServer tokens_;
     WaitBucket bucket_;
     std::vector<int> charges_;  // one for each nanosecond of CPU time that is settled
+    std::int64_t due_ = 0;      // the end of the wait
     std::int64_t now_ = 0;
     std::int64_t switches_ = 0;
     std::int64_t grace_ = 0;

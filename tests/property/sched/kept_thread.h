@@ -128,6 +128,7 @@ class KeptThread {
         entering_wait_ = true;
         way_ = 0;
         shell_.before_wait(until);
+        wait_was_due_ = std::max(to_ns(until), last_now_);
         for (std::int64_t i = 0; i < shape_.way; ++i) tick(Use::shell);
         sleep_to((until == kForever ? now_ : to_ns(until)) + longer);
         for (std::int64_t i = 0; i < shape_.way; ++i) tick(Use::shell);
@@ -212,9 +213,9 @@ class KeptThread {
         woke_at_.reset();
         if (bucket_.admits(woke)) {
             forgiven_ += way_;
-            return truth_.wake(woke);
+            return truth_.wake(std::min(wait_was_due_, woke));
         }
-        truth_.wake(woke - way_);
+        truth_.wake(std::min(wait_was_due_, woke - way_));
         for (; way_ > 0; --way_) spend(woke - way_);
     }
     /// So is what the way through the last sleep for a spent budget cost. The truth spends it in
@@ -264,8 +265,9 @@ class KeptThread {
     std::int64_t last_now_ = 0;  // that the account was told
     bool entering_wait_ = false, in_way_ = false;
     std::optional<std::int64_t> woke_at_;
-    std::int64_t way_ = 0;       // ticks of the way through the present wait
-    std::int64_t forgiven_ = 0;  // of ways, counted by admission
+    std::int64_t wait_was_due_ = 0;  // its end
+    std::int64_t way_ = 0;           // ticks of the way through the present wait
+    std::int64_t forgiven_ = 0;      // of ways, counted by admission
     bool slept_for_budget_ = false;
     std::int64_t cpu_read_ = 0;  // what the account read last
     std::int64_t dawdled_ = 0;

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <array>
 
 #include "runtime/lock_declaration.h"
 
@@ -176,7 +177,8 @@ TEST(Plan, LocksBetweenCoresAreCountedAndTheirLoopsDeferrable) {
     // When the other core has more to bear, loop 1 is judged again, too.
     sched::PlatformOverheads busy;
     busy.interferers.push_back({.name = "interrupts", .cost = 12ms, .interval = 24ms, .jitter = {}});
-    const Result<void> refused = plan.admit_again(1, busy, "with these interrupts", kEpoch);
+    const Result<void> refused =
+        plan.admit_again(std::array{sched::PlatformOverheads{}, busy}, "with these interrupts", kEpoch);
     EXPECT_FALSE(refused);
     EXPECT_EQ(plan.admission().cores[0].loops[0].response, 23ms);
 }
@@ -260,8 +262,38 @@ TEST_F(PlanOfBottomHalves, NorIsItFreeForInterruptsBefore) {
     ASSERT_TRUE(change(33, 5ms, 1s));
     sched::PlatformOverheads overheads;
     overheads.interferers.push_back({.name = "tick", .cost = 25ms, .interval = 100ms, .jitter = {}});
-    EXPECT_FALSE(plan.admit_again(0, overheads, "with its tick back", kEpoch + 1s + 99ms));
-    EXPECT_TRUE(plan.admit_again(0, overheads, "with its tick back", kEpoch + 1s + 100ms));
+    EXPECT_FALSE(plan.admit_again({&overheads, 1}, "with its tick back", kEpoch + 1s + 99ms));
+    EXPECT_TRUE(plan.admit_again({&overheads, 1}, "with its tick back", kEpoch + 1s + 100ms));
+}
+
+sched::PlatformOverheads with_interrupts(Nanoseconds cost) {
+    sched::PlatformOverheads overheads;
+    overheads.add({.name = "interrupts", .cost = cost, .interval = 100ms, .jitter = {}});
+    return overheads;
+}
+
+TEST(Plan, AChangeThatOneCoreRefusesIsKeptOnNone) {
+    Plan plan(true);
+    ASSERT_TRUE(plan.add_loops(sketch({loop(1, 60ms, 100ms, 0), loop(2, 90ms, 100ms, 1)})));
+    ASSERT_TRUE(plan.add_io(1ms, 100ms, 0));
+    ASSERT_TRUE(plan.admit({with_interrupts(30ms), {}}));
+    // Core 0 would be rid of them, and core 1 cannot bear them.
+    const std::array moved{sched::PlatformOverheads{}, with_interrupts(30ms)};
+    EXPECT_FALSE(plan.admit_again(moved, "with these interrupts routed so", kEpoch));
+    EXPECT_FALSE(plan.change_io(33, {19ms, 100ms}, kEpoch)) << "core 0 has its interrupts still";
+}
+
+TEST(Plan, InterruptsThatWereRoutedAwayCountForARelease) {
+    Plan plan(true);
+    ASSERT_TRUE(plan.add_loops(sketch({loop(1, 70ms, 100ms, 0)})));
+    ASSERT_TRUE(plan.admit({with_interrupts(20ms)}));
+    const std::array<sched::PlatformOverheads, 1> none{};
+    ASSERT_TRUE(plan.admit_again(none, "without them", kEpoch + 1s));
+    // As long and as often, and still others.
+    std::array others{with_interrupts(20ms)};
+    others[0].interferers[0].source = 1;
+    EXPECT_FALSE(plan.admit_again(others, "with others", kEpoch + 1s + 99ms)) << "a release bears both";
+    EXPECT_TRUE(plan.admit_again(others, "with others", kEpoch + 1s + 100ms));
 }
 
 TEST_F(PlanOfBottomHalves, WithoutLoopsTheCoreItselfIsTheLimit) {

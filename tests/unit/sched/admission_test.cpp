@@ -143,6 +143,27 @@ TEST(Admission, PlatformOverheadsAreInTheAnalysis) {
     EXPECT_EQ(completion_time(load, 2).response, 86ms + 165us + 900us);
 }
 
+TEST(Admission, NoInterruptIsLeftOutOfAFullTable) {
+    CoreLoad load = load_of({loop_of(1, 80ms, 100ms)});
+    for (int i = 0; i < 8; ++i) load.overheads.add({"nic", 1us, 10ms, 0ns});
+    EXPECT_TRUE(admit(load).admitted);
+    load.overheads.add({"disk", 3ms, 10ms, 0ns});
+    EXPECT_FALSE(admit(load).admitted);
+    // The sources together, in windows of any length: never less than what each asks for.
+    PlatformOverheads full;
+    Nanoseconds asked{0};
+    for (int i = 1; i <= 40; ++i) {
+        const PlatformInterferer each{"irq", i * 7us, i * i * 100us, i * 3us};
+        full.add(each);
+        for (const Nanoseconds window : {Nanoseconds{1us}, Nanoseconds{3ms}, Nanoseconds{100ms}}) {
+            if (window == Nanoseconds{3ms}) asked += each.interference(window);
+            EXPECT_GE(full.interference(window), each.interference(window));
+        }
+    }
+    EXPECT_GE(full.interference(3ms), asked);
+    EXPECT_LT(full.interferers.size(), full.interferers.kCapacity) << "the kernel's own has a place";
+}
+
 TEST(Admission, TheFairServerRulesOutShortPeriods) {
     CoreLoad load = load_of({loop_of(3, 1ms, 8ms)});
     EXPECT_TRUE(admit(load).admitted);

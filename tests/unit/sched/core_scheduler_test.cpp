@@ -32,6 +32,29 @@ TEST(CoreScheduler, TheShorterPeriodPreempts) {
     EXPECT_EQ(core.next_replenishment(1), at_ns(20));
 }
 
+TEST(CoreScheduler, ALateWakeUpDoesNotDelayTheBudgetsOfLaterReleases) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {8ns, 10ns}));
+    // An interrupt held the core from 0 to 2. The release was due at 0.
+    core.wake(1, at_ns(2), at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(2)), run(1, 10));
+    core.block(1, at_ns(10));
+    core.wake(1, at_ns(10), at_ns(10));
+    EXPECT_EQ(core.decide(at_ns(10)), run(1, 18)) << "and not 12: its budget is back";
+}
+
+TEST(CoreScheduler, AReleaseThatEndedLateWasNotDueBeforeItsEnd) {
+    CoreScheduler core;
+    ASSERT_TRUE(core.add(1, {3ns, 10ns}));
+    core.wake(1, at_ns(0));
+    EXPECT_EQ(core.decide(at_ns(11)), run(1, 14));
+    core.block(1, at_ns(14));
+    core.wake(1, at_ns(15), at_ns(10));
+    EXPECT_EQ(core.decide(at_ns(15)).vcpu, VcpuId{1});
+    core.block(1, at_ns(17));
+    EXPECT_EQ(core.server(1).refills().back(), (Refill{at_ns(24), 2ns}));
+}
+
 TEST(CoreScheduler, AReplenishmentOfHigherPriorityEndsTheDecision) {
     CoreScheduler core;
     ASSERT_TRUE(core.add(1, {2ns, 10ns}));
