@@ -81,6 +81,8 @@ struct Request {
 
 void declare(apps::CommandLine& line, Request& r) {
     line.option("FILE", r.print.file, "The G-code file");
+    line.option("--before", r.print.before,
+                "Print this file first, by the same printer; report and steps are of FILE alone");
     line.option("--link", r.live.link_path, "Instead of a file: serve a print service through this link");
     line.option("--inspect", r.live.inspect_path,
                 "With --link: answer questions about the twin on this socket");

@@ -22,7 +22,6 @@ namespace {
 
 namespace link = printer::link;
 
-constexpr std::uint64_t kJobId = 1;
 constexpr Nanoseconds kSlice = 50ms;
 // Virtual time. A job's longest wait is a heat-up.
 constexpr Nanoseconds kStallLimit = 30min;
@@ -53,8 +52,9 @@ class ReplyReader {
     link::FrameReader reader_;
 };
 
-/// A feeder of the file at `path`, if that is G-code.
-Result<spool::Feeder> open_job(const std::string& path, const printer::MachineConfig& machine) {
+/// A feeder of the file at `path` as job `id` of the link, if that is G-code.
+Result<spool::Feeder> open_job(const std::string& path, std::uint64_t id,
+                               const printer::MachineConfig& machine) {
     posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     std::array<char, 4096> head;
     const Result<std::size_t> count = posix::read_some(file.get(), head, path);
@@ -62,7 +62,7 @@ Result<spool::Feeder> open_job(const std::string& path, const printer::MachineCo
     const auto content = printer::gcode::look_at_content(std::span{head}.first(*count), machine);
     if (content != printer::gcode::Content::gcode)
         return make_error(ErrorCode::unsupported, path, ": ", printer::gcode::explain(content));
-    return spool::Feeder{std::move(file), kJobId, std::filesystem::file_size(path)};
+    return spool::Feeder{std::move(file), id, std::filesystem::file_size(path)};
 }
 
 /// What the print service asks before it takes a job: does it fit this machine?
@@ -104,8 +104,9 @@ BoardCosts costs_of(const PrintOptions& options, SimPrinter& printer) {
                        to_seconds(printer.now().time_since_epoch()), steps);
 }
 
-/// Runs the job until it has an outcome.
-void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& options, PrintResult& result) {
+/// Runs job `id` until it has an outcome.
+void run_job(SimPrinter& printer, spool::Feeder& feeder, std::uint64_t id, const PrintOptions& options,
+             PrintResult& result) {
     ReplyReader replies;
     const Instant began = printer.now();
     std::uint64_t executed = 0;
@@ -116,7 +117,7 @@ void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& opt
         const bool running = printer.run(printer.now() + kSlice);
         replies.read(printer.link(), result);
         status = printer.link().job_status.read();
-        const bool over = status.job_id == kJobId && status.outcome != link::JobOutcome::running;
+        const bool over = status.job_id == id && status.outcome != link::JobOutcome::running;
         if (over || status.state == link::MachineState::faulted) break;
         resume(printer.link(), status, result);
         if (status.bytes_executed != executed) moved = printer.now();
@@ -138,11 +139,30 @@ void run_job(SimPrinter& printer, spool::Feeder& feeder, const PrintOptions& opt
     if (!result.job_completed) result.error = status.fault.view();
 }
 
+/// Prints the jobs that come first. Returns where the last of them leaves the twin's watch; nothing
+/// where there is none. Error: one of them did not end well.
+Result<std::optional<twin::InspectionStart>> print_before(SimPrinter& printer, const PrintOptions& options) {
+    std::optional<twin::InspectionStart> place;
+    std::uint64_t id = 0;
+    for (const std::string& file : options.before) {
+        QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(file, ++id, options.machine));
+        twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(file), printer.now(), place);
+        PrintResult result;
+        run_job(printer, feeder, id, options, result);
+        if (!result.job_completed) return make_error(ErrorCode::unavailable, file, ": ", result.error);
+        printer.run(printer.now() + 500ms);
+        static_cast<void>(job.finish(printer.now(), true, printer.link().job_status.read().excursions));
+        place = job.next_start();
+    }
+    return place;
+}
+
 }  // namespace
 
 Result<PrintResult> print_file(const PrintOptions& options) {
     const auto wall_start = std::chrono::steady_clock::now();
-    QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file, options.machine));
+    const std::uint64_t id = options.before.size() + 1;
+    QDUINO_TRY_ASSIGN(spool::Feeder feeder, open_job(options.file, id, options.machine));
     PrintResult result;
     check(options, result);
     if (result.refusal) return result;
@@ -159,11 +179,13 @@ Result<PrintResult> print_file(const PrintOptions& options) {
     for (const twin::Fault& fault : options.faults) printer.twin().inject(fault);
     QDUINO_TRY(printer.begin(steps.get(), options.computer));
     printer.run(instant_from_ns(0) + 1s);  // the sketch says that it is idle
+    QDUINO_TRY_ASSIGN(const std::optional<twin::InspectionStart> place, print_before(printer, options));
+    if (steps) steps->begin();
 
     std::optional<twin::PrintRecord> record;
-    twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(options.file), printer.now());
+    twin::Job job(printer.twin(), std::make_unique<twin::FileSource>(options.file), printer.now(), place);
     if (options.heights) job.fill_in(&record.emplace(options.metal, printer.now(), options.cells));
-    run_job(printer, feeder, options, result);
+    run_job(printer, feeder, id, options, result);
     printer.run(printer.now() + 500ms);
     result.motion = memory->motion_status.read();
     result.kept = memory->kept_heat.read();

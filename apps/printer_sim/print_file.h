@@ -58,6 +58,9 @@ std::string summary(const PrintResult& result);
 
 struct PrintOptions {
     std::string file;
+    /// Printed first, one after another, by the same printer: nothing of them may be left when
+    /// `file` begins. The result is `file`'s alone, and so are the steps.
+    std::vector<std::string> before;
     printer::MachineConfig machine;
     twin::Machine metal;     ///< what the twin is
     std::string steps_path;  ///< CSV of every step; empty: none

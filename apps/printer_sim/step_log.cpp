@@ -19,7 +19,7 @@ void StepLog::pin_written(Instant now, board::PinId pin, board::Level level) {
     const bool high = level == board::Level::high;
     if (wire.role == Role::direction) positive_[wire.axis] = high != inverted_[wire.axis];
     if (wire.role == Role::step) {
-        if (high && !high_[wire.axis]) write_line(now, wire.axis);
+        if (begun_ && high && !high_[wire.axis]) write_line(now, wire.axis);
         high_[wire.axis] = high;
     }
     ForwardingPeripherals::pin_written(now, pin, level);

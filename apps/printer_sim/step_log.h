@@ -21,6 +21,8 @@ class StepLog final : public board::ForwardingPeripherals {
     /// True when everything so far is in the file.
     [[nodiscard]] bool ok() const { return file_.good(); }
     bool close();
+    /// Steps are written from now on.
+    void begin() { begun_ = true; }
 
     void pin_written(Instant now, board::PinId pin, board::Level level) override;
 
@@ -33,6 +35,7 @@ class StepLog final : public board::ForwardingPeripherals {
     void write_line(Instant now, std::size_t axis);
 
     std::ofstream file_;
+    bool begun_ = false;
     std::array<Wire, board::kPinCount> wires_{};
     std::array<bool, printer::kAxisCount> high_{};
     std::array<bool, printer::kAxisCount> positive_{};
