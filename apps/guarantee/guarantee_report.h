@@ -11,6 +11,9 @@ namespace qduino::apps {
 /// For each loop, what is enforced and what is not, with the reason and the fix on the next line.
 std::string guarantee_text(const board::GuaranteeReport& report);
 
+/// What holds of a loop, for a sentence: "yes", or what does not: "NO (…)".
+std::string in_a_word(const board::LoopGuarantee& loop);
+
 /// At the end of a run: whether each loop kept to its budget, as the watch outside of it has
 /// measured. Names each that did not, what it did and what it had. Lines of text; none where no
 /// budget was watched.

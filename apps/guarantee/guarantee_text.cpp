@@ -77,6 +77,13 @@ std::string guarantee_text(const board::GuaranteeReport& report) {
     return out += tree_table(report.trees);
 }
 
+std::string in_a_word(const board::LoopGuarantee& loop) {
+    if (!loop.priority_enforced) return "NO (no real-time priority)";
+    if (!loop.budget_enforced) return "NO (its budget is not kept)";
+    const bool wants_the_core = loop.parameters().whole_core();
+    return wants_the_core && !loop.core_owned ? "mostly (its core is shared)" : "yes";
+}
+
 std::string budgets_kept(const board::GuaranteeReport& report) {
     std::string out;
     int watched = 0;

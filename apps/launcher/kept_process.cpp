@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "apps/launcher/run_lock.h"
-#include "apps/terminal/message.h"
 #include "board/linux/clock.h"
 #include "posix/system_error.h"
 
@@ -26,7 +25,7 @@ using posix::UniqueFd;
 constexpr Nanoseconds kLookEvery = 20ms;
 constexpr std::size_t kLineMax = 4096;
 
-/// Runs in the child. `output` −1: the launcher's output.
+/// Runs in the child. `output` −1: it goes into the log.
 [[noreturn]] void become(const ProcessPlan& plan, pid_t launcher, int output) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != launcher) ::_exit(1);  // it died before the request above took hold
@@ -35,6 +34,10 @@ constexpr std::size_t kLineMax = 4096;
     sigemptyset(&none);
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
     if (const int nothing = ::open("/dev/null", O_RDONLY); nothing > 0) ::dup2(nothing, STDIN_FILENO);
+    if (const int log = plan.log ? plan.log->descriptor() : -1; log >= 0) {
+        ::dup2(log, STDOUT_FILENO);
+        ::dup2(log, STDERR_FILENO);
+    }
     if (output >= 0) ::dup2(output, STDOUT_FILENO);
     plan.in_child();
     std::vector<char*> arguments;
@@ -60,6 +63,8 @@ Result<void> KeptProcess::start(Instant now) {
         to_child.reset(ends[1]);
     }
     line_.clear();
+    plan_.before_start();
+    log_from_ = plan_.log ? plan_.log->size() : 0;
     const pid_t launcher = ::getpid();
     pid_ = ::fork();
     if (pid_ < 0) return system_error("start", plan_.command[0]);
@@ -107,11 +112,17 @@ void KeptProcess::on_end(Instant now) {
     state_ = pause ? State::waiting : State::given_up;
     if (!pause) return;
     again_at_ = now + *pause;
-    apps::say(text<std::string>("the ", plan_.name,
-                                ended_.by_signal ? " was killed by signal " : " ended with status ",
-                                ended_.status, "; starting it again"),
-              "run: ");
+    say(text<std::string>("the ", plan_.name,
+                          ended_.by_signal ? " was killed by signal " : " ended with status ", ended_.status,
+                          "; starting it again (the log has what it said)"));
 }
+
+void KeptProcess::say(std::string_view words) const {
+    static const RunLog nowhere;
+    (plan_.log ? *plan_.log : nowhere).say(words);
+}
+
+std::string KeptProcess::last_words() const { return plan_.log ? plan_.log->since(log_from_) : ""; }
 
 void KeptProcess::advance(Instant now) {
     if (state_ == State::waiting && now >= again_at_ && plan_.may_start()) {
@@ -120,7 +131,7 @@ void KeptProcess::advance(Instant now) {
         // A child of its last life still holds the lock, and is about to end.
         const bool soon = done.error().code == ErrorCode::already_exists;
         again_at_ = now + (soon ? kLookEvery : RestartPolicy::kLastPause);
-        if (!soon) apps::say(done.error().message, "run: ");
+        if (!soon) say(done.error().message);
         return;
     }
     if (!alive()) return;

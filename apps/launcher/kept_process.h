@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "apps/launcher/restart_policy.h"
+#include "apps/launcher/run_log.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "posix/unique_fd.h"
@@ -29,9 +30,12 @@ struct ProcessPlan {
     /// `read_line`.
     std::function<bool(const std::string& output)> ready;
     bool read_line = false;  ///< its standard output is read up to the first line, and not shown
+    /// Where else it speaks, and what is said of it goes; outlives it.
+    const RunLog* log = nullptr;
     /// A file that is locked while it or one of its children lives; empty: none.
     std::filesystem::path locks;
     std::function<bool()> may_start = [] { return true; };  ///< what it needs is there
+    std::function<void()> before_start = [] {};
     std::function<void()> after_end = [] {};
     /// In the child, before it becomes the program: what it enters.
     std::function<void()> in_child = [] {};
@@ -57,11 +61,14 @@ class KeptProcess {
     [[nodiscard]] const std::string& name() const { return plan_.name; }
     [[nodiscard]] const std::string& first_line() const { return line_; }
     [[nodiscard]] const Ended& ended() const { return ended_; }
+    /// The end of what was said since it was started last, by it or by others.
+    [[nodiscard]] std::string last_words() const;
 
   private:
     void read_line();
     bool reap(bool wait);
     void on_end(Instant now);
+    void say(std::string_view words) const;
 
     ProcessPlan plan_;
     RestartPolicy policy_;
@@ -70,6 +77,7 @@ class KeptProcess {
     posix::UniqueFd output_;
     std::string line_;
     Ended ended_;
+    off_t log_from_ = 0;
     Instant started_{};
     Instant again_at_{};
     bool anew_ = false;

@@ -2,12 +2,15 @@
 
 #include <poll.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <span>
 
+#include "apps/launcher/first_screen.h"
+#include "apps/machine_file/machine_file.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
@@ -22,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 using board::linux::monotonic_now;
 
-void say(const std::string& words) { apps::say(words, "run: "); }
+/// Before there is a log.
+void say_first(const std::string& words) { apps::say(words, "run: "); }
 
 constexpr std::string_view kProgramName = "printer-launcher";
 constexpr std::string_view kPty = "pty";  // a serial port
@@ -31,6 +35,7 @@ constexpr int kLookEveryMs = 20;
 constexpr Nanoseconds kPatience = 12s;
 /// The supervisor gives a sketch 5 s to stop, and then kills it.
 constexpr Nanoseconds kStopGrace = 8s;
+constexpr Nanoseconds kLookAtFilesEvery = 2s;
 /// A program that has not come up by then never will.
 constexpr Nanoseconds kComeUpIn = 60s;
 
@@ -59,7 +64,7 @@ Result<posix::UniqueFd> take_state(const fs::path& state) {
     for (const Holder& holder : holders_of(file)) {
         if (kProgramName.starts_with(holder.name)) return already_running(state, lock.error());
     }
-    say("waiting for the processes of an earlier run to end: " + names_of(holders_of(file)));
+    say_first("waiting for the processes of an earlier run to end: " + names_of(holders_of(file)));
     lock = lock_file(file, kPatience);
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
     return already_running(state, lock.error());
@@ -116,17 +121,19 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
         return make_error(ErrorCode::unavailable, "cannot make ", o.state.native(), ": ", error.message());
     QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state));
     fs::remove(o.state / "address", error);
+    QDUINO_TRY_ASSIGN(made->log_, RunLog::make(o.state));
     if (const int swept = MemoryFolder::sweep(MemoryFolder::kParent); swept > 0)
-        say("removed what " + apps::counted(swept, "killed run") + " had left in memory");
+        made->say("removed what " + apps::counted(swept, "killed run") + " had left in memory");
     QDUINO_TRY_ASSIGN(made->memory_, MemoryFolder::make(MemoryFolder::kParent, o.service_user));
     // Before the sketch: its guarantee report then has the service's VCPU.
     made->service_vcpu_ = std::make_unique<ServiceVcpu>(
-        o.speed > 0 ? std::nullopt : o.service_budget,
+        o.speed > 0 ? std::nullopt : o.service_budget, o.service_budget_exactly,
         o.speed > 0 ? "the printer is simulated" : "lifted with --service-budget max",
         made->memory_.file("service-vcpu"));
     if (o.speed > 0) {
         made->plan_simulator();
     } else {
+        QDUINO_TRY_ASSIGN(made->sketch_report_, SketchReport::make());
         made->plan_machine();
         made->plan_sketch();
     }
@@ -148,7 +155,10 @@ ProcessPlan Launcher::plan_of(const char* name, const char* program, std::vector
 /// Where the service writes what M500 keeps (apps/printd/kept_settings_file.h).
 std::string Launcher::kept_settings() const { return options_.state / "kept-settings.toml"; }
 
-void Launcher::add(ProcessPlan plan) { processes_.push_back(std::make_unique<KeptProcess>(std::move(plan))); }
+void Launcher::add(ProcessPlan plan) {
+    plan.log = &log_;
+    processes_.push_back(std::make_unique<KeptProcess>(std::move(plan)));
+}
 
 void Launcher::plan_machine() {
     const fs::path pins = memory_.file("pins");
@@ -162,14 +172,17 @@ void Launcher::plan_machine() {
 
 void Launcher::plan_sketch() {
     const fs::path pins = memory_.file("pins"), link = memory_.file("link");
-    ProcessPlan plan =
-        plan_of("sketch", "qduino-supervisor",
-                {"--pins", pins, "--link", link, "--settings-state", options_.settings_state, "--",
-                 options_.programs / "printer", "--pins", pins, "--link", link, "--kept", kept_settings()});
+    ProcessPlan plan = plan_of("sketch", "qduino-supervisor",
+                               {"--pins", pins, "--link", link, "--settings-state", options_.settings_state,
+                                "--", options_.programs / "printer", "--pins", pins, "--link", link, "--kept",
+                                kept_settings(), "--report", sketch_report_.path()});
     if (options_.isolate) plan.command.emplace_back("--isolate");
+    plan.in_child = [this] { sketch_report_.hand_on(); };
+    plan.before_start = [this] { sketch_report_.clear(); };
     plan.locks = memory_.file("sketch.lock");
     plan.may_start = [this] { return processes_[0]->state() == KeptProcess::State::ready; };
-    plan.ready = made_anew(link);
+    // Its link is there before its loops; it says what holds when they are about to run.
+    plan.ready = [this](const std::string&) { return !sketch_report_.read().rest.empty(); };
     plan.after_end = [this] { put_settings_back(); };
     add(std::move(plan));
 }
@@ -239,15 +252,31 @@ bool Launcher::advance_all(std::size_t started) {
         process->advance(now);
         if (process->state() != KeptProcess::State::given_up) continue;
         say(text<std::string>("the ", process->name(), " ended with status ", process->ended().status,
-                              " and will not come up: its message stands above. Stopping."));
+                              " and will not come up. Stopping. It said:\n", process->last_words()));
         return false;
     }
     return true;
 }
 
+/// Now and then, while all run.
+void Launcher::look_after_files(Instant now) {
+    if (now - looked_at_ < kLookAtFilesEvery) return;
+    looked_at_ = now;
+    log_.keep_small();
+    keep_report();
+}
+
+/// On a terminal, one line that the next one replaces.
+void Launcher::show_step(std::string_view words) const {
+    if (::isatty(STDOUT_FILENO) == 0) return;
+    std::printf("\r%.*s\033[K", static_cast<int>(words.size()), words.data());
+    std::fflush(stdout);
+}
+
 /// Starts the processes in order, each when the one before is ready.
 bool Launcher::come_up(int signals) {
     for (std::size_t i = 0; i < processes_.size(); ++i) {
+        show_step("Starting the " + processes_[i]->name() + " ...");
         const Instant until = monotonic_now() + kComeUpIn;
         do {
             if (!advance_all(i + 1)) return false;
@@ -261,50 +290,78 @@ bool Launcher::come_up(int signals) {
     return true;
 }
 
-void Launcher::say_changes() const {
-    if (!options_.isolate) return;
-    const std::string changes = changes_in(options_.settings_state);
-    apps::say(apps::wrapped(changes.empty() ? "Nothing could be changed: the guarantee report says why."
-                                            : "Changed until the printer ends: " + changes +
-                                                  " (each one in " + options_.settings_state + ").",
-                            ""));
+std::string Launcher::address() const {
+    const std::string& line = processes_.back()->first_line();
+    return line.substr(0, line.find_last_not_of("\n") + 1);
 }
 
-void Launcher::say_service_vcpu() {
-    service_vcpu_->admit_again();
-    apps::say(apps::wrapped(service_vcpu_->words(), ""));
+void Launcher::note_address() const {
+    static_cast<void>(posix::write_durably(options_.state / "address", address() + '\n'));
 }
 
-void Launcher::say_open() {
-    std::string address = processes_.back()->first_line();
-    address.resize(address.find_last_not_of("\n") + 1);
-    const fs::path file = options_.state / "address";
-    static_cast<void>(posix::write_durably(file, address + '\n'));
-    std::printf(
-        "\n  Open  %s\n\n"
-        "  Upload from a shell:\n"
-        "    curl -H \"X-Api-Key: $(cat %s/api-key)\" \\\n"
-        "      -F file=@part.gcode -F print=true http://127.0.0.1:%d/api/v1/jobs\n\n"
-        "  Ctrl-C stops everything.\n\n",
-        address.c_str(), options_.state.c_str(), options_.port);
-    say_serial_port();
-    std::fflush(stdout);
+/// What a serial host opens; empty: there is none.
+std::string Launcher::serial_port() const {
+    if (options_.serial_port != kPty) return options_.serial_port;
+    const fs::path link = options_.state / "serial";
+    std::error_code error;
+    return text<std::string>(link.native(), "  (now ", fs::read_symlink(link, error).native(), ')');
 }
 
-void Launcher::say_serial_port() const {
-    if (options_.serial_port.empty()) return;
-    std::string name = options_.serial_port;
-    if (name == kPty) {
-        const fs::path link = options_.state / "serial";
-        std::error_code error;
-        name = text<std::string>(link.native(), "  (now ", fs::read_symlink(link, error).native(), ')');
+/// What the sketch says; of a simulated one, what there is to say.
+SketchWords Launcher::sketch_words() const {
+    if (options_.speed <= 0) return sketch_report_.read();
+    return {.where = text<std::string>("Simulated, ", Shortest{options_.speed}, " times as fast."),
+            .guarantees = "none in the simulator",
+            .rest = ""};
+}
+
+/// All that holds, for people: kept in the state folder.
+std::string Launcher::report() const {
+    const SketchWords words = sketch_words();
+    auto out = text<std::string>(words.where, "\nGuarantees: ", words.guarantees, ", ",
+                                 service_vcpu_->in_a_line(), "\n\n", words.rest);
+    out += apps::wrapped(service_vcpu_->words(), "");
+    if (options_.isolate) {
+        const std::string changes = changes_in(options_.settings_state);
+        out += apps::wrapped(
+            text<std::string>(
+                "The stepper loop has a core of its own: other programs, interrupts and kernel work were "
+                "moved off it. All of it is put back when the printer ends, also after a crash "
+                "(--no-isolate leaves this machine as it is; steps are then late more often). ",
+                changes.empty()
+                    ? "Nothing could be changed: the lines above say why."
+                    : "Changed until then: " + changes + " (each one in " + options_.settings_state + ")."),
+            "");
     }
-    std::printf("  A serial host (OctoPrint, Printrun) may open  %s\n\n", name.c_str());
+    return write(out, "\nUpload from a shell:\n  curl -H \"X-Api-Key: $(cat ", options_.state.native(),
+                 "/api-key)\" \\\n    -F file=@part.gcode -F print=true http://127.0.0.1:", options_.port,
+                 "/api/v1/jobs\n\nWhat the programs say: ", log_.path().native(), '\n');
+}
+
+/// Writes the report when it has changed.
+void Launcher::keep_report() {
+    std::string now = report();
+    if (now == kept_report_) return;
+    if (posix::write_durably(options_.state / "report.txt", now)) kept_report_ = std::move(now);
+}
+
+std::string Launcher::screen() const {
+    const SketchWords words = sketch_words();
+    const auto machine = apps::read_machine_files(options_.machine, kept_settings());
+    return first_screen({.took = age_of_this_process(),
+                         .where = words.where,
+                         .machine = machine ? std::string{machine->name.view()} : std::string{},
+                         .address = address(),
+                         .state = options_.state,
+                         .serial = serial_port(),
+                         .guarantees = words.guarantees,
+                         .budget = service_vcpu_->in_a_line()});
 }
 
 /// True when it was asked to stop; false when a process has failed for good.
 bool Launcher::keep(int signals) {
     while (advance_all(processes_.size())) {
+        look_after_files(monotonic_now());
         if (is_asked_to_stop(signals, kLookEveryMs)) return true;
     }
     return false;
@@ -319,18 +376,14 @@ void Launcher::stop_all() {
 }
 
 int Launcher::run(int signals) {
-    if (options_.isolate) {
-        apps::say(
-            "The stepper loop gets a core of its own: other programs, interrupts and kernel work move off "
-            "it\n"
-            "while the printer runs. All of it is put back at the end, also after a crash.\n"
-            "(--no-isolate leaves this machine as it is; steps are then late more often.)");
-    }
     const bool up = come_up(signals);
+    show_step("");
     if (up) {
-        say_changes();
-        say_service_vcpu();
-        say_open();
+        service_vcpu_->admit_again();
+        note_address();
+        keep_report();
+        std::fputs(screen().c_str(), stdout);
+        std::fflush(stdout);
     }
     const bool asked = up ? keep(signals) : is_asked_to_stop(signals, 0);
     stop_all();

@@ -1,5 +1,7 @@
 // Starts the printer's processes, keeps them running, and stops them so that nothing stays hot and
-// nothing is left behind.
+// nothing is left behind. The terminal gets a first screen of ten lines (first_screen.h) and what a
+// person should know; what the processes say goes into a log (run_log.h), and all that holds into a
+// report in the state folder.
 //
 //   real time     virtual machine ──► supervisor with the sketch ──► (port) ──► print service
 //   --speed       simulated printer ───────────────────────────────► (port) ──► print service
@@ -25,7 +27,9 @@
 
 #include "apps/launcher/kept_process.h"
 #include "apps/launcher/run_lock.h"
+#include "apps/launcher/run_log.h"
 #include "apps/launcher/service_vcpu.h"
+#include "apps/launcher/sketch_report.h"
 #include "base/result.h"
 #include "posix/unique_fd.h"
 
@@ -46,6 +50,8 @@ struct Options {
     bool confirm_bed = true;
     /// Of the service in each 100 ms of core 0; nothing: it is an ordinary process.
     std::optional<Nanoseconds> service_budget = kServiceBudget;
+    /// Asked for: it is not made smaller when it does not fit.
+    bool service_budget_exactly = false;
     std::string settings_state;  ///< where the sketch notes what it changed on this machine
 };
 
@@ -70,18 +76,28 @@ class Launcher {
     void plan_simulator();
     void plan_port();
     void plan_service();
-    void say_service_vcpu();
     void put_settings_back() const;
     [[nodiscard]] bool come_up(int signals);
     [[nodiscard]] bool keep(int signals);
     [[nodiscard]] bool advance_all(std::size_t started);
-    void say_changes() const;
-    void say_open();
-    void say_serial_port() const;
+    void say(std::string_view words) const { log_.say(words); }
+    void look_after_files(Instant now);
+    void show_step(std::string_view words) const;
+    void note_address() const;
+    [[nodiscard]] std::string address() const;
+    [[nodiscard]] std::string serial_port() const;
+    [[nodiscard]] SketchWords sketch_words() const;
+    [[nodiscard]] std::string report() const;
+    void keep_report();
+    [[nodiscard]] std::string screen() const;
     void stop_all();
 
     Options options_;
     posix::UniqueFd state_lock_;
+    RunLog log_;
+    SketchReport sketch_report_;
+    std::string kept_report_;  // as it was written last
+    Instant looked_at_{};
     MemoryFolder memory_;
     std::unique_ptr<ServiceVcpu> service_vcpu_;
     std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start

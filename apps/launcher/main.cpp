@@ -2,9 +2,11 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <thread>
 
 #include "apps/command_line/command_line.h"
+#include "apps/launcher/first_screen.h"
 #include "apps/launcher/launcher.h"
 #include "apps/terminal/program.h"
 #include "base/whole_number.h"
@@ -18,6 +20,15 @@ using namespace qduino;
 /// 90 µs on the development machine, and a tenth of all steps was late.
 bool isolates(bool refused, double speed) {
     return !refused && speed == 0 && ::geteuid() == 0 && std::thread::hardware_concurrency() >= 2;
+}
+
+constexpr apps::Fail fail{"run: "};
+
+int print_report(const std::filesystem::path& state) {
+    const auto report = launcher::kept_report(state);
+    if (!report) return fail(report.error());
+    std::fputs(report->c_str(), stdout);
+    return 0;
 }
 
 /// What the words say, 1 to 100 ms, nothing for "max"; or what is wrong with them.
@@ -42,7 +53,7 @@ int main(int argc, char** argv) {
     apps::CommandLine line{"Starts the printer's processes, keeps them running, and stops them together.",
                            "Example: printer-launcher --state ~/.local/state/qduinomc --ui web/ui/dist"};
     line.option("--state", options.state, "folder of jobs, queue and key").required();
-    line.option("--ui", options.ui, "folder of the page's files").required();
+    line.option("--ui", options.ui, "folder of the page's files");
     line.option("--port", options.port, "the service's port on 127.0.0.1").within(1, 65535).shows_default();
     line.option("--serial-port", options.serial_port,
                 "also take a serial host's lines: pty, or DEVICE[@BAUD]");
@@ -53,18 +64,24 @@ int main(int argc, char** argv) {
               "do not wait for \"Bed is clear\" after a job (an ejector does)");
     std::string service_budget;
     line.option("--service-budget", service_budget,
-                "the print service's CPU time in each 100 ms of core 0; max: no budget (default 10)")
+                "the print service's CPU time in each 100 ms of core 0; max: no budget (default: 10, or "
+                "what surely fits)")
         .called("MS")
         .check([&options](const std::string& words) {
+            options.service_budget_exactly = true;
             return read_service_budget(words, options.service_budget);
         });
     line.option("--run-as", options.service_user, "user that the service becomes, as root");
+    bool report = false;
+    line.flag("--report", report, "start nothing: print what holds of the printer with this state folder");
     if (const auto status = line.parse(argc, argv)) return *status;
+    if (report) return print_report(options.state);
+    if (options.ui.empty()) return fail("give the folder of the page's files with --ui");
     options.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     options.isolate = isolates(no_isolate, options.speed);
 
     const int signals = apps::block_and_watch({SIGINT, SIGTERM, SIGHUP});
     auto launcher = launcher::Launcher::open(std::move(options));
-    if (!launcher) return apps::Fail{"run: "}(launcher.error());
+    if (!launcher) return fail(launcher.error());
     return (*launcher)->run(signals);
 }

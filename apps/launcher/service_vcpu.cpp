@@ -1,5 +1,6 @@
 #include "apps/launcher/service_vcpu.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "apps/vcpu/vcpu_report.h"
@@ -13,11 +14,18 @@ constexpr Nanoseconds kWriteEvery = 2s;
 /// The service may take this long to end when the launcher was killed: the kernel has asked it.
 constexpr Nanoseconds kServiceGrace = 8s;
 
+std::string what_fits(Nanoseconds asked, Nanoseconds fits) {
+    return text<std::string>(" (", asked / 1ms, " asked, ", fits / 1ms, " fit)");
+}
+
 }  // namespace
 
-ServiceVcpu::ServiceVcpu(std::optional<Nanoseconds> budget, const std::string& why_none,
+ServiceVcpu::ServiceVcpu(std::optional<Nanoseconds> budget, bool exactly, const std::string& why_none,
                          std::filesystem::path file)
-    : file_(std::move(file)), started_(board::linux::monotonic_now()) {
+    : file_(std::move(file)),
+      asked_(budget.value_or(Nanoseconds{0})),
+      exactly_(exactly),
+      started_(board::linux::monotonic_now()) {
     if (!budget) {
         why_none_ = why_none;
         return;
@@ -43,7 +51,7 @@ void ServiceVcpu::enter() const {
 }
 
 void ServiceVcpu::admit_again() {
-    if (vcpu_) vcpu_->admit_again();
+    if (vcpu_) vcpu_->take_what_fits(asked_, exactly_ ? asked_ : std::min(asked_, kServiceLeast));
 }
 
 board::TreeGuarantee ServiceVcpu::guarantee() const {
@@ -66,14 +74,28 @@ std::string ServiceVcpu::words() const {
     const board::TreeGuarantee line = guarantee();
     auto out = text<std::string>("The print service has ", line.budget, " in ", line.period, " of core ",
                                  line.core, ", kept by ", vcpu_->enforced_by(),
+                                 line.budget < asked_ ? what_fits(asked_, line.budget) : "",
                                  line.shortfall.empty() ? "" : ", but not surely: ");
     return qduino::write(out, line.shortfall.view(), ".\n");
+}
+
+std::string ServiceVcpu::in_a_line() const {
+    if (!vcpu_) return "web budget none";
+    const board::TreeGuarantee line = guarantee();
+    auto out = text<std::string>("web budget ", line.budget / 1ms, " of ", line.period);
+    if (!line.enforced) return out += " NOT kept";
+    if (!line.admitted) {
+        const Nanoseconds most = vcpu_->verdict().largest;
+        out += " NOT sure";
+        return qduino::write(out, " (", most / 1ms, " fit)");
+    }
+    return line.budget < asked_ ? out += what_fits(asked_, line.budget) : out;
 }
 
 void ServiceVcpu::look(Instant now, bool lives) {
     if (now - written_at_ < kWriteEvery) return;
     if (vcpu_) {
-        vcpu_->admit_again();
+        admit_again();
         outside_ = lives && board::linux::members_of_group(vcpu_->group().folders()[0]).empty();
     }
     write(now);

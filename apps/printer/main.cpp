@@ -25,12 +25,38 @@ using namespace qduino;
 
 constexpr apps::Fail fail{"printer: "};
 
+// sketches/printer/printer.ino
+constexpr board::VcpuId kStepperLoop = 2;
+constexpr board::VcpuId kHeaterLoop = 3;
+
 struct Arguments {
     board::linux::LinuxConfig board;
     std::string link_path;
     std::string machine_path;
     std::string kept_path;
+    std::string report_path;  ///< empty: nobody wants it
 };
+
+/// Two lines for the launcher's first screen, and the report (apps/launcher/sketch_report.h).
+/// Without the print service, which takes what fits only when the loops run: the launcher has that.
+std::string start_report(board::GuaranteeReport report) {
+    const auto others = report.trees;
+    report.trees.clear();
+    for (const board::TreeGuarantee& tree : others) {
+        if (tree.name.view() != "print service") report.trees.push_back(tree);
+    }
+    std::string steps = "NO (there is no such loop)", heat = steps;
+    std::string where = "Real time; the stepper has no core of its own.";
+    for (const board::LoopGuarantee& loop : report.loops) {
+        if (loop.id == kStepperLoop) steps = apps::in_a_word(loop);
+        if (loop.id == kHeaterLoop) heat = apps::in_a_word(loop);
+        if (loop.id == kStepperLoop && loop.core_owned)
+            where = text<std::string>("Real time, core ", loop.core, " is the stepper's.");
+        if (loop.id == kStepperLoop && !loop.priority_enforced)
+            where = "NOT in real time: ordinary priority.";
+    }
+    return text<std::string>(where, "\nsteps ", steps, ", heat ", heat, "\n\n", apps::guarantee_text(report));
+}
 
 /// For printer-port, which does the bottom half of a serial host's port.
 void publish_port(const board::linux::LinuxBoard& board, printer::link::LinkLayout& link) {
@@ -59,8 +85,10 @@ Result<void> run(const Arguments& arguments) {
     }
     publish_port(*board, *link.get());
     const board::GuaranteeReport report = board->guarantee();
-    std::fputs(apps::guarantee_text(report).c_str(), stdout);
+    const std::string words = start_report(report);
+    std::fputs(words.c_str(), stdout);
     std::fflush(stdout);
+    if (!arguments.report_path.empty()) QDUINO_TRY(posix::write_file(arguments.report_path, words));
     apps::run_and_publish(*link.get(), runtime);
     const board::GuaranteeReport end = board->guarantee();
     std::fputs(text<std::string>(apps::run_report(runtime, board->now()), apps::delays_explained(end),
@@ -111,6 +139,7 @@ int main(int argc, char** argv) {
     line.option("--machine", arguments.machine_path, "Machine file (TOML); default: the reference machine");
     line.option("--kept", arguments.kept_path,
                 "File of the settings that M500 keeps; they go before the machine file's");
+    line.option("--report", arguments.report_path, "File for what holds at the start (the launcher's)");
     line.flag("--isolate", arguments.board.isolate,
               "Move everything else off the stepper loop's core; undone at the end (root)");
     if (const auto status = line.parse(argc, argv)) return *status;

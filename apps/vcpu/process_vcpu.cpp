@@ -84,9 +84,7 @@ Result<ProcessVcpu> ProcessVcpu::make(ProcessVcpuOptions options) {
 
     const std::string name = promises.free_name();
     CpuGroup group{place, name};
-    Promise promise;
-    promise.program = board::linux::text_of_file("/proc/self/comm");
-    promise.trees = {vcpu.tree_};
+    Promise promise = vcpu.promise();
     promise.groups = group.folders();
     QDUINO_TRY_ASSIGN(board::linux::HeldPromise held, promises.hold(promise, name));
     QDUINO_TRY(group.make(vcpu.tree_.budget, vcpu.tree_.period));
@@ -101,12 +99,32 @@ Result<ProcessVcpu> ProcessVcpu::make(ProcessVcpuOptions options) {
     return vcpu;
 }
 
-void ProcessVcpu::admit_again() {
+/// What this program promises to its tree.
+Promise ProcessVcpu::promise() const {
+    Promise promise;
+    promise.program = board::linux::text_of_file("/proc/self/comm");
+    promise.trees = {tree_};
+    promise.groups = group_.folders();
+    return promise;
+}
+
+void ProcessVcpu::admit_again() { take_what_fits(tree_.budget, tree_.budget); }
+
+void ProcessVcpu::take_what_fits(Nanoseconds asked, Nanoseconds least) {
     const auto promises = PromiseRegister::open();
     if (!promises) return;
     std::vector<Promise> others = promises->living();
     std::erase_if(others, [this](const Promise& each) { return each.path == promise_.path(); });
-    verdict_ = board::linux::admit_tree(tree_, others);
+    const Nanoseconds before = tree_.budget;
+    tree_.budget = asked;
+    verdict_ = board::linux::admit_what_fits(tree_, least, others);
+    if (tree_.budget == before || !active()) return;
+    if (group_.set_budget(tree_.budget, tree_.period)) {
+        PromiseRegister::rewrite(promise_, promise());
+    } else {  // the kernel keeps it to what it had
+        tree_.budget = before;
+        verdict_ = board::linux::admit_tree(tree_, others);
+    }
 }
 
 ProcessVcpu::~ProcessVcpu() {

@@ -43,6 +43,10 @@ class ProcessVcpu {
     [[nodiscard]] const board::linux::TreeVerdict& verdict() const { return verdict_; }
     /// Admits it anew, beside what is promised now.
     void admit_again();
+    /// The same with the largest budget of `least` to `asked`, in whole milliseconds, that is
+    /// admitted now. Where not even `least` is, nothing is gained by less: it has `asked`, and
+    /// verdict() says why it may not get it.
+    void take_what_fits(Nanoseconds asked, Nanoseconds least);
     [[nodiscard]] const board::linux::CpuGroup& group() const { return group_; }
     /// "cgroup v2"
     [[nodiscard]] const char* enforced_by() const {
@@ -50,6 +54,7 @@ class ProcessVcpu {
     }
 
   private:
+    [[nodiscard]] board::linux::Promise promise() const;
     [[nodiscard]] Result<void> choose_core(std::span<const board::linux::Promise> promises);
 
     board::linux::TreeVcpu tree_;

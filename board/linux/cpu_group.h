@@ -56,6 +56,8 @@ class CpuGroup {
     /// Makes the folders and sets the budget. Set-up time. Error: what the kernel says; nothing is
     /// left behind then.
     [[nodiscard]] Result<void> make(Nanoseconds budget, Nanoseconds period);
+    /// Gives it another budget, from the next period on. Error: what the kernel says.
+    [[nodiscard]] Result<void> set_budget(Nanoseconds budget, Nanoseconds period) const;
     /// Puts the calling process into it, with all its children to come: an ordinary task, bound to
     /// `core`, that can no longer become real-time by itself. Between fork(2) and exec(2) of a
     /// program with one thread. Error: what the kernel says.
@@ -67,8 +69,6 @@ class CpuGroup {
     [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
 
   private:
-    [[nodiscard]] Result<void> set_budget(Nanoseconds budget, Nanoseconds period) const;
-
     bool second_version_ = false;
     std::vector<std::string> folders_;
 };

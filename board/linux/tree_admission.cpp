@@ -133,10 +133,9 @@ Nanoseconds largest_budget(const TreeLoad& core, std::span<const Promise> promis
     return fits * 1ms;
 }
 
-std::string refusal_of(const TreeVcpu& tree, const TreeLoad& core, std::span<const Promise> promises) {
+std::string refusal_of(const TreeVcpu& tree, const TreeLoad& core, Nanoseconds most) {
     auto out = text<std::string>(in_words(tree), " does not fit on core ", tree.core, ": R > ", tree.period,
                                  ". Before it come ", core.above);
-    const Nanoseconds most = largest_budget(core, promises, tree.period);
     if (most > Nanoseconds{0}) return write(out, ". At most ", most, " in ", tree.period, " would fit");
     return out += ". Take another core or a longer period, or stop one of them";
 }
@@ -165,9 +164,18 @@ TreeVerdict admit_tree(const TreeVcpu& tree, std::span<const Promise> promises) 
     } else {
         verdict.response = response_below(core, promises, tree.budget, tree.period);
         verdict.admitted = verdict.response <= tree.period;
-        if (!verdict.admitted) verdict.refusal = refusal_of(tree, core, promises);
+        if (verdict.admitted) return verdict;
+        verdict.largest = largest_budget(core, promises, tree.period);
+        verdict.refusal = refusal_of(tree, core, verdict.largest);
     }
     return verdict;
+}
+
+TreeVerdict admit_what_fits(TreeVcpu& tree, Nanoseconds least, std::span<const Promise> promises) {
+    const TreeVerdict verdict = admit_tree(tree, promises);
+    if (verdict.admitted || verdict.largest < least || verdict.largest >= tree.budget) return verdict;
+    tree.budget = verdict.largest;
+    return admit_tree(tree, promises);
 }
 
 TreeVerdict admit_newcomer(const TreeVcpu& tree, std::span<const Promise> promises) {

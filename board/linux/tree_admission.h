@@ -34,11 +34,18 @@ struct TreeVerdict {
     Nanoseconds response{};  ///< R; beyond the period: not followed further
     /// What comes before it on its core: "loop 1 of printer (30 ms in 100 ms)", …; empty: nothing.
     std::string above;
+    /// When it is refused: the largest budget in whole milliseconds that is admitted; 0: none.
+    Nanoseconds largest{};
     std::string refusal;  ///< one sentence, with what would be admitted; empty when admitted
 };
 
 /// `tree` beside `promises`, of which it is none. Set-up time.
 [[nodiscard]] TreeVerdict admit_tree(const TreeVcpu& tree, std::span<const Promise> promises);
+
+/// As admit_tree(), but where `tree.budget` is not admitted, `tree` gets the largest that is, from
+/// `least` on. Where not even that is, less would gain nothing: it keeps its budget.
+[[nodiscard]] TreeVerdict admit_what_fits(TreeVcpu& tree, Nanoseconds least,
+                                          std::span<const Promise> promises);
 
 /// As admit_tree(), and every tree of `promises` on that core must still be admitted beside it.
 [[nodiscard]] TreeVerdict admit_newcomer(const TreeVcpu& tree, std::span<const Promise> promises);

@@ -31,11 +31,11 @@ UNTIL = r"""until_said() { local words=$1 file=$HOME/said; shift; rm -f "$file";
 
 # A pattern of the whole command, and what is typed instead.
 ADAPTED = [
-    (r"\./run", lambda: "until_said 'Open  http' ./run --no-build --port %d --state \"$HOME/state\"" % free_port()),
+    (r"\./run", lambda: "until_said 'Open   http' ./run --no-build --port %d --state \"$HOME/state\"" % free_port()),
     (r"\./run --metal", lambda: "until_said 'operating system: http' ./run --metal --no-build --port %d" % free_port()),
     # A file of the reader's, for the printer that has just ended.
     (r"curl -H .* -F file=@part\.gcode .*", lambda: "command -v curl >/dev/null"),
-    (r"\./run --speed 20", lambda: "until_said 'Open  http' ./run --no-build --speed 20 --port %d --state \"$HOME/sim\"" % free_port()),
+    (r"\./run --speed 20", lambda: "until_said 'Open   http' ./run --no-build --speed 20 --port %d --state \"$HOME/sim\"" % free_port()),
     # Itself: it would never end. That it is there, and knows the option.
     (r"\./test( --\w+)?", lambda option="": "test -x ./test && grep -q -- '%s' ./test" % (option or "").strip()),
     (r"tools/check_format.sh --fix", lambda: "test -x tools/check_format.sh"),  # changes the tree; a test runs it without --fix

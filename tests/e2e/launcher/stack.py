@@ -83,11 +83,24 @@ class Stack:
             return found and found[1]
         return wait_until(opened, "the launcher gave its address; it said:\n" + self.said, timeout_s)
 
+    def wait_first_screen(self):
+        """All of it, and not the address alone."""
+        wait_until(lambda: re.search("--report.*\n", self.said), "the first screen is there; it said:\n" + self.said)
+
     def wait_end(self, timeout_s=60):
         status = self.process.wait(timeout=timeout_s)
         self.reader.join(timeout=10)
         self.process.stdout.close()
         return status
+
+    def log(self):
+        """What the processes said."""
+        return read(os.path.join(self.state, "run.log"))
+
+    def report(self):
+        """What `./run --report` prints."""
+        launcher = os.path.join(os.path.dirname(service.PRINTD), "printer-launcher")
+        return subprocess.run([launcher, "--report", "--state", self.state], capture_output=True, text=True, check=True).stdout
 
     def processes(self):
         """{pid: name} of everything that belongs to this printer."""

@@ -50,6 +50,23 @@ TEST(TreeAdmission, EveryLoopComesFirstAlsoOneOfALongerPeriod) {
     EXPECT_TRUE(admit_tree({"make", 0, 10ms, 200ms}, slow).admitted);
 }
 
+TEST(TreeAdmission, WhoTakesWhatFitsIsAdmitted) {
+    const std::vector<Promise> slow{sketch_of({loop(1, 95ms, 1s)})};
+    TreeVcpu tree{"service", 0, 10ms, 100ms};
+    EXPECT_TRUE(admit_what_fits(tree, 2ms, slow).admitted);
+    EXPECT_EQ(tree.budget, 5ms);
+    tree.budget = 4ms;
+    EXPECT_TRUE(admit_what_fits(tree, 2ms, slow).admitted);
+    EXPECT_EQ(tree.budget, 4ms) << "no more than was asked for";
+    tree.budget = 10ms;
+    const TreeVerdict too_little = admit_what_fits(tree, 6ms, slow);
+    EXPECT_FALSE(too_little.admitted);
+    EXPECT_EQ(too_little.largest, 5ms);
+    EXPECT_EQ(tree.budget, 10ms);
+    EXPECT_FALSE(admit_what_fits(tree, 1ms, std::vector{sketch_of({loop(1, 100ms, 1s)})}).admitted);
+    EXPECT_EQ(tree.budget, 10ms) << "nothing fits";
+}
+
 TEST(TreeAdmission, AnotherTreeMayTakeTwoBudgetsBackToBack) {
     std::vector<Promise> other{tree_of("make", 30ms, 100ms)};
     other[0].trees[0].parent = "/another/slice";

@@ -1,0 +1,84 @@
+#include "apps/launcher/first_screen.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "apps/launcher/run_log.h"
+#include "apps/terminal/message.h"
+#include "base/text.h"
+#include "base/whole_number.h"
+#include "board/linux/kernel_text.h"
+#include "posix/system_error.h"
+#include "posix/unique_fd.h"
+
+namespace qduino::launcher {
+namespace {
+
+constexpr std::size_t kReportMost = 256 * 1024;
+
+/// Does any process of a printer hold the lock on this folder (run_lock.h)?
+bool runs_with(const std::filesystem::path& folder) {
+    const posix::UniqueFd lock{
+        ::open((folder / "run.lock").c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)};
+    return lock.valid() && ::flock(lock.get(), LOCK_SH | LOCK_NB) != 0;
+}
+
+}  // namespace
+
+std::string minutes_and_seconds(Nanoseconds length) {
+    const std::int64_t seconds = (length + 1s - 1ns) / 1s;
+    if (seconds < 60) return text<std::string>(seconds, " s");
+    return text<std::string>(seconds / 60, " min ", seconds % 60, " s");
+}
+
+Nanoseconds age_of_this_process() {
+    const std::string stat = board::linux::text_of_file("/proc/self/stat");
+    const auto fields = board::linux::stat_fields(stat);
+    constexpr std::size_t kStartField = 22 - 3;  // proc_pid_stat(5), in ticks since the boot
+    timespec now{};
+    const long ticks = ::sysconf(_SC_CLK_TCK);
+    if (fields.size() <= kStartField || ticks <= 0 || ::clock_gettime(CLOCK_BOOTTIME, &now) != 0) return {};
+    const auto start = whole_number<std::int64_t>(fields[kStartField]).value_or(0);
+    const Nanoseconds since_boot = now.tv_sec * Nanoseconds{1s} + Nanoseconds{now.tv_nsec};
+    return std::max(since_boot - start * (Nanoseconds{1s} / ticks), Nanoseconds{0});
+}
+
+std::string first_screen(const ScreenFacts& facts) {
+    auto out = text<std::string>("Ready in ", minutes_and_seconds(facts.took), ". ", facts.where, '\n');
+    if (!facts.machine.empty()) write(out, "Virtual printer: ", facts.machine.substr(0, 60), '\n');
+    write(out, "\n  Open   ", facts.address, '\n');
+    write(out, "  Slicer add it as OctoPrint or PrusaLink, with this address; the key is in\n         ",
+          (facts.state / "api-key").native(), '\n');
+    if (!facts.serial.empty()) write(out, "  Serial ", facts.serial, '\n');
+    write(out, "  Stop   Ctrl-C\n\n");
+    out += apps::wrapped(text<std::string>("Guarantees: ", facts.guarantees, ", ", facts.budget), "");
+    // ./run knows the usual folders, and has to be told of another.
+    const bool usual = facts.state.filename() == "qduinomc";
+    return write(out, "All of it: ./run --report", usual ? "" : " --state ",
+                 usual ? "" : facts.state.native(), "     Log: ", (facts.state / "run.log").native(), '\n');
+}
+
+Result<std::string> kept_report(const std::filesystem::path& folder) {
+    const std::filesystem::path path = folder / "report.txt";
+    const posix::UniqueFd file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)};
+    if (!file.valid() && errno == ENOENT)
+        return make_error(ErrorCode::not_found, "no printer has run with ", folder.native(),
+                          ": start one with ./run, or name its folder with --state");
+    struct stat found {};
+    if (!file.valid() || ::fstat(file.get(), &found) != 0) return posix::system_error("read", path.native());
+    if (!S_ISREG(found.st_mode))
+        return make_error(ErrorCode::not_permitted, path.native(), " is no file: remove it");
+    std::string bytes(kReportMost, '\0');
+    const ssize_t got = ::pread(file.get(), bytes.data(), bytes.size(), 0);
+    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    const char* now =
+        runs_with(folder) ? "This printer runs now.\n" : "No printer runs there now; the last one's:\n";
+    return now + plain_lines(bytes);
+}
+
+}  // namespace qduino::launcher
