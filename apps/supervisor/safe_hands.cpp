@@ -6,6 +6,7 @@
 #include <cerrno>
 
 #include "apps/link/link_file.h"
+#include "apps/supervisor/dying_threads.h"
 #include "apps/supervisor/importance.h"
 #include "board/linux/clock.h"
 
@@ -36,14 +37,10 @@ void mark_link_dead(const std::string& path, pid_t sketch, bool hung) {
     if (link) link.get()->sketch_dead.store(hung ? 2 : 1, std::memory_order_release);
 }
 
-/// An ordinary thread of the dying process would wait for its turn among all others, and the
-/// process's lines and files with it. A process that is not real-time itself may not do this; then
-/// it takes as long as it takes.
+/// Ordinary threads of the dying process would wait for their turn among all others, and the
+/// process's lines and files with them. Only a real-time process gives a rank.
 void hurry(pid_t process) {
-    if ((::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) != SCHED_FIFO) return;
-    sched_param parameters{};
-    parameters.sched_priority = kSupervisorPriority - 2;
-    ::sched_setscheduler(process, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
+    let_threads_die(process, (::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO);
 }
 
 }  // namespace
@@ -94,12 +91,14 @@ SafeHands::Cut SafeHands::cut(const Dying& sketch, SketchDeath how) {
         cut.gone = wait_until_gone(sketch, kLookMs);
         cut.outputs = outputs_.force();
     }
+    if (!cut.gone && sketch.pidfd >= 0) lower_threads(sketch.pid);
     return cut;
 }
 
 void SafeHands::outlast(const Dying& sketch, Cut& cut) {
     while (!cut.gone) {
         system_->kill(sketch.pidfd, SIGKILL);
+        hurry(sketch.pid);
         const Instant next = monotonic_now() + kKillAgain;
         cut.gone = wait_until_gone(sketch, static_cast<int>(kKillAgain / 1ms));
         cut.outputs = outputs_.force();

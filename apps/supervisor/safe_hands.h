@@ -2,9 +2,10 @@
 //
 //   cut()      at real-time priority forces every output; marks the pins file and the link as dead;
 //                                    forces again while the process comes apart, until it is gone
-//                                    (its GPIO lines are free only then): 100 ms at most
-//   outlast()  at ordinary priority  for a process that does not go: kills it and forces again,
-//                                    every 100 ms, until it has gone
+//                                    (its GPIO lines are free only then): 100 ms at most; lets its
+//                                    threads die (dying_threads.h)
+//   outlast()  at ordinary priority  for a process that does not go: kills it, lets its threads die
+//                                    and forces again, every 100 ms, until it has gone
 //
 // The supervisor has a pair of these hands, and its heat watch has another, with a ring of its own.
 #pragma once

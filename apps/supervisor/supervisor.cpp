@@ -165,8 +165,8 @@ void Supervisor::outlive(Watched& watched, const SketchProcess& sketch) {
     heat_watch_.expect_beats(false);
     step_down();
 
-    // A sketch whose core was taken cannot even die before it gets the core back; the explanation
-    // does not wait that long.
+    watched.core_taken = find_who_took_its_core(watched, sketch);
+    // The explanation of a hang does not wait until the sketch is gone.
     if (hung) explain(watched, sketch.pid());
     hands_.outlast(dying, watched.cut);
     static_cast<void>(sketch.ended(watched.ending));
@@ -187,27 +187,36 @@ void Supervisor::put_computer_back() const {
     complain(text<std::string>("the machine's settings are not as before: ", restored.error().message));
 }
 
-std::string Supervisor::how_it_ended(const Watched& watched, const std::string& core_taken) {
-    if (watched.hang.found()) {
-        return hang_text(watched.hang, watched.ended_at, !core_taken.empty()) + "; the sketch was killed" +
-               (core_taken.empty() ? "" : ": " + core_taken);
-    }
-    if (watched.outcome == Outcome::hung) return "it did not stop when asked to, and was killed";
-    const int status = watched.ending.status;
-    if (!watched.ending.by_signal) return text<std::string>("it ended with status ", status);
-    return text<std::string>("it died of signal ", status, " (", ::strsignal(status), ')');
+/// Of a loop that hung, or of any loop of a sketch that was killed. The task that took the core may
+/// have kept the sketch from dying, and will keep the next one from running.
+std::string Supervisor::find_who_took_its_core(const Watched& watched, const SketchProcess& sketch) const {
+    const PinsLayout& layout = file_.layout();
+    // A loop whose core was taken may have missed either promise first.
+    if (watched.hang.found() && watched.hang.vcpu != board::kNoVcpu)
+        return board::linux::who_took_the_core_of(watched.hang.vcpu, layout, sketch.pid());
+    Ending ending;
+    const bool ended_by_itself = sketch.ended(ending) && !ending.by_signal;
+    return ended_by_itself ? "" : board::linux::who_took_a_core_of(layout, sketch.pid());
 }
 
-/// The explanation for the print service: how the sketch ended and, for a hung loop, which
-/// real-time task took its core. Called once for each sketch, at ordinary priority, after its
-/// machine is safe and before it is reaped. At most 235 bytes are kept.
+std::string Supervisor::how_it_ended(const Watched& watched) {
+    const std::string& core_taken = watched.core_taken;
+    const std::string because = core_taken.empty() ? "" : ": " + core_taken;
+    if (watched.hang.found())
+        return hang_text(watched.hang, watched.ended_at, !core_taken.empty()) + "; the sketch was killed" +
+               because;
+    if (watched.outcome == Outcome::hung) return "it did not stop when asked to, and was killed" + because;
+    const int status = watched.ending.status;
+    if (!watched.ending.by_signal) return text<std::string>("it ended with status ", status);
+    return text<std::string>("it died of signal ", status, " (", ::strsignal(status), ')',
+                             core_taken.empty() ? "" : "; meanwhile ", core_taken);
+}
+
+/// The explanation for the print service: how the sketch ended and, where a real-time task took a
+/// core of it, which one. Called once for each sketch, at ordinary priority, after its machine is
+/// safe and before it is reaped. At most 235 bytes are kept.
 void Supervisor::explain(const Watched& watched, pid_t sketch) const {
-    if (options_.link.empty()) return;
-    // A loop whose core was taken may have missed either promise first.
-    const bool of_a_loop = watched.hang.found() && watched.hang.vcpu != board::kNoVcpu;
-    const std::string taken =
-        of_a_loop ? board::linux::who_took_the_core_of(watched.hang.vcpu, file_.layout(), sketch) : "";
-    write_death_note(options_.link, sketch, how_it_ended(watched, taken));
+    if (!options_.link.empty()) write_death_note(options_.link, sketch, how_it_ended(watched));
 }
 
 void Supervisor::report(const Watched& watched, pid_t sketch) const {

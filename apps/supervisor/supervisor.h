@@ -11,13 +11,15 @@
 //       └─ it is dead or dying ──► at real-time priority:
 //                                  1. force every output that has a safe state
 //                                  2. set sketch_dead in the pins file and in the service's link
-//                                  3. back to ordinary scheduling; then, at ordinary priority:
-//                                  4. the explanation: the link's death note
-//                                  5. reap it
+//                                  3. let its threads die, also behind a task that spins on their
+//                                     core (dying_threads.h): 100 ms at most
+//                                  4. back to ordinary scheduling; then, at ordinary priority:
+//                                  5. the explanation, with who took its core: the link's death
+//                                     note. Reap it
 //                                  6. put the computer's settings back, report
 //                                  7. leave with the sketch's status, or start it again
 //
-// Nothing before step 3 can wait for an ordinary process, and nothing spins: importance.h lists the
+// Nothing before step 4 can wait for an ordinary process, and nothing spins: importance.h lists the
 // bounds.
 //
 // The bound of the design is 100 ms, from death or from the broken promise to step 1. bench/safety
@@ -74,6 +76,8 @@ class Supervisor {
         Hang hang;
         Instant ended_at;  ///< when the hang, or the end, was noticed
         SafeHands::Cut cut;
+        /// The real-time task that has a core of the sketch; empty: none was found.
+        std::string core_taken;
     };
 
     explicit Supervisor(SystemCalls& system) : system_(&system) {}
@@ -85,7 +89,9 @@ class Supervisor {
     /// True when it is dead, or all its threads are about to be.
     [[nodiscard]] bool is_dying(const SketchProcess& sketch) const;
     void outlive(Watched& watched, const SketchProcess& sketch);
-    [[nodiscard]] static std::string how_it_ended(const Watched& watched, const std::string& core_taken = {});
+    [[nodiscard]] std::string find_who_took_its_core(const Watched& watched,
+                                                     const SketchProcess& sketch) const;
+    [[nodiscard]] static std::string how_it_ended(const Watched& watched);
     void explain(const Watched& watched, pid_t sketch) const;
     void put_computer_back() const;
     void report(const Watched& watched, pid_t sketch) const;

@@ -2,8 +2,6 @@
 
 #include <sched.h>
 #include <sys/mman.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -13,6 +11,7 @@
 #include "bench/rig/samples.h"
 #include "board/linux/budget_keeper.h"
 #include "board/linux/clock.h"
+#include "board/linux/deadline_class.h"
 #include "board/linux/linux_board.h"
 #include "board/linux/real_time_thread.h"
 
@@ -20,20 +19,6 @@ namespace qduino::bench {
 namespace {
 
 using namespace board::linux;
-
-/// As sched_setattr(2) lays it out; glibc has none before 2.41, and the kernel's header clashes
-/// with glibc's.
-struct DeadlineAttributes {
-    std::uint32_t size = sizeof(DeadlineAttributes);
-    std::uint32_t policy = 6;  ///< SCHED_DEADLINE
-    std::uint64_t flags = 0;
-    std::int32_t nice = 0;
-    std::uint32_t priority = 0;
-    std::uint64_t runtime_ns = 0;
-    std::uint64_t deadline_ns = 0;
-    std::uint64_t period_ns = 0;
-};
-static_assert(sizeof(DeadlineAttributes) == 48);
 
 /// A spinner's notes: for each burst its start, its end, and the thread's CPU time at its start.
 class BurstLog {
@@ -147,10 +132,7 @@ int play_bare_timer(BurstLog& log, BudgetCase budget, Nanoseconds length) {
 
 int play_sched_deadline(BurstLog& log, BudgetCase budget, Nanoseconds length) {
     static_cast<void>(::mlockall(MCL_CURRENT | MCL_FUTURE));
-    DeadlineAttributes attributes;
-    attributes.runtime_ns = static_cast<std::uint64_t>(budget.budget.count());
-    attributes.deadline_ns = attributes.period_ns = static_cast<std::uint64_t>(budget.period.count());
-    if (::syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) return errno;
+    if (const int error = give_deadline_class(0, budget.budget, budget.period); error != 0) return error;
     log.spin(monotonic_now() + length);
     return 0;
 }

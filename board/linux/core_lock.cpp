@@ -1,17 +1,21 @@
 #include "board/linux/core_lock.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cstdint>
 #include <ctime>
 #include <utility>
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "board/linux/core_rivals.h"
 #include "board/linux/kernel_text.h"
 #include "posix/system_error.h"
 
@@ -53,14 +57,45 @@ Holder read_holder(int file) {
     return holder;
 }
 
-Error taken(int core, const Holder& holder) {
+/// Is SIGKILL among the signals of this line of /proc/PID/status, "SigPnd:\t0000000000000100"?
+bool names_kill(std::string_view status, std::string_view line) {
+    const std::size_t at = status.find(line);
+    if (at == std::string_view::npos) return false;
+    const std::string_view digits = status.substr(at + line.size(), 16);
+    std::uint64_t signals = 0;
+    std::from_chars(digits.data(), digits.data() + digits.size(), signals, 16);
+    return (signals >> (SIGKILL - 1) & 1) != 0;
+}
+
+/// It was killed, and not all of its threads have gone.
+bool is_dying(const std::string& pid, const std::string& root) {
+    const std::string status = text_of_file(root + "/proc/" + pid + "/status");
+    return status.find("\nState:\tZ") != std::string::npos || names_kill(status, "\nSigPnd:\t") ||
+           names_kill(status, "\nShdPnd:\t");
+}
+
+/// Whose fault it is: a holder that is dying waits for whoever spins on its core.
+Error taken(int core, const Holder& holder, const std::string& root) {
+    const std::string spinner = who_spins_on(core, whole_number<pid_t>(holder.pid).value_or(0), root);
+    if (!spinner.empty() && !holder.pid.empty() && is_dying(holder.pid, root)) {
+        return make_error(ErrorCode::unavailable, "core ", core, " is taken: ", holder.program, " (pid ",
+                          holder.pid, ") was killed and cannot end, because ", spinner,
+                          " runs on that core without a pause: stop that task");
+    }
     auto by = text<std::string>("another sketch owns it");
     if (!holder.pid.empty()) {
         by = text<std::string>(holder.program.empty() ? "a sketch" : holder.program, " (pid ", holder.pid,
                                ") owns it since ", holder.since, ", started as `", holder.command, '`');
     }
     return make_error(ErrorCode::unavailable, "core ", core, " is taken: ", by,
-                      ": stop that one, or give the loop another core");
+                      ": stop that one, or give the loop another core",
+                      spinner.empty() ? "" : ". On that core runs without a pause: ", spinner);
+}
+
+Error spun_on(int core, const std::string& spinner) {
+    return make_error(
+        ErrorCode::unavailable, "core ", core, " is taken: ", spinner,
+        " runs on it without a pause, and is no sketch: stop it, or give the loop another core");
 }
 
 }  // namespace
@@ -84,10 +119,13 @@ Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::strin
             CoreLock lock;
             lock.file_ = HeldFile{std::move(file), path};
             lock.write_holder();
-            return lock;
+            const std::string spinner = who_spins_on(core, ::getpid(), root);
+            if (spinner.empty()) return lock;
+            if (monotonic_now() >= until) return spun_on(core, spinner);
+            continue;
         }
         if (errno != EWOULDBLOCK) return system_error("lock", path);
-        if (monotonic_now() >= until) return taken(core, read_holder(file.get()));
+        if (monotonic_now() >= until) return taken(core, read_holder(file.get()), root);
         block_until(monotonic_now() + kLookAgain);
     }
 }

@@ -11,8 +11,10 @@
 //     command printer --pins /dev/shm/…
 //
 // The lock (flock(2)) belongs to the open file: it ends with its holder, however that dies. The
-// lock alone decides whether the core is taken; the words in the file are for people. The lock is
-// advisory: other real-time programs do not know it (core_rivals.h names those).
+// lock alone decides which sketch has the core; the words in the file are for people. The lock is
+// advisory: other real-time programs do not know it. One that spins on the core is found by looking
+// (core_rivals.h) and named: a loop would stand behind it for ever. A holder that was killed may
+// stand behind such a task, too, and cannot end; then that task is to blame.
 #pragma once
 
 #include <string>
@@ -30,8 +32,8 @@ class CoreLock {
 
     /// Takes core `core`. Waits at most `patience` for a holder that is just dying, since a
     /// supervisor starts its sketch anew quickly. `root` precedes the folders (tests). Setup-time.
-    /// Errors: unavailable (another process has it: the text names it and says what to do);
-    /// not_permitted (no folder takes the file: nothing is held, and nobody is kept out).
+    /// Errors: unavailable (another process has it, or spins on it: the text names it and says what
+    /// to do); not_permitted (no folder takes the file: nothing is held, and nobody is kept out).
     static Result<CoreLock> take(int core, Nanoseconds patience, const std::string& root = "");
 
     [[nodiscard]] bool held() const { return file_.held(); }

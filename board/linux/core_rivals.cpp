@@ -3,10 +3,13 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "base/text.h"
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/kernel_text.h"
+#include "board/linux/shared_file.h"
 
 #ifndef SCHED_DEADLINE
 #define SCHED_DEADLINE 6
@@ -15,6 +18,9 @@
 namespace qduino::board::linux {
 
 namespace {
+
+constexpr Nanoseconds kBetweenLooks = 50ms;
+constexpr Nanoseconds kTick = 10ms;  // of /proc, on every Linux: USER_HZ is 100
 
 /// One look at one task.
 struct Look {
@@ -70,12 +76,17 @@ std::vector<Look> candidates(const RivalSearch& search) {
     return found;
 }
 
-std::string text_of(const CoreRival& rival, int core) {
+/// "stress-ng (pid 4711, SCHED_FIFO 85)". The name is the task's own choice.
+std::string name_of(const CoreRival& rival) {
     const std::string_view policy = rival.policy == SCHED_DEADLINE ? "SCHED_DEADLINE"
                                     : rival.policy == SCHED_RR     ? "SCHED_RR "
                                                                    : "SCHED_FIFO ";
-    return text<std::string>("core ", core, " was taken by ", rival.name, " (pid ", rival.pid, ", ", policy,
+    return text<std::string>(printable(rival.name, 15), " (pid ", rival.pid, ", ", policy,
                              rival.policy == SCHED_DEADLINE ? "" : std::to_string(rival.priority), ")");
+}
+
+std::string taken_by(const CoreRival& rival, int core) {
+    return text<std::string>("core ", core, " was taken by ", name_of(rival));
 }
 
 }  // namespace
@@ -86,7 +97,7 @@ std::optional<CoreRival> find_core_rival(const RivalSearch& search) {
     if (search.wait) {
         search.wait();
     } else {
-        block_until(monotonic_now() + 50ms);
+        block_until(monotonic_now() + kBetweenLooks);
     }
     std::optional<CoreRival> most;
     unsigned long long most_ticks = 0;
@@ -98,6 +109,7 @@ std::optional<CoreRival> find_core_rival(const RivalSearch& search) {
         if (ran == 0 && !(first.runnable && second->runnable)) continue;
         if (most && ran <= most_ticks) continue;
         most = second->task;
+        most->ran = static_cast<std::int64_t>(ran) * kTick;
         most_ticks = ran;
     }
     return most;
@@ -110,7 +122,33 @@ std::string who_took_the_core_of(board::VcpuId vcpu, const PinsLayout& layout, p
     if (!place.known()) return {};
     const auto rival = find_core_rival(
         {.core = place.core, .priority = place.priority, .not_of = sketch, .root = root, .wait = {}});
-    return rival ? text_of(*rival, place.core) : std::string{};
+    return rival ? taken_by(*rival, place.core) : std::string{};
+}
+
+std::string who_took_a_core_of(const PinsLayout& layout, pid_t sketch, const std::string& root) {
+    std::vector<LoopPlace> places;  // of each core the lowest loop: most tasks go before that
+    for (const Heartbeat& beat : layout.heartbeats) {
+        const LoopPlace place = LoopPlace::from(beat.place.load(std::memory_order_relaxed));
+        if (!place.known()) continue;
+        const auto same = std::ranges::find(places, place.core, &LoopPlace::core);
+        if (same == places.end()) {
+            places.push_back(place);
+        } else {
+            same->priority = std::min(same->priority, place.priority);
+        }
+    }
+    for (const LoopPlace& place : places) {
+        const auto rival = find_core_rival(
+            {.core = place.core, .priority = place.priority, .not_of = sketch, .root = root, .wait = {}});
+        if (rival) return taken_by(*rival, place.core);
+    }
+    return {};
+}
+
+std::string who_spins_on(int core, pid_t not_of, const std::string& root) {
+    const auto rival =
+        find_core_rival({.core = core, .priority = 1, .not_of = not_of, .root = root, .wait = {}});
+    return rival && rival->ran + kTick >= kBetweenLooks ? name_of(*rival) : std::string{};
 }
 
 }  // namespace qduino::board::linux

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 
+#include "base/time.h"
 #include "board/window/pins_layout.h"
 
 namespace qduino::board::linux {
@@ -21,9 +22,10 @@ namespace qduino::board::linux {
 struct CoreRival {
     pid_t pid = 0;
     pid_t tid = 0;
-    std::string name;  ///< of the task, 15 bytes at most
-    int policy = 0;    ///< SCHED_FIFO, SCHED_RR or SCHED_DEADLINE
-    int priority = 0;  ///< 1…99; 0 with SCHED_DEADLINE
+    std::string name;   ///< of the task, 15 bytes at most
+    int policy = 0;     ///< SCHED_FIFO, SCHED_RR or SCHED_DEADLINE
+    int priority = 0;   ///< 1…99; 0 with SCHED_DEADLINE
+    Nanoseconds ran{};  ///< CPU time between the two looks, in ticks of 10 ms
 };
 
 struct RivalSearch {
@@ -37,10 +39,19 @@ struct RivalSearch {
 /// The task that ran most; nothing when none did.
 [[nodiscard]] std::optional<CoreRival> find_core_rival(const RivalSearch& search);
 
+/// A task of another process than `not_of` that leaves core `core` to nobody: SCHED_FIFO, SCHED_RR
+/// or SCHED_DEADLINE, and it ran nearly all the time between two looks. "stress-ng (pid 4711,
+/// SCHED_FIFO 85)"; empty: there is none. Takes 50 ms where real-time tasks are on that core.
+[[nodiscard]] std::string who_spins_on(int core, pid_t not_of, const std::string& root = "");
+
 /// For the end of a sentence about loop `vcpu` of the sketch `sketch` on these pins: "core 1 was
 /// taken by stress-ng (pid 4711, SCHED_FIFO 85)". Empty when the loop has not published its place,
 /// or when no such task is found.
 [[nodiscard]] std::string who_took_the_core_of(board::VcpuId vcpu, const PinsLayout& layout, pid_t sketch,
                                                const std::string& root = "");
+
+/// The same for all loops of that sketch: of the first of their cores that such a task has.
+[[nodiscard]] std::string who_took_a_core_of(const PinsLayout& layout, pid_t sketch,
+                                             const std::string& root = "");
 
 }  // namespace qduino::board::linux

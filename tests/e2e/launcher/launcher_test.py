@@ -147,7 +147,7 @@ class RealTime(Simulated):
             self.skipTest(vcpu["shortfall"])
         self.assertEqual((vcpu["period_us"], vcpu["core"]), (100000, 0))
         budget_s = vcpu["budget_us"] / 1e6
-        # 30 MB take 0.5 s of CPU time to be taken in and looked through: 5 s of its budget at least.
+        # 30 MB take 0.5 s of CPU time to be taken in and looked through, 5 s of its budget or more.
         # 50 ms more for the clock of /proc, and for the ticks that are taken back later.
         part = b"G28\nM109 S200\n" + b"".join(b"G1 X%d.5 Y%d E%d.02\n" % (50 + i % 50, 50 + i // 50 % 50, i) for i in range(1500000))
         service, start = self.stack.pid_of("printd"), time.monotonic()

@@ -104,6 +104,21 @@ TEST(CoreRivals, TheSentenceNamesCoreTaskAndPriority) {
               "core 0 was taken by dl (pid 4711, SCHED_DEADLINE)");
 }
 
+TEST(CoreRivals, OfASketchTheyAreLookedForOnEachOfItsCores) {
+    FakeMachine machine;
+    const auto layout = std::make_unique<PinsLayout>();
+    EXPECT_EQ(who_took_a_core_of(*layout, 500, machine.root()), "");
+    layout->heartbeats[1].place.store(LoopPlace{.core = 0, .priority = 70}.word());
+    layout->heartbeats[2].place.store(LoopPlace{.core = 1, .priority = 80}.word());
+    layout->heartbeats[3].place.store(LoopPlace{.core = 1, .priority = 60}.word());
+    put(machine, {.pid = 4711, .tid = 4711, .state = 'R', .core = 2, .priority = 99, .policy = kFifo});
+    EXPECT_EQ(who_took_a_core_of(*layout, 500, machine.root()), "");
+    put(machine, {.pid = 4712, .tid = 4712, .state = 'R', .core = 1, .priority = 65, .policy = kFifo});
+    EXPECT_EQ(who_took_a_core_of(*layout, 500, machine.root()),
+              "core 1 was taken by task (pid 4712, SCHED_FIFO 65)")
+        << "in front of the lower of two loops there";
+}
+
 TEST(CoreRivals, AreFoundOnTheRealMachine) {
     if (cpu_count() < 2) GTEST_SKIP() << "needs two cores";
     const int core = cpu_count() - 1;
@@ -120,6 +135,9 @@ TEST(CoreRivals, AreFoundOnTheRealMachine) {
     const auto above = find_core_rival({.core = core, .priority = 4, .not_of = 0, .root = {}, .wait = {}});
     EXPECT_TRUE(!above || above->pid != thief.pid())
         << "a loop with a higher priority is not kept waiting by it";
+    const std::string name = "core-thief (pid " + std::to_string(thief.pid()) + ", SCHED_FIFO 3)";
+    EXPECT_TRUE(rival->ran < 40ms || who_spins_on(core, 0) == name || !thief.lives());
+    EXPECT_EQ(who_spins_on(core, thief.pid()), "") << "it is the sketch's own";
 }
 
 }  // namespace
