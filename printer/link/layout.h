@@ -34,7 +34,7 @@
 namespace qduino::printer::link {
 
 inline constexpr std::uint32_t kMagic = 0x51444C4B;  // "QDLK"
-inline constexpr std::uint32_t kVersion = 10;
+inline constexpr std::uint32_t kVersion = 11;
 
 inline constexpr std::size_t kJobRingBytes = std::size_t{1} << 20;
 inline constexpr std::size_t kCommandRingBytes = std::size_t{1} << 16;
@@ -89,6 +89,16 @@ enum class MachineState : std::uint8_t {
 
 enum class JobOutcome : std::uint8_t { none = 0, running = 1, completed = 2, cancelled = 3, failed = 4 };
 
+/// What the machine does before a print moves on, or instead: `none` when it prints, or rests.
+enum class Activity : std::uint8_t {
+    none = 0,
+    homing = 1,
+    probing = 2,          ///< it measures the bed
+    heating_hot_end = 3,  ///< it waits for the hot end to come to its target, or to cool to it
+    heating_bed = 4,
+    returning = 5,  ///< a resumed job's head is on its way back to the part
+};
+
 /// A line that a person typed beside a job, and that changes which part it makes: an object is
 /// left out, or printed after all.
 struct TypedObject {
@@ -112,9 +122,10 @@ struct JobStatus {
     std::uint64_t line = 0;            ///< line number in the job, executed
     std::uint32_t unknown_codes = 0;
     std::uint32_t warnings = 0;
-    std::uint32_t layer = 0;  ///< from layer comments, 0 when there are none
-    double feed_factor = 1;   ///< M220
-    double flow_factor = 1;   ///< M221
+    std::uint32_t layer = 0;  ///< from 1, as preflight counts them; 0: none has begun
+    Activity activity = Activity::none;
+    double feed_factor = 1;  ///< M220
+    double flow_factor = 1;  ///< M221
     /// Time of the running or last job, pauses excluded.
     double print_time_s = 0;
     double heating_time_s = 0;      ///< … of it, waiting for heat

@@ -1,6 +1,7 @@
 #include "printer/machine/heating.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace qduino::printer::machine {
@@ -39,8 +40,10 @@ bool Heating::idle_lost() const {
 
 Result<void> Heating::check_cold(double filament_mm) const {
     if (filament_mm == 0 || seen_.hot_end.celsius >= config_.minimum_extrude.value()) return {};
-    return make_error(ErrorCode::out_of_range, "the hot end is at ", Fixed{seen_.hot_end.celsius, 0},
-                      " °C: filament moves only from ", Fixed{config_.minimum_extrude.value(), 0},
+    // Rounded down: 169.96 °C is below 170 °C, and must not be told as 170.
+    const double told = std::floor(seen_.hot_end.celsius * 10) / 10;
+    return make_error(ErrorCode::out_of_range, "the hot end is at ", Fixed{told, 1},
+                      " °C: filament moves only from ", Shortest{config_.minimum_extrude.value()},
                       " °C on; heat it first (M109)");
 }
 
@@ -50,6 +53,14 @@ void Heating::set_target(gcode::Heater heater, Celsius target) {
     (heater == gcode::Heater::hot_end ? targets_.hot_end : targets_.bed) = target;
     note_request(heater, target);
     control_.set_targets(targets_);
+}
+
+bool Heating::takes_heat(gcode::Heater heater, Celsius target) const {
+    const bool hot_end = heater == gcode::Heater::hot_end;
+    const double in_force = (hot_end ? targets_.hot_end : targets_.bed).value();
+    const double needed = config_.minimum_extrude.value();
+    const bool off = target.value() <= 0 && in_force > 0;
+    return off || (hot_end && target.value() < needed && in_force >= needed);
 }
 
 /// While targets are kept: off means off for now, and what is warm enough to go on with is taken
@@ -151,6 +162,14 @@ bool Heating::is_warm_again() const {
     };
     return warm(seen_.hot_end, targets_.hot_end, config_.hot_end) &&
            warm(seen_.bed, targets_.bed, config_.bed);
+}
+
+gcode::Heater Heating::coldest() const {
+    const auto lacks = [](const link::HeaterStatus& seen, Celsius target) {
+        return target.value() > 0 ? target.value() - seen.celsius : -1e9;
+    };
+    const bool bed = lacks(seen_.bed, targets_.bed) > lacks(seen_.hot_end, targets_.hot_end);
+    return bed ? gcode::Heater::bed : gcode::Heater::hot_end;
 }
 
 // ---- while a job waits for heat -----------------------------------------------------------------

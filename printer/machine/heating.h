@@ -49,6 +49,9 @@ class Heating {
 
     // ---- loop 1: what is asked ------------------------------------------------------------------
 
+    /// Whether `target` would take from a job what it counts on: a heater that is on goes off, or
+    /// the hot end goes below what filament takes.
+    [[nodiscard]] bool takes_heat(gcode::Heater heater, Celsius target) const;
     /// Somebody asks for a temperature. Kept targets change with it.
     void set_target(gcode::Heater heater, Celsius target);
     void set_fan(double duty) {
@@ -105,6 +108,8 @@ class Heating {
     void ask_for_kept();
     void forget_kept() { kept_.reset(); }
     [[nodiscard]] bool is_warm_again() const;
+    /// The heater that is furthest below its target.
+    [[nodiscard]] gcode::Heater coldest() const;
 
     // ---- loop 1: while a job waits for heat -----------------------------------------------------
 

@@ -33,7 +33,12 @@ Result<void> JobActions::move(const gcode::Move& move) {
     QDUINO_TRY(parts_.heating.check_cold(filament_mm));
     const bool from_job = speaker_ == Speaker::job && parts_.link.job_running();
     Place done;
-    if (from_job) done.progress = {move.source.end_offset, move.source.line, parts_.places.layer()};
+    if (from_job) {
+        gcode::LayerFinder& layers = parts_.places.layers();
+        if (move.kind == gcode::MoveKind::print && filament_mm > 0)
+            layers.on_extrusion(move.to[Axis::z].value());
+        done.progress = {move.source.end_offset, move.source.line, layers.layers()};
+    }
     motion::Correction& correction = parts_.pipe.correction();
     const Accelerations& accelerations = parts_.pipe.accelerations();
     if (correction.take_stale())
@@ -144,6 +149,10 @@ void JobActions::perform(const PlaceAction& action) {
 Result<void> JobActions::set_temperature(Heater heater, Celsius target) {
     if (heater == Heater::bed && !parts_.config.has_bed && target.value() > 0) {
         return make_error(ErrorCode::unsupported, "this machine has no heated bed (machine file: has_bed)");
+    }
+    if (acts_at_once() && parts_.link.job_running() && parts_.heating.takes_heat(heater, target)) {
+        parts_.heating.keep_targets();  // before they change: the job goes on with them
+        request_ = HeatTaken{heater, target};
     }
     place(HeaterTarget{heater, target});
     return {};

@@ -31,7 +31,12 @@ struct PauseAsked {
     gcode::PauseOrder order;  ///< its text has been shown, and is empty
 };
 struct EmergencyAsked {};
-using Request = std::variant<PauseAsked, EmergencyAsked, gcode::Report>;
+/// A person has taken heat that the running job counts on. Its targets are kept.
+struct HeatTaken {
+    gcode::Heater heater = gcode::Heater::hot_end;
+    Celsius target{};
+};
+using Request = std::variant<PauseAsked, EmergencyAsked, HeatTaken, gcode::Report>;
 
 class JobActions final : public gcode::Actions {
   public:

@@ -9,8 +9,7 @@ using link::JobOutcome;
 void JobRun::begin() {
     parser_.reset();
     interpreter_.reset_modes();
-    layers_ = {};
-    places_.begin_layer(0);
+    places_.layers() = {};
     read_to_end_ = false;
     last_line_ = 0;
     link_.status() = {};
@@ -54,8 +53,8 @@ Result<JobRun::Read> JobRun::read() {
 Result<void> JobRun::carry_out(const gcode::Line& line) {
     if (!line.comment.empty()) {
         const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
-        // It is shown when its first move has been made.
-        if (layers_.on_annotation(annotation)) places_.begin_layer(layers_.layers());
+        // It is shown when its first extrusion has been made.
+        places_.layers().on_annotation(annotation);
     }
     if (line.error) return *line.error;
     if (line.command != nullptr) last_line_ = line.source.line;

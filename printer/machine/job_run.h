@@ -1,7 +1,7 @@
 // One job from its first frame to its outcome: its bytes become lines, its lines become actions.
 //
 //   link.jobs ─► JobReceiver ─► Parser ─► Interpreter ─► Actions
-//                                  └► layer comments ─► Places
+//                                  └► layer comments ─► Places ◄─ extrusions (Actions)
 //
 // A job runs from its job_begin frame until every byte has been read and every move played
 // (completed), or until it is cancelled, or until a line of it fails or the machine faults
@@ -86,7 +86,6 @@ class JobRun {
     JobReceiver receiver_;
     gcode::Parser parser_;
     gcode::Interpreter interpreter_;
-    gcode::LayerCounter layers_;
     JobEnding ending_;
     bool read_to_end_ = false;
     std::uint64_t last_line_ = 0;  ///< that held a command

@@ -314,6 +314,19 @@ void Machine::pause_job(bool at_end) {
     to(Event::rest);
 }
 
+/// The job would fail at its next move of filament, and the part be lost for one press of a button.
+void Machine::pause_without_heat(const HeatTaken& taken) {
+    if (state_ != State::printing) return;
+    pause_job(false);
+    const std::string_view heater = taken.heater == gcode::Heater::bed ? "bed" : "hot end";
+    const auto what =
+        taken.target.value() > 0
+            ? text("the ", heater, " was set to ", Shortest{taken.target.value()}, " °C, too cold to print")
+            : text("the ", heater, " was switched off");
+    link_.say(ReplyKind::warning,
+              text(what, ": the job is paused, and heats up again first when it is resumed"));
+}
+
 void Machine::resume_job() {
     if (state_ == State::pausing && parking_.defers_resume()) return;
     if (!to(Event::resume)) return;
@@ -468,6 +481,7 @@ void Machine::heed_request() {
         return pause_job(true);
     }
     if (std::holds_alternative<EmergencyAsked>(*request)) return enter_fault("emergency stop (M112)");
+    if (const auto* taken = std::get_if<HeatTaken>(&*request)) return pause_without_heat(*taken);
     switch (std::get<gcode::Report>(*request)) {
         case gcode::Report::temperatures:
             return link_.say(ReplyKind::text, temperatures(heating_.seen(), config_.has_bed));
@@ -533,11 +547,24 @@ void Machine::enter_fault(std::string_view why) {
     }
 }
 
+/// For people: why nothing is laid down just now.
+link::Activity Machine::activity() const {
+    using enum link::Activity;
+    if (homing_.active()) return homing_.probes() ? probing : homing;
+    const bool waits = heating_.wait().active() && (state_ == State::printing || state_ == State::idle);
+    if (parking_.heats() || (waits && places_.all_passed())) {
+        const gcode::Heater heater = parking_.heats() ? heating_.coldest() : heating_.wait().heater();
+        return heater == gcode::Heater::bed ? heating_bed : heating_hot_end;
+    }
+    return parking_.away() && state_ == State::printing ? returning : none;
+}
+
 void Machine::publish(Instant now) {
     const bool counts = state_ == State::printing || state_ == State::pausing || state_ == State::cancelling;
     job_.publish(now, counts, heating_.wait().active() && places_.all_passed());
     link::JobStatus& status = link_.status();
     status.state = state_;
+    status.activity = activity();
     status.homed = {homing_.homed(Axis::x), homing_.homed(Axis::y), homing_.homed(Axis::z)};
     status.origin_steps = pipe_.scale().origin();
     status.position_mm = to_vector(parking_.shown(job_.interpreter()).programmed_position());

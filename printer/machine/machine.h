@@ -85,6 +85,7 @@ class Machine {
     void begin_host();
     void stop_moves();
     void pause_job(bool at_end);
+    void pause_without_heat(const HeatTaken& taken);
     void resume_job();
     void cancel_job();
     void clear_fault();
@@ -102,6 +103,7 @@ class Machine {
     void stop_job(link::JobOutcome outcome, std::string_view why);
     void end_job(const JobEnding& ending);
     void enter_fault(std::string_view why);
+    [[nodiscard]] link::Activity activity() const;
     void publish(Instant now);
 
     MachineConfig config_;

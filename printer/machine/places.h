@@ -20,6 +20,7 @@
 #include "base/contract.h"
 #include "base/quantity.h"
 #include "printer/gcode/actions.h"
+#include "printer/gcode/layer_finder.h"
 #include "printer/gcode/position.h"
 
 namespace qduino::printer::machine {
@@ -92,14 +93,13 @@ class Places {
     }
 
     /// Of the job's lines that are read now.
-    void begin_layer(std::uint32_t layer) { layer_ = layer; }
-    [[nodiscard]] std::uint32_t layer() const { return layer_; }
+    [[nodiscard]] gcode::LayerFinder& layers() { return layers_; }
 
   private:
     std::uint32_t last_ = 0;               // number of the newest place
     std::uint32_t passed_ = 0;             // … of the last one passed
     std::optional<std::uint32_t> off_at_;  // … of the newest to come at which motors go off
-    std::uint32_t layer_ = 0;
+    gcode::LayerFinder layers_;
     std::array<Place, kCapacity> places_{};
 };
 

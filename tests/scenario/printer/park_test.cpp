@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "printer/preflight/preflight.h"
 #include "tests/scenario/printer/printer_bench.h"
 
 namespace qduino::tests::park_test {
@@ -191,6 +192,66 @@ TEST_F(Parked, AJogOutsideTheBoundsOrColdIsRefused) {
     resume_and_match();
 }
 
+/// Heat that a person takes from a job: its line, and which heater is off then.
+class HeatTaken : public Parked, public testing::WithParamInterface<const char*> {
+  protected:
+    /// Paused, beside the part, and cold by then.
+    void expect_pause() {
+        ASSERT_TRUE(bench.run_until([&] { return bench.status().state == MachineState::paused; }, 60))
+            << bench.fault();
+        EXPECT_EQ(bench.status().outcome, JobOutcome::running) << bench.fault();
+        EXPECT_TRUE(bench.status().parked);
+        EXPECT_NE(bench.replies().find("heats up again first"), std::string::npos) << bench.replies();
+        bench.run(300);
+    }
+};
+
+TEST_P(HeatTaken, PausesTheJobAndResumingHeatsFirst) {
+    std::string job = hot_job();
+    job.insert(job.find("M109"), "M190 S60\n");
+    start(job, 13);
+    bench.type(GetParam());
+    expect_pause();
+    const bool bed = std::string_view{GetParam()}.starts_with("M140");
+    EXPECT_LT(bed ? bench.heat().bed.celsius : bench.heat().hot_end.celsius, bed ? 57 : 165);
+    bench.command(Command::resume);
+    bench.run(2);
+    EXPECT_EQ(bench.status().activity, bed ? link::Activity::heating_bed : link::Activity::heating_hot_end);
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 200);
+    EXPECT_EQ(bench.heat().bed.target_celsius, 60);
+    resume_and_match();
+}
+INSTANTIATE_TEST_SUITE_P(Lines, HeatTaken, testing::Values("M104 S0", "M140 S0", "M104 S120"));
+
+TEST_F(HeatTaken, WhileTheJobWaitsForHeat) {
+    ASSERT_TRUE(bench.begin());
+    bench.job(hot_job());
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().activity == link::Activity::homing; }, 60));
+    ASSERT_TRUE(
+        bench.run_until([&] { return bench.status().activity == link::Activity::heating_hot_end; }, 200));
+    bench.run(20);
+    bench.type("M104 S0");
+    expect_pause();
+    EXPECT_EQ(bench.heat().hot_end.target_celsius, 0);
+    resume_and_match();
+}
+
+TEST_F(HeatTaken, OnTheWayToAPauseAndOnTheWayBack) {
+    start(hot_job(), 13);
+    bench.command(Command::pause);
+    bench.run(0.1);
+    ASSERT_EQ(bench.status().state, MachineState::pausing);
+    bench.type("M104 S0");
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().state == MachineState::paused; }, 60));
+    bench.run(200);
+    bench.command(Command::resume);
+    bench.run(2);
+    ASSERT_EQ(bench.status().activity, link::Activity::heating_hot_end);
+    bench.type("M104 S0");
+    expect_pause();
+    resume_and_match();
+}
+
 TEST_F(Parked, ModesOfTheJobAreNotTouchedByJogs) {
     start(hot_job(true), 12);
     pause();
@@ -335,12 +396,26 @@ TEST_F(Parked, TheTargetThatIsSetWhilePausedIsGoneOnWith) {
 }
 
 TEST_F(Parked, TheLayerIsTheOneThatIsPrintedNotTheOneThatIsRead) {
-    std::string text = "G28\nG1 Z1 F300\n";
+    std::string text = "G28\nM109 S200\nM83\nG1 Z1 F300\n";
     for (int layer = 0; layer < 40; ++layer)
-        text += ";LAYER:" + std::to_string(layer) + "\nG1 X100 F1200\nG1 X10\n";
-    start(text, 8);
+        text += ";LAYER:" + std::to_string(layer) + "\nG1 X100 E1 F1200\nG1 X10\n";
+    start(text, 10);
     EXPECT_LE(bench.status().layer, 4u);
     EXPECT_GE(bench.status().layer, 1u);
+}
+
+TEST_F(Parked, WithoutCommentsLayersAreFoundFromZAsPreflightFindsThem) {
+    std::string text = "G28\nM109 S200\nM83\nG1 Z5 F300\n";
+    for (int layer = 1; layer <= 12; ++layer) {
+        text += "G1 Z" + std::to_string(layer * 0.3) + "\nG1 X30 E1 F3000\nG1 Z8\nG1 X10\n";
+    }
+    printer::preflight::Preflight preflight{printer::MachineConfig{}};
+    preflight.feed({text.data(), text.size()});
+    EXPECT_EQ(preflight.finish().layers, 12u);
+    start(text, 4 + 4 * 5 + 4);
+    EXPECT_EQ(bench.status().layer, 6u);
+    ASSERT_TRUE(bench.finish_job());
+    EXPECT_EQ(bench.status().layer, 12u);
 }
 
 /// Keeps single pulses of X from the motor: the machine believes that it came back, and did not.

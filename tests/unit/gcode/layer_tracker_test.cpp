@@ -80,10 +80,10 @@ TEST(LayerTracker, ASpiralWithoutCommentsFallsIntoSlices) {
 TEST(LayerTracker, AJobHasSoManyLayersAndTheRestIsOfTheLast) {
     for (const char* begins : {";LAYER_CHANGE\n", ""}) {
         std::string program;
-        for (std::uint32_t i = 0; i < LayerTracker::kLayersMax + 50; ++i)
+        for (std::uint32_t i = 0; i < gcode::LayerFinder::kLayersMax + 50; ++i)
             program +=
                 begins + ("G1 X" + std::to_string(i % 2 + 1)) + " Z" + std::to_string(i % 3 + 1) + " E.1\n";
-        EXPECT_EQ(layers_of(program).size(), LayerTracker::kLayersMax);
+        EXPECT_EQ(layers_of(program).size(), gcode::LayerFinder::kLayersMax);
     }
 }
 

@@ -71,6 +71,15 @@ TEST(Heating, FilamentMovesOnlyWhenTheHotEndIsHot) {
     const Result<void> cold = bench.heating.check_cold(-0.1);
     ASSERT_FALSE(cold.ok());
     EXPECT_NE(cold.error().message.view().find("heat it first"), std::string_view::npos);
+    for (const double celsius : {169.96, 169.6}) {
+        bench.hot_end = celsius;
+        bench.observe();
+        const std::string said{bench.heating.check_cold(1).error().message.view()};
+        EXPECT_NE(said.find(celsius > 169.9 ? "is at 169.9 °C: filament" : "is at 169.6 °C: filament"),
+                  std::string::npos)
+            << said;
+        EXPECT_NE(said.find("from 170 °C on"), std::string::npos) << said;
+    }
     bench.hot_end = 170;
     bench.observe();
     EXPECT_TRUE(bench.heating.check_cold(-0.1).ok());

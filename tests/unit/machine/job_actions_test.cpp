@@ -76,7 +76,6 @@ TEST(JobActions, WhatIsTypedHappensAtOnce) {
 
 TEST(JobActions, AMoveSwitchesItsMotorOnAndCarriesTheJobsProgress) {
     Bench bench;
-    bench.places->begin_layer(4);
     ASSERT_TRUE(bench.actions.move(bench.move_x(10)).ok());
     EXPECT_EQ(bench.pins.log, "X+");
     EXPECT_EQ(bench.pipe->planner().position_mm()[0], 10);
@@ -84,7 +83,51 @@ TEST(JobActions, AMoveSwitchesItsMotorOnAndCarriesTheJobsProgress) {
     bench.pass_all();
     EXPECT_EQ(bench.link.status().bytes_executed, 17u);
     EXPECT_EQ(bench.link.status().line, 3u);
-    EXPECT_EQ(bench.link.status().layer, 4u);
+    EXPECT_EQ(bench.link.status().layer, 0u) << "nothing is laid down yet";
+}
+
+TEST(JobActions, LayersAreFoundFromExtrusionsAndToldWhenTheyHaveBeenMade) {
+    Bench bench;
+    static_cast<void>(bench.heating.sample(instant_from_ns(0), {Celsius{200}, Celsius{20}, 0}, false));
+    bench.heating.observe(instant_from_ns(0));
+    gcode::Move move = bench.move_x(10);
+    move.kind = gcode::MoveKind::print;
+    for (const double z : {0.3, 0.6, 0.61, 0.9}) {
+        move.from = move.to;
+        move.to[Axis::x] = move.from[Axis::x] + Millimetres{1};
+        move.to[Axis::z] = Millimetres{z};
+        move.to[Axis::e] = move.from[Axis::e] + Millimetres{0.1};
+        ASSERT_TRUE(bench.actions.move(move).ok());
+    }
+    EXPECT_EQ(bench.link.status().layer, 0u);
+    bench.pass_all();
+    EXPECT_EQ(bench.link.status().layer, 1u);
+    bench.last = 4;
+    bench.pass_all();
+    EXPECT_EQ(bench.link.status().layer, 3u);
+}
+
+TEST(JobActions, AHeaterThatAPersonTakesFromAJobIsARequestAndItsTargetIsKept) {
+    Bench bench;
+    bench.heating.set_target(gcode::Heater::hot_end, Celsius{200});
+    const auto asks = [&](gcode::Heater heater, double celsius) {
+        EXPECT_TRUE(bench.actions.set_temperature(heater, Celsius{celsius}).ok());
+        return bench.actions.take_request();
+    };
+    EXPECT_FALSE(asks(gcode::Heater::hot_end, 0)) << "the job's own line";
+    bench.places->forget();
+    bench.actions.set_speaker(Speaker::person);
+    EXPECT_FALSE(asks(gcode::Heater::hot_end, 190)) << "warm enough to print on";
+    EXPECT_FALSE(asks(gcode::Heater::bed, 0)) << "it is off already";
+    EXPECT_FALSE(bench.heating.keeps_targets());
+    const std::optional<Request> request = asks(gcode::Heater::hot_end, 0);
+    ASSERT_TRUE(request.has_value());
+    EXPECT_EQ(std::get<HeatTaken>(*request).heater, gcode::Heater::hot_end);
+    EXPECT_TRUE(bench.heating.keeps_targets());
+    bench.heating.ask_for_kept();
+    EXPECT_TRUE(bench.heating.takes_heat(gcode::Heater::hot_end, Celsius{169})) << "190 is kept";
+    bench.link.status().outcome = link::JobOutcome::completed;
+    EXPECT_FALSE(asks(gcode::Heater::hot_end, 0)) << "no job counts on it";
 }
 
 TEST(JobActions, ATypedMoveIsNoProgressOfTheJob) {

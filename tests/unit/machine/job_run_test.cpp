@@ -91,22 +91,26 @@ TEST(JobRun, TheNextJobBeginsWithFreshModesAndAFreshStatus) {
     bench.read_all();
     bench.job->publish(instant_from_ns(0), true, false);
     EXPECT_EQ(bench.link.status().unknown_codes, 1u);
-    EXPECT_EQ(bench.places->layer(), 1u);
+    EXPECT_EQ(bench.places->layers().on_extrusion(0.2), gcode::LayerFinder::Found::first);
+    EXPECT_EQ(bench.places->layers().layers(), 1u);
     bench.job->end({JobOutcome::completed});
     bench.send("M107\n", 2);
     EXPECT_EQ(*bench.job->read(), Read::begun);
     bench.job->publish(instant_from_ns(0), true, false);
     EXPECT_EQ(bench.link.status().unknown_codes, 0u);
     EXPECT_EQ(bench.link.status().job_id, 2u);
-    EXPECT_EQ(bench.places->layer(), 0u);
+    EXPECT_EQ(bench.places->layers().layers(), 0u);
     EXPECT_FALSE(bench.job->interpreter().state().relative);
 }
 
-TEST(JobRun, LayersAreCountedAsTheyAreRead) {
+TEST(JobRun, ACommentBeginsTheLayerOfTheNextExtrusion) {
     Bench bench;
+    EXPECT_EQ(bench.places->layers().on_extrusion(0.2), gcode::LayerFinder::Found::first);
     bench.send(";LAYER:0\nM107\n;LAYER:1\n");
     bench.read_all();
-    EXPECT_EQ(bench.places->layer(), 2u);
+    EXPECT_EQ(bench.places->layers().layers(), 0u) << "a new job";
+    EXPECT_EQ(bench.places->layers().on_extrusion(0.2), gcode::LayerFinder::Found::first);
+    EXPECT_EQ(bench.places->layers().on_extrusion(5), gcode::LayerFinder::Found::same) << "comments count";
 }
 
 TEST(JobRun, AnArrivalIsBegunWithoutBeingRead) {
