@@ -50,8 +50,11 @@ struct Job {
     /// The line at which its last copy failed or was cancelled; empty: unknown, or it did not.
     std::optional<std::int64_t> stopped_line{};
     std::optional<std::int64_t> stopped_layer{};  ///< likewise
-    std::string facts_json{};                     ///< an object, as the analyzer made it
-    double estimated_s = 0;                       ///< of one copy; 0: unknown
+    std::optional<std::int64_t> stopped_byte{};   ///< likewise: so many bytes of it were executed
+    /// What its last copy took of the printer's time, pauses excluded; empty: unknown.
+    std::optional<std::int64_t> printed_s{};
+    std::string facts_json{};  ///< an object, as the analyzer made it
+    double estimated_s = 0;    ///< of one copy; 0: unknown
     bool has_layers = false;
     bool has_thumbnail = false;
     /// The size of all files of its blob; jobs with the same bytes share them.

@@ -31,6 +31,8 @@ void forget_end(Job& job) {
     job.error.clear();
     job.stopped_line.reset();
     job.stopped_layer.reset();
+    job.stopped_byte.reset();
+    job.printed_s.reset();
 }
 
 }  // namespace
@@ -244,9 +246,11 @@ Result<Change> Queue::plan_end_copy(JobId id, const CopyEnd& end, UnixSeconds no
             break;
     }
     if (is_ended(job.state)) job.order = last_ended_ + 1;
+    job.printed_s = end.printed_s;
     if (end.outcome != CopyOutcome::completed) {
         job.stopped_line = end.stopped_line;
         job.stopped_layer = end.stopped_layer;
+        job.stopped_byte = end.stopped_byte;
     }
     return Change{{std::move(job)}, {}};
 }

@@ -45,7 +45,10 @@ struct CopyEnd {
     std::string error;  ///< why it failed
     /// The line at which it failed or was cancelled; empty: unknown.
     std::optional<std::int64_t> stopped_line;
-    std::optional<std::int64_t> stopped_layer;  ///< likewise
+    std::optional<std::int64_t> stopped_layer;   ///< likewise
+    std::optional<std::int64_t> stopped_byte{};  ///< likewise: so many were executed
+    /// The printer's time, pauses excluded; empty: unknown.
+    std::optional<std::int64_t> printed_s{};
 };
 
 class Queue {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -290,11 +291,18 @@ void Spool::tick(Instant now, UnixSeconds now_s) {
 /// Notes the place of the active run. The machine may be gone by the time the run has failed.
 void Spool::note_place() {
     const auto& job = machine_.job;
-    if (!machine_.connected || machine_.session != run_->session || job.job_id != run_->id || job.line == 0)
-        return;
-    line_ = static_cast<std::int64_t>(
-        std::min<std::uint64_t>(job.line, std::numeric_limits<std::int64_t>::max()));
-    layer_ = job.layer;
+    if (!machine_.connected || machine_.session != run_->session || job.job_id != run_->id) return;
+    const auto whole = [](std::uint64_t value) {
+        return static_cast<std::int64_t>(
+            std::min<std::uint64_t>(value, std::numeric_limits<std::int64_t>::max()));
+    };
+    constexpr double kLongest_s = 1e9;
+    if (job.print_time_s >= 0 && job.print_time_s < kLongest_s)  // not so for a damaged page's
+        place_.printed_s = std::llround(job.print_time_s);
+    place_.stopped_byte = whole(job.bytes_executed);
+    if (job.line == 0) return;
+    place_.stopped_line = whole(job.line);
+    place_.stopped_layer = job.layer;
 }
 
 void Spool::watch_heartbeat(Instant now) {
@@ -407,7 +415,10 @@ void Spool::repeat_cancel(Instant now) {
 }
 
 void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSeconds now_s) {
-    Result<Change> change = queue_.plan_end_copy(run_->job, {outcome, reason, line_, layer_}, now_s);
+    CopyEnd end = place_;
+    end.outcome = outcome;
+    end.error = reason;
+    Result<Change> change = queue_.plan_end_copy(run_->job, end, now_s);
     QDUINO_EXPECT(change.ok());
     const Job job = change->put.front();
     Commit ending{.jobs = std::move(*change),
@@ -429,8 +440,7 @@ void Spool::finish_run(CopyOutcome outcome, const std::string& reason, UnixSecon
     feeder_.reset();
     cancel_sent_at_.reset();
     pause_wanted_ = false;
-    line_.reset();
-    layer_.reset();
+    place_ = {};
 }
 
 /// What was typed beside the run changes the part that is asked for. After a restart of this

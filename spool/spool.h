@@ -247,8 +247,8 @@ class Spool {
     std::filesystem::directory_iterator sweep_;  // through blobs/, a few entries each tick
     // Numbers from here on were not given out before this start.
     JobId first_new_id_ = 1;
-    UnixSeconds retained_s_ = 0;                // when ages were last looked at
-    std::optional<std::int64_t> line_, layer_;  // of the active run, as the machine last said
+    UnixSeconds retained_s_ = 0;  // when ages were last looked at
+    CopyEnd place_;               // how far the active run is, as the machine last said
     Queue queue_;
     QueueGate gate_;
     std::optional<Run> run_;

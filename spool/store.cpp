@@ -15,17 +15,18 @@ namespace {
 // A row's columns stand in the order of the members of Job and Run.
 const std::string kJobColumns =
     "id, name, size, sha256, state, hold, copies, copies_done, priority, position, created_s, started_s, "
-    "ended_s, error, stopped_line, stopped_layer, facts, estimated_s, has_layers, has_thumbnail, "
-    "stored_bytes";
+    "ended_s, error, stopped_line, stopped_layer, stopped_byte, printed_s, facts, estimated_s, has_layers, "
+    "has_thumbnail, stored_bytes";
 const std::string kRunColumns = "id, job, session, length, cancel_asked, inspected";
-static_assert(boost::pfr::tuple_size_v<Job> == 21 && boost::pfr::tuple_size_v<Run> == 6);
+static_assert(boost::pfr::tuple_size_v<Job> == 23 && boost::pfr::tuple_size_v<Run> == 6);
 
 const std::string kPutJob = "INSERT INTO jobs(" + kJobColumns + R"sql()
-VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)
+VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)
 ON CONFLICT(id) DO UPDATE SET state=excluded.state, hold=excluded.hold, copies=excluded.copies,
   copies_done=excluded.copies_done, priority=excluded.priority, position=excluded.position,
   started_s=excluded.started_s, ended_s=excluded.ended_s, error=excluded.error,
-  stopped_line=excluded.stopped_line, stopped_layer=excluded.stopped_layer)sql";
+  stopped_line=excluded.stopped_line, stopped_layer=excluded.stopped_layer,
+  stopped_byte=excluded.stopped_byte, printed_s=excluded.printed_s)sql";
 
 const std::string kSelectJobs = "SELECT " + kJobColumns + " FROM jobs WHERE ";
 

@@ -10,7 +10,7 @@ namespace qduino::spool {
 
 namespace {
 
-constexpr std::int64_t kSchemaVersion = 2;
+constexpr std::int64_t kSchemaVersion = 3;
 
 // The state column holds the words of to_word(): a person with a sqlite shell should be able to
 // read it.
@@ -46,6 +46,12 @@ UPDATE jobs SET position = ranked.place FROM (
 CREATE INDEX jobs_ended ON jobs(position DESC, state, name, ended_s) WHERE state IN ('done','cancelled','failed');
 CREATE INDEX jobs_live ON jobs(state) WHERE state IN ('queued','printing');
 CREATE INDEX jobs_of_blob ON jobs(sha256, stored_bytes);
+)sql";
+
+// Version 3: how far a stopped job came, to the byte, and what a copy took of the printer's time.
+constexpr const char* kSchema3 = R"sql(
+ALTER TABLE jobs ADD COLUMN stopped_byte INTEGER;
+ALTER TABLE jobs ADD COLUMN printed_s INTEGER;
 )sql";
 
 Result<void> check_pages(SQLite::Database& database) {
@@ -89,8 +95,11 @@ Result<void> prepare_schema(SQLite::Database& database) {
         QDUINO_TRY(check_pages(database));
     }
     SQLite::Transaction transaction{database};
-    database.exec(kSchema1);
-    database.exec(kSchema2);
+    if (version < 2) {
+        database.exec(kSchema1);
+        database.exec(kSchema2);
+    }
+    database.exec(kSchema3);
     SQLite::Statement name{database, "INSERT OR IGNORE INTO settings VALUES('journal_id', ?)"};
     name.bind(1, random_name());
     name.exec();

@@ -68,6 +68,7 @@ Job job_of(int id) {
     job.started_s = job.created_s + 60;
     job.ended_s = job.created_s + 3000;
     if (job.state != JobState::done) job.stopped_line = 1000 + id % 7000, job.stopped_layer = 1 + id % 100;
+    job.printed_s = 2900;
     if (job.state == JobState::failed)
         job.error = "hot end: not heating as it should, 2.0 °C expected in 20 s, 0.4 °C seen";
     job.facts_json =

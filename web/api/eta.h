@@ -28,4 +28,11 @@ struct Executed {
 [[nodiscard]] double remaining_s(const nlohmann::ordered_json& facts, double estimated_s, std::uint64_t size,
                                  const Executed& executed);
 
+/// How much of a copy's time is over, 0…1, from the seconds that have passed and that are left. So
+/// percents and times say the same. 0 where both are 0.
+[[nodiscard]] constexpr double share_of_time(double elapsed_s, double remaining_s) {
+    const double whole_s = elapsed_s + remaining_s;
+    return whole_s > 0 ? elapsed_s / whole_s : 0;
+}
+
 }  // namespace qduino::web::api

@@ -82,6 +82,7 @@ std::string_view job_word(const spool::Spool& spool, const spool::Job& job) {
 }
 
 Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
+    // Without an estimate the bytes must do for the time.
     Progress progress;
     if (job.state == spool::JobState::done) return {job.size, 1, 0, 0.0};
     const spool::MachineView& machine = spool.machine();
@@ -96,6 +97,7 @@ Progress progress_of(const spool::Spool& spool, const spool::Job& job) {
         const Json facts = Json::parse(job.facts_json, nullptr, false);
         progress.remaining_s = remaining_s(facts, job.estimated_s, job.size,
                                            {progress.bytes, progress.elapsed_s, machine.job.heating_time_s});
+        progress.fraction = share_of_time(progress.elapsed_s, *progress.remaining_s);
     } else if (progress.fraction > 0.01) {
         progress.remaining_s = progress.elapsed_s / progress.fraction - progress.elapsed_s;
     } else {

@@ -64,6 +64,25 @@ std::string_view machine_word(MachineState state) {
     return kWords(state);
 }
 
+Json activity_word(printer::link::Activity activity) {
+    using enum printer::link::Activity;
+    switch (activity) {
+        case none:
+            break;
+        case homing:
+            return "homing";
+        case probing:
+            return "probing";
+        case heating_hot_end:
+            return "heating_hot_end";
+        case heating_bed:
+            return "heating_bed";
+        case returning:
+            return "returning";
+    }
+    return nullptr;
+}
+
 Json progress_json(const Progress& progress) {
     return {{"bytes", progress.bytes},
             {"fraction", progress.fraction},
@@ -90,6 +109,8 @@ Json job_json(const spool::Job& job, std::string_view word, const Progress& prog
         {"error", text_or_null(job.error)},
         {"stopped_line", job.stopped_line},
         {"stopped_layer", job.stopped_layer},
+        {"stopped_byte", job.stopped_byte},
+        {"printed_s", job.printed_s},
         {"facts", facts_of(job)},
         {"progress", progress_json(progress)},
     };
@@ -114,6 +135,7 @@ Json machine_json(const printer::link::JobStatus& job, const MotionStatus& motio
         {"parked", job.parked && job.state == MachineState::paused},
         {"feed_factor", job.feed_factor},
         {"flow_factor", job.flow_factor},
+        {"activity", activity_word(job.activity)},
         {"layer", job.layer},
         {"line", job.line},
         {"bytes_executed", job.bytes_executed},

@@ -36,13 +36,15 @@ using Json = nlohmann::ordered_json;
 /// The progress of a running copy.
 struct Progress {
     std::uint64_t bytes = 0;
-    double fraction = 0;  ///< 0…1
+    double fraction = 0;  ///< of the copy's time, 0…1
     double elapsed_s = 0;
     std::optional<double> remaining_s = 0;  ///< nothing while a running copy gives no estimate yet
 };
 
 /// The word of `state` in the status object.
 [[nodiscard]] std::string_view machine_word(printer::link::MachineState state);
+/// The word of `activity` in the status object; null for `none`, and for what is none of them.
+[[nodiscard]] Json activity_word(printer::link::Activity activity);
 /// The status object, as far as the link tells it.
 [[nodiscard]] Json machine_json(const printer::link::JobStatus& job,
                                 const printer::link::MotionStatus& motion,

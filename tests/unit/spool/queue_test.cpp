@@ -61,7 +61,7 @@ class Jobs {
     }
     [[nodiscard]] Result<Change> plan_end_copy(JobId id, CopyOutcome outcome, std::string error,
                                                UnixSeconds now_s) const {
-        return queue_.plan_end_copy(id, {outcome, std::move(error), 12, 3}, now_s);
+        return queue_.plan_end_copy(id, {outcome, std::move(error), 12, 3, 400, 50}, now_s);
     }
     void apply(const Change& change) {
         queue_.apply(change);
@@ -196,11 +196,14 @@ TEST(Queue, AFailedJobKeepsItsReasonUntilItIsStartedAgain) {
     EXPECT_EQ(queue.find(a)->error, "thermistor stuck");
     EXPECT_EQ(queue.find(a)->stopped_line, 12);
     EXPECT_EQ(queue.find(a)->stopped_layer, 3);
+    EXPECT_EQ(queue.find(a)->stopped_byte, 400);
+    EXPECT_EQ(queue.find(a)->printed_s, 50);
     EXPECT_EQ(queue.next(), nullptr);
     apply(queue, queue.plan_start(a));
     EXPECT_EQ(queue.find(a)->state, JobState::queued);
     EXPECT_EQ(queue.find(a)->error, "");
     EXPECT_FALSE(queue.find(a)->stopped_line || queue.find(a)->stopped_layer);
+    EXPECT_FALSE(queue.find(a)->stopped_byte || queue.find(a)->printed_s);
     EXPECT_EQ(queue.find(a)->copies, 1) << "the failed copy was not done";
 }
 

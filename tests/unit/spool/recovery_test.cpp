@@ -554,5 +554,20 @@ TEST_F(RecoveryTest, AJournalOfVersion1IsBroughtUpToDate) {
     EXPECT_EQ(spool_->counts().total(), 6);
 }
 
+TEST_F(RecoveryTest, AJournalOfVersion2IsBroughtUpToDate) {
+    ASSERT_TRUE(try_open().ok());
+    const JobId a = *add("G28\n;a");
+    spool_.reset();
+    {
+        SQLite::Database old{journal().string(), SQLite::OPEN_READWRITE};
+        old.exec("ALTER TABLE jobs DROP COLUMN stopped_byte");
+        old.exec("ALTER TABLE jobs DROP COLUMN printed_s");
+        old.exec("PRAGMA user_version=2");
+    }
+    ASSERT_TRUE(try_open().ok());
+    ASSERT_NE(spool_->find(a), std::nullopt);
+    EXPECT_FALSE(spool_->find(a)->stopped_byte || spool_->find(a)->printed_s);
+}
+
 }  // namespace
 }  // namespace qduino::spool::recovery_test

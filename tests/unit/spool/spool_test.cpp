@@ -372,12 +372,17 @@ TEST_F(SpoolTest, AStoppedJobKeepsTheLineAndTheLayerWhereItStopped) {
     open_spool();
     EXPECT_EQ(spool_->find(stopped)->stopped_line, 812);
     EXPECT_EQ(spool_->find(stopped)->stopped_layer, 14);
+    ASSERT_TRUE(spool_->find(stopped)->stopped_byte.has_value());
+    EXPECT_GT(*spool_->find(stopped)->stopped_byte, 0);
+    EXPECT_LT(*spool_->find(stopped)->stopped_byte, 2'000'000);
     ASSERT_TRUE(spool_->release_queue().ok());
     run(2);
     ASSERT_TRUE(spool_->clear_fault().ok());
     run(30);
     ASSERT_EQ(state(done), JobState::done);
     EXPECT_FALSE(spool_->find(done)->stopped_line.has_value()) << "it did not stop";
+    EXPECT_FALSE(spool_->find(done)->stopped_byte.has_value());
+    EXPECT_TRUE(spool_->find(done)->printed_s.has_value()) << "the printer's own time";
     ASSERT_TRUE(spool_->start(stopped).ok());
     EXPECT_FALSE(spool_->find(stopped)->stopped_line.has_value()) << "it prints again";
 }

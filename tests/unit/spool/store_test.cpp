@@ -56,6 +56,8 @@ Job full_job() {
     job.has_thumbnail = true;
     job.stopped_line = 812;
     job.stopped_layer = 14;
+    job.stopped_byte = 30'017;
+    job.printed_s = 1234;
     job.stored_bytes = 5000;
     return job;
 }
@@ -89,6 +91,8 @@ TEST_F(StoreTest, AJobComesBackFieldByField) {
     EXPECT_EQ(read.has_thumbnail, written.has_thumbnail);
     EXPECT_EQ(read.stopped_line, written.stopped_line);
     EXPECT_EQ(read.stopped_layer, written.stopped_layer);
+    EXPECT_EQ(read.stopped_byte, written.stopped_byte);
+    EXPECT_EQ(read.printed_s, written.printed_s);
     EXPECT_EQ(read.stored_bytes, written.stored_bytes);
     EXPECT_EQ(store_->counts().failed, 1);
     EXPECT_EQ(store_->stored_bytes(), written.stored_bytes);

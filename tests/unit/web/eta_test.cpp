@@ -26,6 +26,12 @@ TEST(Eta, BytesCountByTheTimeThatTheyTake) {
     EXPECT_NEAR(left_s({1000, 1100, 100}), 0, 1e-9);
 }
 
+TEST(Eta, TheShareOfTheTimeIsNotThatOfTheBytes) {
+    EXPECT_NEAR(api::share_of_time(200, left_s({500, 200, 100})), 200 / 1100.0, 1e-9) << "half of the bytes";
+    EXPECT_EQ(api::share_of_time(0, 0), 0);
+    EXPECT_EQ(api::share_of_time(7, 0), 1);
+}
+
 TEST(Eta, TheWaitForHeatRunsDownByItself) {
     EXPECT_NEAR(left_s({0, 60, 60}), 1040, 1e-9);
     EXPECT_NEAR(left_s({0, 130, 130}), 1000, 1e-9) << "longer than estimated: nobody knows how long";

@@ -271,7 +271,9 @@ TEST_F(JobsApiTest, TheStatusSaysWhenEachWaitingJobIsReady) {
     start_sketch();
     run(2);
     static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}, {"copies", "2"}}));
-    run(4, 100'000);
+    run(2, 100'000);
+    sketch_->status().print_time_s = 30;
+    run(2, 100'000);
     static_cast<void>(upload("b", "G28\n", {{"print", "true"}, {"copies", "3"}}));
     static_cast<void>(upload("c", "G28\n"));
     static_cast<void>(upload("d", "G28\n", {{"print", "true"}}));
@@ -280,6 +282,10 @@ TEST_F(JobsApiTest, TheStatusSaysWhenEachWaitingJobIsReady) {
     EXPECT_GT(left_s, 0);
     EXPECT_LT(left_s, 500) << "100 s, at the pace of what has been printed";
     EXPECT_GT(status["progress"]["bytes"], 0);
+    const double elapsed_s = status["progress"]["elapsed_s"];
+    EXPECT_EQ(elapsed_s, 30);
+    EXPECT_NEAR(status["progress"]["fraction"].get<double>(), elapsed_s / (elapsed_s + left_s), 1e-9)
+        << "percents are of the time, as what is left is";
     EXPECT_EQ(status["ready_in_s"].size(), 2u) << "not what is held";
     EXPECT_NEAR(status["ready_in_s"]["2"].get<double>(), left_s + 100 + 300, 0.51);
     EXPECT_NEAR(status["ready_in_s"]["4"].get<double>(), left_s + 100 + 400, 0.51);
@@ -325,7 +331,9 @@ TEST_F(JobsApiTest, APrintingJobCannotBeDeletedAndShowsItsProgress) {
     start_sketch();
     run(2);
     static_cast<void>(upload("a", spool::content_of(1'000'000, 1), {{"print", "true"}}));
-    run(4, 100'000);
+    run(2, 100'000);
+    sketch_->status().print_time_s = 30;
+    run(2, 100'000);
     const auto job = request("GET /api/v1/jobs/1").json();
     EXPECT_EQ(job["state"], "printing");
     EXPECT_GT(job["progress"]["fraction"], 0.0);
