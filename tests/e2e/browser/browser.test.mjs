@@ -111,6 +111,8 @@ const names = async () => (await at('job').locator('.name').allTextContents());
 
 const drop = (name, bytes) => dropOn(page, name, bytes);
 const lookAt = (canvas) => lookOn(page, canvas);
+/** Shows the tools of a waiting job. */
+const more = (name) => page.getByRole('button', { name: typeof name === 'string' ? `More for ${name}` : name }).click();
 const bedIsClear = async () => {
   await page.getByRole('button', { name: 'Bed is clear' }).click();
   await until('a clear bed', async () => (await at('bed').count()) === 0);
@@ -151,15 +153,16 @@ test('a print ends inspected: what was built is what was asked', async () => {
   await until('a finished print', () => endedAs('small.gcode', 'done'));
   await job('ended', 'small.gcode').locator('.name-button').click();
   await at('report').waitFor();
-  assert.match(await at('report').textContent(), /what was built is what was asked.*\b0 lost steps · 5 layers/s);
-  assert.match(await at('bed').textContent(), /clear bed.*small\.gcode/s);
+  assert.match(await at('report').textContent(), /what was built is what was asked.*\b0 lost steps/s);
+  assert.match(await job('ended', 'small.gcode').textContent(), /Printed in \d/);
+  assert.match(await at('what-now').textContent(), /clear bed.*small\.gcode/s);
   await page.locator('.legend li').first().waitFor();
 });
 
 test('a dropped file is printed, and the picture grows with it', async () => {
   // Long enough that it still prints when it is cancelled below, however busy the machine is.
   await drop('tower.gcode', makeGcode({ layers: 180, radius: 24, spacing: 1, estimated_min: 97 }));
-  await until('a tower that waits for the bed', async () => /tower\.gcode waits/.test(await at('bed').textContent()));
+  await until('a tower that waits for the bed', async () => /tower\.gcode waits/.test(await at('what-now').textContent()));
   await bedIsClear();
   await job('running', 'tower.gcode').waitFor();
   await stateIs('Printing');
@@ -169,7 +172,7 @@ test('a dropped file is printed, and the picture grows with it', async () => {
   const late = await lookAt(at('canvas'));
   assert.ok(early.colours > 20, `the canvas has ${early.colours} colours: it is blank`);
   assert.ok(late.warm > 200 && late.warm !== early.warm, `the part does not grow: ${JSON.stringify({ early, late })}`);
-  assert.match(await page.title(), /% · tower\.gcode/);
+  assert.match(await page.title(), /^\d+ % Printing · .+ · tower\.gcode$/);
   assert.ok(Number.parseFloat(await at('hot-end').textContent()) > 150);
 });
 
@@ -191,6 +194,7 @@ test('jobs queue up, move and can be deleted', async () => {
   await until('three jobs that wait', async () => (await names()).length === 3);
   assert.deepEqual((await names()).slice(0, 2), ['second.gcode', 'third.gcode']);
   assert.equal((await names())[2], '<img src=x onerror=alert(1)>.gcode', 'a name is text');
+  await more('third.gcode');
   await page.getByRole('button', { name: 'Move third.gcode up' }).click();
   await until('third before second', async () => (await names())[0] === 'third.gcode');
   await page.getByRole('button', { name: 'Move third.gcode down' }).click();
@@ -199,10 +203,12 @@ test('jobs queue up, move and can be deleted', async () => {
     await drag('third.gcode', 'second.gcode'); // a starved browser loses one now and then
     return until('it', async () => (await names())[0] === 'third.gcode', 5000).then(() => true, () => false);
   });
+  await more('second.gcode');
   await page.getByRole('button', { name: 'Hold second.gcode' }).click();
   await job('job', 'second.gcode').getByText('On hold').waitFor();
   await page.getByRole('button', { name: 'Release second.gcode' }).click();
   await until('second released', async () => (await page.getByText('On hold').count()) === 0);
+  await more(/^More for <img/);
   await page.getByRole('button', { name: /^Delete <img/ }).click();
   await at('yes').click();
   await until('two jobs that wait', async () => (await names()).length === 2);
@@ -257,9 +263,9 @@ test('the emergency stop stops, says so, and can be cleared', async () => {
 
 test('the queue waits after a failure, and goes on when it is told to', async () => {
   await at('gate').waitFor();
+  if ((await at('bed').count()) > 0) await bedIsClear();
   await page.getByRole('button', { name: 'Go on with the queue' }).click();
   await until('an open gate', async () => (await at('gate').count()) === 0);
-  if ((await at('bed').count()) > 0) await bedIsClear();
   await job('running', 'second.gcode').waitFor();
   await stateIs('Printing');
 });

@@ -68,8 +68,7 @@ const text = (locator) => locator.textContent();
 test('after a print one button says that the bed is clear, and until then the next job waits', () =>
   inScene('bed', async ({ mock, requests, at, button }) => {
     await at('bed').waitFor();
-    assert.match(await text(at('bed')), /hinge\.gcode waits for a clear bed.*calibration-cube\.gcode/s);
-    assert.match(await text(at('bed-waits')), /waits until the bed is said to be clear/);
+    assert.match(await text(at('what-now')), /hinge\.gcode waits for a clear bed.*calibration-cube\.gcode/s);
     assert.equal(mock.printer.state, 'idle');
     assert.equal(await button('Bed is clear').count(), 1);
     await button('Bed is clear').click();
@@ -113,8 +112,8 @@ test('a parked print says what may be done, and what resume will do', () =>
     await until('a hot end for filament', () => button('Extrude 10 mm').isEnabled());
     assert.ok(await button('Home X').isDisabled());
     mock.printer.idle.timed_out = true;
-    await at('idle-off').waitFor();
-    assert.match(await text(at('idle-off')), /Resume heats up again first/);
+    await until('its reason', async () => /switched off: nobody had used them for 10 min.*Resume heats up again first/.test(await text(at('pause-note'))));
+    assert.equal(await at('idle-off').count(), 0, 'it is said once');
     mock.printer.parked = false;
     await until('no jog while it is not parked', () => button('X plus 10 mm').isDisabled());
     assert.equal(await page.getByText('Axes move by hand once the head is parked.').count(), 1);
@@ -138,7 +137,9 @@ test('an emergency stop shows the failed job and where it stopped, not an older 
     await button('Back to the print').click();
     await button('Emergency stop').click();
     await at('stopped').waitFor();
-    assert.match(await text(at('stopped')), /This print failed at line 1\d.\d{3}, in layer 6\d of 120, after \d\d % of the file\..*Emergency stop/s);
+    assert.match(await text(at('stopped')), /This print failed at line 1\d.\d{3}, in layer 6\d of 120, after 42 min\./);
+    assert.equal((await page.locator('main').innerText()).match(/emergency stop/gi).length, 1, 'the reason stands once');
+    assert.equal(await page.locator('.job.current').getAttribute('data-state'), 'failed');
     assert.equal(await at('report').count(), 0);
     assert.equal(await page.locator('.part-card h2').textContent(), '3DBenchy.gcode');
     // The sensor is dead: the fault stays, and its reason stands beside the button.
@@ -151,6 +152,109 @@ test('an emergency stop shows the failed job and where it stopped, not an older 
     mock.printer.stuck = null;
     await button('Clear fault').click();
     await until('no fault', async () => (await at('fault').count()) === 0);
+    assert.equal(await page.locator('.what-now li.done').count(), 1, 'a step that is done stays, ticked');
+  }));
+
+test('after a failure each step has its button when it is its turn', () =>
+  inScene('faulted', async ({ mock, at, button }) => {
+    mock.printer.gate.bed_occupied = true;
+    mock.printer.changed();
+    for (const [step, name] of [['fault', 'Clear fault'], ['bed', 'Bed is clear'], ['gate', 'Go on with the queue']]) {
+      await until(`the step ${step}`, async () => (await at(step).locator('button').count()) === 1);
+      assert.equal(await at('what-now').locator('li button').count(), 1, 'the next button only');
+      await button(name).click();
+      await until(`the end of the step ${step}`, async () => (await at(step).count()) === 0);
+    }
+    await at('running').waitFor();
+  }));
+
+test('"Off" asks in a print, says what it does, and pauses it', () =>
+  inScene('printing', async ({ mock, page, at, button, requests }) => {
+    await at('running').waitFor();
+    await button('Hot end off').click();
+    assert.match(await text(page.locator('dialog')), /hot end off in the middle of the print.*paused.*heats up again first/s);
+    await page.getByRole('button', { name: 'No, keep it' }).click();
+    assert.equal(mock.printer.hotEnd.target_c, 209);
+    await page.getByLabel('Hot end target, °C').fill('0');
+    await page.getByRole('button', { name: 'Set hot end target' }).click();
+    await at('yes').click();
+    await at('pause-note').waitFor();
+    assert.match(await text(at('pause-note')), /Resume heats up again first/);
+    assert.equal(requests.filter((each) => each === 'POST /api/v1/machine/temperature').length, 1);
+    await button('Hot end off').waitFor();
+    assert.ok(await button('Hot end off').isDisabled());
+  }));
+
+test('a question and a refusal about a print end with it, and its end is told', () =>
+  inScene('printing', async ({ mock, page, at, button }) => {
+    await at('running').waitFor();
+    const { printer } = mock;
+    printer.gate.held = true;
+    printer.state = 'pausing'; // the page has not heard of it: pause is refused
+    await button('Pause').click({ force: true }).catch(() => undefined);
+    printer.state = 'printing';
+    await button('Cancel').click();
+    await page.locator('dialog[open]').waitFor();
+    printer.finish('done');
+    await until('no question', async () => (await page.locator('dialog[open]').count()) === 0);
+    await until('the end, told', async () => (await text(at('announced'))) === '3DBenchy.gcode is printed.');
+    await at('what-now').waitFor();
+    assert.equal(await at('refusal').count(), 0);
+  }));
+
+test('heating is a state, and the tab tells the printer, the state and the percent', () =>
+  inScene('heating', async ({ mock, page, at }) => {
+    await until('the state', async () => (await text(at('state'))) === 'Heating');
+    assert.match(await text(at('doing')), /1\d\d of 209 °C/);
+    assert.equal(await text(at('printer')), 'Printrbot Simple Metal');
+    assert.match(await page.title(), /^0 % Heating · Printrbot Simple Metal · 3DBenchy\.gcode$/);
+    mock.printer.activity = null;
+    await until('printing', async () => (await text(at('state'))) === 'Printing');
+    assert.equal(await at('doing').count(), 0);
+  }));
+
+test('percents are of the time, the same wherever they stand', () =>
+  inScene('printing', async ({ mock, page, at }) => {
+    await at('running').waitFor();
+    mock.printer.elapsed = 4804; // slow so far: half of the bytes took the time of all
+    const same = async () => {
+      const told = Math.floor(mock.printer.progress().fraction * 100);
+      const [done, row] = [await text(at('percent')), await text(at('running').locator('.facts'))];
+      return Math.abs(Number.parseInt(done, 10) - told) <= 1 && row.startsWith(done) && (await page.title()).startsWith(done);
+    };
+    await until('the share of the time', same);
+    assert.ok(mock.printer.progress().fraction > 0.65);
+  }));
+
+test('thirty jobs take a line each, whose tools are shown on demand, and a deleted one hands on the focus', () =>
+  inScene('queue30', async ({ page, at, button }) => {
+    await until('thirty', async () => (await at('job').count()) >= 30);
+    const heights = await at('job').evaluateAll((rows) => rows.map((row) => row.getBoundingClientRect().height));
+    assert.ok(Math.max(...heights) <= 50, `a row is ${Math.max(...heights)} px high`);
+    assert.equal(await page.locator('.queue [aria-current=true]').count(), 1);
+    assert.equal(await page.locator('.queue [aria-current=true]').locator('xpath=ancestor::li').getAttribute('data-testid'), 'running');
+    await page.locator('.name-button', { hasText: 'knob-02' }).click();
+    await until('the shown one', async () => /knob-02/.test(await page.locator('.queue [aria-current=true]').textContent()));
+    await button('More for knob-02.gcode').click();
+    const copies = page.getByLabel('Copies of knob-02.gcode');
+    await copies.fill('-4');
+    await copies.press('Tab');
+    await at('job').filter({ hasText: 'knob-02' }).getByTestId('refusal').waitFor();
+    assert.equal(await copies.inputValue(), '1', 'a refused number does not stay');
+    await button('Delete knob-02.gcode').click();
+    await at('yes').click();
+    await until('it is gone', async () => (await at('job').filter({ hasText: 'knob-02' }).count()) === 0);
+    await until('the focus on the next', () => page.evaluate(() => /hinge-03/.test(document.activeElement?.textContent ?? '')));
+    assert.deepEqual(await findings(page), []);
+  }));
+
+test('a name keeps its direction to itself, and hides nothing', () =>
+  inScene('printing', async ({ mock, page, at }) => {
+    await at('running').waitFor();
+    mock.printer.jobs.find((each) => each.state === 'queued').name = 'a\u202Eedocg.exe';
+    mock.printer.changed();
+    await until('the name', async () => (await page.locator('.job bdi').allTextContents()).includes('a‹U+202E›edocg.exe'));
+    assert.ok(!/[\u202A-\u202E\u2066-\u2069]/.test(await page.locator('body').innerHTML()));
   }));
 
 test('a report that comes after the end of its print is shown when it comes', () =>
@@ -313,7 +417,7 @@ test('what is guaranteed is as of now', () =>
 
 // Every state with something of its own on the page; a new page for each of them, and both colour
 // schemes on it.
-for (const scene of ['paused-off', 'stuck-fault', 'held', 'bed', 'no-confirm', 'idle-warning', 'idle-never', 'unhomed', 'simulated', 'disconnected']) {
+for (const scene of ['heating', 'finished', 'paused-off', 'stuck-fault', 'held', 'bed', 'no-confirm', 'idle-warning', 'idle-never', 'unhomed', 'simulated', 'disconnected']) {
   test(`axe finds nothing: ${scene}`, () => inScene(scene, async ({ page, at, button }) => {
     await at('state').waitFor();
     if (scene === 'stuck-fault') {

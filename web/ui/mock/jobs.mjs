@@ -8,7 +8,7 @@ export const isWaiting = (job) => WAITING.includes(job.state);
 export function makeJob(part, estimated_s, id, name, state, more = {}) {
   return {
     id, name, size: part.size, sha256: '0'.repeat(64), state, hold: state === 'held', copies: 1, copies_done: 0, priority: 0,
-    position: null, created: '2026-11-21T06:00:00Z', started: null, ended: null, error: null, stopped_line: null, stopped_layer: null,
+    position: null, created: '2026-11-21T06:00:00Z', started: null, ended: null, error: null, stopped_line: null, stopped_layer: null, stopped_byte: null, printed_s: null,
     facts: {
       estimated_s, filament_mm: 3918.2, layers: part.layers.length, lines: Math.round(part.size / 34), min_mm: [40, 40, 0.3], max_mm: [110, 110, 36],
       activities_s: {
@@ -32,9 +32,9 @@ export function makeHistory(count, make) {
     const state = id % 50 === 7 ? 'failed' : id % 20 === 3 ? 'cancelled' : 'done';
     const started = Date.UTC(2026, 10, 21) - (count - id) * 3_600_000;
     const time = (ms) => new Date(ms).toISOString().replace('.000', '');
-    const stop = state === 'done' ? {} : { stopped_line: 1000 + id % 7000, stopped_layer: 1 + id % 100 };
+    const stop = state === 'done' ? {} : { stopped_line: 1000 + id % 7000, stopped_layer: 1 + id % 100, stopped_byte: (1000 + id % 7000) * 34 };
     out.push(make(id, `${names[id % names.length]}-${id}.gcode`, state, {
-      started: time(started), ended: time(started + 2_000_000), ...stop, ...(state === 'failed' ? { error: 'emergency stop' } : {}),
+      started: time(started), ended: time(started + 2_000_000), printed_s: 2000, ...stop, ...(state === 'failed' ? { error: 'emergency stop' } : {}),
     }));
     out[out.length - 1].facts.thumbnail = id % 2 === 0;
   }

@@ -4,7 +4,7 @@ import { mkdir } from 'node:fs/promises';
 import { chromium } from 'playwright-core';
 import { startMock } from './server.mjs';
 
-const SCENES = ['empty', 'printing', 'paused', 'paused-off', 'faulted', 'stuck-fault', 'held', 'bed', 'no-confirm', 'idle-warning', 'idle-hint', 'idle-off',
+const SCENES = ['empty', 'heating', 'printing', 'finished', 'queue30', 'paused', 'paused-off', 'faulted', 'stuck-fault', 'held', 'bed', 'no-confirm', 'idle-warning', 'idle-hint', 'idle-off',
   'idle-never', 'unhomed', 'simulated', 'many', 'disconnected', 'upload-error', 'wrong-key'];
 const SIZES = {
   tablet: { width: 820, height: 1180 }, desktop: { width: 1440, height: 900 }, phone: { width: 390, height: 844 } };

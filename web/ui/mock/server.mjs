@@ -3,8 +3,8 @@
 // dependencies.
 //
 //   node mock/server.mjs [--port 8090] [--scene SCENE] [--key KEY]
-//   scenes: idle printing paused faulted stuck-fault disconnected held bed no-confirm idle-warning
-//           idle-off unhomed simulated many
+//   scenes: idle heating printing finished queue30 paused faulted stuck-fault disconnected held bed
+//           no-confirm idle-warning idle-off unhomed simulated many
 //
 // It is a stage set and no reference: printd is, and tests/e2e/browser runs the page against it.
 import { createServer } from 'node:http';
@@ -35,13 +35,13 @@ function lateness(count) {
 const BEGAN = Date.now();
 
 /** As of now: loop 1 uses a fifth of its core, and was late as often as the printer says. */
-function held({ late }) {
+function held({ late, factor }) {
   const since_us = (Date.now() - BEGAN) * 1000;
   const periods = (period_us) => ({ releases: Math.floor(since_us / period_us), overruns: 0, dropped: 0, missed: 0, worst_late_us: 0 });
   const used = (share) => ({ cpu_used_us: Math.floor(since_us * share), watched_us: since_us, held_from_outside: 0, escape: '' });
   const kept = { priority_enforced: true, budget_enforced: true };
   return {
-    board: 'linux', simulated: false, memory_locked: true,
+    board: 'linux', simulated: factor !== 1, memory_locked: true,
     loops: [
       { id: 1, core: 0, budget_us: 30000, period_us: 100000, ...kept, core_owned: false, shortfall: '', ...used(0.2), ...periods(100000), overruns: late, worst_late_us: late ? 4200 : 0 },
       { id: 2, core: 1, budget_us: 100, period_us: 100, ...kept, core_owned: true, shortfall: 'the timer tick stays on core 1: boot with nohz_full=1',
@@ -98,6 +98,8 @@ class Printer {
   stage(scene) {
     const small = {
       idle: () => {}, empty: () => {},
+      finished: () => this.stageFinished(),
+      queue30: () => this.stageQueue(),
       disconnected: () => { this.state = 'disconnected'; },
       unhomed: () => { this.homed = [false, false, false]; },
       cube20: () => this.showCube(20), cube140: () => this.showCube(140), 'cube140-dense': () => this.showCube(140, 6.5),
@@ -111,10 +113,31 @@ class Printer {
     }[scene];
     if (small) return small();
     this.stagePrint();
+    if (scene === 'heating') this.stageHeating();
     if (scene === 'paused') Object.assign(this, { state: 'paused', parked: true });
     if (scene === 'paused-off') Object.assign(this, { state: 'paused', parked: true, idle: { ...this.idle, timed_out: true } });
     if (scene === 'simulated') this.factor = 20;
     if (scene === 'faulted' || scene === 'stuck-fault' || scene === 'held') this.stageFailure(scene);
+  }
+
+  /** The first minute of a print. */
+  stageHeating() {
+    Object.assign(this, { executed: 0, elapsed: 40, activity: 'heating_hot_end', place: [0, 150, 20, 0] });
+    this.hotEnd.c = 143;
+  }
+
+  stageFinished() {
+    this.add('lobed-vase.gcode', 'done', { started: '2026-11-21T05:10:00Z', ended: '2026-11-21T06:35:20Z', printed_s: 5120, copies_done: 1 });
+    this.hotEnd.c = 143;
+    this.gate.bed_occupied = true;
+  }
+
+  stageQueue() {
+    this.stagePrint();
+    const names = ['bracket-right', 'knob', 'hinge', 'cable-clip', 'spacer'];
+    const ended = this.jobs.findIndex(isEnded);
+    const fresh = Array.from({ length: 27 }, (_, i) => job(this.nextId++, `${names[i % names.length]}-${String(i + 1).padStart(2, '0')}.gcode`, 'queued'));
+    this.jobs.splice(ended, 0, ...fresh);
   }
 
   stagePrint() {
@@ -124,8 +147,8 @@ class Printer {
     this.add('bracket-right.gcode', 'held');
     this.add('cable-clip.gcode', 'queued');
     this.jobs[1].facts.warnings.push({ line: 14, message: 'M900 is answered, but pressure advance is set in the machine file.' });
-    this.add('calibration-cube.gcode', 'done', { started: '2026-11-21T05:10:00Z', ended: '2026-11-21T05:43:20Z' });
-    this.add('hook.gcode', 'cancelled', { ended: '2026-11-21T05:00:00Z', stopped_line: 812, stopped_layer: 14 });
+    this.add('calibration-cube.gcode', 'done', { started: '2026-11-21T05:10:00Z', ended: '2026-11-21T05:43:20Z', printed_s: 2000 });
+    this.add('hook.gcode', 'cancelled', { ended: '2026-11-21T05:00:00Z', stopped_line: 812, stopped_layer: 14, stopped_byte: 27_608 });
     this.executed = part.size * 0.52;
     this.elapsed = ESTIMATED_S * 0.53;
     this.heat(209, 60);
@@ -172,7 +195,7 @@ class Printer {
 
   get running() { return this.jobs.find((each) => each.state === 'printing' || each.state === 'paused') ?? null; }
 
-  stop() { return { stopped_line: Math.round(this.executed / 34), stopped_layer: (part.at(this.executed)[3] ?? 0) + 1 }; }
+  stop() { return { stopped_line: Math.round(this.executed / 34), stopped_layer: (part.at(this.executed)[3] ?? 0) + 1, stopped_byte: Math.round(this.executed), printed_s: Math.round(this.elapsed) }; }
 
   tick(seconds) {
     for (const heater of [this.hotEnd, this.bed]) {
@@ -190,7 +213,7 @@ class Printer {
       if (this.state === 'idle' && !this.gate.held && !this.gate.bed_occupied) this.startNext();
       return;
     }
-    if (this.state !== 'printing') return;
+    if (this.state !== 'printing' || this.activity) return;
     this.executed = Math.min(running.size, this.executed + (seconds * this.factor * running.size) / ESTIMATED_S);
     this.elapsed += seconds * this.factor;
     this.place = part.at(this.executed);
@@ -226,9 +249,9 @@ class Printer {
     const count = Math.round(1_900_000 * (this.elapsed / ESTIMATED_S));
     const hot = this.state !== 'disconnected';
     return {
-      connected: hot, session: hot ? '9f31c0ffee0199aa' : null, state: this.state, job: this.running?.id ?? null, fault: this.fault,
+      connected: hot, session: hot ? '9f31c0ffee0199aa' : null, state: this.state, activity: this.activity ?? null, job: this.running?.id ?? null, fault: this.fault,
       message: '', position_mm: { x, y, z, e: 0 }, homed: this.homed, hot_end: this.hotEnd, bed: this.bed,
-      fan: this.fan, feed_factor: 1, flow_factor: 1, layer: layer ?? 0, line: Math.round(this.executed / 34),
+      fan: this.fan, feed_factor: 1, flow_factor: 1, layer: this.executed > 0 ? (layer ?? 0) + 1 : 0, line: Math.round(this.executed / 34),
       idle_off_in_s: this.idle.off_in_s, idle_timed_out: this.idle.timed_out, idle_timeout_s: this.idle.timeout_s, time_factor: this.factor,
       parked: this.parked, may_jog: this.state === 'idle' || this.parked,
       bytes_executed: Math.round(this.executed), bytes_accepted: Math.round(this.executed) + 4000, print_time_s: this.elapsed,
@@ -243,8 +266,8 @@ class Printer {
   progress() {
     const { running, executed, elapsed } = this;
     if (!running) return null;
-    const fraction = executed / running.size;
-    return { bytes: Math.round(executed), fraction, elapsed_s: elapsed, remaining_s: ESTIMATED_S * (1 - fraction) };
+    const remaining_s = ESTIMATED_S * (1 - executed / running.size);
+    return { bytes: Math.round(executed), fraction: elapsed / (elapsed + remaining_s), elapsed_s: elapsed, remaining_s };
   }
 
   /** Seconds until each waiting job is done; none while the queue does not go on by itself. */
@@ -314,6 +337,8 @@ const COMMANDS = {
   'bed-cleared': (printer) => { printer.gate.bed_occupied = false; },
   temperature: (printer, { hot_end_c, bed_c }) => {
     if ((hot_end_c ?? 0) > 260) return fail(422, 'hot_end_c must be 0 to 260');
+    // As the printer does: a print that loses its heat is paused, and not lost.
+    if (hot_end_c === 0 && printer.state === 'printing') Object.assign(printer, { state: 'paused', parked: true });
     if (hot_end_c !== undefined) printer.hotEnd.target_c = hot_end_c;
     if (bed_c !== undefined) printer.bed.target_c = bed_c;
     if (printer.idle.off_in_s !== null) printer.idle.off_in_s = printer.idle.timeout_s;
@@ -339,6 +364,7 @@ function command(printer, name, body) {
 }
 
 function patch(printer, which, body) {
+  if (body.copies !== undefined && !(body.copies >= 1 && body.copies <= 1000)) return fail(400, 'copies must be 1 to 1000');
   for (const name of ['copies', 'priority']) if (body[name] !== undefined) which[name] = body[name];
   if (body.hold !== undefined) Object.assign(which, { hold: body.hold, state: body.hold ? 'held' : 'queued' });
   if (body.before !== undefined) {
@@ -421,7 +447,7 @@ function api(printer, key, request, path, bytes) {
   if (what === 'guarantee') return { status: 200, body: held(printer) };
   if (what === 'config') {
     const axis = (max) => ({ steps_per_mm: 80, max_speed_mm_s: 125, min_mm: 0, max_mm: max });
-    return { status: 200, body: { name: 'Mock', axes: { x: axis(150), y: axis(150), z: axis(150) }, hot_end: { max_c: 260, min_extrude_c: 170 }, bed: { present: true, max_c: 110 } } };
+    return { status: 200, body: { name: 'Printrbot Simple Metal', axes: { x: axis(150), y: axis(150), z: axis(150) }, hot_end: { max_c: 260, min_extrude_c: 170 }, bed: { present: true, max_c: 110 } } };
   }
   if (what === 'machine') return rest.length === 0 ? { status: 200, body: printer.status() } : command(printer, rest[0], json());
   return fail(404, 'there is nothing of this name');

@@ -49,8 +49,27 @@ export function briefCount(n: number): string {
 /** The service's texts begin in lower case, as parts of a log line do. */
 export const sentence = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
 
+/**
+ * Characters that turn the direction of the text around them, and that nobody sees: with one of
+ * them a name may look like another.
+ */
+const UNSEEN = /[\u0000-\u001f\u007f-\u009f\u00ad\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff]/g;
+
+/** A text of somebody else's, with such characters in words: "a‹U+202E›b". */
+export const visible = (text: string): string =>
+  text.replace(UNSEEN, (c) => `‹U+${c.charCodeAt(0).toString(16).toUpperCase().padStart(4, '0')}›`);
+
+/** A name within a sentence that is text alone: its direction does not reach the words around. */
+export const quoted = (name: string): string => `\u2068${visible(name)}\u2069`;
+
 export function percent(fraction: number): string {
   return `${(Math.min(1, Math.max(0, fraction)) * 100).toFixed(fraction > 0 && fraction < 0.1 ? 1 : 0)} %`;
+}
+
+/** A progress: never more than what is done, and the same wherever it stands. */
+export function done(fraction: number): string {
+  const percents = Math.min(1, Math.max(0, fraction)) * 100;
+  return `${percents < 10 ? (Math.floor(percents * 10) / 10).toFixed(percents > 0 ? 1 : 0) : Math.floor(percents)} %`;
 }
 
 /** As percent, in steps of one: for places that should not flicker. */

@@ -75,8 +75,21 @@ export interface Stop {
 export function stopOf(job: Job, status: Status | null): Stop {
   const fresh = status?.job === job.id ? status : null;
   const line = job.stopped_line ?? (fresh ? fresh.line : null);
-  const fraction = fresh && job.size > 0 ? fresh.bytes_executed / job.size : line && job.facts.lines ? line / job.facts.lines : null;
+  const byte = job.stopped_byte ?? (fresh ? fresh.bytes_executed : null);
+  const fraction = byte !== null && job.size > 0 ? byte / job.size : line && job.facts.lines ? line / job.facts.lines : null;
   return { line, layer: job.stopped_layer ?? (fresh ? fresh.layer : null), fraction: fraction === null ? null : Math.min(1, fraction) };
+}
+
+/**
+ * How many bytes of a job lie on the bed, as the picture of its part needs it: of a running one
+ * what is executed, of a stopped one what was until then; else all (Infinity).
+ */
+export function bytesLaid(job: Job | null, status: Status | null): number {
+  if (!job || !(isRunning(job) || hasStopped(job.state))) return Infinity;
+  if (status?.job === job.id) return status.bytes_executed;
+  if (isRunning(job)) return job.progress.bytes;
+  const { fraction } = stopOf(job, null);
+  return job.stopped_byte ?? (fraction === null ? Infinity : fraction * job.size);
 }
 
 export const hasStopped = (state: JobState): boolean => state === 'failed' || state === 'cancelled';

@@ -5,6 +5,9 @@ import type { Guarantee, HeaterStatus, History, Job, JobCounts, JobPage, LiveMes
 
 export { isRunning, isWaiting };
 
+/** What the printer is called, before its machine file is known. */
+export const UNNAMED = 'QduinoMC printer';
+
 export interface Upload {
   key: number;
   name: string;
@@ -26,6 +29,8 @@ export interface ConsoleLine {
 export interface Question {
   text: string;
   verb: string;
+  /** While this holds there is something to ask; then the answer is no. */
+  stands?: (state: State) => boolean;
   answer: (yes: boolean) => void;
 }
 
@@ -106,6 +111,22 @@ function withFirstPage(state: State, { jobs, next_before, counts, queue }: JobPa
   };
 }
 
+/**
+ * What a refusal may be about. When any of it has changed, so has the reason, and the refusal would
+ * stand beside something that it is not about.
+ */
+const circumstances = ({ status, jobs, gate }: State): string => JSON.stringify([
+  status?.state, status?.job, status?.fault, status?.homed, status?.may_jog, status?.session,
+  jobs.map((job) => [job.id, job.state, job.copies]), gate.held, gate.bed_occupied,
+]);
+
+/** `next` without refusals whose cause is over. The emergency stop's stays: all must read it. */
+function withoutOld(before: State, next: State): State {
+  const { stop, ...old } = next.refusals;
+  if (Object.keys(old).length === 0 || circumstances(before) === circumstances(next)) return next;
+  return { ...next, refusals: stop === undefined ? {} : { stop } };
+}
+
 /** A job that is gone, as the answer to a request has said. */
 export function withoutJob(state: State, id: number): State {
   const but = (list: Job[]) => list.filter((job) => job.id !== id);
@@ -119,10 +140,10 @@ export function reduce(state: State, message: LiveMessage, now_s: number): State
   switch (message.type) {
     case 'status': {
       const history = message.status.connected ? addSample(state.history, message.status, now_s) : state.history;
-      return { ...state, status: message.status, history };
+      return withoutOld(state, { ...state, status: message.status, history });
     }
     case 'jobs':
-      return withFirstPage(state, message);
+      return withoutOld(state, withFirstPage(state, message));
     case 'history': {
       const zeroIsOff = (list: (number | null)[]) => list.map((t) => (t ? t : null));
       return {
@@ -152,7 +173,7 @@ export function addConsole(state: State, kind: ConsoleLine['kind'], text: string
  */
 export function shownJob(state: State): Job | null {
   const { shown, jobs, gate } = state;
-  if (shown) return [jobs, state.older, state.found?.jobs ?? []].flat().find((job) => job.id === shown.id) ?? shown;
+  if (shown) return knownJob(state, shown.id) ?? shown;
   const running = jobs.find(isRunning);
   if (running) return running;
   const last = jobs.find(isEnded) ?? null;
@@ -167,6 +188,10 @@ export function shownJob(state: State): Job | null {
  * status ten times a second.
  */
 export const progressNow = (job: Job, status: Status | null): Progress => (status?.job === job.id && status.progress ? status.progress : job.progress);
+
+/** The job in any list that the page has. */
+export const knownJob = ({ jobs, older, found }: State, id: number): Job | null =>
+  [jobs, older, found?.jobs ?? []].flat().find((job) => job.id === id) ?? null;
 
 /** True when the printer has said that it lacks this part. */
 export const lacks = (state: State, part: Part): boolean => state.status?.lacks?.includes(part) ?? false;
@@ -187,6 +212,8 @@ class Store {
   }
   update(change: (state: State) => State): void {
     this.state = change(this.state);
+    const { question } = this.state;
+    if (question?.stands && !question.stands(this.state)) return question.answer(false);
     this.listeners.forEach((listener) => listener());
   }
   set(part: Partial<State>): void {
@@ -195,14 +222,17 @@ class Store {
 }
 export const store = new Store();
 
-/** Asks the person; true when the answer is yes. */
-export function ask(text: string, verb: string): Promise<boolean> {
+/**
+ * Asks the person; true when the answer is yes. `stands`: whether there is still something to ask;
+ * a question about a print is over when the print is.
+ */
+export function ask(text: string, verb: string, stands?: (state: State) => boolean): Promise<boolean> {
   store.state.question?.answer(false);
   return new Promise((resolve) => {
     const answer = (yes: boolean) => {
       store.set({ question: null });
       resolve(yes);
     };
-    store.set({ question: { text, verb, answer } });
+    store.set({ question: { text, verb, stands, answer } });
   });
 }

@@ -23,6 +23,7 @@ export interface JobFacts {
 
 export interface Progress {
   bytes: number;
+  /** Of the time, 0 to 1. */
   fraction: number;
   elapsed_s: number;
   /** Null: nobody knows yet. */
@@ -46,6 +47,10 @@ export interface Job {
   /** Where a failed or cancelled one stopped; null: not known, or it did not stop. */
   stopped_line: number | null;
   stopped_layer: number | null;
+  /** Likewise: so many of its bytes were executed. */
+  stopped_byte: number | null;
+  /** What its last copy took of the printer's time, pauses excluded; null: not known. */
+  printed_s: number | null;
 }
 
 export interface HeaterStatus {
@@ -67,6 +72,9 @@ export interface Timing {
 export type MachineState =
   | 'disconnected' | 'starting' | 'idle' | 'printing' | 'pausing' | 'paused' | 'cancelling' | 'faulted';
 
+/** What the machine does before a print moves on, or instead. */
+export type Activity = 'homing' | 'probing' | 'heating_hot_end' | 'heating_bed' | 'returning';
+
 /**
  * What a printer may lack. live: the stream, so it is asked instead; hand: jog, heat and typed
  * lines; layers: pictures of them; guarantee: its report; queue: order, copies and a hold.
@@ -79,6 +87,8 @@ export interface Status {
   connected: boolean;
   session: string | null;
   state: MachineState;
+  /** Null: it prints, or rests. Absent: the printer does not say. */
+  activity?: Activity | null;
   job: number | null;
   fault: string | null;
   message: string;
@@ -211,6 +221,8 @@ export interface LoopGuarantee {
 /** As of the last second. */
 export interface Guarantee {
   board: string;
+  /** In virtual time: nothing is late there. */
+  simulated?: boolean;
   loops: LoopGuarantee[];
   cores: {
     core: number; interrupts_per_second: number | null; worst_gap_us: number | null; counted_per_second: number | null;

@@ -3,11 +3,13 @@ import { bars, periodsOf, usedShare } from '../src/components/Timing';
 import * as format from '../src/format';
 import { activityShares, chunks, cssColour, decodeLayers, MAGIC, segmentsDone } from '../src/layers';
 import { ApiError, keyProblem, sentenceOf, startLive } from '../src/api';
+import { doing, tabTitle } from '../src/doing';
 import { shallowEqual } from '../src/hooks';
-import { joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
-import { addSample, initialState, progressNow, lacks, onTheWall, reduce, shownJob, store, withoutJob } from '../src/store';
+import { bytesLaid, joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
+import { addSample, ask, initialState, progressNow, lacks, onTheWall, reduce, shownJob, store, withoutJob, type State } from '../src/store';
 import type { Job, JobPage, LoopGuarantee, Status } from '../src/types';
 import { rateOf } from '../src/uploads';
+import { failedJob, whatNow } from '../src/whatnow';
 
 /** One record as printer/preflight/layer_packer.h lays it out. */
 function record(layer: number, firstByte: number, vertices: [number, number, number, number, number, number][]): ArrayBuffer {
@@ -97,6 +99,7 @@ describe('format', () => {
     ['0', '37', '99\u202f999', '123 k', '1.00 M', '5.52 M', '1.20 G']));
   it('whole percents, never more than is done', () => expect([0.999, 0.5049, -1, 2].map(format.wholePercent)).toEqual(['99 %', '50 %', '0 %', '100 %']));
   it('percent', () => expect([0, 0.005, 0.5, 1, 1.2].map(format.percent)).toEqual(['0 %', '0.5 %', '50 %', '100 %', '100 %']));
+  it('progress, never more than what is done', () => expect([0, 0.0479, 0.0999, 0.579, 0.9999, 1].map(format.done)).toEqual(['0 %', '4.7 %', '9.9 %', '57 %', '99 %', '100 %']));
   it('clock', () => expect(format.clock(3600, new Date(2026, 0, 1, 23, 30))).toBe('00:30'));
 });
 
@@ -173,10 +176,119 @@ describe('progress', () => {
   it('says where a job has stopped: as the service says it, else as the machine still does', () => {
     const failed = job(1, 'failed', 200, { stopped_line: 50, stopped_layer: 4, facts: { lines: 200 } });
     expect(stopOf(failed, null)).toEqual({ line: 50, layer: 4, fraction: 0.25 });
+    expect(stopOf({ ...failed, stopped_byte: 340 }, null).fraction).toBe(0.34);
     expect(stopOf(failed, { ...at(400), layer: 9, line: 90 } as Status)).toEqual({ line: 50, layer: 4, fraction: 0.4 });
     const unknown = job(1, 'failed', 200, { stopped_line: null, stopped_layer: null });
     expect(stopOf(unknown, { ...at(400), layer: 9, line: 90 } as Status)).toEqual({ line: 90, layer: 9, fraction: 0.4 });
     expect(stopOf(unknown, null)).toEqual({ line: null, layer: null, fraction: null });
+  });
+});
+
+describe('the picture of a part', () => {
+  const job = (state: string, more = {}) => ({
+    id: 1, state, size: 1000, facts: { lines: 200 }, progress: { bytes: 120 }, stopped_line: null, stopped_layer: null, stopped_byte: null, ...more,
+  }) as unknown as Job;
+  const machine = { ...status, job: 1, bytes_executed: 400 } as Status;
+  it('goes as far as a stopped print came, and no further', () => {
+    expect(bytesLaid(job('failed', { stopped_byte: 340 }), null)).toBe(340);
+    expect(bytesLaid(job('failed', { stopped_byte: 0 }), null)).toBe(0);
+    expect(bytesLaid(job('cancelled', { stopped_line: 50 }), null)).toBe(250);
+    expect(bytesLaid(job('failed', { stopped_byte: 340 }), { ...machine, job: 2 })).toBe(340);
+    expect(bytesLaid(job('failed'), null)).toBe(Infinity);
+  });
+  it('follows the machine while it prints, and is whole before and after', () => {
+    expect(bytesLaid(job('printing'), machine)).toBe(400);
+    expect(bytesLaid(job('printing'), { ...machine, job: null })).toBe(120);
+    expect(bytesLaid(job('done', { stopped_byte: 3 }), machine)).toBe(Infinity);
+    expect(bytesLaid(job('queued'), machine)).toBe(Infinity);
+    expect(bytesLaid(null, machine)).toBe(Infinity);
+  });
+});
+
+describe('what the printer does', () => {
+  const heater = (c: number, target_c: number) => ({ c, target_c, reading: true, duty: 0 });
+  const at = (more: object) => ({ connected: true, state: 'printing', activity: null, parked: false, hot_end: heater(143.4, 209), bed: heater(60, 60), ...more }) as Status;
+  const words = (more: object) => {
+    const { word, detail } = doing(true, at(more));
+    return `${word} ${detail}`.trim();
+  };
+  it('is said by what it waits for', () => {
+    expect(words({})).toBe('Printing');
+    expect(words({ activity: 'homing' })).toBe('Homing');
+    expect(words({ activity: 'heating_hot_end' })).toBe('Heating 143 of 209 °C');
+    expect(words({ activity: 'heating_bed', bed: heater(41.6, 60) })).toBe('Heating bed 42 of 60 °C');
+    expect(words({ activity: 'heating_bed', bed: heater(80, 45) })).toBe('Cooling bed 80 of 45 °C');
+    expect(words({ state: 'paused', parked: true })).toBe('Paused · parked');
+    expect(words({ state: 'pausing', activity: 'heating_bed' })).toBe('Pausing');
+    expect(words({ state: 'idle', hot_end: heater(143.4, 0), bed: heater(50, 0) })).toBe('Ready · cooling, 143 °C');
+    expect(words({ state: 'idle', hot_end: heater(31, 0), bed: heater(50, 0) })).toBe('Ready');
+    expect(doing(false, at({})).word).toBe('Not reached');
+    expect(doing(true, null).word).toBe('Disconnected');
+  });
+  it('is the name of the tab, with the printer\'s', () => {
+    const job = { id: 1, state: 'printing', name: 'part.gcode' } as Job;
+    expect(tabTitle(doing(true, at({})), job, 0.579, 'Prusa')).toBe('57 % Printing · Prusa · part.gcode');
+    expect(tabTitle(doing(true, at({ state: 'idle', hot_end: heater(20, 0) })), null, 0, 'Prusa')).toBe('Ready · Prusa');
+  });
+});
+
+describe('what a person must do next', () => {
+  const job = (id: number, state: string, more = {}) => ({ id, state, name: `${id}.gcode`, size: 10, facts: { layers: 99 }, stopped_layer: 34, stopped_line: 3, stopped_byte: 4, ...more }) as unknown as Job;
+  const gate = { held: false, reason: null, bed_occupied: false, confirm_bed: true };
+  const at = (more: object) => ({ ...initialState, online: true, status: { ...status, state: 'idle', fault: null } as unknown as Status, gate, ...more });
+  const steps = (state: State) => whatNow(state)?.steps.map(({ key }) => key) ?? [];
+  it('is nothing, or steps in the one order that works', () => {
+    expect(whatNow(at({}))).toBeNull();
+    const faulted = at({
+      status: { ...status, state: 'faulted', fault: 'emergency stop' }, jobs: [job(3, 'queued'), job(2, 'failed', { error: 'emergency stop' })],
+      gate: { ...gate, held: true, reason: 'job 2 failed: emergency stop', bed_occupied: true },
+    });
+    expect(steps(faulted)).toEqual(['fault', 'bed', 'gate']);
+    expect(whatNow(faulted)).toMatchObject({ kind: 'danger', why: 'emergency stop', where: [{ name: '2.gcode' }, ', layer 34 of 99'] });
+    const cleared = { ...faulted, status: { ...status, state: 'idle' } as Status };
+    expect(steps(cleared)).toEqual(['bed', 'gate']);
+    expect(whatNow(cleared)?.why).toBe('job 2 failed: emergency stop');
+    expect(failedJob(cleared)?.id).toBe(2);
+    expect(steps({ ...cleared, jobs: [job(3, 'printing')] })).toEqual(['gate']);
+    expect(steps({ ...faulted, online: false })).toEqual([]);
+  });
+  it('names what waits for the bed', () => {
+    const state = at({ jobs: [job(3, 'queued'), job(2, 'done')], gate: { ...gate, bed_occupied: true } });
+    expect(whatNow(state)?.title).toEqual([{ name: '3.gcode' }, ' waits for a clear bed.']);
+    expect(failedJob(state)).toBeNull();
+  });
+});
+
+describe('a refusal', () => {
+  const job = (id: number, state: string) => ({ id, state }) as Job;
+  const printing = { ...status, state: 'printing', job: 1 } as Status;
+  const refused = { ...initialState, status: printing, jobs: [job(1, 'printing')], refusals: { print: 'nothing is printing', stop: 'not confirmed' } };
+  it('ends with its cause', () => {
+    const same = reduce(refused, { type: 'status', status: { ...printing, layer: 7 } as Status }, 0);
+    expect(Object.keys(same.refusals)).toEqual(['print', 'stop']);
+    const other = reduce(refused, { type: 'status', status: { ...printing, state: 'idle', job: null } as Status }, 0);
+    expect(Object.keys(other.refusals)).toEqual(['stop']);
+    const page: { type: 'jobs' } & JobPage = { type: 'jobs', jobs: [job(1, 'done')], next_before: null, counts: initialState.counts, queue: initialState.gate };
+    expect(Object.keys(reduce(refused, page, 0).refusals)).toEqual(['stop']);
+  });
+  it('a question ends with what it is about', async () => {
+    store.set({ jobs: [job(1, 'printing')] });
+    const answer = ask('Cancel?', 'Cancel', ({ jobs }) => jobs.some(({ id, state }) => id === 1 && state === 'printing'));
+    store.set({ keyProblem: null });
+    expect(store.state.question).not.toBeNull();
+    store.set({ jobs: [job(1, 'done')] });
+    expect(await answer).toBe(false);
+    expect(store.state.question).toBeNull();
+    store.set({ jobs: [] });
+  });
+});
+
+describe('names of others', () => {
+  it('show what turns or hides their letters', () => {
+    expect(format.visible('gcode\u202Eedocg.exe')).toBe('gcode‹U+202E›edocg.exe');
+    expect(format.visible('a\u2066b\u200Fc\u0007')).toBe('a‹U+2066›b‹U+200F›c‹U+0007›');
+    expect(format.visible('Würfel ½ \u05D0 👩\u200D🚀')).toBe('Würfel ½ \u05D0 👩\u200D🚀');
+    expect(format.quoted('a\u2069b')).toBe('\u2068a‹U+2069›b\u2069');
   });
 });
 

@@ -2,6 +2,7 @@ import { useEffect } from 'preact/hooks';
 import { keyProblem, request, signIn, startLive, takeKeyFromAddress, type ApiError } from '../api';
 import { useStore } from '../hooks';
 import { lacks, store } from '../store';
+import { Announcer } from './Announcer';
 import { Ask } from './Ask';
 import { Banner } from './Banner';
 import { Console } from './Console';
@@ -69,6 +70,7 @@ export function App() {
           </section>
         </div>
       </main>
+      <Announcer />
       <Ask />
     </>
   );

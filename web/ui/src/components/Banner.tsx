@@ -2,10 +2,9 @@ import type { ComponentChildren } from 'preact';
 import { act } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { isEnded } from '../jobs';
-import { isRunning, isWaiting } from '../store';
 import { Icon } from './Icon';
 import { Refusal } from './Refusal';
+import { WhatNow } from './WhatNow';
 
 /** The heaters' end is announced as a warning when it is so near. */
 export const IDLE_WARNING_S = 120;
@@ -31,34 +30,21 @@ function Notice({ kind, title, id, at, button, children }: NoticeProps) {
   );
 }
 
-function Bed() {
-  const { occupied, left, next } = useStore((s) => ({
-    occupied: s.online && s.gate.bed_occupied && !s.jobs.some(isRunning), left: s.jobs.find(isEnded)?.name, next: s.jobs.find(isWaiting)?.name,
-  }));
-  if (!occupied) return null;
-  return (
-    <Notice kind="warning" title={next ? `${next} waits for a clear bed.` : 'The next job will wait for a clear bed.'} id="bed" at="bed"
-      button={{ words: 'Bed is clear', primary: true, press: () => act('bed', 'POST', 'machine/bed-cleared') }}>
-      {left ? `What ${left} left may still lie there` : 'A part may still lie there'}, and the next one would be printed into it. Take it off, then say so.
-    </Notice>
-  );
-}
-
 /**
  * What the machine does about heaters that nobody uses; the countdown is in whole seconds, or it
  * would flicker.
  */
 function IdleHeat() {
-  const { left_s, off, timeout_s, paused, hotEnd, bed } = useStore(({ online, status }) => ({
+  const { left_s, off, timeout_s, hotEnd, bed } = useStore(({ online, status }) => ({
     left_s: online && status?.connected && status.idle_off_in_s !== null ? Math.ceil(status.idle_off_in_s) : null,
-    off: online && status?.connected === true && status.idle_timed_out, timeout_s: status?.idle_timeout_s ?? 0,
-    paused: status?.state === 'paused', hotEnd: status?.hot_end.target_c ?? 0, bed: status?.bed.target_c ?? 0,
+    // Of a paused print, its card says it.
+    off: online && status?.connected === true && status.idle_timed_out && status.state !== 'paused', timeout_s: status?.idle_timeout_s ?? 0,
+    hotEnd: status?.hot_end.target_c ?? 0, bed: status?.bed.target_c ?? 0,
   }));
   if (off) {
     return (
       <Notice kind="warning" title="The heaters were switched off." id="idle-off">
-        Nobody had used them for {format.duration(timeout_s)}. {paused
-          ? 'Resume heats up again first, then prints on from where it stopped.' : 'Set a temperature to heat again.'}
+        Nobody had used them for {format.duration(timeout_s)}. Set a temperature to heat again.
       </Notice>
     );
   }
@@ -74,8 +60,7 @@ function IdleHeat() {
 }
 
 /**
- * Warnings that must not be overlooked: a fault, a lost machine, a bed that is not clear, heat that
- * nobody uses.
+ * What must not be overlooked: what a person has to do next, a lost machine, heat that nobody uses.
  */
 export function Banner() {
   const { state, fault, online, known } = useStore((s) => ({
@@ -84,12 +69,7 @@ export function Banner() {
   return (
     <section class="banners" aria-label="Notices">
       <Refusal at="stop" />
-      {online && state === 'faulted' && (
-        <Notice kind="danger" title="Stopped." id="fault" at="clear-fault"
-          button={{ words: 'Clear fault', press: () => act('clear-fault', 'POST', 'machine/clear-fault') }}>
-          {format.sentence(fault ?? 'the machine has a fault')}.
-        </Notice>
-      )}
+      <WhatNow />
       {online && state === 'disconnected' && (
         <Notice kind="warning" title="The machine is not connected.">
           {fault ? `${format.sentence(fault)}. ` : ''}Jobs can be queued; they start when it is back.
@@ -100,7 +80,6 @@ export function Banner() {
           A print that runs goes on; this page tries again by itself.
         </Notice>
       )}
-      <Bed />
       <IdleHeat />
     </section>
   );

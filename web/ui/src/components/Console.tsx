@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { sendLine } from '../api';
 import { useStore } from '../hooks';
+import { Name } from './Name';
 import { Refusal } from './Refusal';
 
 export function Console() {
@@ -36,7 +37,7 @@ export function Console() {
       <div class="log" ref={log} role="log" tabIndex={0} aria-label="What was sent and answered" data-testid="log"
         onScroll={({ currentTarget: box }) => { atEnd.current = box.scrollHeight - box.scrollTop - box.clientHeight < 24; }}>
         {lines.length === 0 && <p class="muted">Answers of the machine appear here.</p>}
-        {lines.map((line) => <p key={line.key} class={line.kind}>{line.kind === 'sent' ? `> ${line.text}` : line.text}</p>)}
+        {lines.map((line) => <p key={line.key} class={line.kind}>{line.kind === 'sent' && '> '}<Name>{line.text}</Name></p>)}
       </div>
       <form class="row" onSubmit={submit}>
         <input class="mono" value={text} placeholder="M105" aria-label="One line of G-code" autocomplete="off" spellcheck={false}

@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import { act } from '../api';
 import { useStore } from '../hooks';
-import { lacks } from '../store';
+import { ask, isRunning, lacks } from '../store';
 import type { MachineState } from '../types';
 import { Icon } from './Icon';
 import { Refusal } from './Refusal';
@@ -78,7 +78,7 @@ function Jog({ hand }: { hand: Hand }) {
     <>
       <div class="segmented" role="group" aria-label="Distance of one jog">
         {STEPS_MM.map((mm) => (
-          <button key={mm} aria-pressed={mm === step} class={mm === step ? 'on' : ''} onClick={() => setStep(mm)}>{mm}</button>
+          <button key={mm} aria-pressed={mm === step} aria-label={`${mm} mm`} class={mm === step ? 'on' : ''} onClick={() => setStep(mm)}>{mm}</button>
         ))}
         <span class="muted">mm</span>
       </div>
@@ -98,7 +98,15 @@ function Jog({ hand }: { hand: Hand }) {
 function Heat({ name, field, target, maximum }: { name: string; field: string; target: number; maximum: number }) {
   const [text, setText] = useState('');
   useEffect(() => setText(target > 0 ? String(Math.round(target)) : ''), [target]);
-  const set = (value: number) => act(field, 'POST', 'machine/temperature', { [field]: value });
+  const prints = useStore((s) => s.jobs.some(isRunning));
+  const post = (value: number) => act(field, 'POST', 'machine/temperature', { [field]: value });
+  // A print needs its heat: one wrong press must not take it away.
+  const set = async (value: number) => {
+    const asks = prints && target > 0 && value <= 0;
+    const text = `Switch the ${name.toLowerCase()} off in the middle of the print? The print is paused then, and heats up again first when it is resumed.`;
+    if (!asks || (await ask(text, 'Switch it off', (s) => s.jobs.some(isRunning)))) return post(value);
+    setText(target > 0 ? String(Math.round(target)) : '');
+  };
   return (
     <>
       <form class="heat" onSubmit={(event) => (event.preventDefault(), void set(Number(text) || 0))}>
@@ -106,8 +114,8 @@ function Heat({ name, field, target, maximum }: { name: string; field: string; t
           <span class="field"><input type="number" inputMode="numeric" min={0} max={Math.floor(maximum)} value={text} placeholder="off"
             onInput={(event) => setText(event.currentTarget.value)} aria-label={`${name} target, °C`} /> °C</span>
         </label>
-        <button type="submit">Set</button>
-        <button type="button" disabled={target <= 0} onClick={() => set(0)} aria-label={`${name} off`}>Off</button>
+        <button type="submit" aria-label={`Set ${name.toLowerCase()} target`}>Set</button>
+        <button type="button" disabled={target <= 0} onClick={() => void set(0)} aria-label={`${name} off`}>Off</button>
       </form>
       <Refusal at={field} />
     </>

@@ -4,6 +4,7 @@ import { useStore } from '../hooks';
 import type { Upload } from '../store';
 import { addUploads, cancelUpload, dismissUpload } from '../uploads';
 import { Icon } from './Icon';
+import { Name } from './Name';
 
 /**
  * A file may be dropped anywhere: otherwise the browser would replace the page by the dropped file.
@@ -57,10 +58,10 @@ function UploadRow({ one, ahead }: { one: Upload; ahead: number }) {
     return (
       <li class="failed" data-testid="upload">
         <div class="row">
-          <span class="name">{one.name}</span>
-          <button class="quiet" aria-label={`Dismiss ${one.name}`} onClick={() => dismissUpload(one.key)}><Icon name="cross" /></button>
+          <span class="name"><Name>{one.name}</Name></span>
+          <button class="quiet" aria-label={`Dismiss ${format.visible(one.name)}`} onClick={() => dismissUpload(one.key)}><Icon name="cross" /></button>
         </div>
-        <p class="error" role="alert"><strong>Not queued.</strong> {one.error}</p>
+        <p class="error" role="alert"><strong>Not queued.</strong> <Name>{one.error ?? ''}</Name></p>
       </li>
     );
   }
@@ -68,11 +69,11 @@ function UploadRow({ one, ahead }: { one: Upload; ahead: number }) {
   return (
     <li data-testid="upload" data-phase={one.phase}>
       <div class="row">
-        <span class="name">{one.name}</span>
-        {onItsWay && <button class="quiet" aria-label={`Cancel the upload of ${one.name}`} onClick={() => cancelUpload(one.key)}>Cancel</button>}
+        <span class="name"><Name>{one.name}</Name></span>
+        {onItsWay && <button class="quiet" aria-label={`Cancel the upload of ${format.visible(one.name)}`} onClick={() => cancelUpload(one.key)}>Cancel</button>}
       </div>
-      {one.phase === 'sending' && <progress max={one.size || 1} value={one.sent} aria-label={`Upload of ${one.name}`} />}
-      {one.phase === 'checking' && <progress aria-label={`Check of ${one.name}`} />}
+      {one.phase === 'sending' && <progress max={one.size || 1} value={one.sent} aria-label={`Upload of ${format.visible(one.name)}`} />}
+      {one.phase === 'checking' && <progress aria-label={`Check of ${format.visible(one.name)}`} />}
       <p class="muted sent">{words(one, ahead)}</p>
     </li>
   );

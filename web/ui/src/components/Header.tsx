@@ -1,22 +1,21 @@
 import { useEffect } from 'preact/hooks';
 import { act } from '../api';
+import { doing, tabTitle } from '../doing';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { isRunning, progressNow } from '../store';
-
-const STATE_WORDS: Record<string, string> = {
-  disconnected: 'Disconnected', starting: 'Starting', idle: 'Ready', printing: 'Printing', pausing: 'Pausing',
-  paused: 'Paused', cancelling: 'Cancelling', faulted: 'Stopped by a fault', offline: 'Not reached',
-};
+import { isRunning, progressNow, UNNAMED } from '../store';
+import { Name } from './Name';
 
 export function Header() {
-  const { state, message, title, factor } = useStore((s) => {
-    const job = s.jobs.find(isRunning);
+  const { state, word, detail, name, message, title, factor } = useStore((s) => {
+    const job = s.jobs.find(isRunning) ?? null;
+    const now = doing(s.online, s.status);
+    const printer = s.config?.name || UNNAMED;
     return {
-      state: !s.online ? 'offline' : (s.status?.state ?? 'disconnected'),
+      ...now, name: printer,
       message: s.status?.message ?? '',
       factor: s.status?.connected ? (s.status.time_factor ?? 1) : 1,
-      title: job ? `${format.wholePercent(progressNow(job, s.status).fraction)} · ${job.name}` : 'QduinoMC printer',
+      title: format.visible(tabTitle(now, job, job ? progressNow(job, s.status).fraction : 0, printer)),
     };
   });
   useEffect(() => {
@@ -25,14 +24,17 @@ export function Header() {
   return (
     <header class="top">
       <img src="/icon.svg" alt="" width="32" height="32" />
-      <h1 class="brand">QduinoMC<span class="unseen"> printer</span></h1>
-      <span class={`chip state-${state}`} data-testid="state" role="status">{STATE_WORDS[state]}</span>
+      <h1 class="brand" data-testid="printer"><Name>{name}</Name></h1>
+      <span class={`chip state-${state}`}>
+        <span data-testid="state" role="status">{word}</span>
+        {detail && <span class="detail" data-testid="doing"> {detail}</span>}
+      </span>
       {factor !== 1 && (
         <span class="chip factor" data-testid="factor" title={`Not a real printer: its time passes ${format.factor(factor)} as fast as the clock on the wall. Durations on this page are in the printer's time.`}>
           simulated, {format.factor(factor)}
         </span>
       )}
-      {message && <span class="message" title="Message of the job">{message}</span>}
+      {message && <span class="message" title="Message of the job"><Name>{message}</Name></span>}
       <button class="emergency" onClick={() => act('stop', 'POST', 'machine/emergency-stop')} title="Heat off and no more motion, at once">
         Emergency stop
       </button>

@@ -5,26 +5,36 @@ import { useStore } from '../hooks';
 import { hasStopped, stopOf } from '../jobs';
 import { activityShares, cssColour } from '../layers';
 import type { ActivityShare } from '../layers';
-import { ask, isRunning, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
+import { ask, isRunning, onTheWall, progressNow, shownJob, store, timeFactor, type State } from '../store';
 import type { Inspection, Job } from '../types';
+import { failedJob } from '../whatnow';
+import { Name } from './Name';
 import { Refusal } from './Refusal';
 import { Stage } from './Stage';
 
 /** What a pause has done, and what its end will do. */
 function PauseNote() {
-  const { state, parked, off } = useStore(({ status }) => ({ state: status?.state, parked: status?.parked, off: status?.idle_timed_out }));
+  const { state, parked, off, idle, timeout_s } = useStore(({ status, jobs }) => {
+    const heats = (jobs.find(isRunning)?.facts.hot_end_c ?? 0) > 0;
+    return {
+      state: status?.state, parked: status?.parked, idle: status?.idle_timed_out ?? false, timeout_s: status?.idle_timeout_s ?? 0,
+      off: heats && status?.hot_end.target_c === 0,
+    };
+  });
   if (state !== 'paused') return null;
   return (
     <p class="pause-note" data-testid="pause-note">
       {parked && <><strong>Parked.</strong> The filament may be changed: jog, extrude and heat work. </>}
-      {off ? 'Resume heats up again first, then ' : 'Resume '}goes back to exactly where it stopped.
+      {idle && <>The heaters were switched off: nobody had used them for {format.duration(timeout_s)}. </>}
+      {off || idle ? 'Resume heats up again first, then ' : 'Resume '}goes back to exactly where it stopped.
     </p>
   );
 }
 
 function Actions({ job }: { job: Job }) {
   const state = useStore((s) => s.status?.state);
-  const cancel = async () => (await ask(`Cancel ${job.name}? What is printed so far cannot be continued.`, 'Cancel the print')) && act('print', 'POST', 'machine/cancel');
+  const prints = ({ jobs }: State) => jobs.some((one) => one.id === job.id && isRunning(one));
+  const cancel = async () => (await ask(`Cancel ${format.quoted(job.name)}? What is printed so far cannot be continued.`, 'Cancel the print', prints)) && act('print', 'POST', 'machine/cancel');
   return (
     <>
       <PauseNote />
@@ -45,7 +55,7 @@ function Progress({ job }: { job: Job }) {
   const { fraction, left, readyAt, layer, factor } = useStore((s) => {
     const progress = progressNow(job, s.status);
     return {
-      fraction: Math.round(progress.fraction * 1000) / 1000, left: format.duration(progress.remaining_s),
+      fraction: Math.floor(progress.fraction * 1000) / 1000, left: format.duration(progress.remaining_s),
       readyAt: format.clock(onTheWall(progress.remaining_s, s.status), new Date()), layer: s.status?.layer ?? 0,
       factor: timeFactor(s.status),
     };
@@ -54,10 +64,10 @@ function Progress({ job }: { job: Job }) {
     <div class="job-progress" data-testid="progress">
       <progress max={1} value={fraction} aria-label="Printed" />
       <dl class="figures four">
-        <div><dt>Done</dt><dd data-testid="percent">{format.percent(fraction)}</dd></div>
+        <div><dt>Done</dt><dd data-testid="percent">{format.done(fraction)}</dd></div>
         <div><dt>Left</dt><dd>{left}</dd></div>
         <div><dt>Ready at</dt><dd>{readyAt}</dd></div>
-        <div><dt>Layer</dt><dd>{layer}{job.facts.layers ? <small> of {job.facts.layers}</small> : ''}</dd></div>
+        <div><dt>Layer</dt><dd>{layer || '–'}{job.facts.layers ? <small> of {job.facts.layers}</small> : ''}</dd></div>
       </dl>
       {factor !== 1 && <p class="muted small-note">Simulated: the time left is the printer's, which passes {format.factor(factor)} as fast as the clock on the wall.</p>}
       <Actions job={job} />
@@ -65,21 +75,24 @@ function Progress({ job }: { job: Job }) {
   );
 }
 
-/** A print that did not come to its end: why, and where. */
+/**
+ * A print that did not come to its end: why, and where. The reason may name the line that could not
+ * be done, which was read ahead of the one that was printed: then that one is the line.
+ */
 function Stopped({ job }: { job: Job }) {
-  const { line, layer, percent } = useStore((s) => {
+  const { line, layer, percent, told } = useStore((s) => {
     const { fraction, ...stop } = stopOf(job, s.status);
-    return { ...stop, percent: fraction === null ? null : format.percent(fraction) };
+    return { ...stop, percent: fraction === null ? null : format.percent(fraction), told: failedJob(s)?.id === job.id };
   });
   const place = [
-    line ? `at line ${format.count(line)}` : null,
+    line && !/\bline \d/.test(job.error ?? '') ? `at line ${format.count(line)}` : null,
     layer ? `in layer ${layer}${job.facts.layers ? ` of ${job.facts.layers}` : ''}` : null,
-    percent ? `after ${percent} of the file` : null,
+    job.printed_s ? `after ${format.duration(job.printed_s)}` : percent ? `after ${percent} of the file` : null,
   ].filter(Boolean);
   return (
     <div class={`report ${job.state === 'failed' ? 'bad' : 'neutral'}`} data-testid="stopped">
       <p><strong>{job.state === 'failed' ? 'This print failed' : 'This print was cancelled'}{place.length > 0 && ` ${place.join(', ')}`}.</strong></p>
-      {job.error && <p>{format.sentence(job.error)}</p>}
+      {job.error && !told && <p><Name>{format.sentence(job.error)}</Name></p>}
     </div>
   );
 }
@@ -90,7 +103,9 @@ function Facts({ job }: { job: Job }) {
   const heat = [facts.hot_end_c ? `${Math.round(facts.hot_end_c)} °C` : null, facts.bed_c ? `${Math.round(facts.bed_c)} °C` : null];
   return (
     <dl class="figures four">
-      <div><dt>Time</dt><dd>{format.duration(facts.estimated_s)}</dd></div>
+      {job.state === 'done' && job.printed_s !== null
+        ? <div><dt>Printed in</dt><dd>{format.duration(job.printed_s)}</dd></div>
+        : <div><dt>Estimated</dt><dd>{format.duration(facts.estimated_s)}</dd></div>}
       <div><dt>Filament</dt><dd>{facts.filament_mm ? `${(facts.filament_mm / 1000).toFixed(2)} m` : '–'}</dd></div>
       <div><dt>Layers</dt><dd>{facts.layers ?? '–'}</dd></div>
       <div><dt>Hot end · bed</dt><dd>{heat.map((each) => each ?? 'off').join(' · ')}</dd></div>
@@ -154,10 +169,9 @@ function Report({ job }: { job: Job }) {
     <div class={`report ${found.matches ? 'good' : 'bad'}`} data-testid="report">
       <p><strong>{found.matches ? 'Inspected: what was built is what was asked.' : 'Inspected: what was built differs from what was asked.'}</strong></p>
       <p class="muted">
-        Path within {(worst_mm * 1000).toFixed(1)} µm · {format.count(lost)} lost steps · {found.layer_count} layers ·
-        {' '}{found.filament_mm.built.toFixed(1)} of {found.filament_mm.asked.toFixed(1)} mm filament
+        Path within {(worst_mm * 1000).toFixed(1)} µm · {format.count(lost)} lost steps · {found.filament_mm.built.toFixed(1)} of {found.filament_mm.asked.toFixed(1)} mm filament
       </p>
-      {found.differences.length > 0 && <ul>{found.differences.slice(0, 5).map((text, i) => <li key={i}>{text}</li>)}</ul>}
+      {found.differences.length > 0 && <ul>{found.differences.slice(0, 5).map((text, i) => <li key={i}><Name>{text}</Name></li>)}</ul>}
     </div>
   );
 }
@@ -168,7 +182,7 @@ function Remarks({ job }: { job: Job }) {
   return (
     <details class="warnings">
       <summary>{warnings.length === 1 ? '1 remark' : `${warnings.length} remarks`} on this file</summary>
-      <ul>{warnings.map((one, i) => <li key={i}>{one.line > 0 && `Line ${one.line}: `}{one.message}</li>)}</ul>
+      <ul>{warnings.map((one, i) => <li key={i}>{one.line > 0 && `Line ${one.line}: `}<Name>{one.message}</Name></li>)}</ul>
     </details>
   );
 }
@@ -181,7 +195,7 @@ export function Part() {
   return (
     <div class="card part-card">
       <div class="row head">
-        <h2 class="name">{job ? job.name : faulted ? 'Stopped, while nothing printed' : 'Nothing to print'}</h2>
+        <h2 class="name">{job ? <Name>{job.name}</Name> : faulted ? 'Stopped, while nothing printed' : 'Nothing to print'}</h2>
         {other && <button class="quiet" onClick={() => store.set({ shown: null })}>Back to the print</button>}
       </div>
       <Stage job={job} />
@@ -190,7 +204,7 @@ export function Part() {
       {job?.state === 'done' && <Report key={job.id} job={job} />}
       {job && <TimeShares job={job} />}
       {job && <Remarks job={job} />}
-      {other && <h3 class="name">Printing {running.name}</h3>}
+      {other && <h3 class="name">Printing <Name>{running.name}</Name></h3>}
       {running && <Progress job={running} />}
     </div>
   );

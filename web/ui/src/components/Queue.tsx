@@ -1,33 +1,55 @@
-import type { JSX } from 'preact';
+import type { ComponentChildren, JSX } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { endedCount, isEnded, isSearch, STATE_CHOICES, waitingCount } from '../jobs';
-import { ask, isRunning, isWaiting, lacks, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
+import { ask, isRunning, isWaiting, knownJob, lacks, onTheWall, progressNow, shownJob, store } from '../store';
 import type { Job } from '../types';
 import { Icon } from './Icon';
+import { Name } from './Name';
 import { Refusal } from './Refusal';
 
 const TYPING_MS = 300;
 const SEARCH_FROM_JOBS = 8; // so few are found by looking
 const show = (job: Job) => store.set({ shown: job });
-const remove = async (job: Job) => (await ask(`Delete ${job.name}? Its file is deleted with it.`, 'Delete')) && removeJob(job.id);
+/** A name where only text can stand: a title, a label. */
+const plain = (job: Job) => format.visible(job.name);
+
+/** Deletes a job; the focus, which was in its row, goes to the row that takes its place. */
+async function remove(job: Job, button: HTMLElement): Promise<void> {
+  const row = button.closest('li')!;
+  const heirs = [row.nextElementSibling, row.previousElementSibling].filter((each) => each !== null);
+  const heading = row.closest('.queue')?.querySelector<HTMLElement>('h2');
+  const there = (state: typeof store.state) => knownJob(state, job.id) !== null;
+  if (!(await ask(`Delete ${format.quoted(job.name)}? Its file is deleted with it.`, 'Delete', there))) return;
+  await removeJob(job.id);
+  requestAnimationFrame(() => {
+    if (row.isConnected) return;
+    const heir = heirs.find((each) => each.isConnected)?.querySelector<HTMLElement>('.name-button');
+    (heir ?? heading)?.focus();
+  });
+}
 const change = (job: Job, method: string, path: string, body?: unknown) => act(`job-${job.id}`, method, `jobs/${job.id}${path}`, body);
+
+/** A number that was refused does not stay in its field. */
+async function setCopies(job: Job, field: HTMLInputElement): Promise<void> {
+  if (!(await change(job, 'PATCH', '', { copies: Number(field.value) }))) field.value = String(knownJob(store.state, job.id)?.copies ?? job.copies);
+}
 
 /** Puts `moved` before `before` (null: at the end). */
 const move = (moved: number, before: number | null) => act(`job-${moved}`, 'PATCH', `jobs/${moved}`, { before });
 
 function Thumbnail({ job }: { job: Job }) {
   if (job.facts.thumbnail) return <img class="thumb" src={`/api/v1/jobs/${job.id}/thumbnail`} alt="" loading="lazy" decoding="async" />;
-  return <span class="thumb"><Icon name="box" size={24} /></span>;
+  return <span class="thumb"><Icon name="box" size={20} /></span>;
 }
 
 function Facts({ job, readyIn_s }: { job: Job; readyIn_s: number | undefined }) {
   const parts = [
     job.facts.estimated_s ? format.duration(job.facts.estimated_s) : null,
     readyIn_s === undefined ? null : `ready ${format.clock(readyIn_s, new Date())}`,
-    job.copies > 1 && job.copies_done > 0 ? `${job.copies_done} of ${job.copies} done` : null,
+    job.copies > 1 ? (job.copies_done > 0 ? `${job.copies_done} of ${job.copies} done` : `×${job.copies}`) : null,
     job.facts.filament_mm ? `${(job.facts.filament_mm / 1000).toFixed(2)} m` : null,
   ].filter(Boolean);
   return (
@@ -54,35 +76,51 @@ interface RowProps {
   readyIn_s: number | undefined;
   drag: Drag | null;
   setDrag: (drag: Drag | null) => void;
+  /** The row whose tools are shown. */
+  open: number | null;
+  setOpen: (job: number | null) => void;
+  /** It is the one that the page shows. */
+  current: boolean;
+}
+
+/** The name, which shows the job; the row's second line stands under it. */
+function NameButton({ job, current, press, children }: { job: Job; current: boolean; press: () => void; children: ComponentChildren }) {
+  return (
+    <button class="name-button" onClick={press} title={`Show ${plain(job)}`} aria-current={current ? 'true' : undefined}>
+      <span class="name"><Name>{job.name}</Name></span>
+      {children}
+    </button>
+  );
 }
 
 function WaitingTools({ job, waiting, more, at }: RowProps) {
-  const plain = useStore((s) => lacks(s, 'queue'));
+  const simple = useStore((s) => lacks(s, 'queue'));
   // Behind it are jobs that are not listed: the page does not know the next one.
   const last = at >= waiting.length - (more ? 2 : 1);
 
   return (
-    <div class="tools">
-      {!plain && <label class="copies">
-        ×<input type="number" inputMode="numeric" min={Math.max(1, job.copies_done)} max={1000} value={job.copies} aria-label={`Copies of ${job.name}`}
-          onChange={(event) => change(job, 'PATCH', '', { copies: Number(event.currentTarget.value) })} />
+    <div class="tools" id={`tools-${job.id}`}>
+      {!simple && <label class="copies">
+        Copies <input type="number" inputMode="numeric" min={Math.max(1, job.copies_done)} max={1000} value={job.copies} aria-label={`Copies of ${plain(job)}`}
+          onChange={(event) => void setCopies(job, event.currentTarget)} />
       </label>}
       <span class="buttons">
-        {at >= 0 && !plain && <button class="quiet" disabled={at === 0} aria-label={`Move ${job.name} up`} title="Earlier"
+        {at >= 0 && !simple && <button class="quiet" disabled={at === 0} aria-label={`Move ${plain(job)} up`} title="Earlier"
           onClick={() => move(job.id, waiting[at - 1].id)}><Icon name="up" /></button>}
-        {at >= 0 && !plain && <button class="quiet" disabled={last} aria-label={`Move ${job.name} down`} title="Later"
+        {at >= 0 && !simple && <button class="quiet" disabled={last} aria-label={`Move ${plain(job)} down`} title="Later"
           onClick={() => move(job.id, waiting[at + 2]?.id ?? null)}><Icon name="down" /></button>}
         {job.state === 'held'
-          ? <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Release ${job.name}`} title="Release"><Icon name="play" /></button>
-          : !plain && <button class="quiet" onClick={() => change(job, 'PATCH', '', { hold: true })} aria-label={`Hold ${job.name}`} title="Hold"><Icon name="pause" /></button>}
-        <button class="quiet" onClick={() => remove(job)} aria-label={`Delete ${job.name}`} title="Delete"><Icon name="cross" /></button>
+          ? <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Release ${plain(job)}`} title="Release"><Icon name="play" /></button>
+          : !simple && <button class="quiet" onClick={() => change(job, 'PATCH', '', { hold: true })} aria-label={`Hold ${plain(job)}`} title="Hold"><Icon name="pause" /></button>}
+        <button class="quiet" onClick={(event) => void remove(job, event.currentTarget)} aria-label={`Delete ${plain(job)}`} title="Delete"><Icon name="cross" /></button>
       </span>
     </div>
   );
 }
 
 function WaitingRow(props: RowProps) {
-  const { job, waiting, more, at, drag, setDrag } = props;
+  const { job, waiting, more, at, drag, setDrag, current } = props;
+  const open = props.open === job.id;
   const over = (event: DragEvent) => {
     if (!drag) return;
     event.preventDefault();
@@ -100,76 +138,66 @@ function WaitingRow(props: RowProps) {
   const last = at === waiting.length - 1;
   const mark = !drag || drag.before === undefined ? '' : drag.before === job.id ? 'over' : last && drag.before === null ? 'under' : '';
   return (
-    <li class={`job ${mark} ${drag?.id === job.id ? 'dragged' : ''}`} data-testid="job" data-job={job.id} draggable={at >= 0 && !lacks(store.state, 'queue')} onDragOver={over} onDrop={drop}
+    <li class={`job ${mark} ${drag?.id === job.id ? 'dragged' : ''} ${current ? 'current' : ''}`} data-testid="job" data-job={job.id} draggable={at >= 0 && !lacks(store.state, 'queue')} onDragOver={over} onDrop={drop}
       onDragStart={(event) => (event.dataTransfer?.setData('text/plain', job.name), setDrag({ id: job.id, before: undefined }))}
       onDragEnd={() => setDrag(null)}>
       <Thumbnail job={job} />
-      <button class="name-button" onClick={() => show(job)} title={`Show ${job.name}`}>
-        <span class="name">{job.name}</span>
-        <Facts job={job} readyIn_s={props.readyIn_s} />
-      </button>
-      <WaitingTools {...props} />
+      <NameButton job={job} current={current} press={() => show(job)}><Facts job={job} readyIn_s={props.readyIn_s} /></NameButton>
+      <button class="quiet" aria-expanded={open} aria-controls={open ? `tools-${job.id}` : undefined} aria-label={`More for ${plain(job)}`} title="Copies, order, hold, delete"
+        onClick={() => props.setOpen(open ? null : job.id)}>⋯</button>
+      {open && <WaitingTools {...props} />}
       <Refusal at={`job-${job.id}`} />
     </li>
   );
 }
 
-function EndedRow({ job }: { job: Job }) {
-  const factor = useStore((s) => timeFactor(s.status));
-  const took_s = job.started && job.ended ? ((Date.parse(job.ended) - Date.parse(job.started)) / 1000) * factor : 0;
-  const words = job.state === 'done' ? (took_s > 0 ? `Printed in ${format.duration(took_s)}` : 'Printed') : job.state === 'cancelled' ? 'Cancelled' : 'Failed';
-  const place = job.stopped_line ? ` at line ${format.count(job.stopped_line)}` : '';
+/** In a line: what became of it, and where. Why it failed stands in its card. */
+function EndedRow({ job, current }: { job: Job; current: boolean }) {
+  const took = job.printed_s ? ` in ${format.duration(job.printed_s)}` : '';
+  const words = job.state === 'done' ? `Printed${took}` : job.state === 'cancelled' ? 'Cancelled' : 'Failed';
+  const place = job.stopped_line && !/\bline \d/.test(job.error ?? '') ? ` at line ${format.count(job.stopped_line)}` : '';
   return (
-    <li class="job ended" data-testid="ended" data-job={job.id} data-state={job.state}>
+    <li class={`job ended ${current ? 'current' : ''}`} data-testid="ended" data-job={job.id} data-state={job.state}>
       <Thumbnail job={job} />
-      <button class="name-button" onClick={() => show(job)} title={`Show ${job.name}`}>
-        <span class="name">{job.name}</span>
-        <span class={`outcome ${job.state}`}>{words}{place}{job.error && `: ${job.error}`}</span>
-      </button>
+      <NameButton job={job} current={current} press={() => show(job)}>
+        <span class={`outcome ${job.state}`} title={job.error ? format.visible(job.error) : undefined}>{words}{place}</span>
+      </NameButton>
       <span class="buttons">
-        <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Print ${job.name} again`} title="Print again"><Icon name="again" /></button>
-        <button class="quiet" onClick={() => remove(job)} aria-label={`Delete ${job.name}`} title="Delete"><Icon name="cross" /></button>
+        <button class="quiet" onClick={() => change(job, 'POST', '/start')} aria-label={`Print ${plain(job)} again`} title="Print again"><Icon name="again" /></button>
+        <button class="quiet" onClick={(event) => void remove(job, event.currentTarget)} aria-label={`Delete ${plain(job)}`} title="Delete"><Icon name="cross" /></button>
       </span>
       <Refusal at={`job-${job.id}`} />
     </li>
   );
 }
 
-function RunningRow({ job }: { job: Job }) {
+function RunningRow({ job, current }: { job: Job; current: boolean }) {
   const { thousandths, left } = useStore((s) => {
     const progress = progressNow(job, s.status);
-    return { thousandths: Math.round(progress.fraction * 1000), left: format.duration(progress.remaining_s) };
+    return { thousandths: Math.floor(progress.fraction * 1000), left: format.duration(progress.remaining_s) };
   });
   return (
-    <li class="job running" data-testid="running" data-job={job.id}>
+    <li class={`job running ${current ? 'current' : ''}`} data-testid="running" data-job={job.id}>
       <Thumbnail job={job} />
-      <button class="name-button" onClick={() => store.set({ shown: null })} title={`Show ${job.name}`}>
-        <span class="name">{job.name}</span>
+      <NameButton job={job} current={current} press={() => store.set({ shown: null })}>
         <progress max={1000} value={thousandths} aria-label="Printed" />
-        <span class="facts">{format.wholePercent(thousandths / 1000)} · {left} left</span>
-      </button>
+        <span class="facts">{format.done(thousandths / 1000)} · {left} left</span>
+      </NameButton>
     </li>
   );
 }
 
-/** Why nothing starts by itself, and the button that changes that; or that everything does. */
+/** That everything starts by itself. Why nothing does is said above the columns (WhatNow). */
 function Gate() {
-  const { held, reason, bed_occupied, confirm_bed } = useStore((s) => s.gate);
+  const { held, confirm_bed } = useStore((s) => s.gate);
   return (
     <>
-      {held && (
-        <div class="gate" role="status" data-testid="gate">
-          <p><strong>The queue waits.</strong> {format.sentence(reason ?? '')}</p>
-          <button onClick={() => act('queue', 'POST', 'queue/release')}>Go on with the queue</button>
-        </div>
-      )}
-      {bed_occupied && <p class="queue-note" data-testid="bed-waits">The next job waits until the bed is said to be clear.</p>}
       {confirm_bed === false && (
         <p class="queue-note warn" data-testid="no-confirm">
           Nobody is asked whether the bed is clear: the next job starts by itself, onto whatever lies there.
         </p>
       )}
-      <Refusal at="queue" />
+      {!held && <Refusal at="queue" />}
     </>
   );
 }
@@ -238,7 +266,7 @@ function All({ row }: { row: (job: Job, at: number) => JSX.Element }) {
     <>
       {jobs.length === 0 && <p class="muted empty">Nothing yet. Drop a file above, or send one from your slicer.</p>}
       <ol class="list" data-testid="queue">
-        {jobs.filter(isRunning).map((job) => <RunningRow key={job.id} job={job} />)}
+        {jobs.filter(isRunning).map((job) => row(job, -1))}
         {waiting.map(row)}
       </ol>
       {hidden > 0 && <button class="more" onClick={() => startSearch({ text: '', states: 'queued,held' })}>Show {format.count(hidden)} more that wait</button>}
@@ -258,7 +286,7 @@ export function Queue() {
   const counts = useStore((s) => s.counts);
   const searching = useStore((s) => isSearch(s.search));
   const held = useStore((s) => s.gate.held);
-  const plain = useStore((s) => lacks(s, 'queue'));
+  const simple = useStore((s) => lacks(s, 'queue'));
   const volatile = useStore((s) => (s.gate.durable === false
     ? `Jobs are in its memory alone: without power they are gone.${s.gate.places === 1 ? ' One prints, and one may wait.' : ''}` : null));
   const shown = useStore((s) => shownJob(s)?.id ?? null);
@@ -268,16 +296,18 @@ export function Queue() {
     return perMinute;
   });
   const [drag, setDrag] = useState<Drag | null>(null);
+  const [open, setOpen] = useState<number | null>(null);
   const waiting = jobs.filter(isWaiting);
   const waitingInAll = Math.max(waiting.length, waitingCount(counts));
-  const row = (job: Job, at: number) => (isEnded(job) ? <EndedRow key={job.id} job={job} />
-    : isRunning(job) ? <RunningRow key={job.id} job={job} />
-    : <WaitingRow key={job.id} job={job} waiting={waiting} more={waitingInAll > waiting.length} at={at} readyIn_s={ends[job.id]} drag={drag} setDrag={setDrag} />);
+  const row = (job: Job, at: number) => (isEnded(job) ? <EndedRow key={job.id} job={job} current={job.id === shown} />
+    : isRunning(job) ? <RunningRow key={job.id} job={job} current={job.id === shown} />
+    : <WaitingRow key={job.id} job={job} waiting={waiting} more={waitingInAll > waiting.length} at={at} readyIn_s={ends[job.id]} drag={drag} setDrag={setDrag}
+        open={open} setOpen={setOpen} current={job.id === shown} />);
   return (
-    <div class="card queue" data-shown={shown}>
+    <div class="card queue">
       <div class="row head">
-        <h2>Queue{waitingInAll > 0 && <span class="muted"> · {format.count(waitingInAll)} waiting</span>}</h2>
-        {!held && !plain && waiting.length > 0 && <button class="quiet" onClick={() => act('queue', 'POST', 'queue/hold')} title="The print that runs is finished; no other starts">Hold all</button>}
+        <h2 tabIndex={-1}>Queue{waitingInAll > 0 && <span class="muted"> · {format.count(waitingInAll)} waiting</span>}</h2>
+        {!held && !simple && waiting.length > 0 && <button class="quiet" onClick={() => act('queue', 'POST', 'queue/hold')} title="The print that runs is finished; no other starts">Hold all</button>}
       </div>
       <Gate />
       {volatile && <p class="muted small-note" data-testid="volatile">{volatile}</p>}

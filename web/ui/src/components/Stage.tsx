@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { layerBytes, layerIndex } from '../api';
 import { useStore } from '../hooks';
 import { chunks, cssColour, decodeLayers, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
-import { hasStopped } from '../jobs';
+import { bytesLaid, hasStopped } from '../jobs';
 import { isRunning, lacks, store } from '../store';
 import type { Job } from '../types';
 import type { Direction, PartView } from '../view';
@@ -24,14 +24,8 @@ async function load(view: PartView, solidFor: (segments: number) => boolean, job
   }
 }
 
-/**
- * How many bytes of the shown job lie on the bed: while it prints, the executed ones; after a stop,
- * those until then; else all.
- */
-const laidDown = (job: Job | null): number => {
-  const status = store.state.status;
-  return job && (isRunning(job) || hasStopped(job.state)) && status?.job === job.id ? status.bytes_executed : Infinity;
-};
+/** How many bytes of the shown job lie on the bed. */
+const laidDown = (job: Job | null): number => bytesLaid(job, store.state.status);
 
 /** The layers that a stopped job had begun, when the machine does not know its bytes any more. */
 const topOf = (job: Job | null, chosen: number | null): number | null =>
@@ -48,7 +42,7 @@ function useFollow(view: PartView | null, job: Job | null, top: number | null, l
       if (bytes !== shownBytes) view.show(bytes, topOf(job, top));
       shownBytes = bytes;
       const { status } = store.state;
-      const at = status?.connected && (!job || bytes !== Infinity) ? status.position_mm : null;
+      const at = status?.connected && (!job || isRunning(job)) ? status.position_mm : null;
       const place = at ? `${at.x} ${at.y} ${at.z}` : '';
       if (place !== shownPlace) view.head(at);
       shownPlace = place;

@@ -25,7 +25,7 @@ function options(width: number): uPlot.Options {
     },
     axes: [
       { ...axis, space: 80, size: 26, values: '{HH}:{mm}' as unknown as uPlot.Axis.Values },
-      { ...axis, size: 34, space: 36 },
+      { ...axis, size: 58, space: 36, values: (_u, ticks) => ticks.map((c) => `${c} °C`) },
     ],
     series: [{}, line('Hot end', c.hot), line('target', c.hot, [5, 4]), line('Bed', c.bed), line('target', c.bed, [5, 4])],
   };
@@ -62,7 +62,12 @@ function Chart() {
       plot.destroy();
     };
   }, []);
-  return <div class="chart" ref={box} role="img" aria-label="Temperatures of the last ten minutes" />;
+  return (
+    <figure class="temperature-chart">
+      <div class="chart" ref={box} role="img" aria-label="Temperatures of the last ten minutes, in °C" />
+      <figcaption class="chart-legend"><span class="hot">Hot end</span><span class="bed">Bed</span><span class="aim">Target</span></figcaption>
+    </figure>
+  );
 }
 
 const target = (value: number | undefined) => (value && value > 0 ? `of ${Math.round(value)} °C` : 'off');
@@ -75,7 +80,7 @@ function Reading({ kind, name, id }: { kind: 'hot_end' | 'bed'; name: string; id
   return (
     <div class={`reading ${kind === 'bed' ? 'bed' : 'hot'} ${dead ? 'dead' : ''}`}>
       <span>{name}</span>
-      <b data-testid={id}>{dead ? <s title="The last reading; the sensor is silent">{text}</s> : text}</b>
+      <b data-testid={id}>{dead ? <s title="The last reading; the sensor is silent">{text}</s> : text}<small> °C</small></b>
       <small>{dead ? <strong>no reading</strong> : aim}</small>
     </div>
   );
@@ -103,7 +108,7 @@ export function Temperatures() {
       <div class="readings">
         <Reading kind="hot_end" name="Hot end" id="hot-end" />
         <Reading kind="bed" name="Bed" id="bed-reading" />
-        <div class="reading fan"><span>Fan</span><b>{fan}</b><small>%</small></div>
+        <div class="reading fan"><span>Fan</span><b>{fan}<small> %</small></b></div>
       </div>
       <IdleHint />
       <Chart />

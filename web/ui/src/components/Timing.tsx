@@ -106,12 +106,15 @@ export function periodsOf(loop: LoopGuarantee): { text: string; title: string; b
   };
 }
 
+/** Of sketches/printer: its loops, and its bottom halves in the order in which it declares them. */
+const LOOP_NAMES: Record<number, string> = { 1: 'plan', 2: 'step', 3: 'heat', 33: 'I2C', 34: 'network', 35: 'serial' };
+
 function LoopRow({ loop, before, mark }: { loop: LoopGuarantee; before?: LoopGuarantee; mark: (yes: boolean) => JSX.Element }) {
   const share = usedShare(loop, before);
   const periods = periodsOf(loop);
   return (
     <tr>
-      <td>{loop.id}</td><td>{loop.core}</td>
+      <td>{loop.id}{LOOP_NAMES[loop.id] && <small> {LOOP_NAMES[loop.id]}</small>}</td><td>{loop.core}</td>
       <td>{format.nanoseconds(loop.budget_us * 1000)} / {format.nanoseconds(loop.period_us * 1000)}</td>
       <td>{mark(loop.priority_enforced)}</td><td>{mark(loop.budget_enforced)}</td><td>{loop.core_owned ? '✓' : '–'}</td>
       <td title={share === null ? 'Nobody watches it' : 'Of its core'}>{share === null ? '–' : PERCENT(share)}</td>
@@ -145,7 +148,7 @@ function Held({ guarantee, before }: { guarantee: Guarantee | null; before: Guar
       <Trees guarantee={guarantee} mark={mark} />
       {guarantee.loops.filter((loop) => loop.escape || loop.shortfall).map((loop) => (
         <p class={loop.escape ? 'bad shortfall' : 'muted shortfall'} key={loop.id}>
-          Loop {loop.id}: {[loop.escape, loop.shortfall].filter(Boolean).join('; ')}
+          Loop {loop.id}{LOOP_NAMES[loop.id] ? ` (${LOOP_NAMES[loop.id]})` : ''}: {[loop.escape, loop.shortfall].filter(Boolean).join('; ')}
         </p>
       ))}
       {guarantee.cores.map((core) => <p class="muted shortfall" key={core.core}>{coreLine(core)}</p>)}
@@ -153,21 +156,24 @@ function Held({ guarantee, before }: { guarantee: Guarantee | null; before: Guar
   );
 }
 
-function Figures({ timing }: { timing: TimingData }) {
+/** `simulated`: its steps cannot be late, so there is nothing to measure. */
+function Figures({ timing, simulated }: { timing: TimingData; simulated: boolean }) {
   const l = timing.lateness_ns;
+  const known = l.count > 0 && !simulated;
+  const time = (ns: number) => (known ? format.nanoseconds(ns) : '–');
   const figure = (name: string, value: string, title: string, bad = false) => (
     <div title={title}><dt>{name}</dt><dd class={bad ? 'bad' : ''}>{value}</dd></div>
   );
   return (
     <dl class="figures four">
       {figure('Steps', format.briefCount(l.count), `${format.count(l.count)} pulses sent in this session`)}
-      {figure('Median', format.nanoseconds(l.p50), 'Half of all steps were at most so late')}
-      {figure('p99', format.nanoseconds(l.p99), '99 % of all steps were at most so late')}
-      {figure('p99.99', format.nanoseconds(l.p9999), '99.99 % of all steps were at most so late')}
-      {figure('Worst', format.nanoseconds(l.max), 'The latest step', l.max > 1e6)}
-      {figure('Late steps', format.briefCount(timing.late_steps), 'Steps later than 1 µs: each moved the time line, none was bunched', timing.late_steps > 0)}
-      {figure('Stretch', format.nanoseconds(timing.shift_ns), 'How much longer the print has become by lateness')}
-      {figure('Ran dry', format.count(timing.starved), 'Times the step buffer was empty in mid-move', timing.starved > 0)}
+      {figure('Median', time(l.p50), 'Half of all steps were at most so late')}
+      {figure('p99', time(l.p99), '99 % of all steps were at most so late')}
+      {figure('p99.99', time(l.p9999), '99.99 % of all steps were at most so late')}
+      {figure('Worst', time(l.max), 'The latest step', known && l.max > 1e6)}
+      {figure('Late steps', known ? format.briefCount(timing.late_steps) : '–', 'Steps later than 1 µs: each moved the time line, none was bunched', timing.late_steps > 0)}
+      {figure('Stretch', time(timing.shift_ns), 'How much longer the print has become by lateness')}
+      {figure('Ran dry', known ? format.count(timing.starved) : '–', 'Times the step buffer was empty in mid-move', timing.starved > 0)}
     </dl>
   );
 }
@@ -181,12 +187,14 @@ export function Timing() {
     const timer = setInterval(() => void loadGuarantee(), 5000);
     return () => clearInterval(timer);
   }, [connected]);
+  const simulated = guarantee?.simulated === true;
   const absent = useStore((s) => s.status?.connected === false);
   return (
     <div class="card timing" data-testid="timing">
       <h2>Timing <span class="muted">· how late each step was</span></h2>
-      {timing && <Figures timing={timing} />}
-      {timing && <Histogram buckets={timing.lateness_ns.buckets} />}
+      {timing && <Figures timing={timing} simulated={simulated} />}
+      {timing && !simulated && <Histogram buckets={timing.lateness_ns.buckets} />}
+      {timing && simulated && <p class="muted empty" data-testid="no-lateness">This printer is simulated: each step comes at its instant. On a real one its lateness is measured.</p>}
       {absent && <p class="muted empty">No machine is connected.</p>}
       <Held guarantee={guarantee} before={guaranteeBefore} />
     </div>
