@@ -172,7 +172,7 @@ test('"Off" asks in a print, says what it does, and pauses it', () =>
   inScene('printing', async ({ mock, page, at, button, requests }) => {
     await at('running').waitFor();
     await button('Hot end off').click();
-    assert.match(await text(page.locator('dialog')), /hot end off in the middle of the print.*paused.*heats up again first/s);
+    assert.match(await text(page.getByRole('dialog')), /hot end off in the middle of the print.*paused.*heats up again first/s);
     await page.getByRole('button', { name: 'No, keep it' }).click();
     assert.equal(mock.printer.hotEnd.target_c, 209);
     await page.getByLabel('Hot end target, °C').fill('0');
@@ -194,9 +194,9 @@ test('a question and a refusal about a print end with it, and its end is told', 
     await button('Pause').click({ force: true }).catch(() => undefined);
     printer.state = 'printing';
     await button('Cancel').click();
-    await page.locator('dialog[open]').waitFor();
+    await page.getByRole('dialog').waitFor();
     printer.finish('done');
-    await until('no question', async () => (await page.locator('dialog[open]').count()) === 0);
+    await until('no question', async () => (await page.getByRole('dialog').count()) === 0);
     await until('the end, told', async () => (await text(at('announced'))) === '3DBenchy.gcode is printed.');
     await at('what-now').waitFor();
     assert.equal(await at('refusal').count(), 0);

@@ -29,8 +29,8 @@ export interface ConsoleLine {
 export interface Question {
   text: string;
   verb: string;
-  /** While this holds there is something to ask; then the answer is no. */
-  stands?: (state: State) => boolean;
+  /** False: what it asks about has ended meanwhile. */
+  still: (state: State) => boolean;
   answer: (yes: boolean) => void;
 }
 
@@ -212,8 +212,6 @@ class Store {
   }
   update(change: (state: State) => State): void {
     this.state = change(this.state);
-    const { question } = this.state;
-    if (question?.stands && !question.stands(this.state)) return question.answer(false);
     this.listeners.forEach((listener) => listener());
   }
   set(part: Partial<State>): void {
@@ -222,17 +220,26 @@ class Store {
 }
 export const store = new Store();
 
+/** `job` is listed, in the state in which it was shown. */
+export const isStillThere = (state: State, job: Job): boolean => knownJob(state, job.id)?.state === job.state;
+
+/** `job` is being printed, or paused. */
+export const isStillRunning = (state: State, job: Job): boolean =>
+  state.status?.state !== 'faulted' && state.jobs.some((each) => each.id === job.id && isRunning(each));
+
 /**
- * Asks the person; true when the answer is yes. `stands`: whether there is still something to ask;
- * a question about a print is over when the print is.
+ * Asks the person; true when the answer is yes. A question about something that has ended, as
+ * `still` says, is taken back: the answer is no.
  */
-export function ask(text: string, verb: string, stands?: (state: State) => boolean): Promise<boolean> {
+export function ask(text: string, verb: string, still: (state: State) => boolean = () => true): Promise<boolean> {
   store.state.question?.answer(false);
   return new Promise((resolve) => {
     const answer = (yes: boolean) => {
+      forget();
       store.set({ question: null });
       resolve(yes);
     };
-    store.set({ question: { text, verb, stands, answer } });
+    const forget = store.subscribe(() => store.state.question?.answer === answer && !still(store.state) && answer(false));
+    store.set({ question: { text, verb, still, answer } });
   });
 }

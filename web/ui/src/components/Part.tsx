@@ -5,7 +5,7 @@ import { useStore } from '../hooks';
 import { hasStopped, stopOf } from '../jobs';
 import { activityShares, cssColour } from '../layers';
 import type { ActivityShare } from '../layers';
-import { ask, isRunning, onTheWall, progressNow, shownJob, store, timeFactor, type State } from '../store';
+import { ask, isRunning, isStillRunning, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
 import type { Inspection, Job } from '../types';
 import { failedJob } from '../whatnow';
 import { Name } from './Name';
@@ -33,8 +33,7 @@ function PauseNote() {
 
 function Actions({ job }: { job: Job }) {
   const state = useStore((s) => s.status?.state);
-  const prints = ({ jobs }: State) => jobs.some((one) => one.id === job.id && isRunning(one));
-  const cancel = async () => (await ask(`Cancel ${format.quoted(job.name)}? What is printed so far cannot be continued.`, 'Cancel the print', prints)) && act('print', 'POST', 'machine/cancel');
+  const cancel = async () => (await ask(`Cancel ${format.quoted(job.name)}? What is printed so far cannot be continued.`, 'Cancel the print', (s) => isStillRunning(s, job))) && act('print', 'POST', 'machine/cancel');
   return (
     <>
       <PauseNote />

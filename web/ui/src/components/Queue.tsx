@@ -4,7 +4,7 @@ import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { endedCount, isEnded, isSearch, STATE_CHOICES, waitingCount } from '../jobs';
-import { ask, isRunning, isWaiting, knownJob, lacks, onTheWall, progressNow, shownJob, store } from '../store';
+import { ask, isRunning, isStillThere, isWaiting, knownJob, lacks, onTheWall, progressNow, shownJob, store } from '../store';
 import type { Job } from '../types';
 import { Icon } from './Icon';
 import { Name } from './Name';
@@ -21,8 +21,7 @@ async function remove(job: Job, button: HTMLElement): Promise<void> {
   const row = button.closest('li')!;
   const heirs = [row.nextElementSibling, row.previousElementSibling].filter((each) => each !== null);
   const heading = row.closest('.queue')?.querySelector<HTMLElement>('h2');
-  const there = (state: typeof store.state) => knownJob(state, job.id) !== null;
-  if (!(await ask(`Delete ${format.quoted(job.name)}? Its file is deleted with it.`, 'Delete', there))) return;
+  if (!(await ask(`Delete ${format.quoted(job.name)}? Its file is deleted with it.`, 'Delete', (s) => isStillThere(s, job)))) return;
   await removeJob(job.id);
   requestAnimationFrame(() => {
     if (row.isConnected) return;
