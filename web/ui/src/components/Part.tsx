@@ -15,10 +15,11 @@ import { Stage } from './Stage';
 /** What a pause has done, and what its end will do. */
 function PauseNote() {
   const { state, parked, off, idle, timeout_s } = useStore(({ status, jobs }) => {
-    const heats = (jobs.find(isRunning)?.facts.hot_end_c ?? 0) > 0;
+    const facts = jobs.find(isRunning)?.facts;
+    const lacksHeat = (asked: number | null | undefined, target_c: number | undefined) => (asked ?? 0) > 0 && target_c === 0;
     return {
       state: status?.state, parked: status?.parked, idle: status?.idle_timed_out ?? false, timeout_s: status?.idle_timeout_s ?? 0,
-      off: heats && status?.hot_end.target_c === 0,
+      off: lacksHeat(facts?.hot_end_c, status?.hot_end.target_c) || lacksHeat(facts?.bed_c, status?.bed.target_c),
     };
   });
   if (state !== 'paused') return null;
