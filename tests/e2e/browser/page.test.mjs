@@ -398,6 +398,31 @@ test('a part of 140 mm is as bright as one of 20 mm, as beads and as lines', asy
   }
 });
 
+test('a failed print is drawn to where it came, and no further', () =>
+  inScene('held', async ({ page, at, mock, button }) => {
+    const settled = async (what, other = null) => {
+      let last = null;
+      await until(what, async () => {
+        const { warm } = await lookAt(page, at('canvas'));
+        const same = last !== null && warm > 200 && warm === last && warm !== other;
+        last = warm;
+        return same;
+      });
+      return last;
+    };
+    const failed = mock.printer.jobs.find(({ state }) => state === 'failed');
+    assert.ok(mock.printer.status().job === null, 'the machine speaks of it no more');
+    Object.assign(failed, { stopped_line: null, stopped_layer: null }); // the byte alone is known
+    await page.reload();
+    await until('all layers', async () => (await page.locator('.layer-slider input').getAttribute('max')) === '120');
+    await button('Front').click();
+    const part = await settled('the part as far as it came');
+    Object.assign(failed, { state: 'done' });
+    mock.printer.changed();
+    const whole = await settled('the whole part', part);
+    assert.ok(part > whole * 0.3 && part < whole * 0.7, `${part} of ${whole} pixels are the part's`);
+  }, { viewport: PHONE, draws: true }));
+
 test('a browser without WebGL shows all but the picture, and says why', () =>
   inScene('printing', async ({ page, at }) => {
     await at('running').waitFor();
