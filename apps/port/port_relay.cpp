@@ -26,8 +26,7 @@ bool would_block() { return errno == EAGAIN || errno == EINTR; }
 
 PortRelay::PortRelay(apps::SerialPort port, std::string service, std::filesystem::path link)
     : port_(std::move(port)), service_path_(std::move(service)), link_path_(std::move(link)) {
-    to_service_.reserve(kHeldMax + kAtOnce);
-    to_host_.reserve(kHeldMax + kAtOnce);
+    to_host_.reserve(kAnswersMax + kAtOnce);
 }
 
 void PortRelay::turn() {
@@ -44,10 +43,9 @@ void PortRelay::turn() {
 void PortRelay::wait() {
     // A descriptor of −1 is left out (poll(2)). A pty without a host would never let it wait.
     std::array<pollfd, 2> ways{
-        {{there_ ? port_.fd() : -1, 0, 0}, {service_.valid() ? service_.get() : -1, 0, 0}}};
-    if (to_service_.size() < kHeldMax) ways[0].events |= POLLIN;
+        {{there_ ? port_.fd() : -1, POLLIN, 0}, {service_.valid() ? service_.get() : -1, 0, 0}}};
     if (!to_host_.empty()) ways[0].events |= POLLOUT;
-    if (to_host_.size() < kHeldMax) ways[1].events |= POLLIN;
+    if (to_host_.size() < kAnswersMax) ways[1].events |= POLLIN;
     if (!to_service_.empty()) ways[1].events |= POLLOUT;
     const Nanoseconds left = std::max(look_at_ - monotonic_now(), Nanoseconds{0});
     const timespec at_most = board::linux::to_timespec(to_ns(left));
@@ -70,7 +68,7 @@ void PortRelay::look_around() {
     there_ = false;
     take_from_host();
     if (service_.valid()) give_to_service();
-    to_service_.clear();
+    to_service_.begin();
     service_.reset();
 }
 
@@ -80,18 +78,18 @@ void PortRelay::find_link() {
 }
 
 void PortRelay::connect() {
-    to_service_.clear();
+    to_service_.drop();
     if (auto connected = apps::connect_relay(service_path_)) service_ = std::move(*connected);
 }
 
 void PortRelay::take_from_host() {
-    if (to_service_.size() >= kHeldMax) return;
     std::array<char, kAtOnce> bytes;
     const Result<std::size_t> count = port_.read(bytes);
     if (!count.ok() || *count == 0) return;
     const std::span<const char> came = std::span{bytes}.first(*count);
     if (scanner_.feed(came).stop) stop_printer();
-    if (service_.valid()) to_service_.append(came.data(), came.size());
+    to_service_.append(came);
+    if (!service_.valid()) to_service_.drop();
 }
 
 /// The sketch may have been started anew since the last look.
@@ -105,14 +103,14 @@ void PortRelay::stop_printer() {
 
 void PortRelay::give_to_service() {
     if (to_service_.empty()) return;
-    const ssize_t count =
-        ::send(service_.get(), to_service_.data(), std::min(to_service_.size(), kAtOnce), MSG_NOSIGNAL);
-    if (count > 0) to_service_.erase(0, static_cast<std::size_t>(count));
+    const ssize_t count = ::send(service_.get(), to_service_.bytes().data(),
+                                 std::min(to_service_.size(), kAtOnce), MSG_NOSIGNAL);
+    if (count > 0) to_service_.take(static_cast<std::size_t>(count));
     if (count < 0 && !would_block()) service_.reset();
 }
 
 void PortRelay::take_from_service() {
-    if (to_host_.size() >= kHeldMax) return;
+    if (to_host_.size() >= kAnswersMax) return;
     std::array<char, kAtOnce> bytes;
     const ssize_t count = ::recv(service_.get(), bytes.data(), bytes.size(), 0);
     if (count > 0) to_host_.append(bytes.data(), static_cast<std::size_t>(count));

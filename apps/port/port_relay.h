@@ -8,6 +8,10 @@
 // wait for both. So this process reads the port, and stops the printer itself. It does little else:
 // each turn is one read and one write of at most kAtOnce bytes each way.
 //
+// The port is read at any time, whatever the service does. Bytes that it does not take are held up
+// to a bound, and from there on dropped by whole lines, with a sign in their place. The service
+// asks for them again (apps/serial/held_lines.h).
+//
 // The socket is connected while a host is there: the service sees a host come and go so. Bytes for
 // a service that is not there are scanned, and lost.
 //
@@ -19,6 +23,7 @@
 
 #include "apps/link/link_file.h"
 #include "apps/port/port_vcpu.h"
+#include "apps/serial/held_lines.h"
 #include "apps/serial/serial_port.h"
 #include "base/time.h"
 #include "posix/unique_fd.h"
@@ -29,9 +34,8 @@ namespace qduino::port {
 class PortRelay {
   public:
     static constexpr std::size_t kAtOnce = 1024;
-    /// What waits here for a service that does not read. A host that sends on and on is then not
-    /// read either; one that waits for its `ok` never comes near.
-    static constexpr std::size_t kHeldMax = 65'536;
+    /// Answers that wait here for a host that does not read; then the service is not read either.
+    static constexpr std::size_t kAnswersMax = 65'536;
 
     /// `service`: where its socket is; `link`: the sketch's. Neither need be there yet.
     PortRelay(apps::SerialPort port, std::string service, std::filesystem::path link);
@@ -59,7 +63,7 @@ class PortRelay {
     posix::UniqueFd service_;
     PortVcpu vcpu_;
     printer::gcode::EmergencyScanner scanner_;
-    std::string to_service_;
+    apps::HeldLines to_service_;
     std::string to_host_;
     Instant look_at_{};
     bool there_ = false;  // a host

@@ -18,6 +18,10 @@ namespace {
 
 /// How long the thread of the port waits for a byte, for an answer, or for a host that opens a pty.
 constexpr int kLookEvery_ms = 50;
+/// What is read in one turn: then the host is answered, however fast it sends.
+constexpr int kReadsAtOnce = 16;
+/// Answers that wait for a host that does not read. Beyond them its session says no more.
+constexpr std::size_t kAnswersMax = 64 * 1024;
 
 Instant clock_now() {
     using namespace std::chrono;
@@ -65,7 +69,7 @@ void SerialHost::serve() {
         {
             const std::scoped_lock lock{mutex_};
             session_.tick(now);
-            unsent_ += session_.take_output();
+            if (unsent_.size() < kAnswersMax) unsent_ += session_.take_output();
         }
         write_port();
     }
@@ -103,8 +107,8 @@ void SerialHost::greet(Instant now) {
 void SerialHost::read_port(Instant now) {
     std::array<char, 4096> bytes;
     std::unique_lock lock{mutex_};
-    while (const std::size_t room = std::min(bytes.size(), session_.room())) {
-        const Result<std::size_t> count = port_.read(std::span{bytes}.first(room));
+    for (int reads = 0; reads < kReadsAtOnce; ++reads) {
+        const Result<std::size_t> count = port_.read(bytes);
         if (!count.ok() || *count == 0) break;
         heard_ = now;
         const std::span<const char> came = std::span{bytes}.first(*count);
@@ -113,7 +117,7 @@ void SerialHost::read_port(Instant now) {
     }
     const bool lines = session_.has_lines();
     lock.unlock();
-    if (lines) on_spool_([this] { send_lines(); });
+    if (lines && !sending_.exchange(true)) on_spool_([this] { send_lines(); });
 }
 
 /// Holds the session's lock. (An M112 has been acted on: apps/port.)
@@ -130,6 +134,7 @@ void SerialHost::write_port() {
 // ---- the spool's thread -------------------------------------------------------------------------
 
 void SerialHost::send_lines() {
+    sending_.store(false);
     std::vector<apps::HostLine> lines;
     {
         const std::scoped_lock lock{mutex_};

@@ -6,8 +6,8 @@
 //                       └── ok, answers ◄── session      │ (a lock between the two threads)
 //   the spool's thread        answers, news ─────┘       └─► Spool::host_line
 //
-// The thread of the port never waits for a disk, nor for the printer. So an M108 in the bytes is
-// heard however many lines wait in front of it.
+// The thread of the port never waits for a disk, nor for the printer, and reads at any time. So an
+// M108 in the bytes is heard however many lines wait in front of it.
 //
 // A host that closes a pty has gone. One on a wire has when it was owed nothing and sent nothing
 // for kSilentAfter (hosts ask for temperatures every few seconds); it is greeted anew.
@@ -75,6 +75,7 @@ class SerialHost {
     std::string unsent_;
     Instant heard_{};
     bool there_ = false;
+    std::atomic<bool> sending_{false};  // the spool's thread is asked to
     std::atomic<bool> stop_{false};
     std::thread thread_;  // last: it uses all others
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "base/contract.h"
 #include "base/text.h"
 #include "printer/gcode/command_table.h"
 
@@ -39,6 +38,11 @@ Nanoseconds every(const Command& command, Nanoseconds otherwise) {
 
 void SerialSession::open() {
     close();
+    input_.begin();
+    greet();
+}
+
+void SerialSession::greet() {
     open_ = true;
     say("start");
 }
@@ -47,7 +51,8 @@ void SerialSession::close() {
     open_ = false;
     parser_ = {};
     host_ = {};
-    input_.clear();
+    input_.drop();
+    lacks_lines_ = false;
     output_.clear();
     awaited_.reset();
     report_every_ = Nanoseconds{0};
@@ -62,25 +67,37 @@ void SerialSession::say(std::string_view line) {
 // ---- lines --------------------------------------------------------------------------------------
 
 void SerialSession::take(std::span<const char> bytes, Instant now) {
-    QDUINO_EXPECT(bytes.size() <= room());
-    input_.append(bytes.data(), bytes.size());
+    input_.append(bytes);
     advance(now);
 }
 
 void SerialSession::advance(Instant now) {
-    std::span<const char> rest{input_};
-    while (!rest.empty() && !awaited_ && under_way() < link::kHostLinesMax) {
+    std::span<const char> rest = input_.bytes();
+    bool asks_again = false;
+    while (!asks_again && !rest.empty() && !awaited_ && under_way() < link::kHostLinesMax) {
         const gcode::Line* line = parser_.next(rest);
         if (line == nullptr) break;
-        const gcode::HostVerdict verdict = host_.accept(*line);
-        if (verdict.accepted) {
-            carry_out(*line, now);
-        } else {
+        const gcode::HostVerdict verdict = judge(*line);
+        asks_again = !verdict.accepted;
+        if (asks_again) {
             say(verdict.reply.view());
-            rest = {};
+        } else {
+            carry_out(*line, now);
         }
     }
-    input_.erase(0, input_.size() - rest.size());
+    input_.take(input_.size() - rest.size());
+    if (asks_again) input_.drop();
+}
+
+gcode::HostVerdict SerialSession::judge(const gcode::Line& line) {
+    if (line.text.find(HeldLines::kGap) != std::string_view::npos) {
+        lacks_lines_ = true;
+        return host_.ask_again("lines did not fit, and were dropped");
+    }
+    gcode::HostVerdict verdict = host_.accept(line);
+    const bool begins_anew = line.command != nullptr && is_m(*line.command, 110);
+    if (verdict.accepted && (line.frame.number || begins_anew)) lacks_lines_ = false;
+    return verdict;
 }
 
 void SerialSession::carry_out(const gcode::Line& line, Instant now) {
@@ -122,7 +139,13 @@ void SerialSession::forward(const gcode::Line& line, Instant now) {
         say("Error:the printer's program does not run");
         return say("ok");
     }
-    lines_.push_back({std::string{line.code}, gcode::takes_the_printer(*line.command)});
+    const bool claims = gcode::takes_the_printer(*line.command);
+    if (lacks_lines_ && claims) {
+        say("Error:lines before this one were dropped: send them again with numbers, or begin anew with "
+            "M110");
+        return say("ok");
+    }
+    lines_.push_back({std::string{line.code}, claims});
     ++sent_;
     if (gcode::ok_of(*line.command) == Ok::at_once) return say("ok");
     awaited_ = Awaited{waits_for_heat(*line.command)};
@@ -130,7 +153,8 @@ void SerialSession::forward(const gcode::Line& line, Instant now) {
 }
 
 void SerialSession::send_at_once(std::string_view line) {
-    if (!news_.connected) return;
+    const auto is_it = [line](const HostLine& waiting) { return waiting.text == line; };
+    if (!news_.connected || std::ranges::any_of(lines_, is_it)) return;
     lines_.insert(lines_.begin(), {std::string{line}, false});
     ++sent_;
 }
@@ -167,7 +191,10 @@ void SerialSession::learn(const PrinterNews& news, Instant now) {
         over_at_start_ = news.lines_over;
         forget_lines();
     }
-    if (restarted && open_) open();
+    if (restarted && open_) {
+        close();
+        greet();
+    }
     settle();
     advance(now);
 }

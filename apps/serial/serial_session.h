@@ -18,7 +18,12 @@
 // M108, M112 and M410 are found in the bytes before they come here (gcode/emergency_scanner.h). As
 // lines they are only answered.
 //
-// Bounded: at most kInputMax bytes in, kOutputMax out, and the window of lines. One thread.
+// Every byte is taken at any time, so that a port is read and looked through however long a line
+// takes. What does not fit is dropped and asked for again (held_lines.h). A host without numbers
+// cannot send it again: none of its moves is made until it says M110 or opens the port anew, for a
+// part with lines missing is worse than none.
+//
+// Bounded: at most HeldLines::kMax bytes in, kOutputMax out, and the window of lines. One thread.
 #pragma once
 
 #include <cstdint>
@@ -29,6 +34,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/serial/held_lines.h"
 #include "base/result.h"
 #include "base/time.h"
 #include "printer/gcode/host_session.h"
@@ -54,7 +60,6 @@ struct HostLine {
 
 class SerialSession {
   public:
-    static constexpr std::size_t kInputMax = 64 * 1024;
     static constexpr std::size_t kOutputMax = 64 * 1024;
 
     /// A host has opened the port: it is greeted.
@@ -62,11 +67,11 @@ class SerialSession {
     /// It has gone: what it has not been answered is forgotten.
     void close();
 
-    /// So many bytes may be taken now.
-    [[nodiscard]] std::size_t room() const { return kInputMax - input_.size(); }
-    /// Contract: at most room() bytes.
     void take(std::span<const char> bytes, Instant now);
-    /// M108 or M410 for the printer, ahead of every line that has not been sent.
+    /// Bytes that wait.
+    [[nodiscard]] std::size_t held() const { return input_.size(); }
+    /// M108 or M410 for the printer, ahead of every line that has not been sent. One that has not
+    /// been sent yet stands for the next one, too.
     void send_at_once(std::string_view line);
 
     /// The printer answers a host's line.
@@ -89,7 +94,9 @@ class SerialSession {
         bool heats = false;  ///< temperatures are said meanwhile
     };
 
+    void greet();
     void advance(Instant now);
+    [[nodiscard]] printer::gcode::HostVerdict judge(const printer::gcode::Line& line);
     void carry_out(const printer::gcode::Line& line, Instant now);
     [[nodiscard]] bool answer(const printer::gcode::Command& command, Instant now);
     void forward(const printer::gcode::Line& line, Instant now);
@@ -102,7 +109,8 @@ class SerialSession {
     bool open_ = false;
     printer::gcode::Parser parser_;
     printer::gcode::HostSession host_;
-    std::string input_;  // behind the line in hand
+    HeldLines input_;           // behind the line in hand
+    bool lacks_lines_ = false;  // dropped, and not sent again yet
     std::string output_;
     std::vector<HostLine> lines_;
     PrinterNews news_;

@@ -24,9 +24,10 @@ bool ends_in_checksum(std::string_view line) {
 
 HostVerdict HostSession::accept(const Line& line) {
     const auto number = line.frame.number;
-    if (!number) return ends_in_checksum(line.text) ? refuse("No Line Number with checksum") : HostVerdict{};
-    if (line.frame.checksum == Checksum::absent) return refuse("No Checksum with line number");
-    if (line.frame.checksum == Checksum::wrong) return refuse("checksum mismatch");
+    if (!number)
+        return ends_in_checksum(line.text) ? ask_again("No Line Number with checksum") : HostVerdict{};
+    if (line.frame.checksum == Checksum::absent) return ask_again("No Checksum with line number");
+    if (line.frame.checksum == Checksum::wrong) return ask_again("checksum mismatch");
     // M110 says which number comes next whatever was before: by its own N, or by its parameter.
     const Command* command = line.command;
     if (command != nullptr && command->letter == 'M' && command->number == 110) {
@@ -35,12 +36,12 @@ HostVerdict HostSession::accept(const Line& line) {
         last_line_ = usable ? static_cast<std::int64_t>(*given) : *number;
         return {};
     }
-    if (*number != last_line_ + 1) return refuse("Line Number is not Last Line Number+1");
+    if (*number != last_line_ + 1) return ask_again("Line Number is not Last Line Number+1");
     last_line_ = *number;
     return {};
 }
 
-HostVerdict HostSession::refuse(const char* what) const {
+HostVerdict HostSession::ask_again(const char* what) const {
     return {false, text<FixedString<160>>("Error:", what, ", Last Line: ", last_line_,
                                           "\nResend: ", last_line_ + 1, "\nok")};
 }

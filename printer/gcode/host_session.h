@@ -27,9 +27,11 @@ class HostSession {
     /// Judges a parsed line. Only an accepted line may be executed. M110 N sets the number of the
     /// last line.
     HostVerdict accept(const Line& line);
+    /// Refuses what is known to be damaged without a look at it: `what` says why. The next line is
+    /// asked for.
+    [[nodiscard]] HostVerdict ask_again(const char* what) const;
 
   private:
-    HostVerdict refuse(const char* what) const;
     std::int64_t last_line_ = 0;
 };
 

@@ -51,9 +51,19 @@ class Host:
                     return heard
         raise AssertionError("never heard %r; heard:\n%s" % (pattern, "\n".join(heard)))
 
-    def print_lines(self, lines):
-        """Until the last line has its `ok`."""
-        lines, at, clear, spoke = ["M110 N0"] + lines, 0, True, time.monotonic()
+    def say_all(self, data):
+        """Without waiting for an answer. What is heard meanwhile is kept."""
+        os.set_blocking(self.port, False)
+        while data:
+            if not select.select([], [self.port], [], 10)[1]:
+                raise AssertionError("the port is not read any more: %d bytes are left" % len(data))
+            data = data[os.write(self.port, data[:4096]):]
+            self.hear(0)
+        os.set_blocking(self.port, True)
+
+    def print_lines(self, lines, first=0):
+        """From line `first` (0 is the M110 that goes in front of them) until the last line has its `ok`."""
+        lines, at, clear, spoke = ["M110 N0"] + lines, first, True, time.monotonic()
         while at < len(lines) or not clear:
             if not clear and time.monotonic() - spoke > SILENCE_S:
                 clear, at = True, min(at, len(lines) - 1)

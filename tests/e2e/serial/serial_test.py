@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import signal
 import socket
 import sys
 import tempfile
@@ -12,8 +13,8 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "launcher"))
 sys.path.insert(0, HERE)
-from stack import MEMORY, Stack, service, wait_until  # noqa: E402
-from host import Host, Printcore, find_printcore  # noqa: E402
+from stack import MEMORY, Stack, read, service, wait_until  # noqa: E402
+from host import Host, Printcore, checked, find_printcore  # noqa: E402
 from noisy_wire import NoisyWire  # noqa: E402
 
 SPEED = 20
@@ -135,6 +136,38 @@ class Beside(SerialCase):
         self.host.hear_until("^Error:Printer halted. emergency stop")
         print("the host heard of the stop %.0f ms after its last byte" % ((time.monotonic() - sent) * 1000))
         self.assertEqual(self.stack.machine_state(), "faulted")
+
+    def test_m112_stops_it_while_the_service_stands_still(self):
+        """The service is stopped, and the host says more than all queues hold: 700 KB, then M112."""
+        self.host.say("M104 S200")
+        self.host.hear_until("^ok")
+        wait_until(lambda: self.ask_twin(op="state")["hot_end"]["duty"] > 0, "the heater is on")
+        printd = self.stack.pid_of("printd")
+        os.kill(printd, signal.SIGSTOP)
+        self.addCleanup(os.kill, printd, signal.SIGCONT)
+        self.host.say_all(b"G4 P1\n" * 120_000 + b"M112\n")
+        wait_until(lambda: self.ask_twin(op="state")["hot_end"]["duty"] == 0, "the heat is off, with the service still stopped")
+        self.assertEqual(read("/proc/%d/stat" % printd).rsplit(")", 1)[1].split()[0], "T")
+        os.kill(printd, signal.SIGCONT)
+        self.host.hear_until("^Error:Printer halted. emergency stop")
+        self.assertEqual(self.stack.machine_state(), "faulted")
+
+    def test_lines_that_did_not_fit_are_printed_once(self):
+        """The host floods a stopped service with all lines, then does what it is asked for."""
+        count, step = 4000, 0.01
+        lines = ["G28", "G90", "G1 X10 Y30 F6000", "G91"] + ["G1%sX%.2f F6000" % (" " * 190, step)] * count + ["G90", "M400", "M114"]
+        printd = self.stack.pid_of("printd")
+        os.kill(printd, signal.SIGSTOP)
+        self.addCleanup(os.kill, printd, signal.SIGCONT)
+        self.host.say_all(b"".join(checked(at, line) for at, line in enumerate(["M110 N0"] + lines)))
+        os.kill(printd, signal.SIGCONT)
+        heard = self.host.hear_until(r"^Resend: \d+")
+        first = int(heard[-1].split()[1])
+        print("asked for line %d of %d" % (first, len(lines)))
+        self.assertGreater(first, 100)
+        self.assertLess(first, len(lines))
+        self.host.print_lines(lines, first)
+        self.assertIn("X:%.2f Y:30.00" % (10 + count * step), " ".join(self.host.heard[-20:]), "each way was gone once")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 // Any bytes from a serial host, in any pieces, with a printer that is done with lines, dies and
-// comes back at any moment. The first byte says how the rest is cut, and what happens between the
-// pieces. Each line that crosses is one line of G-code; nothing grows without bound; when the
-// printer has done everything, the host is owed nothing.
+// comes back at any moment. The first byte says how the rest is cut, how often each piece comes (a
+// flood fills what is held), and what happens between the pieces. Each line that crosses is one
+// line of G-code; nothing grows without bound; when the printer has done everything, the host is
+// owed nothing.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -70,8 +71,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     session.open();
     for (std::size_t at = 0; at < bytes.size(); at += step) {
         const auto piece = bytes.subspan(at, std::min(step, bytes.size() - at));
-        if (piece.size() > session.room()) break;
-        session.take(piece, printer.now());
+        for (int copies = data[0] >= 192 ? 100 : 1; copies > 0; --copies) session.take(piece, printer.now());
+        FUZZ_EXPECT(session.held() <= apps::HeldLines::kMax);
         printer.act(static_cast<std::uint8_t>(piece[0]) ^ data[0]);
         FUZZ_EXPECT(session.take_output().size() <= SerialSession::kOutputMax);
     }

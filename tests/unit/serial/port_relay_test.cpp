@@ -7,10 +7,15 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "apps/serial/serial_session.h"
+#include "tests/unit/serial/noisy_host.h"
 
 namespace qduino::port::port_relay_test {
 namespace {
@@ -118,6 +123,71 @@ TEST_F(PortRelayTest, M112IsSeenBehindLinesThatTheServiceDoesNotRead) {
     }
     say("M112\n");
     EXPECT_TRUE(turn_until([&] { return link->get()->emergency.load() == 1; }));
+}
+
+/// More than any queue on the way holds: this process's, the socket's, the terminal's.
+constexpr int kFlood = 40'000;
+
+TEST_F(PortRelayTest, M112IsSeenBehindMoreThanAnyQueueHolds) {
+    const auto link = apps::create_link(folder / "link", 1);
+    ASSERT_TRUE(link.ok());
+    serve();
+    open();
+    ASSERT_TRUE(is_there());
+    for (int i = 0; i < kFlood; ++i) {
+        const std::string line = "G1 X90 Y20 F6000\n";
+        ASSERT_EQ(::write(host.get(), line.data(), line.size()), static_cast<ssize_t>(line.size()))
+            << "the port is not read any more, after " << i << " lines";
+        if (i % 8 == 0) relay->turn();
+    }
+    say("M112\n");
+    EXPECT_TRUE(turn_until([&] { return link->get()->emergency.load() == 1; }));
+}
+
+/// The service stands still while a host sends without waiting for an answer; then it goes on, and
+/// the host does what it is asked. The generator is `lines`: what the printer gets must be that.
+TEST_F(PortRelayTest, WhatDidNotFitIsAskedForAgainAndNothingIsLostOrDoubled) {
+    serve();
+    open();
+    ASSERT_TRUE(is_there());
+    std::vector<std::string> lines;
+    for (int i = 0; i < kFlood; ++i)
+        lines.push_back("G1 X" + std::to_string(i % 200) + " F" + std::to_string(i));
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        say(tests::numbered(static_cast<std::int64_t>(i) + 1, lines[i]));
+        if (i % 8 == 0) relay->turn();
+    }
+    apps::SerialSession session;
+    apps::PrinterNews news{.connected = true, .session = 1};
+    const Instant now = instant_from_ns(0);
+    session.learn(news, now);
+    session.open();
+    tests::PingPongHost again{lines};
+    std::vector<std::string> crossed;
+    bool flooded = true;
+    std::string to_host;
+    std::size_t asked_again = 0;
+    for (int turns = 0; turns < 400'000 && crossed.size() < lines.size(); ++turns) {
+        relay->turn();
+        std::array<char, 4096> bytes{};
+        const auto count = service->host_is_there() ? service->read(bytes) : Result<std::size_t>{0};
+        if (count.ok()) session.take(std::span{bytes}.first(*count), now);
+        for (const apps::HostLine& line : session.take_lines()) crossed.push_back(line.text);
+        news.lines_over += session.under_way();
+        session.learn(news, now);
+        to_host += session.take_output();
+        asked_again += to_host.find("Resend: ") != std::string::npos ? 1 : 0;
+        flooded = flooded && asked_again == 0;
+        if (!flooded) {
+            again.hear(to_host);
+            say(again.speak());
+        }
+        to_host.clear();
+    }
+    EXPECT_GT(asked_again, 0u);
+    EXPECT_LT(asked_again, 10'000u) << "a gap is asked for once, and not line by line";
+    ASSERT_EQ(crossed.size(), lines.size());
+    EXPECT_TRUE(std::ranges::equal(crossed, lines));
 }
 
 TEST_F(PortRelayTest, AServiceThatComesBackIsConnectedAnew) {

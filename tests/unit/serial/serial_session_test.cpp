@@ -168,6 +168,72 @@ TEST(SerialSession, WithoutAPrinterItSaysSo) {
     EXPECT_EQ(b.say("G28\n"), "Error:the printer's program does not run\nok\n");
 }
 
+/// While heat is waited for no line is taken: the host has no `ok`, and sends all the same.
+TEST(SerialSession, WhatDoesNotFitBehindALineThatWaitsIsAskedForAgain) {
+    Bench b;
+    EXPECT_EQ(b.say(numbered(1, "M109 S200")), "");
+    std::vector<std::string> lines;
+    for (int i = 0; i < 6000; ++i) lines.push_back("G1 X" + std::to_string(i));
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        EXPECT_EQ(b.say(numbered(static_cast<std::int64_t>(i) + 2, lines[i])), "");
+    EXPECT_LE(b.session.held(), HeldLines::kMax);
+    EXPECT_EQ(b.crossed(), "!M109 S200\n");
+    std::vector<std::string> crossed;
+    std::string heard;
+    const auto take_all = [&] {
+        for (std::size_t lines_over = 1; lines_over > 0;) {
+            lines_over = b.session.under_way();
+            heard += b.done(lines_over);
+            for (const HostLine& line : b.session.take_lines()) crossed.push_back(line.text);
+        }
+    };
+    take_all();
+    const std::size_t taken = crossed.size();
+    ASSERT_LT(taken, lines.size());
+    const std::string next = std::to_string(taken + 2);
+    EXPECT_TRUE(heard.ends_with("Error:lines did not fit, and were dropped, Last Line: " +
+                                std::to_string(taken + 1) + "\nResend: " + next + "\nok\n"))
+        << heard.substr(heard.size() - 200);
+    for (std::size_t i = taken; i < lines.size(); ++i) {
+        heard += b.say(numbered(static_cast<std::int64_t>(i) + 2, lines[i]));
+        if (i % 50 == 0) take_all();
+    }
+    take_all();
+    EXPECT_EQ(crossed, lines);
+}
+
+TEST(SerialSession, AHostWithoutNumbersMovesNothingBehindLinesThatWereDropped) {
+    Bench b;
+    EXPECT_EQ(b.say("M109 S200\n"), "");
+    EXPECT_EQ(b.crossed(), "!M109 S200\n");
+    for (int i = 0; i < 20'000; ++i) EXPECT_EQ(b.say("G1 X1\n"), "");
+    std::string heard;
+    for (int i = 0; i < 20'000 && b.session.held() > 0; ++i) {
+        heard += b.done(b.session.under_way());
+        static_cast<void>(b.crossed());
+    }
+    heard += b.done(b.session.under_way());
+    static_cast<void>(b.crossed());
+    EXPECT_NE(heard.find("\nResend: 1\nok\n"), std::string::npos);
+    const std::string refusal =
+        "Error:lines before this one were dropped: send them again with numbers, or begin anew with "
+        "M110\nok\n";
+    EXPECT_EQ(b.say("G1 X1\n"), refusal);
+    EXPECT_EQ(b.say("M104 S0\n"), "ok\n") << "heat can be switched off";
+    EXPECT_EQ(b.say("G1 X2\n"), refusal);
+    EXPECT_EQ(b.crossed(), "M104 S0\n");
+    EXPECT_EQ(b.say("M110\nG1 X3\n"), "ok\nok\n");
+    EXPECT_EQ(b.crossed(), "!G1 X3\n");
+}
+
+TEST(SerialSession, AFloodOfEmergencyCodesIsOneLine) {
+    Bench b;
+    for (int i = 0; i < 1000; ++i) b.session.send_at_once("M410");
+    b.session.send_at_once("M108");
+    EXPECT_EQ(b.session.under_way(), 2u);
+    EXPECT_EQ(b.crossed(), "M108\nM410\n");
+}
+
 TEST(SerialSession, AnEmergencyCodeOvertakesTheLinesAndIsCounted) {
     Bench b;
     EXPECT_EQ(b.say("G1 X1\n"), "ok\n");
