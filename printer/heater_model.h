@@ -30,6 +30,8 @@ struct HeaterModel {
     double fan_loss_w_k = 0.0225;    ///< on top of that, part fan at full duty
     double sensor_lag_s = 2.47;      ///< time constant
     double filament_j_mm3_k = 2e-3;  ///< heat that a mm³ of filament takes, for each kelvin
+
+    friend constexpr bool operator==(const HeaterModel&, const HeaterModel&) = default;
 };
 
 struct HeaterState {

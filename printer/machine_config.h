@@ -170,6 +170,8 @@ inline constexpr Words<HeaterControl::model, HeaterControl::pid> kHeaterControlN
 struct HeaterSettings {
     double kp = 0, ki = 0, kd = 0;
     HeaterModel model{};
+
+    friend constexpr bool operator==(const HeaterSettings&, const HeaterSettings&) = default;
 };
 
 /// Differences of temperatures are plain numbers, in kelvin.
@@ -210,6 +212,11 @@ constexpr void apply(const HeaterSettings& settings, HeaterConfig& heater) {
 
 /// The largest target that a heater may be given: 15 °C below the fault, so that it may overshoot.
 constexpr Celsius highest_target(const HeaterConfig& heater) { return heater.maximum + -15; }
+
+/// A wait for `target` (M109) is content from here on.
+constexpr Celsius content_from(const HeaterConfig& heater, Celsius target) {
+    return target + -heater.at_target_celsius;
+}
 
 /// Where the head waits while a job is paused (printer/machine/parking.cpp).
 struct ParkConfig {
@@ -283,8 +290,10 @@ struct MachineConfig {
     /// 0: it jumps (a trapezoid of speed).
     double jerk_mm_s3 = 0;
     AdvanceConfig pressure_advance;
-    Celsius minimum_extrude{170};  ///< below it filament does not move
-    Seconds idle_timeout{600};     ///< heaters that nobody uses go off after so long; 0: never
+    /// Below it filament does not move (may_extrude()); M302 S sets another limit for its job …
+    Celsius minimum_extrude{170};
+    Celsius minimum_extrude_floor{160};  ///< … and none below this
+    Seconds idle_timeout{600};           ///< heaters that nobody uses go off after so long; 0: never
     ParkConfig park;
     HeaterConfig hot_end{
         .kp = 22.2, .ki = 1.08, .kd = 114, .maximum = 275_celsius, .heater_pin = 17, .adc_channel = 0};
@@ -327,6 +336,13 @@ struct MachineConfig {
 /// Of the filament: mm³ in a millimetre.
 constexpr double filament_area_mm2(const MachineConfig& machine) {
     return std::numbers::pi / 4 * machine.filament_diameter.value() * machine.filament_diameter.value();
+}
+
+/// True when filament moves at `reading` although `limit` is the least. A hot end that has been
+/// waited for may be a little below its target, so it may be as much below the limit: otherwise a
+/// wait for the limit itself would end too early.
+constexpr bool may_extrude(const MachineConfig& machine, Celsius limit, Celsius reading) {
+    return reading >= content_from(machine.hot_end, limit);
 }
 
 /// X, Y and Z at their endstops; E at 0.

@@ -270,6 +270,8 @@ void read_machine(Section& s, MachineConfig& m) {
                  printer::kSmoothTimeMax.value());
     });
     s.number("minimum_extrude_celsius", m.minimum_extrude, 0, 400);
+    m.minimum_extrude_floor = std::min(m.minimum_extrude_floor, m.minimum_extrude);
+    s.number("minimum_extrude_floor_celsius", m.minimum_extrude_floor, 0, 400);
     s.number("idle_timeout_s", m.idle_timeout, 0, 86400);
     // Of a round bed the corner is in the air.
     m.park.x = m.kinematics.type == KinematicsType::delta ? Millimetres{0} : m.axes[Axis::x].minimum;

@@ -218,6 +218,11 @@ Broken heat_rule(const MachineConfig& m) {
                       Shortest{m.minimum_extrude.value()}, ", above the hot end's highest target, ",
                       Shortest{printer::highest_target(m.hot_end).value()}, ": nothing could be printed");
     }
+    if (m.minimum_extrude < m.minimum_extrude_floor) {
+        return broken("minimum_extrude_floor_celsius", "'minimum_extrude_floor_celsius' is ",
+                      Shortest{m.minimum_extrude_floor.value()}, ", above minimum_extrude_celsius, ",
+                      Shortest{m.minimum_extrude.value()}, ": it is the lowest that M302 may set");
+    }
     if (m.idle_timeout > Seconds{0} && m.idle_timeout < kIdleTimeoutMin) {
         return broken("idle_timeout_s", "'idle_timeout_s' is ", Shortest{m.idle_timeout.value()},
                       ": give 0 (never) or at least ", Shortest{kIdleTimeoutMin.value()}, " s");

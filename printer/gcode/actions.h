@@ -64,8 +64,8 @@ struct WaitFor {
     friend constexpr bool operator==(const WaitFor&, const WaitFor&) = default;
 };
 
-/// M201, M203, M204, M205: a limit that is not given stays as it is. Never above the machine's own
-/// configuration.
+/// M201, M203, M204, M205, M302: a limit that is not given stays as it is. Of motion, never above the
+/// machine's own configuration.
 struct LimitChange {
     PerAxis<std::optional<MillimetresPerSecond2>> axis_acceleration{};
     PerAxis<std::optional<MillimetresPerSecond>> axis_speed{};
@@ -74,6 +74,7 @@ struct LimitChange {
     std::optional<MillimetresPerSecond2> filament_acceleration{};
     std::optional<MillimetresPerSecond2> travel_acceleration{};
     std::optional<Millimetres> junction_deviation{};
+    std::optional<Celsius> minimum_extrude{};  ///< not below the machine file's floor
 };
 
 /// M593, M900, M572 and Klipper's words for them: what is not given stays as it is.

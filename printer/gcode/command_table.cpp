@@ -22,13 +22,12 @@ SureHandler inches, millimetres, absolute, relative, absolute_extrusion, relativ
 // handlers_machine.cpp
 Handler hot_end, tool_temperatures, hot_end_wait, bed, bed_wait, wait_for_heat, fan_on, fan_off, motors_off,
     axis_accelerations, axis_speeds, accelerations, instantaneous_speeds, input_shaping, linear_advance,
-    pressure_advance, progress, stop, pause, park, filament_change, refused;
+    pressure_advance, progress, stop, pause, park, filament_change, cold_extrusion, refused;
 // handlers_heat.cpp
 Handler hot_end_gains, bed_gains, tune_gains, heater_model, keep_settings, restore_settings, factory_settings;
 SureHandler report_settings;
 // handlers_machine.cpp, which cannot fail
-SureHandler message, echo, report_temperatures, report_position, report_firmware, cold_extrusion,
-    emergency_stop;
+SureHandler message, echo, report_temperatures, report_position, report_firmware, emergency_stop;
 // handlers_words.cpp, handlers_compensation.cpp
 Handler heater_temperature, temperature_wait, heaters_off, save_state, restore_state, velocity_limit,
     set_input_shaper, set_pressure_advance, code_offset, choose_extruder, object_begins, object_ends,
@@ -203,7 +202,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 290}, "babystep", "XYZSP", refused},
     {{'M', 300}, "beep", "PS"},
     {{'M', 301}, "hot end PID", "CDEFHILP", hot_end_gains, printing, when_done},
-    {{'M', 302}, "report cold extrusion", "PS", sure<cold_extrusion>, always, when_done},
+    {{'M', 302}, "least temperature to extrude", "PS", cold_extrusion, always, when_done},
     {{'M', 303}, "tune PID", "CDESU", tune_gains, when_done},
     {{'M', 304}, "bed PID", "DIP", bed_gains, printing, when_done},
     {{'M', 306}, "heater model; with T: tune it", "ACEFHPRST", heater_model, when_done},

@@ -76,6 +76,7 @@ struct ModalState {
     Millimetres filament_peak;  ///< the furthest that E of `machine` has been
     Celsius hot_end_target{};
     Celsius bed_target{};
+    Celsius minimum_extrude{};     ///< M302
     Millimetres programmed_e;      ///< E as G-code counts it; G92 sets it, flow does not scale it
     PerAxis<bool> homed{};         ///< X, Y, Z
     PerAxis<bool> homed_by_job{};  ///< … by a G28 of this job: `G28 O` asks for that

@@ -220,16 +220,32 @@ void report_firmware(Context& context, const Command& command) {
     if (!is_version_check) context.actions.report(Report::firmware);
 }
 
-/// The limit is the machine file's: a job that could lift it would grind its filament.
-void cold_extrusion(Context& context, const Command& command) {
-    if (!command.parameters.empty()) {
-        context.warn("M302 changes nothing: minimum_extrude_celsius of the machine file is the limit");
+/// M302: S is the least temperature at which filament moves, for the job; P1 is the lowest there is,
+/// and P0 the machine file's. Filament that is pushed cold is ground, so the machine file has a floor.
+Result<void> cold_extrusion(Context& context, const Command& command) {
+    const MachineConfig& machine = context.config;
+    const double highest = highest_target(machine.hot_end).value();
+    QDUINO_TRY_ASSIGN(const auto allowed, number(command, 'P'));
+    QDUINO_TRY_ASSIGN(const auto least, number_within(command, 'S', 0, highest, "°C"));
+    if (allowed || least) {
+        const Celsius floor = std::min(machine.minimum_extrude_floor, machine.minimum_extrude);
+        const Celsius asked = least                      ? Celsius{*least}
+                              : allowed.value_or(0) != 0 ? floor
+                                                         : machine.minimum_extrude;
+        context.state.minimum_extrude = std::max(asked, floor);
+        if (asked < floor) {
+            context.warn(text("M302: filament moves from ", Shortest{floor.value()}, " °C on, and not from ",
+                              Shortest{asked.value()},
+                              " °C (minimum_extrude_floor_celsius of the machine file)"));
+        }
+        return context.actions.set_limits({.minimum_extrude = context.state.minimum_extrude});
     }
-    const double lowest = context.config.minimum_extrude.value();
+    const double lowest = context.state.minimum_extrude.value();
     context.actions.note(NoteKind::echo,
                          text("Cold extrudes are ", lowest > 0 ? "disabled" : "enabled", " (min temp ",
                               Shortest{lowest}, "C)"),
                          command.source);
+    return {};
 }
 
 Result<void> stop(Context& context, const Command& command) {

@@ -28,6 +28,7 @@ Result<void> check_letters(const Command& command, const CodeInfo& code) {
 void set_defaults(ModalState& state, const MachineConfig& machine) {
     const double diameter_mm = machine.filament_diameter.value();
     state.filament_area_mm2 = std::numbers::pi / 4 * diameter_mm * diameter_mm;
+    state.minimum_extrude = machine.minimum_extrude;
 }
 
 }  // namespace

@@ -35,9 +35,10 @@ class HeatWait {
     bool is_over(Instant now, Celsius reading, const HeaterConfig& config) {
         QDUINO_EXPECT(active());
         const double celsius = reading.value(), target = asked_->target.value();
+        const double content = content_from(config, asked_->target).value();
         const bool up_only = asked_->direction == gcode::WaitFor::heating;
         const bool between = asked_->direction.kind == gcode::WaitFor::between;
-        const double low = between ? asked_->direction.lowest.value() : target - config.at_target_celsius;
+        const double low = between ? asked_->direction.lowest.value() : content;
         const double high = between ? asked_->direction.highest.value() : target + config.at_target_celsius;
         const bool warm_enough = celsius >= low;
         const bool cool_enough = up_only || celsius <= high;

@@ -7,7 +7,7 @@
 namespace qduino::printer::machine {
 
 Heating::Heating(const MachineConfig& config, channel::FourSlot<link::HeatStatus>& published)
-    : config_(config), control_(config, published) {
+    : config_(config), control_(config, published), minimum_extrude_(config.minimum_extrude) {
     kept_settings_ = {0, settings_of(config.hot_end), settings_of(config.bed)};
     targets_.hot_end_settings = kept_settings_.hot_end;
     targets_.bed_settings = kept_settings_.bed;
@@ -39,11 +39,11 @@ bool Heating::idle_lost() const {
 }
 
 Result<void> Heating::check_cold(double filament_mm) const {
-    if (filament_mm == 0 || seen_.hot_end.celsius >= config_.minimum_extrude.value()) return {};
-    // Rounded down: 169.96 °C is below 170 °C, and must not be told as 170.
+    if (filament_mm == 0 || may_extrude(config_, minimum_extrude_, Celsius{seen_.hot_end.celsius})) return {};
+    // Rounded down: 168.96 °C is below 169 °C, and must not be told as 169.
     const double told = std::floor(seen_.hot_end.celsius * 10) / 10;
     return make_error(ErrorCode::out_of_range, "the hot end is at ", Fixed{told, 1},
-                      " °C: filament moves only from ", Shortest{config_.minimum_extrude.value()},
+                      " °C: filament moves only from ", Shortest{minimum_extrude_.value()},
                       " °C on; heat it first (M109)");
 }
 
@@ -72,7 +72,7 @@ void Heating::note_request(gcode::Heater heater, Celsius target) {
         kept_->bed = target;
         return;
     }
-    const double needed = config_.minimum_extrude.value();
+    const double needed = minimum_extrude_.value();
     if (target.value() >= needed || kept_->hot_end.value() < needed) kept_->hot_end = target;
 }
 
@@ -114,6 +114,13 @@ void Heating::take_settings(const HeaterSettings& hot_end, const HeaterSettings&
     control_.set_targets(targets_);
 }
 
+/// Control begins anew with its numbers, so the same ones are not set again.
+void Heating::restore(const Adjusted& numbers) {
+    minimum_extrude_ = config_.minimum_extrude;
+    const bool same = numbers.hot_end == targets_.hot_end_settings && numbers.bed == targets_.bed_settings;
+    if (!same) take_settings(numbers.hot_end, numbers.bed);
+}
+
 std::optional<Heating::TuningOver> Heating::advance_tuning() {
     if (!tuning_) return std::nullopt;
     const gcode::TuningAsked asked = tuning_->asked;
@@ -144,8 +151,8 @@ void Heating::keep_targets() {
 
 bool Heating::may_extrude_now_and_later() const {
     QDUINO_EXPECT(kept_.has_value());
-    const double needed = config_.minimum_extrude.value();
-    return seen_.hot_end.reading && seen_.hot_end.celsius >= needed && kept_->hot_end.value() >= needed;
+    return seen_.hot_end.reading && may_extrude(config_, minimum_extrude_, Celsius{seen_.hot_end.celsius}) &&
+           kept_->hot_end >= minimum_extrude_;
 }
 
 void Heating::ask_for_kept() {
@@ -158,7 +165,7 @@ void Heating::ask_for_kept() {
 
 bool Heating::is_warm_again() const {
     const auto warm = [](const link::HeaterStatus& seen, Celsius target, const HeaterConfig& config) {
-        return target.value() <= 0 || seen.celsius >= target.value() - config.at_target_celsius;
+        return target.value() <= 0 || seen.celsius >= content_from(config, target).value();
     };
     return warm(seen_.hot_end, targets_.hot_end, config_.hot_end) &&
            warm(seen_.bed, targets_.bed, config_.bed);

@@ -46,6 +46,8 @@ class Heating {
     [[nodiscard]] bool idle_lost() const;
     /// An error in words while the hot end is too cold to move `filament_mm`.
     [[nodiscard]] Result<void> check_cold(double filament_mm) const;
+    /// M302: the least temperature at which filament moves.
+    void set_minimum_extrude(Celsius limit) { minimum_extrude_ = limit; }
 
     // ---- loop 1: what is asked ------------------------------------------------------------------
 
@@ -78,12 +80,22 @@ class Heating {
     }
     /// The settings in force, as those that are kept from now on.
     [[nodiscard]] link::KeptHeat keep_settings();
+    /// As of the last keep_settings(), whose number it has, or of the start.
+    [[nodiscard]] const link::KeptHeat& kept_settings() const { return kept_settings_; }
     /// Back to those that are kept: of the last keep_settings(), or of the start.
     void restore_settings() { take_settings(kept_settings_.hot_end, kept_settings_.bed); }
     /// To the machine file's. What is kept stays kept.
     void take_factory_settings() {
         take_settings(factory_settings_of(config_.hot_end), factory_settings_of(config_.bed));
     }
+
+    /// What a job may change of the heaters' numbers.
+    struct Adjusted {
+        HeaterSettings hot_end, bed;
+    };
+    [[nodiscard]] Adjusted adjusted() const { return {targets_.hot_end_settings, targets_.bed_settings}; }
+    /// Back to `numbers`, and M302's limit to the machine file's.
+    void restore(const Adjusted& numbers);
 
     /// An experiment that has ended.
     struct TuningOver {
@@ -147,6 +159,7 @@ class Heating {
     HeatWait wait_;
     std::optional<Tuning> tuning_;
     link::KeptHeat kept_settings_;
+    Celsius minimum_extrude_;
 };
 
 }  // namespace qduino::printer::machine

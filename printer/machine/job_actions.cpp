@@ -104,6 +104,7 @@ Result<void> JobActions::change_bed(const gcode::BedChange& change) {
 
 Result<void> JobActions::set_limits(const gcode::LimitChange& change) {
     parts_.pipe.change_limits(change);
+    if (change.minimum_extrude) parts_.heating.set_minimum_extrude(*change.minimum_extrude);
     return {};
 }
 

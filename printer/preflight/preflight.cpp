@@ -37,7 +37,10 @@ void Bounds::include(const gcode::Position& position) {
 }
 
 Preflight::Preflight(const MachineConfig& machine)
-    : machine_(machine), kinematics_(machine), interpreter_(machine_, *this) {
+    : machine_(machine),
+      kinematics_(machine),
+      interpreter_(machine_, *this),
+      minimum_extrude_(machine.minimum_extrude) {
     for (const Axis axis : gcode::kAllAxes) speed_max_[axis] = machine.axes[axis].max_speed;
 }
 
@@ -163,14 +166,15 @@ void Preflight::check_homed(const gcode::Move& move) {
 
 void Preflight::check_extrusion(const gcode::Move& move) {
     if (move.from[Axis::e] == move.to[Axis::e]) return;
-    const double needed = machine_.minimum_extrude.value();
-    if (hot_end_target_.value() >= needed) {
-        if (was_hot_) return;
-        was_hot_ = true;  // one word of it is enough
+    const double needed = minimum_extrude_.value();
+    const bool was_hot = told_cold_ || may_extrude(machine_, minimum_extrude_, waited_for_);
+    if (hot_end_target_ >= minimum_extrude_) {
+        if (was_hot) return;
+        told_cold_ = true;  // one word of it is enough
         add_error(text("filament is moved before anything has waited for the hot end to reach ",
                        Shortest{hot_end_target_.value()}, " °C"),
                   "Wait for it with M109 before this line: the job brings no heating of its own.");
-    } else if (!was_hot_) {
+    } else if (!was_hot) {
         add_error(text("filament is moved while the hot end is set to ", Shortest{hot_end_target_.value()},
                        " °C; it takes ", Shortest{needed}, " °C"),
                   "Heat first: M109 S200, or what the filament needs, before this line. The job brings no "
@@ -250,8 +254,11 @@ Result<void> Preflight::set_temperature(gcode::Heater heater, Celsius target) {
 }
 
 Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, gcode::WaitFor direction) {
-    const Celsius reached = direction.kind == gcode::WaitFor::between ? direction.lowest : target;
-    was_hot_ = was_hot_ || (heater == gcode::Heater::hot_end && reached >= machine_.minimum_extrude);
+    const Celsius reached =
+        direction.kind == gcode::WaitFor::between ? direction.lowest : content_from(machine_.hot_end, target);
+    // A wait that cools leaves the hot end as cool as that; one that heats alone, no cooler than it was.
+    const bool cools = direction.kind != gcode::WaitFor::heating;
+    if (heater == gcode::Heater::hot_end) waited_for_ = cools ? reached : std::max(waited_for_, reached);
     take_target(heater, target);
     for (MoveSink* sink : sinks_) sink->on_temperature(heater, target, direction);
     return {};
@@ -260,6 +267,7 @@ Result<void> Preflight::wait_temperature(gcode::Heater heater, Celsius target, g
 Result<void> Preflight::set_limits(const gcode::LimitChange& change) {
     for (const Axis axis : gcode::kAllAxes)
         speed_max_[axis] = change.axis_speed[axis].value_or(speed_max_[axis]);
+    minimum_extrude_ = change.minimum_extrude.value_or(minimum_extrude_);
     for (MoveSink* sink : sinks_) sink->on_limits(change);
     return {};
 }

@@ -90,7 +90,9 @@ class Preflight final : private gcode::NoActions {
     Celsius bed_target_{};
     Celsius hot_end_target_{};
     PerAxis<bool> was_homed_{};
-    bool was_hot_ = false;        ///< the job has waited for a hot end that may extrude
+    Celsius waited_for_{};  ///< the hot end has been waited for, and was as warm as this
+    bool told_cold_ = false;
+    Celsius minimum_extrude_{};   ///< M302
     Millimetres filament_end_{};  ///< the furthest that E has been
     double top_layer_z_mm_ = 0;
     double first_layer_z_mm_ = 0;

@@ -36,6 +36,10 @@ heated, with its line. (Words can be given a meaning: `[macros]` in the [machine
 - `M900 K30`: a K above 10 is a factor of Linear Advance 1.0, which Prusa's profiles write beside the other. It changes nothing.
 - `M0`, `M1`, `M25`, `M125`, `M600`, `M601` and `PAUSE` park the head beside the part and wait; the job goes on at the very step. `M600`
   also draws the filament out there, and pushes the new one in with a purge (`[park]` in the [machine file](machine.md)).
+- `M302 S160` is the least temperature at which filament moves, for its job: never below the machine file's `minimum_extrude_floor_celsius`, which
+  `M302 P1` asks for. A wait is content a little below its target (`at_target_celsius`), so filament moves as little below the limit.
+- A job leaves nothing to the next one: limits, accelerations, pressure advance, shapers, skew, fade and the heaters' numbers go back to what they
+  were before it. What a person types between jobs stays, and `M500` keeps the heaters' numbers and the beds. The bed that was measured last stays known.
 - `TEMPERATURE_WAIT` waits between `MINIMUM` and `MAXIMUM`. Where the target does not lead there, it is an error: Klipper would wait for ever.
 - `SAVE_GCODE_STATE` keeps up to four states, for this job: modes, coordinates, speed, factors and the place. `RESTORE_GCODE_STATE MOVE=1` also goes back there.
 - `M84` waits for the motion before it, and the lines behind it wait for `M84`; a move switches its motors on again. `M84 S60`: motors

@@ -26,12 +26,19 @@ void check(const std::vector<Case>& cases) {
     }
 }
 
-TEST(InterpreterMachine, ColdExtrusionIsReportedAndNeverAllowed) {
+TEST(InterpreterMachine, M302SetsTheLimitOfAJobAndNeverBelowTheFloor) {
+    const std::string told = "echo line 2: Cold extrudes are disabled (min temp ";
+    const auto floor = [](const char* asked) {
+        return std::string{"warning line 1: M302: filament moves from 160 °C on, and not from "} + asked +
+               " °C (minimum_extrude_floor_celsius of the machine file)";
+    };
     check({
         {"M302\n", {"echo line 1: Cold extrudes are disabled (min temp 170C)"}},
-        {"M302 S0\n",
-         {"warning line 1: M302 changes nothing: minimum_extrude_celsius of the machine file is the limit",
-          "echo line 1: Cold extrudes are disabled (min temp 170C)"}},
+        {"M302 S165\nM302\n", {"limits extrude165", told + "165C)"}},
+        {"M302 S180\nM302\n", {"limits extrude180", told + "180C)"}},
+        {"M302 S0\nM302\n", {floor("0"), "limits extrude160", told + "160C)"}},
+        {"M302 P1\nM302\n", {"limits extrude160", told + "160C)"}},
+        {"M302 P0\nM302\n", {"limits extrude170", told + "170C)"}},
     });
     MachineConfig clay;
     clay.minimum_extrude = 0_celsius;

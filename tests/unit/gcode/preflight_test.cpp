@@ -113,6 +113,19 @@ TEST(Preflight, ColdExtrusion) {
     EXPECT_NE(first_warning(push).find("after the hot end was set below"), std::string::npos);
 }
 
+TEST(Preflight, FilamentThatAnotherLimitAllowsOrAWaitHasCooled) {
+    const std::string draw = "G1 E-2 F600\n";
+    EXPECT_TRUE(read("G28\nM83\nM109 R170\n" + draw).accepted());
+    EXPECT_FALSE(read("G28\nM83\nM109 R165\n" + draw).accepted());
+    EXPECT_TRUE(read("G28\nM83\nM109 R165\nM302 S160\n" + draw).accepted());
+    EXPECT_FALSE(read("G28\nM83\nM109 R150\nM302 S150\n" + draw).accepted()) << "below the floor";
+    EXPECT_FALSE(read("G28\nM83\nM302 S190\nM109 S180\n" + draw).accepted()) << "a limit that is higher";
+    // A wait that cools leaves it cold; one that only heats ends at once.
+    EXPECT_FALSE(read("G28\nM83\nM109 S200\nM109 R160\n" + draw).accepted());
+    EXPECT_TRUE(read("G28\nM83\nM109 S200\nM109 S160\n" + draw).accepted());
+    EXPECT_FALSE(read("G28\nM83\nM109 S200\nM109 R160\nM104 S200\n" + draw).accepted());
+}
+
 TEST(Preflight, StepRate) {
     MachineConfig slow;
     slow.step_low = 124us;  // with the pulse 125 µs: 8000 steps/s

@@ -181,6 +181,7 @@ class Recorder final : public Actions {
         if (change.filament_acceleration) text += " filament" + number(change.filament_acceleration->value());
         if (change.travel_acceleration) text += " travel" + number(change.travel_acceleration->value());
         if (change.junction_deviation) text += " deviation" + number(change.junction_deviation->value());
+        if (change.minimum_extrude) text += " extrude" + number(change.minimum_extrude->value());
         return text;
     }
 };

@@ -65,22 +65,28 @@ TEST(Heating, ALoop3ThatFallsSilentIsAFault) {
 
 TEST(Heating, FilamentMovesOnlyWhenTheHotEndIsHot) {
     Bench bench;
-    bench.hot_end = 169.9;
+    bench.hot_end = 168.9;  // a wait for 170 °C is content from 169 °C on
     bench.observe();
     EXPECT_TRUE(bench.heating.check_cold(0).ok());
     const Result<void> cold = bench.heating.check_cold(-0.1);
     ASSERT_FALSE(cold.ok());
     EXPECT_NE(cold.error().message.view().find("heat it first"), std::string_view::npos);
-    for (const double celsius : {169.96, 169.6}) {
+    for (const double celsius : {168.96, 168.6}) {
         bench.hot_end = celsius;
         bench.observe();
         const std::string said{bench.heating.check_cold(1).error().message.view()};
-        EXPECT_NE(said.find(celsius > 169.9 ? "is at 169.9 °C: filament" : "is at 169.6 °C: filament"),
+        EXPECT_NE(said.find(celsius > 168.9 ? "is at 168.9 °C: filament" : "is at 168.6 °C: filament"),
                   std::string::npos)
             << said;
         EXPECT_NE(said.find("from 170 °C on"), std::string::npos) << said;
     }
-    bench.hot_end = 170;
+    bench.hot_end = 169;
+    bench.observe();
+    EXPECT_TRUE(bench.heating.check_cold(-0.1).ok());
+    bench.heating.set_minimum_extrude(Celsius{180});
+    EXPECT_FALSE(bench.heating.check_cold(-0.1).ok());
+    bench.heating.set_minimum_extrude(Celsius{160});
+    bench.hot_end = 159;
     bench.observe();
     EXPECT_TRUE(bench.heating.check_cold(-0.1).ok());
 }
