@@ -48,14 +48,20 @@ class AskedBed {
     /// A bed that was measured earlier; its number. One that was in force is there at once.
     int know(const std::string& name, bool in_force) {
         profiles_[name] = ++maps_;
-        if (in_force) now_.map = maps_;
+        if (in_force) now_.map = found_map_ = maps_;
         return maps_;
     }
     /// The bed has been measured once more; its number.
     int measured() {
-        now_.map = ++maps_;
+        now_.map = found_map_ = ++maps_;
         now_.follows_bed = true;
         return now_.map;
+    }
+    /// For the job behind this one: nothing of it is left but what it has measured and saved.
+    [[nodiscard]] AskedBed behind(const Machine& machine) const {
+        AskedBed next = *this;
+        next.now_ = {false, found_map_, machine.grid.fade_end_mm, machine.skew};
+        return next;
     }
 
     /// Whatever `command` says of it. `unit_mm`: of its lengths.
@@ -112,6 +118,7 @@ class AskedBed {
     AskedCorrection now_{};
     bool has_probe_ = false;
     int maps_ = 0;
+    int found_map_ = 0;  // measured last, or in force at the start
     std::map<std::string, int> profiles_;
 };
 

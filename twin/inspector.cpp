@@ -34,7 +34,7 @@ InspectionStart InspectionStart::at_power_on(const Machine& machine, const Count
 Inspector::Inspector(const Machine& machine, ByteSource& source, const InspectionStart& start)
     : machine_(machine),
       gantry_(machine),
-      asked_(source, start.asked_mm, machine, start.compensation.value_or(Compensation{machine}), start.bed),
+      asked_(source, start.asked_mm, machine, Compensation{machine}, start.bed),
       maps_(start.maps),
       last_map_(start.bed.maps()),
       read_to_(start.asked_mm),
@@ -798,9 +798,8 @@ InspectionStart Inspector::next_start() const {
     start.built = position_;
     start.origin = origin_;
     start.pressed = pressed_;
-    start.bed = asked_.bed();
+    start.bed = asked_.bed().behind(machine_);
     start.maps = maps_;
-    start.compensation = asked_.compensation();
     const Position built = built_mm();
     const auto exact = [&](std::size_t motor) { return so_far_.findings.axes[motor].final_exact; };
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {

@@ -129,10 +129,8 @@ struct InspectionStart {
     /// Built microsteps at coordinate 0; may be fractional.
     std::array<double, kAxisCount> origin{};
     std::array<bool, kSlideCount> pressed{};  ///< switches
-    AskedBed bed{};                           ///< as the job before left it
-    std::map<int, BedMap> maps{};             ///< … and the beds that were measured
-    /// As the last job left it; none: the machine's own.
-    std::optional<Compensation> compensation{};
+    AskedBed bed{};                           ///< as it is behind the job before
+    std::map<int, BedMap> maps{};             ///< the beds that were measured
 
     /// Power-on: the firmware takes its present position as home.
     static InspectionStart at_power_on(const Machine& machine, const Counts& built,

@@ -71,6 +71,8 @@ class Interpreter {
         QDUINO_EXPECT(axis != Axis::e);
         context_.state.set_homed(axis, homed);
     }
+    /// The skew in force, by an event outside of this interpreter's lines.
+    void set_skew(const SkewConfig& skew) { context_.state.skew = skew; }
     /// Takes M220's and M221's factors over from another interpreter.
     void adopt_factors(const ModalState& from);
     /// Leaves out as well the objects that another interpreter was told to.

@@ -34,6 +34,12 @@ class Compensation {
         const bool smooths = asked_.smooth_time > Seconds{0} || advance_.advance > Seconds{0};
         asked_.smooth_time = smooths ? advance_.smooth_time : Seconds{0};
     }
+    /// To be as `settings` are; what was appended was.
+    void take(const Compensation& settings) {
+        shapers_ = settings.shapers_;
+        advance_ = settings.advance_;
+        asked_ = settings.asked_;
+    }
     [[nodiscard]] Seconds advance() const { return advance_.advance; }
 
     /// The filters that were asked for, if they are not those that were appended last; they are

@@ -52,10 +52,12 @@ Machine::Machine(const MachineConfig& config, link::LinkLayout& link, MotorSwitc
       heating_(config_, link.heat_status),
       homing_(config_, pipe_, motors_),
       profiles_(config_),
+      base_(pipe_, heating_, motors_),
       actions_({config_, link_, pipe_, motors_, heating_, places_, homing_, profiles_}),
       parking_(config_, pipe_, heating_, motors_, actions_),
       job_(config_, actions_, link_, places_) {
     pipe_.correction().set_mesh(profiles_.kept_in_force());
+    base_.take();
 }
 
 heat::HeatDuties Machine::heat_sample(Instant now, const heat::HeatReadings& readings) {
@@ -185,6 +187,7 @@ void Machine::advance_homing(Instant now) {
     // Where the probe has left it counts as asked for, without the bed that it has found.
     job_.stands_at(pipe_.planner().position_mm());
     pipe_.correction().adjust();
+    base_.take_bed();
 }
 
 /// The machine stands somewhere else than the moves said. While it homes in corrected coordinates
@@ -289,6 +292,13 @@ void Machine::begin_host() {
     if (job_.running() || parking_.away()) return;
     job_.interpreter().reset_modes();
     homing_.tell(job_.interpreter());
+    forget_settings();
+}
+
+/// Of a job or a host: nothing of it is left to the next (base_settings.h).
+void Machine::forget_settings() {
+    base_.restore();
+    job_.interpreter().set_skew(pipe_.correction().skew());
 }
 
 /// M410. What waits is dropped as well: it counted on the moves.
@@ -413,7 +423,10 @@ bool Machine::read_line() {
         stop_job(JobOutcome::failed, read.error().message);
         return true;
     }
-    if (*read == JobRun::Read::begun) to(Event::begin);
+    if (*read == JobRun::Read::begun) {
+        to(Event::begin);
+        forget_settings();  // a host may have been here
+    }
     return *read != JobRun::Read::nothing;
 }
 
@@ -468,6 +481,7 @@ void Machine::run_typed_line() {
     heed_request();
     if (done && !done->ok()) link_.say(ReplyKind::error, done->error().message);
     if (done && done->ok() && speaker == Speaker::person) link_.say(ReplyKind::text, "ok");
+    if (speaker == Speaker::person && !job_.running()) base_.take();
     actions_.set_speaker(Speaker::job);
 }
 
@@ -527,6 +541,7 @@ void Machine::end_job(const JobEnding& ending) {
     }
     parking_.forget();
     heating_.forget_wait();
+    forget_settings();
 }
 
 /// Heat off, motion dropped, job failed; nothing moves until clear_fault.

@@ -20,6 +20,7 @@
 //   Heating     loop 3, as loop 1 sees it
 //   HomingRun   homing, and which axes are homed
 //   Parking     away from the path, and back
+//   BaseSettings  what every job begins from
 //   LinkEnd     commands in, words and the status out
 //
 // A failed or cancelled job leaves heaters and fan off. A running job that lost its heat because
@@ -30,6 +31,7 @@
 #pragma once
 
 #include "printer/gcode/emergency_scanner.h"
+#include "printer/machine/base_settings.h"
 #include "printer/machine/console.h"
 #include "printer/machine/heating.h"
 #include "printer/machine/homing_run.h"
@@ -83,6 +85,7 @@ class Machine {
     void take_line(std::string_view line, Speaker speaker);
     [[nodiscard]] bool act_on(const gcode::EmergencyCodes& codes);
     void begin_host();
+    void forget_settings();
     void stop_moves();
     void pause_job(bool at_end);
     void pause_without_heat(const HeatTaken& taken);
@@ -115,6 +118,7 @@ class Machine {
     Places places_;
     HomingRun homing_;
     BedProfiles profiles_;
+    BaseSettings base_;
     JobActions actions_;
     Parking parking_;
     JobRun job_;

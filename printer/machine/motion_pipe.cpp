@@ -109,6 +109,24 @@ void MotionPipe::change_compensation(const gcode::CompensationChange& change) {
     append_filters();
 }
 
+MotionPipe::Adjusted MotionPipe::adjusted() const {
+    return {planner_.settings(),     accelerations_,         compensation_,     correction_.mesh(),
+            correction_.uses_mesh(), correction_.fade_end(), correction_.skew()};
+}
+
+void MotionPipe::restore(const Adjusted& before) {
+    planner_.set_settings(before.settings);
+    accelerations_ = before.accelerations;
+    compensation_.take(before.compensation);
+    // Each of these takes the head to where it belongs then.
+    if (correction_.mesh() != before.mesh) correction_.set_mesh(before.mesh);
+    correction_.use_mesh(before.uses_mesh);
+    if (correction_.fade_end() != before.fade_end_mm) correction_.set_fade_end(before.fade_end_mm);
+    if (correction_.skew() != before.skew) correction_.set_skew(before.skew);
+    // While a stop runs, what is appended would be dropped: reset() appends it.
+    if (!stops_.running()) append_filters();
+}
+
 void MotionPipe::change_limits(const gcode::LimitChange& change) {
     motion::MotionSettings settings = planner().settings();
     apply(change, settings, accelerations_);

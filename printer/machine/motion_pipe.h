@@ -119,6 +119,21 @@ class MotionPipe {
     /// has room.
     void change_compensation(const gcode::CompensationChange& change);
 
+    /// Everything that a job may change of how motion is made.
+    struct Adjusted {
+        motion::MotionSettings settings;
+        Accelerations accelerations;
+        Compensation compensation;
+        motion::BedMesh mesh;
+        bool uses_mesh = false;
+        double fade_end_mm = 0;
+        SkewConfig skew;
+    };
+    [[nodiscard]] Adjusted adjusted() const;
+    /// Back to that, for what is appended from now on. Contract: not away(), and the planner has room,
+    /// or a stop runs.
+    void restore(const Adjusted& before);
+
     // ---- loops 1 and 2 --------------------------------------------------------------------------
 
     [[nodiscard]] Stops& stops() { return stops_; }

@@ -40,6 +40,7 @@ class Motors {
 
     /// 0: never.
     void time_out_after(Nanoseconds idle) { time_out_ = idle; }
+    [[nodiscard]] Nanoseconds time_out() const { return time_out_; }
     /// True once, when the motors have been on and idle for so long. `in_use`: something moves, or
     /// may move without being asked again.
     [[nodiscard]] bool timed_out(Instant now, bool in_use) {

@@ -48,6 +48,8 @@ class Correction {
     /// Something differs from what is asked.
     [[nodiscard]] bool active() const { return follows_bed() || skew_ != SkewConfig{}; }
     [[nodiscard]] bool follows_bed() const { return use_mesh_ && mesh_.known(); }
+    /// … once a bed is known.
+    [[nodiscard]] bool uses_mesh() const { return use_mesh_; }
     [[nodiscard]] const BedMesh& mesh() const { return mesh_; }
     [[nodiscard]] const SkewConfig& skew() const { return skew_; }
     [[nodiscard]] double fade_end() const { return fade_end_; }
