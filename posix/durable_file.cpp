@@ -25,7 +25,10 @@ Result<void> rename_and_sync(const std::filesystem::path& from, const std::files
 
 Result<void> write_durably(const std::filesystem::path& path, std::string_view bytes, unsigned mode) {
     const std::filesystem::path part = path.string() + ".part";
-    const UniqueFd file{::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, mode)};
+    // Never what has that name already: it may be another name (a hard link) of a foreign file.
+    ::unlink(part.c_str());
+    const UniqueFd file{
+        ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, mode)};
     if (!file.valid()) return system_error("create", part.native());
     Result<void> written = write_all(file.get(), bytes, part.native());
     if (written.ok() && ::fdatasync(file.get()) != 0) written = system_error("sync", part.native());

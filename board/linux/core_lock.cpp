@@ -2,8 +2,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,17 +9,17 @@
 #include <charconv>
 #include <cstdint>
 #include <ctime>
+#include <optional>
 #include <utility>
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
 #include "board/linux/core_rivals.h"
 #include "board/linux/kernel_text.h"
-#include "posix/system_error.h"
+#include "posix/guarded_file.h"
 
 namespace qduino::board::linux {
 
-using posix::system_error;
 using posix::UniqueFd;
 
 namespace {
@@ -98,23 +96,36 @@ Error spun_on(int core, const std::string& spinner) {
         " runs on it without a pause, and is no sketch: stop it, or give the loop another core");
 }
 
+std::string lock_of(const std::string& folder, int core) {
+    return text<std::string>(folder, "/qduino-core", core, ".lock");
+}
+
+/// Root's sketch owns the core, whoever asks: the words in its file.
+std::optional<Holder> root_has(int core, const std::string& root, const std::string& own) {
+    for (const std::string& folder : believed_registers(root, own)) {
+        if (folder == own) continue;
+        const auto file = posix::open_guarded(lock_of(folder, core), O_RDONLY);
+        if (file && is_locked(file->get())) return read_holder(file->get());
+    }
+    return std::nullopt;
+}
+
+/// Nobody has the core, and another user stands in the way with a lock for reading: he may have
+/// that on a file of root, and must not. The file goes, and with it his lock.
+void leave_reader_behind(int file, const std::string& path) {
+    if (!is_locked(file) && is_still_named(file, path)) ::unlink(path.c_str());
+}
+
 }  // namespace
 
 Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::string& root) {
-    const std::string folder = shared_folder(root);
-    if (folder.empty()) {
-        return make_error(ErrorCode::not_permitted, "no folder for a lock of core ", core,
-                          ": neither /run/lock nor /dev/shm nor /tmp is writable");
-    }
-    const auto path = text<std::string>(folder, "/qduino-core", core, ".lock");
+    QDUINO_TRY_ASSIGN(const std::string folder, own_register(root));
+    const std::string path = lock_of(folder, core);
     const Instant until = monotonic_now() + patience;
     for (;;) {
-        UniqueFd file = open_shared_file(path);
-        struct stat status {};
-        if (!file.valid() || ::fstat(file.get(), &status) != 0) return system_error("open", path);
-        if (!S_ISREG(status.st_mode))
-            return make_error(ErrorCode::not_permitted, path, " is no file: remove it");
-        if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
+        QDUINO_TRY_ASSIGN(UniqueFd file, posix::open_or_make_guarded(path, 0644));
+        std::optional<Holder> holder = root_has(core, root, folder);
+        if (!holder && lock_whole(file.get())) {
             if (!is_still_named(file.get(), path)) continue;
             CoreLock lock;
             lock.file_ = HeldFile{std::move(file), path};
@@ -124,8 +135,11 @@ Result<CoreLock> CoreLock::take(int core, Nanoseconds patience, const std::strin
             if (monotonic_now() >= until) return spun_on(core, spinner);
             continue;
         }
-        if (errno != EWOULDBLOCK) return system_error("lock", path);
-        if (monotonic_now() >= until) return taken(core, read_holder(file.get()), root);
+        if (!holder) {
+            leave_reader_behind(file.get(), path);
+            holder = read_holder(file.get());
+        }
+        if (monotonic_now() >= until) return taken(core, *holder, root);
         block_until(monotonic_now() + kLookAgain);
     }
 }

@@ -1,16 +1,16 @@
 // One owner for each core of a computer.
 //
 // Two loops that own one core would starve each other: both spin at the highest priority. So a
-// sketch that is about to own core N takes a lock on a file that all users share. A second sketch
-// is refused before its loops start.
+// sketch that is about to own core N takes a lock on a file. A second sketch of the same user, or
+// one of another user where root has the core, is refused before its loops start.
 //
-//   /run/lock/qduino-core1.lock     or in /dev/shm, or in /tmp: the first in which every user may
-//     pid 4711                      make files, so that root's sketch and another user's meet
+//   /run/qduino/qduino-core1.lock   root's; shared_file.h says where other users' lie
+//     pid 4711
 //     since 2026-03-01 11:31:34 UTC
 //     program printer
 //     command printer --pins /dev/shm/…
 //
-// The lock (flock(2)) belongs to the open file: it ends with its holder, however that dies. The
+// The lock belongs to the open file: it ends with its holder, however that dies. The
 // lock alone decides which sketch has the core; the words in the file are for people. The lock is
 // advisory: other real-time programs do not know it. One that spins on the core is found by looking
 // (core_rivals.h) and named: a loop would stand behind it for ever. A holder that was killed may

@@ -13,6 +13,8 @@
 #include "board/linux/clock.h"
 #include "board/linux/cpu_list.h"
 #include "board/linux/kernel_text.h"
+#include "posix/guarded_file.h"
+#include "posix/small_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
@@ -130,15 +132,11 @@ Promise read_promise(std::string_view text) {
 
 Result<PromiseRegister> PromiseRegister::open(const std::string& root, Nanoseconds patience) {
     PromiseRegister made;
-    made.folder_ = shared_folder(root);
-    if (made.folder_.empty()) {
-        return make_error(
-            ErrorCode::not_permitted,
-            "no folder for the register of promises: neither /run/lock nor /dev/shm nor /tmp is writable");
-    }
+    QDUINO_TRY_ASSIGN(made.folder_, own_register(root));
+    made.believed_ = believed_registers(root, made.folder_);
+    // Nobody else may open it: then nobody else can hold it.
     const std::string path = made.folder_ + "/qduino-promises.lock";
-    made.lock_ = open_shared_file(path);
-    if (!made.lock_.valid()) return system_error("open", path);
+    QDUINO_TRY_ASSIGN(made.lock_, posix::open_or_make_guarded(path, 0600));
     const Instant until = monotonic_now() + patience;
     while (::flock(made.lock_.get(), LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK && errno != EINTR) return system_error("lock", path);
@@ -151,24 +149,29 @@ Result<PromiseRegister> PromiseRegister::open(const std::string& root, Nanosecon
 }
 
 void PromiseRegister::read() {
-    for (const std::string& name : entries(folder_)) {
-        if (!name.starts_with(kPromisePrefix)) continue;
-        const std::string path = folder_ + "/" + name;
-        const UniqueFd file{::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK)};
-        struct stat status {};
-        if (!file.valid() || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
-        const auto text = posix::read_to_end(file.get(), path);
-        if (!text) continue;
-        Promise promise = read_promise(*text);
-        promise.path = path;
-        promise.owner = status.st_uid;
-        std::string_view number = std::string_view{name}.substr(kPromisePrefix.size());
-        promise.pid = whole_number<int>(cut(number, '.')).value_or(0);
-        const bool lives = ::flock(file.get(), LOCK_EX | LOCK_NB) != 0;
-        // Another user's record could name anything.
-        if (!lives && promise.owner == ::geteuid()) dead_.push_back(std::move(promise));
-        if (lives) living_.push_back(std::move(promise));
+    for (const std::string& folder : believed_) {
+        for (const std::string& name : entries(folder)) {
+            if (name.starts_with(kPromisePrefix)) read(folder + "/" + name, name);
+        }
     }
+}
+
+/// What is no plain file of this user or of root, or is too long, is left out.
+void PromiseRegister::read(const std::string& path, std::string_view name) {
+    const auto file = posix::open_guarded(path, O_RDONLY);
+    struct stat status {};
+    if (!file || ::fstat(file->get(), &status) != 0) return;
+    const auto text = posix::read_at_most(file->get(), kRegisterFileBytesMax, path);
+    if (!text) return;
+    Promise promise = read_promise(*text);
+    promise.path = path;
+    promise.owner = status.st_uid;
+    std::string_view number = name.substr(kPromisePrefix.size());
+    promise.pid = whole_number<int>(cut(number, '.')).value_or(0);
+    const bool lives = is_locked(file->get());
+    // Another user's record could name anything.
+    if (!lives && promise.owner == ::geteuid()) dead_.push_back(std::move(promise));
+    if (lives) living_.push_back(std::move(promise));
 }
 
 void PromiseRegister::forget(const Promise& dead) { ::unlink(dead.path.c_str()); }
@@ -184,12 +187,12 @@ std::string PromiseRegister::free_name() const {
 
 Result<HeldPromise> PromiseRegister::hold(const Promise& promise, const std::string& name) const {
     const std::string path = folder_ + "/" + std::string{kPromisePrefix} + name;
-    constexpr int kFlags = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-    HeldPromise held{UniqueFd{::open(path.c_str(), kFlags, 0644)}, path};
-    if (!held.held()) return system_error("make", path);
-    static_cast<void>(::fchmod(held.descriptor(), 0644));  // all read it, whatever the umask
-    if (::flock(held.descriptor(), LOCK_EX | LOCK_NB) != 0) return system_error("lock", path);
+    // Others may read it only once it is locked: then no reader's lock stands in the way.
+    QDUINO_TRY_ASSIGN(UniqueFd file, posix::make_guarded(path, 0600));
+    HeldPromise held{std::move(file), path};
+    if (!lock_whole(held.descriptor())) return system_error("lock", path);
     QDUINO_TRY(posix::write_all(held.descriptor(), promise_text(promise), path));
+    static_cast<void>(::fchmod(held.descriptor(), 0644));
     return held;
 }
 

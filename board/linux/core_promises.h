@@ -1,7 +1,7 @@
 // What the programs of this computer have been promised on its cores: the loops of sketches, and
 // the VCPUs of process trees. Each program that holds a promise has a file, which it keeps locked:
 //
-//   /run/lock/qduino-promise.4711.0     (shared_file.h says which folder)
+//   /run/qduino/qduino-promise.4711.0    root's; shared_file.h says where other users' lie
 //     program printer
 //     main 1 0 30120000 100000000         a loop: id, core, budget and period in ns. What an
 //     io 33 0 1000000 100000000           activation costs is in the budget. What else there is
@@ -10,8 +10,8 @@
 //     tree 0 10000000 100000000 printd    a process tree: core, budget, period, name
 //     group /sys/fs/cgroup/cpu/qduino-vcpu.4711.0    a control group that was made for the tree
 //
-// The lock (flock(2)) ends with its holder, however that dies. So a file that can be locked is a
-// dead program's: its promise counts no more, and the next program that makes a VCPU removes its
+// The lock ends with its holder, however that dies. So a file that nobody has locked is a dead
+// program's: its promise counts no more, and the next program that makes a VCPU removes its
 // groups. A program writes its file before it makes a group: no group is without a record.
 //
 // Reading the promises, admitting another one and writing that down is one step, under the lock on
@@ -67,7 +67,7 @@ using HeldPromise = HeldFile;
 /// Setup-time only; allocates.
 class PromiseRegister {
   public:
-    /// `root` precedes the folders (tests). Errors: not_permitted (no folder takes the file),
+    /// `root` precedes the folders (tests). Errors: not_permitted (no folder is this user's alone),
     /// timed_out (a program holds the register for longer than `patience`), and what the kernel
     /// says.
     static Result<PromiseRegister> open(const std::string& root = "", Nanoseconds patience = 5s);
@@ -87,8 +87,10 @@ class PromiseRegister {
 
   private:
     void read();
+    void read(const std::string& path, std::string_view name);
 
-    std::string folder_;
+    std::string folder_;                 // this user's
+    std::vector<std::string> believed_;  // all whose promises count
     posix::UniqueFd lock_;
     std::vector<Promise> living_, dead_;
 };

@@ -14,6 +14,7 @@
 #include "base/whole_number.h"
 #include "board/linux/kernel_text.h"
 #include "board/linux/real_time_thread.h"
+#include "posix/guarded_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::board::linux {
@@ -29,8 +30,8 @@ std::string header() { return "qduino-settings 1 " + text_of_file("/proc/sys/ker
 
 /// Opens and locks the state file. Error: unavailable when another process has it.
 Result<UniqueFd> lock_state(const std::string& path, bool create) {
-    UniqueFd file{::open(path.c_str(), O_RDWR | O_CLOEXEC | (create ? O_CREAT : 0), 0600)};
-    if (!file.valid()) return system_error("open", path);
+    QDUINO_TRY_ASSIGN(UniqueFd file,
+                      create ? posix::open_or_make_guarded(path, 0600) : posix::open_guarded(path, O_RDWR));
     if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) return file;
     if (errno != EWOULDBLOCK) return system_error("lock", path);
     return make_error(ErrorCode::unavailable,

@@ -6,39 +6,72 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 
+#include "base/text.h"
 #include "board/linux/kernel_text.h"
+#include "posix/guarded_file.h"
 
 namespace qduino::board::linux {
 
 using posix::UniqueFd;
 
-std::string shared_folder(const std::string& root) {
-    std::string ours;
-    for (const char* name : {"/run/lock", "/dev/shm", "/tmp"}) {
-        const std::string folder = root + name;
-        struct stat status {};
-        if (::stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) continue;
-        if (::access(folder.c_str(), W_OK | X_OK) != 0) continue;
-        if ((status.st_mode & S_IWOTH) != 0) return folder;
-        if (ours.empty()) ours = folder;
-    }
-    return ours;
+namespace {
+
+constexpr const char* kRootsRegister = "/run/qduino";
+
+/// A user's folder for run-time files, which systemd makes at his login (XDG Base Directory
+/// Specification): his alone.
+std::string folder_of_login(const std::string& root) {
+    const auto folder = text<std::string>(root, "/run/user/", ::geteuid());
+    struct stat found {};
+    const bool his = ::lstat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) &&
+                     found.st_uid == ::geteuid() && (found.st_mode & 0077) == 0;
+    return his ? folder : std::string{};
 }
 
-// In a folder with the sticky bit, O_CREAT must not be used on another user's file.
-UniqueFd open_shared_file(const std::string& path) {
-    constexpr int kFlags = O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK;
-    for (int attempt = 0; attempt < 100; ++attempt) {
-        UniqueFd file{::open(path.c_str(), O_RDWR | kFlags)};
-        if (!file.valid() && errno == EACCES) file.reset(::open(path.c_str(), O_RDONLY | kFlags));
-        if (file.valid() || errno != ENOENT) return file;
-        file.reset(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | kFlags, 0666));
-        if (file.valid()) static_cast<void>(::fchmod(file.get(), 0666));  // whatever the umask
-        if (file.valid() || errno != EEXIST) return file;
+struct flock whole_file(short type) {
+    struct flock lock {};
+    lock.l_type = type;
+    lock.l_whence = SEEK_SET;
+    return lock;
+}
+
+}  // namespace
+
+Result<std::string> own_register(const std::string& root) {
+    std::vector<std::pair<std::string, mode_t>> places;
+    if (::geteuid() == 0) {
+        places.emplace_back(root + kRootsRegister, 0755);
+    } else {
+        if (const std::string login = folder_of_login(root); !login.empty())
+            places.emplace_back(login + "/qduino", 0700);
+        for (const char* folder : {"/dev/shm", "/tmp"})
+            places.emplace_back(text<std::string>(root, folder, "/qduino-", ::geteuid()), 0700);
     }
-    return {};
+    std::string why;
+    for (const auto& [folder, mode] : places) {
+        const Result<void> made = posix::make_own_folder(folder, mode);
+        if (made) return folder;
+        write(why, why.empty() ? "" : "; ", made.error().message);
+    }
+    return make_error(ErrorCode::not_permitted, "no folder for the registers of cores: ", why);
+}
+
+std::vector<std::string> believed_registers(const std::string& root, const std::string& own) {
+    std::vector<std::string> folders{own};
+    if (own != root + kRootsRegister) folders.push_back(root + kRootsRegister);
+    return folders;
+}
+
+bool lock_whole(int file) {
+    struct flock lock = whole_file(F_WRLCK);
+    return ::fcntl(file, F_OFD_SETLK, &lock) == 0;
+}
+
+// Asked as a reader: only a write lock stands in a reader's way.
+bool is_locked(int file) {
+    struct flock lock = whole_file(F_RDLCK);
+    return ::fcntl(file, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
 bool is_still_named(int file, const std::string& path) {

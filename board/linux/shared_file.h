@@ -1,32 +1,55 @@
-// Files through which the programs of this computer meet, whichever user runs them: who owns a core
-// (core_lock.h), and what is promised on it (core_promises.h).
+// Files through which the programs of this computer meet: who owns a core (core_lock.h), and what
+// is promised on it (core_promises.h).
 //
-// They lie in /run/lock, or in /dev/shm, or in /tmp: the first in which every user may make files,
-// so that root's program and another user's meet. Others may have written them: what is read from
-// them is checked.
+// A folder in which every user may write would let any of them stop all others: by a lock that he
+// holds for ever, or by a file of a terabyte. So each user has a folder of his own, and all read
+// root's as well:
+//
+//   root           /run/qduino                   0755: others see what is root's
+//   another user   /run/user/UID/qduino          0700; else /dev/shm/qduino-UID, else /tmp/qduino-UID
+//
+//   who           believes
+//   root          root's files
+//   a user        root's files, and his own
+//
+// Root therefore does not see what a user's sketch has been promised. Such a sketch is found among
+// the other real-time programs of a core (core_rivals.h).
+//
+// The lock of a file is a write lock (F_OFD_SETLK): only who may write to the file can take one.
+// flock(2) would not do. It works on a descriptor for reading as well, so any user could hold
+// root's files.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include "base/result.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::board::linux {
 
-/// The first folder in which every user may make files; else the first in which this process may.
-/// Empty: none. `root` precedes the folders (tests).
-[[nodiscard]] std::string shared_folder(const std::string& root);
+/// No file of a register is longer. A longer one is not read.
+inline constexpr std::size_t kRegisterFileBytesMax = 64 * 1024;
 
-/// Opens the file at `path` if it is there, else makes it, readable and writable for all users.
-/// Not valid: the system refused, and errno says why.
-[[nodiscard]] posix::UniqueFd open_shared_file(const std::string& path);
+/// The folder in which this process's user registers; made when missing. `root` precedes the
+/// folders (tests). Error: not_permitted, when none of them can be made, or is his alone.
+[[nodiscard]] Result<std::string> own_register(const std::string& root);
+/// The folders in which the files lie that this process believes: `own`, and root's.
+[[nodiscard]] std::vector<std::string> believed_registers(const std::string& root, const std::string& own);
+
+/// Locks the open file for this process and for who inherits the descriptor. It must be open for
+/// writing. False: another one has it.
+[[nodiscard]] bool lock_whole(int file);
+/// Somebody else holds that lock. For reading is enough.
+[[nodiscard]] bool is_locked(int file);
 
 /// True while `path` still names the open file `file`: a holder that left has removed it.
 [[nodiscard]] bool is_still_named(int file, const std::string& path);
 
-/// A file that this process holds locked (flock(2)): what it stands for ends with this object, or
-/// with the last process that inherited the descriptor.
+/// A file that this process holds locked: what it stands for ends with this object, or with the
+/// last process that inherited the descriptor.
 class HeldFile {
   public:
     HeldFile() = default;  ///< holds nothing

@@ -2,11 +2,12 @@
 // given it back.
 #include "board/linux/core_lock.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,10 +16,13 @@
 #include "board/linux/real_time_thread.h"
 #include "posix/unique_fd.h"
 #include "tests/unit/linux/fake_machine.h"
+#include "tests/unit/linux/stranger.h"
 
 namespace qduino::board::linux::test::core_lock_test {
 
 using posix::UniqueFd;
+using qduino::test::Stranger;
+using qduino::test::why_no_stranger;
 namespace {
 
 using namespace std::chrono_literals;
@@ -29,6 +33,19 @@ std::string refusal_of(int core, Nanoseconds patience, const FakeMachine& machin
     if (lock) return "it was not refused";
     EXPECT_EQ(lock.error().code, ErrorCode::unavailable);
     return std::string{lock.error().message.view()};
+}
+
+std::string lock_of(const FakeMachine& machine, int core) {
+    const auto folder = own_register(machine.root());
+    EXPECT_TRUE(folder.ok());
+    return *folder + "/qduino-core" + std::to_string(core) + ".lock";
+}
+
+std::string words_in(const std::string& file) {
+    std::ifstream in{file};
+    std::stringstream words;
+    words << in.rdbuf();
+    return words.str();
 }
 
 /// Another process that owns core 1, for `length`.
@@ -83,8 +100,7 @@ TEST(CoreLock, TheSecondOwnerIsToldTheFirstByName) {
     first.kill();
     const auto mine = CoreLock::take(1, 2s, machine.root());
     ASSERT_TRUE(mine.ok()) << mine.error().message.view();
-    EXPECT_THAT(machine.get("/run/lock/qduino-core1.lock"),
-                HasSubstr("pid " + std::to_string(::getpid()) + "\nsince 20"));
+    EXPECT_THAT(words_in(lock_of(machine, 1)), HasSubstr("pid " + std::to_string(::getpid()) + "\nsince 20"));
 }
 
 TEST(CoreLock, WaitsForAPredecessorThatIsJustDying) {
@@ -98,35 +114,58 @@ TEST(CoreLock, IsGivenBackAndItsFileTakenAway) {
     {
         const auto first = CoreLock::take(1, 0s, machine.root());
         ASSERT_TRUE(first.ok());
-        EXPECT_EQ(first->path(), machine.path("/run/lock/qduino-core1.lock"));
+        EXPECT_EQ(first->path(), lock_of(machine, 1));
         EXPECT_THAT(refusal_of(1, 0s, machine), HasSubstr("(pid " + std::to_string(::getpid()) + ")"));
     }
-    EXPECT_FALSE(std::filesystem::exists(machine.path("/run/lock/qduino-core1.lock")));
+    EXPECT_FALSE(std::filesystem::exists(lock_of(machine, 1)));
     EXPECT_TRUE(CoreLock::take(1, 0s, machine.root()).ok());
 }
 
-TEST(CoreLock, AllUsersMeetInTheFirstFolderThatIsEverybodys) {
+TEST(CoreLock, WithoutAFolderOfItsOwnItSaysSoAndKeepsNobodyOut) {
     const FakeMachine machine;
-    for (const char* folder : {"/dev/shm", "/tmp"}) {
-        std::filesystem::create_directories(machine.path(folder));
-        ::chmod(machine.path(folder).c_str(), 01777);
-    }
-    // Root alone may write there, and must not go there.
-    ::chmod(machine.path("/run/lock").c_str(), 0755);
-    const auto lock = CoreLock::take(1, 0s, machine.root());
-    ASSERT_TRUE(lock.ok());
-    EXPECT_EQ(lock->path(), machine.path("/dev/shm/qduino-core1.lock"));
-    struct stat status {};
-    ASSERT_EQ(::stat(lock->path().c_str(), &status), 0);
-    EXPECT_EQ(status.st_mode & 0777, 0666u) << "another user may look at it and wait for it";
-}
-
-TEST(CoreLock, WithNoFolderAtAllItSaysSoAndKeepsNobodyOut) {
-    const FakeMachine machine;
-    std::filesystem::remove_all(machine.path("/run/lock"));
+    for (const char* folder : {"/run", "/dev", "/tmp"}) std::filesystem::remove_all(machine.path(folder));
     const auto lock = CoreLock::take(1, 0s, machine.root());
     ASSERT_FALSE(lock.ok());
     EXPECT_EQ(lock.error().code, ErrorCode::not_permitted);
+}
+
+TEST(CoreLock, AUsersSketchSeesThatRootHasTheCore) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    const FakeMachine machine;
+    const auto roots = CoreLock::take(1, 0s, machine.root());
+    ASSERT_TRUE(roots.ok());
+    const Stranger user{[&] {
+        return refusal_of(1, 0s, machine).find(std::to_string(::getppid())) != std::string::npos &&
+               CoreLock::take(0, 0s, machine.root()).ok();
+    }};
+    EXPECT_TRUE(user.succeeded()) << "root's core is refused with root's words; another one is his";
+}
+
+TEST(CoreLock, NoUserKeepsRootFromACore) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    const FakeMachine machine;
+    ASSERT_TRUE(CoreLock::take(0, 0s, machine.root()).ok()) << "root's folder is there";
+    {
+        Owner killed{machine, 20s};
+        killed.kill();  // its file stays, and every user may read it
+    }
+    const std::string file = lock_of(machine, 1);
+    ASSERT_TRUE(std::filesystem::exists(file));
+    const Stranger attacker{[&] {
+        for (const char* folder : {"/run/lock", "/dev/shm", "/tmp", "/run/qduino"}) {
+            const std::string planted = machine.path(folder) + "/qduino-core1.lock";
+            const int fd = ::open(planted.c_str(), O_RDWR | O_CREAT, 0666);
+            if (fd >= 0) ::flock(fd, LOCK_EX);
+        }
+        const int fd = ::open(file.c_str(), O_RDONLY);
+        struct flock reading {};
+        reading.l_type = F_RDLCK;
+        return ::flock(fd, LOCK_EX) == 0 && ::fcntl(fd, F_OFD_SETLK, &reading) == 0;
+    }};
+    ASSERT_TRUE(attacker.succeeded()) << "he has every lock that the kernel gives him";
+    const auto lock = CoreLock::take(1, 2s, machine.root());
+    EXPECT_TRUE(lock.ok()) << lock.error().message.view();
+    EXPECT_FALSE(refusal_of(1, 0s, machine).empty()) << "and it is root's now";
 }
 
 TEST(CoreLock, WhatAnotherWroteIntoTheFileIsNotBelieved) {

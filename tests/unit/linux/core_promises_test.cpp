@@ -5,6 +5,8 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,8 +14,13 @@
 
 #include "board/linux/loop_promise.h"
 #include "tests/unit/linux/fake_machine.h"
+#include "tests/unit/linux/stranger.h"
 
 namespace qduino::board::linux::test::core_promises_test {
+
+using qduino::test::Stranger;
+using qduino::test::why_no_stranger;
+
 namespace {
 
 Promise sample_promise() {
@@ -116,13 +123,75 @@ TEST(CorePromises, LinesThatCannotBeAreLeftOut) {
 }
 
 TEST(CorePromises, AFileThatNobodyHoldsAndNoFileDoNoHarm) {
-    FakeMachine machine;
-    machine.put("/run/lock/qduino-promise.1.0", "tree 0 5000000 10000000 dead");
-    std::filesystem::create_directories(machine.path("/run/lock/qduino-promise.2.0"));
-    std::filesystem::create_symlink("/etc/passwd", machine.path("/run/lock/qduino-promise.3.0"));
+    const FakeMachine machine;
+    const auto folder = own_register(machine.root());
+    ASSERT_TRUE(folder);
+    std::ofstream{*folder + "/qduino-promise.1.0"} << "tree 0 5000000 10000000 dead\n";
+    std::filesystem::create_directories(*folder + "/qduino-promise.2.0");
+    std::filesystem::create_symlink("/etc/passwd", *folder + "/qduino-promise.3.0");
+    ASSERT_EQ(::mkfifo((*folder + "/qduino-promise.4.0").c_str(), 0600), 0);
+    std::filesystem::create_hard_link(*folder + "/qduino-promise.1.0", *folder + "/another-name");
+    EXPECT_TRUE(open_register(machine).dead().empty()) << "a file with a second name may be a foreign one";
+    std::filesystem::remove(*folder + "/another-name");
     const PromiseRegister promises = open_register(machine);
     EXPECT_TRUE(promises.living().empty());
     EXPECT_EQ(promises.dead().size(), 1u);
+}
+
+TEST(CorePromises, AFileThatIsLargeWithoutBeingWrittenIsNotRead) {
+    const FakeMachine machine;
+    const auto held = open_register(machine).hold(sample_promise(), "7.0");
+    ASSERT_TRUE(held);
+    ASSERT_EQ(::ftruncate(held->descriptor(), kRegisterFileBytesMax), 0);
+    EXPECT_EQ(open_register(machine).living().size(), 1u);
+    ASSERT_EQ(::ftruncate(held->descriptor(), kRegisterFileBytesMax + 1), 0);
+    EXPECT_TRUE(open_register(machine).living().empty());
+    // Far more than the memory of any computer: reading it would take all of that.
+    ASSERT_EQ(::ftruncate(held->descriptor(), off_t{1} << 42), 0);
+    EXPECT_TRUE(open_register(machine).living().empty());
+}
+
+TEST(CorePromises, NoUserStopsRootsProgramsOrTakesTheirMemory) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    const FakeMachine machine;
+    const auto held = open_register(machine).hold(sample_promise(), "7.0");
+    ASSERT_TRUE(held);
+    const Stranger attacker{[&] {
+        int planted = 0;
+        for (const char* folder : {"/run/lock", "/dev/shm", "/tmp", "/run/qduino"}) {
+            for (const char* name : {"/qduino-promises.lock", "/qduino-promise.1.0", "/qduino-promise.7.0"}) {
+                const std::string path = machine.path(folder) + name;
+                int fd = ::open(path.c_str(), O_RDWR | O_CREAT, 0666);
+                if (fd < 0) fd = ::open(path.c_str(), O_RDONLY);
+                if (fd < 0) continue;
+                ++planted;
+                static_cast<void>(::ftruncate(fd, off_t{1} << 42) == 0);
+                ::flock(fd, LOCK_EX);
+                struct flock reading {};
+                reading.l_type = F_RDLCK;
+                ::fcntl(fd, F_OFD_SETLK, &reading);
+            }
+        }
+        return planted > 0;
+    }};
+    ASSERT_TRUE(attacker.succeeded());
+    const auto opened = PromiseRegister::open(machine.root(), 1s);
+    ASSERT_TRUE(opened) << opened.error().message.view();
+    ASSERT_EQ(opened->living().size(), 1u) << "root's own, and nothing else";
+    EXPECT_EQ(promise_text(opened->living()[0]), promise_text(sample_promise()));
+}
+
+TEST(CorePromises, AUserReadsWhatRootHasPromised) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    const FakeMachine machine;
+    const auto held = open_register(machine).hold(sample_promise(), "7.0");
+    ASSERT_TRUE(held);
+    const Stranger user{[&] {
+        const auto mine = PromiseRegister::open(machine.root(), 0s);
+        return mine && mine->living().size() == 1 && mine->living()[0].trees.size() == 1 &&
+               mine->hold(sample_promise(), mine->free_name());
+    }};
+    EXPECT_TRUE(user.succeeded());
 }
 
 TEST(LoopPromise, ASketchTellsItsLoopsAndNamesTheTreesOnItsCores) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -20,6 +21,10 @@ class FakeMachine {
         root_ = std::filesystem::temp_directory_path() /
                 ("qduino-machine-" + std::to_string(::getpid()) + "-" + std::to_string(number++));
         std::filesystem::create_directories(root_ / "run/lock");
+        for (const char* everybodys : {"dev/shm", "tmp"}) {
+            std::filesystem::create_directories(root_ / everybodys);
+            ::chmod((root_ / everybodys).c_str(), 01777);
+        }
     }
     ~FakeMachine() { std::filesystem::remove_all(root_); }
     FakeMachine(const FakeMachine&) = delete;
