@@ -9,7 +9,7 @@ namespace qduino::posix {
 
 /// While it lives, this thread touches files as `user` and `group`. Does nothing in a process that
 /// is not root's. Not nested. The files that are open already stay so.
-class ActingAs {
+class [[nodiscard]] ActingAs {
   public:
     ActingAs(uid_t user, gid_t group);
     ~ActingAs();

@@ -1,8 +1,11 @@
 #include "posix/local_socket.h"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include <cstring>
 
 #include "posix/system_error.h"
 
@@ -35,6 +38,52 @@ Result<UniqueFd> connect_local(const std::filesystem::path& path, int flags) {
     if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         return system_error("connect to", path.native());
     return socket;
+}
+
+namespace {
+
+/// One byte, which carries the descriptor.
+struct Parcel {
+    char byte = 'd';
+    iovec bytes{&byte, 1};
+    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+    msghdr message{};
+
+    Parcel() {
+        message.msg_iov = &bytes;
+        message.msg_iovlen = 1;
+        message.msg_control = control;
+        message.msg_controllen = sizeof control;
+    }
+};
+
+}  // namespace
+
+Result<void> send_descriptor(int socket, int descriptor) {
+    Parcel parcel;
+    cmsghdr* const head = CMSG_FIRSTHDR(&parcel.message);
+    head->cmsg_level = SOL_SOCKET;
+    head->cmsg_type = SCM_RIGHTS;
+    head->cmsg_len = CMSG_LEN(sizeof descriptor);
+    std::memcpy(CMSG_DATA(head), &descriptor, sizeof descriptor);
+    if (::sendmsg(socket, &parcel.message, MSG_DONTWAIT | MSG_NOSIGNAL) == 1) return {};
+    return system_error("hand over", "a descriptor");
+}
+
+Result<UniqueFd> receive_descriptor(int socket, int patience_ms) {
+    pollfd way{socket, POLLIN, 0};
+    if (::poll(&way, 1, patience_ms) <= 0)
+        return make_error(ErrorCode::timed_out, "no descriptor came within ", patience_ms, " ms");
+    Parcel parcel;
+    if (::recvmsg(socket, &parcel.message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC) < 0)
+        return system_error("receive", "a descriptor");
+    const cmsghdr* const head = CMSG_FIRSTHDR(&parcel.message);
+    if (head == nullptr || head->cmsg_level != SOL_SOCKET || head->cmsg_type != SCM_RIGHTS ||
+        head->cmsg_len != CMSG_LEN(sizeof(int)))
+        return make_error(ErrorCode::corrupt, "no descriptor came");
+    int descriptor = -1;
+    std::memcpy(&descriptor, CMSG_DATA(head), sizeof descriptor);
+    return UniqueFd{descriptor};
 }
 
 }  // namespace qduino::posix

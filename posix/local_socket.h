@@ -21,4 +21,12 @@ namespace qduino::posix {
 /// `flags`: SOCK_NONBLOCK or 0. Error: nobody listens there; those of local_address().
 [[nodiscard]] Result<UniqueFd> connect_local(const std::filesystem::path& path, int flags = 0);
 
+/// Sends the open `descriptor` through `socket` (SCM_RIGHTS): the other side has it as well then.
+/// Does not wait. Error: the system's.
+[[nodiscard]] Result<void> send_descriptor(int socket, int descriptor);
+
+/// Receives one, within `patience_ms`. Errors: timed_out, corrupt (the other side sent none), the
+/// system's.
+[[nodiscard]] Result<UniqueFd> receive_descriptor(int socket, int patience_ms);
+
 }  // namespace qduino::posix

@@ -58,10 +58,33 @@ Result<void> write_file(const std::string& path, std::string_view text) {
     return write_all(file.get(), text, path);
 }
 
+namespace {
+
+/// Nobody else can swap what has a name in a folder of root.
+void give_to_group(const std::filesystem::path& path, int descriptor, gid_t group) {
+    struct stat found {};
+    if ((descriptor >= 0 ? ::fstat(descriptor, &found) : ::lstat(path.c_str(), &found)) != 0) return;
+    if (S_ISLNK(found.st_mode)) return;
+    const mode_t mode = (found.st_mode & 0707) | (found.st_mode & 0700) >> 3;
+    if (descriptor >= 0) {
+        static_cast<void>(::fchown(descriptor, static_cast<uid_t>(-1), group) == 0 &&
+                          ::fchmod(descriptor, mode) == 0);
+    } else {
+        static_cast<void>(::lchown(path.c_str(), static_cast<uid_t>(-1), group) == 0 &&
+                          ::chmod(path.c_str(), mode) == 0);
+    }
+}
+
+}  // namespace
+
 void give_to_owner_of_folder(const std::filesystem::path& path, int descriptor) {
     struct stat folder {};
     const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
     if (::geteuid() != 0 || ::stat(parent.c_str(), &folder) != 0) return;
+    if (folder.st_uid == 0) {
+        if (folder.st_gid != 0) give_to_group(path, descriptor, folder.st_gid);
+        return;
+    }
     const int given = descriptor >= 0 ? ::fchown(descriptor, folder.st_uid, folder.st_gid)
                                       : ::lchown(path.c_str(), folder.st_uid, folder.st_gid);
     static_cast<void>(given);

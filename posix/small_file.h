@@ -33,10 +33,11 @@ namespace qduino::posix {
 /// Writes `text` to the file at `path`, which is made when it is missing. Error: the system's.
 [[nodiscard]] Result<void> write_file(const std::string& path, std::string_view text);
 
-/// Gives `path` to its folder's owner and group when this process is root; otherwise does nothing.
-/// Gives the open `descriptor` where there is one: a folder's owner could put another file under
-/// the name. A socket has none (−1): there a link is not followed. A refusal leaves the file to
-/// root.
+/// Gives `path` to those who use its folder when this process is root; otherwise does nothing. A
+/// folder of another user: to its owner and group. A folder of root with another group: the group
+/// may read and write it, as its owner may. Gives the open `descriptor` where there is one: a
+/// folder's owner could put another file under the name. A socket has none (−1): there a link is
+/// not followed. A refusal leaves the file to root.
 void give_to_owner_of_folder(const std::filesystem::path& path, int descriptor = -1);
 
 }  // namespace qduino::posix

@@ -55,6 +55,7 @@ Result<void> KeptProcess::start(Instant now) {
     if (!plan_.locks.empty()) {
         QDUINO_TRY_ASSIGN(lock, lock_file(plan_.locks, Nanoseconds{0}));
     }
+    QDUINO_TRY(plan_.before_start());
     UniqueFd to_child;
     if (plan_.read_line) {
         std::array<int, 2> ends{};
@@ -63,7 +64,6 @@ Result<void> KeptProcess::start(Instant now) {
         to_child.reset(ends[1]);
     }
     line_.clear();
-    plan_.before_start();
     log_from_ = plan_.log ? plan_.log->size() : 0;
     const pid_t launcher = ::getpid();
     pid_ = ::fork();

@@ -35,8 +35,9 @@ struct ProcessPlan {
     /// A file that is locked while it or one of its children lives; empty: none.
     std::filesystem::path locks;
     std::function<bool()> may_start = [] { return true; };  ///< what it needs is there
-    std::function<void()> before_start = [] {};
     std::function<void()> after_end = [] {};
+    /// Before each start, in this process. An error: it is tried again later.
+    std::function<Result<void>()> before_start = [] { return Result<void>{}; };
     /// In the child, before it becomes the program: what it enters.
     std::function<void()> in_child = [] {};
 };

@@ -10,14 +10,17 @@
 #include <span>
 
 #include "apps/launcher/first_screen.h"
+#include "apps/link/link_file.h"
 #include "apps/machine_file/machine_file.h"
+#include "apps/printd/state_folder.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
 #include "board/linux/host_settings.h"
 #include "board/linux/kernel_text.h"
-#include "posix/durable_file.h"
+#include "posix/guarded_file.h"
 #include "posix/small_file.h"
+#include "posix/system_error.h"
 
 namespace qduino::launcher {
 namespace {
@@ -29,7 +32,12 @@ using board::linux::monotonic_now;
 void say_first(const std::string& words) { apps::say(words, "run: "); }
 
 constexpr std::string_view kProgramName = "printer-launcher";
-constexpr std::string_view kPty = "pty";  // a serial port
+constexpr std::size_t kAddressBytesMax = 4096;
+constexpr std::size_t kSettingsBytesMax = 16 << 20;
+/// A file of M500 has a bed's heights as text: 1 MiB is many.
+constexpr std::size_t kKeptBytesMax = 1 << 20;
+constexpr std::string_view kPty = "pty";            // a serial port
+constexpr const char* kServicesFolder = "service";  // in the folder in memory
 constexpr int kLookEveryMs = 20;
 /// The processes of an earlier printer must end within this time; those that have not are named.
 constexpr Nanoseconds kPatience = 12s;
@@ -46,8 +54,8 @@ ino_t inode_of(const fs::path& path) {
 }
 
 /// The error in words for a person.
-Error already_running(const fs::path& state, const Error& held) {
-    const auto read = posix::read_small_file(state / "address");
+Error already_running(const fs::path& state, const Error& held, uid_t owner) {
+    const auto read = posix::read_guarded(state / "address", kAddressBytesMax, owner);
     const std::string address = read ? read->substr(0, read->find('\n')) : "";
     return make_error(ErrorCode::already_exists, "a printer is already running with ", state.native(),
                       address.empty() ? "" : "\n  Open   ", address,
@@ -57,17 +65,17 @@ Error already_running(const fs::path& state, const Error& held) {
 
 /// Takes the lock on the state folder. Waits for the processes of a killed launcher, which are
 /// ending.
-Result<posix::UniqueFd> take_state(const fs::path& state) {
+Result<posix::UniqueFd> take_state(const fs::path& state, uid_t owner) {
     const fs::path file = state / "run.lock";
     auto lock = lock_file(file, Nanoseconds{0});
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
     for (const Holder& holder : holders_of(file)) {
-        if (kProgramName.starts_with(holder.name)) return already_running(state, lock.error());
+        if (kProgramName.starts_with(holder.name)) return already_running(state, lock.error(), owner);
     }
     say_first("waiting for the processes of an earlier run to end: " + names_of(holders_of(file)));
     lock = lock_file(file, kPatience);
     if (lock || lock.error().code != ErrorCode::already_exists) return lock;
-    return already_running(state, lock.error());
+    return already_running(state, lock.error(), owner);
 }
 
 /// "interrupts 9, task groups 2, …": the lines of a settings state file
@@ -83,7 +91,7 @@ std::string changes_in(const std::string& state_file) {
         {"write\t/proc/", "kernel settings in /proc"},
     }};
     std::array<int, kKinds.size()> counts{};
-    const auto read = posix::read_small_file(state_file);
+    const auto read = posix::read_guarded(state_file, kSettingsBytesMax);
     for (std::string_view state = read ? std::string_view{*read} : std::string_view{}; !state.empty();) {
         const std::string_view line = cut(state, '\n');
         const auto kind =
@@ -119,12 +127,25 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
     fs::create_directories(o.state, error);
     if (error)
         return make_error(ErrorCode::unavailable, "cannot make ", o.state.native(), ": ", error.message());
-    QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state));
-    fs::remove(o.state / "address", error);
-    QDUINO_TRY_ASSIGN(made->log_, RunLog::make(o.state));
+    made->service_ = {::geteuid(), ::getegid()};
+    const bool is_another = !o.service_user.empty();
+    if (is_another) {
+        QDUINO_TRY_ASSIGN(made->service_, find_or_make_user(o.service_user));
+        QDUINO_TRY(printd::hand_over_state(o.state, made->service_.user, made->service_.group));
+    }
+    {
+        const posix::ActingAs service = made->as_service();
+        QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state, made->service_.user));
+        fs::remove(o.state / "address", error);
+        QDUINO_TRY_ASSIGN(made->log_, RunLog::make(o.state));
+    }
     if (const int swept = MemoryFolder::sweep(MemoryFolder::kParent); swept > 0)
         made->say("removed what " + apps::counted(swept, "killed run") + " had left in memory");
-    QDUINO_TRY_ASSIGN(made->memory_, MemoryFolder::make(MemoryFolder::kParent, o.service_user));
+    QDUINO_TRY_ASSIGN(made->memory_,
+                      MemoryFolder::make(MemoryFolder::kParent,
+                                         is_another ? std::optional{made->service_.group} : std::nullopt));
+    QDUINO_TRY(made->make_services_folder());
+    made->link_ = LinkGiver{made->memory_.file("link")};
     // Before the sketch: its guarantee report then has the service's VCPU.
     made->service_vcpu_ = std::make_unique<ServiceVcpu>(
         o.speed > 0 ? std::nullopt : o.service_budget, o.service_budget_exactly,
@@ -152,8 +173,43 @@ ProcessPlan Launcher::plan_of(const char* name, const char* program, std::vector
     return plan;
 }
 
-/// Where the service writes what M500 keeps (apps/printd/kept_settings_file.h).
-std::string Launcher::kept_settings() const { return options_.state / "kept-settings.toml"; }
+/// While it lives, files are touched by the rights of the service's user.
+posix::ActingAs Launcher::as_service() const { return {service_.user, service_.group}; }
+
+/// What the service makes for itself. Root's processes use nothing in it.
+Result<void> Launcher::make_services_folder() const {
+    const fs::path folder = memory_.file(kServicesFolder);
+    QDUINO_TRY(posix::make_own_folder(folder, 0700));
+    if (::geteuid() != 0 || ::chown(folder.c_str(), service_.user, service_.group) == 0) return {};
+    return posix::system_error("give away", folder.native());
+}
+
+/// Where the machine and the sketch read what M500 keeps.
+std::string Launcher::kept_settings() const { return memory_.file("kept-settings.toml"); }
+
+/// Copies it from where the service writes it (apps/printd/kept_settings_file.h). The file may be
+/// anything: a printer without its kept settings starts, and says so.
+Result<void> Launcher::copy_kept_settings() const {
+    const fs::path kept = options_.state / "kept-settings.toml";
+    const Result<std::string> read = [&] {
+        const posix::ActingAs service = as_service();
+        return posix::read_guarded(kept, kKeptBytesMax, service_.user);
+    }();
+    if (read) return posix::replace_guarded(kept_settings(), *read, 0600);
+    std::error_code ignored;
+    fs::remove(kept_settings(), ignored);
+    if (read.error().code != ErrorCode::not_found)
+        say(text<std::string>("what M500 has kept does not count: ", read.error().message));
+    return {};
+}
+
+Result<void> Launcher::before_sketch() {
+    QDUINO_TRY(copy_kept_settings());
+    return link_.make_anew();
+}
+
+/// Where the service listens for printer-port, which is its user's as well.
+fs::path Launcher::services_port() const { return memory_.file(kServicesFolder) / "port"; }
 
 void Launcher::add(ProcessPlan plan) {
     plan.log = &log_;
@@ -166,33 +222,42 @@ void Launcher::plan_machine() {
                                {"--pins", pins, "--inspect", memory_.file("inspect"), "--stay-while-locked",
                                 memory_.file("sketch.lock"), "--kept", kept_settings()});
     plan.ready = made_anew(pins);
+    plan.before_start = [this] { return copy_kept_settings(); };
     plan.after_end = [this] { processes_[1]->start_anew(); };
     add(std::move(plan));
 }
 
 void Launcher::plan_sketch() {
-    const fs::path pins = memory_.file("pins"), link = memory_.file("link");
+    const fs::path pins = memory_.file("pins"), link = apps::inherited_link(LinkGiver::kDescriptor);
     ProcessPlan plan = plan_of("sketch", "qduino-supervisor",
                                {"--pins", pins, "--link", link, "--settings-state", options_.settings_state,
                                 "--", options_.programs / "printer", "--pins", pins, "--link", link, "--kept",
                                 kept_settings(), "--report", sketch_report_.path()});
     if (options_.isolate) plan.command.emplace_back("--isolate");
-    plan.in_child = [this] { sketch_report_.hand_on(); };
-    plan.before_start = [this] { sketch_report_.clear(); };
+    plan.in_child = [this] {
+        link_.pass_on();
+        sketch_report_.hand_on();
+    };
+    plan.before_start = [this] {
+        sketch_report_.clear();
+        return before_sketch();
+    };
     plan.locks = memory_.file("sketch.lock");
     plan.may_start = [this] { return processes_[0]->state() == KeptProcess::State::ready; };
     // Its link is there before its loops; it says what holds when they are about to run.
-    plan.ready = [this](const std::string&) { return !sketch_report_.read().rest.empty(); };
+    plan.ready = [this](const std::string&) { return link_.look() && !sketch_report_.read().rest.empty(); };
     plan.after_end = [this] { put_settings_back(); };
     add(std::move(plan));
 }
 
 void Launcher::plan_simulator() {
-    const fs::path link = memory_.file("link");
+    const fs::path link = apps::inherited_link(LinkGiver::kDescriptor);
     ProcessPlan plan = plan_of("simulated printer", "printer-sim",
                                {"--link", link, "--inspect", memory_.file("inspect"), "--speed",
                                 text<std::string>(Shortest{options_.speed}), "--kept", kept_settings()});
-    plan.ready = made_anew(link);
+    plan.before_start = [this] { return before_sketch(); };
+    plan.in_child = [this] { link_.pass_on(); };
+    plan.ready = [this](const std::string&) { return link_.look(); };
     add(std::move(plan));
 }
 
@@ -208,7 +273,7 @@ void Launcher::plan_port() {
                     "--link",
                     memory_.file("link"),
                     "--service",
-                    memory_.file("port")};
+                    services_port()};
     if (!options_.service_user.empty())
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     plan.read_line = true;
@@ -227,7 +292,7 @@ void Launcher::plan_service() {
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");
     if (!options_.serial_port.empty())
-        plan.command.insert(plan.command.end(), {"--serial-port", memory_.file("port")});
+        plan.command.insert(plan.command.end(), {"--serial-port", services_port()});
     if (!options_.serial_port.empty() && options_.serial_port != kPty)
         plan.command.emplace_back("--serial-wire");
     plan.read_line = true;
@@ -247,6 +312,7 @@ void Launcher::put_settings_back() const {
 /// Advances the first `started` processes once. False: one has failed for good, and was named.
 bool Launcher::advance_all(std::size_t started) {
     const Instant now = monotonic_now();
+    link_.serve();
     service_vcpu_->look(now, processes_.back()->alive());
     for (const auto& process : std::span{processes_}.first(started)) {
         process->advance(now);
@@ -296,12 +362,14 @@ std::string Launcher::address() const {
 }
 
 void Launcher::note_address() const {
-    static_cast<void>(posix::write_durably(options_.state / "address", address() + '\n'));
+    const posix::ActingAs service = as_service();
+    static_cast<void>(posix::replace_guarded(options_.state / "address", address() + '\n', 0600));
 }
 
 /// What a serial host opens; empty: there is none.
 std::string Launcher::serial_port() const {
     if (options_.serial_port != kPty) return options_.serial_port;
+    const posix::ActingAs service = as_service();
     const fs::path link = options_.state / "serial";
     std::error_code error;
     return text<std::string>(link.native(), "  (now ", fs::read_symlink(link, error).native(), ')');
@@ -342,7 +410,8 @@ std::string Launcher::report() const {
 void Launcher::keep_report() {
     std::string now = report();
     if (now == kept_report_) return;
-    if (posix::write_durably(options_.state / "report.txt", now)) kept_report_ = std::move(now);
+    const posix::ActingAs service = as_service();
+    if (posix::replace_guarded(options_.state / "report.txt", now, 0600)) kept_report_ = std::move(now);
 }
 
 std::string Launcher::screen() const {
@@ -372,6 +441,7 @@ bool Launcher::keep(int signals) {
 void Launcher::stop_all() {
     for (auto at = processes_.rbegin(); at != processes_.rend(); ++at) (*at)->end(kStopGrace);
     std::error_code ignored;
+    const posix::ActingAs service = as_service();
     fs::remove(options_.state / "address", ignored);
 }
 

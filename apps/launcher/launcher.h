@@ -7,6 +7,10 @@
 //   --speed       simulated printer ───────────────────────────────► (port) ──► print service
 //                 each starts when the one before has come up; they end in the opposite order
 //
+// As root there are two users: root has the folder in memory, and the service's user has the state
+// folder. Root touches no file in that folder by root's own rights (posix/acting_as.h). What its
+// processes need from there is copied for them first: it may be a link, or endless.
+//
 // When one of them is killed:
 //
 //   print service      it starts again; the print goes on meanwhile
@@ -26,11 +30,14 @@
 #include <vector>
 
 #include "apps/launcher/kept_process.h"
+#include "apps/launcher/link_giver.h"
 #include "apps/launcher/run_lock.h"
 #include "apps/launcher/run_log.h"
+#include "apps/launcher/service_user.h"
 #include "apps/launcher/service_vcpu.h"
 #include "apps/launcher/sketch_report.h"
 #include "base/result.h"
+#include "posix/acting_as.h"
 #include "posix/unique_fd.h"
 
 namespace qduino::launcher {
@@ -70,6 +77,11 @@ class Launcher {
     [[nodiscard]] ProcessPlan plan_of(const char* name, const char* program,
                                       std::vector<std::string> words) const;
     [[nodiscard]] std::string kept_settings() const;
+    [[nodiscard]] std::filesystem::path services_port() const;
+    [[nodiscard]] Result<void> make_services_folder() const;
+    [[nodiscard]] Result<void> copy_kept_settings() const;
+    [[nodiscard]] Result<void> before_sketch();
+    [[nodiscard]] posix::ActingAs as_service() const;
     void add(ProcessPlan plan);
     void plan_machine();
     void plan_sketch();
@@ -93,12 +105,14 @@ class Launcher {
     void stop_all();
 
     Options options_;
+    ServiceUser service_;  // this process's own where it is not root
     posix::UniqueFd state_lock_;
     RunLog log_;
     SketchReport sketch_report_;
     std::string kept_report_;  // as it was written last
     Instant looked_at_{};
     MemoryFolder memory_;
+    LinkGiver link_;
     std::unique_ptr<ServiceVcpu> service_vcpu_;
     std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start
 };

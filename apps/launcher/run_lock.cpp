@@ -1,14 +1,15 @@
 #include "apps/launcher/run_lock.h"
 
 #include <fcntl.h>
-#include <pwd.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <thread>
 
 #include "base/whole_number.h"
 #include "board/linux/clock.h"
+#include "posix/guarded_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
 
@@ -22,12 +23,15 @@ constexpr Nanoseconds kLookAtLockEvery = 50ms;
 constexpr std::string_view kPrefix = "qduinomc.";
 constexpr const char* kLockName = "lock";
 
-Result<void> give_to(const fs::path& path, const std::string& owner) {
-    const passwd* user = ::getpwnam(owner.c_str());
-    if (user == nullptr) return make_error(ErrorCode::not_found, "there is no user ", owner);
-    if (::chown(path.c_str(), user->pw_uid, user->pw_gid) != 0)
-        return system_error("give away", path.native());
-    return {};
+/// The owner of its folder: he may hold the lock as well.
+uid_t owner_of(const fs::path& file) {
+    struct stat folder {};
+    return ::lstat(file.parent_path().c_str(), &folder) == 0 ? folder.st_uid : posix::kNoOtherOwner;
+}
+
+bool is_own_folder(const fs::path& path) {
+    struct stat found {};
+    return ::lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == ::geteuid();
 }
 
 bool has_open(const fs::path& process, const fs::path& file) {
@@ -62,9 +66,8 @@ std::string names_of(const std::vector<Holder>& holders) {
 }
 
 Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
-    // Without O_CLOEXEC: children must hold it, too.
-    posix::UniqueFd lock{::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600)};
-    if (!lock.valid()) return system_error("open", file.native());
+    QDUINO_TRY_ASSIGN(posix::UniqueFd lock, posix::open_or_make_guarded(file, 0600, owner_of(file)));
+    ::fcntl(lock.get(), F_SETFD, 0);  // children must hold it, too
     const Instant until = board::linux::monotonic_now() + patience;
     while (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
         if (errno != EWOULDBLOCK && errno != EINTR) return system_error("lock", file.native());
@@ -75,13 +78,16 @@ Result<posix::UniqueFd> lock_file(const fs::path& file, Nanoseconds patience) {
     return lock;
 }
 
-Result<MemoryFolder> MemoryFolder::make(const fs::path& parent, const std::string& owner) {
+Result<MemoryFolder> MemoryFolder::make(const fs::path& parent, std::optional<gid_t> users) {
     std::string path = (parent / kPrefix).string() + "XXXXXX";
     if (::mkdtemp(path.data()) == nullptr) return system_error("make a folder in", parent.native());
     MemoryFolder folder;
     folder.path_ = path;
     QDUINO_TRY_ASSIGN(folder.lock_, lock_file(folder.file(kLockName), Nanoseconds{0}));
-    if (!owner.empty()) QDUINO_TRY(give_to(path, owner));
+    if (!users) return folder;
+    // They may go through it, and reach the single files that are given to them.
+    if (::chown(path.c_str(), static_cast<uid_t>(-1), *users) != 0 || ::chmod(path.c_str(), 0710) != 0)
+        return system_error("open for the service", path);
     return folder;
 }
 
@@ -95,6 +101,7 @@ int MemoryFolder::sweep(const fs::path& parent) {
     std::error_code error;
     for (fs::directory_iterator at{parent, error}, end; !error && at != end; at.increment(error)) {
         if (!at->path().filename().string().starts_with(kPrefix)) continue;
+        if (!is_own_folder(at->path())) continue;
         // The lock first, then the folder. A folder that is just being made is locked; or its lock
         // is not made yet, and it loses nothing.
         const fs::path lock = at->path() / kLockName;

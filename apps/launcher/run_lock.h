@@ -13,7 +13,10 @@
 // served.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,8 +37,9 @@ struct Holder {
 [[nodiscard]] std::string names_of(const std::vector<Holder>& holders);
 
 /// Locks `file`, made when missing. Children inherit the descriptor and the lock (flock(2): the
-/// lock belongs to the open file). Waits up to `patience`. Errors: already_exists, not_permitted,
-/// and what open(2) says.
+/// lock belongs to the open file). Waits up to `patience`. Errors: already_exists, not_permitted
+/// (what has the name is no plain file of this user, of root, or of the folder's owner), and what
+/// the kernel says.
 [[nodiscard]] Result<posix::UniqueFd> lock_file(const std::filesystem::path& file, Nanoseconds patience);
 
 class MemoryFolder {
@@ -48,10 +52,11 @@ class MemoryFolder {
     /// Removes it, when this process made it.
     ~MemoryFolder();
 
-    /// Makes a new folder below `parent`. When root makes it, `owner` gets access, too (empty:
-    /// nobody else). Errors: not_found (no such user), and what the kernel says.
+    /// Makes a new folder below `parent`, of this process's user. The group `users` may go through
+    /// it, and neither read nor write it: what it may use in there is given to it file by file. The
+    /// error is the kernel's.
     [[nodiscard]] static Result<MemoryFolder> make(const std::filesystem::path& parent,
-                                                   const std::string& owner);
+                                                   std::optional<gid_t> users = std::nullopt);
     /// Removes the folders that killed printers left below `parent`, and returns how many. Leaves
     /// other users' folders alone, silently.
     static int sweep(const std::filesystem::path& parent);

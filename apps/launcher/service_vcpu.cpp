@@ -5,7 +5,7 @@
 
 #include "apps/vcpu/vcpu_report.h"
 #include "board/linux/clock.h"
-#include "posix/small_file.h"
+#include "posix/guarded_file.h"
 
 namespace qduino::launcher {
 namespace {
@@ -111,11 +111,8 @@ void ServiceVcpu::write(Instant now) {
         apps::vcpu_json(guarantee(), vcpu_ ? vcpu_->enforced_by() : "", use, now - started_, share);
     use_ = use;
     written_at_ = now;
-    // In one piece: a reader gets the old file or the new one.
-    const std::string beside = file_.native() + ".new";
-    if (!posix::write_file(beside, json + '\n')) return;
-    std::error_code ignored;
-    std::filesystem::rename(beside, file_, ignored);
+    // The service may read it. Without it the page shows the old one.
+    static_cast<void>(posix::replace_guarded(file_, json + '\n', 0644));
 }
 
 }  // namespace qduino::launcher

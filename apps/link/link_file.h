@@ -6,6 +6,14 @@
 //   service:  open DIR/name, check magic, version, size, lock it
 //             later: is DIR/name still the same inode?
 //
+// Where the service is another user than the sketch (./run as root), the object is no file: who may
+// write to a file may also cut it off, and a mapped page that is gone kills who touches it
+// (SIGBUS). There the launcher makes the object, as memory that is sealed against that, and hands
+// it over (apps/launcher/link_giver.h):
+//
+//   sketch, supervisor   inherit its descriptor: the path is /proc/self/fd/N
+//   service, port        the path is a socket; who connects is given a descriptor
+//
 // Invariants: a process that opens the name sees a complete object or none. The object of one run
 // of the sketch is never used by another run. At most one service holds an object (an advisory lock
 // that dies with its holder).
@@ -40,6 +48,7 @@ class LinkFile {
     friend Result<LinkFile> map_link(const std::filesystem::path&);
     friend Result<LinkFile> open_link(const std::filesystem::path&);
 
+    Result<void> open(const std::filesystem::path& path);
     Result<void> map();
 
     posix::Mapping mapping_;
@@ -48,7 +57,15 @@ class LinkFile {
     std::uint64_t inode_ = 0;
 };
 
-/// Sketch's side: a fresh object with a random session, renamed over `path`. The folder must exist;
+/// Memory for one run of a sketch, all zeros, which nobody can shrink. Error: the system's.
+[[nodiscard]] Result<posix::UniqueFd> make_sealed_link();
+/// A sketch has made a link of that memory: who maps it now sees a complete one.
+[[nodiscard]] bool is_complete_link(int descriptor);
+/// The path of the inherited `descriptor`, for the three functions below.
+[[nodiscard]] std::filesystem::path inherited_link(int descriptor);
+
+/// Sketch's side: a fresh object with a random session, renamed over `path`, or in the memory that
+/// `path` names (inherited_link()). The folder must exist;
 /// its owner and group may open the object. Not real-time: call it before the loops start. Errors:
 /// unavailable (no space), not_permitted, internal; the message names the path.
 [[nodiscard]] Result<LinkFile> create_link(const std::filesystem::path& path, std::uint64_t started_unix_s);

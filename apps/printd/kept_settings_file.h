@@ -20,6 +20,9 @@ inline std::filesystem::path kept_settings_path(const std::filesystem::path& sta
     return state / "kept-settings.toml";
 }
 
+/// Some beds' heights as text take far less.
+inline constexpr std::size_t kKeptSettingsBytesMax = 1 << 20;
+
 class KeptSettingsFile {
   public:
     explicit KeptSettingsFile(const std::filesystem::path& state) : path_(kept_settings_path(state)) {}

@@ -26,6 +26,7 @@
 #include "apps/printd/serial_host.h"
 #include "apps/printd/step_cost_file.h"
 #include "base/version.h"
+#include "posix/guarded_file.h"
 #include "posix/small_file.h"
 #include "spool/link_source.h"
 #include "spool/recovery.h"
@@ -244,10 +245,20 @@ Result<void> recover(const printd::Options& options, const printer::MachineConfi
     return {};
 }
 
+Result<void> apply_kept_settings(const std::filesystem::path& file, printer::MachineConfig& machine) {
+    const Result<std::string> text = posix::read_guarded(file, printd::kKeptSettingsBytesMax);
+    if (text) return apps::apply_kept(*text, file.native(), machine);
+    if (text.error().code == ErrorCode::not_found) return {};
+    spdlog::warn("what M500 has kept does not count: {}", text.error().message.view());
+    return {};
+}
+
 Result<void> run(const printd::Options& options) {
-    QDUINO_TRY_ASSIGN(const printer::MachineConfig machine,
-                      apps::read_machine_files(options.machine, printd::kept_settings_path(options.state)));
+    // Where root starts this, the machine file is read by root's rights: it may lie in root's home.
+    // What the service itself has written is read by the service's.
+    QDUINO_TRY_ASSIGN(printer::MachineConfig machine, apps::read_machine_file(options.machine));
     QDUINO_TRY_ASSIGN(Ground ground, prepare(options));
+    QDUINO_TRY(apply_kept_settings(printd::kept_settings_path(options.state), machine));
     return options.recover ? recover(options, machine) : serve(options, machine, std::move(ground));
 }
 

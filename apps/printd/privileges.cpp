@@ -1,6 +1,5 @@
 #include "apps/printd/privileges.h"
 
-#include <fcntl.h>
 #include <grp.h>
 #include <pwd.h>
 #include <sys/file.h>
@@ -8,31 +7,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "apps/printd/state_folder.h"
+#include "posix/acting_as.h"
+#include "posix/guarded_file.h"
 #include "posix/system_error.h"
 
 namespace qduino::printd {
-
-namespace {
-
-bool belongs_to_root(const std::filesystem::path& path) {
-    struct stat found {};
-    return ::lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == 0;
-}
-
-/// Gives away everything in a folder that only root could write to so far: no other user can have
-/// planted a link in it.
-Result<void> give_away(const std::filesystem::path& folder, uid_t user, gid_t group) {
-    std::error_code failed;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator{folder, failed}) {
-        if (::lchown(entry.path().c_str(), user, group) != 0)
-            return posix::system_error("give away", entry.path().native());
-    }
-    if (failed) return posix::system_error("read", folder.native(), failed.value());
-    if (::lchown(folder.c_str(), user, group) != 0) return posix::system_error("give away", folder.native());
-    return {};
-}
-
-}  // namespace
 
 Result<posix::UniqueFd> lock_state(const std::filesystem::path& folder) {
     std::error_code failed;
@@ -41,8 +21,14 @@ Result<posix::UniqueFd> lock_state(const std::filesystem::path& folder) {
         if (!failed) std::filesystem::permissions(folder, std::filesystem::perms::owner_all, failed);
     }
     if (failed) return posix::system_error("make the state folder", folder.native(), failed.value());
-    posix::UniqueFd lock{::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600)};
-    if (!lock.valid()) return posix::system_error("use the state folder", folder.native());
+    struct stat owner {};
+    if (::lstat(folder.c_str(), &owner) != 0) return posix::system_error("look at", folder.native());
+    Result<posix::UniqueFd> opened = [&] {
+        const posix::ActingAs him{owner.st_uid, owner.st_gid};
+        return posix::open_or_make_guarded(folder / "lock", 0600, owner.st_uid);
+    }();
+    if (!opened) return opened.error();
+    posix::UniqueFd lock = std::move(*opened);
     if (::flock(lock.get(), LOCK_EX | LOCK_NB) == 0) return lock;
     return make_error(ErrorCode::already_exists, "a print service is already running with ", folder.native());
 }
@@ -51,7 +37,8 @@ Result<void> become(const std::string& user, const std::filesystem::path& state)
     if (::geteuid() != 0) return make_error(ErrorCode::not_permitted, "--run-as needs root to begin with");
     const passwd* found = ::getpwnam(user.c_str());
     if (!found) return make_error(ErrorCode::not_found, "--run-as: there is no user ", user);
-    if (belongs_to_root(state)) QDUINO_TRY(give_away(state, found->pw_uid, found->pw_gid));
+    if (found->pw_uid == 0) return make_error(ErrorCode::not_permitted, "--run-as: ", user, " is root");
+    QDUINO_TRY(hand_over_state(state, found->pw_uid, found->pw_gid));
     if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 ||
         ::setuid(found->pw_uid) != 0) {
         return posix::system_error("become", user);

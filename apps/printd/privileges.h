@@ -14,8 +14,8 @@ namespace qduino::printd {
 [[nodiscard]] Result<posix::UniqueFd> lock_state(const std::filesystem::path& folder);
 
 /// From root to `user`, for good: groups, ids, and no way back. The state folder becomes the user's
-/// first, if it is root's. Before any thread is started. Errors: not_permitted (not root),
-/// not_found (no such user), internal.
+/// first (state_folder.h). Before any thread is started. Errors: not_permitted (not root; the
+/// folder holds what is not the printer's), not_found (no such user), internal.
 [[nodiscard]] Result<void> become(const std::string& user, const std::filesystem::path& state);
 
 /// The name of the folder's owner; empty: root's, or an owner without a name.

@@ -198,7 +198,7 @@ Result<Words> linux_command(const Arguments& arguments, const fs::path& program,
     Words command{supervisor.string(), "--settings-state", board.settings_state};
     if (arguments.best_effort || !board.real_time) append(command, {"--timeout-ms", kPatienceMs});
     if (pins.empty()) {
-        QDUINO_TRY_ASSIGN(folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+        QDUINO_TRY_ASSIGN(folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent));
         std::fputs(names_real_devices(board)
                        ? "Pins that the board file does not name are connected to nothing.\n"
                        : "No pins are named: all are connected to nothing (--board names real ones,\n"
@@ -270,7 +270,7 @@ Result<int> trace_on_linux(Arguments arguments, const std::string& output) {
     launcher::MemoryFolder folder;
     if (!picture.empty()) {
         QDUINO_TRY(picture::check_picture_name(picture));
-        QDUINO_TRY_ASSIGN(folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+        QDUINO_TRY_ASSIGN(folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent));
         arguments.admission = folder.file("admission.json");
     }
     QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {BoardKind::linux}));
@@ -318,7 +318,7 @@ Result<int> profile(const Arguments& given) {
     QDUINO_TRY_ASSIGN(const std::vector<TabText> tabs, read_tabs(sketch.tabs));
     const BoardKind board = arguments.in_simulator ? BoardKind::sim : BoardKind::linux;
     QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {board}));
-    QDUINO_TRY_ASSIGN(const auto folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    QDUINO_TRY_ASSIGN(const auto folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent));
     arguments.profile = arguments.output.empty() ? folder.file("profile").string() : arguments.output;
     QDUINO_TRY_ASSIGN(const int status, run_profile(arguments, built, read.board.linux));
     if (status != 0) {
@@ -343,7 +343,7 @@ Result<int> upload_there(const Arguments& arguments) {
     QDUINO_TRY_ASSIGN(const Sketch sketch, find_sketch(place));
     QDUINO_TRY_ASSIGN(const SketchBuild build, SketchBuild::open(std::move(sdk), sketch, environment));
     QDUINO_TRY_ASSIGN(const std::vector<Library> libraries, build.find_libraries());
-    QDUINO_TRY_ASSIGN(const auto folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    QDUINO_TRY_ASSIGN(const auto folder, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent));
     const fs::path parcel = folder.file("parcel");
     QDUINO_TRY(pack_sketch(sketch, libraries, parcel));
     Words words{"upload", "--from-stdin"};

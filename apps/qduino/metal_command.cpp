@@ -147,7 +147,7 @@ std::string image_words(const Arguments& arguments) {
 
 Result<int> metal(const Arguments& arguments, const Sdk& sdk) {
     QDUINO_TRY(is_for_aarch64(arguments) ? check_aarch64(arguments) : check_options(arguments));
-    QDUINO_TRY_ASSIGN(const auto scratch, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    QDUINO_TRY_ASSIGN(const auto scratch, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent));
     if (const fs::path given = arguments.sketch; arguments.action == "run" && is_image(given))
         return run_named(arguments, given, given.filename(), scratch.file(""));
     QDUINO_TRY_ASSIGN(const Sketch sketch, find_sketch(arguments.sketch));

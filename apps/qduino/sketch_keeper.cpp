@@ -74,7 +74,7 @@ Result<void> Keeper::start(const std::string& name, const CommandMaker& maker) {
     QDUINO_TRY_ASSIGN(lock_, launcher::lock_file(board_.lock(), kLockPatience));
     QDUINO_TRY(posix::write_file(board_.keeper(), text<std::string>(::getpid(), ' ', name)));
     QDUINO_TRY_ASSIGN(listener_, posix::listen_local(board_.serial(), 8));
-    QDUINO_TRY_ASSIGN(memory_, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent, ""));
+    QDUINO_TRY_ASSIGN(memory_, launcher::MemoryFolder::make(launcher::MemoryFolder::kParent));
     QDUINO_TRY_ASSIGN(const Words command, maker(memory_));
     signals_.reset(block_and_watch({SIGTERM, SIGINT, SIGHUP, SIGCHLD}));
     ::signal(SIGPIPE, SIG_IGN);

@@ -6,7 +6,7 @@
 // root's as well:
 //
 //   root           /run/qduino                   0755: others see what is root's
-//   another user   /run/user/UID/qduino          0700; else /dev/shm/qduino-UID, else /tmp/qduino-UID
+//   another user   /run/user/UID/qduino          0700; else /dev/shm/qduino-UID, /tmp/qduino-UID
 //
 //   who           believes
 //   root          root's files

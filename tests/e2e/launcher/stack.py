@@ -35,15 +35,23 @@ def read(path):
         return ""
 
 
+def link_of(path):
+    try:
+        return os.readlink(path)
+    except OSError:
+        return None
+
+
 def holders_of(file):
     """{pid: name} of the processes that have `file` open."""
     holders = {}
     for pid in filter(str.isdigit, os.listdir("/proc")):
         try:
-            opened = [os.readlink("/proc/%s/fd/%s" % (pid, fd)) for fd in os.listdir("/proc/%s/fd" % pid)]
+            descriptors = ["/proc/%s/fd/%s" % (pid, fd) for fd in os.listdir("/proc/%s/fd" % pid)]
         except OSError:
             continue
-        if file in opened:
+        # One that is closed meanwhile says nothing about the others.
+        if any(link_of(each) == file for each in descriptors):
             holders[int(pid)] = read("/proc/%s/comm" % pid).strip()
     holders.pop(os.getpid(), None)
     return holders

@@ -2,15 +2,23 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
 
+#include "posix/guarded_file.h"
+#include "posix/small_file.h"
+#include "tests/unit/linux/stranger.h"
+
 namespace qduino::launcher::memory_folder_test {
 namespace {
 
 namespace fs = std::filesystem;
+using test::kStranger;
+using test::Stranger;
+using test::why_no_stranger;
 using ::testing::HasSubstr;
 
 class MemoryFolderTest : public ::testing::Test {
@@ -26,7 +34,7 @@ class MemoryFolderTest : public ::testing::Test {
     void leave_one_behind() const {
         const pid_t child = ::fork();
         if (child == 0) {
-            auto made = MemoryFolder::make(parent_, "");
+            auto made = MemoryFolder::make(parent_);
             if (made) std::ofstream{made->file("pins")} << "edges";
             ::_exit(0);
         }
@@ -38,7 +46,7 @@ class MemoryFolderTest : public ::testing::Test {
 
 TEST_F(MemoryFolderTest, GoesWithItsOwner) {
     {
-        auto made = MemoryFolder::make(parent_, "");
+        auto made = MemoryFolder::make(parent_);
         ASSERT_TRUE(made);
         std::ofstream{made->file("link")} << "x";
         EXPECT_EQ(entries(), 1U);
@@ -49,7 +57,7 @@ TEST_F(MemoryFolderTest, GoesWithItsOwner) {
 TEST_F(MemoryFolderTest, WhatAKilledPrinterLeftIsRemovedAndWhatLivesIsNot) {
     leave_one_behind();
     leave_one_behind();
-    auto living = MemoryFolder::make(parent_, "");
+    auto living = MemoryFolder::make(parent_);
     ASSERT_TRUE(living);
     std::ofstream{parent_ / "others.file"} << "x";
     EXPECT_EQ(entries(), 4U);
@@ -64,7 +72,7 @@ TEST_F(MemoryFolderTest, AChildThatOutlivesItsLauncherKeepsTheFolder) {
     pid_t heir = 0;
     const pid_t launcher = ::fork();
     if (launcher == 0) {
-        const auto made = MemoryFolder::make(parent_, "");
+        const auto made = MemoryFolder::make(parent_);
         const pid_t child = ::fork();
         if (child == 0) {
             ::pause();
@@ -87,9 +95,38 @@ TEST_F(MemoryFolderTest, AChildThatOutlivesItsLauncherKeepsTheFolder) {
     ::close(ends[1]);
 }
 
-TEST_F(MemoryFolderTest, AnUnknownOwnerIsAnErrorAndLeavesNothing) {
-    EXPECT_FALSE(MemoryFolder::make(parent_, "no-such-user-here"));
-    EXPECT_EQ(entries(), 0U);
+TEST_F(MemoryFolderTest, TheServicesGroupGoesThroughItAndChangesNothing) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    const auto folder = MemoryFolder::make(parent_, kStranger);
+    ASSERT_TRUE(folder);
+    const std::string given = folder->file("given"), kept = folder->file("kept");
+    ASSERT_TRUE(posix::replace_guarded(given, "for all", 0644));
+    ASSERT_TRUE(posix::replace_guarded(kept, "root's", 0600));
+    ::chmod(parent_.c_str(), 0755);
+    const Stranger service{[&] {
+        const bool reads = posix::read_guarded(given, 100).ok();
+        const bool reads_roots = posix::read_guarded(kept, 100).ok();
+        const bool makes = posix::make_guarded(folder->file("planted"), 0600).ok();
+        const bool removes = ::unlink(given.c_str()) == 0 || ::rename(given.c_str(), kept.c_str()) == 0;
+        const bool cuts = ::truncate(given.c_str(), 0) == 0;
+        return reads && !reads_roots && !makes && !removes && !cuts;
+    }};
+    EXPECT_TRUE(service.succeeded());
+}
+
+TEST_F(MemoryFolderTest, WhatAStrangerCallsSoIsLeftAlone) {
+    if (!why_no_stranger().empty()) GTEST_SKIP() << why_no_stranger();
+    ::chmod(parent_.c_str(), 01777);
+    const fs::path his = parent_ / "qduinomc.abcdef", link = parent_ / "qduinomc.ghijkl";
+    fs::create_directory(parent_ / "precious");
+    ASSERT_TRUE(posix::write_file(parent_ / "precious" / "lock", "root's"));
+    const Stranger attacker{[&] {
+        return ::mkdir(his.c_str(), 0755) == 0 && posix::make_guarded(his / "lock", 0644).ok() &&
+               ::symlink((parent_ / "precious").c_str(), link.c_str()) == 0;
+    }};
+    ASSERT_TRUE(attacker.succeeded());
+    EXPECT_EQ(MemoryFolder::sweep(parent_), 0);
+    EXPECT_TRUE(fs::exists(parent_ / "precious" / "lock"));
 }
 
 TEST_F(MemoryFolderTest, ASecondLockNamesTheHolder) {

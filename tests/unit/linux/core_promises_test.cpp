@@ -156,10 +156,17 @@ TEST(CorePromises, NoUserStopsRootsProgramsOrTakesTheirMemory) {
     const FakeMachine machine;
     const auto held = open_register(machine).hold(sample_promise(), "7.0");
     ASSERT_TRUE(held);
+    const pid_t killed = ::fork();
+    if (killed == 0) {
+        const auto left = open_register(machine).hold(sample_promise(), "8.0");
+        ::_exit(left ? 0 : 1);  // its file stays, and every user may read it
+    }
+    ::waitpid(killed, nullptr, 0);
     const Stranger attacker{[&] {
         int planted = 0;
         for (const char* folder : {"/run/lock", "/dev/shm", "/tmp", "/run/qduino"}) {
-            for (const char* name : {"/qduino-promises.lock", "/qduino-promise.1.0", "/qduino-promise.7.0"}) {
+            for (const char* name : {"/qduino-promises.lock", "/qduino-promise.1.0", "/qduino-promise.7.0",
+                                     "/qduino-promise.8.0"}) {
                 const std::string path = machine.path(folder) + name;
                 int fd = ::open(path.c_str(), O_RDWR | O_CREAT, 0666);
                 if (fd < 0) fd = ::open(path.c_str(), O_RDONLY);
@@ -177,7 +184,7 @@ TEST(CorePromises, NoUserStopsRootsProgramsOrTakesTheirMemory) {
     ASSERT_TRUE(attacker.succeeded());
     const auto opened = PromiseRegister::open(machine.root(), 1s);
     ASSERT_TRUE(opened) << opened.error().message.view();
-    ASSERT_EQ(opened->living().size(), 1u) << "root's own, and nothing else";
+    ASSERT_EQ(opened->living().size(), 1u) << "root's own that lives, and nothing else";
     EXPECT_EQ(promise_text(opened->living()[0]), promise_text(sample_promise()));
 }
 
