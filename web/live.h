@@ -20,14 +20,14 @@ namespace qduino::web {
 
 using Message = std::shared_ptr<const std::string>;
 
-enum class MessageKind : std::uint8_t { status, jobs, upload, reply, history };
+enum class MessageKind : std::uint8_t { status, jobs, upload, reply, history, alive };
 
 /// The messages that wait for one subscriber.
 class LiveQueue {
   public:
     static constexpr std::size_t kWaitingMax = 200;
 
-    /// A newer status, list of jobs or upload progress replaces one that still waits.
+    /// A newer status, list of jobs, upload progress or life sign replaces one that still waits.
     void push(MessageKind kind, Message message);
     /// The oldest; nothing when none waits.
     [[nodiscard]] std::optional<Message> pop();

@@ -45,6 +45,7 @@ void Publisher::tick(Moment moment) {
         }
     }
     if (moment.now - sample_at_ >= kSampleEvery) publish_sample(moment);
+    if (moment.now - alive_at_ >= kAliveEvery) publish_alive(moment);
 }
 
 void Publisher::publish_replies() {
@@ -52,6 +53,12 @@ void Publisher::publish_replies() {
         publish(MessageKind::reply,
                 api::text_of({{"type", "reply"}, {"kind", kReplies(reply.kind)}, {"text", reply.text}}));
     }
+}
+
+/// It comes from the spool's thread: when that thread stands still, what the page shows is old.
+void Publisher::publish_alive(Moment moment) {
+    alive_at_ = moment.now;
+    publish(MessageKind::alive, api::text_of({{"type", "alive"}, {"time", api::time_json(moment.now_s)}}));
 }
 
 void Publisher::publish_sample(Moment moment) {

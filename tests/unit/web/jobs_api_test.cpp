@@ -386,6 +386,10 @@ TEST_F(JobsApiTest, TheLiveStreamTellsOfUploadsJobsAndStatus) {
     EXPECT_EQ(count("upload"), 2) << "its beginning and its end";
     EXPECT_GE(count("status"), 15);
     EXPECT_GE(count("jobs"), 3) << "queued, printing, done";
+    EXPECT_EQ(count("alive"), 2) << "one in each of the two seconds";
+    const auto alive =
+        std::ranges::find_if(got, [](const auto& message) { return message["type"] == "alive"; });
+    EXPECT_THAT((*alive)["time"].get<std::string>(), ::testing::MatchesRegex("....-..-..T..:..:..Z"));
     EXPECT_EQ(got.back()["type"], "status");
     EXPECT_EQ(got.back()["status"]["state"], "idle");
 }
