@@ -157,8 +157,7 @@ bool Connection::step() {
     std::string bytes;
     const Result<RequestReader::Progress> progress = reader_.advance(bytes);
     if (!progress.ok()) {
-        const bool large = progress.error().code == ErrorCode::out_of_range;
-        refuse(error_response(large ? 431 : 400, "invalid_argument", progress.error().message.view()));
+        refuse(refused_request(progress.error()));
         return false;
     }
     switch (*progress) {

@@ -31,12 +31,19 @@ Error error_of(const error_code& code) {
         return make_error(ErrorCode::out_of_range, "the request's header is too large");
     }
     if (code == http::error::bad_transfer_encoding) {
-        return make_error(ErrorCode::unsupported, "the request's transfer coding is not known");
+        return make_error(ErrorCode::invalid_argument,
+                          "the request gives its length and a transfer coding, too");
     }
     return make_error(ErrorCode::invalid_argument, "the request is not well-formed HTTP/1.1");
 }
 
 }  // namespace
+
+Response refused_request(const Error& error) {
+    if (error.code == ErrorCode::unsupported) return error_response(501, "unsupported", error.message.view());
+    const bool large = error.code == ErrorCode::out_of_range;
+    return error_response(large ? 431 : 400, "invalid_argument", error.message.view());
+}
 
 /// Beast's parser, with its findings put into our own values.
 class RequestReader::Parser final : public http::basic_parser<true> {
@@ -52,6 +59,9 @@ class RequestReader::Parser final : public http::basic_parser<true> {
     std::string body;
     bool header_given_out = false;
 
+    /// The head asks for a transfer coding that is not understood here.
+    bool coding_unknown = false;
+
     /// Checks what Beast leaves open. Sets `code` when the request must be refused.
     void complete_head(error_code& code) {
         head.keep_alive = keep_alive();
@@ -62,14 +72,29 @@ class RequestReader::Parser final : public http::basic_parser<true> {
             upgrade() && equal_ignoring_case(trimmed(head.value("Upgrade")), "websocket");
         const auto is_host = [](const Header& header) { return equal_ignoring_case(header.name, "Host"); };
         if (std::ranges::count_if(head.headers, is_host) != 1) code = http::error::bad_field;
-        if (head.chunked && head.content_length) code = http::error::bad_content_length;
+        check_coding(code);
     }
 
   private:
+    /// Beast takes the body of an unknown coding for the next request. With a length beside it, or
+    /// in HTTP/1.0, a coding is a smuggler's (RFC 9112 §6.1): the peers disagree about where the
+    /// body ends.
+    void check_coding(error_code& code) {
+        const std::string* coding = head.find("Transfer-Encoding");
+        if (!coding) return;
+        const auto is_coding = [](const Header& header) {
+            return equal_ignoring_case(header.name, "Transfer-Encoding");
+        };
+        const bool once = std::ranges::count_if(head.headers, is_coding) == 1;
+        coding_unknown = !once || !equal_ignoring_case(trimmed(*coding), "chunked");
+        if (coding_unknown || !head.chunked) code = http::error::bad_field;
+        if (head.find("Content-Length") || is_old_) code = http::error::bad_transfer_encoding;
+    }
     void on_request_impl(http::verb verb, string_view, string_view target, int version,
                          error_code& code) override {
         head.method = method_of(verb);
         if (version != 11 && version != 10) code = http::error::bad_version;
+        is_old_ = version == 10;
         if (!web::parse_target({target.data(), target.size()}, head)) code = http::error::bad_target;
     }
     void on_response_impl(int, string_view, int, error_code& code) override {
@@ -94,6 +119,7 @@ class RequestReader::Parser final : public http::basic_parser<true> {
     void on_finish_impl(error_code&) override {}
 
     ReadLimits limits_;
+    bool is_old_ = false;  // HTTP/1.0
 };
 
 RequestReader::RequestReader(ReadLimits limits)
@@ -151,6 +177,8 @@ Result<RequestReader::Progress> RequestReader::advance(std::string& body) {
         used_ += count;
         idle_steps = count == 0 ? idle_steps + 1 : 0;
         if (code == http::error::need_more) break;
+        if (code == http::error::bad_field && parser_->coding_unknown)
+            return make_error(ErrorCode::unsupported, "of transfer codings only \"chunked\" is known here");
         if (code) return error_of(code);
     }
     if (parser_->body.empty()) {

@@ -5,9 +5,10 @@
 //                   advance() → complete  next() begins with the next request, which may be here
 //
 // The grammar is Boost.Beast's parser. This class decides bounds and strictness: size and number of
-// header fields, one Host, never Content-Length together with Transfer-Encoding, absolute paths as
-// targets. Beast bounds a head, but neither the line before a chunk nor the trailer of the last
-// one. So the reader holds at most one feed and one header's length.
+// header fields, one Host, never Content-Length together with Transfer-Encoding, no transfer coding
+// but "chunked", absolute paths as targets. Beast bounds a head, but neither the line before a
+// chunk nor the trailer of the last one. So the reader holds at most one feed and one header's
+// length.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +25,10 @@ struct ReadLimits {
     std::size_t header_bytes_max = 16 * 1024;
     std::size_t fields_max = 100;
 };
+
+/// The answer to bytes that are no request, by the error of RequestReader::advance(). The
+/// connection ends with it.
+[[nodiscard]] Response refused_request(const Error& error);
 
 class RequestReader {
   public:

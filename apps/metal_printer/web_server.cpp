@@ -116,7 +116,7 @@ bool WebServer::advance(Connection& connection, Instant now) {
     std::string body;
     const Result<RequestReader::Progress> step = connection.reader.advance(body);
     if (!step) {
-        begin_answer(connection, web::api::error_response(step.error()), false);
+        begin_answer(connection, web::refused_request(step.error()), false);
         return false;
     }
     switch (*step) {

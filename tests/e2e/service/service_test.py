@@ -127,6 +127,18 @@ class BadInput(Case):
         self.assertEqual(os.listdir(os.path.join(self.printd.state, "blobs")), [])
         self.assertEqual(self.begun(), [])
 
+    def test_a_body_in_an_unknown_transfer_coding_is_never_a_request(self):
+        hidden = b"POST /api/v1/machine/emergency-stop HTTP/1.1\r\nHost: localhost\r\nX-Api-Key: %s\r\n\r\n" % self.printd.key.encode()
+        for fields, status in ((b"Transfer-Encoding: gzip", b"501"), (b"Transfer-Encoding: chunked, gzip", b"501"),
+                               (b"Transfer-Encoding: gzip\r\nTransfer-Encoding: chunked", b"501"),
+                               (b"Transfer-Encoding: chunked\r\nContent-Length: 5", b"400"),
+                               (b"Content-Length: 5\r\nTransfer-Encoding: xchunked", b"400")):
+            answer = self.printd.raw(b"POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\n%s\r\n\r\n0\r\n\r\n%s" % (fields, hidden))
+            self.assertTrue(answer.startswith(b"HTTP/1.1 " + status), (fields, answer))
+            self.assertEqual(answer.count(b"HTTP/1.1 "), 1, (fields, answer))
+            self.assertIn(b"\r\nConnection: close\r\n", answer)
+        self.assertEqual(self.printd.machine()["state"], "idle")
+
     def test_a_line_of_10_megabytes_is_bounded(self):
         status, answer, _ = self.printd.upload("long.gcode", b"G28\nG1 X" + b"1" * 10_000_000 + b"\n")
         self.assertEqual(status, 422, answer)

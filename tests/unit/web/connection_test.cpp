@@ -144,6 +144,20 @@ TEST_F(ConnectionTest, AChunkWhoseLineNeverEndsIsRefusedAndNotKept) {
     EXPECT_TRUE(connection_->wants_close());
 }
 
+TEST_F(ConnectionTest, AnUnknownTransferCodingIsAnsweredOnceAndEndsTheConnection) {
+    connect();
+    const std::string second = get("/healthz");
+    receive("POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: gzip, chunked\r\n\r\n" +
+            second);
+    const std::string answered = output();
+    EXPECT_EQ(parse(answered).status, 501);
+    EXPECT_EQ(answered.find("HTTP/1.1", 1), std::string::npos) << "its body is no request";
+    EXPECT_EQ(parse(answered).header("Connection"), "close");
+    EXPECT_TRUE(connection_->wants_close());
+    receive(second);
+    EXPECT_EQ(output(), "");
+}
+
 TEST_F(ConnectionTest, ByteByByteIsTheSame) {
     connect();
     for (const char c : get("/healthz")) receive(std::string(1, c));

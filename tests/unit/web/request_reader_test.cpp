@@ -100,6 +100,55 @@ TEST(RequestReader, RefusesWhatIsAmbiguousOrMalformed) {
     }
 }
 
+/// Each of these bodies would be read as a second request where the coding was overlooked.
+TEST(RequestReader, ACodingThatIsNotExactlyChunkedIsNotUnderstoodAndItsBodyIsNoRequest) {
+    const std::string hidden = "GET /hidden HTTP/1.1\r\nHost: x\r\n\r\n";
+    for (const char* fields : {
+             "Transfer-Encoding: gzip\r\n",
+             "Transfer-Encoding: identity\r\n",
+             "Transfer-Encoding: gzip, chunked\r\n",
+             "Transfer-Encoding: chunked, gzip\r\n",
+             "Transfer-Encoding: chunked, chunked\r\n",
+             "Transfer-Encoding: chunked;q=1\r\n",
+             "Transfer-Encoding: xchunked\r\n",
+             "Transfer-Encoding: \"chunked\"\r\n",
+             "Transfer-Encoding: \r\n",
+             "Transfer-Encoding: ,chunked\r\n",
+             "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n",
+             "Transfer-Encoding: gzip\r\nTransfer-Encoding: chunked\r\n",
+             "Transfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n",
+         }) {
+        for (const std::string& body : {hidden, "0\r\n\r\n" + hidden}) {
+            const Read found = read("POST / HTTP/1.1\r\nHost: x\r\n" + std::string{fields} + "\r\n" + body);
+            ASSERT_TRUE(found.error.has_value()) << fields;
+            EXPECT_EQ(found.error->code, ErrorCode::unsupported) << fields;
+            EXPECT_TRUE(found.heads.empty()) << fields;
+        }
+    }
+    for (const char* plain : {"Transfer-Encoding: Chunked\r\n", "transfer-encoding:\tchunked \r\n"}) {
+        const Read found = read("POST / HTTP/1.1\r\nHost: x\r\n" + std::string{plain} +
+                                "\r\n5\r\nhello\r\n0\r\n\r\n" + hidden);
+        ASSERT_FALSE(found.error.has_value()) << plain;
+        ASSERT_EQ(found.heads.size(), 2u) << plain;
+        EXPECT_EQ(found.bodies[0], "hello") << plain;
+    }
+}
+
+TEST(RequestReader, ACodingBesideALengthOrInOldHttpIsMalformed) {
+    for (const char* bad : {
+             "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n",
+             "POST / HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\nContent-Length: 4\r\n\r\n",
+             "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 4\r\nTransfer-Encoding: gzip\r\n\r\n",
+             "POST / HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: gzip\r\nContent-Length: 4\r\n\r\n",
+             "POST / HTTP/1.0\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+             "POST / HTTP/1.0\r\nHost: x\r\nTransfer-Encoding: gzip\r\n\r\n",
+         }) {
+        const Read found = read(bad);
+        ASSERT_TRUE(found.error.has_value()) << bad;
+        EXPECT_EQ(found.error->code, ErrorCode::invalid_argument) << bad;
+    }
+}
+
 TEST(RequestReader, BoundsTheHeader) {
     EXPECT_EQ(read("GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n").error->code,
               ErrorCode::out_of_range);
