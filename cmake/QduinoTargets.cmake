@@ -163,13 +163,18 @@ endfunction()
 set(QDUINO_ALONE RUN_SERIAL TRUE COST 1000)
 set(QDUINO_EARLY COST 100)
 
-# qduino_test(NAME sources… LINK libraries… [LABELS …] [SERIAL] [EARLY] [APART] [OPTIMISED]): a
+# Before the command of each test that starts loops at real-time priority: nothing of it is left,
+# whoever is killed.
+set(QDUINO_GUARDED ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/tests/guard/guarded.py)
+
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [SERIAL] [EARLY] [APART] [OPTIMISED] [GUARDED]): a
 # GoogleTest program, which is one ctest test: to start a process for each TEST took longer than
 # most of them. SERIAL: runs alone (it takes the computer's cores, or changes its settings). EARLY:
 # it waits for most of a minute. APART: its files are not compiled together. OPTIMISED: it computes
-# for seconds. What is lock-free is always optimised: the optimiser may reorder it.
+# for seconds. What is lock-free is always optimised: the optimiser may reorder it. GUARDED: it
+# starts real-time loops; SERIAL ones are guarded anyhow.
 function(qduino_test name)
-  cmake_parse_arguments(arg "SERIAL;EARLY;APART;OPTIMISED" "" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "SERIAL;EARLY;APART;OPTIMISED;GUARDED" "" "LINK;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests QDUINO_IS_TEST ON)
@@ -194,7 +199,11 @@ function(qduino_test name)
     list(APPEND arg_LABELS lock-free)
     add_dependencies(lock-free-tests ${name})
   endif()
-  add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+  if(arg_SERIAL OR arg_GUARDED)
+    add_test(NAME ${name} COMMAND ${QDUINO_GUARDED} $<TARGET_FILE:${name}> --gtest_brief=1)
+  else()
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+  endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT 600 LABELS "${arg_LABELS}")
   if(arg_SERIAL)
     set_tests_properties(${name} PROPERTIES ${QDUINO_ALONE})
@@ -205,10 +214,13 @@ endfunction()
 
 # qduino_python_cases(PREFIX SCRIPT TIMEOUT s [SERIAL]): each `test_` method of a unittest script is
 # one ctest test, PREFIX.Class.method. So they run apart, and a failure names itself. The script
-# gets printd, fake-sketch and the sanitizers (service.configure()).
+# gets printd, fake-sketch and the sanitizers (service.configure()). SERIAL ones are guarded.
 function(qduino_python_cases prefix script)
   cmake_parse_arguments(arg "SERIAL" "TIMEOUT" "" ${ARGN})
-  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  set(guard "")
+  if(arg_SERIAL)
+    set(guard ${QDUINO_GUARDED})
+  endif()
   get_filename_component(script ${script} ABSOLUTE)
   file(STRINGS ${script} lines REGEX "^class [A-Z]|^    def test_")
   foreach(line IN LISTS lines)
@@ -216,7 +228,7 @@ function(qduino_python_cases prefix script)
       set(class ${CMAKE_MATCH_1})
     elseif(line MATCHES "def (test_[a-z0-9_]+)")
       set(test ${prefix}.${class}.${CMAKE_MATCH_1})
-      add_test(NAME ${test} COMMAND ${Python3_EXECUTABLE} -B ${script} $<TARGET_FILE:printd> $<TARGET_FILE:fake-sketch>
+      add_test(NAME ${test} COMMAND ${guard} ${Python3_EXECUTABLE} -B ${script} $<TARGET_FILE:printd> $<TARGET_FILE:fake-sketch>
                                     "${QDUINO_SANITIZE}" ${class}.${CMAKE_MATCH_1})
       set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS e2e ${QDUINO_EARLY})
       if(arg_SERIAL)

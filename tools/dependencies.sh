@@ -57,6 +57,10 @@ need() {
     'apt-get -qq update && apt-get -qq -y --no-install-recommends install "$@" >/dev/null' sh $missing
 }
 
+# ctest, which ends when this script ends, however that does: its tests take cores of the computer.
+# (setpriv is util-linux's.)
+run_ctest() { setpriv --pdeathsig KILL ctest "$@"; }
+
 # Unpacks the examples of Debian's `arduino` package into build/arduino. The package is not
 # installed: it would bring a Java along.
 unpack_arduino_examples() {
