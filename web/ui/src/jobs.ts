@@ -71,6 +71,12 @@ export interface Stop {
   fraction: number | null;
 }
 
+/**
+ * The line to name for a stopped job. Null where its error names one: that line could not be done,
+ * and was read ahead of the one that had been printed by then. Two lines for one failure confuse.
+ */
+export const lineToName = (job: Job, line: number | null): number | null => (/\bline \d/i.test(job.error ?? '') ? null : line);
+
 /** A stopped job is known best by the machine, as long as it still speaks of it. */
 export function stopOf(job: Job, status: Status | null): Stop {
   const fresh = status?.job === job.id ? status : null;

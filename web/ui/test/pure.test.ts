@@ -5,7 +5,7 @@ import { activityShares, chunks, cssColour, decodeLayers, MAGIC, segmentsDone } 
 import { ApiError, keyProblem, sentenceOf, startLive } from '../src/api';
 import { doing, tabTitle } from '../src/doing';
 import { shallowEqual } from '../src/hooks';
-import { bytesLaid, joined, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
+import { bytesLaid, joined, lineToName, listPath, olderBehind, renewed, stopOf } from '../src/jobs';
 import { addSample, ask, initialState, progressNow, lacks, onTheWall, reduce, shownJob, store, withoutJob, type State } from '../src/store';
 import type { Job, JobPage, LoopGuarantee, Status } from '../src/types';
 import { rateOf } from '../src/uploads';
@@ -181,6 +181,15 @@ describe('progress', () => {
     const unknown = job(1, 'failed', 200, { stopped_line: null, stopped_layer: null });
     expect(stopOf(unknown, { ...at(400), layer: 9, line: 90 } as Status)).toEqual({ line: 90, layer: 9, fraction: 0.4 });
     expect(stopOf(unknown, null)).toEqual({ line: null, layer: null, fraction: null });
+  });
+});
+
+describe('a failure', () => {
+  it('has one line, and where its reason names one, that', () => {
+    const failed = (error: string) => ({ error, stopped_line: 1498 }) as Job;
+    expect(lineToName(failed('emergency stop'), 1498)).toBe(1498);
+    expect(lineToName(failed('Line 1759, G1: the hot end is at 169.6 °C'), 1498)).toBeNull();
+    expect(lineToName(failed('baseline 3'), 1498)).toBe(1498);
   });
 });
 

@@ -2,7 +2,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { act, inspection } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { hasStopped, stopOf } from '../jobs';
+import { hasStopped, lineToName, stopOf } from '../jobs';
 import { activityShares, cssColour } from '../layers';
 import type { ActivityShare } from '../layers';
 import { ask, isRunning, isStillRunning, onTheWall, progressNow, shownJob, store, timeFactor } from '../store';
@@ -75,17 +75,14 @@ function Progress({ job }: { job: Job }) {
   );
 }
 
-/**
- * A print that did not come to its end: why, and where. The reason may name the line that could not
- * be done, which was read ahead of the one that was printed: then that one is the line.
- */
+/** A print that did not come to its end: why, and where. */
 function Stopped({ job }: { job: Job }) {
   const { line, layer, percent, told } = useStore((s) => {
     const { fraction, ...stop } = stopOf(job, s.status);
-    return { ...stop, percent: fraction === null ? null : format.percent(fraction), told: failedJob(s)?.id === job.id };
+    return { line: lineToName(job, stop.line), layer: stop.layer, percent: fraction === null ? null : format.percent(fraction), told: failedJob(s)?.id === job.id };
   });
   const place = [
-    line && !/\bline \d/.test(job.error ?? '') ? `at line ${format.count(line)}` : null,
+    line ? `at line ${format.count(line)}` : null,
     layer ? `in layer ${layer}${job.facts.layers ? ` of ${job.facts.layers}` : ''}` : null,
     job.printed_s ? `after ${format.duration(job.printed_s)}` : percent ? `after ${percent} of the file` : null,
   ].filter(Boolean);

@@ -3,7 +3,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { act, loadMore, removeJob, repeatSearch, startSearch } from '../api';
 import * as format from '../format';
 import { useStore } from '../hooks';
-import { endedCount, isEnded, isSearch, STATE_CHOICES, waitingCount } from '../jobs';
+import { endedCount, isEnded, isSearch, lineToName, STATE_CHOICES, waitingCount } from '../jobs';
 import { ask, isRunning, isStillThere, isWaiting, knownJob, lacks, onTheWall, progressNow, shownJob, store } from '../store';
 import type { Job } from '../types';
 import { Icon } from './Icon';
@@ -154,7 +154,8 @@ function WaitingRow(props: RowProps) {
 function EndedRow({ job, current }: { job: Job; current: boolean }) {
   const took = job.printed_s ? ` in ${format.duration(job.printed_s)}` : '';
   const words = job.state === 'done' ? `Printed${took}` : job.state === 'cancelled' ? 'Cancelled' : 'Failed';
-  const place = job.stopped_line && !/\bline \d/.test(job.error ?? '') ? ` at line ${format.count(job.stopped_line)}` : '';
+  const line = lineToName(job, job.stopped_line);
+  const place = line ? ` at line ${format.count(line)}` : '';
   return (
     <li class={`job ended ${current ? 'current' : ''}`} data-testid="ended" data-job={job.id} data-state={job.state}>
       <Thumbnail job={job} />
