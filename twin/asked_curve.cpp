@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kSameAngle = 1e-9;
+/// A nanometre: less is what is left of the file's decimal numbers when they have been added.
+constexpr double kRoundingMm = 1e-6;
 constexpr int kChordsMax = 1'000'000;
 
 struct PlaneAxes {
@@ -33,7 +35,7 @@ AskedCurve::Offset AskedCurve::centre_of(const CommandLine& command, double unit
     if (command.has('R')) {
         const double radius = command.value('R') * unit_mm;
         const double chord = std::hypot(da, db);
-        if (chord == 0) return {from_[a_], from_[b_]};  // no circle is meant
+        if (chord < kRoundingMm) return {from_[a_], from_[b_]};  // no circle is meant
         const double rise = std::sqrt(std::max(radius * radius - chord * chord / 4, 0.0));
         const double side = clockwise == (radius > 0) ? -1.0 : 1.0;  // left of the chord is +1
         return {from_[a_] + da / 2 - side * rise * db / chord, from_[b_] + db / 2 + side * rise * da / chord};
@@ -69,7 +71,8 @@ void AskedCurve::sweep_to(double end_angle, bool clockwise, int turns) {
     double sweep = way * (end_angle - start_angle_);
     if (sweep < -kSameAngle) sweep += kTurn;
     if (std::abs(sweep) < kSameAngle || std::abs(sweep - kTurn) < kSameAngle) sweep = 0;
-    const bool whole = from_[a_] == to_[a_] && from_[b_] == to_[b_];
+    const bool whole = std::hypot(to_[a_] - from_[a_], to_[b_] - from_[b_]) < kRoundingMm;
+    if (whole) sweep = 0;
     if (whole && turns == 0) sweep = kTurn;  // back to the start: a whole turn
     sweep_ = way * (sweep + kTurn * turns);
 }

@@ -14,6 +14,10 @@ struct Centre {
     double first_mm, second_mm;
 };
 
+bool is_same_place(double first_mm, double second_mm) {
+    return std::abs(first_mm) <= kSamePlaceMm && std::abs(second_mm) <= kSamePlaceMm;
+}
+
 /// G2/G3 R: of the two circles of that radius through both ends, the one whose arc in the wanted
 /// direction is the shorter (R above 0) or the longer (below 0).
 ///
@@ -24,7 +28,7 @@ Result<Centre> centre_by_radius(const Position& from, const Position& to, const 
     const double second = (to[axes.second] - from[axes.second]).value();
     const double chord = std::hypot(first, second);
     const double radius = std::abs(geometry.radius_mm);
-    if (chord == 0) {
+    if (is_same_place(first, second)) {
         return make_error(ErrorCode::invalid_argument,
                           "an arc with R needs an end that differs from its start");
     }
@@ -89,7 +93,8 @@ Result<ArcPath> ArcPath::make(const Position& from, const Position& to, const Ar
     if (!(radius_max <= kArcRadiusMaxMm)) {
         return make_error(ErrorCode::out_of_range, "the radius of the arc is above 100 m");
     }
-    const bool same_point = from[axes.first] == to[axes.first] && from[axes.second] == to[axes.second];
+    const bool same_point = is_same_place((to[axes.first] - from[axes.first]).value(),
+                                          (to[axes.second] - from[axes.second]).value());
     arc.angle_from_ = std::atan2(from_second, from_first);
     arc.sweep_ = sweep_of(arc.angle_from_, std::atan2(to_second, to_first), same_point, geometry);
     const double mismatch_mm = std::abs(arc.radius_from_mm_ - arc.radius_to_mm_);

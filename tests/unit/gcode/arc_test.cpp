@@ -212,5 +212,29 @@ TEST(Arc, RandomArcsByCentreAndByRadiusAgree) {
     }
 }
 
+/// Sums of decimal numbers, which are the same point, differ by what rounding leaves.
+TEST(Arc, AWholeCircleMayMissItsStartByRounding) {
+    double summed = 60;
+    for (int i = 0; i < 10; ++i) summed += 0.1;
+    ASSERT_NE(summed, 61) << "the case is one of rounding";
+    for (const ArcDirection way : {ArcDirection::clockwise, ArcDirection::counterclockwise}) {
+        for (const double gap : {summed - 61, 61 - summed, 9e-7, -9e-7}) {
+            const auto circle = ArcPath::make(at(61 + gap, 60), at(61, 60), around(way, 10, 0));
+            ASSERT_TRUE(circle.ok());
+            EXPECT_NEAR(measure(*circle, at(61 + gap, 60), 71, 60, 10).length_mm, 20 * kPi, 0.05) << gap;
+            const auto twice = ArcPath::make(at(61 + gap, 60), at(61, 60), around(way, 10, 0, 2));
+            ASSERT_TRUE(twice.ok());
+            EXPECT_NEAR(measure(*twice, at(61 + gap, 60), 71, 60, 10).length_mm, 40 * kPi, 0.1) << gap;
+            EXPECT_FALSE(ArcPath::make(at(61 + gap, 60), at(61, 60), with_radius(way, 10)).ok())
+                << "R says nothing of where the centre is";
+        }
+    }
+    // A micrometre is no rounding: the way is nearly whole one way, and nearly nothing the other.
+    const auto nearly =
+        ArcPath::make(at(60, 60), at(60, 60.001), around(ArcDirection::counterclockwise, 10, 0));
+    ASSERT_TRUE(nearly.ok());
+    EXPECT_NEAR(measure(*nearly, at(60, 60), 70, 60, 10).length_mm, 20 * kPi, 0.05);
+}
+
 }  // namespace
 }  // namespace qduino::printer::gcode::arc_test
