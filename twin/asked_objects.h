@@ -27,7 +27,8 @@ class AskedObjects {
 
   private:
     static std::string name_of(const CommandLine& command) {
-        if (const auto name = command.word_value("NAME")) return in_capitals(std::string{*name});
+        if (const auto name = command.word_name("NAME", {"CENTER", "POLYGON", "CURRENT", "RESET", "JSON"}))
+            return in_capitals(std::string{*name});
         if (command.tail.find('=') != std::string::npos) return {};
         std::string bare = command.tail;
         bare.erase(0, std::min(bare.find_first_not_of(" \t"), bare.size()));

@@ -48,9 +48,15 @@ AskedItem AskedPath::next() {
             follow(curve_.next(), true);
             continue;
         }
-        const std::optional<CommandLine> command = lines_.next();
-        if (!command) return {AskedItem::Kind::end, 0, false, lines_.number(), machine_, 0, bed_.now()};
-        run(*command);
+        const std::optional<CommandLine> command = over_ ? std::nullopt : lines_.next();
+        if (command) {
+            run(*command);
+        } else if (!ended_) {
+            ended_ = true;
+            leave_part();
+        } else {
+            return {AskedItem::Kind::end, 0, false, lines_.number(), machine_, 0, bed_.now()};
+        }
     }
 }
 
@@ -63,7 +69,7 @@ void AskedPath::run(const CommandLine& command) {
     compensation_.run(command);
     if (command.word == "SET_GCODE_OFFSET") shift(command);
     if (command.word == "SAVE_GCODE_STATE") {
-        const std::string name{command.word_value("NAME").value_or("default")};
+        const std::string name{command.word_name("NAME", {"MOVE", "MOVE_SPEED"}).value_or("default")};
         saved_[name] = {modes_,        offsets_, program_, retraction_.lifted_mm, filament_.programmed,
                         filament_.flow};
     }
@@ -115,6 +121,11 @@ void AskedPath::run_g(const CommandLine& command) {
 
 void AskedPath::run_m(const CommandLine& command) {
     switch (command.number) {
+        case 2:
+        case 30:
+            // With a name M30 deletes a file.
+            over_ = over_ || command.number == 2 || (command.present == 0 && command.tail.empty());
+            return;
         case 18:
         case 84:
             if (!command.has('S')) forget_places(command);
@@ -255,8 +266,12 @@ void AskedPath::follow(const Position& to, bool curved) {
         there[kExtruder] = machine_[kExtruder] + (to[kExtruder] - program_[kExtruder]);
         give(there, curved);
     }
+    const bool moves = to != program_;
     program_ = to;
     filament_.peak_mm = std::max(filament_.peak_mm, to[kExtruder]);
+    if (!waiting_.active || objects_.skipping() || !moves) return;
+    draw_owed();
+    rise(to[2]);
 }
 
 /// A firmware's retraction is made even where the head waits.
@@ -274,33 +289,51 @@ void AskedPath::follow_retraction(const Position& to) {
 /// Filament to be pushed, or drawn back, until it is where the program takes it to be.
 double AskedPath::owed_mm() const { return waiting_.drawn_mm - (filament_.peak_mm - program_[kExtruder]); }
 
-/// The head is taken to another place than the program's.
+/// Moves filament where the head waits.
+void AskedPath::bring(double filament_mm) {
+    if (filament_mm == 0) return;
+    Position at = machine_;
+    at[kExtruder] += filament_mm;
+    waiting_.drawn_mm -= filament_mm;
+    give(at, false);
+}
+
+void AskedPath::draw_owed() { bring(std::min(owed_mm(), 0.0)); }
+
+void AskedPath::rise(double z_mm) {
+    Position at = machine_;
+    at[2] = std::max(at[2], z_mm);
+    give(at, false);
+}
+
+/// The head is about to be taken elsewhere, or left alone.
+void AskedPath::leave_part() {
+    if (!waiting_.active) return;
+    draw_owed();
+    rise(program_[2]);
+    bring(owed_mm());
+}
+
+/// The program goes on from where the head is.
 void AskedPath::stop_waiting() {
     if (!waiting_.active) return;
-    Position at = machine_;
-    at[kExtruder] += owed_mm();
-    give(at, false);
     waiting_.active = false;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = machine_[axis];
 }
 
 /// Brings a machine that waited to `to`, the place of the next move that goes sideways.
 void AskedPath::rejoin(const Position& to) {
     if (!waiting_.active || objects_.skipping()) return;
-    const double owed = owed_mm();
+    draw_owed();
+    rise(to[2]);
     Position at = machine_;
-    at[kExtruder] += std::min(owed, 0.0);
-    give(at, false);
-    at[2] = std::max(at[2], to[2]);
-    give(at, false);
     at[0] = to[0];
     at[1] = to[1];
     give(at, false);
     at[2] = to[2];
     give(at, false);
-    at[kExtruder] += std::max(owed, 0.0);
-    give(at, false);
-    waiting_.active = false;
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = at[axis];
+    bring(owed_mm());
+    stop_waiting();
 }
 
 void AskedPath::give(const Position& to, bool curved) {
@@ -328,6 +361,7 @@ void AskedPath::forget_places(const CommandLine& command) {
     const std::uint8_t named = named_slides(command);
     const bool all = named == 0 && !command.has('E');
     const std::uint8_t off = gantry_.motors_of(all ? 0b111 : named);
+    if (off != 0) leave_part();
     for (unsigned slide = 0; slide < kSlideCount; ++slide) {
         const auto bit = static_cast<std::uint8_t>(1u << slide);
         if ((gantry_.motors_of(bit) & off) != 0) homed_ = static_cast<std::uint8_t>(homed_ & ~bit);
@@ -343,7 +377,7 @@ void AskedPath::home(const CommandLine& command) {
         return;
     // A delta's carriages find the nozzle together.
     if (mask == 0 || !gantry_.is_linear()) mask = 0b111;
-    stop_waiting();
+    leave_part();
     homed_ = static_cast<std::uint8_t>(homed_ | mask);
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) {
         if ((mask >> axis & 1u) == 0) continue;
@@ -351,13 +385,15 @@ void AskedPath::home(const CommandLine& command) {
         offsets_.total[axis] = offsets_.code[axis] - offsets_.home[axis];
         if (axis == 2) retraction_.lifted_mm = 0;
     }
-    // An axis that is not homed goes on from where the head is.
-    for (std::size_t axis = 0; axis < kSlideCount; ++axis) program_[axis] = machine_[axis];
+    bool there = true;
+    for (std::size_t axis = 0; axis < kSlideCount; ++axis) there = there && program_[axis] == machine_[axis];
+    if (there) stop_waiting();
     if ((mask >> 2 & 1u) != 0) bed_.lose_place();
     given_.push_back({AskedItem::Kind::home, mask, false, lines_.number(), machine_, 0, bed_.now()});
 }
 
 void AskedPath::probe() {
+    leave_part();
     stop_waiting();
     for (std::size_t axis = 0; axis < kSlideCount; ++axis) machine_[axis] = program_[axis] = probed_at_[axis];
     bed_.lose_place();
@@ -392,7 +428,8 @@ void AskedPath::centre_home() {
 
 /// RESTORE_GCODE_STATE: what numbers mean is as it was; MOVE=1 also goes back.
 void AskedPath::restore(const CommandLine& command) {
-    const auto found = saved_.find(std::string{command.word_value("NAME").value_or("default")});
+    const auto found =
+        saved_.find(std::string{command.word_name("NAME", {"MOVE", "MOVE_SPEED"}).value_or("default")});
     if (found == saved_.end()) return;
     const Saved& then = found->second;
     modes_.relative = then.modes.relative;

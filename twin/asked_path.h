@@ -15,8 +15,11 @@
 // - From the first move of an object that is left out (asked_objects.h) until a line behind it goes
 //   sideways, the head waits where it was; firmware retractions are made there. That line first
 //   takes it to its own end: up, sideways, down. The filament is drawn back before, or pushed again
-//   after it, to where the program takes it to be. A G28 or G29 ends the wait as well; the filament
-//   comes there before the head goes.
+//   after it, to where the program takes it to be.
+// - Behind the object, what frees the part is done at once: filament drawn back, a way up. A way
+//   down belongs to another place, and is owed until the head is there.
+// - A G28, a G29, motors that go off and the end of the file find the head as high as the program
+//   is, with its filament. A G28 gives it the places of its axes; the others are owed still.
 //
 // Invariant: each item starts where the one before it ended; items that move nothing are not given.
 #pragma once
@@ -144,6 +147,10 @@ class AskedPath {
     void follow(const Position& to, bool curved = false);
     void follow_retraction(const Position& to);
     void rejoin(const Position& to);
+    void bring(double filament_mm);
+    void draw_owed();
+    void leave_part();
+    void rise(double z_mm);
     void stop_waiting();
     [[nodiscard]] double owed_mm() const;
     void give(const Position& to, bool curved);
@@ -165,6 +172,8 @@ class AskedPath {
     Retraction retraction_{};
     std::map<std::string, Saved> saved_{};
     std::uint8_t homed_ = 0;  // slides, by the job itself
+    bool over_ = false;       // M2, M30: what stands behind is not asked
+    bool ended_ = false;      // and what the end asks for has been given
     AskedCurve curve_{};
     std::deque<AskedItem> given_;  // of the line in hand
 };

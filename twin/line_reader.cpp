@@ -18,7 +18,38 @@ void skip_blanks(std::string_view& text) {
     while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
 }
 
-Word take_word(std::string_view& text) {
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
+
+/// Words that follow one another without a blank: `G1X60Y40E1`.
+bool is_packed(std::string_view line) {
+    for (std::size_t i = 1; i < line.size(); ++i) {
+        const bool touches = is_digit(line[i - 1]) || line[i - 1] == '.';
+        if (touches && is_letter(line[i]) && line[i] != 'e' && line[i] != 'E') return true;
+    }
+    return false;
+}
+
+/// What the E behind a digit may be.
+enum class Exponents : std::uint8_t {
+    all,      ///< always an exponent: the command has no word E, or words stand apart
+    certain,  ///< only where a program has written it: e+3, e-05
+    none,
+};
+
+/// The bytes of an exponent at the front of `text`.
+std::size_t exponent_at(std::string_view text, Exponents taken) {
+    if (text.empty() || (text[0] != 'e' && text[0] != 'E')) return 0;
+    std::size_t at = 1;
+    const char sign = at < text.size() && (text[at] == '+' || text[at] == '-') ? text[at++] : ' ';
+    const std::size_t digits = at;
+    while (at < text.size() && is_digit(text[at])) ++at;
+    if (at == digits || (at < text.size() && text[at] == '.')) return 0;
+    const bool certain = sign == '+' || (sign == '-' && text[digits] == '0' && at - digits >= 2);
+    return taken == Exponents::all || (taken == Exponents::certain && certain) ? at : 0;
+}
+
+Word take_word(std::string_view& text, Exponents taken = Exponents::all) {
     Word word;
     word.letter = text.front();
     if (word.letter >= 'a' && word.letter <= 'z') word.letter = static_cast<char>(word.letter - 'a' + 'A');
@@ -26,13 +57,27 @@ Word take_word(std::string_view& text) {
     skip_blanks(text);
     std::string_view digits = text;
     if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
-    // Fixed notation: an E after a number is the next word, never an exponent ("X1E2" is X1 E2).
-    const auto [end, error] =
+    auto [end, error] =
         std::from_chars(digits.data(), digits.data() + digits.size(), word.number, std::chars_format::fixed);
     if (error != std::errc{}) return word;
+    const std::string_view behind = digits.substr(static_cast<std::size_t>(end - digits.data()));
+    const std::size_t exponent = is_digit(end[-1]) ? exponent_at(behind, taken) : 0;
+    if (exponent != 0) {
+        const char* const last = behind.data() + exponent;
+        std::from_chars(digits.data(), last, word.number, std::chars_format::scientific);
+        end = last;
+    }
     word.has_number = true;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     return word;
+}
+
+/// Of the commands that the twin looks at: those in which an E may be a word.
+bool takes_e(const CommandLine& command) {
+    constexpr int kMoves[]{0, 1, 2, 3, 5, 92};
+    constexpr int kSettings[]{17, 18, 84, 92, 201, 203, 205};
+    return command.letter == 'G' ? std::ranges::find(kMoves, command.number) != std::end(kMoves)
+                                 : std::ranges::find(kSettings, command.number) != std::end(kSettings);
 }
 
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
@@ -59,6 +104,58 @@ bool begins_name(const CommandLine& command, std::string_view line) {
     line.remove_prefix(1);
     skip_blanks(line);
     return line.empty() || line.front() != '"' || line.find('"', 1) == std::string_view::npos;
+}
+
+/// `line` as RS274 reads it: without `( … )`, each a blank, and without what follows a `;` that
+/// stands neither in parentheses nor in quotes. `held` keeps it where something is left out.
+std::string_view without_comments(std::string_view line, std::string& held) {
+    const std::size_t first = line.find_first_of(";(\"");
+    if (first == std::string_view::npos || line[first] == ';') return line.substr(0, first);
+    bool quoted = false;
+    int depth = 0;
+    held.clear();
+    for (const char c : line) {
+        if (c == ';' && !quoted && depth == 0) break;
+        if (c == '"' && depth == 0) quoted = !quoted;
+        if (depth == 0 && (c != '(' || quoted)) held += c;
+        if (quoted) continue;
+        if (c == '(' && depth == 0) {
+            depth = 1;
+            held += ' ';
+        }
+        if (c == ')') depth = 0;
+    }
+    return held;
+}
+
+/// A word's line up to its comment: a `;` in a value that is in double quotes is a part of it.
+std::string_view word_without_comment(std::string_view line) {
+    std::size_t from = 0;
+    for (;;) {
+        const std::size_t comment = line.find(';', from);
+        const std::size_t value = line.find("=\"", from);
+        const std::size_t close = value < comment ? line.find('"', value + 2) : std::string_view::npos;
+        if (close == std::string_view::npos) return line.substr(0, comment);
+        from = close + 1;
+    }
+}
+
+/// `N12` in front of a command.
+void skip_line_number(std::string_view& line) {
+    std::string_view rest = line;
+    skip_blanks(rest);
+    if (rest.empty() || upper(rest.front()) != 'N') return;
+    if (take_word(rest).has_number) line = rest;
+}
+
+/// A line whose text is not of words: of a word command, or the name behind M486's A.
+bool has_name(std::string_view line) {
+    skip_line_number(line);
+    skip_blanks(line);
+    if (begins_word(line)) return true;
+    if (line.empty() || upper(line.front()) != 'M') return false;
+    const Word code = take_word(line);
+    return code.has_number && code.number == 486;
 }
 
 CommandLine word_line(std::string_view line) {
@@ -92,27 +189,52 @@ std::optional<std::string_view> CommandLine::word_value(std::string_view key) co
     return std::nullopt;
 }
 
+std::optional<std::string_view> CommandLine::word_name(std::string_view key,
+                                                       std::initializer_list<std::string_view> others) const {
+    // Every ` KEY=` of the tail: where it stands and what it is.
+    std::string_view value;
+    bool found = false;
+    for (std::size_t equals = tail.find('='); equals != std::string::npos;
+         equals = tail.find('=', equals + 1)) {
+        std::size_t begin = equals;
+        while (begin > 0 && tail[begin - 1] != ' ' && tail[begin - 1] != '\t') --begin;
+        const std::string_view name = std::string_view{tail}.substr(begin, equals - begin);
+        const auto is = [&](std::string_view wanted) {
+            return std::ranges::equal(name, wanted, {}, upper, upper);
+        };
+        if (!found && is(key)) {
+            found = true;
+            value = std::string_view{tail}.substr(equals + 1);
+        } else if (found && std::ranges::any_of(others, is)) {
+            value = value.substr(0, static_cast<std::size_t>(tail.data() + begin - value.data()));
+            break;
+        }
+    }
+    if (!found) return std::nullopt;
+    skip_blanks(value);
+    while (!value.empty() && (value.back() == ' ' || value.back() == '\t')) value.remove_suffix(1);
+    if (value.size() >= 2 && value.front() == value.back() && (value[0] == '"' || value[0] == '\''))
+        value = value.substr(1, value.size() - 2);
+    return value;
+}
+
 std::optional<double> CommandLine::word_number(std::string_view key) const {
     std::optional<std::string_view> digits = word_value(key);
     if (!digits) return std::nullopt;
     if (!digits->empty() && digits->front() == '+') digits->remove_prefix(1);
     double given = 0;
-    const auto [end, error] =
-        std::from_chars(digits->data(), digits->data() + digits->size(), given, std::chars_format::fixed);
+    const auto [end, error] = std::from_chars(digits->data(), digits->data() + digits->size(), given);
     return error == std::errc{} ? std::optional{given} : std::nullopt;
 }
 
 CommandLine LineReader::parse(std::string_view line) {
     CommandLine command;
-    line = line.substr(0, line.find(';'));
+    std::string held;
+    line = has_name(line) ? word_without_comment(line) : without_comments(line, held);
     if (is_numbered(line)) line = line.substr(0, line.rfind('*'));  // a check sum
-    while (!line.empty() && line.back() == ' ') line.remove_suffix(1);
+    while (!line.empty() && (line.back() == ' ' || line.back() == '\t')) line.remove_suffix(1);
+    Exponents exponents = Exponents::all;
     for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
-        if (line.front() == '(') {  // a comment in the middle of a line
-            const std::size_t end = line.find(')');
-            line.remove_prefix(end == std::string_view::npos ? line.size() : end + 1);
-            continue;
-        }
         const char first = line.front();
         if (first == '"' && command.letter != 0) {  // the name behind a letter: P"mzv"
             const std::size_t end = std::min(line.find('"', 1), line.size());
@@ -128,13 +250,16 @@ CommandLine LineReader::parse(std::string_view line) {
         }
         if (command.letter == 0 && begins_word(line)) return word_line(line);
         if (begins_name(command, line)) return command;
-        const Word word = take_word(line);
+        const std::string_view from = line;
+        // The number of a code has no exponent: G1E2 is G1 E2.
+        const Word word = take_word(line, command.letter == 0 ? Exponents::none : exponents);
         if (command.letter == 0) {
             if (word.letter == 'N' && word.has_number) continue;  // line number
             if ((word.letter != 'G' && word.letter != 'M') || !word.has_number) return command;
             command.letter = word.letter;
             command.number = static_cast<int>(word.number);
             command.subcode = static_cast<int>(std::lround((word.number - command.number) * 10));
+            if (takes_e(command) && is_packed(from)) exponents = Exponents::certain;
             continue;
         }
         const unsigned index = static_cast<unsigned>(word.letter - 'A');

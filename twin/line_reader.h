@@ -3,6 +3,10 @@
 //
 //   "N12 G1 X10.5 E-.8 ; comment*37"  →  letter G, number 1, words {X: 10.5, E: −0.8}
 //
+// Comments are RS274's: `( … )` is a blank, and a `;` in it or in quotes is none. The E behind a
+// digit is an exponent, `X4e1` is X40; where words stand without blanks (`G1X60Y40E1`) it is a word,
+// unless it is as programs write exponents (`e+3`, `e-05`).
+//
 // This reader is the twin's own and shares nothing with the firmware's parser: a mistake in one
 // must not hide in the other. Bounded: a line keeps its first kLineBytes bytes; the rest
 // (thumbnails, settings in comments) is dropped.
@@ -11,6 +15,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -41,6 +46,10 @@ struct CommandLine {
     /// Of `KEY=VALUE` behind a word command, keys in any case. The value ends at a blank; quotes
     /// around it are taken off.
     [[nodiscard]] std::optional<std::string_view> word_value(std::string_view key) const;
+    /// Likewise, but a name: it is as long as it is, and ends where one of the word's `others` keys
+    /// begins, or with the line. Quotes around all of it are taken off.
+    [[nodiscard]] std::optional<std::string_view> word_name(
+        std::string_view key, std::initializer_list<std::string_view> others) const;
     [[nodiscard]] std::optional<double> word_number(std::string_view key) const;
 };
 

@@ -53,7 +53,8 @@ class Parameters {
 inline constexpr std::size_t kCommandBytesMax = 256;
 
 struct Command {
-    /// 'G', 'M', 'T' …; '\0' for a command that is a word (EXCLUDE_OBJECT_START).
+    /// 'G', 'M', 'T' …; 'F' or 'S' with number 0 for a speed alone (`F600`); '\0' for a command that
+    /// is a word (EXCLUDE_OBJECT_START).
     char letter = '\0';
     std::uint32_t number = 0;
     std::optional<std::uint16_t> subcode{};  ///< 1 in G92.1
@@ -62,7 +63,7 @@ struct Command {
     /// Valid UTF-8.
     FixedString<kCommandBytesMax> text;
     bool text_cut = false;  ///< `text` holds only the beginning
-    FixedString<32> word;   ///< of a word command, in upper case; cut to its first 32 bytes
+    FixedString<32> word;   ///< of a word command, in upper case
 
     Source source;
 
@@ -80,6 +81,7 @@ struct Command {
     /// As it is written: `G1`, `G92.1`, `EXCLUDE_OBJECT`.
     [[nodiscard]] FixedString<32> name() const {
         if (letter == '\0') return word;
+        if (letter == 'F' || letter == 'S') return FixedString<32>{std::string_view{&letter, 1}};
         auto name = qduino::text<FixedString<32>>(letter, number);
         return subcode ? write(name, '.', *subcode) : name;
     }

@@ -13,7 +13,7 @@ namespace handlers {
 using SureHandler = void(Context& context, const Command& command);
 // handlers_motion.cpp
 Handler linear_move, arc_clockwise, arc_counterclockwise, spline, dwell, wait_for_moves, retract, recover,
-    home, tool, tool_change;
+    home, tool, tool_change, lone_speed;
 // handlers_state.cpp
 Handler set_position, retraction_settings, recover_settings, speed_factor, flow_factor, volumetric,
     steps_per_mm, home_offsets, home_offsets_here;
@@ -22,12 +22,12 @@ SureHandler inches, millimetres, absolute, relative, absolute_extrusion, relativ
 // handlers_machine.cpp
 Handler hot_end, tool_temperatures, hot_end_wait, bed, bed_wait, wait_for_heat, fan_on, fan_off, motors_off,
     axis_accelerations, axis_speeds, accelerations, instantaneous_speeds, input_shaping, linear_advance,
-    pressure_advance, progress, stop, pause, park, filament_change, cold_extrusion, refused;
+    pressure_advance, stop, pause, park, filament_change, cold_extrusion, end_program, refused;
 // handlers_heat.cpp
 Handler hot_end_gains, bed_gains, tune_gains, heater_model, keep_settings, restore_settings, factory_settings;
 SureHandler report_settings;
 // handlers_machine.cpp, which cannot fail
-SureHandler message, echo, report_temperatures, report_position, report_firmware, emergency_stop;
+SureHandler message, echo, progress, report_temperatures, report_position, report_firmware, emergency_stop;
 // handlers_words.cpp, handlers_compensation.cpp
 Handler heater_temperature, temperature_wait, heaters_off, save_state, restore_state, velocity_limit,
     set_input_shaper, set_pressure_advance, code_offset, choose_extruder, object_begins, object_ends,
@@ -87,11 +87,15 @@ constexpr CodeInfo kCodes[]{
     {{"SET_VELOCITY_LIMIT"}, "largest speed and acceleration", "", velocity_limit},
     {{"SKEW_PROFILE"}, "skew correction", ""},
     {{"STATUS"}, "report", ""},
+    {{"T?"}, "choose a tool", ""},
+    {{"TC"}, "choose a tool", ""},
     {{"TEMPERATURE_WAIT"}, "wait for a temperature", "", temperature_wait, when_done},
     {{"TIMELAPSE_TAKE_FRAME"}, "take a picture", ""},
     {{"TURN_OFF_HEATERS"}, "heaters off", "", heaters_off},
+    {{"TX"}, "choose a tool", ""},
     {{"UPDATE_DELAYED_GCODE"}, "a macro's timer", ""},
     {{"Z_TILT_ADJUST"}, "align Z", ""},
+    {{'F', 0}, "speed of the moves that follow", "FS", lone_speed, strict, parked},
     {{'G', 0}, "travel move", "XYZEFSH", linear_move, strict, parked},
     {{'G', 1}, "linear move", "XYZEFSH", linear_move, strict, parked},
     {{'G', 2}, "arc, clockwise", "XYZEFIJKRP", arc_clockwise, strict},
@@ -128,6 +132,7 @@ constexpr CodeInfo kCodes[]{
     {{'G', 94}, "speeds are per minute", "", sure<nothing>},
     {{'M', 0}, "stop and wait", "", stop, free_text, when_still},
     {{'M', 1}, "stop and wait", "", stop, free_text, when_still},
+    {{'M', 2}, "end of the program", "", end_program, free_text},
     {{'M', 3}, "spindle or laser on", "IOS", refused},
     {{'M', 4}, "spindle or laser on", "IOS", refused},
     {{'M', 5}, "spindle or laser off", ""},
@@ -143,11 +148,11 @@ constexpr CodeInfo kCodes[]{
     {{'M', 27}, "file progress", "CS"},
     {{'M', 28}, "write file", "", nullptr, free_text},
     {{'M', 29}, "end of written file", ""},
-    {{'M', 30}, "delete file", "", nullptr, free_text},
+    {{'M', 30}, "end of the program", "", end_program, free_text},
     {{'M', 31}, "print time", ""},
     {{'M', 32}, "print another file", "", refused},
     {{'M', 42}, "switch a pin", "IPST"},
-    {{'M', 73}, "progress", "PRQS", progress, always, when_done},
+    {{'M', 73}, "progress", "PRQS", sure<progress>, always, loose, when_done},
     {{'M', 74}, "print weight", "W"},
     {{'M', 75}, "print timer on", ""},
     {{'M', 76}, "print timer pause", ""},
@@ -162,7 +167,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 102}, "extruder backward", ""},
     {{'M', 103}, "extruder off", ""},
     {{'M', 104}, "hot end temperature", "STRIBF", hot_end, printing},
-    {{'M', 105}, "report temperatures", "T", sure<report_temperatures>, always, when_done},
+    {{'M', 105}, "report temperatures", "T", sure<report_temperatures>, always, loose, when_done},
     {{'M', 106}, "fan on", "SP", fan_on, printing},
     {{'M', 107}, "fan off", "P", fan_off, printing},
     {{'M', 108}, "end a wait", "", sure<nothing>, always},
@@ -170,8 +175,8 @@ constexpr CodeInfo kCodes[]{
     {{'M', 110}, "line number", "N", sure<nothing>},
     {{'M', 111}, "debug level", "S"},
     {{'M', 112}, "emergency stop", "", sure<emergency_stop>, always},
-    {{'M', 113}, "host keepalive", "S", sure<nothing>},
-    {{'M', 114}, "report position", "DER", sure<report_position>, always, when_done},
+    {{'M', 113}, "host keepalive", "S", sure<nothing>, loose},
+    {{'M', 114}, "report position", "DER", sure<report_position>, always, loose, when_done},
     {{'M', 115}, "report firmware", "", sure<report_firmware>, always, free_text, when_done},
     {{'M', 116}, "wait for the heaters", "", wait_for_heat, when_done},
     {{'M', 117}, "message", "", sure<message>, always, free_text},
@@ -183,7 +188,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 145}, "material preset", "BFHS"},
     {{'M', 149}, "temperature units", "CFK"},
     {{'M', 150}, "lights", "BIKPRSUW"},
-    {{'M', 155}, "report temperatures by itself", "S", sure<nothing>},
+    {{'M', 155}, "report temperatures by itself", "S", sure<nothing>, loose},
     {{'M', 190}, "bed temperature, and wait", "SRI", bed_wait, when_done},
     {{'M', 191}, "chamber temperature, and wait", "SR"},
     {{'M', 200}, "volumetric extrusion", "DLST", volumetric, strict},
@@ -219,7 +224,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 500}, "save settings", "", keep_settings, printing},
     {{'M', 501}, "load settings", "", restore_settings},
     {{'M', 502}, "factory settings", "", factory_settings},
-    {{'M', 503}, "report settings", "CS", sure<report_settings>, always, when_done},
+    {{'M', 503}, "report settings", "CS", sure<report_settings>, always, loose, when_done},
     {{'M', 540}, "stop at endstop", "S"},
     {{'M', 555}, "print area", "XYWH"},
     {{'M', 556}, "skew correction by a printed square", "SPXYZ", refused},
@@ -247,6 +252,7 @@ constexpr CodeInfo kCodes[]{
     {{'M', 906}, "motor current", "EITXYZ"},
     {{'M', 907}, "motor current", "BCDESXYZ"},
     {{'M', 914}, "sensorless homing", "IXYZ"},
+    {{'S', 0}, "speed of a spindle, which is not there", "FS", lone_speed, strict},
     {{'T', 0}, "tool", "", tool},
 };
 
@@ -301,6 +307,11 @@ bool takes_free_text(char letter, std::uint32_t number) {
 bool must_be_words(char letter, std::uint32_t number) {
     const CodeInfo* const code = find_family(letter, number);
     return code != nullptr && code->tail == words && code->handler != nullptr && !is_refused(*code);
+}
+
+bool takes_letter(char code, std::uint32_t number, char letter) {
+    const CodeInfo* const row = find_family(code, number);
+    return row == nullptr || row->parameters.find(letter) != std::string_view::npos;
 }
 
 bool ends_in_a_name(char letter, std::uint32_t number) {

@@ -60,6 +60,7 @@ enum class Tail : std::uint8_t {
     /// Parameters; what follows A is a name, in quotes or to the end of the line (`M486 Alid (2)`,
     /// as Prusa's slicer writes it). Its letters are no parameters.
     named,
+    loose,  ///< parameters, where it reads as such; else it says nothing: a display fails no job
 };
 
 /// The key of a row.
@@ -127,6 +128,9 @@ bool takes_free_text(char letter, std::uint32_t number);
 /// a handler, except those that take a text. A code that is skipped may have any tail (`M1002
 /// action : 2`).
 bool must_be_words(char letter, std::uint32_t number);
+
+/// True for a code that `letter` may follow; for an unknown code as well.
+bool takes_letter(char code, std::uint32_t number, char letter);
 
 /// True for codes in whose tail A begins a name: M486.
 bool ends_in_a_name(char letter, std::uint32_t number);

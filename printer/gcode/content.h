@@ -14,8 +14,14 @@ enum class Content : std::uint8_t {
     gcode,
     empty,
     binary_gcode,  ///< Prusa's .bgcode, magic `GCDE`
-    binary,        ///< a picture, an archive, an STL …: NUL bytes, or most of it not text
-    other_text,    ///< text, but no line of it looks like a command or a `;` comment
+    archive,       ///< ZIP: a .3mf, .gcode.3mf or .ufp
+    packed,        ///< gzip and its like
+    utf16,         ///< text, two bytes to a character
+    cut_off,       ///< a text, and then nothing but NUL bytes
+    binary,        ///< a picture, a binary STL …: control characters
+    model,         ///< a text that is a model: STL, STEP, OBJ
+    web_page,
+    other_text,  ///< text, but no line of it looks like a command or a `;` comment
 };
 
 /// Judges by the first `bytes` of a file; 4 KiB are plenty, fewer will do. A macro of `machine` is

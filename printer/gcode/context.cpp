@@ -45,6 +45,8 @@ Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedr
         if (to != *left_at) QDUINO_TRY(hand_on(*left_at, to, feedrate, true));
         drawn_when_left += (*left_at)[Axis::e] - to[Axis::e];
         left_at = to;
+    } else if (!objects.skipping()) {
+        QDUINO_TRY(follow_in_place(target, feedrate));
     }
     state.machine = target;
     state.filament_peak = std::max(state.filament_peak, target[Axis::e]);
@@ -57,20 +59,37 @@ Millimetres Context::owed() const {
     return drawn_when_left - believed;
 }
 
-Result<void> Context::bring_filament(Millimetres length) {
+Result<void> Context::bring_filament(Millimetres length, MillimetresPerSecond speed) {
     if (length == Millimetres{0}) return {};
     Position to = *left_at;
     to[Axis::e] += length;
-    const RetractionSettings& speeds = state.retraction;
-    QDUINO_TRY(hand_on(*left_at, to, length < Millimetres{0} ? speeds.speed : speeds.recover_speed, false));
+    QDUINO_TRY(hand_on(*left_at, to, speed, false));
     drawn_when_left -= length;
     left_at = to;
     return {};
 }
 
+Result<void> Context::rise_to(Millimetres z, MillimetresPerSecond speed) {
+    if (z <= (*left_at)[Axis::z]) return {};
+    Position up = *left_at;
+    up[Axis::z] = z;
+    QDUINO_TRY(hand_on(*left_at, up, speed, false));
+    left_at = up;
+    return {};
+}
+
+/// A line behind the object that does not go sideways. An end code may hold no other: what it draws
+/// back and how far it goes up is done where the head is. A way down, and filament that is pushed,
+/// belong to the program's place: they wait for a line that leads there.
+Result<void> Context::follow_in_place(const Position& target, MillimetresPerSecond feedrate) {
+    const Millimetres believed = std::max(state.filament_peak, target[Axis::e]) - target[Axis::e];
+    QDUINO_TRY(bring_filament(std::min(drawn_when_left - believed, Millimetres{0}), feedrate));
+    return rise_to(target[Axis::z], feedrate);
+}
+
 Result<void> Context::rejoin(Position& target) {
     if (!left_at || objects.skipping()) return {};
-    QDUINO_TRY(bring_filament(std::min(owed(), Millimetres{0})));
+    QDUINO_TRY(bring_filament(std::min(owed(), Millimetres{0}), state.retraction.speed));
     Position at = *left_at;
     const auto go = [&](const Position& to, MillimetresPerSecond feedrate) -> Result<void> {
         if (to == at) return {};
@@ -87,7 +106,7 @@ Result<void> Context::rejoin(Position& target) {
     QDUINO_TRY(go(over, state.feedrate));
     over[Axis::z] = target[Axis::z];
     QDUINO_TRY(go(over, state.feedrate));
-    QDUINO_TRY(bring_filament(owed()));
+    QDUINO_TRY(bring_filament(owed(), state.retraction.recover_speed));
     const Millimetres pushed = target[Axis::e] - state.machine[Axis::e];
     target[Axis::e] = (*left_at)[Axis::e] + pushed;
     rejoined_at = *left_at;
@@ -95,9 +114,11 @@ Result<void> Context::rejoin(Position& target) {
     return {};
 }
 
-Result<void> Context::settle_filament() {
+Result<void> Context::settle() {
     if (!left_at) return {};
-    return bring_filament(owed());
+    QDUINO_TRY(bring_filament(std::min(owed(), Millimetres{0}), state.retraction.speed));
+    QDUINO_TRY(rise_to(state.machine[Axis::z], state.feedrate));
+    return bring_filament(owed(), state.retraction.recover_speed);
 }
 
 void Context::stop_waiting() {
@@ -105,6 +126,19 @@ void Context::stop_waiting() {
     state.filament_peak -= state.machine[Axis::e] - (*left_at)[Axis::e];
     state.machine = *left_at;
     left_at.reset();
+}
+
+void Context::stop_waiting_there() {
+    const auto there = [&](Axis axis) { return state.machine[axis] == (*left_at)[axis]; };
+    if (left_at && std::ranges::all_of(kToolAxes, there)) stop_waiting();
+}
+
+void Context::stand_at(const Position& machine) {
+    const Position before = left_at.value_or(state.machine);
+    for (const Axis axis : kAllAxes) state.machine[axis] += machine[axis] - before[axis];
+    state.filament_peak += machine[Axis::e] - before[Axis::e];
+    if (left_at) left_at = machine;
+    if (!left_at) state.machine = machine;
 }
 
 void Context::wait_on(const ModalState& before) {

@@ -17,7 +17,6 @@
 #include <optional>
 #include <string_view>
 
-#include "base/fixed_string.h"
 #include "base/fixed_vector.h"
 #include "base/quantity.h"
 #include "base/result.h"
@@ -25,6 +24,7 @@
 #include "printer/gcode/command_table.h"
 #include "printer/gcode/curve.h"
 #include "printer/gcode/expansion.h"
+#include "printer/gcode/name_key.h"
 #include "printer/gcode/objects.h"
 #include "printer/gcode/position.h"
 #include "printer/kinematics.h"
@@ -102,7 +102,7 @@ struct ModalState {
 
 /// SAVE_GCODE_STATE: modes, coordinates, factors and place. Klipper's set of them.
 struct SavedState {
-    FixedString<32> name{};
+    NameKey name{};
     ModalState state{};
 };
 
@@ -123,11 +123,13 @@ struct Context {
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
     Position rejoined_at{};         ///< where the last such wait ended
     std::uint32_t warnings = 0;
-    bool not_done = false;  ///< the machine lacks what the command in hand is for: skip it
+    bool program_ended = false;  ///< M2, M30
+    bool not_done = false;       ///< the machine lacks what the command in hand is for: skip it
 
     /// Hands on a straight line from `state.machine` to `target`, at `feedrate` and M220; none when
     /// it has no length. `target` has been checked.
-    /// While the head waits (objects.h), only a firmware retraction moves the machine.
+    /// While the head waits (objects.h), only a firmware retraction moves the machine; behind the
+    /// object also what takes it out of the part: a retraction, and a way up.
     Result<void> move_to(const Position& target, MillimetresPerSecond feedrate,
                          bool firmware_retract = false);
     /// Before a move sideways to `target`: brings a head that waited while objects were left out to
@@ -139,11 +141,16 @@ struct Context {
     /// state is as `before` that line. Nothing to do: the line has moved the head since, or
     /// nothing waited.
     void wait_on(const ModalState& before);
-    /// Before the head is taken to another place than the program's (a homing, a look at the bed):
-    /// where it waits, the filament comes to where the program takes it to be. At most one move.
-    Result<void> settle_filament();
+    /// Before the head is taken to another place than the program's or is left alone (a homing, a
+    /// look at the bed, motors that go off, the end): where it waits, it goes up as far as the
+    /// program is, and the filament comes to where the program takes it to be. Up to three moves.
+    Result<void> settle();
     /// The program goes on from where the head is, if that waits.
     void stop_waiting();
+    /// Likewise, if the head has come to where the program is.
+    void stop_waiting_there();
+    /// The machine stands somewhere else than the moves said. The program's place moves along.
+    void stand_at(const Position& machine);
     /// True when a move to `target` goes sideways: a head that waits then waits no longer.
     [[nodiscard]] bool goes_sideways(const Position& target) const {
         return target[Axis::x] != state.machine[Axis::x] || target[Axis::y] != state.machine[Axis::y];
@@ -157,7 +164,9 @@ struct Context {
     /// Filament that is to be pushed (negative: drawn back) until it is where the program takes it
     /// to be. Contract: the head waits.
     [[nodiscard]] Millimetres owed() const;
-    Result<void> bring_filament(Millimetres length);
+    Result<void> bring_filament(Millimetres length, MillimetresPerSecond speed);
+    Result<void> rise_to(Millimetres z, MillimetresPerSecond speed);
+    Result<void> follow_in_place(const Position& target, MillimetresPerSecond feedrate);
     [[nodiscard]] MillimetresPerSecond fastest(const Position& from, const Position& to, MoveKind kind) const;
     Result<void> hand_on(const Position& from, const Position& to, MillimetresPerSecond feedrate,
                          bool firmware_retract);

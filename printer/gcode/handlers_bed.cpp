@@ -49,7 +49,7 @@ Result<void> probe_bed(Context& context, const Command&) {
     ModalState& state = context.state;
     for (const Axis axis : kToolAxes)
         if (!state.homed[axis]) return make_error(ErrorCode::unavailable, "home first (G28)");
-    QDUINO_TRY(context.settle_filament());
+    QDUINO_TRY(context.settle());
     QDUINO_TRY(context.actions.probe_bed());
     context.stop_waiting();
     const ProbePlace last = probe_place(context.config, probe_count(context.config.mesh) - 1);

@@ -86,15 +86,20 @@ Result<void> heat(Context& context, const Command& command, Heater heater, bool 
     QDUINO_TRY_ASSIGN(const bool absent, is_absent_tool(command, 'T'));
     QDUINO_TRY_ASSIGN(const auto heating, number_within(command, 'S', 0, highest, unit));
     QDUINO_TRY_ASSIGN(const auto either_way, number_within(command, 'R', 0, highest, unit));
-    if (!heating && !either_way)
+    if (!heating && !either_way && !wait)
         return make_error(ErrorCode::invalid_argument, "needs S or R, a temperature");
-    const Celsius target{heating ? *heating : *either_way};
+    // M109 by itself waits for the target in force.
+    const Celsius now = is_bed ? context.state.bed_target : context.state.hot_end_target;
+    const Celsius target{heating.value_or(either_way.value_or(now.value()))};
     if (!is_bed && absent) {  // to switch off what is not there changes nothing
         if (target.value() <= 0) return {};
         return make_error(ErrorCode::unsupported, "this machine has one tool, T0");
     }
     if (!wait) return set_target(context, heater, target);
-    return set_target(context, heater, target, heating ? WaitFor::heating : WaitFor::heating_or_cooling);
+    const bool named = heating || either_way;
+    if (!named && target.value() <= 0) return {};
+    return set_target(context, heater, target,
+                      heating || !named ? WaitFor::heating : WaitFor::heating_or_cooling);
 }
 
 /// M116: what M190 and M109 would do for the targets in force.
@@ -135,9 +140,11 @@ Result<void> motors_off(Context& context, const Command& command) {
     QDUINO_TRY_ASSIGN(const auto after, number_within(command, 'S', 0, kLongestDwell.value(), "s"));
     if (after) return context.actions.motors_time_out(Seconds{*after});
     const AxisSet axes = axes_of(command, AxisSet::all());
+    const auto goes_off = [&](Axis axis) { return context.kinematics.shares_motor(axis, axes); };
+    if (std::ranges::any_of(kToolAxes, goes_off)) QDUINO_TRY(context.settle());
     QDUINO_TRY(context.actions.motors_off(axes));
     for (const Axis axis : kToolAxes) {
-        if (context.kinematics.shares_motor(axis, axes)) context.state.set_homed(axis, false);
+        if (goes_off(axis)) context.state.set_homed(axis, false);
     }
     return {};
 }
@@ -197,15 +204,16 @@ void echo(Context& context, const Command& command) {
     context.actions.note(NoteKind::echo, text(is_action ? "//" : "", rest), command.source);
 }
 
-Result<void> progress(Context& context, const Command& command) {
-    if (command.parameters.empty()) {
-        context.actions.report(Report::progress);
-        return {};
-    }
-    QDUINO_TRY_ASSIGN(const auto percent, number_within(command, 'P', 0, 100, "percent"));
-    QDUINO_TRY_ASSIGN(const auto minutes, number_within(command, 'R', 0, 1e6, "minutes"));
-    context.actions.progress({percent, minutes ? std::optional{Seconds{*minutes * 60}} : std::nullopt});
-    return {};
+/// A display: what makes no sense is not shown, and fails nothing.
+void progress(Context& context, const Command& command) {
+    constexpr double kMinutesMax = 1e6;
+    const auto percent = command.parameters.value('P');
+    const auto minutes = command.parameters.value('R');
+    Progress shown;
+    if (percent) shown.percent = std::clamp(*percent, 0.0, 100.0);
+    if (minutes && *minutes >= 0 && *minutes <= kMinutesMax) shown.remaining = Seconds{*minutes * 60};
+    if (shown.percent || shown.remaining) context.actions.progress(shown);
+    if (command.parameters.empty() && command.text.empty()) context.actions.report(Report::progress);
 }
 
 void report_temperatures(Context& context, const Command&) { context.actions.report(Report::temperatures); }
@@ -292,6 +300,15 @@ Result<void> park(Context& i, const Command& c) { return pause_elsewhere(i, c, {
 
 Result<void> filament_change(Context& i, const Command& c) {
     return pause_elsewhere(i, c, {.reason = PauseReason::filament_change}, 'E');
+}
+
+/// RS274: nothing behind it counts. M30 with a name is Marlin's: delete that file.
+Result<void> end_program(Context& context, const Command& command) {
+    context.not_done = command.number == 30 && !command.text.empty();
+    if (context.not_done) return {};
+    context.program_ended = true;
+    context.lines.clear();
+    return {};
 }
 
 void emergency_stop(Context& context, const Command&) { context.actions.emergency_stop(); }

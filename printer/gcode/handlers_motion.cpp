@@ -1,4 +1,4 @@
-// G0 G1 G2 G3 G4 G5 G10 G11 G28 M400 T: codes that move the machine, or wait for it.
+// F G0 G1 G2 G3 G4 G5 G10 G11 G28 M400 S T: codes that move the machine, or wait for it.
 #include <algorithm>
 #include <string_view>
 
@@ -148,6 +148,14 @@ Result<void> linear_move(Context& context, const Command& command) {
     return moved;
 }
 
+/// RS274's modal words: F counts from here on. S is the speed of a spindle, and nothing until an M3.
+Result<void> lone_speed(Context& context, const Command& command) {
+    QDUINO_TRY(take_feedrate(context.state, command));
+    if (command.parameters.has('S'))
+        context.warn("S alone is the speed of a spindle: it changes nothing here");
+    return {};
+}
+
 Result<void> arc_clockwise(Context& i, const Command& c) { return arc(i, c, ArcDirection::clockwise); }
 
 Result<void> arc_counterclockwise(Context& context, const Command& command) {
@@ -240,18 +248,19 @@ Result<void> home(Context& context, const Command& command) {
     const bool all = !named || context.kinematics.homes_together();
     for (const Axis axis : kToolAxes)
         if (all || has(kAxisLetter[axis])) axes.add(axis);
-    QDUINO_TRY(context.settle_filament());
+    QDUINO_TRY(context.settle());
     QDUINO_TRY(context.actions.home(axes));
     ModalState& state = context.state;
-    context.stop_waiting();
     for (const Axis axis : kToolAxes) {
         if (!axes.contains(axis)) continue;
         state.machine[axis] = context.config.axes[axis].home_position;
+        if (context.left_at) (*context.left_at)[axis] = state.machine[axis];
         state.offset[axis] = state.code_offset[axis] - state.home_offset[axis];
         state.set_homed(axis, true);
         state.homed_by_job[axis] = true;
         if (axis == Axis::z) state.lifted = Millimetres{0};
     }
+    context.stop_waiting_there();
     return {};
 }
 

@@ -28,15 +28,18 @@ Result<std::optional<Millimetres>> asked_offset(const Command& command, Axis axi
     return std::optional<Millimetres>{};
 }
 
-/// `NAME=lid`, or Klipper's bare `lid`.
-std::string_view object_name(const Command& command) {
+/// `NAME=lid`, or Klipper's bare `lid`; empty: none is named.
+Result<std::string_view> object_name(const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto name,
+                      word_name(command, "NAME", {"CURRENT", "RESET", "CENTER", "POLYGON", "JSON"}));
+    if (name) return *name;
     const std::string_view given = trim(command.text.view());
-    if (const auto name = word_value(given, "NAME")) return *name;
     return given.find('=') == std::string_view::npos ? given : std::string_view{};
 }
 
-Result<void> leave_out(Context& context, std::string_view name) {
-    if (context.objects.exclude(name)) return {};
+/// Error: `had_room` is false.
+Result<void> left_out(bool had_room) {
+    if (had_room) return {};
     return make_error(ErrorCode::out_of_range, "more than ", Objects::kExcludedMax,
                       " objects cannot be left out");
 }
@@ -55,17 +58,21 @@ Result<Heater> heater_called(std::string_view name) {
     return make_error(ErrorCode::unsupported, "this machine has no heater ", name);
 }
 
+/// Of SAVE_GCODE_STATE and RESTORE_GCODE_STATE.
+Result<std::string_view> state_name(const Command& command) {
+    QDUINO_TRY_ASSIGN(const auto name, word_name(command, "NAME", {"MOVE", "MOVE_SPEED"}));
+    return name.value_or("default");
+}
+
 Result<SavedState*> find_saved(Context& context, std::string_view name) {
-    const FixedString<32> cut{name};
-    const auto found = std::ranges::find_if(
-        context.saved, [&](const SavedState& held) { return held.name.view() == cut.view(); });
+    const auto found = std::ranges::find(context.saved, key_of(name), &SavedState::name);
     if (found != context.saved.end()) return &*found;
     return make_error(ErrorCode::not_found, "no state was saved as ", name);
 }
 
 /// The object that is being printed.
 Result<void> leave_out_current(Context& context) {
-    if (context.objects.inside()) return leave_out(context, context.objects.current());
+    if (context.objects.inside()) return left_out(context.objects.exclude_current());
     return make_error(ErrorCode::unavailable, "no object is being printed");
 }
 
@@ -154,21 +161,21 @@ Result<void> code_offset(Context& context, const Command& command) {
 
 /// SAVE_GCODE_STATE NAME=pause.
 Result<void> save_state(Context& context, const Command& command) {
-    const std::string_view name = word_value(command.text, "NAME").value_or("default");
+    QDUINO_TRY_ASSIGN(const std::string_view name, state_name(command));
     const Result<SavedState*> held = find_saved(context, name);
     if (held) {
         (*held)->state = context.state;
         return {};
     }
-    if (context.saved.try_push_back({FixedString<32>{name}, context.state})) return {};
+    if (context.saved.try_push_back({key_of(name), context.state})) return {};
     return make_error(ErrorCode::out_of_range, "more than ", Context::kSavedMax, " states cannot be saved");
 }
 
 /// RESTORE_GCODE_STATE NAME=pause: modes, coordinates, speed and factors; E is called as it was.
 /// MOVE=1 goes back to the place at MOVE_SPEED (mm/s).
 Result<void> restore_state(Context& context, const Command& command) {
-    QDUINO_TRY_ASSIGN(const SavedState* const saved,
-                      find_saved(context, word_value(command.text, "NAME").value_or("default")));
+    QDUINO_TRY_ASSIGN(const std::string_view name, state_name(command));
+    QDUINO_TRY_ASSIGN(const SavedState* const saved, find_saved(context, name));
     QDUINO_TRY_ASSIGN(const auto move, word_number(command, "MOVE"));
     QDUINO_TRY_ASSIGN(const auto speed,
                       word_number_within(command, "MOVE_SPEED", kSlowest.value(), kFastest.value()));
@@ -202,7 +209,8 @@ Result<void> choose_extruder(Context&, const Command& command) {
 // ---- objects ------------------------------------------------------------------------------------
 
 Result<void> object_begins(Context& context, const Command& command) {
-    context.objects.begin(object_name(command));
+    QDUINO_TRY_ASSIGN(const std::string_view name, object_name(command));
+    context.objects.begin(name);
     return {};
 }
 
@@ -214,13 +222,13 @@ Result<void> object_ends(Context& context, const Command&) {
 /// EXCLUDE_OBJECT NAME=lid, CURRENT=1, or RESET=1.
 Result<void> exclude_object(Context& context, const Command& command) {
     Objects& objects = context.objects;
-    const std::string_view name = object_name(command);
+    QDUINO_TRY_ASSIGN(const std::string_view name, object_name(command));
     if (word_value(command.text, "RESET")) {
         if (name.empty()) objects.include_all();
         if (!name.empty()) objects.include(name);
         return {};
     }
-    if (!name.empty()) return leave_out(context, name);
+    if (!name.empty()) return left_out(objects.exclude(name));
     if (!word_value(command.text, "CURRENT"))
         return make_error(ErrorCode::invalid_argument, "needs NAME=…, CURRENT=1 or RESET=1");
     return leave_out_current(context);
@@ -231,12 +239,12 @@ Result<void> exclude_object(Context& context, const Command& command) {
 Result<void> object_labels(Context& context, const Command& command) {
     Objects& objects = context.objects;
     QDUINO_TRY_ASSIGN(const auto begins, object_index(command, 'S'));
-    QDUINO_TRY_ASSIGN(const auto left_out, object_index(command, 'P'));
+    QDUINO_TRY_ASSIGN(const auto leaves_out, object_index(command, 'P'));
     QDUINO_TRY_ASSIGN(const auto printed, object_index(command, 'U'));
     if (begins && *begins >= 0) objects.begin(numbered(*begins).view());
     if (begins && *begins < 0) objects.end();
     if (command.parameters.has('C')) QDUINO_TRY(leave_out_current(context));
-    if (left_out) QDUINO_TRY(leave_out(context, numbered(*left_out).view()));
+    if (leaves_out) QDUINO_TRY(left_out(objects.exclude(numbered(*leaves_out).view())));
     if (printed) objects.include(numbered(*printed).view());
     return {};
 }

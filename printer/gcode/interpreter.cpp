@@ -134,6 +134,13 @@ Result<void> Interpreter::skip(const Command& command, const CodeInfo* code) {
     return {};
 }
 
+Result<void> Interpreter::finish() {
+    QDUINO_EXPECT(!pending());
+    const Result<void> done = context_.settle();
+    if (done) return done;
+    return make_error(done.error().code, "the end of the job: ", done.error().message);
+}
+
 void Interpreter::adopt_factors(const ModalState& from) {
     context_.state.speed_factor = from.speed_factor;
     context_.state.speed_factor_kept = from.speed_factor_kept;
@@ -151,8 +158,9 @@ void Interpreter::reset_modes() {
     context_.curve.reset();
     context_.lines.clear();
     context_.left_at.reset();
-    context_.objects = Objects{};
+    context_.objects.reset();
     context_.saved.clear();
+    context_.program_ended = false;
     unknown_codes_ = codes_not_done_ = context_.warnings = 0;
 }
 

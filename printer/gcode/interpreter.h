@@ -54,13 +54,18 @@ class Interpreter {
 
     /// The machine stands somewhere else than the moves said: after a cancelled job, a failed
     /// homing. Drops a pending curve. X, Y, Z keep G92's offset; E keeps its programmed value, and
-    /// the filament is drawn back as far as it was.
+    /// the filament is drawn back as far as it was. A head that waits while an object is left out
+    /// waits there.
     void set_position(const Position& machine) {
         context_.curve.reset();
-        context_.left_at.reset();
-        context_.state.filament_peak += machine[Axis::e] - context_.state.machine[Axis::e];
-        context_.state.machine = machine;
+        context_.stand_at(machine);
     }
+    /// The job has come to its M2 or M30: the reader of a job carries out nothing behind it. Lines
+    /// that are typed or sent by a host end nothing.
+    [[nodiscard]] bool program_ended() const { return context_.program_ended; }
+    /// The job has been read to its end: a head that waits leaves the part, as far as the program
+    /// has. Up to three moves. Contract: nothing is pending.
+    Result<void> finish();
     /// What is left of a curve or of a macro is not carried out.
     void drop_pending() {
         context_.curve.reset();

@@ -70,8 +70,36 @@ Result<void> take_name(std::string_view& rest, Command& command) {
     return {};
 }
 
-/// One parameter: a letter, and what may stand behind it. `named`: A begins a name.
-Result<void> take_parameter(std::string_view& rest, Command& command, bool named) {
+/// `E` behind a digit begins the next word in a packed line (`G1X60Y40E1`), and an exponent in any
+/// other (`X4e1`): generators write 8.5e-05 for what is nearly 0. A line is packed when words follow
+/// one another without a blank. A sign of +, or two digits of which the first is 0, are an exponent
+/// wherever they stand: so does printf write one, and nobody a length.
+bool is_exponent(std::string_view exponent, std::string_view code, const Command& command) {
+    const bool signed_up = exponent[1] == '+';
+    const bool padded = exponent.size() >= 4 && exponent[1] == '-' && exponent[2] == '0';
+    if (signed_up || padded || !takes_letter(command.letter, command.number, 'E')) return true;
+    for (std::size_t i = 1; i < code.size(); ++i) {
+        const bool glued = is_letter(code[i]) && (is_digit(code[i - 1]) || code[i - 1] == '.');
+        if (glued && to_upper(code[i]) != 'E') return false;
+    }
+    return true;
+}
+
+/// The number behind a parameter's letter. None: there is none.
+std::optional<double> take_value(std::string_view& rest, std::string_view code, const Command& command) {
+    std::string_view plain = rest;
+    const auto number = take_number(plain);
+    const std::size_t exponent = number ? exponent_size(plain) : 0;
+    const bool behind_digit = exponent != 0 && is_digit(rest[rest.size() - plain.size() - 1]);
+    if (!behind_digit || !is_exponent(plain.substr(0, exponent), code, command)) {
+        if (number) rest = plain;
+        return number;
+    }
+    return take_scientific(rest);
+}
+
+/// One parameter of the line `code`: a letter, and what may stand behind it. `named`: A begins a name.
+Result<void> take_parameter(std::string_view& rest, std::string_view code, Command& command, bool named) {
     const std::string_view start = rest;
     const char letter = to_upper(rest.front());
     if (!is_letter(letter)) return malformed("expected a letter", rest);
@@ -91,23 +119,39 @@ Result<void> take_parameter(std::string_view& rest, Command& command, bool named
         command.parameters.add(letter);
         return {};
     }
-    const auto value = take_number(rest);
+    const auto value = take_value(rest, code, command);
     if (!value) return malformed("not a number", start);
     command.parameters.add(letter, *value);
     return {};
 }
 
-Result<void> take_parameters(std::string_view rest, Command& command, bool named) {
+Result<void> take_parameters(std::string_view rest, std::string_view code, Command& command, bool named) {
     for (skip_spaces(rest); !rest.empty(); skip_spaces(rest)) {
-        QDUINO_TRY(take_parameter(rest, command, named));
+        QDUINO_TRY(take_parameter(rest, code, command, named));
     }
     return {};
 }
 
-void take_word(std::string_view code, Command& command) {
+/// `F600` or `S5000 F600`, a speed without a motion: the whole line is parameters.
+Result<void> take_lone_speed(std::string_view code, Command& command) {
+    command.letter = to_upper(code.front());
+    return take_parameters(code, code, command, false);
+}
+
+/// `T?`: which tool is to be asked of a person (Prusa's).
+bool is_open_tool(std::string_view code) {
+    return code.size() == 2 && to_upper(code[0]) == 'T' && code[1] == '?';
+}
+
+/// A word's tail holds names, and bytes of other encodings in them: each bad byte is written as its
+/// number, so that names that differ still do.
+Result<void> take_word(std::string_view code, Command& command) {
     const std::string_view word = leading_word(code);
+    if (word.size() > decltype(command.word)::kCapacity)
+        return malformed("no command is a word that long,", code);
     for (const char c : word) command.word.push_back(to_upper(c));
-    take_text(code.substr(word.size()), command);
+    command.text_cut = !append_escaped(command.text, trim(code.substr(word.size())));
+    return {};
 }
 
 }  // namespace
@@ -137,7 +181,15 @@ Result<bool> parse_words(std::string_view code, Command& command) {
     std::string_view rest = trim(code);
     if (rest.empty() || rest == "%") return false;  // RS274's mark of a tape's ends
     if (is_word_command(rest)) {
-        take_word(rest, command);
+        QDUINO_TRY(take_word(rest, command));
+        return true;
+    }
+    if (is_open_tool(rest)) {
+        command.word.assign("T?");
+        return true;
+    }
+    if (to_upper(rest.front()) == 'F' || to_upper(rest.front()) == 'S') {
+        QDUINO_TRY(take_lone_speed(rest, command));
         return true;
     }
     if (!is_letter(rest.front())) return malformed("a command begins with a letter, not", rest);
@@ -145,7 +197,7 @@ Result<bool> parse_words(std::string_view code, Command& command) {
     if (takes_free_text(command.letter, command.number)) return take_text(rest, command);
     const std::string_view tail = rest;
     const bool named = ends_in_a_name(command.letter, command.number);
-    const Result<void> taken = take_parameters(rest, command, named);
+    const Result<void> taken = take_parameters(rest, trim(code), command, named);
     if (taken) return true;
     if (named || must_be_words(command.letter, command.number)) return taken.error();
     command.parameters.clear();

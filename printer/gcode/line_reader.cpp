@@ -68,6 +68,11 @@ bool has_free_text(std::string_view line) {
     return is_word_command(line) || (code.letter != '\0' && !must_be_words(code.letter, code.number));
 }
 
+bool is_word_line(std::string_view line) {
+    take_line_number(line);
+    return is_word_command(trim(line));
+}
+
 /// As find_first_of, but a plain loop: the library's makes a call for every character.
 bool contains_either(std::string_view text, char a, char b) {
     return std::any_of(text.begin(), text.end(), [=](char c) { return c == a || c == b; });
@@ -88,11 +93,25 @@ bool is_plain(std::string_view text) {
     return plain;
 }
 
+/// Of a word command. `NAME="a;b"`: in a value in quotes a `;` is a character. A quote elsewhere hides
+/// nothing: names hold inches.
+std::size_t find_comment_of_word(std::string_view line) {
+    bool in_quotes = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        if (line[i] == ';' && !in_quotes) return i;
+        const bool opens =
+            line[i] == '"' && i > 0 && line[i - 1] == '=' && line.find('"', i + 1) != std::string_view::npos;
+        in_quotes = line[i] == '"' ? opens : in_quotes;
+    }
+    return line.size();
+}
+
 /// Where the `;` comment begins, or the size. Quotes and parentheses hide a `;`, but in free text.
 std::size_t find_comment(std::string_view line) {
     const std::size_t first = std::min(line.find(';'), line.size());
     const bool can_be_hidden = contains_either(line.substr(0, first), '"', '(');
-    if (!can_be_hidden || has_free_text(line)) return first;
+    if (!can_be_hidden) return first;
+    if (has_free_text(line)) return is_word_line(line) ? find_comment_of_word(line) : first;
     bool in_quotes = false;
     bool in_parentheses = false;
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -179,7 +198,7 @@ void LineReader::deliver(RawLine& line) {
 std::optional<Error> LineReader::split(RawLine& line) {
     if (first_nul_ != kNone) {
         return make_error(ErrorCode::invalid_argument, "a NUL byte at ", first_nul_,
-                          ": this is a binary file, not G-code");
+                          ": a text holds none. The file was not written to its end, or is no text");
     }
     std::string_view held{held_.data(), held_count_};
     if (line.source.offset == 0 && line.source.line == 1) skip_prefix(held, kByteOrderMark);
@@ -207,7 +226,9 @@ std::optional<Error> LineReader::split(RawLine& line) {
     line.code = trim(line.code);
     const bool is_word = is_word_command(line.code);
     const std::size_t code_max = is_word ? kLineBytesMax : kCommandBytesMax;
-    const bool may_be_cut = is_word && is_known_word(leading_word(line.code));
+    const LeadingCode code = leading_code(line.code);
+    const bool may_be_cut = (is_word && is_known_word(leading_word(line.code))) ||
+                            (!is_word && takes_free_text(code.letter, code.number));
     if (!may_be_cut && (code_overflowed || line.code.size() > code_max)) {
         return make_error(ErrorCode::invalid_argument, "the command is ",
                           code_overflowed ? line_length_ : line.code.size(), " bytes long, more than the ",

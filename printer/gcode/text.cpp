@@ -61,6 +61,35 @@ std::optional<double> take_number(std::string_view& text) {
     return value;
 }
 
+std::size_t exponent_size(std::string_view text) {
+    if (text.size() < 2 || to_upper(text.front()) != 'E') return 0;
+    std::size_t at = text[1] == '+' || text[1] == '-' ? 2 : 1;
+    const std::size_t digits = at;
+    while (at < text.size() && is_digit(text[at])) ++at;
+    const bool goes_on = at < text.size() && text[at] == '.';
+    return at > digits && !goes_on ? at : 0;
+}
+
+std::optional<double> take_scientific(std::string_view& text) {
+    std::string_view rest = text;
+    const auto plain = take_number(rest);
+    if (!plain) return std::nullopt;
+    const std::size_t exponent = exponent_size(rest);
+    if (exponent == 0) {
+        text = rest;
+        return plain;
+    }
+    rest.remove_prefix(exponent);
+    // from_chars takes no plus sign in front.
+    const std::string_view whole = text.substr(text.front() == '+' ? 1 : 0);
+    const char* const last = rest.data();
+    double value = 0;
+    const auto [end, error] = std::from_chars(whole.data(), last, value);
+    if (error != std::errc{} || end != last || !std::isfinite(value)) return std::nullopt;
+    text = rest;
+    return value;
+}
+
 std::optional<std::uint64_t> take_integer(std::string_view& text) {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

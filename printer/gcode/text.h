@@ -32,6 +32,14 @@ constexpr bool skip_prefix(std::string_view& text, std::string_view prefix) {
 /// nothing taken, when there is none.
 std::optional<double> take_number(std::string_view& text);
 
+/// Bytes of an exponent at the front of `text`: e or E, perhaps a sign, digits, and behind them
+/// neither a point nor anything else of a number. 0: none stands there.
+std::size_t exponent_size(std::string_view text);
+
+/// As take_number, with the exponent that follows it, if one does. None, and nothing taken, also
+/// when a double cannot hold the number.
+std::optional<double> take_scientific(std::string_view& text);
+
 /// Takes decimal digits off the front. None, and nothing taken, when there are none or they exceed
 /// 64 bits.
 std::optional<std::uint64_t> take_integer(std::string_view& text);
@@ -49,6 +57,24 @@ bool append_printable(FixedString<N>& out, std::string_view text) {
     while (!text.empty()) {
         const std::size_t count = printable_sequence(text);
         const std::string_view piece = count == 0 ? std::string_view{"?"} : text.substr(0, count);
+        if (out.size() + piece.size() > N) return false;
+        out.append(piece);
+        text.remove_prefix(count == 0 ? 1 : count);
+    }
+    return true;
+}
+
+/// Likewise, but a blank for a tab, and `\xE9` for a byte that is none: texts that differ still do.
+template <std::size_t N>
+bool append_escaped(FixedString<N>& out, std::string_view text) {
+    constexpr std::string_view kHex = "0123456789ABCDEF";
+    while (!text.empty()) {
+        const std::size_t count = printable_sequence(text);
+        const auto byte = static_cast<unsigned char>(text.front());
+        const char escaped[]{'\\', 'x', kHex[byte >> 4], kHex[byte & 15]};
+        const std::string_view piece = is_space(text.front()) ? std::string_view{" "}
+                                       : count == 0           ? std::string_view{escaped, sizeof escaped}
+                                                              : text.substr(0, count);
         if (out.size() + piece.size() > N) return false;
         out.append(piece);
         text.remove_prefix(count == 0 ? 1 : count);

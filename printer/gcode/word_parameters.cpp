@@ -34,7 +34,39 @@ Pair take_pair(std::string_view& text) {
     return pair;
 }
 
+/// Where `key=` stands behind a blank or at the front, not before `from`; npos: nowhere.
+std::size_t find_key(std::string_view text, std::string_view key, std::size_t from) {
+    for (std::size_t at = from; at + key.size() < text.size(); ++at) {
+        const bool begins = at == 0 || is_space(text[at - 1]);
+        if (begins && text[at + key.size()] == '=' &&
+            std::ranges::equal(text.substr(at, key.size()), key, {}, to_upper))
+            return at;
+    }
+    return std::string_view::npos;
+}
+
+Error cut_short() {
+    return make_error(ErrorCode::invalid_argument, "what follows it is longer than the ",
+                      decltype(Command::text)::kCapacity, " bytes that may: the rest would be lost");
+}
+
 }  // namespace
+
+Result<std::optional<std::string_view>> word_name(const Command& command, std::string_view key,
+                                                  std::initializer_list<std::string_view> others) {
+    if (command.text_cut) return cut_short();
+    std::string_view name = command.text;
+    const std::size_t at = find_key(name, key, 0);
+    if (at == std::string_view::npos) return std::optional<std::string_view>{};
+    name.remove_prefix(at + key.size() + 1);
+    for (const std::string_view other : others) {
+        name = name.substr(0, find_key(name, other, 1));
+    }
+    name = trim(name);
+    const bool quoted =
+        name.size() >= 2 && (name.front() == '"' || name.front() == '\'') && name.front() == name.back();
+    return std::optional{quoted ? name.substr(1, name.size() - 2) : name};
+}
 
 std::optional<std::string_view> word_value(std::string_view text, std::string_view key) {
     for (text = trim(text); !text.empty(); text = trim(text)) {
@@ -47,12 +79,10 @@ std::optional<std::string_view> word_value(std::string_view text, std::string_vi
 Result<std::optional<double>> word_number(const Command& command, std::string_view key) {
     std::optional<std::string_view> digits = word_value(command.text, key);
     // It may stand in what was cut off.
-    if (!digits && command.text_cut)
-        return make_error(ErrorCode::invalid_argument, "what follows it is longer than the ",
-                          decltype(command.text)::kCapacity, " bytes that may: the rest would be lost");
+    if (!digits && command.text_cut) return cut_short();
     if (!digits) return std::optional<double>{};
     const std::string_view given = *digits;
-    const auto number = take_number(*digits);
+    const auto number = take_scientific(*digits);
     if (number && digits->empty()) return number;
     return make_error(ErrorCode::invalid_argument, key, '=', given, " is not a number");
 }

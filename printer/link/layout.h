@@ -103,7 +103,7 @@ enum class Activity : std::uint8_t {
 /// left out, or printed after all.
 struct TypedObject {
     std::uint64_t behind_line = 0;  ///< the job's last line that was read before it
-    FixedString<96> text;
+    FixedString<256> text;          ///< whole: its name tells one object from the others
 };
 inline constexpr std::size_t kTypedObjects = 8;
 

@@ -10,7 +10,7 @@ void JobRun::begin() {
     parser_.reset();
     interpreter_.reset_modes();
     places_.layers() = {};
-    read_to_end_ = false;
+    read_to_end_ = finished_ = false;
     last_line_ = 0;
     link_.status() = {};
     link_.status().outcome = JobOutcome::running;
@@ -25,7 +25,12 @@ bool JobRun::take_arrival() {
 }
 
 Result<JobRun::Read> JobRun::read() {
-    if (read_to_end_) return Read::nothing;
+    if (finished_) return Read::nothing;
+    if (read_to_end_) {
+        finished_ = true;
+        QDUINO_TRY(interpreter_.finish());
+        return Read::some;
+    }
     const gcode::Line* line = nullptr;
     switch (receiver_.receive(link_.jobs())) {
         case JobReceiver::Event::none:
@@ -51,6 +56,7 @@ Result<JobRun::Read> JobRun::read() {
 }
 
 Result<void> JobRun::carry_out(const gcode::Line& line) {
+    if (interpreter_.program_ended()) return {};
     if (!line.comment.empty()) {
         const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
         // It is shown when its first extrusion has been made.
@@ -69,8 +75,9 @@ gcode::PrintProgress JobRun::progress() const {
 }
 
 void JobRun::note_typed_object(std::string_view line) {
+    static_assert(decltype(link::TypedObject::text)::kCapacity >= gcode::kCommandBytesMax);
     link::JobStatus& status = link_.status();
-    status.typed_object[status.typed_objects % link::kTypedObjects] = {last_line_, FixedString<96>{line}};
+    status.typed_object[status.typed_objects % link::kTypedObjects] = {last_line_, line};
     ++status.typed_objects;
 }
 
@@ -82,7 +89,7 @@ void JobRun::end(const JobEnding& ending) {
         receiver_.close();
     }
     if (ending.outcome != JobOutcome::completed) interpreter_.reset_modes();
-    read_to_end_ = false;
+    read_to_end_ = finished_ = false;
 }
 
 void JobRun::publish(Instant now, bool counts, bool waits_for_heat) {

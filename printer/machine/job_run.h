@@ -39,8 +39,8 @@ class JobRun {
         : link_(link), places_(places), interpreter_(config, actions) {}
 
     [[nodiscard]] bool running() const { return link_.job_running(); }
-    /// Every byte of it has been read.
-    [[nodiscard]] bool read_to_end() const { return read_to_end_; }
+    /// Every byte of it has been read, and what its end asks for (Interpreter::finish) is done.
+    [[nodiscard]] bool read_to_end() const { return finished_; }
     /// How far it is by the printer's own estimate, which the service has made. Zeros: no job
     /// runs, or it came without one.
     [[nodiscard]] gcode::PrintProgress progress() const;
@@ -88,6 +88,7 @@ class JobRun {
     gcode::Interpreter interpreter_;
     JobEnding ending_;
     bool read_to_end_ = false;
+    bool finished_ = false;
     std::uint64_t last_line_ = 0;  ///< that held a command
     std::optional<Instant> published_;
 };

@@ -17,6 +17,11 @@ std::string_view advice_for(ErrorCode code, std::string_view message) {
         return "Slice for this printer, which has one tool and the G-codes of its page in docs/gcode.md.";
     if (code == ErrorCode::not_found)
         return "Write what it stands for into [macros] of the machine file, or slice for this printer.";
+    if (message.find("more than one command") != std::string_view::npos)
+        return "A printer reads one command a line. A file of a CAM program is for another machine: slice "
+               "the model.";
+    if (message.find("NUL byte") != std::string_view::npos)
+        return "Export the file again, and send it whole.";
     if (code != ErrorCode::out_of_range) return "Look at this line: the file may be damaged, or no G-code.";
     if (message.find("°C") != std::string_view::npos)
         return "Lower this temperature in the filament's settings.";
@@ -59,6 +64,8 @@ const Facts& Preflight::finish() {
     if (!judged_) judge_content();
     if (!refused_) {
         parser_.finish([this](const gcode::Line& line) { on_line(line); });
+        if (const auto done = interpreter_.finish(); !done)
+            add_error(done.error().message, advice_for(done.error().code, done.error().message));
         check_whole();
     }
     facts_.thumbnail = thumbnail_.best();
@@ -91,7 +98,13 @@ void Preflight::judge_content() {
 void Preflight::on_line(const gcode::Line& line) {
     line_ = &line;
     ++facts_.lines;
-    if (line.error) {
+    if (interpreter_.program_ended() && (line.error || line.command != nullptr)) {
+        if (!said_ended_)
+            add_warning(
+                "the program has ended before this line (M2, M30): it and what follows are not carried out",
+                "Take the M2 or M30 out if they are to be.");
+        said_ended_ = true;
+    } else if (line.error) {
         add_error(line.error->message, advice_for(line.error->code, line.error->message));
     } else if (line.command != nullptr) {
         ++facts_.commands;
@@ -158,6 +171,11 @@ void Preflight::check_homed(const gcode::Move& move) {
     for (const Axis axis : gcode::kToolAxes) {
         if (was_homed_[axis] || move.from[axis] == move.to[axis]) continue;
         was_homed_[axis] = true;  // one word of it is enough
+        if (let_go_[axis])
+            add_error(text(kAxisLetter[axis],
+                           " moves after its motors went off (M84, M18): nobody knows where it is"),
+                      "Home it first (G28), or switch the motors off only at the end.");
+        if (let_go_[axis]) continue;
         add_error(text(kAxisLetter[axis], " moves before anything has homed it"),
                   "Write G28 into the printer's start G-code in the slicer: the job brings no homing of its "
                   "own.");
@@ -277,7 +295,12 @@ Result<void> Preflight::pause(const gcode::PauseOrder&) {
     return {};
 }
 
-Result<void> Preflight::motors_off(gcode::AxisSet) {
+Result<void> Preflight::motors_off(gcode::AxisSet axes) {
+    for (const Axis axis : gcode::kToolAxes) {
+        if (!was_homed_[axis] || !kinematics_.shares_motor(axis, axes)) continue;
+        was_homed_[axis] = false;
+        let_go_[axis] = true;
+    }
     for (MoveSink* sink : sinks_) sink->on_motors_off();
     return {};
 }

@@ -93,6 +93,8 @@ class Preflight final : private gcode::NoActions {
     Celsius waited_for_{};  ///< the hot end has been waited for, and was as warm as this
     bool told_cold_ = false;
     Celsius minimum_extrude_{};   ///< M302
+    PerAxis<bool> let_go_{};      ///< … and its motors have gone off since
+    bool said_ended_ = false;     ///< that lines stand behind the program's end
     Millimetres filament_end_{};  ///< the furthest that E has been
     double top_layer_z_mm_ = 0;
     double first_layer_z_mm_ = 0;

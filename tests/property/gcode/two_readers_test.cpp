@@ -36,15 +36,33 @@ twin::Machine same_machine(const MachineConfig& config) {
     return machine;
 }
 
+/// As generators write it: now and then with an exponent.
+std::string random_number(RandomGcode& random, double low, double high, int decimals) {
+    std::string number = random.number(low, high, decimals);
+    if (random.chance(0.1) && number.find_first_of("123456789") != std::string::npos && number.back() != '.')
+        number += random.chance(0.5) ? "e-05" : random.chance(0.5) ? "E-1" : "e+00";
+    return number;
+}
+
 std::string random_words(RandomGcode& random, bool arc) {
     std::string line;
+    // `( … )` is a blank, whatever is in it.
+    if (random.chance(0.05)) line += random.chance(0.5) ? " (a; X5 E9)" : "(G28)";
     for (const char axis : {'X', 'Y', 'Z'})
         if (random.chance(axis == 'Z' ? 0.2 : 0.6))
-            line += std::string(" ") + axis + random.number(-60, 60, 3);
-    if (random.chance(0.5)) line += " E" + random.number(-8, 20, 4);
+            line += std::string(" ") + axis + random_number(random, -60, 60, 3);
+    if (random.chance(0.5)) line += " E" + random_number(random, -8, 20, 4);
     if (arc) line += " R" + random.number(400, 900, 1);
     if (random.chance(0.1)) line += " F" + random.number(300, 9000, 0);
     return line;
+}
+
+/// Names that agree at their beginnings.
+std::string random_name(RandomGcode& random) {
+    static const std::string kLong(70, 'b');
+    static const std::string kNames[]{"b",       "B",       "b 1",       "\"b 1\"",
+                                      "'b's 1'", "'b's 2'", kLong + "1", kLong + "2"};
+    return kNames[random.below(std::size(kNames))];
 }
 
 /// What is kept, and what is forgotten.
@@ -59,7 +77,7 @@ std::string random_state(RandomGcode& random) {
 
 /// `objects`: hardly anything but labels of objects, filament and a move now and then.
 std::string random_line(RandomGcode& random, bool objects) {
-    switch (objects ? 19 + random.below(7) : random.below(37)) {
+    switch (objects ? 19 + random.below(8) : random.below(37)) {
         case 0:
             return random.chance(0.8) ? "G90" : "G91";
         case 1:
@@ -107,13 +125,15 @@ std::string random_line(RandomGcode& random, bool objects) {
         case 20:
             return std::string(random.chance(0.5) ? "M486 P" : "M486 U") + std::to_string(random.below(3));
         case 21:
-            return random.chance(0.5) ? "EXCLUDE_OBJECT_START NAME=b" : "EXCLUDE_OBJECT NAME=B";
+            return std::string(random.chance(0.5) ? "EXCLUDE_OBJECT_START NAME=" : "EXCLUDE_OBJECT NAME=") +
+                   random_name(random);
         case 22:
             return "EXCLUDE_OBJECT_END";
         case 23:
             return "G1 E" + random.number(-8, 20, 4);
         case 24:
-            return "G1";  // moves nothing
+            // Sideways does not go either of them.
+            return random.chance(0.3) ? "G1" : "G1 Z" + random.number(-60, 60, 3);
         case 25:
         case 26:
             return (random.chance(0.5) ? "G2" : "G3") + random_words(random, true);
@@ -213,6 +233,9 @@ TEST(TwoReaders, AgreeAfterEveryLine) {
         TwinReader reader{text, config};
         for (std::size_t i = 0; i < lines.size(); ++i) {
             const auto log = again.run(lines[i] + "\n");
+            // What the end asks for stands behind the last line.
+            const Result<void> ended = i + 1 == lines.size() ? again.interpreter.finish() : Result<void>{};
+            ASSERT_TRUE(ended.ok());
             // What a homing line asks of the filament, it asks before the head goes.
             const Place& place = printer.follow(again.recorder.moves);
             for (const std::string& noted : log) printer.home(noted, config);

@@ -247,6 +247,29 @@ TEST(Printer, AnObjectMayBeLeftOutWhileAJobRunsOrIsPaused) {
     }
 }
 
+/// Two copies of a model whose names differ in the 99th byte. The line that leaves one out is longer
+/// than most, and the twin must be told all of it.
+TEST(Printer, ATypedNameIsWholeForTheMachineAndForTheTwin) {
+    const std::string name = "EXCLUDE_OBJECT_START NAME=" + std::string(98, 'm') + "_copy_";
+    std::string text = two_objects();
+    for (const char number : {'0', '1'}) {
+        const std::string label = std::string("M486 S") + number + "\n";
+        for (std::size_t at = text.find(label); at != std::string::npos; at = text.find(label))
+            text.replace(at, label.size(), name + number + "\n");
+    }
+    PrinterBench bench;
+    ASSERT_TRUE(bench.begin());
+    bench.job(text);
+    ASSERT_TRUE(bench.run_until([&] { return bench.status().line > 30; }, 600));
+    bench.type("EXCLUDE_OBJECT NAME=" + std::string(98, 'm') + "_copy_1");
+    ASSERT_TRUE(bench.finish_job(3600));
+    EXPECT_EQ(bench.status().outcome, JobOutcome::completed) << bench.fault();
+    EXPECT_GT(bench.metal().position_mm[3], 20 * 60 * 0.05 - 0.1) << "the other copy is whole";
+    EXPECT_LT(bench.metal().position_mm[3], 26 * 60 * 0.05);
+    const twin::Report report = bench.report();
+    EXPECT_TRUE(report.matches) << (report.differences.empty() ? "" : report.differences[0]);
+}
+
 TEST(Printer, AMacroHomesAndHeatsBeforeTheJobGoesOn) {
     printer::MachineConfig machine;
     machine.macros.push_back({"PRINT_START", "G28\nM109 S{EXTRUDER}\nM117 ready"});

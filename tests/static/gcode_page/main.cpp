@@ -24,15 +24,25 @@ ignored, or, where the row says *only*, refused.
 A G-code or a word that is not on this page may stand for motion, and so may a line that begins with a coordinate: it refuses the job before anything is
 heated, with its line. (Words can be given a meaning: `[macros]` in the [machine file](machine.md#macros).) Any other unknown code is answered and skipped.
 
-- A job must home each axis before it moves it, and wait for the hot end before it moves filament. Else it is refused.
+A number may have an exponent (`F1.2e+3`, `E8.5e-05`): an `E` behind a digit, with digits behind it, is one. Only where words stand without blanks
+(`G1X60Y40E1`) is it the extruder's word, and there, too, `e+3` and `e-05` are exponents. Parentheses hold comments, as in RS274.
+
+- A job must home each axis before it moves it, and wait for the hot end before it moves filament. Else it is refused. An axis whose motors went off
+  (`M84`) has to be homed again.
+- `M109` and `M190` without a temperature wait for the target in force.
+- `F600` alone is the speed of the moves that follow. `S` alone is the speed of a spindle, and nothing here.
+- `M2` and `M30` end the program: what stands behind is not carried out, which is remarked. `M30` with a name is Marlin's: delete that file.
+- A display fails no job: what makes no sense in `M73`, and what is too long in `M117`, is not shown.
 - Tools other than T0 may be switched off (`M104 S0 T1`), and not on. `G28 X U` homes X; `G28 U` alone homes nothing here.
 - `G28 O` homes nothing once the job itself has homed X, Y and Z, and they have not been let go since (`M84`).
 - `G92` without axes calls the present place 0 on all of them, and `G92 E` is `G92 E0`, as in Klipper and Marlin 1. (Marlin 2 passes both over.)
-- Arcs and splines become chords within 0.005 mm of the true curve.
+- Arcs and splines become chords within 0.005 mm of the true curve. An arc with I, J or K whose ends are within a nanometre is a whole circle.
 - `M92` calibrates E by up to 25 %; X, Y and Z must be what the machine file says.
 - An object that is left out (`M486 P`, `EXCLUDE_OBJECT`, in the job or typed beside it) moves nothing: the head waits where it was
   until a line behind the object goes sideways, and then goes up, sideways and down to that place. What the planner holds already is still printed.
-  At most 64 objects, whose names are the same in any case. The twin is told of what was typed. What stands behind the A of `M486` is a name: its letters are no parameters.
+  Behind the object a retraction and a way up are carried out at once, a way down only at the program's place. Before a homing, `M84` and the end of the job the head goes
+  up as far as the program is. At most 1,024 objects, whose names are the same in any case, and told apart by all of their bytes: bare, with blanks, or in quotes; a line that
+  is longer than 256 bytes is refused. The twin is told of what was typed. What stands behind the A of `M486` is a name: its letters are no parameters.
 - `M900 K30`: a K above 10 is a factor of Linear Advance 1.0, which Prusa's profiles write beside the other. It changes nothing.
 - `M0`, `M1`, `M25`, `M125`, `M600`, `M601` and `PAUSE` park the head beside the part and wait; the job goes on at the very step. `M600`
   also draws the filament out there, and pushes the new one in with a purge (`[park]` in the [machine file](machine.md)).
@@ -77,6 +87,7 @@ std::string name_of(const Code& code) {
     if (code.letter == '\0') return std::string{code.word};
     std::string name = code.letter + std::to_string(code.number);
     if (code.letter == 'T') return name + " …";
+    if (code.letter == 'F' || code.letter == 'S') return std::string{code.letter} + " alone";
     if (code.subcode == Code::kAnySubcode) return name + ".*";
     return code.subcode == Code::kNoSubcode ? name : name + "." + std::to_string(code.subcode);
 }

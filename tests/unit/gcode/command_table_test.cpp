@@ -153,7 +153,7 @@ TEST(CommandTable, WhatMayBeTypedBesidesAJobIsThis) {
         }
         return codes;
     };
-    EXPECT_EQ(typed(Typed::parked), "G0 G1 G90 G91 M82 M83 ");
+    EXPECT_EQ(typed(Typed::parked), "F0 G0 G1 G90 G91 M82 M83 ");
     EXPECT_EQ(typed(Typed::printing),
               "EXCLUDE_OBJECT M104 M106 M107 M140 M220 M221 M301 M304 M486 M500 M568 ");
     EXPECT_EQ(typed(Typed::always), "GET_POSITION M73 M105 M108 M112 M114 M115 M117 M302 M410 M503 ");

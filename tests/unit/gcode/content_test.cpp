@@ -36,21 +36,40 @@ TEST(Content, KnowsWhatIsNot) {
     EXPECT_EQ(look("\n \r\n\t"), Content::empty);
     EXPECT_EQ(look(std::string("GCDE\x01\0\0\0", 8)), Content::binary_gcode);
     EXPECT_EQ(look("\x89PNG\r\n\x1A\n"), Content::binary);
-    EXPECT_EQ(look(std::string("PK\x03\x04\x14\0", 6)), Content::binary);
-    EXPECT_EQ(look(std::string("G28\n\0", 5)), Content::binary);
-    EXPECT_EQ(look("solid cube\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"), Content::other_text);
-    EXPECT_EQ(look("<!DOCTYPE html>\n<html><body>\n"), Content::other_text);
+    EXPECT_EQ(look(std::string("PK\x03\x04\x14\0", 6)), Content::archive);
+    EXPECT_EQ(look(std::string("\x1F\x8B\x08\0", 4)), Content::packed);
+    EXPECT_EQ(look(std::string("G28\n\0", 5)), Content::cut_off);
+    EXPECT_EQ(look("G28\nG1 X9" + std::string(512, '\0')), Content::cut_off);
+    EXPECT_EQ(look(std::string("G28\n\0\0G1", 8)), Content::binary);
+    EXPECT_EQ(look(std::string(512, '\0')), Content::binary);
+    EXPECT_EQ(look(std::string("\xFF\xFEG\0\x32\0", 6)), Content::utf16);
+    EXPECT_EQ(look(std::string("G\0\x32\0\x38\0\n\0", 8)), Content::utf16);
+    EXPECT_EQ(look(std::string("\0G\0\x32\0\x38\0\n", 8)), Content::utf16);
+    EXPECT_EQ(look("solid cube\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"), Content::model);
+    EXPECT_EQ(look("ISO-10303-21;\nHEADER;\n"), Content::model);
+    EXPECT_EQ(look("# made by hand\nv 1 2 3\nv 2 3 4\nf 1 2 3\n"), Content::model);
+    EXPECT_EQ(look("<!DOCTYPE html>\n<html><body>\n"), Content::web_page);
     EXPECT_EQ(look("{\"a\": 1}\n"), Content::other_text);
     EXPECT_EQ(look("hello\nworld\n"), Content::other_text);
+}
+
+/// Preflight says which of its lines this printer does not do.
+TEST(Content, AFileForAMachineToolIsGcode) {
+    EXPECT_EQ(look("%\n(PART)\nG21 G90 G94\nG54\nT0 M6\nS5000 M3\nG0 X42.0 Y22.0\n"), Content::gcode);
+    EXPECT_EQ(look("G21 G90\nG17 G40\n"), Content::other_text) << "nothing speaks for it";
 }
 
 TEST(Content, EveryRefusalSaysWhatToDo) {
     EXPECT_TRUE(explain(Content::gcode).empty());
     for (const Content content :
-         {Content::empty, Content::binary_gcode, Content::binary, Content::other_text}) {
+         {Content::empty, Content::binary_gcode, Content::archive, Content::packed, Content::utf16,
+          Content::cut_off, Content::binary, Content::model, Content::web_page, Content::other_text}) {
         EXPECT_FALSE(explain(content).empty());
     }
     EXPECT_NE(explain(Content::binary_gcode).find(".bgcode"), std::string_view::npos);
+    EXPECT_NE(explain(Content::archive).find("Export G-code"), std::string_view::npos);
+    EXPECT_NE(explain(Content::utf16).find("UTF-16"), std::string_view::npos);
+    EXPECT_NE(explain(Content::other_text).find("first lines"), std::string_view::npos);
 }
 
 TEST(Content, AMacroOfTheMachineIsACommand) {

@@ -390,9 +390,9 @@ TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
         {"what is not there to be left out",
          "EXCLUDE_OBJECT CURRENT=1\n",
          {"error: line 1, EXCLUDE_OBJECT: no object is being printed"}},
-        {"it waits on until a line goes sideways",
+        {"it waits on until a line goes sideways, but goes up and draws filament back at once",
          "M486 P0\nM486 S0\nG1 X20 Y20 F60\nM486 S-1\nG1 Z1\nG1 E-1\nG1 X5\n",
-         {"filament E-1 at 45", "travel Z1 at 1", "travel X5 Y20 at 1"}},
+         {"travel Z1 at 1", "filament E-1 at 1", "travel X5 Y20 at 1"}},
         {"what moves nothing leaves nothing out, and the head does not wait behind it",
          "M83\nG1 X5 F60\nM486 S0 C\nG1\nG1 X5 E0\nM486 S-1\nG1 X5 E2\n",
          {"travel X5 at 1", "filament E2 at 1"}},
@@ -409,6 +409,139 @@ TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
          "M83\nM486 P0\nG1 X1 E5 F60\nM486 S0\nG1 X2 E1\nG1 E-2\nG28 X\nM486 S-1\nG1 X3\nG1 E2\n",
          {"print X1 E5 at 1", "filament E3 at 45", "home X", "travel X3 at 1", "filament E5 at 1"}},
     });
+}
+
+/// An end code may lift without going sideways. Each of these comes behind the last object, which is
+/// left out at Z0.3: the head must not stay in the part, or be dragged through it.
+TEST(Dialect, WhatStandsBehindTheLastObjectTakesTheHeadOutOfThePart) {
+    const std::string begin = "G1 X30 Y30 F6000\nG1 Z0.3 F300\nM83\n";
+    struct End {
+        const char* name;
+        const char* program;
+        Log expected;
+    };
+    for (const char* labels :
+         {"EXCLUDE_OBJECT NAME=a\nEXCLUDE_OBJECT_START NAME=a\nG1 X50 E1\nEXCLUDE_OBJECT_END NAME=a\n",
+          "M486 P1\nM486 S1\nG1 X50 E1\nM486 S-1\n", "M486 S1\nM486 C\nG1 X50 E1\nM486 S-1\n"}) {
+        for (const End& end : std::initializer_list<End>{
+                 {"a lift, then homing", "G91\nG1 Z10\nG90\nG28 X0 Y0\n", {"travel Z10.3 at 5", "home XY"}},
+                 {"a lift, then motors off", "G91\nG1 Z10\nG90\nM84\n", {"travel Z10.3 at 5", "off XYZE"}},
+                 {"a lift alone", "G1 Z10\n", {"travel Z10 at 5"}},
+                 {"a retraction, then a lift",
+                  "G1 E-2 F1800\nG1 Z10\n",
+                  {"filament E-2 at 30", "travel Z10 at 30"}},
+                 {"both in one", "G1 Z10 E-2\n", {"filament E-2 at 5", "travel Z10 at 5"}},
+                 {"by an offset", "SET_GCODE_OFFSET Z=5 MOVE=1\n", {"travel Z5.3 at 5"}},
+                 {"a way down is owed until the head is there",
+                  "G1 Z10\nG1 Z2\nG1 X5\n",
+                  {"travel Z10 at 5", "travel X5 at 5", "travel Z2 at 5"}},
+                 {"a wait behind it", "G1 Z10\nG4 S1\n", {"travel Z10 at 5", "dwell 1"}}}) {
+            Bench bench;
+            (void)bench.run("G28\n" + begin);
+            EXPECT_EQ(bench.run(labels + std::string{end.program}), end.expected) << end.name << "\n"
+                                                                                  << labels;
+        }
+    }
+}
+
+/// The object itself may be what goes up: the program is at its top then, the head below.
+TEST(Dialect, AHeadThatWaitsBelowTheProgramGoesUpBeforeItIsTakenElsewhere) {
+    const std::string cut = "G1 Z0.3 F300\nM83\nM486 S1 C\nG1 X50 E1\nG1 Z20\nG1 E-2\nM486 S-1\n";
+    for (const auto& [program, expected] : std::initializer_list<std::pair<const char*, Log>>{
+             {"G28 X Y\n", {"filament E-2 at 45", "travel Z20 at 5", "home XY"}},
+             {"M84\n", {"filament E-2 at 45", "travel Z20 at 5", "off XYZE"}},
+             {"M84 E\n", {"off E"}},
+             {"M84 S60\n", {"off after 60"}},
+             {"", {}}}) {
+        Bench bench;
+        (void)bench.run("G28\n");
+        const Log log = bench.run(cut + program);
+        ASSERT_GE(log.size(), 1U);
+        EXPECT_EQ(Log(log.begin() + 1, log.end()), expected) << program;
+        bench.recorder.moves.clear();
+        ASSERT_TRUE(bench.interpreter.finish().ok());
+        const bool left = program[0] == 'G' || std::string{program} == "M84\n";
+        EXPECT_EQ(bench.recorder.moves.size(), left ? 0U : 2U) << "at the end: " << program;
+        EXPECT_EQ(bench.interpreter.state().machine[Axis::z].value(), 20) << program;
+    }
+}
+
+/// X is homed, and Y is owed: the next line goes to the program's Y.
+TEST(Dialect, AHomingGivesAHeadThatWaitsTheAxesThatItHomes) {
+    Bench bench;
+    (void)bench.run("G28\nG1 X30 Y30 Z1 F300\nM486 S1 C\nG1 X50 Y60 Z2\nM486 S-1\n");
+    EXPECT_EQ(bench.run("G28 X\n"), (Log{"travel Z2 at 5", "home X"}));
+    Position found = bench.interpreter.state().machine;
+    EXPECT_EQ(found[Axis::y].value(), 60) << "by the program";
+    found[Axis::x] = 0_mm;
+    found[Axis::y] = 30_mm;
+    bench.interpreter.set_position(found);
+    EXPECT_EQ(bench.run("G1 X10\n"), (Log{"travel X10 Y60 at 5"}));
+}
+
+/// What tells two objects apart may stand at any place of their names.
+TEST(Dialect, ObjectsAreToldApartByTheirWholeNames) {
+    const std::string long_name(180, 'x');
+    for (const auto& [left_out, printed] : std::vector<std::pair<std::string, std::string>>{
+             {long_name + "_copy_0", long_name + "_copy_1"},
+             {"Ultimate Box 1", "Ultimate Box 2"},
+             {"'Bob's part 1'", "'Bob's part 2'"},
+             {"\"12\" lid\"", "\"12\" cup\""},
+             {"\"a;b\"", "\"a;c\""},
+             {"A=B x=1", "A=B x=2"},
+             {"\xE6\x96\xB0\xE7\x89\x88 1", "\xE6\x96\xB0\xE7\x89\x88 2"},
+             {"test\xFC", "test\xF6"},
+             {"a\tb", "a\tc"},
+             {std::string(24, 'n') + "\xE7\x9B\x92", std::string(24, 'n') + "\xE7\x9B\x93"}}) {
+        Bench bench;
+        (void)bench.run("G28\nG1 F60\nEXCLUDE_OBJECT NAME=" + left_out + "\n");
+        EXPECT_EQ(bench.run("EXCLUDE_OBJECT_START NAME=" + left_out + "\nG1 X9\nEXCLUDE_OBJECT_END NAME=" +
+                            left_out + "\nEXCLUDE_OBJECT_START NAME=" + printed + "\nG1 X7\n"),
+                  Log{"travel X7 at 1"})
+            << left_out;
+    }
+    check({
+        {"with quotes and without, with other keys behind it, in any case",
+         "EXCLUDE_OBJECT NAME=\"My lid 1\"\nEXCLUDE_OBJECT_START NAME=my LID 1 CENTER=1,2\nG1 X9\n",
+         {}},
+        {"and printed after all",
+         "EXCLUDE_OBJECT NAME=My lid\nEXCLUDE_OBJECT RESET=1 NAME=my lid\nEXCLUDE_OBJECT_START NAME=my lid\n"
+         "G1 X9 F60\n",
+         {"travel X9 at 1"}},
+        {"or with the other order",
+         "EXCLUDE_OBJECT NAME=My lid\nEXCLUDE_OBJECT NAME=my lid RESET=1\nEXCLUDE_OBJECT_START NAME=my lid\n"
+         "G1 X9 F60\n",
+         {"travel X9 at 1"}},
+    });
+    const std::string too_long = "EXCLUDE_OBJECT_START NAME=" + std::string(300, 'x') + "\n";
+    check(
+        {{"a name that would be cut is refused",
+          too_long.c_str(),
+          {"error: line 1, EXCLUDE_OBJECT_START: what follows it is longer than the 256 bytes that may: the "
+           "rest would be lost"}}});
+}
+
+TEST(Dialect, AThousandObjectsMayBeLeftOut) {
+    Bench bench;
+    std::string program = "G28\n";
+    for (int i = 0; i < 1024; ++i) program += "M486 P" + std::to_string(i) + "\n";
+    EXPECT_EQ(bench.run(program), Log{"home XYZ"});
+    EXPECT_EQ(bench.run("M486 P1024\n"),
+              Log{"error: line 1, M486: more than 1024 objects cannot be left out"});
+    EXPECT_EQ(bench.run("M486 S1023\nG1 X9 F60\nM486 U1023\nG1 X8\n"), Log{"travel X8 at 1"});
+}
+
+TEST(Dialect, SavedStatesAreToldApartByTheirWholeNames) {
+    const std::string same(40, 's');
+    const std::string program = "G91\nSAVE_GCODE_STATE NAME=" + same +
+                                "1\nG90\nSAVE_GCODE_STATE NAME=" + same +
+                                "2\nRESTORE_GCODE_STATE NAME=" + same +
+                                "1 MOVE=0\nG1 X5 F60\nG1 X5\n"
+                                "SAVE_GCODE_STATE NAME=my state a\nG90\nSAVE_GCODE_STATE NAME=my state b\n"
+                                "RESTORE_GCODE_STATE NAME=my state a\nG1 X5\n";
+    check({{"to the last byte, and past a blank",
+            program.c_str(),
+            {"factors 1 1", "travel X5 at 1", "travel X10 at 1", "factors 1 1", "travel X15 at 1"}}});
 }
 
 /// A homing tells the interpreter where the head stands, to the step. That moves no filament.

@@ -379,5 +379,55 @@ TEST(Interpreter, SpeedsStaySane) {
     EXPECT_EQ(bench.recorder.moves[1].feedrate, kSlowest);
 }
 
+/// RS274's words that count without a motion.
+TEST(Interpreter, ASpeedAloneCounts) {
+    Bench bench;
+    (void)bench.run("G28\n");
+    EXPECT_EQ(bench.run("F600\nG1 X10\nf333.5\nG1 X20\n"),
+              (Log{"travel X10 at 10", "travel X20 at 5.55833"}));
+    EXPECT_EQ(bench.run("G20\nF60\nG21\nG1 X30\n"), (Log{"travel X30 at 25.4"}));
+    EXPECT_EQ(bench.run("S5000\nF600 S200\n"),
+              (Log{"warning line 1: S alone is the speed of a spindle: it changes nothing here",
+                   "warning line 2: S alone is the speed of a spindle: it changes nothing here"}));
+    EXPECT_EQ(bench.run("F-5\nF\nF600 X5\nS5000 M3\n"),
+              (Log{"error: line 1, F: F, a speed, is below 0", "error: line 2, F: F needs a number behind it",
+                   "error: line 3, F: this code takes no X here, only FS",
+                   "error: line 4, byte 14: more than one command on a line, at 'M3'"}));
+}
+
+TEST(Interpreter, ToolsThatAPersonChoosesAreTheOneThatIsThere) {
+    Bench bench;
+    for (const char* line : {"T?\n", "Tx\n", "Tc\n", "t?\n"}) {
+        const Log log = bench.run(line);
+        ASSERT_EQ(log.size(), 1U) << line;
+        EXPECT_NE(log[0].find("choose a tool"), std::string::npos) << log[0];
+    }
+}
+
+/// Whoever reads a job asks; a person's or a host's line ends nothing.
+TEST(Interpreter, TwoAndThirtyEndTheProgram) {
+    for (const char* end : {"M2", "M30", "M02 ; done"}) {
+        Bench bench;
+        EXPECT_FALSE(bench.interpreter.program_ended());
+        EXPECT_EQ(bench.run(std::string{end} + "\n"), Log{}) << end;
+        EXPECT_TRUE(bench.interpreter.program_ended()) << end;
+        bench.interpreter.reset_modes();
+        EXPECT_FALSE(bench.interpreter.program_ended()) << end;
+    }
+    Bench bench;
+    const Log log = bench.run("M30 part.gco\n");
+    ASSERT_EQ(log.size(), 1U);
+    EXPECT_NE(log[0].find("skipped"), std::string::npos) << "a file's name: Marlin's M30";
+    EXPECT_FALSE(bench.interpreter.program_ended());
+}
+
+TEST(Interpreter, AMessageOfAnyLengthFailsNothing) {
+    Bench bench;
+    const Log log = bench.run("M117 " + std::string(400, 'a') + "\nM118 " + std::string(2000, 'b') + "\n");
+    ASSERT_EQ(log.size(), 2U);
+    EXPECT_EQ(log[0].rfind("message [aaaa", 0), 0U) << log[0];
+    EXPECT_EQ(log[1].rfind("echo line 2: bbbb", 0), 0U) << log[1];
+}
+
 }  // namespace
 }  // namespace qduino::printer::gcode::interpreter_test

@@ -113,9 +113,37 @@ TEST(Lexer, AnErrorQuotesHostileBytesHarmlessly) {
     EXPECT_NE(got.find("?[31m"), std::string::npos);
 }
 
-TEST(Lexer, ThereIsNoExponent) {
-    EXPECT_EQ(read("G1 X1E5"), "G1 E=5 X=1");
-    EXPECT_EQ(read("G1 X1e-5"), "G1 E=-5 X=1");
+TEST(Lexer, AnExponentIsAPartOfItsNumber) {
+    const std::map<std::string, std::string> cases{
+        {"G1 F1.2e+3", "G1 F=1200"},
+        {"G1 X4e1 Y40", "G1 X=40 Y=40"},
+        {"G1 X60.001 E8.5e-05", "G1 E=8.5e-05 X=60.001"},
+        {"G1 Y3.05E-05 E1", "G1 E=1 Y=3.05e-05"},
+        {"G1 X-.5e+01", "G1 X=-5"},
+        {"G1 X+5e0", "G1 X=5"},
+        {"G1 X1E2E3", "G1 E=3 X=100"},
+        {"M104 S2e2", "M104 S=200"},
+        {"M104S2e2", "M104 S=200"},  // it has no word E
+        {"G1 X10E.5", "G1 E=0.5 X=10"},
+        {"G1 X10E0.5", "G1 E=0.5 X=10"},  // an exponent has no point
+        {"G1 X10.E5", "G1 E=5 X=10"},     // and stands behind a digit
+        {"G1 X10 E5", "G1 E=5 X=10"},
+        {"G1E5", "G1 E=5"},
+        {"G1 X1e", "G1 E X=1"},
+        {"G1 X1e+", "error: not a number"},
+        {"G1 X1e999", "error: not a number"},
+        {"G1 X1e-999", "error: not a number"},
+        // Packed: words follow one another without blanks.
+        {"g1x60y40e1f1200", "G1 E=1 F=1200 X=60 Y=40"},
+        {"G1X4e1Y40", "G1 E=1 X=4 Y=40"},
+        {"G1X60E-1", "G1 E=-1 X=60"},
+        {"G1X60E1e-05F300", "G1 E=1e-05 F=300 X=60"},
+        {"G1X1.2e+1Y3", "G1 X=12 Y=3"},
+        {"G1X3.05e-05Y3", "G1 X=3.05e-05 Y=3"},
+        {"G1X1E2E3", "error: the same letter twice"},
+    };
+    for (const auto& [code, expected] : cases)
+        EXPECT_EQ(read(code).rfind(expected, 0), 0U) << code << ": " << read(code);
 }
 
 TEST(Lexer, InfinityAndNotANumberAreWordsLikeOthers) {
@@ -130,6 +158,12 @@ TEST(Lexer, TextIsCutAtItsBoundAndSaysSo) {
     EXPECT_TRUE(command.text_cut);
     ASSERT_TRUE(parse_words("M117 ok", command).ok());
     EXPECT_FALSE(command.text_cut);
+}
+
+TEST(Lexer, BytesOfNoEncodingStayApartInAWordsText) {
+    EXPECT_EQ(read("EXCLUDE_OBJECT NAME=test\xFC"), "EXCLUDE_OBJECT [NAME=test\\xFC]");
+    EXPECT_EQ(read("SET_GCODE_OFFSET X=1\tMOVE=1"), "SET_GCODE_OFFSET [X=1 MOVE=1]");
+    EXPECT_EQ(read(std::string(33, 'A')).rfind("error: no command is a word that long", 0), 0U);
 }
 
 TEST(Lexer, ACommandKeepsNothingOfTheOneBefore) {

@@ -73,6 +73,9 @@ TEST(LineReader, CodeAndCommentArePartedAtTheSemicolon) {
         {"M106 S\"(1)\"", "M106 S\"(1)\"", ""},
         {"M486 Apart (1", "M486 Apart (1", ""},
         {"M862.3 P \"MK3\" ; check", "M862.3 P \"MK3\"", " check"},
+        {"EXCLUDE_OBJECT NAME=\"a;b\" ;c", "EXCLUDE_OBJECT NAME=\"a;b\"", "c"},
+        {"EXCLUDE_OBJECT NAME=12\";c\"", "EXCLUDE_OBJECT NAME=12\"", "c\""},
+        {"EXCLUDE_OBJECT NAME=\"a;b", "EXCLUDE_OBJECT NAME=\"a", "b"},
         {"EXCLUDE_OBJECT NAME=a(", "EXCLUDE_OBJECT NAME=a(", ""},
         {"", "", ""},
         {"   ", "", ""},
@@ -197,7 +200,7 @@ TEST(LineReader, ANulByteIsFoundWhereverItStands) {
         ASSERT_EQ(lines.size(), 3U);
         EXPECT_NE(lines[1].error.find("a NUL byte at " + std::to_string(at)), std::string::npos)
             << lines[1].error;
-        EXPECT_NE(lines[1].error.find("not G-code"), std::string::npos);
+        EXPECT_NE(lines[1].error.find("a text holds none"), std::string::npos);
         EXPECT_EQ(lines[2].error, "");
     }
 }

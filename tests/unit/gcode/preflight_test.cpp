@@ -194,7 +194,6 @@ TEST(Preflight, AJobThatHomesNothingIsRefusedAtItsFirstMoves) {
     EXPECT_EQ(facts.errors[1].line, 3U);
     EXPECT_TRUE(read("G28 X\nG1 X10 F600\n").accepted());
     EXPECT_FALSE(read("G28 Y\nG1 X10 F600\n").accepted());
-    EXPECT_TRUE(read("G28\nM84\nG1 X10 F600\n").accepted()) << "it was homed: a warning is enough";
     EXPECT_TRUE(read("M109 S200\nG1 E1 F600\nM84\n").accepted()) << "filament has no home";
 }
 
@@ -229,8 +228,10 @@ TEST(Preflight, WhatIsNoGcodeIsRefusedAsAWhole) {
         {"", gcode::Content::empty},
         {"\n\n", gcode::Content::empty},
         {"GCDE\x01" + std::string(20000, 'x'), gcode::Content::binary_gcode},
-        {std::string("PK\x03\x04\0\0", 6) + std::string(20000, 'x'), gcode::Content::binary},
-        {"solid cube\nfacet normal 0 0 1\nouter loop\n", gcode::Content::other_text},
+        {std::string("PK\x03\x04\0\0", 6) + std::string(20000, 'x'), gcode::Content::archive},
+        {std::string("\x89PNG\0\0", 6) + std::string(20000, 'x'), gcode::Content::binary},
+        {"solid cube\nfacet normal 0 0 1\nouter loop\n", gcode::Content::model},
+        {"hello\nworld\n", gcode::Content::other_text},
     };
     for (const Case& c : cases) {
         const Facts facts = read(c.bytes);
@@ -294,6 +295,32 @@ TEST(Preflight, SinksSeeTheJobInOrder) {
     (void)preflight.finish();
     EXPECT_EQ(one.seen, "m5m6e" + std::to_string(job.size()));
     EXPECT_EQ(two.seen, one.seen);
+}
+
+TEST(Preflight, AnAxisWhoseMotorsWentOffMustBeHomedAgain) {
+    const Facts facts = read(kStart + "G1 X60 F600\nM84\nG1 X90\n");
+    EXPECT_FALSE(facts.accepted());
+    EXPECT_NE(first_error(facts).find("X moves after its motors went off"), std::string::npos)
+        << first_error(facts);
+    for (const char* fine : {"M84\nG28\nG1 X90 F600\n", "M18 E\nG1 X90 F600\n", "M84 S60\nG1 X90 F600\n",
+                             "M84 Y\nG1 X90 F600\n", "G1 X9 F600\nM84\n"})
+        EXPECT_TRUE(read(kStart + fine).accepted()) << fine << first_error(read(kStart + fine));
+}
+
+TEST(Preflight, BehindTheProgramsEndNothingCounts) {
+    const Facts facts = read(kStart + "G1 X60 F600\nM2\n; filament_type = PLA\nG1 X999\nthis is nothing\n");
+    EXPECT_TRUE(facts.accepted());
+    ASSERT_EQ(facts.warnings_count, 1U);
+    EXPECT_NE(facts.warnings[0].message.view().find("the program has ended"), std::string_view::npos);
+    EXPECT_EQ(facts.metadata.material.view(), "PLA") << "comments do";
+    EXPECT_TRUE(read(kStart + "G1 X60 F600\nM30\n\n; comment\n%\n").accepted());
+    EXPECT_EQ(read(kStart + "G1 X60 F600\nM30\n\n; comment\n").warnings_count, 0U);
+}
+
+TEST(Preflight, AFileForAMachineToolIsRefusedByItsLine) {
+    const Facts facts = read(kStart + "G21\nG90\nS5000 M3\nF333\nG1 Z1.5\n");
+    EXPECT_FALSE(facts.accepted());
+    EXPECT_NE(facts.errors[0].advice.view().find("one command a line"), std::string_view::npos);
 }
 
 }  // namespace

@@ -46,10 +46,64 @@ TEST(LineReader, AByteOrderMarkBeginsAFileAndNoOtherLine) {
     EXPECT_EQ(reader.next()->letter, 0);
 }
 
-TEST(LineReader, AnEAfterANumberIsAWordNotAnExponent) {
-    const CommandLine line = LineReader::parse("G1 X1E2");
-    EXPECT_DOUBLE_EQ(line.value('X'), 1);
-    EXPECT_DOUBLE_EQ(line.value('E'), 2);
+TEST(LineReader, AnEBehindADigitIsAnExponentWhereWordsStandApart) {
+    struct Case {
+        const char* line;
+        double x, e, f;
+    };
+    for (const Case& c : std::initializer_list<Case>{{"G1 X4e1 Y40", 40, 0, 0},
+                                                     {"G1 X1E2", 100, 0, 0},
+                                                     {"G1 F1.2e+3", 0, 0, 1200},
+                                                     {"G1 X60 E8.5e-05", 60, 8.5e-05, 0},
+                                                     {"N5 G1 X4e1*33", 40, 0, 0},
+                                                     {"G1 X4E.5", 4, 0.5, 0},
+                                                     {"G1 X4E0.5", 4, 0.5, 0},
+                                                     {"G1 X4.E2", 4, 2, 0},
+                                                     {"G1E2", 0, 2, 0},
+                                                     {"g1x60y40e1f1200", 60, 1, 1200},
+                                                     {"N5G1X60E-1*33", 60, -1, 0},
+                                                     {"G1X1.2e+1Y3", 12, 0, 0},
+                                                     {"G1X3.05e-05E2", 3.05e-05, 2, 0},
+                                                     {"M104S2e2F1", 0, 0, 1}}) {
+        const CommandLine line = LineReader::parse(c.line);
+        EXPECT_DOUBLE_EQ(line.value('X'), c.x) << c.line;
+        EXPECT_DOUBLE_EQ(line.value('E'), c.e) << c.line;
+        EXPECT_DOUBLE_EQ(line.value('F'), c.f) << c.line;
+    }
+    EXPECT_DOUBLE_EQ(LineReader::parse("M104S2e2").value('S'), 200) << "it has no word E";
+    EXPECT_EQ(LineReader::parse("SET_GCODE_OFFSET Z=-1e-1").word_number("Z"), -0.1);
+}
+
+/// RS274: what stands in parentheses is a comment, and a `;` in it is a part of that.
+TEST(LineReader, ParenthesesHideASemicolonAndQuotesHideBoth) {
+    for (const char* text : {"G1 X60 (say; E5 G28) Y40 E1", "G1 X60 (a) Y40 (b;c) E1 ; (d",
+                             "N3 G1 X60(;)Y40 E1*12", "G1 X60 Y40 E1 ;(E5"}) {
+        const CommandLine line = LineReader::parse(text);
+        EXPECT_EQ(line.number, 1) << text;
+        EXPECT_DOUBLE_EQ(line.value('X'), 60) << text;
+        EXPECT_DOUBLE_EQ(line.value('Y'), 40) << text;
+        EXPECT_DOUBLE_EQ(line.value('E'), 1) << text;
+    }
+    const auto name = [](const char* line) {
+        const CommandLine command = LineReader::parse(line);
+        return std::string{command.word_name("NAME", {}).value_or("none")};
+    };
+    EXPECT_EQ(LineReader::parse("M593 P\"a;b(\" F40 ;x").value('F'), 40);
+    EXPECT_EQ(name("EXCLUDE_OBJECT NAME=a(1;b"), "a(1");
+    EXPECT_EQ(name("EXCLUDE_OBJECT NAME=\"a;b\" ;c"), "a;b");
+    EXPECT_EQ(name("EXCLUDE_OBJECT NAME=12\";c\""), "12\"");
+}
+
+TEST(LineReader, ANameIsWhole) {
+    const auto name = [](const char* line) {
+        const CommandLine command = LineReader::parse(line);
+        return std::string{command.word_name("NAME", {"CENTER", "RESET"}).value_or("none")};
+    };
+    EXPECT_EQ(name("A_WORD NAME=Box 1 CENTER=40,40"), "Box 1");
+    EXPECT_EQ(name("A_WORD RESET=1 name=Box 1\t"), "Box 1");
+    EXPECT_EQ(name("A_WORD NAME='Bob's part 2'"), "Bob's part 2");
+    EXPECT_EQ(name("A_WORD NAME=A=B x=1 center=2"), "A=B x=1");
+    EXPECT_EQ(name("A_WORD RESET=1"), "none");
 }
 
 TEST(LineReader, WhatIsNoCommandCommandsNothing) {
@@ -233,6 +287,48 @@ TEST(AskedPath, AnObjectsNameSaysNothingAndItsLabelsHaveMarlinsOrder) {
         EXPECT_EQ(at(left_out), 0) << left_out;
 }
 
+/// What stands behind the last object takes the head out of the part, though it does not go
+/// sideways.
+TEST(AskedPath, BehindALeftOutObjectTheHeadGoesUpAtOnce) {
+    const std::string cut = "M83\nG1 X30 Y30 Z1\nM486 S1 C\nG1 X50 E1\nM486 S-1\n";
+    const auto lifted = items_of(cut + "G1 E-2\nG91\nG1 Z10\nG90\nG28 X0 Y0\n");
+    ASSERT_EQ(lifted.size(), 4u);
+    EXPECT_EQ(lifted[1].to, (Position{30, 30, 1, -2}));
+    EXPECT_EQ(lifted[2].to, (Position{30, 30, 11, -2}));
+    EXPECT_EQ(lifted[3].homed, 0b011);
+    const auto down = items_of(cut + "G1 Z5\nG1 Z2\nG1 X9\n");
+    ASSERT_EQ(down.size(), 4u);
+    EXPECT_EQ(down[1].to[2], 5) << "up at once";
+    EXPECT_EQ(down[2].to, (Position{9, 30, 5, 0})) << "down only there";
+    EXPECT_EQ(down[3].to[2], 2);
+}
+
+TEST(AskedPath, AHeadThatWaitsBelowTheProgramIsTakenUpFirst) {
+    const std::string cut = "M83\nG1 X30 Y30 Z1\nM486 S1 C\nG1 X50 Y60 E1\nG1 Z20\nG1 E-2\nM486 S-1\n";
+    for (const char* then : {"G28 X\n", "M84\n", ""}) {
+        const auto items = items_of(cut + then);
+        ASSERT_GE(items.size(), 3u) << then;
+        EXPECT_EQ(items[1].to, (Position{30, 30, 1, -2})) << then;
+        EXPECT_EQ(items[2].to, (Position{30, 30, 20, -2})) << then;
+    }
+    const auto owed = items_of(cut + "G28 X\nG1 X10\n");
+    ASSERT_EQ(owed.size(), 5u);
+    EXPECT_EQ(owed[3].to, (Position{0, 30, 20, -2}));
+    EXPECT_EQ(owed[4].to, (Position{10, 60, 20, -2})) << "Y was owed";
+    EXPECT_EQ(items_of(cut + "M84 S60\nM18 E\nG1 X9\n")[1].line, 10u) << "nothing goes off";
+}
+
+TEST(AskedPath, ObjectsAreToldApartByTheirWholeNames) {
+    const auto items = items_of(
+        "EXCLUDE_OBJECT NAME='Bob's part 1'\nEXCLUDE_OBJECT_START NAME='Bob's part 1'\nG1 "
+        "X9\nEXCLUDE_OBJECT_END\n"
+        "EXCLUDE_OBJECT_START NAME='Bob's part 2'\nG1 X7\nEXCLUDE_OBJECT_END\nEXCLUDE_OBJECT NAME=Box 1\n"
+        "EXCLUDE_OBJECT_START NAME=BOX 1\nG1 X5\nEXCLUDE_OBJECT_START NAME=Box 2\nG1 X3\n");
+    ASSERT_EQ(items.size(), 2u);
+    EXPECT_EQ(items[0].to[0], 7);
+    EXPECT_EQ(items[1].to[0], 3);
+}
+
 double length_of(const std::vector<AskedItem>& items, Position from) {
     double length = 0;
     for (const AskedItem& item : items) {
@@ -292,6 +388,14 @@ TEST(AskedPath, RadiusFormTakesTheShortOrTheLongWay) {
     EXPECT_NEAR(length_of(items_of("G2 X0 Y10 R-10\n", start), start), 10 * std::numbers::pi * 1.5, 2e-3);
     EXPECT_NEAR(length_of(items_of("G2 X10 Y0 I-10\n", start), start), 10 * std::numbers::pi * 2, 2e-3);
     EXPECT_EQ(items_of("G2 X10 Y0 R10\n", start).size(), 0u) << "no circle is meant";
+    const std::string ten = "G91\n" + [] {
+        std::string moves;
+        for (int i = 0; i < 10; ++i) moves += "G1 X0.1\n";
+        return moves;
+    }() + "G90\n";
+    const auto circle = items_of(ten + "G2 X11 Y0 I-10\n", start);
+    EXPECT_NEAR(length_of(circle, start), 10 * std::numbers::pi * 2 + 1, 2e-3)
+        << "ends that rounding has parted";
     EXPECT_EQ(items_of("G2 X12 Y0\n", start).size(), 1u) << "no centre: a straight line";
 }
 
