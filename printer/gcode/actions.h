@@ -44,6 +44,12 @@ struct Move {
     bool firmware_retract = false;  ///< G10 or G11 made it
     /// The line that asked for it; the pieces of an arc share theirs.
     Source source;
+    /// What `feedrate` was made of: the speed before M220, and the most that it may become. With the
+    /// factors in it, a machine can give what is left of a long move other factors.
+    MillimetresPerSecond feedrate_asked{};
+    MillimetresPerSecond feedrate_most{};
+    double speed_factor = 1;
+    double flow_factor = 1;
 };
 
 enum class Heater : std::uint8_t { hot_end, bed };

@@ -22,9 +22,10 @@ Result<void> Context::hand_on(const Position& from, const Position& to, Millimet
     const auto moves = [&](Axis axis) { return from[axis] != to[axis]; };
     const bool tool = std::ranges::any_of(kToolAxes, moves);
     const MoveKind kind = !tool ? MoveKind::filament : moves(Axis::e) ? MoveKind::print : MoveKind::travel;
-    const MillimetresPerSecond speed =
-        std::clamp(feedrate * state.speed_factor, kSlowest, fastest(from, to, kind));
-    return actions.move({from, to, speed, kind, firmware_retract, source});
+    const MillimetresPerSecond most = fastest(from, to, kind);
+    const MillimetresPerSecond speed = std::clamp(feedrate * state.speed_factor, kSlowest, most);
+    return actions.move({from, to, speed, kind, firmware_retract, source, feedrate, most, state.speed_factor,
+                         state.flow_factor});
 }
 
 Result<void> Context::move_to(const Position& target, MillimetresPerSecond feedrate, bool firmware_retract) {

@@ -66,6 +66,21 @@ Result<void> Interpreter::dispatch(const Command& command, std::size_t moves_max
     return std::exchange(context_.not_done, false) ? skip(command, code) : done;
 }
 
+Result<void> Interpreter::execute_beside(const Command& command) {
+    QDUINO_EXPECT(may_be_typed(command) >= Typed::printing);
+    const Source in_hand = std::exchange(context_.source, command.source);
+    const CodeInfo* const code = find_code(command);
+    const ModalState before = context_.state;
+    Result<void> done =
+        code == nullptr || code->handler == nullptr ? skip(command, code) : code->handler(context_, command);
+    if (!done) {
+        context_.state = before;
+        done = at_command(done.error(), command);
+    }
+    context_.source = in_hand;
+    return done;
+}
+
 Result<void> Interpreter::expand(const Command& command, const Macro& macro) {
     if (in_lines_) return make_error(ErrorCode::unsupported, "a macro of the machine file calls no macro");
     return context_.lines.begin(macro.name.view(), macro.text.view(), command.text.view());
@@ -165,10 +180,14 @@ void Interpreter::reset_modes() {
 }
 
 Position Interpreter::programmed_position() const {
+    return programmed_position(context_.state.machine, Millimetres{0});
+}
+
+Position Interpreter::programmed_position(const Position& machine, Millimetres behind) const {
     Position programmed;
     const ModalState& state = context_.state;
-    for (const Axis axis : kToolAxes) programmed[axis] = state.machine[axis] - state.offset[axis];
-    programmed[Axis::e] = state.programmed_e;
+    for (const Axis axis : kToolAxes) programmed[axis] = machine[axis] - state.offset[axis];
+    programmed[Axis::e] = state.programmed_e - behind / state.filament_factor();
     return programmed;
 }
 

@@ -46,6 +46,10 @@ class Interpreter {
     /// object that was left out. Contract: nothing is pending.
     Result<void> execute(const Command& command, std::size_t moves_max = kAllMoves);
 
+    /// Carries out a command that takes hold at once, whatever is pending. Contract: it may be typed
+    /// while a job prints (may_be_typed()).
+    Result<void> execute_beside(const Command& command);
+
     /// A curve has pieces left, or a macro lines: proceed() must empty it before the next command.
     [[nodiscard]] bool pending() const { return context_.curve.has_value() || context_.lines.active(); }
     /// Hands on up to `moves_max` pieces of the pending curve, or carries out the next line. After
@@ -91,6 +95,9 @@ class Interpreter {
     [[nodiscard]] const ModalState& state() const { return context_.state; }
     /// What M114 says: the position as the program counts it, in millimetres.
     [[nodiscard]] Position programmed_position() const;
+    /// … as it is while the machine is at `machine` on its way there, and `behind` of the filament is
+    /// still to be pushed.
+    [[nodiscard]] Position programmed_position(const Position& machine, Millimetres behind) const;
     [[nodiscard]] bool homed(Axis axis) const { return context_.state.homed[axis]; }
 
     // Counted since construction or reset_modes().

@@ -129,7 +129,7 @@ struct JobStatus {
     /// Time of the running or last job, pauses excluded.
     double print_time_s = 0;
     double heating_time_s = 0;      ///< … of it, waiting for heat
-    PerAxis<double> position_mm{};  ///< planned G-code position
+    PerAxis<double> position_mm{};  ///< where the head is, as the program counts it
     std::array<bool, 3> homed{};
     /// Pulse counts at motor position 0: a motor's place in mm = (MotionStatus::steps − this) / its
     /// steps per mm (printer/kinematics.h).

@@ -1,5 +1,7 @@
 #include "printer/machine/console.h"
 
+#include <utility>
+
 #include "printer/gcode/parser.h"
 #include "printer/machine/motion_pipe.h"
 
@@ -28,15 +30,40 @@ Result<void> Console::take(std::string_view line, Speaker speaker) {
                                   : "sixteen lines are waiting already; try again when they are done");
     }
     entries_[(first_ + count_) % entries_.size()] = {FixedString<gcode::kCommandBytesMax>{line}, speaker};
+    // What a host sends waits for the motion. A person goes before it.
+    for (std::size_t i = count_; i > 0 && !of_host; --i) {
+        Entry& before = entries_[(first_ + i - 1) % entries_.size()];
+        if (before.speaker != Speaker::host) break;
+        std::swap(before, entries_[(first_ + i) % entries_.size()]);
+    }
     ++count_;
     if (of_host && !line.empty()) ++of_host_;
     return {};
 }
 
+/// Nothing: the next line holds none.
+std::optional<gcode::Command> Console::command() const {
+    Result<std::optional<gcode::Command>> parsed = gcode::parse_line(next().line);
+    return parsed.ok() ? *parsed : std::nullopt;
+}
+
 gcode::Ok Console::ok() const {
-    const Result<std::optional<gcode::Command>> parsed = gcode::parse_line(next().line);
-    const bool known = parsed.ok() && parsed->has_value();
-    return known ? gcode::ok_of(**parsed) : gcode::Ok::when_done;
+    const auto next_command = command();
+    return next_command ? gcode::ok_of(*next_command) : gcode::Ok::when_done;
+}
+
+bool Console::waits_for_nothing(bool acts) const {
+    const auto next_command = command();
+    if (!next_command) return false;
+    const gcode::Typed typed = gcode::may_be_typed(*next_command);
+    return typed == gcode::Typed::always ||
+           (acts && typed == gcode::Typed::printing && speaker() == Speaker::person);
+}
+
+bool Console::waits_for_line() const {
+    const auto next_command = command();
+    return next_command && (next_command->word.view() == "EXCLUDE_OBJECT" ||
+                            (next_command->letter == 'M' && next_command->number == 486));
 }
 
 std::size_t Console::forget() {
@@ -54,7 +81,8 @@ std::optional<Result<void>> Console::run_next(const Situation& now, gcode::Inter
     if (!parsed.ok()) return Result<void>{parsed.error()};
     if (!parsed->has_value()) return std::nullopt;
     if (const Result<void> may = may_type(**parsed, now); !may.ok()) return may;
-    return interpreter.execute(**parsed, kArcPiecesAtOnce);
+    return interpreter.pending() ? interpreter.execute_beside(**parsed)
+                                 : interpreter.execute(**parsed, kArcPiecesAtOnce);
 }
 
 }  // namespace qduino::printer::machine

@@ -42,13 +42,19 @@ class Console {
     [[nodiscard]] Speaker speaker() const { return next().speaker; }
     /// When a host is told `ok` for the next line. Contract: waiting().
     [[nodiscard]] gcode::Ok ok() const;
+    /// The next line is a question; or, where `acts` is set, one that a person might type while a job
+    /// prints. It need not wait for what moves. Contract: waiting().
+    [[nodiscard]] bool waits_for_nothing(bool acts) const;
+    /// The next line changes how the job's lines are read (which objects are left out): it waits for
+    /// the end of the line in hand. Contract: waiting().
+    [[nodiscard]] bool waits_for_line() const;
     /// The next line is empty and a host's. Contract: waiting().
     [[nodiscard]] bool host_begins() const { return next().speaker == Speaker::host && next().line.empty(); }
     /// Returns how many of the lines were a host's, empty ones left out.
     std::size_t forget();
 
     /// The oldest line, carried out by `interpreter`. Nothing: it held no command. Contract:
-    /// waiting(), and nothing is pending in `interpreter`.
+    /// waiting(); and nothing is pending in `interpreter`, or the line does not wait for that.
     std::optional<Result<void>> run_next(const Situation& now, gcode::Interpreter& interpreter);
 
   private:
@@ -56,6 +62,7 @@ class Console {
         FixedString<gcode::kCommandBytesMax> line;
         Speaker speaker = Speaker::person;
     };
+    [[nodiscard]] std::optional<gcode::Command> command() const;
     [[nodiscard]] const Entry& next() const {
         QDUINO_EXPECT(waiting());
         return entries_[first_];

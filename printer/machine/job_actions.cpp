@@ -1,6 +1,7 @@
 #include "printer/machine/job_actions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "printer/machine/vectors.h"
@@ -27,35 +28,84 @@ Result<void> JobActions::check_homed_for_jog(const gcode::Move& move) const {
 
 Result<void> JobActions::move(const gcode::Move& move) {
     QDUINO_TRY(check_homed_for_jog(move));
-    const motion::AxisVector from = to_vector(move.from);
-    const motion::AxisVector to = to_vector(move.to);
-    const double filament_mm = to[3] - from[3];
+    const double filament_mm = (move.to[Axis::e] - move.from[Axis::e]).value();
     QDUINO_TRY(parts_.heating.check_cold(filament_mm));
+    motion::Correction& correction = parts_.pipe.correction();
+    const bool away = parts_.pipe.away();
+    if (!away) finish_rest();  // of a line with more moves than one
+    if (correction.take_stale())
+        append(correction.corrected(to_vector(move.from)), 0, parts_.config.axes[Axis::z].max_speed.value(),
+               parts_.pipe.accelerations().travel);
+    Rest whole{move, {}, 0, filament_mm, move.speed_factor, move.flow_factor};
+    if (away) {
+        finish(whole);
+        return {};
+    }
     const bool from_job = speaker_ == Speaker::job && parts_.link.job_running();
-    Place done;
     if (from_job) {
         gcode::LayerFinder& layers = parts_.places.layers();
         if (move.kind == gcode::MoveKind::print && filament_mm > 0)
             layers.on_extrusion(move.to[Axis::z].value());
-        done.progress = {move.source.end_offset, move.source.line, layers.layers()};
+        whole.done.progress = {move.source.end_offset, move.source.line, layers.layers()};
     }
-    motion::Correction& correction = parts_.pipe.correction();
-    const Accelerations& accelerations = parts_.pipe.accelerations();
-    if (correction.take_stale())
-        append(correction.corrected(from), 0, parts_.config.axes[Axis::z].max_speed.value(),
-               accelerations.travel);
-    if (!correction.active()) {
-        append(to, filament_mm, move.feedrate.value(), accelerations.of(move.kind));
-    } else {
-        double pushed_mm = 0;
-        for (const motion::Correction::Piece& piece : correction.split(from, to)) {
-            append(piece.end, piece.share * filament_mm - pushed_mm, move.feedrate.value(),
-                   accelerations.of(move.kind));
-            pushed_mm = piece.share * filament_mm;
-        }
-    }
-    mark(done);
+    rest_ = whole;
+    if (parts_.pipe.planner().nominal_s(as_move(whole)) <= kWhole_s) finish_rest();
     return {};
+}
+
+motion::AxisVector JobActions::Rest::place_at(double share_of_way) const {
+    const motion::AxisVector from = to_vector(move.from), to = to_vector(move.to);
+    if (share_of_way == 0) return from;
+    motion::AxisVector place{};
+    for (std::size_t i = 0; i < kAxisCount; ++i) place[i] = from[i] + share_of_way * (to[i] - from[i]);
+    return place;
+}
+
+/// All that is left of it, at the factors in force.
+motion::Move JobActions::as_move(const Rest& rest) const {
+    const gcode::Move& move = rest.move;
+    const MillimetresPerSecond speed =
+        rest.speed_factor == move.speed_factor
+            ? move.feedrate
+            : std::min(move.feedrate_asked * rest.speed_factor, move.feedrate_most);
+    const motion::AxisVector to = to_vector(move.to);
+    return {
+        {to[0], to[1], to[2]}, rest.filament_mm, speed.value(), parts_.pipe.accelerations().of(move.kind)};
+}
+
+void JobActions::finish(const Rest& rest) {
+    hand_on(rest.place_at(rest.share), to_vector(rest.move.to), as_move(rest));
+    mark(rest.done);
+}
+
+void JobActions::finish_rest() {
+    if (rest_) finish(*rest_);
+    rest_.reset();
+}
+
+void JobActions::go_on() {
+    QDUINO_EXPECT(has_rest() && !parts_.pipe.away());
+    Rest& rest = *rest_;
+    motion::Move piece = as_move(rest);
+    const double pieces = std::ceil(parts_.pipe.planner().nominal_s(piece) / kPiece_s);
+    if (pieces <= 1) return finish_rest();
+    const motion::AxisVector from = rest.place_at(rest.share);
+    rest.share += (1 - rest.share) / pieces;
+    piece.filament_mm = rest.filament_mm / pieces;
+    rest.filament_mm -= piece.filament_mm;
+    hand_on(from, rest.place_at(rest.share), piece);
+}
+
+/// At the speed and with the filament of `how`. Over the bed that was measured a way is not straight.
+void JobActions::hand_on(const motion::AxisVector& from, const motion::AxisVector& to,
+                         const motion::Move& how) {
+    const motion::Correction& correction = parts_.pipe.correction();
+    if (!correction.active()) return append(to, how.filament_mm, how.speed_mm_s, how.acceleration_mm_s2);
+    double pushed_mm = 0;
+    for (const motion::Correction::Piece& piece : correction.split(from, to)) {
+        append(piece.end, piece.share * how.filament_mm - pushed_mm, how.speed_mm_s, how.acceleration_mm_s2);
+        pushed_mm = piece.share * how.filament_mm;
+    }
 }
 
 /// A straight way of the machine.
@@ -205,6 +255,11 @@ Result<void> JobActions::motors_off(AxisSet axes) {
 void JobActions::factors(double speed, double flow) {
     parts_.link.status().feed_factor = speed;
     parts_.link.status().flow_factor = flow;
+    if (!rest_) return;
+    // What is drawn back or pushed by itself is to be undone as it is.
+    if (rest_->move.kind == gcode::MoveKind::print) rest_->filament_mm *= flow / rest_->flow_factor;
+    rest_->speed_factor = speed;
+    rest_->flow_factor = flow;
 }
 
 void JobActions::note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) {

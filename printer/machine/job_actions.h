@@ -3,6 +3,9 @@
 //   Interpreter ──Actions──► JobActions ──► planner, places, heat, motors, homing, status
 //                                  └── request: pause, stop, answer
 //
+// A long move goes to the planner in pieces, as it has room: so M220 and M221 change what is left of
+// it, and a pause need not wait for its end.
+//
 // An action of a job's line happens at its place in the motion, and so does a serial host's. A
 // typed action happens at once, unless it moves. Three things only the machine can do: pause, stop,
 // answer. A line that asks for one leaves a request here, and the machine takes it when the line is
@@ -63,6 +66,14 @@ class JobActions final : public gcode::Actions {
     /// The motion has passed `place`.
     void pass(const Place& place);
 
+    /// A move has pieces left: go_on() before anything else is read.
+    [[nodiscard]] bool has_rest() const { return rest_.has_value(); }
+    /// Hands on the next piece. Contract: has_rest(), not away, and the planner has room.
+    void go_on();
+    void forget_rest() { rest_.reset(); }
+    /// Filament in what is left of a move, mm.
+    [[nodiscard]] double rest_filament_mm() const { return rest_ ? rest_->filament_mm : 0; }
+
     Result<void> move(const gcode::Move& move) override;
     Result<void> dwell(Seconds duration) override;
     Result<void> home(gcode::AxisSet axes) override;
@@ -81,6 +92,7 @@ class JobActions final : public gcode::Actions {
     }
     Result<void> set_limits(const gcode::LimitChange& change) override;
     Result<void> set_compensation(const gcode::CompensationChange& change) override;
+    /// At once, also for what is left of a move.
     void factors(double speed, double flow) override;
     void message(std::string_view text) override { parts_.link.status().message.assign(text); }
     /// The slicer's claim (M73 P R) changes nothing: the printer has an estimate of its own.
@@ -91,6 +103,25 @@ class JobActions final : public gcode::Actions {
     void note(gcode::NoteKind kind, std::string_view text, const gcode::Source& source) override;
 
   private:
+    /// A move that takes longer than this is handed on in pieces of about the second.
+    static constexpr double kWhole_s = 0.6, kPiece_s = 0.4;
+
+    /// What the planner has not been given of a move.
+    struct Rest {
+        gcode::Move move;
+        Place done;              ///< at its end
+        double share = 0;        ///< of its way, handed on
+        double filament_mm = 0;  ///< left
+        double speed_factor = 1;
+        double flow_factor = 1;
+
+        [[nodiscard]] motion::AxisVector place_at(double share_of_way) const;
+    };
+
+    [[nodiscard]] motion::Move as_move(const Rest& rest) const;
+    void hand_on(const motion::AxisVector& from, const motion::AxisVector& to, const motion::Move& how);
+    void finish(const Rest& rest);
+    void finish_rest();
     /// Puts `action` behind everything planned so far; a typed one happens at once.
     void place(const PlaceAction& action);
     void mark(const Place& place);
@@ -106,6 +137,7 @@ class JobActions final : public gcode::Actions {
 
     Parts parts_;
     std::optional<Request> request_;
+    std::optional<Rest> rest_;
     Speaker speaker_ = Speaker::job;
     FixedVector<std::size_t, 64> said_{};  // hashes of notes
     std::uint64_t said_by_job_ = 0;

@@ -21,10 +21,10 @@ gcode::ReportText temperatures(const link::HeatStatus& heat, bool has_bed) {
 }
 
 /// M114.
-gcode::ReportText position(const gcode::Interpreter& shown, const MotionPipe& pipe) {
+gcode::ReportText position(const gcode::Position& shown, const MotionPipe& pipe) {
     StepCounts steps = pipe.seen().steps;
     for (std::size_t i = 0; i < kAxisCount; ++i) steps[i] -= pipe.scale().origin()[i];
-    return gcode::format_position(shown.programmed_position(), steps);
+    return gcode::format_position(shown, steps);
 }
 
 /// M301, M304, M306 without a number, M503.
@@ -96,16 +96,12 @@ void Machine::plan(Instant now) {
     }
     advance_hold();
     advance_excursion();
-    // While a job runs or a fault is latched, what may be typed waits for nothing; while away it
-    // may be a jog, which needs room.
-    const bool at_once = job_.running() || state_ == State::faulted;
-    const auto ready = [this] { return parking_.away() ? pipe_.has_room() : !job_.interpreter().pending(); };
-    while (at_once && console_is_ready() && ready()) run_typed_line();
+    while (console_is_ready() && runs_at_once()) run_typed_line();
     feed_motion();
     watch_motors(now);
     const bool played = state_ == State::printing && !parking_.away() && job_.read_to_end() &&
-                        !heating_.holds() && !homing_.active() && !job_.interpreter().pending() &&
-                        !pipe_.stops().running() && pipe_.drained() && places_.all_passed();
+                        !heating_.holds() && !homing_.active() && !pending() && !pipe_.stops().running() &&
+                        pipe_.drained() && places_.all_passed();
     if (played) {
         link_.status().bytes_executed = link_.status().job_length;
         end_job({JobOutcome::completed});
@@ -155,7 +151,7 @@ void Machine::advance_tuning() {
 /// M84 S. A machine at rest loses nothing but the places of its axes.
 void Machine::watch_motors(Instant now) {
     const bool in_use = state_ != State::idle || !pipe_.drained() || homing_.active() || heating_.holds() ||
-                        pipe_.stops().running() || job_.interpreter().pending();
+                        pipe_.stops().running() || pending();
     if (!motors_.timed_out(now, in_use)) return;
     motors_.off(gcode::AxisSet::all());
     homing_.forget(gcode::AxisSet::all());
@@ -291,6 +287,7 @@ bool Machine::act_on(const gcode::EmergencyCodes& codes) {
 void Machine::begin_host() {
     if (job_.running() || parking_.away()) return;
     job_.interpreter().reset_modes();
+    actions_.factors(1, 1);
     homing_.tell(job_.interpreter());
     forget_settings();
 }
@@ -309,6 +306,7 @@ void Machine::stop_moves() {
     }
     host_.drop(console_.forget());
     job_.interpreter().drop_pending();
+    actions_.forget_rest();
     if (homing_.active()) {
         homing_.abandon();
         homing_.tell(job_.interpreter());
@@ -375,9 +373,12 @@ bool Machine::reads() const {
 
 /// Reads and solves by turns. Moves may be so short that a full planner lasts for less than a
 /// release; what it gives out makes room for more.
+///
+/// What has been read can no longer be changed by M220, nor left out. So lines are read only while
+/// the solver is hungry, and a few at a time: each time the planner plans anew.
 void Machine::feed_motion() {
-    std::size_t events = MotionPipe::kEventsPerPump;
     int lines = kLinesPerPlan;
+    std::size_t events = pipe_.pump(true, MotionPipe::kEventsPerPump);
     for (int before = 0; events > 0 && lines > 0 && lines != before;) {
         before = lines;
         const bool more_may_come = read_input(lines);
@@ -399,7 +400,9 @@ bool Machine::read_input(int& lines) {
     const auto has_room = [this] {
         return pipe_.has_room() && places_.has_room() && !pipe_.stops().running();
     };
-    while (lines > 0 && more && reads() && has_room()) {
+    const double enough_s = pipe_.planner().appended_s() + kReadAtOnce_s;
+    const int last = std::max(0, lines - kLinesAtOnce);
+    while (lines > last && more && reads() && has_room() && pipe_.planner().appended_s() < enough_s) {
         more = read_line();
         if (more) --lines;
     }
@@ -408,6 +411,10 @@ bool Machine::read_input(int& lines) {
 
 /// One line, from whoever has one. False: nothing to read now.
 bool Machine::read_line() {
+    if (actions_.has_rest()) {
+        actions_.go_on();
+        return true;
+    }
     if (job_.interpreter().pending()) {
         proceed_pending();
         return true;
@@ -425,7 +432,9 @@ bool Machine::read_line() {
     }
     if (*read == JobRun::Read::begun) {
         to(Event::begin);
-        forget_settings();  // a host may have been here
+        // A host may have been here, or a person.
+        if (pipe_.drained() && !pipe_.stops().running()) pipe_.settle_filament();
+        forget_settings();
     }
     return *read != JobRun::Read::nothing;
 }
@@ -445,6 +454,16 @@ void Machine::proceed_pending() {
     actions_.set_speaker(Speaker::job);
 }
 
+/// The next typed line need not wait until lines are read. While a job runs or a fault is latched
+/// what may be typed waits for nothing; while away it may be a jog, which needs room; otherwise
+/// it may be a question, or a person's that does not move.
+bool Machine::runs_at_once() {
+    if (!job_.running() && state_ != State::faulted)
+        return state_ == State::idle && console_.waits_for_nothing(reads());
+    if (parking_.away()) return pipe_.has_room();
+    return !job_.interpreter().pending() || !console_.waits_for_line();
+}
+
 /// A line is there, and no line of a host is in hand.
 bool Machine::console_is_ready() {
     settle_host_line();
@@ -454,8 +473,8 @@ bool Machine::console_is_ready() {
 void Machine::settle_host_line() {
     // What may be said beside a job waits for nothing of the job's.
     const bool beside = job_.running();
-    const bool done = !job_.interpreter().pending() && !heating_.wait().active() && !homing_.active() &&
-                      !pipe_.stops().running();
+    const bool done =
+        !pending() && !heating_.wait().active() && !homing_.active() && !pipe_.stops().running();
     host_.settle(beside || done, beside || (done && pipe_.drained() && places_.all_passed()));
 }
 
@@ -500,7 +519,7 @@ void Machine::heed_request() {
         case gcode::Report::temperatures:
             return link_.say(ReplyKind::text, temperatures(heating_.seen(), config_.has_bed));
         case gcode::Report::position:
-            return link_.say(ReplyKind::text, position(parking_.shown(job_.interpreter()), pipe_));
+            return link_.say(ReplyKind::text, position(position_shown(), pipe_));
         case gcode::Report::progress:
             return link_.say(ReplyKind::text, gcode::format_progress(job_.progress()));
         case gcode::Report::firmware:
@@ -521,6 +540,7 @@ void Machine::heed_request() {
 void Machine::stop_job(JobOutcome outcome, std::string_view why) {
     if (!to(Event::stop)) return;
     job_.will_end({outcome, FixedString<236>{why}});
+    actions_.forget_rest();
     heating_.forget_wait();
     heating_.all_off();
     host_.drop(console_.forget());
@@ -552,6 +572,7 @@ void Machine::enter_fault(std::string_view why) {
     link_.status().fault.assign(why);
     host_.drop(console_.forget());
     parking_.forget();
+    actions_.forget_rest();
     homing_.abandon();
     homing_.tell(job_.interpreter());
     pipe_.stops().ask();
@@ -574,6 +595,15 @@ link::Activity Machine::activity() const {
     return parking_.away() && state_ == State::printing ? returning : none;
 }
 
+/// Where the head is, by the steps that went out, as the program counts it. Only loop 2 knows that;
+/// what the program has asked for is up to two seconds ahead.
+gcode::Position Machine::position_shown() {
+    const motion::AxisVector played = pipe_.played_mm();
+    const double planned_mm = pipe_.planner().position_mm()[Axis::e] + actions_.rest_filament_mm();
+    return parking_.shown(job_.interpreter())
+        .programmed_position(to_position(played), Millimetres{planned_mm - played[Axis::e]});
+}
+
 void Machine::publish(Instant now) {
     const bool counts = state_ == State::printing || state_ == State::pausing || state_ == State::cancelling;
     job_.publish(now, counts, heating_.wait().active() && places_.all_passed());
@@ -582,7 +612,7 @@ void Machine::publish(Instant now) {
     status.activity = activity();
     status.homed = {homing_.homed(Axis::x), homing_.homed(Axis::y), homing_.homed(Axis::z)};
     status.origin_steps = pipe_.scale().origin();
-    status.position_mm = to_vector(parking_.shown(job_.interpreter()).programmed_position());
+    status.position_mm = to_vector(position_shown());
     const bool paused = state_ == State::paused;
     status.parked = paused && parking_.has_parked();
     status.may_jog = (paused && parking_.rests()) || (state_ == State::idle && !job_.running() && reads());

@@ -68,6 +68,8 @@ class Machine {
 
   private:
     static constexpr int kLinesPerPlan = 2000;  // bounds loop 1's release: about 4 ms
+    static constexpr int kLinesAtOnce = 32;
+    static constexpr double kReadAtOnce_s = 0.05;  // of motion
 
     /// True: the state has changed. An event that is refused is answered on the console.
     bool to(Event event);
@@ -93,6 +95,9 @@ class Machine {
     void cancel_job();
     void clear_fault();
 
+    /// Of a line that has been read something is still to be handed on.
+    [[nodiscard]] bool pending() const { return job_.interpreter().pending() || actions_.has_rest(); }
+    [[nodiscard]] bool runs_at_once();
     [[nodiscard]] bool reads() const;
     void feed_motion();
     [[nodiscard]] bool read_input(int& lines);
@@ -107,6 +112,7 @@ class Machine {
     void end_job(const JobEnding& ending);
     void enter_fault(std::string_view why);
     [[nodiscard]] link::Activity activity() const;
+    [[nodiscard]] gcode::Position position_shown();
     void publish(Instant now);
 
     MachineConfig config_;

@@ -6,7 +6,7 @@ namespace qduino::printer::machine {
 
 namespace {
 bool is_long(const motion::Segment& segment) {
-    return segment.end.ns_after(0) - segment.start.ns_after(0) >= to_ns(MotionPipe::kAhead);
+    return segment.end.ns_after(0) - segment.start.ns_after(0) >= to_ns(MotionPipe::kLongDwell);
 }
 }  // namespace
 
@@ -91,6 +91,13 @@ void MotionPipe::reset(const motion::AxisVector& position_mm) {
     // A change may have stood in the motion that is gone.
     compensation_.in_force(solver_.filters());
     append_filters();
+}
+
+void MotionPipe::settle_filament() {
+    QDUINO_EXPECT(drained() && !stops_.running());
+    motion::AxisVector at = planner().position_mm();
+    at[Axis::e] = scale_.position_of(seen_.steps)[Axis::e];
+    reset(at);
 }
 
 void MotionPipe::append_filters() {

@@ -6,7 +6,10 @@
 //   timeline, markers, step counts ◄── four-slot ────┘
 //
 // How far ahead: pump() solves until `kAhead` of the print's own time lies in the ring. Loop 1 runs
-// every 100 ms, so 2 s survive twenty of its releases; more would only make pause slower.
+// every 100 ms, so this survives seven of its releases that fail to come. More would make a pause, or
+// M220, take hold later. For the same reason the planner is given no more than it needs: lines are
+// read while pump() is hungry, a little at a time (machine.cpp), and a long move comes in pieces
+// (job_actions.h).
 //
 // When nothing more can be read (a dead service, a slow one, the end of a job) and less than
 // `kFlushBelow` lies ahead, what the planner kept for a better corner speed is planned down to a
@@ -46,8 +49,9 @@ inline constexpr std::size_t kArcPiecesAtOnce = 4;
 
 class MotionPipe {
   public:
-    static constexpr Nanoseconds kAhead = 2s;
-    static constexpr Nanoseconds kFlushBelow = 500ms;
+    static constexpr Nanoseconds kAhead = 800ms;
+    static constexpr Nanoseconds kFlushBelow = 400ms;
+    static constexpr Nanoseconds kLongDwell = 2s;
     static constexpr std::size_t kEventsPerPump = 1 << 17;  // bounds loop 1's release: about 5 ms
     /// Room that any one command may need: pieces of an arc and their markers, a homing order, or a
     /// move with the four before it that bring the head back from an object that was left out.
@@ -101,6 +105,13 @@ class MotionPipe {
     /// Nothing is planned, on the path or away from it, and the machine rests at `position_mm`; a
     /// stop that loop 1 asked for is finished. Contract: not stopping().
     void reset(const motion::AxisVector& position_mm);
+    /// Where the motors are, as G-code counts it; at rest the very place that was asked for.
+    [[nodiscard]] motion::AxisVector played_mm() const {
+        return correction_.asked_of(scale_.position_of(seen_.steps, planner().position_mm()));
+    }
+    /// E counts from a whole step on, wherever the last job has left it between two. Contract:
+    /// drained(), no stop runs.
+    void settle_filament();
     /// From what is asked to where the planner goes.
     [[nodiscard]] motion::Correction& correction() { return correction_; }
     [[nodiscard]] const motion::Correction& correction() const { return correction_; }

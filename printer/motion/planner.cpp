@@ -38,9 +38,28 @@ MoveGeometry Planner::geometry_of(const AxisVector& end_mm, double length_mm, do
     return geometry;
 }
 
+AxisVector Planner::end_of(const Move& move) const {
+    return {move.end_mm[0], move.end_mm[1], move.end_mm[2], position_mm_[3] + move.filament_mm};
+}
+
+Planner::Way Planner::way_of(const AxisVector& delta_mm) {
+    const double space_mm =
+        std::sqrt(delta_mm[0] * delta_mm[0] + delta_mm[1] * delta_mm[1] + delta_mm[2] * delta_mm[2]);
+    const bool extrude_only = space_mm < kLengthMin_mm;
+    return {extrude_only ? std::abs(delta_mm[3]) : space_mm, extrude_only};
+}
+
+double Planner::nominal_s(const Move& move) const {
+    const AxisVector end_mm = end_of(move);
+    AxisVector delta_mm{};
+    for (std::size_t i = 0; i < kAxisCount; ++i) delta_mm[i] = end_mm[i] - position_mm_[i];
+    const double length_mm = way_of(delta_mm).length_mm;
+    if (length_mm < kLengthMin_mm) return 0;
+    return length_mm / geometry_of(end_mm, length_mm, move.speed_mm_s, move.acceleration_mm_s2).speed_mm_s;
+}
+
 bool Planner::append(const Move& move) {
-    return append_to({move.end_mm[0], move.end_mm[1], move.end_mm[2], position_mm_[3] + move.filament_mm},
-                     move.speed_mm_s, move.acceleration_mm_s2);
+    return append_to(end_of(move), move.speed_mm_s, move.acceleration_mm_s2);
 }
 
 bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2) {
@@ -49,10 +68,7 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     if (full()) return false;
     AxisVector delta_mm{};
     for (std::size_t i = 0; i < kAxisCount; ++i) delta_mm[i] = end_mm[i] - position_mm_[i];
-    const double space_mm =
-        std::sqrt(delta_mm[0] * delta_mm[0] + delta_mm[1] * delta_mm[1] + delta_mm[2] * delta_mm[2]);
-    const bool extrude_only = space_mm < kLengthMin_mm;
-    const double length_mm = extrude_only ? std::abs(delta_mm[3]) : space_mm;
+    const auto [length_mm, extrude_only] = way_of(delta_mm);
     if (length_mm < kLengthMin_mm) return true;
 
     MoveGeometry geometry = geometry_of(end_mm, length_mm, speed_mm_s, acceleration_mm_s2);
@@ -68,6 +84,7 @@ bool Planner::append_to(const AxisVector& end_mm, double speed_mm_s, double acce
     if (delta_mm[3] > 0 && (delta_mm[0] != 0 || delta_mm[1] != 0))
         added.segment.advance_s = settings_.pressure_advance.value();
     added.geometry = geometry;
+    appended_s_ += length_mm / geometry.speed_mm_s;
     position_mm_ = end_mm;
     last_move_ = geometry;
     end_at_rest_ = false;

@@ -71,6 +71,10 @@ class Planner {
     [[nodiscard]] bool append(const Move& move);
     /// The same to an absolute place, E too: E then ends at that very number and not at a sum.
     [[nodiscard]] bool append_to(const AxisVector& end_mm, double speed_mm_s, double acceleration_mm_s2);
+    /// How long `move` takes at its speed within the limits, without ramps. Contract: as append().
+    [[nodiscard]] double nominal_s(const Move& move) const;
+    /// … all moves that were ever appended, together.
+    [[nodiscard]] double appended_s() const { return appended_s_; }
     /// Stands still for `duration_s` >= 0.
     [[nodiscard]] bool append_dwell(double duration_s);
     /// The player reports `value` when it has played everything before. Does not slow the motion.
@@ -147,6 +151,13 @@ class Planner {
         MoveGeometry geometry;
     };
 
+    /// How far along X, Y and Z, or along E when nothing else moves.
+    struct Way {
+        double length_mm = 0;
+        bool extrude_only = false;
+    };
+    [[nodiscard]] static Way way_of(const AxisVector& delta_mm);
+    [[nodiscard]] AxisVector end_of(const Move& move) const;
     /// The largest square at one end of `node` when the other end has `speed2`.
     [[nodiscard]] static double reach2(const Node& node, double speed2);
     Node& node(std::uint64_t number) { return nodes_[number % kCapacity]; }
@@ -164,6 +175,7 @@ class Planner {
 
     MotionSettings settings_;
     AxisVector position_mm_{};
+    double appended_s_ = 0;
     TimelineInstant clock_;
     double entry_speed_mm_s_ = 0;  // of the head: the exit of what was handed out last
     double entry2_ = 0;            // its square, as planned

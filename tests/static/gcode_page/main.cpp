@@ -39,7 +39,7 @@ A number may have an exponent (`F1.2e+3`, `E8.5e-05`): an `E` behind a digit, wi
 - Arcs and splines become chords within 0.005 mm of the true curve. An arc with I, J or K whose ends are within a nanometre is a whole circle.
 - `M92` calibrates E by up to 25 %; X, Y and Z must be what the machine file says.
 - An object that is left out (`M486 P`, `EXCLUDE_OBJECT`, in the job or typed beside it) moves nothing: the head waits where it was
-  until a line behind the object goes sideways, and then goes up, sideways and down to that place. What the planner holds already is still printed.
+  until a line behind the object goes sideways, and then goes up, sideways and down to that place. What has been read already is still printed: two seconds of it, or the line in hand.
   Behind the object a retraction and a way up are carried out at once, a way down only at the program's place. Before a homing, `M84` and the end of the job the head goes
   up as far as the program is. At most 1,024 objects, whose names are the same in any case, and told apart by all of their bytes: bare, with blanks, or in quotes; a line that
   is longer than 256 bytes is refused. The twin is told of what was typed. What stands behind the A of `M486` is a name: its letters are no parameters.
@@ -52,6 +52,7 @@ A number may have an exponent (`F1.2e+3`, `E8.5e-05`): an `E` behind a digit, wi
   were before it. What a person types between jobs stays, and `M500` keeps the heaters' numbers and the beds. The bed that was measured last stays known.
 - `TEMPERATURE_WAIT` waits between `MINIMUM` and `MAXIMUM`. Where the target does not lead there, it is an error: Klipper would wait for ever.
 - `SAVE_GCODE_STATE` keeps up to four states, for this job: modes, coordinates, speed, factors and the place. `RESTORE_GCODE_STATE MOVE=1` also goes back there.
+- `M220`, `M221`, a pause and a cancel that are typed take hold within two seconds of printing, also in a long line.
 - `M84` waits for the motion before it, and the lines behind it wait for `M84`; a move switches its motors on again. `M84 S60`: motors
   that nobody has moved for 60 s go off, while no job runs.
 
