@@ -6,7 +6,7 @@
 
 packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
   libboost1.81-dev libssl-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev libsqlite3-dev libsqlitecpp-dev
-  libsodium-dev libpng-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
+  libsodium-dev libcap-dev libseccomp-dev libpng-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
 packages_web="nodejs npm"
 packages_run="curl util-linux"
 packages_metal="musl-dev qemu-system-x86 ovmf grub-common grub-pc-bin grub-efi-amd64-bin xorriso

@@ -436,7 +436,11 @@ Result<void> Server::Parts::open() {
         return make_error(ErrorCode::invalid_argument,
                           "give the address to listen on as numbers, e.g. 127.0.0.1");
     const tcp::endpoint endpoint{address, options.port};
-    static_cast<void>(acceptor.open(endpoint.protocol(), failed));
+    if (options.socket >= 0) {
+        static_cast<void>(acceptor.assign(endpoint.protocol(), options.socket, failed));
+    } else {
+        static_cast<void>(acceptor.open(endpoint.protocol(), failed));
+    }
     if (!failed) static_cast<void>(acceptor.set_option(asio::socket_base::reuse_address(true), failed));
     if (!failed) static_cast<void>(acceptor.bind(endpoint, failed));
     if (!failed) static_cast<void>(acceptor.listen(asio::socket_base::max_listen_connections, failed));

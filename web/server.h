@@ -53,7 +53,10 @@ class Threads {
 struct ServerOptions {
     std::string address = "127.0.0.1";
     std::uint16_t port = 0;  ///< 0: any free one
-    DoorLimits door;         ///< fewer, when the process may not open so many descriptors
+    /// A stream socket for `address`, neither bound nor listening; −1: one is made. It belongs to
+    /// the network in which it was made, which the process may have left (apps/rights/own_view.h).
+    int socket = -1;
+    DoorLimits door;  ///< fewer, when the process may not open so many descriptors
     ConnectionLimits limits;
 };
 

@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "apps/launcher/run_lock.h"
+#include "apps/rights/rights.h"
+#include "apps/terminal/message.h"
 #include "board/linux/clock.h"
 #include "posix/system_error.h"
 
@@ -40,6 +42,10 @@ constexpr std::size_t kLineMax = 4096;
     }
     if (output >= 0) ::dup2(output, STDOUT_FILENO);
     plan.in_child();
+    if (const Result<void> bound = apps::bound_capabilities(plan.rights); !bound) {
+        apps::say(bound.error().message, "run: ");
+        ::_exit(1);
+    }
     std::vector<char*> arguments;
     for (const std::string& word : plan.command) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);

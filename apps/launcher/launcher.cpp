@@ -10,9 +10,11 @@
 #include <span>
 
 #include "apps/launcher/first_screen.h"
+#include "apps/launcher/needed_rights.h"
 #include "apps/link/link_file.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/printd/state_folder.h"
+#include "apps/rights/rights.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "board/linux/clock.h"
@@ -133,6 +135,7 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
         QDUINO_TRY_ASSIGN(made->service_, find_or_make_user(o.service_user));
         QDUINO_TRY(printd::hand_over_state(o.state, made->service_.user, made->service_.group));
     }
+    QDUINO_TRY(apps::keep_capabilities(kLauncherRights));
     {
         const posix::ActingAs service = made->as_service();
         QDUINO_TRY_ASSIGN(made->state_lock_, take_state(o.state, made->service_.user));
@@ -223,6 +226,7 @@ void Launcher::plan_machine() {
                                 memory_.file("sketch.lock"), "--kept", kept_settings()});
     plan.ready = made_anew(pins);
     plan.before_start = [this] { return copy_kept_settings(); };
+    plan.rights = kMachineRights;
     plan.after_end = [this] { processes_[1]->start_anew(); };
     add(std::move(plan));
 }
@@ -243,6 +247,7 @@ void Launcher::plan_sketch() {
         return before_sketch();
     };
     plan.locks = memory_.file("sketch.lock");
+    plan.rights = kSketchRights;
     plan.may_start = [this] { return processes_[0]->state() == KeptProcess::State::ready; };
     // Its link is there before its loops; it says what holds when they are about to run.
     plan.ready = [this](const std::string&) { return link_.look() && !sketch_report_.read().rest.empty(); };
@@ -265,6 +270,7 @@ void Launcher::plan_simulator() {
 void Launcher::plan_port() {
     ProcessPlan plan;
     plan.name = "serial port";
+    plan.rights = kPortRights;
     plan.command = {options_.programs / "printer-port",
                     "--port",
                     options_.serial_port,
@@ -288,6 +294,7 @@ void Launcher::plan_service() {
                  memory_.file("inspect"), "--listen", text<std::string>("127.0.0.1:", options_.port), "--ui",
                  options_.ui, "--print-link", "--vcpu", service_vcpu_->file()});
     plan.in_child = [this] { service_vcpu_->enter(); };
+    plan.rights = kServiceRights;
     if (!options_.service_user.empty())
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
     if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");

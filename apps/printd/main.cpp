@@ -8,6 +8,7 @@
 #include <sodium/core.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -25,6 +26,7 @@
 #include "apps/printd/privileges.h"
 #include "apps/printd/serial_host.h"
 #include "apps/printd/step_cost_file.h"
+#include "apps/rights/own_view.h"
 #include "base/version.h"
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"
@@ -120,7 +122,35 @@ std::string config_json(const printer::MachineConfig& machine) {
 struct Ground {
     posix::UniqueFd lock;
     std::string key;
+    posix::UniqueFd socket;  ///< of the network, where that was left; else none
 };
+
+/// As root: hides from the service what it does not need. Where the system has no namespaces the
+/// service goes on without, and says so.
+///
+/// Whatever the service reads after this must be in one of these folders. A service for this
+/// computer alone leaves the network: its socket stays. One for others needs their addresses.
+void hide_the_rest(const printd::Options& options, Ground& ground) {
+    std::vector<apps::SeenFolder> seen{{options.state, true}};
+    for (const std::filesystem::path& file :
+         std::initializer_list<std::filesystem::path>{options.link, options.inspect, options.vcpu})
+        if (!file.empty()) seen.push_back({file.parent_path()});
+    if (!options.serial_port.empty())  // a socket that it makes
+        seen.push_back({std::filesystem::path{options.serial_port}.parent_path(), true});
+    if (!options.ui.empty()) seen.push_back({options.ui});
+    seen.push_back({"/etc/localtime"});
+    seen.push_back({"/usr/share/zoneinfo"});
+    ::tzset();
+    if (web::is_loopback(options.address)) {
+        const bool ipv6 = options.address.find(':') != std::string::npos;
+        posix::UniqueFd socket{::socket(ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+        const Result<void> left = apps::leave_network();
+        if (left) ground.socket = std::move(socket);
+        if (!left) spdlog::warn("{}: the service sees the network", left.error().message.view());
+    }
+    if (const Result<void> hidden = apps::see_only(seen); !hidden)
+        spdlog::warn("{}: the service sees all files that its user may read", hidden.error().message.view());
+}
 
 Result<Ground> prepare(const printd::Options& options) {
     ::umask(077);
@@ -135,7 +165,10 @@ Result<Ground> prepare(const printd::Options& options) {
     // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
     const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
-    if (!user.empty()) QDUINO_TRY(printd::become(user, options.state));
+    const auto hide = [&] {
+        if (!options.recover) hide_the_rest(options, ground);
+    };
+    if (!user.empty()) QDUINO_TRY(printd::become(user, options.state, hide));
     QDUINO_TRY_ASSIGN(std::string key, web::load_or_make_key(options.state / "api-key"));
     if (options.authentication) ground.key = std::move(key);
     return ground;
@@ -213,6 +246,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     web::ServerOptions server_options;
     server_options.address = options.address;
     server_options.port = options.port;
+    server_options.socket = ground.socket.release();
     QDUINO_TRY_ASSIGN(const auto server, web::Server::listen(server_options, threads, *service, clock_now));
     QDUINO_TRY_ASSIGN(serial_host,
                       start_serial_host(options, *spool, threads.executors().spool, machine.has_bed));
@@ -266,8 +300,18 @@ Result<void> run(const printd::Options& options) {
 
 int main(int argc, char** argv) {
     int exit_status = 0;
-    const std::optional<printd::Options> options = printd::parse_options(argc, argv, exit_status);
+    std::optional<printd::Options> options = printd::parse_options(argc, argv, exit_status);
     if (!options) return exit_status;
+    // The working folder is another one once the rest of the files is hidden.
+    const auto from_the_top = [](auto& path) {
+        if (!path.empty()) path = std::filesystem::absolute(path);
+    };
+    from_the_top(options->state);
+    from_the_top(options->link);
+    from_the_top(options->ui);
+    from_the_top(options->inspect);
+    from_the_top(options->vcpu);
+    from_the_top(options->serial_port);
     start_log(options->verbose);
     const Result<void> ended = run(*options);
     return ended ? 0 : fail(ended.error());

@@ -3,11 +3,14 @@
 #include <grp.h>
 #include <pwd.h>
 #include <sys/file.h>
-#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+
 #include "apps/printd/state_folder.h"
+#include "apps/rights/rights.h"
 #include "posix/acting_as.h"
 #include "posix/guarded_file.h"
 #include "posix/system_error.h"
@@ -33,18 +36,26 @@ Result<posix::UniqueFd> lock_state(const std::filesystem::path& folder) {
     return make_error(ErrorCode::already_exists, "a print service is already running with ", folder.native());
 }
 
-Result<void> become(const std::string& user, const std::filesystem::path& state) {
+Result<void> become(const std::string& user, const std::filesystem::path& state,
+                    const std::function<void()>& last_as_root) {
     if (::geteuid() != 0) return make_error(ErrorCode::not_permitted, "--run-as needs root to begin with");
-    const passwd* found = ::getpwnam(user.c_str());
-    if (!found) return make_error(ErrorCode::not_found, "--run-as: there is no user ", user);
-    if (found->pw_uid == 0) return make_error(ErrorCode::not_permitted, "--run-as: ", user, " is root");
-    QDUINO_TRY(hand_over_state(state, found->pw_uid, found->pw_gid));
-    if (::initgroups(user.c_str(), found->pw_gid) != 0 || ::setgid(found->pw_gid) != 0 ||
-        ::setuid(found->pw_uid) != 0) {
+    const passwd* entry = ::getpwnam(user.c_str());
+    if (!entry) return make_error(ErrorCode::not_found, "--run-as: there is no user ", user);
+    const passwd found = *entry;
+    if (found.pw_uid == 0) return make_error(ErrorCode::not_permitted, "--run-as: ", user, " is root");
+    std::array<gid_t, 64> groups{};  // the first ones, where there are more
+    int count = static_cast<int>(groups.size());
+    ::getgrouplist(user.c_str(), found.pw_gid, groups.data(), &count);
+    count = std::min(count, static_cast<int>(groups.size()));
+    QDUINO_TRY(hand_over_state(state, found.pw_uid, found.pw_gid));
+    if (last_as_root) last_as_root();
+    QDUINO_TRY(apps::bound_capabilities({}));
+    if (::setgroups(static_cast<std::size_t>(count), groups.data()) != 0 || ::setgid(found.pw_gid) != 0 ||
+        ::setuid(found.pw_uid) != 0) {
         return posix::system_error("become", user);
     }
     if (::setuid(0) == 0) return make_error(ErrorCode::internal, "--run-as: root could be had back");
-    ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    QDUINO_TRY(apps::refuse_system_calls());
     if (::access(state.c_str(), R_OK | W_OK | X_OK) == 0) return {};
     return make_error(ErrorCode::not_permitted, "user ", user, " cannot reach ", state.native(),
                       "; choose another --state, /var/lib/qduinomc for one");
