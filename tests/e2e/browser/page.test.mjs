@@ -27,14 +27,11 @@ before(async () => {
 });
 after(async () => { for (const browser of Object.values(browsers)) await browser.close(); });
 
-/** What three.js logs in a browser without WebGL; the page says it in its own words. */
-const isNoWebGl = (text) => text.startsWith('THREE.WebGLRenderer:');
-
 /**
  * Opens the page in front of a mock in `scene`; `body` gets {page, mock, at, requests}. No error
- * may be logged meanwhile. `draws`: in a browser with WebGL.
+ * may be logged meanwhile. `draws`: in a browser with WebGL; `begin`: before the page is opened.
  */
-async function inScene(scene, body, { viewport = DESKTOP, key, draws = false } = {}) {
+async function inScene(scene, body, { viewport = DESKTOP, key, draws = false, begin = async () => {} } = {}) {
   const mock = await startMock({ scene });
   const context = await (draws ? browsers.drawing : browsers.plain).newContext({ viewport });
   const page = await context.newPage();
@@ -43,8 +40,9 @@ async function inScene(scene, body, { viewport = DESKTOP, key, draws = false } =
   const requests = [];
   page.on('request', (request) => requests.push(`${request.method()} ${new URL(request.url()).pathname}${new URL(request.url()).search}`));
   page.on('pageerror', (error) => problems.push(`thrown: ${error}`));
-  page.on('console', (message) => message.type() === 'error' && !message.text().startsWith('Failed to load resource') && (draws || !isNoWebGl(message.text())) && problems.push(message.text()));
+  page.on('console', (message) => message.type() === 'error' && !message.text().startsWith('Failed to load resource') && problems.push(message.text()));
   try {
+    await begin(page);
     await page.goto(key ? mock.address.replace(/key=.*/, `key=${key}`) : mock.address);
     await body({ page, mock, requests, at: (id) => page.getByTestId(id), button: (name) => page.getByRole('button', { name, exact: true }) });
     assert.deepEqual(problems, []);
@@ -374,22 +372,21 @@ test('a hundred thousand jobs are listed in pages, found by name and state, and 
     assert.ok(pictures < 150, `${pictures} thumbnails were loaded`);
   }));
 
-test('a part of 140 mm is as bright as one of 20 mm, as beads and as lines', async () => {
+/** What the worker has told of its drawing: {frames, segments, whole}. */
+const drawing = (at) => at('canvas').evaluate(({ dataset }) => ({ frames: Number(dataset.frames ?? 0), segments: Number(dataset.segments ?? 0), whole: dataset.whole === 'true' }));
+const drawnWhole = (at, segments = 1) => until(`a picture of ${segments} segments that is whole`, async () => {
+  const now = await drawing(at);
+  return now.whole && now.segments >= segments;
+});
+
+test('a part of 140 mm is as bright as one of 20 mm, and one of short pieces, too', async () => {
   const bright = {};
   for (const scene of ['cube20', 'cube140', 'cube140-dense']) {
     await inScene(scene, async ({ page, at, mock }) => {
-      const segments = mock.printer.part.layers.reduce((sum, layer) => sum + layer.segments, 0);
-      assert.equal(segments > 400_000, scene === 'cube140-dense', 'only the dense one is drawn as lines');
-      const layers = String(mock.printer.part.layers.length);
-      await until('all layers', async () => (await page.locator('.layer-slider input').getAttribute('max')) === layers);
-      let last = null;
-      await until('a picture that is finished', async () => {
-        const seen = await lookAt(page, at('canvas'));
-        const same = last !== null && seen.warm > 10_000 && seen.warm === last.warm && seen.brightness === last.brightness;
-        last = seen;
-        return same;
-      });
-      bright[scene] = last.brightness;
+      await drawnWhole(at, mock.printer.part.layers.reduce((sum, layer) => sum + layer.segments, 0));
+      const seen = await lookAt(page, at('canvas'));
+      assert.ok(seen.warm > 10_000, `${scene} is hardly there: ${JSON.stringify(seen)}`);
+      bright[scene] = seen.brightness;
     }, { viewport: PHONE, draws: true });
   }
   for (const scene of ['cube140', 'cube140-dense']) {
@@ -423,10 +420,178 @@ test('a failed print is drawn to where it came, and no further', () =>
     assert.ok(part > whole * 0.3 && part < whole * 0.7, `${part} of ${whole} pixels are the part's`);
   }, { viewport: PHONE, draws: true }));
 
-test('a browser without WebGL shows all but the picture, and says why', () =>
+/** Counts what a page asks its own thread to draw in 3D. */
+const countContexts = (page) => page.addInitScript(() => {
+  globalThis.contexts = [];
+  for (const of of [HTMLCanvasElement, globalThis.OffscreenCanvas]) {
+    const { getContext } = of.prototype;
+    of.prototype.getContext = function (kind, ...rest) {
+      globalThis.contexts.push(kind);
+      return getContext.call(this, kind, ...rest);
+    };
+  }
+});
+
+test('the part is drawn by a worker, only what is new, and nothing that nobody sees', () =>
+  inScene('printing', async ({ page, mock, at }) => {
+    await drawnWhole(at);
+    const contexts = await page.evaluate(() => globalThis.contexts);
+    assert.deepEqual(contexts.filter((kind) => kind !== '2d'), [], 'the page itself draws in 3D');
+    assert.ok(page.workers().length === 1 && (await page.workers()[0].evaluate(() => typeof document)) === 'undefined');
+    const before = await drawing(at);
+    await until('new beads', async () => (await drawing(at)).segments > before.segments + 20);
+    await drawnWhole(at);
+
+    // Out of sight: the print goes on, and nothing is drawn.
+    await page.setViewportSize({ width: 700, height: 400 });
+    await page.evaluate(() => scrollTo(0, document.documentElement.scrollHeight));
+    let still = await drawing(at);
+    await until('no more drawings', async () => {
+      const last = still;
+      await page.waitForTimeout(700);
+      still = await drawing(at);
+      return last.frames === still.frames;
+    });
+    const { executed } = mock.printer;
+    await until('a print that goes on', async () => mock.printer.executed > executed + 5000);
+    assert.deepEqual(await drawing(at), still);
+    await page.evaluate(() => scrollTo(0, 0));
+    await until('the beads that came meanwhile', async () => (await drawing(at)).segments > still.segments);
+  }, { draws: true, begin: countContexts }));
+
+test('the part fills its stage in every size, and is turned, zoomed and shown again by keys', () =>
+  inScene('cube20', async ({ page, at }) => {
+    const sees = async (what) => {
+      await until(what, async () => {
+        const { left, right, top, bottom } = (await lookAt(page, at('canvas'), { right: 60, bottom: 80 })).box;
+        return (right - left > 0.5 || bottom - top > 0.5) && left > 0 && right < 1 && top > 0;
+      });
+      return lookAt(page, at('canvas'));
+    };
+    await drawnWhole(at);
+    const first = await sees('a cube that fills the stage');
+    await page.setViewportSize(PHONE);
+    await sees('one that fills the stage of a phone');
+    await page.setViewportSize(DESKTOP);
+    await sees('one that fills the stage again');
+    await at('canvas').focus();
+    const changes = async (key) => {
+      const before = (await drawing(at)).frames;
+      const was = await lookAt(page, at('canvas'));
+      await page.keyboard.press(key);
+      await until(`a picture that ${key} has changed`, async () => (await drawing(at)).frames > before && (await drawing(at)).whole);
+      const now = await lookAt(page, at('canvas'));
+      assert.notEqual(now.warm, was.warm, `${key} changes nothing`);
+      return now;
+    };
+    await changes('ArrowLeft');
+    await changes('ArrowUp');
+    const near = await changes('+');
+    const far = await changes('-');
+    assert.ok(far.warm < near.warm);
+    const again = await changes('Home');
+    assert.ok(Math.abs(again.warm / first.warm - 1) < 0.05, `${again.warm} and not ${first.warm} warm pixels`);
+  }, { draws: true }));
+
+test('a browser without WebGL shows a still picture, and says why', () =>
   inScene('printing', async ({ page, at }) => {
     await at('running').waitFor();
-    await page.getByText('WebGL is not available').waitFor();
+    await at('flat').waitFor();
+    assert.match(await text(at('flat')), /WebGL is not available.*still picture/);
+    await until('a picture', async () => (await lookAt(page, at('canvas'))).warm > 500);
+  }));
+
+test('a browser that gives no canvas to a worker shows the still picture as well', () =>
+  inScene('printing', async ({ page, at }) => {
+    await at('flat').waitFor();
+    await until('a picture', async () => (await lookAt(page, at('canvas'))).warm > 500);
+    assert.deepEqual((await page.evaluate(() => globalThis.contexts)).filter((kind) => kind !== '2d'), []);
+  }, {
+    draws: true,
+    begin: async (page) => {
+      await countContexts(page);
+      await page.addInitScript(() => { delete HTMLCanvasElement.prototype.transferControlToOffscreen; });
+    },
+  }));
+
+test('an open question neither covers the emergency stop nor keeps the keyboard from it', () =>
+  inScene('printing', async ({ page, mock, at, button }) => {
+    for (const viewport of [DESKTOP, PHONE, { width: 360, height: 420 }]) {
+      await page.setViewportSize(viewport);
+      await button('Cancel').click();
+      await at('ask').waitFor();
+      const stop = await button('Emergency stop').boundingBox();
+      for (const [across, down] of [[0.1, 0.1], [0.5, 0.5], [0.9, 0.9]]) {
+        const there = await page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.textContent, [stop.x + across * stop.width, stop.y + down * stop.height]);
+        assert.equal(there, 'Emergency stop', 'something lies on it');
+      }
+      // Of text in several lines axe cannot tell what lies behind it: that is the wide one's.
+      if (viewport === DESKTOP) assert.deepEqual(await findings(page), []);
+      await page.keyboard.press('Escape');
+      await until('no question', async () => (await at('ask').count()) === 0);
+    }
+    await button('Cancel').click();
+    await at('ask').waitFor();
+    const focused = () => page.evaluate(() => document.activeElement.textContent);
+    assert.equal(await focused(), 'No, keep it');
+    await page.keyboard.press('Shift+Tab');
+    assert.equal(await focused(), 'Emergency stop', 'one key before the question');
+    await page.keyboard.press('Enter');
+    await until('a confirmation', async () => (await at('stop').getAttribute('data-phase')) === 'confirmed');
+    assert.equal(mock.printer.state, 'faulted');
+    assert.equal(await at('ask').count(), 0, 'its subject has ended');
+    assert.match(await text(at('stop')), /Stopped, confirmed/);
+    await button('Clear fault').click();
+    await until('an end of the good news', async () => (await at('stop').count()) === 0);
+  }));
+
+test('a question whose print has ended closes, and asks for nothing', () =>
+  inScene('printing', async ({ mock, at, button, requests }) => {
+    await button('Cancel').click();
+    await at('ask').waitFor();
+    mock.printer.finish('done');
+    await until('no question', async () => (await at('ask').count()) === 0);
+    assert.ok(!requests.includes('POST /api/v1/machine/cancel'));
+  }));
+
+test('a silent service is said, its values are grey, and only the stop can be pressed', () =>
+  inScene('printing', async ({ page, mock, at, button }) => {
+    await at('running').waitFor();
+    await until('controls', () => button('Pause').isEnabled());
+    const bright = await at('hot-end').evaluate((e) => getComputedStyle(e).color);
+    mock.mute(true);
+    await at('silent').waitFor();
+    assert.match(await text(at('silent')), /^No news for \d+ s$/);
+    assert.match(await text(at('as-of').first()), /^as of \d\d:\d\d:\d\d$/);
+    assert.notEqual(await at('hot-end').evaluate((e) => getComputedStyle(e).color), bright);
+    for (const name of ['Pause', 'Cancel', 'Hot end off', 'Choose files']) assert.ok(await button(name).isDisabled(), `${name} can be pressed`);
+    for (const colorScheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
+      assert.deepEqual(await findings(page), [], colorScheme);
+    }
+    await button('Emergency stop').click();
+    await until('a word that it is not confirmed', async () => (await at('stop').getAttribute('data-phase')) === 'unconfirmed');
+    assert.match(await text(at('stop')), /NOT confirmed: cut the power/);
+    for (const colorScheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
+      assert.deepEqual(await findings(page), [], colorScheme);
+    }
+    mock.mute(false);
+    await until('a confirmation', async () => (await at('stop').getAttribute('data-phase')) === 'confirmed');
+    await until('news', async () => (await at('silent').count()) === 0 && (await at('as-of').count()) === 0);
+    assert.ok(await button('Clear fault').isEnabled());
+    assert.equal(mock.printer.state, 'faulted');
+  }));
+
+test('a refusal ends with its cause', () =>
+  inScene('printing', async ({ page, mock, at, button }) => {
+    await page.route('**/machine/pause', (route) => route.fulfill({ status: 409, json: { error: { code: 'x', message: 'nothing is printing' } } }));
+    await button('Pause').click();
+    await at('refusal').waitFor();
+    mock.printer.finish('done');
+    mock.printer.gate.bed_occupied = false;
+    await at('running').waitFor();
+    await until('no refusal', async () => (await at('refusal').count()) === 0);
   }));
 
 test('what is guaranteed is as of now', () =>

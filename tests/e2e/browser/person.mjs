@@ -19,12 +19,13 @@ export async function drop(page, name, bytes) {
 
 /**
  * The canvas as the browser composes it: how many colours it has, how many pixels are the part's
- * warm ones (the bed and the ground are grey or blue), and the mean brightness of those, 0 to 255
- * (Rec. 709).
+ * warm ones (the bed and the ground are grey or blue), the mean brightness of those, 0 to 255
+ * (Rec. 709), and their edges in parts of its width and height. `but`: pixels at the right and at
+ * the bottom that are not looked at, for the slider and the legend are warm as well.
  */
-export async function lookAt(page, canvas) {
+export async function lookAt(page, canvas, but = { right: 0, bottom: 0 }) {
   const text = (await canvas.screenshot()).toString('base64');
-  return page.evaluate(async (png) => {
+  return page.evaluate(async ({ png, but }) => {
     const image = new Image();
     image.src = `data:image/png;base64,${png}`;
     await image.decode();
@@ -34,13 +35,19 @@ export async function lookAt(page, canvas) {
     const bytes = drawing.getImageData(0, 0, copy.width, copy.height).data;
     let warm = 0;
     let light = 0;
+    const box = { left: 1, right: 0, top: 1, bottom: 0 };
     for (let i = 0; i < bytes.length; i += 4) {
-      if (bytes[i] <= bytes[i + 2] + 60) continue;
+      const [x, y] = [(i / 4) % copy.width, Math.floor(i / 4 / copy.width)];
+      if (bytes[i] <= bytes[i + 2] + 60 || x >= copy.width - but.right || y >= copy.height - but.bottom) continue;
+      box.left = Math.min(box.left, x / copy.width);
+      box.right = Math.max(box.right, x / copy.width);
+      box.top = Math.min(box.top, y / copy.height);
+      box.bottom = Math.max(box.bottom, y / copy.height);
       warm++;
       light += 0.2126 * bytes[i] + 0.7152 * bytes[i + 1] + 0.0722 * bytes[i + 2];
     }
-    return { colours: new Set(new Uint32Array(bytes.buffer)).size, warm, brightness: warm > 0 ? light / warm : 0 };
-  }, text);
+    return { colours: new Set(new Uint32Array(bytes.buffer)).size, warm, box, brightness: warm > 0 ? light / warm : 0 };
+  }, { png: text, but });
 }
 
 /**

@@ -17,9 +17,10 @@ const CHROMIUM = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-
 // Chromium takes a replaced page for one from elsewhere, which may not open a socket to this
 // machine.
 const BROWSER_ARGUMENTS = [
-  '--headless=new', '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader', '--use-angle=swiftshader', '--disable-quic',
-  '--disable-features=LocalNetworkAccessChecks', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
+  '--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--disable-features=LocalNetworkAccessChecks', '--no-first-run',
+  '--disable-background-networking', '--disable-component-update', '--disable-sync',
 ];
+const IN_SOFTWARE = ['--enable-unsafe-swiftshader', '--use-angle=swiftshader'];
 
 const chromiumPath = () => CHROMIUM.find((path) => path && existsSync(path));
 
@@ -98,5 +99,5 @@ export async function startStack({ speed }) {
 /** `draws`: with WebGL, in software, which costs more than all else that the page does. */
 export function startBrowser({ draws = true } = {}) {
   const { chromium } = createRequire(join(ROOT, 'web/ui/package.json'))('playwright-core');
-  return chromium.launch({ executablePath: chromiumPath(), args: draws ? BROWSER_ARGUMENTS : [...BROWSER_ARGUMENTS, '--disable-3d-apis'] });
+  return chromium.launch({ executablePath: chromiumPath(), args: [...BROWSER_ARGUMENTS, ...(draws ? IN_SOFTWARE : ['--disable-software-rasterizer'])] });
 }

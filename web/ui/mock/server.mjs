@@ -82,6 +82,7 @@ class Printer {
     this.jobs = [];
     this.nextId = 1;
     this.subscribers = new Set();
+    this.muted = false;
     this.stage(scene);
   }
 
@@ -102,7 +103,7 @@ class Printer {
       queue30: () => this.stageQueue(),
       disconnected: () => { this.state = 'disconnected'; },
       unhomed: () => { this.homed = [false, false, false]; },
-      cube20: () => this.showCube(20), cube140: () => this.showCube(140), 'cube140-dense': () => this.showCube(140, 6.5),
+      cube20: () => this.showCube(20), cube140: () => this.showCube(140), 'cube140-dense': () => this.showCube(140, 70),
       many: () => this.stageMany(),
       'idle-warning': () => { this.heat(209, 60); this.idle.off_in_s = 105; },
       'idle-hint': () => { this.heat(209, 60); this.idle.off_in_s = 430; },
@@ -311,7 +312,7 @@ class Printer {
     return { type: 'history', ...samples };
   }
 
-  send(message) { for (const each of this.subscribers) each.send(JSON.stringify(message)); }
+  send(message) { if (!this.muted) for (const each of this.subscribers) each.send(JSON.stringify(message)); }
   changed() { this.send(this.jobsMessage()); }
 }
 
@@ -474,13 +475,19 @@ async function answer(printer, key, request, response) {
   response.end(found.bytes ?? (found.body === undefined ? '' : JSON.stringify(found.body)));
 }
 
-/** Starts a mock; returns {address, printer, close()}. Port 0: any free one. */
+/**
+ * Starts a mock; returns {address, printer, mute(on), close()}. Port 0: any free one. While it is
+ * muted it keeps its connections, and neither answers nor sends: a service that stands still, or a
+ * proxy that swallows.
+ */
 export async function startMock({ port = 0, scene = 'idle', key = 'mock' } = {}) {
   const printer = new Printer(scene);
   const server = createServer((request, response) => {
+    if (printer.muted) return;
     answer(printer, key, request, response).catch((error) => response.writeHead(500).end(JSON.stringify(fail(500, String(error)).body)));
   });
   server.on('upgrade', (request, socket) => {
+    if (printer.muted) return;
     const live = acceptWebSocket(request, socket, () => printer.subscribers.delete(live));
     live.send(JSON.stringify({ type: 'status', status: printer.status() }));
     live.send(JSON.stringify(printer.jobsMessage()));
@@ -498,7 +505,7 @@ export async function startMock({ port = 0, scene = 'idle', key = 'mock' } = {})
     server.close();
     server.closeAllConnections();
   };
-  return { address: `http://127.0.0.1:${server.address().port}/#key=${key}`, printer, close };
+  return { address: `http://127.0.0.1:${server.address().port}/#key=${key}`, printer, mute: (on) => { printer.muted = on; }, close };
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {

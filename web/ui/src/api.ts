@@ -1,11 +1,18 @@
 // Requests to the service, and the live stream. Errors are the service's own words (docs/api.md),
 // always as text.
+import { circumstances } from './causes';
 import * as format from './format';
 import { isSearch, joined, listPath, PAGE_JOBS, RELOAD_JOBS_MAX, type Search } from './jobs';
+import { silenceOf } from './silence';
 import { addConsole, reduce, store, withoutJob } from './store';
-import type { Guarantee, Inspection, JobPage, LayerIndex, LiveMessage, MachineConfig, Status } from './types';
+import type { Guarantee, Inspection, JobPage, LiveMessage, MachineConfig, Status } from './types';
 
 const ASK_MS = 1000;
+/** An answer that takes longer does not come; uploads have a watch of their own (uploads.ts). */
+export const PATIENCE_MS = 5000;
+/** A stream that is open and says nothing for so long is given up, and opened anew. */
+const SILENT_STREAM_MS = 8000;
+const LOOK_MS = 500;
 
 export class ApiError extends Error {
   constructor(message: string, readonly status: number) {
@@ -28,19 +35,37 @@ async function errorOf(response: Response): Promise<ApiError> {
   return new ApiError(sentenceOf(await response.text(), `${response.status} ${response.statusText}`), response.status);
 }
 
-export async function request<T>(method: string, path: string, body?: unknown): Promise<T> {
-  const response = await fetch(`/api/v1/${path}`, {
-    method,
-    credentials: 'same-origin',
-    headers: body === undefined ? {} : { 'Content-Type': 'application/json' },
-    body: body === undefined ? undefined : JSON.stringify(body),
-  }).catch(() => {
-    throw new ApiError('The print service was not reached: nothing was done. Try again.', 0);
-  });
-  if (response.status === 401) store.set({ signedIn: false });
-  if (!response.ok) throw await errorOf(response);
-  const text = await response.text();
-  return (text ? JSON.parse(text) : undefined) as T;
+interface Manner {
+  patience_ms?: number;
+  /** Before other requests, and sent even if the page is closed meanwhile. */
+  urgent?: boolean;
+}
+
+/** Asks the service. Throws an ApiError, of status 0 when no answer comes. */
+export async function request<T>(method: string, path: string, body?: unknown, { patience_ms = PATIENCE_MS, urgent = false }: Manner = {}): Promise<T> {
+  const abort = new AbortController();
+  const timer = setTimeout(() => abort.abort(), Math.max(0, patience_ms));
+  try {
+    const response = await fetch(`/api/v1/${path}`, {
+      method,
+      credentials: 'same-origin',
+      headers: body === undefined ? {} : { 'Content-Type': 'application/json' },
+      body: body === undefined ? undefined : JSON.stringify(body),
+      signal: abort.signal,
+      ...(urgent ? { keepalive: true, priority: 'high' as const } : {}),
+    });
+    if (response.status === 401) store.set({ signedIn: false });
+    if (!response.ok) throw await errorOf(response);
+    const text = await response.text();
+    return (text ? JSON.parse(text) : undefined) as T;
+  } catch (error) {
+    if (error instanceof ApiError) throw error;
+    throw new ApiError(abort.signal.aborted
+      ? `The print service has not answered for ${format.duration(patience_ms / 1000)}: whether it was done is not known.`
+      : 'The print service was not reached: nothing was done. Try again.', 0);
+  } finally {
+    clearTimeout(timer);
+  }
 }
 
 export function dismissRefusal(place: string): void {
@@ -48,6 +73,24 @@ export function dismissRefusal(place: string): void {
     const { [place]: _, ...refusals } = s.refusals;
     return { ...s, refusals };
   });
+}
+
+/** What the standing refusals are about, by their places. */
+const causes = new Map<string, string>();
+
+function refuse(place: string, text: string): void {
+  causes.set(place, circumstances(store.state, place));
+  store.update((s) => ({ ...s, refusals: { ...s.refusals, [place]: text } }));
+}
+
+/** Takes back the refusals whose cause is over. */
+function endRefusals(): void {
+  const { refusals } = store.state;
+  for (const [place, cause] of causes) {
+    if (place in refusals && circumstances(store.state, place) === cause) continue;
+    causes.delete(place);
+    if (place in refusals) dismissRefusal(place);
+  }
 }
 
 /**
@@ -60,7 +103,7 @@ export async function act(place: string, method: string, path: string, body?: un
     await request(method, path, body);
     return true;
   } catch (error) {
-    store.update((s) => ({ ...s, refusals: { ...s.refusals, [place]: (error as Error).message } }));
+    refuse(place, (error as Error).message);
     return false;
   }
 }
@@ -99,7 +142,7 @@ async function listed(load: () => Promise<JobPage>, take: (page: JobPage) => voi
     if (store.state.search === search) take(page);
     if ('list' in store.state.refusals) dismissRefusal('list');
   } catch (error) {
-    store.update((s) => ({ ...s, refusals: { ...s.refusals, list: (error as Error).message } }));
+    refuse('list', (error as Error).message);
   }
 }
 
@@ -133,19 +176,9 @@ export function takeKeyFromAddress(): string | null {
   return decodeURIComponent(found[1]);
 }
 
-export async function layerIndex(job: number): Promise<LayerIndex[]> {
-  return (await request<{ layers: LayerIndex[] }>('GET', `jobs/${job}/layers`)).layers;
-}
-
 /** The virtual machine's report on a finished job; null where nobody inspects. */
 export async function inspection(job: number): Promise<Inspection | null> {
   return request<Inspection>('GET', `jobs/${job}/inspection`).catch(() => null);
-}
-
-export async function layerBytes(job: number, first: number, last: number, signal: AbortSignal): Promise<ArrayBuffer> {
-  const response = await fetch(`/api/v1/jobs/${job}/layers/${first}-${last}`, { credentials: 'same-origin', signal });
-  if (!response.ok) throw await errorOf(response);
-  return response.arrayBuffer();
 }
 
 export async function loadGuarantee(): Promise<void> {
@@ -168,7 +201,21 @@ export async function sendLine(line: string): Promise<void> {
   await act('console', 'POST', 'machine/gcode', { line });
 }
 
-const take = (message: LiveMessage) => store.update((s) => reduce(s, message, Date.now() / 1000));
+/** Takes in what the service says: news, so nothing that is shown is old. */
+export function apply(message: LiveMessage): void {
+  const now_ms = Date.now();
+  store.update((s) => ({ ...reduce(s, message, now_ms / 1000), newsAt_ms: now_ms, silent_s: null }));
+  endRefusals();
+}
+
+/** Says how long nothing was heard. Returns what stops it. */
+function watchSilence(): () => void {
+  const timer = setInterval(() => {
+    const silent_s = silenceOf(store.state.newsAt_ms, Date.now());
+    if (silent_s !== store.state.silent_s) store.set({ silent_s });
+  }, LOOK_MS);
+  return () => clearInterval(timer);
+}
 
 /** For a printer without a live stream: asks it once a second. Returns what stops it. */
 function startAsking(): () => void {
@@ -177,10 +224,10 @@ function startAsking(): () => void {
   let listed = '';
   const once = async () => {
     try {
-      take({ type: 'status', status: await request<Status>('GET', 'machine') });
+      apply({ type: 'status', status: await request<Status>('GET', 'machine') });
       const page = await request<JobPage>('GET', 'jobs');
       const list = JSON.stringify(page);
-      if (list !== listed) take({ type: 'jobs', ...page });
+      if (list !== listed) apply({ type: 'jobs', ...page });
       listed = list;
       if (!stopped) store.set({ online: true });
     } catch (error) {
@@ -201,23 +248,33 @@ function startAsking(): () => void {
 export function startLive(): () => void {
   let stopped = false;
   let stop = () => {};
+  const unwatch = watchSilence();
   void request<Status>('GET', 'machine').then((status) => status.lacks?.includes('live') ?? false, () => false).then((asks) => {
     if (!stopped) stop = asks ? startAsking() : startStream();
   });
   return () => {
     stopped = true;
+    unwatch();
     stop();
   };
 }
 
+/** The one that is open or opens. `heard_ms`: when it last said something, or began to open. */
+interface Stream {
+  socket: WebSocket;
+  heard_ms: number;
+  opened: boolean;
+}
+
 /**
  * Keeps one live stream open until it is told to stop, or the session has ended; waits longer after
- * each failure, up to 8 s. Returns what stops it.
+ * each failure, up to 4 s. One that says nothing is given up: its end may never be told. Returns
+ * what stops it.
  */
 function startStream(): () => void {
   let wait_ms = 500;
   let stopped = false;
-  let socket: WebSocket | null = null;
+  let stream: Stream | null = null;
   let timer = 0;
   const again = async () => {
     try {
@@ -225,37 +282,49 @@ function startStream(): () => void {
     } catch (error) {
       if ((error as ApiError).status === 401) return; // request() has told the page
     }
-    if (!stopped) open();
+    if (!stopped) stream = openStream(over);
   };
-  const open = () => {
-    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
-    let session: string | null | undefined;
-    socket = new WebSocket(`${scheme}://${location.host}/api/v1/live`);
-    socket.onopen = () => {
-      wait_ms = 500;
-      store.set({ online: true });
-      void loadConfig();
-    };
-    socket.onmessage = (event) => {
-      const message = JSON.parse(event.data) as LiveMessage;
-      take(message);
-      if (message.type === 'status' && message.status.session !== session) {
-        session = message.status.session;
-        if (session !== null) void loadGuarantee();
-      }
-    };
-    socket.onclose = () => {
-      if (stopped) return;
-      store.set({ online: false });
-      timer = window.setTimeout(again, wait_ms);
-      wait_ms = Math.min(wait_ms * 2, 8000);
-    };
+  const over = (ended: Stream) => {
+    if (stopped || stream !== ended) return;
+    stream = null;
+    store.set({ online: false });
+    timer = window.setTimeout(again, wait_ms);
+    wait_ms = ended.opened ? 500 : Math.min(wait_ms * 2, 4000);
   };
-  open();
+  const watch = setInterval(() => {
+    if (!stream || performance.now() - stream.heard_ms < (stream.opened ? SILENT_STREAM_MS : PATIENCE_MS)) return;
+    const { socket } = stream;
+    over(stream);
+    socket.close();
+  }, LOOK_MS);
+  stream = openStream(over);
   return () => {
     stopped = true;
     clearTimeout(timer);
-    socket?.close();
+    clearInterval(watch);
+    stream?.socket.close();
     store.set({ online: false });
   };
+}
+
+function openStream(over: (ended: Stream) => void): Stream {
+  const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+  const stream: Stream = { socket: new WebSocket(`${scheme}://${location.host}/api/v1/live`), heard_ms: performance.now(), opened: false };
+  let session: string | null | undefined;
+  stream.socket.onopen = () => {
+    Object.assign(stream, { heard_ms: performance.now(), opened: true });
+    void loadConfig();
+  };
+  stream.socket.onmessage = (event) => {
+    stream.heard_ms = performance.now();
+    const message = JSON.parse(event.data) as LiveMessage;
+    apply(message);
+    if (!store.state.online) store.set({ online: true });
+    if (message.type === 'status' && message.status.session !== session) {
+      session = message.status.session;
+      if (session !== null) void loadGuarantee();
+    }
+  };
+  stream.socket.onclose = () => over(stream);
+  return stream;
 }

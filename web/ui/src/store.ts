@@ -34,9 +34,20 @@ export interface Question {
   answer: (yes: boolean) => void;
 }
 
+/** What became of an emergency stop (stop.ts); `reason`: why it is not confirmed. */
+export interface Stop {
+  phase: 'asked' | 'confirmed' | 'unconfirmed';
+  reason: string | null;
+}
+
 export interface State {
   signedIn: boolean | null; // null: not known yet
   online: boolean;
+  /** Unix time of the last word of the service; null: there was none. */
+  newsAt_ms: number | null;
+  /** For so long it has said nothing (silence.ts); null: not worth a word. */
+  silent_s: number | null;
+  stop: Stop | null;
   status: Status | null;
   /** The first page, as the live stream has it: running, the first waiting, the newest ended. */
   jobs: Job[];
@@ -76,7 +87,7 @@ export const emptyHistory = (): History => ({ t_s: [], hot_end_c: [], hot_end_ta
 
 const NO_JOBS: JobCounts = { queued: 0, held: 0, printing: 0, done: 0, cancelled: 0, failed: 0, total: 0 };
 export const initialState: State = {
-  signedIn: null, online: false, status: null, jobs: [], older: [], older_before: null, counts: NO_JOBS,
+  signedIn: null, online: false, newsAt_ms: null, silent_s: null, stop: null, status: null, jobs: [], older: [], older_before: null, counts: NO_JOBS,
   search: { text: '', states: '' }, found: null, gate: { held: false, reason: null, bed_occupied: false, confirm_bed: true },
   config: null, question: null, history: emptyHistory(), console: [], uploads: [], guarantee: null, guaranteeBefore: null, refusals: {}, keyProblem: null,
   shown: null,
@@ -111,22 +122,6 @@ function withFirstPage(state: State, { jobs, next_before, counts, queue }: JobPa
   };
 }
 
-/**
- * What a refusal may be about. When any of it has changed, so has the reason, and the refusal would
- * stand beside something that it is not about.
- */
-const circumstances = ({ status, jobs, gate }: State): string => JSON.stringify([
-  status?.state, status?.job, status?.fault, status?.homed, status?.may_jog, status?.session,
-  jobs.map((job) => [job.id, job.state, job.copies]), gate.held, gate.bed_occupied,
-]);
-
-/** `next` without refusals whose cause is over. The emergency stop's stays: all must read it. */
-function withoutOld(before: State, next: State): State {
-  const { stop, ...old } = next.refusals;
-  if (Object.keys(old).length === 0 || circumstances(before) === circumstances(next)) return next;
-  return { ...next, refusals: stop === undefined ? {} : { stop } };
-}
-
 /** A job that is gone, as the answer to a request has said. */
 export function withoutJob(state: State, id: number): State {
   const but = (list: Job[]) => list.filter((job) => job.id !== id);
@@ -140,10 +135,10 @@ export function reduce(state: State, message: LiveMessage, now_s: number): State
   switch (message.type) {
     case 'status': {
       const history = message.status.connected ? addSample(state.history, message.status, now_s) : state.history;
-      return withoutOld(state, { ...state, status: message.status, history });
+      return { ...state, status: message.status, history };
     }
     case 'jobs':
-      return withoutOld(state, withFirstPage(state, message));
+      return withFirstPage(state, message);
     case 'history': {
       const zeroIsOff = (list: (number | null)[]) => list.map((t) => (t ? t : null));
       return {
@@ -156,6 +151,8 @@ export function reduce(state: State, message: LiveMessage, now_s: number): State
     }
     case 'reply':
       return addConsole(state, message.kind, message.text);
+    case 'alive':
+      return state; // that it has come is all that it says
     case 'upload':
       return state; // the page knows its own uploads better
   }

@@ -237,4 +237,5 @@ export type LiveMessage =
   | ({ type: 'jobs' } & JobPage)
   | { type: 'reply'; kind: 'text' | 'warning' | 'error'; text: string }
   | { type: 'upload'; name: string; received: number; size: number }
+  | { type: 'alive'; time: string }
   | ({ type: 'history' } & History);

@@ -2,10 +2,13 @@
 // Each can be cancelled while it is on its way. A refused one stays in the list, with its reason,
 // until a person has read it.
 import { sentenceOf } from './api';
+import * as format from './format';
 import { newKey, store, type Upload } from './store';
 
 const RATE_MS = 4000;
 const DONE_SHOWN_MS = 2500;
+/** A line on which nothing moves for so long is dead. */
+export const STALLED_MS = 30_000;
 
 /** Bytes sent by an instant. */
 export interface Sample {
@@ -21,6 +24,21 @@ export function rateOf(samples: Sample[], now_ms: number): number | null {
   const first = samples.find((each) => each.at_ms >= now_ms - RATE_MS);
   if (!first || now_ms - first.at_ms < 500) return null;
   return ((samples[samples.length - 1].sent - first.sent) / (now_ms - first.at_ms)) * 1000;
+}
+
+/**
+ * Why an upload is given up; null: it goes on. While it is sent, bytes must move. While it is
+ * checked, which may take minutes, the service must be heard.
+ */
+export function stallOf(phase: Upload['phase'], samples: Sample[], now_ms: number, silent_s: number | null): string | null {
+  if (phase === 'checking') {
+    return (silent_s ?? 0) * 1000 < STALLED_MS ? null
+      : 'The print service fell silent while it checked the file. Look whether it is in the queue before you choose it again.';
+  }
+  const { sent } = samples[samples.length - 1];
+  const moved = samples.find((each) => each.sent === sent)!;
+  return now_ms - moved.at_ms < STALLED_MS ? null
+    : `Nothing of it has moved for ${format.duration(STALLED_MS / 1000)}: nothing was queued. Choose the file again.`;
 }
 
 const files = new Map<number, { file: File; print: boolean }>();
@@ -80,7 +98,15 @@ function send(key: number, { file, print }: { file: File; print: boolean }): Pro
     form.append('print', print ? 'true' : 'false');
     form.append('file', file, file.name);
     const xhr = new XMLHttpRequest();
-    const pulse = setInterval(() => note(samples[samples.length - 1].sent), 1000);
+    let phase: Upload['phase'] = 'sending';
+    const pulse = setInterval(() => {
+      if (phase === 'sending') note(samples[samples.length - 1].sent);
+      const stall = stallOf(phase, samples, performance.now(), store.state.silent_s);
+      if (stall === null) return;
+      over('refused', stall);
+      xhr.onabort = null;
+      xhr.abort();
+    }, 1000);
     const over = (phase: 'queued' | 'cancelled' | 'refused', error: string | null = null) => {
       clearInterval(pulse);
       end(key, phase, error);
@@ -91,8 +117,8 @@ function send(key: number, { file, print }: { file: File; print: boolean }): Pro
     xhr.open('POST', '/api/v1/jobs');
     xhr.upload.onprogress = (event) => note(Math.min(file.size, event.loaded));
     xhr.upload.onload = () => {
-      clearInterval(pulse);
-      change(key, { phase: 'checking', sent: file.size });
+      phase = 'checking';
+      change(key, { phase, sent: file.size });
     };
     xhr.onabort = () => over('cancelled');
     xhr.onerror = () => over('refused', 'The connection was lost: nothing was queued. Choose the file again.');

@@ -268,19 +268,9 @@ describe('what a person must do next', () => {
   });
 });
 
-describe('a refusal', () => {
+describe('a question', () => {
   const job = (id: number, state: string) => ({ id, state }) as Job;
-  const printing = { ...status, state: 'printing', job: 1 } as Status;
-  const refused = { ...initialState, status: printing, jobs: [job(1, 'printing')], refusals: { print: 'nothing is printing', stop: 'not confirmed' } };
-  it('ends with its cause', () => {
-    const same = reduce(refused, { type: 'status', status: { ...printing, layer: 7 } as Status }, 0);
-    expect(Object.keys(same.refusals)).toEqual(['print', 'stop']);
-    const other = reduce(refused, { type: 'status', status: { ...printing, state: 'idle', job: null } as Status }, 0);
-    expect(Object.keys(other.refusals)).toEqual(['stop']);
-    const page: { type: 'jobs' } & JobPage = { type: 'jobs', jobs: [job(1, 'done')], next_before: null, counts: initialState.counts, queue: initialState.gate };
-    expect(Object.keys(reduce(refused, page, 0).refusals)).toEqual(['stop']);
-  });
-  it('a question ends with what it is about', async () => {
+  it('ends with what it is about', async () => {
     store.set({ jobs: [job(1, 'printing')] });
     const answer = ask('Cancel?', 'Cancel', ({ jobs }) => jobs.some(({ id, state }) => id === 1 && state === 'printing'));
     store.set({ keyProblem: null });

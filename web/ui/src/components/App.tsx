@@ -1,6 +1,7 @@
 import { useEffect } from 'preact/hooks';
 import { keyProblem, request, signIn, startLive, takeKeyFromAddress, type ApiError } from '../api';
 import { useStore } from '../hooks';
+import { isOld } from '../silence';
 import { lacks, store } from '../store';
 import { Announcer } from './Announcer';
 import { Ask } from './Ask';
@@ -8,10 +9,13 @@ import { Banner } from './Banner';
 import { Console } from './Console';
 import { Controls } from './Controls';
 import { DropZone } from './DropZone';
+import { StopNote } from './EmergencyStop';
 import { Header } from './Header';
 import { Part } from './Part';
 import { Queue } from './Queue';
 import { SignIn } from './SignIn';
+import { SilenceNotice } from './Silence';
+import { Steered } from './Steered';
 import { Temperatures } from './Temperatures';
 import { Timing } from './Timing';
 
@@ -38,6 +42,8 @@ async function begin(): Promise<void> {
 export function App() {
   const signedIn = useStore((s) => s.signedIn);
   const noHand = useStore((s) => lacks(s, 'hand'));
+  const old = useStore(isOld);
+  const asked = useStore((s) => s.question !== null);
   useEffect(() => {
     void begin();
     // The link may be opened again in a tab that already shows the page: then only the fragment
@@ -48,25 +54,30 @@ export function App() {
   }, []);
   useEffect(() => (signedIn ? startLive() : undefined), [signedIn]);
   if (signedIn === null) return <main><h1 class="unseen">QduinoMC printer</h1><p class="waiting">Connecting …</p></main>;
-  if (!signedIn) return <SignIn />;
+  if (!signedIn) return <><StopNote /><SignIn /></>;
   return (
     <>
       <Header />
-      <main>
-        <Banner />
+      <main inert={asked} class={old ? 'old' : ''}>
+        <SilenceNotice />
+        <Steered><Banner /></Steered>
         <div class="panels">
           <section class="column jobs" aria-label="Jobs">
-            <DropZone />
-            <Queue />
+            <Steered>
+              <DropZone />
+              <Queue />
+            </Steered>
           </section>
           <section class="column part" aria-label="Print">
             <Part />
             <Timing />
           </section>
           <section class="column machine" aria-label="Machine">
-            <Temperatures />
-            <Controls />
-            {!noHand && <Console />}
+            <Steered>
+              <Temperatures />
+              <Controls />
+              {!noHand && <Console />}
+            </Steered>
           </section>
         </div>
       </main>

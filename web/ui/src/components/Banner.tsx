@@ -68,7 +68,6 @@ export function Banner() {
   }));
   return (
     <section class="banners" aria-label="Notices">
-      <Refusal at="stop" />
       <WhatNow />
       {online && state === 'disconnected' && (
         <Notice kind="warning" title="The machine is not connected.">

@@ -5,6 +5,7 @@ import { ask, isRunning, lacks } from '../store';
 import type { MachineState } from '../types';
 import { Icon } from './Icon';
 import { Refusal } from './Refusal';
+import { AsOf } from './Silence';
 
 const STEPS_MM = [0.1, 1, 10, 50];
 const Z_STEP_MAX_MM = 10; // the slow axis: one press is never more than some seconds
@@ -170,6 +171,7 @@ function ByHand() {
   return (
     <div class="card controls">
       <div class="row head"><h2>Controls</h2><Position /></div>
+      <AsOf />
       <Jog hand={hand} />
       {!hand.mayJog && NOTES[state] && <p class="muted small-note">{NOTES[state]}</p>}
       <Heat name="Hot end" field="hot_end_c" target={hotEnd} maximum={config?.hot_end.max_c ?? 260} />

@@ -1,10 +1,11 @@
 import { useEffect } from 'preact/hooks';
-import { act } from '../api';
 import { doing, tabTitle } from '../doing';
 import * as format from '../format';
 import { useStore } from '../hooks';
 import { isRunning, progressNow, UNNAMED } from '../store';
+import { EmergencyStop, StopNote } from './EmergencyStop';
 import { Name } from './Name';
+import { SilenceChip } from './Silence';
 
 export function Header() {
   const { state, word, detail, name, message, title, factor } = useStore((s) => {
@@ -29,15 +30,15 @@ export function Header() {
         <span data-testid="state" role="status">{word}</span>
         {detail && <span class="detail" data-testid="doing"> {detail}</span>}
       </span>
+      <SilenceChip />
       {factor !== 1 && (
         <span class="chip factor" data-testid="factor" title={`Not a real printer: its time passes ${format.factor(factor)} as fast as the clock on the wall. Durations on this page are in the printer's time.`}>
           simulated, {format.factor(factor)}
         </span>
       )}
       {message && <span class="message" title="Message of the job"><Name>{message}</Name></span>}
-      <button class="emergency" onClick={() => act('stop', 'POST', 'machine/emergency-stop')} title="Heat off and no more motion, at once">
-        Emergency stop
-      </button>
+      <EmergencyStop />
+      <StopNote />
     </header>
   );
 }

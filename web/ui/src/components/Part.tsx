@@ -10,7 +10,9 @@ import type { Inspection, Job } from '../types';
 import { failedJob } from '../whatnow';
 import { Name } from './Name';
 import { Refusal } from './Refusal';
+import { AsOf } from './Silence';
 import { Stage } from './Stage';
+import { Steered } from './Steered';
 
 /** What a pause has done, and what its end will do. */
 function PauseNote() {
@@ -69,8 +71,9 @@ function Progress({ job }: { job: Job }) {
         <div><dt>Ready at</dt><dd>{readyAt}</dd></div>
         <div><dt>Layer</dt><dd>{layer || '–'}{job.facts.layers ? <small> of {job.facts.layers}</small> : ''}</dd></div>
       </dl>
+      <AsOf />
       {factor !== 1 && <p class="muted small-note">Simulated: the time left is the printer's, which passes {format.factor(factor)} as fast as the clock on the wall.</p>}
-      <Actions job={job} />
+      <Steered><Actions job={job} /></Steered>
     </div>
   );
 }

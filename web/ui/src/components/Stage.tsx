@@ -1,28 +1,12 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { layerBytes, layerIndex } from '../api';
 import { useStore } from '../hooks';
-import { chunks, cssColour, decodeLayers, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
+import { cssColour, FEATURE_COLOURS, FEATURE_NAMES } from '../layers';
 import { bytesLaid, hasStopped } from '../jobs';
+import { StageClient } from '../stage/client';
+import type { Direction } from '../stage/orbit';
 import { isRunning, lacks, store } from '../store';
-import type { Job } from '../types';
-import type { Direction, PartView } from '../view';
+import type { Job, MachineConfig } from '../types';
 import { Icon } from './Icon';
-
-/**
- * Fetches and draws a job's layers, the lowest first. `done` gets the number of layers drawn so
- * far.
- */
-async function load(view: PartView, solidFor: (segments: number) => boolean, job: number, signal: AbortSignal,
-  done: (layers: number) => void): Promise<void> {
-  const index = await layerIndex(job);
-  const solid = solidFor(index.reduce((sum, record) => sum + record.segments, 0));
-  for (const [first, last] of chunks(index)) {
-    const records = decodeLayers(await layerBytes(job, first, last, signal));
-    if (signal.aborted) return;
-    records.forEach((record) => view.add(record, solid));
-    done((records[records.length - 1]?.layer ?? -1) + 1);
-  }
-}
 
 /** How many bytes of the shown job lie on the bed. */
 const laidDown = (job: Job | null): number => bytesLaid(job, store.state.status);
@@ -31,26 +15,28 @@ const laidDown = (job: Job | null): number => bytesLaid(job, store.state.status)
 const topOf = (job: Job | null, chosen: number | null): number | null =>
   chosen ?? (job && hasStopped(job.state) && job.stopped_layer ? job.stopped_layer : null);
 
-/** The 3D view follows the live stream by itself: no component is drawn again for it. */
-function useFollow(view: PartView | null, job: Job | null, top: number | null, loaded: number): void {
+/** The picture follows the live stream by itself: no component is drawn again for it. */
+function useFollow(client: StageClient | null, job: Job | null, top: number | null): void {
   useEffect(() => {
-    if (!view) return;
-    let shownBytes = -1;
-    let shownPlace = '';
+    if (!client) return;
+    let shown = '';
+    let place = '';
+    const running = job !== null && isRunning(job);
     const follow = () => {
       const bytes = laidDown(job);
-      if (bytes !== shownBytes) view.show(bytes, topOf(job, top));
-      shownBytes = bytes;
+      const words = `${bytes} ${topOf(job, top)}`;
+      if (words !== shown) client.say({ type: 'show', executed: bytes, top: topOf(job, top), running });
+      shown = words;
       const { status } = store.state;
-      const at = status?.connected && (!job || isRunning(job)) ? status.position_mm : null;
-      const place = at ? `${at.x} ${at.y} ${at.z}` : '';
-      if (place !== shownPlace) view.head(at);
-      shownPlace = place;
+      const at = status?.connected && (!job || running) ? status.position_mm : null;
+      const there = at ? `${at.x} ${at.y} ${at.z}` : '';
+      if (there !== place) client.say({ type: 'head', at: at && [at.x, at.y, at.z] });
+      place = there;
     };
-    view.head(null);
+    client.say({ type: 'head', at: null });
     follow();
     return store.subscribe(follow);
-  }, [view, job?.id, job?.state, top, loaded]);
+  }, [client, job?.id, job?.state, top]);
 }
 
 function Legend({ features }: { features: number[] }) {
@@ -63,83 +49,90 @@ function Legend({ features }: { features: number[] }) {
   );
 }
 
-/**
- * Makes the view when its code is there: three.js is by far the largest part of the page, and comes
- * after the rest.
- */
-function useView(canvas: { current: HTMLCanvasElement | null }, fail: (text: string) => void) {
-  const config = useStore((s) => s.config);
-  const [made, setMade] = useState<{ view: PartView; solidFor: (segments: number) => boolean } | null>(null);
-  useEffect(() => {
-    let gone = false;
-    let view: PartView | null = null;
-    import('../view').then((module) => {
-      if (gone || !canvas.current) return;
-      view = new module.PartView(canvas.current, config);
-      setMade({ view, solidFor: module.solidFor });
-    }).catch(() => gone || fail('This browser shows no 3D here: WebGL is not available.'));
-    return () => {
-      gone = true;
-      setMade(null);
-      view?.dispose();
-    };
-  }, [config]);
-  return made;
+function boxOf(config: MachineConfig | null) {
+  const { x, y } = config?.axes ?? { x: { min_mm: 0, max_mm: 150 }, y: { min_mm: 0, max_mm: 150 } };
+  return { min: [x.min_mm, y.min_mm, 0], max: [x.max_mm, y.max_mm, 0] };
 }
 
+/** A canvas that was given away cannot be given again: another machine gets another. */
 export function Stage({ job }: { job: Job | null }) {
-  // A canvas whose view was disposed of has lost its context: another machine gets another canvas.
   const machine = useStore((s) => s.config?.name ?? '');
-  return <StageOf key={machine} job={job} />;
+  const [lost, setLost] = useState(0);
+  return <StageOf key={`${machine} ${lost}`} job={job} lost={() => setLost((n) => n + 1)} />;
 }
 
-function StageOf({ job }: { job: Job | null }) {
+/** What the worker has said. */
+interface Told {
+  problem: string | null;
+  flat: boolean;
+  layers: number;
+  features: number[];
+}
+
+const NOTHING_YET: Told = { problem: null, flat: false, layers: 0, features: [] };
+
+/** Gives the canvases to a worker, which draws on them. */
+function useClient(lost: () => void) {
   const canvas = useRef<HTMLCanvasElement>(null);
-  const [problem, setProblem] = useState<string | null>(null);
-  const [loaded, setLoaded] = useState(0);
+  const overlay = useRef<HTMLCanvasElement>(null);
+  const [client, setClient] = useState<StageClient | null>(null);
+  const [told, setTold] = useState(NOTHING_YET);
+  useEffect(() => {
+    const change = (part: Partial<Told>) => setTold((before) => ({ ...before, ...part }));
+    let made: StageClient;
+    try {
+      made = new StageClient(canvas.current!, overlay.current!, boxOf(store.state.config), {
+        begun: (as) => change({ flat: as === 'flat' }),
+        loaded: (layers, features) => change({ layers, features }),
+        problem: (problem, status) => (status === 401 ? store.set({ signedIn: false }) : change({ problem })),
+        lost,
+      });
+    } catch {
+      return change({ problem: 'This browser cannot draw the part.' });
+    }
+    setClient(made);
+    return () => made.dispose();
+  }, []);
+  return { canvas, overlay, client, told, change: setTold };
+}
+
+function StageOf({ job, lost }: { job: Job | null; lost: () => void }) {
+  const { canvas, overlay, client, told, change } = useClient(lost);
   const [top, setTop] = useState<number | null>(null);
-  const [features, setFeatures] = useState<number[]>([]);
-  const made = useView(canvas, setProblem);
-  const view = made?.view ?? null;
   const bare = useStore((s) => lacks(s, 'layers'));
-  const box = job?.facts.min_mm && job.facts.max_mm && job.facts.layers ? { min: job.facts.min_mm, max: job.facts.max_mm } : null;
-  const look = (from: Direction) => view?.frameOn(box, from);
+  const look = (from: Direction) => client?.say({ type: 'look', from });
 
   useEffect(() => {
-    if (!made) return;
-    made.view.clear();
+    if (!client) return;
     setTop(null);
-    setLoaded(0);
-    setFeatures([]);
-    look('corner');
-    if (!job) return;
-    if (bare) return setProblem('This printer keeps no picture of the layers.');
-    const abort = new AbortController();
-    load(made.view, made.solidFor, job.id, abort.signal, (count) => (setLoaded(count), setFeatures(made.view.features())))
-      .then(() => setProblem(null))
-      .catch((error) => abort.signal.aborted || setProblem((error as Error).message));
-    return () => abort.abort();
-  }, [made, job?.id, bare]);
-  useFollow(view, job, top, loaded);
+    const box = job?.facts.min_mm && job.facts.max_mm && job.facts.layers ? { min: job.facts.min_mm, max: job.facts.max_mm } : null;
+    client.say({ type: 'job', job: job && !bare ? job.id : null, box: bare ? null : box });
+    change((before) => ({ ...before, problem: job && bare ? 'This printer keeps no picture of the layers.' : null }));
+  }, [client, job?.id, bare]);
+  useFollow(client, job, top);
 
+  const { layers, features, problem, flat } = told;
   return (
     <div class="stage">
-      <canvas ref={canvas} data-testid="canvas" role="img" aria-label={job ? `${job.name}, as it is laid down` : 'The empty bed'} />
+      <canvas ref={canvas} tabIndex={0} data-testid="canvas" role="application" aria-roledescription="3D view"
+        aria-label={`${job ? `${job.name}, as it is laid down` : 'The empty bed'}. Arrow keys turn it, plus and minus zoom, Home shows all of it.`} />
+      <canvas ref={overlay} class="overlay" aria-hidden="true" />
       {problem && <p class="stage-note">{problem}</p>}
+      {flat && <p class="stage-note low" data-testid="flat">This browser shows no 3D here: WebGL is not available. This is a still picture.</p>}
       <div class="looks">
         <button onClick={() => look('corner')} aria-label="Look at the whole part" title="Whole part"><Icon name="fit" /></button>
         <button onClick={() => look('top')}>Top</button>
         <button onClick={() => look('front')}>Front</button>
       </div>
       <Legend features={features} />
-      {loaded > 1 && (
+      {layers > 1 && (
         <label class="layer-slider">
           <output>{top === null ? 'All' : top}</output>
-          <input type="range" min={1} max={loaded} value={top ?? loaded} aria-label="Layers shown"
-            aria-valuetext={top === null ? 'all layers' : `${top} of ${loaded} layers`}
+          <input type="range" min={1} max={layers} value={top ?? layers} aria-label="Layers shown"
+            aria-valuetext={top === null ? 'all layers' : `${top} of ${layers} layers`}
             onInput={(event) => {
               const value = Number(event.currentTarget.value);
-              setTop(value >= loaded ? null : value);
+              setTop(value >= layers ? null : value);
             }} />
         </label>
       )}

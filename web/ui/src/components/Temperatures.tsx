@@ -4,6 +4,7 @@ import * as format from '../format';
 import { useStore } from '../hooks';
 import { HISTORY_SECONDS, store } from '../store';
 import { IDLE_WARNING_S } from './Banner';
+import { AsOf } from './Silence';
 
 const HEIGHT = 190;
 
@@ -105,6 +106,7 @@ export function Temperatures() {
   return (
     <div class="card temperatures">
       <h2>Temperatures</h2>
+      <AsOf />
       <div class="readings">
         <Reading kind="hot_end" name="Hot end" id="hot-end" />
         <Reading kind="bed" name="Bed" id="bed-reading" />
