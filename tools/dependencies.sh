@@ -6,13 +6,14 @@
 
 packages_build="g++ cmake ninja-build pkg-config python3 git ca-certificates
   libboost1.81-dev libssl-dev nlohmann-json3-dev libcli11-dev libtomlplusplus-dev libsqlite3-dev libsqlitecpp-dev
-  libsodium-dev libcap-dev libseccomp-dev libpng-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev libgtest-dev libgmock-dev librapidcheck-dev"
+  libsodium-dev libcap-dev libseccomp-dev libqrencode-dev libavahi-core-dev libpng-dev libspdlog-dev prometheus-cpp-dev libbenchmark-dev
+  libgtest-dev libgmock-dev librapidcheck-dev"
 packages_web="nodejs npm"
 packages_run="curl util-linux"
 packages_metal="musl-dev qemu-system-x86 ovmf grub-common grub-pc-bin grub-efi-amd64-bin xorriso
   bochs bochs-term bochsbios vgabios"
 packages_emulated="qemu-system-arm qemu-system-x86 g++-aarch64-linux-gnu"
-packages_test="clang-14 libclang-rt-14-dev clang-format-14 lld universal-ctags chromium curl jq procps util-linux iproute2 dnsmasq-base"
+packages_test="clang-14 libclang-rt-14-dev clang-format-14 lld universal-ctags chromium curl jq procps util-linux iproute2 dnsmasq-base zbar-tools python3-zeroconf openssl"
 
 # Debian's nodejs (18) is too old for the page's build tools only where it is older than this.
 node_major_minimum=18
@@ -101,6 +102,9 @@ unpack_arduino_ide() {
 
 # A server for ssh, which a test runs at a port of its own.
 unpack_sshd() { unpack_for_tests openssh openssh-server libwrap0; }
+
+# The proxies that may stand in front of the printer (docs/reach.md).
+unpack_proxies() { unpack_for_tests proxies nginx haproxy caddy liblua5.3-0 libopentracing-c-wrapper0 libopentracing1; }
 
 # Firmata's library for Arduino and its reference client, for the test in tests/e2e/firmata.
 fetch_firmata() {

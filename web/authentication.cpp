@@ -126,7 +126,7 @@ std::string SessionTable::end(std::string_view token) {
 std::string TicketTable::make(Instant now) {
     std::erase_if(expires_, [&](const auto& entry) { return entry.second <= now; });
     std::string ticket = random_token();
-    expires_[spool::sha256_of(ticket)] = now + kLifetime;
+    expires_[spool::sha256_of(ticket)] = now + lifetime_;
     forget_first_to_end(expires_, kTicketsMax);
     return ticket;
 }

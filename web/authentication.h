@@ -77,14 +77,15 @@ class SessionTable {
 
 class TicketTable {
   public:
-    static constexpr Nanoseconds kLifetime = std::chrono::seconds{30};
     static constexpr std::size_t kTicketsMax = 256;
 
+    explicit TicketTable(Nanoseconds lifetime) : lifetime_(lifetime) {}
     [[nodiscard]] std::string make(Instant now);
     /// True once for each ticket.
     [[nodiscard]] bool take(std::string_view ticket, Instant now);
 
   private:
+    Nanoseconds lifetime_;
     std::map<std::string, Instant> expires_;  // by hash
 };
 
@@ -110,8 +111,13 @@ class Authenticator {
     [[nodiscard]] Proof prove_key(std::string_view key, const std::string& remote, Instant now);
     [[nodiscard]] bool is_off() const { return key_.empty(); }
 
+    static constexpr Nanoseconds kLiveLifetime = std::chrono::seconds{30};
+    static constexpr Nanoseconds kInvitationLifetime = std::chrono::seconds{120};
+
     SessionTable sessions;
-    TicketTable tickets;
+    TicketTable tickets{kLiveLifetime};
+    /// For a session of another browser, a phone's: whoever is signed in gives them out.
+    TicketTable invitations{kInvitationLifetime};
 
   private:
     std::string key_;

@@ -19,10 +19,10 @@ bool Pace::is_too_slow(Instant now, Nanoseconds gap, const ConnectionLimits& lim
                                 static_cast<double>(bytes) < limits.body_rate_min * to_seconds(passed));
 }
 
-Connection::Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment,
+Connection::Connection(Service& service, Peer peer, std::function<void()> wake, Moment moment,
                        ConnectionLimits limits)
     : service_(service),
-      remote_(std::move(remote)),
+      peer_(std::move(peer)),
       wake_(std::move(wake)),
       limits_(limits),
       reader_(limits.read),
@@ -181,7 +181,8 @@ void Connection::on_head() {
     body_.clear();
     body_pace_.begin(moment_.now);
     state_since_ = moment_.now;
-    plan_ = service_.plan(head, remote_, moment_);
+    client_ = service_.client_of(head, peer_);
+    plan_ = service_.plan(head, client_, moment_);
     note_proof();
     switch (plan_.kind) {
         case Plan::Kind::respond:
@@ -228,7 +229,7 @@ void Connection::on_complete() {
     auto request = std::make_shared<Request>();
     request->head = reader_.head();
     request->body = std::move(body_);
-    request->remote = remote_;
+    request->client = client_;
     if (upload) {
         service_.report_upload(*plan_.upload, plan_.upload->received());
         return service_.end_upload(std::move(plan_.upload), std::move(request), moment_, reply_later());

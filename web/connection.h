@@ -36,9 +36,10 @@ namespace qduino::web {
 
 struct ConnectionLimits {
     ReadLimits read;
-    Nanoseconds head_time = std::chrono::seconds{15};  ///< from a head's first byte to its last
-    Nanoseconds idle_time = std::chrono::seconds{75};  ///< between requests
-    Nanoseconds body_gap = std::chrono::seconds{30};   ///< between two pieces of a body
+    Nanoseconds handshake_time = std::chrono::seconds{10};  ///< TLS, from its turn on
+    Nanoseconds head_time = std::chrono::seconds{15};       ///< a head, first byte to last
+    Nanoseconds idle_time = std::chrono::seconds{75};       ///< between requests
+    Nanoseconds body_gap = std::chrono::seconds{30};        ///< between two pieces of a body
     /// Within this time the peer has to take some of an answer.
     Nanoseconds send_gap = std::chrono::seconds{60};
     /// After this time a body, or an answer, has to move at …
@@ -73,7 +74,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     static constexpr std::size_t kBodyReadMax = 64 * 1024;
 
     /// `wake` is called when an answer has come: there may be something to do.
-    Connection(Service& service, std::string remote, std::function<void()> wake, Moment moment,
+    Connection(Service& service, Peer peer, std::function<void()> wake, Moment moment,
                ConnectionLimits limits = {});
 
     /// Bytes from the peer. Only while wants_input().
@@ -144,7 +145,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void refuse(Response response);
 
     Service& service_;
-    std::string remote_;
+    Peer peer_;
+    Client client_;  // of the request in hand
     std::function<void()> wake_;
     ConnectionLimits limits_;
     RequestReader reader_;

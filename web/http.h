@@ -40,11 +40,21 @@ struct RequestHead {
     [[nodiscard]] std::string query_value(std::string_view name) const;
 };
 
+/// The sender of a request, and what he calls this service (web/forwarded.h).
+struct Client {
+    std::string name{};    ///< his address, as wrong keys are counted
+    bool secure = false;   ///< nobody can read along between him and us, or a proxy of ours
+    std::string host{};    ///< the name that he calls, with a port where it has one
+    std::string prefix{};  ///< of all paths as he sees them, "/printer"; empty: none
+
+    /// The address of the service as he sees it, without a slash at its end.
+    [[nodiscard]] std::string address() const { return (secure ? "https://" : "http://") + host + prefix; }
+};
+
 struct Request {
     RequestHead head;
     std::string body;
-    /// The peer's address from the socket. Forwarded headers are not believed.
-    std::string remote;
+    Client client;
 };
 
 /// A part of a file as an answer's body.

@@ -40,13 +40,14 @@ bool HostPolicy::allows(std::string_view host) const {
                        [&](const std::string& allowed) { return equal_ignoring_case(name, allowed); });
 }
 
-bool is_same_origin(const RequestHead& head, bool absent_is_same) {
+bool is_same_origin(const RequestHead& head, const Client& client, bool absent_is_same) {
     const std::string* origin = head.find("Origin");
     if (!origin) return absent_is_same;
     std::string_view rest = *origin;
     for (const std::string_view scheme : {"http://", "https://"}) {
         if (rest.size() > scheme.size() && equal_ignoring_case(rest.substr(0, scheme.size()), scheme)) {
-            return equal_ignoring_case(rest.substr(scheme.size()), head.value("Host"));
+            if (client.secure && scheme == "http://") return false;
+            return equal_ignoring_case(rest.substr(scheme.size()), client.host);
         }
     }
     return false;  // "null", or a scheme that serves nothing of ours

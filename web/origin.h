@@ -29,8 +29,9 @@ class HostPolicy {
     std::vector<std::string> names_;
 };
 
-/// True when the request comes from a page of this very service: Origin is http(s):// and the value
-/// of Host. A request without Origin is `absent_is_same`.
-[[nodiscard]] bool is_same_origin(const RequestHead& head, bool absent_is_same);
+/// True when the request comes from a page of this very service: Origin is http(s):// and the name
+/// that the client called. A client that came by TLS has no page of ours without it; a proxy that
+/// nobody has named may have ended the TLS before us. A request without Origin is `absent_is_same`.
+[[nodiscard]] bool is_same_origin(const RequestHead& head, const Client& client, bool absent_is_same);
 
 }  // namespace qduino::web

@@ -9,6 +9,7 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -20,10 +21,14 @@
 #include <cerrno>
 #include <map>
 #include <set>
+#include <span>
 #include <thread>
 #include <vector>
 
+#include "web/forwarded.h"
+#include "web/handshakes.h"
 #include "web/resumed_socket.h"
+#include "web/tls.h"
 
 namespace qduino::web {
 
@@ -52,16 +57,17 @@ std::size_t descriptors_for(std::size_t wanted) {
     return static_cast<std::size_t>(std::min<rlim_t>(limit.rlim_cur, wanted));
 }
 
-/// The name of one peer: an IPv4 address, or the first 64 bits of an IPv6 address, which one
-/// customer gets.
-std::string peer_of(asio::ip::address address) {
+/// As numbers; an IPv4 address in its own form, even where the socket is IPv6.
+asio::ip::address plain_address(asio::ip::address address) {
     if (address.is_v6() && address.to_v6().is_v4_mapped())
-        address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
-    if (address.is_v4()) return address.to_string();
-    asio::ip::address_v6::bytes_type bytes = address.to_v6().to_bytes();
-    std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-    return asio::ip::address_v6{bytes}.to_string() + "/64";
+        return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+    return address;
 }
+
+/// What a browser shows that was sent without TLS to a printer that is to be reached with it.
+constexpr std::string_view kOnlyTls =
+    "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n"
+    "This printer is reached with TLS: write https:// in front of its address.\n";
 
 }  // namespace
 
@@ -148,7 +154,9 @@ struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
           io(threads.parts_->io),
           acceptor(io),
           timer(io),
-          door(options.door.within(descriptors_for(options.door.descriptors()))) {}
+          door(options.door.within(descriptors_for(options.door.descriptors()))),
+          tls(options.tls),
+          turn_timer(io) {}
 
     [[nodiscard]] Result<void> open();
     void accept();
@@ -156,6 +164,7 @@ struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
     void accepted(tcp::socket socket);
     void check_time();
     void drop(Door::Leaver leaver);
+    void give_turns();
     void become_live(const std::shared_ptr<Session>& session);
 
     ServerOptions options;
@@ -170,59 +179,81 @@ struct Server::Parts : std::enable_shared_from_this<Server::Parts> {
     std::map<Door::Id, std::shared_ptr<Session>> sessions;
     std::set<std::shared_ptr<LiveSession>> live_sessions;
     std::vector<char> read_buffer = std::vector<char>(Connection::kBodyReadMax);
+    std::vector<char> write_buffer = std::vector<char>(TlsSession::kRecordMax);
+    std::shared_ptr<const TlsContext> tls;  // null: nothing is encrypted
+    Handshakes handshakes;
+    asio::steady_timer turn_timer;
+    bool turns_come = false;
 };
 
 /// A socket and its connection: moves bytes between the two, with at most one read and one write
-/// under way.
+/// under way. Where the service has a certificate, the first byte decides:
+///
+///   start ──► first byte ─┬─ a handshake's ──► turn ──► handshake ──► connection
+///                         ├─ another, from this very computer ─────► connection, without TLS
+///                         └─ another ──► a word, and the end
 class Session : public std::enable_shared_from_this<Session> {
   public:
-    Session(tcp::socket socket, Server::Parts& server, Door::Id id, std::string remote)
-        : socket_(std::move(socket)), server_(server), id_(id), remote_(std::move(remote)) {}
+    Session(tcp::socket socket, Server::Parts& server, Door::Id id, asio::ip::address peer)
+        : wire_{std::move(socket), nullptr},
+          server_(server),
+          id_(id),
+          peer_(std::move(peer)),
+          since_(server.clock().now) {}
 
-    void start() {
-        std::weak_ptr<Session> weak = weak_from_this();
-        connection_ = std::make_shared<Connection>(
-            server_.service, remote_,
-            [weak] {
-                if (const std::shared_ptr<Session> self = weak.lock()) self->pump();
-            },
-            server_.clock(), server_.options.limits);
-        pump();
+    void start() { server_.tls ? await_first_byte() : begin(); }
+    /// Its turn has come.
+    void begin_handshake() {
+        wire_.tls = TlsSession::make(*server_.tls, wire_.socket.native_handle());
+        if (!wire_.tls) return reset();
+        since_ = server_.clock().now;
+        shakes_hands_ = true;
+        shake_hands();
     }
     void check_time(Moment moment) {
+        if (!connection_) {
+            const ConnectionLimits& limits = server_.options.limits;
+            const Nanoseconds limit = shakes_hands_ ? limits.handshake_time : limits.idle_time;
+            if (moment.now - since_ > limit) reset();
+            return;
+        }
         connection_->check_time(moment);
         if (connection_->is_stalled()) return reset();
         pump();
     }
     [[nodiscard]] Connection& connection() { return *connection_; }
-    [[nodiscard]] tcp::socket& socket() { return socket_; }
+    [[nodiscard]] bool is_open() const { return wire_.socket.is_open(); }
+    [[nodiscard]] Wire take_wire() { return std::move(wire_); }
     [[nodiscard]] Door::Id id() const { return id_; }
 
     void close() {
         error_code ignored;
-        socket_.close(ignored);
+        if (wire_.tls) wire_.tls->shut();
+        wire_.socket.close(ignored);
+        server_.handshakes.leave(id_);
         server_.door.leave(id_);
         server_.sessions.erase(id_);
     }
     /// Does not wait for what the peer has not taken: the kernel forgets that at once, too.
     void reset() {
         error_code ignored;
-        static_cast<void>(socket_.set_option(asio::socket_base::linger(true, 0), ignored));
+        static_cast<void>(wire_.socket.set_option(asio::socket_base::linger(true, 0), ignored));
         close();
     }
 
     /// Starts whatever is due. Called after every event.
     void pump() {
-        if (!socket_.is_open()) return;
+        if (!is_open()) return;
         if (!writing_) write_next();
         tell_door();
-        if (!socket_.is_open()) return;
+        if (!is_open()) return;
         if (connection_->is_live() && !writing_ && !reading_) return server_.become_live(shared_from_this());
         if (connection_->wants_close() && !writing_) {
             if (connection_->is_closed()) return close();
             if (!shut_) {
                 error_code ignored;
-                socket_.shutdown(tcp::socket::shutdown_send, ignored);
+                if (wire_.tls) wire_.tls->shut();
+                wire_.socket.shutdown(tcp::socket::shutdown_send, ignored);
                 shut_ = true;
             }
         }
@@ -237,20 +268,73 @@ class Session : public std::enable_shared_from_this<Session> {
         if (std::exchange(busy_, busy) != busy) server_.door.set_busy(id_, busy, server_.clock().now);
     }
 
+    void begin() {
+        std::weak_ptr<Session> weak = weak_from_this();
+        connection_ = std::make_shared<Connection>(
+            server_.service, Peer{peer_.to_string(), wire_.tls != nullptr},
+            [weak] {
+                if (const std::shared_ptr<Session> self = weak.lock()) self->pump();
+            },
+            server_.clock(), server_.options.limits);
+        pump();
+    }
+    /// Calls `next` on this session at the event, if it is still open then.
+    template <class Next>
+    void when(tcp::socket::wait_type event, Next next) {
+        wire_.socket.async_wait(event, [self = shared_from_this(), next](const error_code& failed) {
+            if (!self->is_open()) return;
+            failed ? self->close() : (*self.*next)();
+        });
+    }
+    void await_first_byte() { when(tcp::socket::wait_read, &Session::take_first_byte); }
+    void take_first_byte() {
+        unsigned char first = 0;
+        error_code failed;
+        const std::size_t count = wire_.socket.receive(asio::buffer(&first, 1), MSG_PEEK, failed);
+        if (failed == asio::error::would_block) return await_first_byte();
+        if (failed || count == 0) return close();
+        if (first != kTlsFirstByte) return peer_.is_loopback() ? begin() : say_only_tls();
+        server_.handshakes.wait(id_, limited_name_of(peer_.to_string()));
+        server_.give_turns();
+    }
+    /// What was sent is taken first: a close with bytes unread would take the answer back.
+    void say_only_tls() {
+        error_code ignored;
+        static_cast<void>(wire_.socket.read_some(asio::buffer(server_.read_buffer), ignored));
+        static_cast<void>(wire_.socket.write_some(asio::buffer(kOnlyTls), ignored));
+        close();
+    }
+    void shake_hands() {
+        switch (wire_.tls->handshake()) {
+            case TlsSession::Step::wants_read:
+                return when(tcp::socket::wait_read, &Session::shake_hands);
+            case TlsSession::Step::wants_write:
+                return when(tcp::socket::wait_write, &Session::shake_hands);
+            case TlsSession::Step::done:
+                server_.handshakes.leave(id_);
+                return begin();
+            case TlsSession::Step::ended:
+            case TlsSession::Step::failed:
+                return close();
+        }
+    }
+
     /// Waits for bytes first: a connection that waits needs no buffer.
     void read() {
         reading_ = true;
-        socket_.async_wait(tcp::socket::wait_read, [self = shared_from_this()](const error_code& failed) {
+        const auto taken = [self = shared_from_this()](const error_code& failed) {
             self->reading_ = false;
-            if (!self->socket_.is_open()) return;
+            if (!self->is_open()) return;
             failed ? self->close() : self->take_input();
-        });
+        };
+        if (wire_.tls && wire_.tls->has_pending())
+            return asio::post(server_.io, [taken] { taken(error_code{}); });
+        wire_.socket.async_wait(std::exchange(read_waits_for_, tcp::socket::wait_read), taken);
     }
     void take_input() {
         error_code failed;
         const std::size_t wanted = connection_->input_max();
-        const std::size_t count =
-            wanted > 0 ? socket_.read_some(asio::buffer(server_.read_buffer.data(), wanted), failed) : 0;
+        const std::size_t count = wanted > 0 ? read_some({server_.read_buffer.data(), wanted}, failed) : 0;
         if (failed == asio::error::eof) {
             connection_->receive_end();
         } else if (failed && failed != asio::error::would_block) {
@@ -259,6 +343,28 @@ class Session : public std::enable_shared_from_this<Session> {
             connection_->receive({server_.read_buffer.data(), count}, server_.clock());
         }
         pump();
+    }
+    /// What is there; would_block: nothing is.
+    std::size_t read_some(std::span<char> bytes, error_code& failed) {
+        if (!wire_.tls) return wire_.socket.read_some(asio::buffer(bytes.data(), bytes.size()), failed);
+        std::size_t count = 0;
+        switch (wire_.tls->read(bytes, count)) {
+            case TlsSession::Step::done:
+                return count;
+            case TlsSession::Step::wants_write:
+                read_waits_for_ = tcp::socket::wait_write;
+                [[fallthrough]];
+            case TlsSession::Step::wants_read:
+                failed = asio::error::would_block;
+                return 0;
+            case TlsSession::Step::ended:
+                failed = asio::error::eof;
+                return 0;
+            case TlsSession::Step::failed:
+                failed = asio::error::connection_reset;
+                return 0;
+        }
+        return 0;
     }
 
     void write_next() {
@@ -282,12 +388,26 @@ class Session : public std::enable_shared_from_this<Session> {
             skipped -= count;
         }
         writing_ = true;
-        socket_.async_write_some(left,
-                                 [self = shared_from_this()](const error_code& failed, std::size_t count) {
-                                     self->writing_ = false;
-                                     if (!self->socket_.is_open()) return;
-                                     failed ? self->close() : self->on_written(count);
-                                 });
+        const auto taken = [self = shared_from_this()](const error_code& failed, std::size_t count) {
+            self->writing_ = false;
+            if (!self->is_open()) return;
+            failed ? self->close() : self->on_written(count);
+        };
+        if (!wire_.tls) return wire_.socket.async_write_some(left, taken);
+        const std::size_t size = asio::buffer_copy(asio::buffer(server_.write_buffer), left);
+        std::size_t count = 0;
+        switch (wire_.tls->write({server_.write_buffer.data(), size}, count)) {
+            case TlsSession::Step::done:
+                // Not at once: a long answer would be a deep recursion, and would stop the others.
+                return asio::post(server_.io, [taken, count] { taken(error_code{}, count); });
+            case TlsSession::Step::wants_write:
+                return when(tcp::socket::wait_write, &Session::write);
+            case TlsSession::Step::wants_read:
+                return when(tcp::socket::wait_read, &Session::write);
+            case TlsSession::Step::ended:
+            case TlsSession::Step::failed:
+                return close();
+        }
     }
     void on_written(std::size_t count) {
         const Moment moment = server_.clock();
@@ -320,7 +440,7 @@ class Session : public std::enable_shared_from_this<Session> {
     }
     void send_file(std::string piece) {
         writing_ = false;
-        if (!socket_.is_open()) return;
+        if (!is_open()) return;
         if (piece.empty()) return close();
         output_.file->offset += piece.size();
         output_.file->length -= piece.size();
@@ -330,10 +450,13 @@ class Session : public std::enable_shared_from_this<Session> {
         write();
     }
 
-    tcp::socket socket_;
+    Wire wire_;
     Server::Parts& server_;
     Door::Id id_;
-    std::string remote_;
+    asio::ip::address peer_;
+    Instant since_;  // it came, or its handshake began
+    bool shakes_hands_ = false;
+    tcp::socket::wait_type read_waits_for_ = tcp::socket::wait_read;
     std::shared_ptr<Connection> connection_;
     Connection::Output output_;
     std::size_t written_ = 0;  // of output_'s memory
@@ -348,8 +471,8 @@ class Session : public std::enable_shared_from_this<Session> {
 class LiveSession : public std::enable_shared_from_this<LiveSession> {
   public:
     /// `rest`: what was read behind the request's head.
-    LiveSession(tcp::socket socket, std::string rest, Server::Parts& server)
-        : stream_(ResumedSocket{std::move(socket), std::move(rest)}), server_(server) {}
+    LiveSession(Wire wire, std::string rest, Server::Parts& server)
+        : stream_(ResumedSocket{std::move(wire), std::move(rest)}), server_(server) {}
 
     void start(const RequestHead& head) {
         for (const Header& header : head.headers) request_.insert(header.name, header.value);
@@ -435,10 +558,17 @@ Result<void> Server::Parts::open() {
     if (failed)
         return make_error(ErrorCode::invalid_argument,
                           "give the address to listen on as numbers, e.g. 127.0.0.1");
-    const tcp::endpoint endpoint{address, options.port};
-    if (options.socket >= 0) {
+    tcp::endpoint endpoint{address, options.port};
+    // All addresses of both kinds, or of the one kind that this computer has.
+    const bool all = address.is_v6() && address.is_unspecified();
+    if (options.socket >= 0)
         static_cast<void>(acceptor.assign(endpoint.protocol(), options.socket, failed));
-    } else {
+    else
+        static_cast<void>(acceptor.open(endpoint.protocol(), failed));
+    if (all && !failed) static_cast<void>(acceptor.set_option(asio::ip::v6_only(false), failed));
+    if (all && failed) {
+        endpoint.address(asio::ip::address_v4::any());
+        static_cast<void>(acceptor.close(failed));
         static_cast<void>(acceptor.open(endpoint.protocol(), failed));
     }
     if (!failed) static_cast<void>(acceptor.set_option(asio::socket_base::reuse_address(true), failed));
@@ -481,13 +611,13 @@ void Server::Parts::accepted(tcp::socket socket) {
     error_code failed;
     const tcp::endpoint peer = socket.remote_endpoint(failed);
     if (failed) return;
-    const std::string remote = peer_of(peer.address());
+    const asio::ip::address address = plain_address(peer.address());
     static_cast<void>(socket.set_option(tcp::no_delay(true), failed));
     static_cast<void>(socket.set_option(asio::socket_base::send_buffer_size(kKernelSendBytes), failed));
     static_cast<void>(socket.non_blocking(true, failed));
     const Door::Id id = next_id++;
-    drop(door.enter(id, remote, clock().now));
-    const auto session = std::make_shared<Session>(std::move(socket), *this, id, remote);
+    drop(door.enter(id, limited_name_of(address.to_string()), clock().now));
+    const auto session = std::make_shared<Session>(std::move(socket), *this, id, address);
     sessions[id] = session;
     session->start();
 }
@@ -500,6 +630,25 @@ void Server::Parts::drop(Door::Leaver leaver) {
     session->reset();
 }
 
+/// Begins the handshakes whose turn it is, and comes again while others wait.
+void Server::Parts::give_turns() {
+    while (const std::optional<Handshakes::Turn> turn = handshakes.next(clock().now)) {
+        drop(turn->leaver);
+        const auto at = sessions.find(turn->id);
+        if (at == sessions.end()) continue;
+        const std::shared_ptr<Session> session = at->second;  // it may take itself off the list
+        session->begin_handshake();
+    }
+    if (!handshakes.is_waited_for() || std::exchange(turns_come, true)) return;
+    turn_timer.expires_after(Handshakes::kEvery);
+    turn_timer.async_wait([weak = weak_from_this()](const error_code& failed) {
+        const std::shared_ptr<Parts> self = weak.lock();
+        if (!self || failed) return;
+        self->turns_come = false;
+        self->give_turns();
+    });
+}
+
 void Server::Parts::check_time() {
     timer.expires_after(std::chrono::seconds{1});
     timer.async_wait([weak = weak_from_this()](const error_code& failed) {
@@ -508,7 +657,7 @@ void Server::Parts::check_time() {
         const Moment moment = self->clock();
         // Copies: a session that ends takes itself out of the set.
         for (const auto& [id, session] : std::vector(self->sessions.begin(), self->sessions.end()))
-            if (session->socket().is_open()) session->check_time(moment);
+            if (session->is_open()) session->check_time(moment);
         for (const auto& each : std::vector(self->live_sessions.begin(), self->live_sessions.end()))
             each->check_time(moment);
         self->check_time();
@@ -517,7 +666,7 @@ void Server::Parts::check_time() {
 
 void Server::Parts::become_live(const std::shared_ptr<Session>& session) {
     const auto live =
-        std::make_shared<LiveSession>(std::move(session->socket()), session->connection().take_rest(), *this);
+        std::make_shared<LiveSession>(session->take_wire(), session->connection().take_rest(), *this);
     live_sessions.insert(live);
     live->start(session->connection().head());
     door.leave(session->id());
@@ -539,10 +688,8 @@ Result<std::unique_ptr<Server>> Server::listen(ServerOptions options, Threads& t
     return std::unique_ptr<Server>{new Server{std::move(parts)}};
 }
 
-bool is_loopback(const std::string& address) {
-    error_code failed;
-    const asio::ip::address parsed = asio::ip::make_address(address, failed);
-    return !failed && parsed.is_loopback();
+void Server::use(std::shared_ptr<const TlsContext> tls) {
+    asio::post(parts_->io, [parts = parts_, tls = std::move(tls)]() mutable { parts->tls = std::move(tls); });
 }
 
 }  // namespace qduino::web

@@ -12,6 +12,10 @@
 // them. The kernel's own buffer of unsent bytes is small. A newcomer is always accepted: when
 // descriptors run out, too, another connection leaves for it. Half-open connections are the
 // kernel's (its SYN cookies): they take nothing here.
+//
+// With a certificate, one port takes both: a connection that begins a TLS handshake gets it
+// (handshakes.h bounds them), and one from this very computer may speak plainly. Any other is told
+// to come with https://.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +27,7 @@
 #include "web/connection.h"
 #include "web/door.h"
 #include "web/service.h"
+#include "web/tls.h"
 
 namespace qduino::web {
 
@@ -52,11 +57,12 @@ class Threads {
 
 struct ServerOptions {
     std::string address = "127.0.0.1";
-    std::uint16_t port = 0;  ///< 0: any free one
+    std::uint16_t port = 0;                   ///< 0: any free one
+    std::shared_ptr<const TlsContext> tls{};  ///< null: nothing is encrypted
     /// A stream socket for `address`, neither bound nor listening; −1: one is made. It belongs to
     /// the network in which it was made, which the process may have left (apps/rights/own_view.h).
     int socket = -1;
-    DoorLimits door;  ///< fewer, when the process may not open so many descriptors
+    DoorLimits door;  ///< fewer, when descriptors are few
     ConnectionLimits limits;
 };
 
@@ -69,6 +75,8 @@ class Server {
                                                                 std::function<Moment()> clock);
     ~Server();
     [[nodiscard]] std::uint16_t port() const;
+    /// Connections from now on get this certificate. Any thread. Contract: listen() got one, too.
+    void use(std::shared_ptr<const TlsContext> tls);
 
     struct Parts;  // what its sessions see
 
@@ -76,8 +84,5 @@ class Server {
     explicit Server(std::shared_ptr<Parts> parts);
     std::shared_ptr<Parts> parts_;
 };
-
-/// True when only this computer can connect to `address`.
-[[nodiscard]] bool is_loopback(const std::string& address);
 
 }  // namespace qduino::web

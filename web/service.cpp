@@ -74,60 +74,61 @@ Service::Service(ServiceOptions options, api::Context context, Authenticator aut
 
 /// The refusal of a request that does not show the key, or that a page of another site may have
 /// made. Sets `proof` when there is none.
-std::optional<Response> Service::refuse(const RequestHead& head, const std::string& remote, Moment moment,
+std::optional<Response> Service::refuse(const RequestHead& head, const Client& client, Moment moment,
                                         Proof& proof) {
-    proof = authenticator_.prove(head, remote, moment.now, moment.now_s);
+    proof = authenticator_.prove(head, client.name, moment.now, moment.now_s);
     if (std::optional<Response> refusal = refusal_of(proof)) {
         metrics_.count_refused_login();
         return refusal;
     }
     // With a key in the request no browser page of another site can be behind it. Otherwise one may
     // be.
-    const bool foreign = proof == Proof::cookie ? !is_safe(head.method) && !is_same_origin(head, false)
-                                                : proof == Proof::off && !is_same_origin(head, true);
+    const bool foreign = proof == Proof::cookie
+                             ? !is_safe(head.method) && !is_same_origin(head, client, false)
+                             : proof == Proof::off && !is_same_origin(head, client, true);
     return foreign ? std::optional{foreign_page()} : std::nullopt;
 }
 
 /// A browser cannot add a header to a WebSocket: it shows its cookie, and its page's origin; or a
 /// ticket.
-std::optional<Response> Service::refuse_stream(const RequestHead& head, const std::string& remote,
-                                               Moment moment) {
+std::optional<Response> Service::refuse_stream(const RequestHead& head, const Client& client, Moment moment) {
     const std::string ticket = head.query_value("ticket");
     Proof proof = Proof::none;
     if (!ticket.empty()) {
         if (!authenticator_.tickets.take(ticket, moment.now)) return refusal_of(Proof::none);
-    } else if (std::optional<Response> refusal = refuse(head, remote, moment, proof)) {
+    } else if (std::optional<Response> refusal = refuse(head, client, moment, proof)) {
         return refusal;
     }
-    return is_same_origin(head, proof != Proof::cookie) ? std::nullopt : std::optional{foreign_page()};
+    return is_same_origin(head, client, proof != Proof::cookie) ? std::nullopt
+                                                                : std::optional{foreign_page()};
 }
 
-std::optional<Response> Service::refuse(api::Guard guard, const RequestHead& head, const std::string& remote,
+std::optional<Response> Service::refuse(api::Guard guard, const RequestHead& head, const Client& client,
                                         Moment moment, Proof& proof) {
     switch (guard) {
         case api::Guard::none:
             return std::nullopt;
         case api::Guard::login:
-            return is_same_origin(head, true) ? std::nullopt : std::optional{foreign_page()};
+            return is_same_origin(head, client, true) ? std::nullopt : std::optional{foreign_page()};
         case api::Guard::ticket:
-            return refuse_stream(head, remote, moment);
+            return refuse_stream(head, client, moment);
         case api::Guard::key:
             break;
     }
-    return refuse(head, remote, moment, proof);
+    return refuse(head, client, moment, proof);
 }
 
-Plan Service::plan(const RequestHead& head, const std::string& remote, Moment moment) {
-    if (!options_.hosts.allows(head.value("Host"))) {
+Plan Service::plan(const RequestHead& head, const Client& client, Moment moment) {
+    if (!options_.hosts.allows(client.host)) {
         return respond(
             error_response(403, "not_permitted", "this name is not known here; allow it with --allow-host"));
     }
     const api::Match match = api::find_route(head);
     if (!match.path_known && (head.path.empty() || head.path.front() != "api")) return plan_file(head);
     Proof proof = Proof::none;
-    if (std::optional<Response> refusal = refuse(match.guard, head, remote, moment, proof))
+    if (std::optional<Response> refusal = refuse(match.guard, head, client, moment, proof))
         return respond(std::move(*refusal));
-    Plan plan = plan_route(head, match, moment);
+    Plan plan = plan_route(head, match, client, moment);
     plan.proof = proof;
     return plan;
 }
@@ -139,7 +140,8 @@ Plan Service::plan_file(const RequestHead& head) const {
     return respond(file ? std::move(*file) : error_response(404, "not_found", "there is no such page"));
 }
 
-Plan Service::plan_route(const RequestHead& head, const api::Match& match, Moment moment) {
+Plan Service::plan_route(const RequestHead& head, const api::Match& match, const Client& client,
+                         Moment moment) {
     if (!match.route) {
         return respond(match.path_known
                            ? error_response(405, "not_permitted", "this method is not possible here")
@@ -149,7 +151,7 @@ Plan Service::plan_route(const RequestHead& head, const api::Match& match, Momen
     switch (match.route->body) {
         case api::Body::none:
             return respond(match.route->handler(
-                context_, {{head, {}, {}}, match.arguments, moment.now_s, moment.now, nullptr}));
+                context_, {{head, {}, client}, match.arguments, moment.now_s, moment.now, nullptr}));
         case api::Body::upload:
             return admit_upload(head, match.route->open(context_.spool.blobs(), head, match.arguments));
         case api::Body::live:

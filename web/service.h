@@ -18,6 +18,7 @@
 #include "spool/analyzer.h"
 #include "web/api/route.h"
 #include "web/authentication.h"
+#include "web/forwarded.h"
 #include "web/http.h"
 #include "web/live.h"
 #include "web/metrics.h"
@@ -64,6 +65,7 @@ using Reply = std::function<void(Response)>;
 struct ServiceOptions {
     HostPolicy hosts;
     std::size_t uploads_max = 32;  ///< under way at once
+    Proxies proxies{};
 };
 
 class Service {
@@ -77,8 +79,12 @@ class Service {
     Service(const Service&) = delete;
     Service& operator=(const Service&) = delete;
 
+    /// The sender of the request.
+    [[nodiscard]] Client client_of(const RequestHead& head, const Peer& peer) const {
+        return options_.proxies.client_of(head, peer);
+    }
     /// I/O thread, once a request's head is known.
-    [[nodiscard]] Plan plan(const RequestHead& head, const std::string& remote, Moment moment);
+    [[nodiscard]] Plan plan(const RequestHead& head, const Client& client, Moment moment);
     /// I/O thread, once the body is whole. Contract: its plan said collect.
     void handle(std::shared_ptr<const Request> request, Moment moment, Reply reply);
 
@@ -97,14 +103,15 @@ class Service {
     [[nodiscard]] Metrics& metrics() { return metrics_; }
 
   private:
-    [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const std::string& remote,
-                                                 Moment moment, Proof& proof);
+    [[nodiscard]] std::optional<Response> refuse(const RequestHead& head, const Client& client, Moment moment,
+                                                 Proof& proof);
     [[nodiscard]] std::optional<Response> refuse(api::Guard guard, const RequestHead& head,
-                                                 const std::string& remote, Moment moment, Proof& proof);
-    [[nodiscard]] std::optional<Response> refuse_stream(const RequestHead& head, const std::string& remote,
+                                                 const Client& client, Moment moment, Proof& proof);
+    [[nodiscard]] std::optional<Response> refuse_stream(const RequestHead& head, const Client& client,
                                                         Moment moment);
     [[nodiscard]] Plan plan_file(const RequestHead& head) const;
-    [[nodiscard]] Plan plan_route(const RequestHead& head, const api::Match& match, Moment moment);
+    [[nodiscard]] Plan plan_route(const RequestHead& head, const api::Match& match, const Client& client,
+                                  Moment moment);
     [[nodiscard]] Plan admit_upload(const RequestHead& head, Result<std::unique_ptr<Upload>> upload);
     void analyze(std::shared_ptr<Upload> upload, std::shared_ptr<const Request> request, Moment moment,
                  Reply reply);

@@ -118,7 +118,7 @@ Response machine_status(MemorySpool& spool, const Arguments&) {
         {"may_jog", machine.job.may_jog && !spool.run()},
         {"time_factor", 1},
         {"durable", false},
-        {"lacks", {"live", "hand", "layers", "guarantee", "queue"}},
+        {"lacks", {"live", "hand", "layers", "guarantee", "queue", "invitation"}},
         {"progress", nullptr},
         {"ready_in_s", Json::object()},
     };

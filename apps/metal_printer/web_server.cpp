@@ -190,7 +190,8 @@ bool WebServer::shows_key(const web::RequestHead& head) const {
 
 bool WebServer::has_session(const web::RequestHead& head) const {
     return equal_in_constant_time(web::cookie_value(head.value("Cookie"), web::kSessionCookie), session_) &&
-           web::HostPolicy{}.allows(head.value("Host")) && web::is_same_origin(head, true);
+           web::HostPolicy{}.allows(head.value("Host")) &&
+           web::is_same_origin(head, {.host = std::string{head.value("Host")}}, true);
 }
 
 /// What is for everybody; nothing for any other path.
@@ -205,7 +206,8 @@ std::optional<Response> WebServer::open_answer(const web::RequestHead& head) con
 Response WebServer::begin_session(const web::RequestHead& head, std::string_view body) const {
     const std::optional<web::api::Json> shown = web::api::object_of(body);
     const bool has_key = shown && shown->contains("key") && (*shown)["key"].is_string();
-    if (!has_key || !web::HostPolicy{}.allows(head.value("Host")) || !web::is_same_origin(head, true) ||
+    if (!has_key || !web::HostPolicy{}.allows(head.value("Host")) ||
+        !web::is_same_origin(head, {.host = std::string{head.value("Host")}}, true) ||
         !equal_in_constant_time((*shown)["key"].get_ref<const std::string&>(), key_))
         return no_key();
     Response response = web::api::no_content();

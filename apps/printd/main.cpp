@@ -23,6 +23,8 @@
 #include "apps/printd/inspection.h"
 #include "apps/printd/kept_settings_file.h"
 #include "apps/printd/options.h"
+#include "apps/printd/own_addresses.h"
+#include "apps/printd/own_certificate.h"
 #include "apps/printd/privileges.h"
 #include "apps/printd/serial_host.h"
 #include "apps/printd/step_cost_file.h"
@@ -123,6 +125,75 @@ struct Ground {
     posix::UniqueFd lock;
     std::string key;
     posix::UniqueFd socket;  ///< of the network, where that was left; else none
+    std::optional<web::TlsIdentity> given;  ///< a certificate that the owner has given
+};
+
+/// Read before the rights are given up: a private key is often for root alone.
+Result<std::optional<web::TlsIdentity>> given_identity(const printd::Options& options) {
+    std::optional<web::TlsIdentity> given;
+    if (options.tls_certificate.empty()) return given;
+    given.emplace();
+    QDUINO_TRY_ASSIGN(given->certificate_pem, posix::read_small_file(options.tls_certificate));
+    QDUINO_TRY_ASSIGN(given->key_pem, posix::read_small_file(options.tls_key));
+    return given;
+}
+
+/// Every name and address that a browser may have come to.
+web::CertificateNames certificate_names(const printd::Options& options) {
+    web::CertificateNames names{options.hosts, printd::own_addresses()};
+    if (!options.name.empty())
+        names.names.insert(names.names.begin(), {options.name + ".local", options.name});
+    names.names.emplace_back("localhost");
+    return names;
+}
+
+/// The certificate of this service, and how it is kept good.
+class Certificate {
+  public:
+    Certificate(const printd::Options& options, std::optional<web::TlsIdentity> given)
+        : options_(options), given_(std::move(given)) {}
+
+    /// Null: none is needed, since nobody else can connect.
+    Result<std::shared_ptr<const web::TlsContext>> context() {
+        web::TlsIdentity identity;
+        if (given_) {
+            identity = *given_;
+        } else if (!web::is_loopback_address(options_.address)) {
+            QDUINO_TRY_ASSIGN(identity, own());
+        } else {
+            return std::shared_ptr<const web::TlsContext>{};
+        }
+        fingerprint_ = web::fingerprint_of(identity.certificate_pem);
+        auto made = web::TlsContext::make(identity);
+        if (!made)
+            return make_error(made.error().code, "the certificate cannot be used: ", made.error().message);
+        return std::shared_ptr<const web::TlsContext>{std::move(*made)};
+    }
+    /// A new one when it is time for that, once a minute at most; null: the old one stays.
+    std::shared_ptr<const web::TlsContext> renewed(Instant now) {
+        if (given_ || fingerprint_.empty() || now - looked_at_ < std::chrono::minutes{1}) return nullptr;
+        looked_at_ = now;
+        const std::string before = fingerprint_;
+        const auto made = context();
+        return made && fingerprint_ != before ? *made : nullptr;
+    }
+    [[nodiscard]] const std::string& fingerprint() const { return fingerprint_; }
+
+  private:
+    Result<web::TlsIdentity> own() const {
+        QDUINO_TRY_ASSIGN(
+            printd::OwnCertificate made,
+            printd::own_certificate(options_.state, certificate_names(options_), clock_now().now_s));
+        if (made.made_anew)
+            spdlog::info("a certificate was made, SHA-256 {}",
+                         web::fingerprint_of(made.identity.certificate_pem));
+        return std::move(made.identity);
+    }
+
+    const printd::Options& options_;
+    std::optional<web::TlsIdentity> given_;
+    std::string fingerprint_;
+    Instant looked_at_{};
 };
 
 /// As root: hides from the service what it does not need. Where the system has no namespaces the
@@ -141,7 +212,7 @@ void hide_the_rest(const printd::Options& options, Ground& ground) {
     seen.push_back({"/etc/localtime"});
     seen.push_back({"/usr/share/zoneinfo"});
     ::tzset();
-    if (web::is_loopback(options.address)) {
+    if (web::is_loopback_address(options.address)) {
         const bool ipv6 = options.address.find(':') != std::string::npos;
         posix::UniqueFd socket{::socket(ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
         const Result<void> left = apps::leave_network();
@@ -156,12 +227,13 @@ Result<Ground> prepare(const printd::Options& options) {
     ::umask(077);
     std::signal(SIGPIPE, SIG_IGN);
     if (sodium_init() < 0) return make_error(ErrorCode::internal, "no source of random numbers");
-    if (!options.authentication && !web::is_loopback(options.address)) {
+    if (!options.authentication && !web::is_loopback_address(options.address)) {
         return make_error(ErrorCode::not_permitted,
                           "--no-auth is only for a loopback address: anyone could print");
     }
     Ground ground;
     QDUINO_TRY_ASSIGN(ground.lock, printd::lock_state(options.state));
+    QDUINO_TRY_ASSIGN(ground.given, given_identity(options));
     // The service's own user could not open afterwards what root writes during a recovery.
     const bool recovers_as_root = options.recover && options.run_as.empty() && ::geteuid() == 0;
     const std::string user = recovers_as_root ? printd::owner_of(options.state) : options.run_as;
@@ -185,15 +257,31 @@ web::api::Context context_of(spool::Spool& spool, const printer::MachineConfig& 
     return context;
 }
 
-void say_where(const printd::Options& options, std::uint16_t port, const std::string& key) {
-    const bool ipv6 = options.address.find(':') != std::string::npos;
-    const auto address =
-        text<std::string>("http://", ipv6 ? "[" : "", options.address, ipv6 ? "]:" : ":", port, '/');
-    spdlog::info("listening on {}", address);
+/// The address under which others reach the service, without a slash at its end; this computer's
+/// own when nobody else can.
+std::string address_of(const printd::Options& options, std::uint16_t port, bool tls) {
+    std::string host = options.address;
+    if (host == "::" || host == "0.0.0.0") host = printd::address_for_others();
+    if (host.empty()) host = "127.0.0.1";
+    if (host.find(':') != std::string::npos) host = "[" + host + "]";
+    return text<std::string>(tls ? "https://" : "http://", host, ':', port);
+}
+
+/// The link for a browser is one line; behind it, where there is a certificate, its fingerprint.
+void say_where(const printd::Options& options, const std::string& address, const std::string& key,
+               const std::string& fingerprint) {
+    spdlog::info("listening on {}/", address);
     if (!options.authentication) spdlog::warn("authentication is off: whoever can connect can print");
     if (!options.print_link) return;
-    std::printf("%s%s%s\n", address.c_str(), key.empty() ? "" : "#key=", key.c_str());
+    std::printf("%s/%s%s%s%s\n", address.c_str(), key.empty() ? "" : "#key=", key.c_str(),
+                fingerprint.empty() ? "" : " ", fingerprint.c_str());
     std::fflush(stdout);
+}
+
+std::vector<std::string> allowed_hosts(const printd::Options& options) {
+    std::vector<std::string> hosts = options.hosts;
+    if (!options.name.empty()) hosts.insert(hosts.end(), {options.name, options.name + ".local"});
+    return hosts;
 }
 
 void say_step_cost(Nanoseconds cost) {
@@ -217,7 +305,7 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     spool::SpoolOptions spool_options;
     spool_options.folder = options.state;
     spool_options.limits.size_max_bytes = options.upload_max_mib << 20;
-    spool_options.hold_after_failure = options.hold_after_failure;
+    spool_options.hold_after_failure = options.after_failure == "hold";
     spool_options.confirm_bed = options.confirm_bed;
     spool_options.retention = {options.keep_jobs, options.keep_days, options.store_max_mib << 20};
     spool_options.opened_s = clock_now().now_s;
@@ -233,27 +321,38 @@ Result<void> serve(const printd::Options& options, const printer::MachineConfig&
     if (!options.ui.empty()) {
         QDUINO_TRY_ASSIGN(files, web::StaticFiles::read(options.ui));
     }
+    std::string network_address;  // set before anything is served
+    web::api::Context context = context_of(*spool, machine, options.vcpu);
+    context.network_address = [&network_address] { return network_address; };
     // Last in, first out: the threads end before what their tasks use.
     std::unique_ptr<web::Service> service;
     std::unique_ptr<web::Publisher> publisher;
     std::unique_ptr<printd::SerialHost> serial_host;
     web::Threads threads;
-    service = std::make_unique<web::Service>(
-        web::ServiceOptions{web::HostPolicy{options.hosts}, 32}, context_of(*spool, machine, options.vcpu),
-        web::Authenticator{ground.key, std::move(sessions)}, std::move(files), analyzer, threads.executors());
+    service = std::make_unique<web::Service>(web::ServiceOptions{web::HostPolicy{allowed_hosts(options)}, 32,
+                                                                 web::Proxies{options.trusted_proxies}},
+                                             std::move(context),
+                                             web::Authenticator{ground.key, std::move(sessions)},
+                                             std::move(files), analyzer, threads.executors());
     publisher = std::make_unique<web::Publisher>(*spool, *service, threads.executors().io,
                                                  [](const std::string& line) { spdlog::info("{}", line); });
     web::ServerOptions server_options;
     server_options.address = options.address;
     server_options.port = options.port;
     server_options.socket = ground.socket.release();
+    Certificate certificate{options, std::move(ground.given)};
+    QDUINO_TRY_ASSIGN(server_options.tls, certificate.context());
+    const bool tls = server_options.tls != nullptr;
     QDUINO_TRY_ASSIGN(const auto server, web::Server::listen(server_options, threads, *service, clock_now));
     QDUINO_TRY_ASSIGN(serial_host,
                       start_serial_host(options, *spool, threads.executors().spool, machine.has_bed));
-    say_where(options, server->port(), ground.key);
+    if (!web::is_loopback_address(options.address))
+        network_address = address_of(options, server->port(), tls);
+    say_where(options, address_of(options, server->port(), tls), ground.key, certificate.fingerprint());
     threads.every(web::Publisher::kTickEvery, [&, said = std::string{}]() mutable {
         const web::Moment now = clock_now();
         publisher->tick(now);
+        if (auto renewed = certificate.renewed(now.now)) server->use(std::move(renewed));
         if (serial_host) serial_host->tick(now.now);
         if (link.trouble() != said && !link.trouble().empty()) spdlog::warn("{}", link.trouble());
         said = link.trouble();

@@ -25,7 +25,6 @@ bool parse_listen(std::string_view text, Options& options) {
 std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
     Options options;
     std::string listen = "127.0.0.1:8080";
-    std::string after_failure = "hold";
     apps::CommandLine line{
         "The print service: takes jobs over HTTP, keeps their queue, feeds the machine",
         "Example:\n  printd --state ~/.local/state/qduinomc --link /dev/shm/qduinomc/link \\\n"
@@ -35,7 +34,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
         "Exit status: 0 stopped or recovered, 1 could not start, 2 wrong command line,\n3 already running."};
     line.option("--state", options.state, "folder of jobs, queue and key").required();
     line.option("--link", options.link, "shared object of the sketch (it may appear later)");
-    line.option("--listen", listen, "ADDRESS:PORT to serve; port 0 takes any free one").shows_default();
+    line.option("--listen", listen, "ADDRESS:PORT to serve, [::] for all; port 0 takes any free one")
+        .shows_default();
     line.option("--ui", options.ui, "folder of the page's files");
     line.option("--inspect", options.inspect, "socket of a virtual machine's inspector");
     line.option("--vcpu", options.vcpu, "file that says how this service is held to a budget, for the page");
@@ -45,26 +45,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
               "its port is a device: nobody can tell whether a host is at the other end");
     line.option("--machine", options.machine, "machine file (TOML); the reference machine without");
     line.option("--run-as", options.run_as, "user to become, when started by root");
-    line.option("--allow-host", options.hosts,
-                "a name under which browsers may come, besides addresses and localhost");
-    line.option("--upload-limit-mib", options.upload_max_mib, "largest file accepted")
-        .shows_default()
-        .within(1, 65536);
-    line.option("--after-failure", after_failure, "what the queue does when a job has failed")
-        .one_of({"hold", "continue"})
-        .shows_default();
-    line.flag("!--no-confirm-bed", options.confirm_bed,
-              "start the next copy without asking whether the bed is clear (for an ejector)");
-    line.option("--keep-jobs", options.keep_jobs, "ended jobs kept, with their files; 0: all")
-        .shows_default()
-        .within(0, 100'000'000);
-    line.option("--keep-days", options.keep_days, "days that an ended job is kept; 0: for ever")
-        .shows_default()
-        .within(0, 100'000);
-    line.option("--store-limit-mib", options.store_max_mib,
-                "what all stored files may take; the oldest ended jobs go first; 0: no limit")
-        .shows_default()
-        .within(0, 1 << 30);
+    declare_service_options(line, options);
     line.flag("--recover", options.recover,
               "serve nothing: make held jobs of stored files that the job journal has lost; printd must "
               "not be running");
@@ -74,11 +55,11 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_status) {
     std::optional<int> status = line.parse(argc, argv);
     if (!status && options.link.empty() && !options.recover) status = line.refuse("--link is required");
     if (!status && !parse_listen(listen, options)) status = line.refuse("--listen: give ADDRESS:PORT");
+    if (const std::string wrong = problem_of(options); !status && !wrong.empty()) status = line.refuse(wrong);
     if (status) {
         exit_status = *status == 0 ? 0 : 2;
         return std::nullopt;
     }
-    options.hold_after_failure = after_failure == "hold";
     return options;
 }
 

@@ -7,28 +7,23 @@
 #include <string>
 #include <vector>
 
+#include "apps/printd/service_options.h"
+
 namespace qduino::printd {
 
-struct Options {
+struct Options : ServiceOptions {
     std::filesystem::path state;
     std::filesystem::path link;
     std::string address = "127.0.0.1";
     std::uint16_t port = 8080;
-    std::filesystem::path ui;        ///< empty: no page
-    std::string inspect;             ///< socket of the virtual machine's inspector; empty: none
-    std::string serial_port;         ///< socket for printer-port; empty: no serial host
-    bool serial_wire = false;        ///< its port cannot tell whether a host is there
-    std::filesystem::path vcpu;      ///< file that says what keeps this service; empty: none
-    std::filesystem::path machine;   ///< empty: the reference machine
-    std::string run_as;              ///< empty: as who we are
-    std::vector<std::string> hosts;  ///< further names that browsers may use
-    std::uint64_t upload_max_mib = 2048;
-    bool hold_after_failure = true;
-    bool confirm_bed = true;
-    std::int64_t keep_jobs = 100'000;  ///< ended ones; 0: all
-    std::int64_t keep_days = 0;        ///< 0: for ever
-    std::uint64_t store_max_mib = 0;   ///< 0: as much as the disk has
-    bool recover = false;              ///< do not serve: make jobs of the stored files
+    std::filesystem::path ui;       ///< empty: no page
+    std::string inspect;            ///< socket of the virtual machine's inspector; empty: none
+    std::string serial_port;        ///< socket for printer-port; empty: no serial host
+    bool serial_wire = false;       ///< its port cannot tell whether a host is there
+    std::filesystem::path vcpu;     ///< file that says what keeps this service; empty: none
+    std::filesystem::path machine;  ///< empty: the reference machine
+    std::string run_as;             ///< empty: as who we are
+    bool recover = false;           ///< do not serve: make jobs of the stored files
     bool authentication = true;
     bool print_link = false;
     bool verbose = false;

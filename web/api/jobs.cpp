@@ -51,7 +51,7 @@ Response list_jobs(Context& context, const Call& call) {
 /// An upload has become this job.
 Response job_created(Context& context, const Call& call) {
     Response response = json_response(job_json(context.spool, *job_of(context, call)), 201);
-    response.add("Location", "/api/v1/jobs/" + call.arguments.front());
+    response.add("Location", call.request.client.prefix + "/api/v1/jobs/" + call.arguments.front());
     return response;
 }
 

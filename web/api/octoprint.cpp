@@ -180,8 +180,7 @@ Response files(Context& context, const Call&) {
 Response file_created(Context& context, const Call& call) {
     const spool::Job& job =
         *context.spool.queue().find(whole_number<spool::JobId>(call.arguments.front()).value());
-    const std::string resource =
-        "http://" + std::string{call.request.head.value("Host")} + "/api/v1/jobs/" + call.arguments.front();
+    const std::string resource = call.request.client.address() + "/api/v1/jobs/" + call.arguments.front();
     const Json local{{"name", job.name},
                      {"path", job.name},
                      {"origin", "local"},

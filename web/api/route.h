@@ -41,6 +41,8 @@ struct Context {
     Metrics* metrics = nullptr;              ///< the service's own
     /// What holds this service to its budget, and what it has used, JSON; empty: nobody knows.
     std::function<std::string()> own_vcpu_json = nullptr;
+    /// "https://192.168.1.5:8080": where others on the network come; empty: only this computer can.
+    std::function<std::string()> network_address = nullptr;
 };
 
 /// The second half of an answer, run on the spool's thread: its response is the one that is sent.

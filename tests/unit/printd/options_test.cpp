@@ -23,7 +23,7 @@ TEST(Options, TheDefaultsAreTheSafeOnes) {
     ASSERT_TRUE(options.has_value());
     EXPECT_EQ(options->address, "127.0.0.1");
     EXPECT_TRUE(options->authentication);
-    EXPECT_TRUE(options->hold_after_failure);
+    EXPECT_EQ(options->after_failure, "hold");
     EXPECT_TRUE(options->confirm_bed);
     EXPECT_EQ(options->keep_jobs, 100'000);
     EXPECT_EQ(options->keep_days, 0);
@@ -56,6 +56,53 @@ TEST(Options, WhatIsWrongOrMissingIsRefused) {
     EXPECT_EQ(status, 0);
 }
 
+TEST(Options, WhatIsForPeopleIsHandedOnWordForWord) {
+    int status = 0;
+    const auto given = parse({"--name",
+                              "printer-2",
+                              "--allow-host",
+                              "print.example",
+                              "--allow-host",
+                              "b",
+                              "--trust-proxy",
+                              "127.0.0.1",
+                              "--trust-proxy",
+                              "fd00::1",
+                              "--tls-certificate",
+                              "c",
+                              "--tls-key",
+                              "k",
+                              "--upload-limit-mib",
+                              "5",
+                              "--after-failure",
+                              "continue",
+                              "--no-confirm-bed",
+                              "--keep-jobs",
+                              "7",
+                              "--keep-days",
+                              "8",
+                              "--store-limit-mib",
+                              "9"},
+                             status);
+    ASSERT_TRUE(given.has_value());
+    EXPECT_NE(static_cast<const ServiceOptions&>(*given), ServiceOptions{});
+    const auto again = parse(words_of(*given), status);
+    ASSERT_TRUE(again.has_value());
+    EXPECT_EQ(static_cast<const ServiceOptions&>(*again), static_cast<const ServiceOptions&>(*given));
+    EXPECT_EQ(static_cast<const ServiceOptions&>(*parse(words_of({}), status)), ServiceOptions{});
+}
+
+TEST(Options, WhatCannotBeReachedOrBelievedIsRefused) {
+    int status = 0;
+    for (const char* name : {"a b", "a.local", "-a", "a_b"})
+        EXPECT_FALSE(parse({"--name", name}, status).has_value()) << name;
+    for (const char* proxy : {"proxy", "127.0.0.1:80", "10.0.0.0/8", "[::1]"})
+        EXPECT_FALSE(parse({"--trust-proxy", proxy}, status).has_value()) << proxy;
+    EXPECT_FALSE(parse({"--tls-certificate", "c"}, status).has_value());
+    EXPECT_FALSE(parse({"--tls-key", "k"}, status).has_value());
+    EXPECT_EQ(status, 2);
+}
+
 TEST(Options, ToRecoverNeedsNoLinkToServeDoes) {
     int status = 0;
     const auto parse_only = [&](std::vector<const char*> line) {
@@ -80,7 +127,7 @@ TEST(Options, FlagsAreUnderstood) {
     EXPECT_FALSE(options->authentication);
     EXPECT_FALSE(options->confirm_bed);
     EXPECT_TRUE(options->print_link);
-    EXPECT_FALSE(options->hold_after_failure);
+    EXPECT_EQ(options->after_failure, "continue");
     EXPECT_EQ(options->hosts.size(), 2u);
     EXPECT_EQ(options->upload_max_mib, 5u);
 }

@@ -5,6 +5,11 @@
 namespace qduino::web::origin_test {
 namespace {
 
+bool is_same_origin(const RequestHead& head, bool absent_is_same, bool secure = false) {
+    return web::is_same_origin(head, {.secure = secure, .host = std::string{head.value("Host")}},
+                               absent_is_same);
+}
+
 TEST(HostPolicy, AllowsAddressesLocalhostAndNamesOfTheOwner) {
     const HostPolicy policy{{"printer.local"}};
     for (const char* good : {"localhost", "LOCALHOST:8080", "127.0.0.1", "127.0.0.1:5000", "192.168.1.7:80",
@@ -37,6 +42,9 @@ TEST(Origin, MustBeTheHostThatWasAsked) {
     EXPECT_FALSE(is_same_origin(from("ftp://localhost", "localhost"), true));
     EXPECT_TRUE(is_same_origin(from(nullptr, "localhost"), true));
     EXPECT_FALSE(is_same_origin(from(nullptr, "localhost"), false));
+    EXPECT_TRUE(is_same_origin(from("https://printer.local", "printer.local"), false, true));
+    EXPECT_FALSE(is_same_origin(from("http://printer.local", "printer.local"), false, true))
+        << "whoever can change what is sent plainly may have made that page";
 }
 
 }  // namespace

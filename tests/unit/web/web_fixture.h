@@ -83,7 +83,7 @@ class WebTest : public spool::SpoolTest {
         api::Context context{*spool_, machine, R"({"name":"Test printer"})", "1", {}};
         const auto at_once = [this](Task task) { run_in_order(std::move(task)); };
         service_ = std::make_unique<Service>(
-            ServiceOptions{HostPolicy{{"printer.local"}}, 4}, std::move(context),
+            ServiceOptions{HostPolicy{{"printer.local"}}, 4, Proxies{{"127.0.0.9"}}}, std::move(context),
             Authenticator{std::move(key), *spool_->store().sessions()}, StaticFiles{}, analyzer_,
             Executors{at_once, at_once, at_once, at_once});
     }
@@ -100,7 +100,7 @@ class WebTest : public spool::SpoolTest {
 
     void connect(std::string remote = "127.0.0.1") {
         connection_ = std::make_shared<Connection>(
-            *service_, std::move(remote), [] {}, moment());
+            *service_, Peer{std::move(remote), secure_}, [] {}, moment());
     }
     /// Everything that comes out when all of it is taken at once; files are read.
     std::string output() {
@@ -164,6 +164,7 @@ class WebTest : public spool::SpoolTest {
         return count;
     }
 
+    bool secure_ = false;  // connections come by TLS
     TestAnalyzer analyzer_;
     std::deque<Task> tasks_;
     std::unique_ptr<Service> service_;
