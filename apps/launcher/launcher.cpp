@@ -11,6 +11,7 @@
 
 #include "apps/launcher/first_screen.h"
 #include "apps/launcher/needed_rights.h"
+#include "apps/launcher/network_words.h"
 #include "apps/link/link_file.h"
 #include "apps/machine_file/machine_file.h"
 #include "apps/printd/state_folder.h"
@@ -23,6 +24,7 @@
 #include "posix/guarded_file.h"
 #include "posix/small_file.h"
 #include "posix/system_error.h"
+#include "web/forwarded.h"
 
 namespace qduino::launcher {
 namespace {
@@ -163,6 +165,7 @@ Result<std::unique_ptr<Launcher>> Launcher::open(Options options) {
     }
     if (!o.serial_port.empty()) made->plan_port();
     made->plan_service();
+    made->name_ = made->plan_name();
     return made;
 }
 
@@ -288,16 +291,16 @@ void Launcher::plan_port() {
 }
 
 void Launcher::plan_service() {
-    ProcessPlan plan =
-        plan_of("print service", "printd",
-                {"--state", options_.state, "--link", memory_.file("link"), "--inspect",
-                 memory_.file("inspect"), "--listen", text<std::string>("127.0.0.1:", options_.port), "--ui",
-                 options_.ui, "--print-link", "--vcpu", service_vcpu_->file()});
+    ProcessPlan plan = plan_of(
+        "print service", "printd",
+        {"--state", options_.state, "--link", memory_.file("link"), "--inspect", memory_.file("inspect"),
+         "--listen", text<std::string>('[', options_.listen, "]:", options_.port), "--ui", options_.ui,
+         "--print-link", "--vcpu", service_vcpu_->file()});
     plan.in_child = [this] { service_vcpu_->enter(); };
     plan.rights = kServiceRights;
     if (!options_.service_user.empty())
         plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
-    if (!options_.confirm_bed) plan.command.emplace_back("--no-confirm-bed");
+    for (std::string& word : printd::words_of(options_.service)) plan.command.push_back(std::move(word));
     if (!options_.serial_port.empty())
         plan.command.insert(plan.command.end(), {"--serial-port", services_port()});
     if (!options_.serial_port.empty() && options_.serial_port != kPty)
@@ -306,6 +309,22 @@ void Launcher::plan_service() {
     // printd's own word. An answer on the port could be another program's.
     plan.ready = [](const std::string& line) { return line.ends_with('\n'); };
     add(std::move(plan));
+}
+
+/// Nobody else can come where the service listens for this computer alone.
+std::unique_ptr<KeptProcess> Launcher::plan_name() const {
+    if (options_.service.name.empty() || web::is_loopback_address(options_.listen)) return nullptr;
+    ProcessPlan plan;
+    plan.name = "name on the network";
+    plan.command = {options_.programs / "printer-name", "--name",  options_.service.name, "--port",
+                    text<std::string>(options_.port),   "--state", options_.state};
+    if (!options_.service_user.empty())
+        plan.command.insert(plan.command.end(), {"--run-as", options_.service_user});
+    plan.read_line = true;
+    plan.ready = [](const std::string& line) { return line.ends_with('\n'); };
+    plan.rights = kServiceRights;
+    plan.log = &log_;
+    return std::make_unique<KeptProcess>(std::move(plan));
 }
 
 /// Undoes what a killed sketch had changed on this computer. Its supervisor does so, too, unless it
@@ -365,7 +384,16 @@ bool Launcher::come_up(int signals) {
 
 std::string Launcher::address() const {
     const std::string& line = processes_.back()->first_line();
-    return line.substr(0, line.find_last_not_of("\n") + 1);
+    return line.substr(0, line.find_first_of(" \n"));
+}
+
+/// What others on the network need; nothing where they cannot come.
+void Launcher::say_network() const {
+    if (web::is_loopback_address(options_.listen)) return;
+    const std::string words = network_words(processes_.back()->first_line(), options_.service.name,
+                                            options_.port, ::isatty(STDOUT_FILENO) != 0);
+    std::fputs(words.c_str(), stdout);
+    std::fflush(stdout);
 }
 
 void Launcher::note_address() const {
@@ -438,6 +466,7 @@ std::string Launcher::screen() const {
 bool Launcher::keep(int signals) {
     while (advance_all(processes_.size())) {
         look_after_files(monotonic_now());
+        if (name_) name_->advance(monotonic_now());
         if (is_asked_to_stop(signals, kLookEveryMs)) return true;
     }
     return false;
@@ -446,6 +475,7 @@ bool Launcher::keep(int signals) {
 /// Stops in reverse order: the service, then the sketch, which drives its pins to their safe
 /// states, then the machine.
 void Launcher::stop_all() {
+    if (name_) name_->end(kStopGrace);
     for (auto at = processes_.rbegin(); at != processes_.rend(); ++at) (*at)->end(kStopGrace);
     std::error_code ignored;
     const posix::ActingAs service = as_service();
@@ -461,6 +491,7 @@ int Launcher::run(int signals) {
         keep_report();
         std::fputs(screen().c_str(), stdout);
         std::fflush(stdout);
+        say_network();
     }
     const bool asked = up ? keep(signals) : is_asked_to_stop(signals, 0);
     stop_all();

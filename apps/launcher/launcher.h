@@ -5,6 +5,7 @@
 //
 //   real time     virtual machine ──► supervisor with the sketch ──► (port) ──► print service
 //   --speed       simulated printer ───────────────────────────────► (port) ──► print service
+//   --lan NAME    besides, printer-name tells the network what NAME.local is
 //                 each starts when the one before has come up; they end in the opposite order
 //
 // As root there are two users: root has the folder in memory, and the service's user has the state
@@ -36,6 +37,7 @@
 #include "apps/launcher/service_user.h"
 #include "apps/launcher/service_vcpu.h"
 #include "apps/launcher/sketch_report.h"
+#include "apps/printd/service_options.h"
 #include "base/result.h"
 #include "posix/acting_as.h"
 #include "posix/unique_fd.h"
@@ -51,10 +53,12 @@ struct Options {
     std::string service_user;
     /// A serial host's: "pty", DEVICE or DEVICE@BAUD; empty: none.
     std::string serial_port;
+    /// The address that the service listens on, as numbers; "::": all of this computer's.
+    std::string listen;
     int port = 8080;
     double speed = 0;  ///< of the simulator; 0: in real time, on this machine
     bool isolate = false;
-    bool confirm_bed = true;
+    printd::ServiceOptions service;
     /// Of the service in each 100 ms of core 0; nothing: it is an ordinary process.
     std::optional<Nanoseconds> service_budget = kServiceBudget;
     /// Asked for: it is not made smaller when it does not fit.
@@ -102,6 +106,8 @@ class Launcher {
     [[nodiscard]] std::string report() const;
     void keep_report();
     [[nodiscard]] std::string screen() const;
+    void say_network() const;
+    [[nodiscard]] std::unique_ptr<KeptProcess> plan_name() const;
     void stop_all();
 
     Options options_;
@@ -115,6 +121,7 @@ class Launcher {
     LinkGiver link_;
     std::unique_ptr<ServiceVcpu> service_vcpu_;
     std::vector<std::unique_ptr<KeptProcess>> processes_;  // in the order of their start
+    std::unique_ptr<KeptProcess> name_;  // on the network; null: none. The printer works without
 };
 
 }  // namespace qduino::launcher

@@ -2,6 +2,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <thread>
 
@@ -11,10 +13,21 @@
 #include "apps/terminal/program.h"
 #include "base/whole_number.h"
 #include "board/linux/host_settings.h"
+#include "web/certificate.h"
+#include "web/forwarded.h"
 
 namespace {
 
 using namespace qduino;
+
+/// The first label of its host name; "printer" where that is no name for a network.
+std::string name_of_this_computer() {
+    std::array<char, 256> name{};
+    const bool found = ::gethostname(name.data(), name.size() - 1) == 0;
+    std::string label{found ? name.data() : ""};
+    label.resize(std::min(label.size(), label.find('.')));
+    return web::is_host_name(label) && label != "localhost" ? label : "printer";
+}
 
 /// As root, with a core to spare, unless `refused`. Without its own core, p99 of the lateness was
 /// 90 µs on the development machine, and a tenth of all steps was late.
@@ -54,14 +67,22 @@ int main(int argc, char** argv) {
                            "Example: printer-launcher --state ~/.local/state/qduinomc --ui web/ui/dist"};
     line.option("--state", options.state, "folder of jobs, queue and key").required();
     line.option("--ui", options.ui, "folder of the page's files");
-    line.option("--port", options.port, "the service's port on 127.0.0.1").within(1, 65535).shows_default();
+    bool lan = false;
+    line.flag("--lan", lan, "others on the network may reach the service, by TLS and with the key");
+    line.option("--listen", options.listen,
+                "the address that the service listens on (default 127.0.0.1; with --lan all)")
+        .called("ADDRESS")
+        .check([](const std::string& address) {
+            return web::is_numeric_address(address) ? ""
+                                                    : "give an address as numbers, not '" + address + "'";
+        });
+    line.option("--port", options.port, "the service's port").within(1, 65535).shows_default();
     line.option("--serial-port", options.serial_port,
                 "also take a serial host's lines: pty, or DEVICE[@BAUD]");
     line.option("--speed", options.speed, "in the simulator, so many times as fast").within(0.01, 10000.0);
     line.option("--machine", options.machine, "machine file (TOML)").existing_file();
     line.flag("--no-isolate", no_isolate, "as root: leave this machine's cores as they are");
-    line.flag("!--no-confirm-bed", options.confirm_bed,
-              "do not wait for \"Bed is clear\" after a job (an ejector does)");
+    printd::declare_service_options(line, options.service);
     std::string service_budget;
     line.option("--service-budget", service_budget,
                 "the print service's CPU time in each 100 ms of core 0; max: no budget (default: 10, or "
@@ -77,6 +98,10 @@ int main(int argc, char** argv) {
     if (const auto status = line.parse(argc, argv)) return *status;
     if (report) return print_report(options.state);
     if (options.ui.empty()) return fail("give the folder of the page's files with --ui");
+    if (const std::string wrong = printd::problem_of(options.service); !wrong.empty())
+        return line.refuse(wrong);
+    if (options.listen.empty()) options.listen = lan ? "::" : "127.0.0.1";
+    if (lan && options.service.name.empty()) options.service.name = name_of_this_computer();
     options.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     options.isolate = isolates(no_isolate, options.speed);
 

@@ -20,7 +20,7 @@ PROGRAM = os.path.abspath(sys.argv.pop(1))
 PROGRAMS = os.path.dirname(PROGRAM)
 COLUMNS = 80
 COMMANDS = ["new", "build", "run", "sim", "check", "trace", "profile", "doctor", "restore", "completion"]
-OTHERS = ["printd", "printer", "printer-port", "printer-sim", "virtual-machine", "qduino-supervisor"]
+OTHERS = ["printd", "printer", "printer-name", "printer-port", "printer-sim", "virtual-machine", "qduino-supervisor"]
 LATE = """
 void setup() {}
 void loop(1, 2, 10, 0) { delayBusyMicroseconds(15000); waitForNextPeriod(); }
