@@ -46,7 +46,7 @@ export async function request<T>(method: string, path: string, body?: unknown, {
   const abort = new AbortController();
   const timer = setTimeout(() => abort.abort(), Math.max(0, patience_ms));
   try {
-    const response = await fetch(`/api/v1/${path}`, {
+    const response = await fetch(`api/v1/${path}`, {
       method,
       credentials: 'same-origin',
       headers: body === undefined ? {} : { 'Content-Type': 'application/json' },
@@ -122,11 +122,16 @@ export function keyProblem(error: ApiError): string {
   return error.status === 0 ? 'The print service was not reached. Is the printer switched on?' : error.message;
 }
 
-export async function signIn(key: string): Promise<void> {
+/** What is wrong with the proof, for people. */
+const problemOf = (proof: Proof, error: ApiError) => ('ticket' in proof && error.status === 401
+  ? 'This invitation was used already, or is too old. Choose “Phone” once more on the page that showed it.'
+  : keyProblem(error));
+
+export async function signIn(proof: Proof): Promise<void> {
   try {
-    await request('POST', 'session', { key });
+    await request('POST', 'session', proof);
   } catch (error) {
-    store.set({ keyProblem: keyProblem(error as ApiError) });
+    store.set({ keyProblem: problemOf(proof, error as ApiError) });
     throw error;
   }
   store.set({ signedIn: true, keyProblem: null });
@@ -168,12 +173,16 @@ export async function loadMore(): Promise<void> {
     : { ...s, older: joined([...s.jobs, ...s.older], jobs).slice(s.jobs.length), older_before: next_before })));
 }
 
-/** The key in the link, if there is one; it leaves the address bar at once. */
-export function takeKeyFromAddress(): string | null {
-  const found = /[#&]key=([^&]+)/.exec(location.hash);
+/** What a link proves: the key, or an invitation's ticket. */
+export type Proof = { key: string } | { ticket: string };
+
+/** The proof in the link, if there is one; it leaves the address bar at once. */
+export function takeProofFromAddress(): Proof | null {
+  const found = /[#&](key|ticket)=([^&]+)/.exec(location.hash);
   if (!found) return null;
   history.replaceState(null, '', location.pathname + location.search);
-  return decodeURIComponent(found[1]);
+  const value = decodeURIComponent(found[2]);
+  return found[1] === 'key' ? { key: value } : { ticket: value };
 }
 
 /** The virtual machine's report on a finished job; null where nobody inspects. */
@@ -308,8 +317,10 @@ function startStream(): () => void {
 }
 
 function openStream(over: (ended: Stream) => void): Stream {
-  const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
-  const stream: Stream = { socket: new WebSocket(`${scheme}://${location.host}/api/v1/live`), heard_ms: performance.now(), opened: false };
+  const address = new URL('api/v1/live', location.href);
+  address.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
+  address.hash = '';
+  const stream: Stream = { socket: new WebSocket(address), heard_ms: performance.now(), opened: false };
   let session: string | null | undefined;
   stream.socket.onopen = () => {
     Object.assign(stream, { heard_ms: performance.now(), opened: true });

@@ -77,9 +77,10 @@ export type Activity = 'homing' | 'probing' | 'heating_hot_end' | 'heating_bed' 
 
 /**
  * What a printer may lack. live: the stream, so it is asked instead; hand: jog, heat and typed
- * lines; layers: pictures of them; guarantee: its report; queue: order, copies and a hold.
+ * lines; layers: pictures of them; guarantee: its report; queue: order, copies and a hold;
+ * invitation: links that sign in another browser.
  */
-export type Part = 'live' | 'hand' | 'layers' | 'guarantee' | 'queue';
+export type Part = 'live' | 'hand' | 'layers' | 'guarantee' | 'queue' | 'invitation';
 
 export interface Status {
   /** Absent: it has all. */

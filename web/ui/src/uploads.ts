@@ -114,7 +114,7 @@ function send(key: number, { file, print }: { file: File; print: boolean }): Pro
     };
     sending = { key, abort: () => xhr.abort() };
     change(key, { phase: 'sending' });
-    xhr.open('POST', '/api/v1/jobs');
+    xhr.open('POST', 'api/v1/jobs');
     xhr.upload.onprogress = (event) => note(Math.min(file.size, event.loaded));
     xhr.upload.onload = () => {
       phase = 'checking';

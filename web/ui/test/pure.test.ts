@@ -412,7 +412,7 @@ describe('a printer that lacks parts', () => {
   const printer = (status: object) => {
     const asked: string[] = [];
     const sockets: string[] = [];
-    vi.stubGlobal('location', { protocol: 'http:', host: 'printer' });
+    vi.stubGlobal('location', { protocol: 'http:', host: 'printer', href: 'http://printer/' });
     vi.stubGlobal('window', globalThis);
     vi.stubGlobal('WebSocket', class { constructor(url: string) { sockets.push(url); } close() {} });
     vi.stubGlobal('fetch', async (path: string) => {

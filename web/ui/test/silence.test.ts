@@ -58,7 +58,7 @@ describe('silence', () => {
   it('a stream that is open and silent is greyed, given up and opened again', async () => {
     const sockets: { onopen?: () => void; onmessage?: (event: { data: string }) => void; closed: boolean }[] = [];
     vi.stubGlobal('window', globalThis);
-    vi.stubGlobal('location', { protocol: 'http:', host: 'printer' });
+    vi.stubGlobal('location', { protocol: 'http:', host: 'printer', href: 'http://printer/' });
     vi.stubGlobal('WebSocket', class {
       closed = false;
       constructor() { sockets.push(this); }

@@ -1,5 +1,5 @@
 import { useEffect } from 'preact/hooks';
-import { keyProblem, request, signIn, startLive, takeKeyFromAddress, type ApiError } from '../api';
+import { keyProblem, request, signIn, startLive, takeProofFromAddress, type ApiError } from '../api';
 import { useStore } from '../hooks';
 import { isOld } from '../silence';
 import { lacks, store } from '../store';
@@ -20,10 +20,10 @@ import { Temperatures } from './Temperatures';
 import { Timing } from './Timing';
 
 async function begin(): Promise<void> {
-  const key = takeKeyFromAddress();
-  if (key) {
+  const proof = takeProofFromAddress();
+  if (proof) {
     try {
-      await signIn(key);
+      await signIn(proof);
       return;
     } catch {
       // an old key: perhaps a session is still there; if not, the page says what is wrong with the
@@ -48,7 +48,7 @@ export function App() {
     void begin();
     // The link may be opened again in a tab that already shows the page: then only the fragment
     // changes.
-    const again = () => location.hash.includes('key=') && void begin();
+    const again = () => /key=|ticket=/.test(location.hash) && void begin();
     addEventListener('hashchange', again);
     return () => removeEventListener('hashchange', again);
   }, []);

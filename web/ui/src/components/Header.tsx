@@ -5,6 +5,7 @@ import { useStore } from '../hooks';
 import { isRunning, progressNow, UNNAMED } from '../store';
 import { EmergencyStop, StopNote } from './EmergencyStop';
 import { Name } from './Name';
+import { Phone } from './Phone';
 import { SilenceChip } from './Silence';
 
 export function Header() {
@@ -24,7 +25,7 @@ export function Header() {
   }, [title]);
   return (
     <header class="top">
-      <img src="/icon.svg" alt="" width="32" height="32" />
+      <img src="icon.svg" alt="" width="32" height="32" />
       <h1 class="brand" data-testid="printer"><Name>{name}</Name></h1>
       <span class={`chip state-${state}`}>
         <span data-testid="state" role="status">{word}</span>
@@ -37,6 +38,7 @@ export function Header() {
         </span>
       )}
       {message && <span class="message" title="Message of the job"><Name>{message}</Name></span>}
+      <Phone />
       <EmergencyStop />
       <StopNote />
     </header>

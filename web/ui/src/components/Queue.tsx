@@ -40,7 +40,7 @@ async function setCopies(job: Job, field: HTMLInputElement): Promise<void> {
 const move = (moved: number, before: number | null) => act(`job-${moved}`, 'PATCH', `jobs/${moved}`, { before });
 
 function Thumbnail({ job }: { job: Job }) {
-  if (job.facts.thumbnail) return <img class="thumb" src={`/api/v1/jobs/${job.id}/thumbnail`} alt="" loading="lazy" decoding="async" />;
+  if (job.facts.thumbnail) return <img class="thumb" src={`api/v1/jobs/${job.id}/thumbnail`} alt="" loading="lazy" decoding="async" />;
   return <span class="thumb"><Icon name="box" size={20} /></span>;
 }
 

@@ -7,12 +7,12 @@ export function SignIn() {
   const problem = useStore((s) => s.keyProblem);
   const submit = (event: Event) => {
     event.preventDefault();
-    signIn(key.trim()).catch(() => undefined); // its reason is in the store
+    signIn({ key: key.trim() }).catch(() => undefined); // its reason is in the store
   };
   return (
     <main>
       <form class="card sign-in" onSubmit={submit}>
-        <img src="/icon.svg" alt="" width="48" height="48" />
+        <img src="icon.svg" alt="" width="48" height="48" />
         <h1>QduinoMC printer</h1>
         <p>Open the link that was shown when the printer was started, or enter its key here.</p>
         <label>

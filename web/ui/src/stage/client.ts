@@ -38,7 +38,7 @@ export class StageClient {
     const size = this.size();
     if (this.context) this.fit(size);
     this.worker.postMessage(
-      { type: 'begin', canvas: given[0] ?? null, overlay: given[1] ?? null, size, dark: this.scheme.matches, bed } satisfies ToWorker, given);
+      { type: 'begin', page: location.href, canvas: given[0] ?? null, overlay: given[1] ?? null, size, dark: this.scheme.matches, bed } satisfies ToWorker, given);
     this.watch();
     this.listen();
   }

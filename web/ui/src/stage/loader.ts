@@ -68,8 +68,9 @@ async function persistently<T>(once: () => Promise<T>, signal: AbortSignal, sink
   }
 }
 
-export async function loadLayers(job: number, signal: AbortSignal, sink: Sink): Promise<void> {
-  const path = `/api/v1/jobs/${job}/layers`;
+/** `page`: the address that the service's own are relative to. */
+export async function loadLayers(page: string, job: number, signal: AbortSignal, sink: Sink): Promise<void> {
+  const path = new URL(`api/v1/jobs/${job}/layers`, page).href;
   const index = await persistently(async () => {
     const text = new TextDecoder().decode(await fetchSteadily(path, signal));
     return (JSON.parse(text) as { layers: LayerIndex[] }).layers;

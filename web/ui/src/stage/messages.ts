@@ -11,8 +11,11 @@ export interface Size {
 }
 
 export type ToWorker =
-  /** Without canvases the worker draws nothing, and sends a flat picture for the page to paint. */
-  | { type: 'begin'; canvas: OffscreenCanvas | null; overlay: OffscreenCanvas | null; size: Size; dark: boolean; bed: Box }
+  /**
+   * Without canvases the worker draws nothing, and sends a flat picture for the page to paint.
+   * `page`: the page's address, which may lie below a proxy's prefix; the worker's own is no help.
+   */
+  | { type: 'begin'; page: string; canvas: OffscreenCanvas | null; overlay: OffscreenCanvas | null; size: Size; dark: boolean; bed: Box }
   /** Its layers are fetched; `box`: where it lies as far as known. Null: the empty bed. */
   | { type: 'job'; job: number | null; box: Box | null }
   /** Bytes that are laid down; no layer from `top` on (null: all). `running`: the job prints. */

@@ -9,6 +9,7 @@ import { bedLines, PartView } from './view';
 const TOLD_MS = 250;
 const tell = (message: FromWorker): void => self.postMessage(message);
 
+let page = '';
 let view: PartView | null = null;
 let loading: AbortController | null = null;
 let drawings = { frames: 0, segments: 0, whole: false };
@@ -22,7 +23,7 @@ function load(job: number, into: PartView): void {
     into.add(record);
     layers = Math.max(layers, record.layer + 1);
   };
-  void loadLayers(job, abort.signal, {
+  void loadLayers(page, job, abort.signal, {
     begin: (segments) => into.begin(segments),
     add: (records) => {
       records.forEach(take);
@@ -41,7 +42,8 @@ function drawn(now: typeof drawings): void {
   }, TOLD_MS) as unknown as number;
 }
 
-function begin({ canvas, overlay, size, dark, bed }: Extract<ToWorker, { type: 'begin' }>): void {
+function begin({ page: address, canvas, overlay, size, dark, bed }: Extract<ToWorker, { type: 'begin' }>): void {
+  page = address;
   // What is drawn is kept: new beads are added to it.
   const gl = canvas?.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true, failIfMajorPerformanceCaveat: false }) ?? null;
   canvas?.addEventListener('webglcontextlost', () => tell({ type: 'lost' }));
