@@ -116,16 +116,17 @@ class Sketch:
 class Printd:
     """The service as a process, with a client that speaks to it."""
 
-    def __init__(self, folder, options=()):
+    def __init__(self, folder, options=(), listen="127.0.0.1:0", wrapper=()):
         self.folder = folder
+        self.listen = listen
         self.state = os.path.join(folder, "state")
         self.options = list(options)
-        self.wrapper = []  # a command that starts it
+        self.wrapper = list(wrapper)  # a command that starts it
         self.process = None
         self.start()
 
     def start(self):
-        command = [*self.wrapper, PRINTD, "--state", self.state, "--link", os.path.join(self.folder, "link"), "--listen", "127.0.0.1:0",
+        command = [*self.wrapper, PRINTD, "--state", self.state, "--link", os.path.join(self.folder, "link"), "--listen", self.listen,
                    "--print-link"] + self.options
         with open(os.path.join(self.folder, "printd.log"), "ab") as log:
             self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
@@ -133,6 +134,7 @@ class Printd:
         address = self.process.stdout.readline()
         if not address:
             raise AssertionError("printd did not start: " + self.log()[-2000:])
+        self.line = address
         self.port = int(address.split(":")[2].split("/")[0])
         with open(os.path.join(self.state, "api-key"), encoding="ascii") as file:
             self.key = file.read().strip()
@@ -248,10 +250,11 @@ class Printd:
 
 
 class Live:
-    """A WebSocket client: just enough of RFC 6455 to listen. `behind`: sent with the handshake, in one piece."""
+    """A WebSocket client: just enough of RFC 6455 to listen. `behind`: sent with the handshake, in one piece.
+    `connection`: another socket than a plain one to the service."""
 
-    def __init__(self, printd, path="/api/v1/live", headers=None, behind=b""):
-        self.socket = socket.create_connection(("127.0.0.1", printd.port), timeout=20)
+    def __init__(self, printd, path="/api/v1/live", headers=None, behind=b"", connection=None):
+        self.socket = connection or socket.create_connection(("127.0.0.1", printd.port), timeout=20)
         nonce = base64.b64encode(os.urandom(16)).decode()
         fields = {"Host": "127.0.0.1:%d" % printd.port, "Upgrade": "websocket", "Connection": "Upgrade",
                   "Sec-WebSocket-Key": nonce, "Sec-WebSocket-Version": "13"}
