@@ -336,10 +336,15 @@ class Whole(OnTheLan):
     def scanned(picture):
         return subprocess.run(["zbarimg", "-q", "--raw", picture], capture_output=True, text=True, check=False).stdout.strip()
 
+    @staticmethod
+    def part():
+        walls = "".join("G1 X%d Y%d E%.2f F3000\n" % (60 + i % 2 * 40, 60 + i, i * 1.3) for i in range(1, 40))
+        return "G28\nM104 S200\nM109 S200\nG1 Z0.2 F600\n" + walls
+
     def visit(self, address):
         part = os.path.join(self.folder.path, "part.gcode")
         with open(part, "w", encoding="ascii") as file:
-            file.write("G28\nM104 S200\nM109 S200\nG1 Z0.2 F600\n" + "".join("G1 X%d Y%d E%.2f F3000\n" % (60 + i % 2 * 40, 60 + i, i * 1.3) for i in range(1, 40)))
+            file.write(self.part())
         picture = os.path.join(self.folder.path, "phone.png")
         done = self.lan.run("visitor", "node", os.path.join(HERE, "visitor.mjs"), address, part, picture, timeout_s=200)
         if done.returncode == 77:

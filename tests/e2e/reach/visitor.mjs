@@ -4,6 +4,7 @@
 //   node visitor.mjs ADDRESS PART PICTURE
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
+import { setTimeout } from 'node:timers/promises';
 import { drop } from '../browser/person.mjs';
 import { startBrowser, whatThePageMisses } from '../browser/stack.mjs';
 
@@ -27,12 +28,14 @@ try {
   assert.deepEqual([cookie.secure, cookie.httpOnly, cookie.sameSite], [true, true, 'Strict']);
 
   await drop(page, 'part.gcode', await readFile(part));
-  const done = await page.waitForFunction(async () => {
-    const { jobs } = await (await fetch('api/v1/jobs')).json();
-    const state = jobs[0]?.state;
-    return ['done', 'failed', 'cancelled'].includes(state) ? state : null;
-  }, undefined, { timeout: 150_000, polling: 500 });
-  assert.equal(await done.jsonValue(), 'done');
+  const stateOfJob = () => page.evaluate(async () => (await (await fetch('api/v1/jobs')).json()).jobs[0]?.state);
+  const ENDED = ['done', 'failed', 'cancelled'];
+  let state = null;
+  for (const end = Date.now() + 150_000; !ENDED.includes(state) && Date.now() < end;) {
+    await setTimeout(500);
+    state = await stateOfJob();
+  }
+  assert.equal(state, 'done');
   await page.getByText('part.gcode').first().waitFor();
 
   await page.getByTestId('phone').click();
