@@ -13,8 +13,8 @@ int main(int argc, char** argv) {
     std::string name, user, state;
     std::uint16_t port = 8080;
     apps::CommandLine line{"Tells the network, by multicast DNS, that NAME.local is this computer.",
-                           "Prints NAME.local once the name is ours. Exit status: 0 stopped, 1 the name is "
-                           "another\ncomputer's, or there is no multicast DNS here."};
+                           "Prints NAME.local once the name is ours. Exit status: 0 stopped,\n1 the name is "
+                           "another computer's, or there is no multicast DNS here."};
     line.option("--name", name, "the name, without .local").required();
     line.option("--port", port, "where the printer is served").shows_default();
     line.option("--state", state, "folder of jobs, queue and key").required();
