@@ -96,8 +96,11 @@ export async function startStack({ speed }) {
   }
 }
 
-/** `draws`: with WebGL, in software, which costs more than all else that the page does. */
-export function startBrowser({ draws = true } = {}) {
+/**
+ * `draws`: with WebGL, in software, which costs more than all else that the page does. `more`:
+ * further arguments of Chromium.
+ */
+export function startBrowser({ draws = true, more = [] } = {}) {
   const { chromium } = createRequire(join(ROOT, 'web/ui/package.json'))('playwright-core');
-  return chromium.launch({ executablePath: chromiumPath(), args: [...BROWSER_ARGUMENTS, ...(draws ? IN_SOFTWARE : ['--disable-software-rasterizer'])] });
+  return chromium.launch({ executablePath: chromiumPath(), args: [...BROWSER_ARGUMENTS, ...(draws ? IN_SOFTWARE : ['--disable-software-rasterizer']), ...more] });
 }

@@ -40,17 +40,22 @@ class Proxied(unittest.TestCase):
         self.folder = Folder()
         self.addCleanup(self.folder.remove)
         self.certificate = self.make_identity()
-        ui = os.path.join(self.folder.path, "ui")
-        os.makedirs(os.path.join(ui, "assets"))
-        for name, content in (("index.html", "<html>the page</html>"), ("assets/app.js", "// " + "x" * 200_000)):
-            with open(os.path.join(ui, name), "w", encoding="ascii") as file:
-                file.write(content)
+        ui = self.page()
         self.sketch = Sketch(self.folder.path, 20_000_000)
         self.addCleanup(self.sketch.stop)
         self.printd = Printd(self.folder.path, ["--ui", ui, "--allow-host", "print.example", "--allow-host", "shop.example", "--trust-proxy",
                                                 "127.0.0.1"], listen="127.0.0.1:8080")
         self.addCleanup(self.printd.stop)
         wait_until(lambda: self.printd.machine()["connected"], "the service found the machine")
+
+    def page(self):
+        """The folder of a page that takes no browser to judge."""
+        ui = os.path.join(self.folder.path, "ui")
+        os.makedirs(os.path.join(ui, "assets"))
+        for name, content in (("index.html", "<html>the page</html>"), ("assets/app.js", "// " + "x" * 200_000)):
+            with open(os.path.join(ui, name), "w", encoding="ascii") as file:
+                file.write(content)
+        return ui
 
     def make_identity(self):
         """Certificate and key for both names, where the configurations look for them."""
@@ -177,13 +182,35 @@ class Proxied(unittest.TestCase):
 
 
 class Nginx(Proxied):
-    def test_by_name_and_below_a_path(self):
+    def start_nginx(self):
         servers = configuration_of("nginx", "nginx, by name") + configuration_of("nginx", "nginx, below a path")
         places = "".join("%s_temp_path %s;" % (kind, self.folder.path) for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
         main = self.write("nginx.conf", "daemon off; master_process off; pid %s/pid; error_log stderr;\nevents {}\nhttp { access_log off; %s\n%s}\n"
                           % (self.folder.path, places, servers))
         self.start_proxy("usr/sbin/nginx", "-p", self.folder.path, "-e", "stderr", "-c", main)
+
+    def test_by_name_and_below_a_path(self):
+        self.start_nginx()
         self.check_all()
+
+
+class Browser(Nginx):
+    """The real page, in Chromium, below a path."""
+
+    test_by_name_and_below_a_path = None
+
+    def page(self):
+        return os.path.join(ROOT, "web", "ui", "dist")
+
+    def test_the_page_lives_below_a_path(self):
+        if not os.path.exists(self.page()):
+            self.skipTest("the page is not built (tools/build_page.sh)")
+        self.start_nginx()
+        done = subprocess.run(["node", os.path.join(HERE, "behind.mjs"), "%s/#key=%s" % (BELOW, self.printd.key)], capture_output=True,
+                              text=True, timeout=100, check=False)
+        if done.returncode == 77:
+            self.skipTest(done.stdout)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr + self.printd.log())
 
 
 class Haproxy(Proxied):
