@@ -21,6 +21,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(HERE)))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "service"), os.path.join(HERE, "..", "launcher")]
 import service  # noqa: E402
 from network import Lan, can_make_networks  # noqa: E402
+from stack import read  # noqa: E402
 from service import Folder, Live, Printd, Sketch, gcode, wait_until  # noqa: E402
 
 PORT = 8080
@@ -363,8 +364,7 @@ class Whole(OnTheLan):
     def test_options_for_people_reach_the_service(self):
         self.start_run("--speed", "20", "--keep-jobs", "7", "--after-failure", "continue", "--upload-limit-mib", "1", "--trust-proxy", "127.0.0.9",
                        "--allow-host", "print.example")
-        lines = [open("/proc/%s/cmdline" % pid, encoding="utf-8").read().split("\0") for pid in filter(str.isdigit, os.listdir("/proc"))
-                 if os.path.exists("/proc/%s/cmdline" % pid)]
+        lines = [read("/proc/%s/cmdline" % pid).split("\0") for pid in filter(str.isdigit, os.listdir("/proc"))]
         service_line = next(line for line in lines if line[0].endswith("printd") and self.folder.path + "/state" in line)
         for option, value in (("--keep-jobs", "7"), ("--after-failure", "continue"), ("--upload-limit-mib", "1"), ("--trust-proxy", "127.0.0.9"),
                               ("--allow-host", "print.example"), ("--name", NAME)):
