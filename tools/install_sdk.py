@@ -5,6 +5,9 @@
     PREFIX/share/                the manual page, completions for bash, zsh and fish
 
 The programs find qduino-sdk.json beside themselves (apps/qduino/sdk.cpp); the paths in it are relative to it.
+
+What root installs is for everybody: all users may read it, whatever root's umask and the modes in the source tree, and the programs that it
+names are such as all users can run. The build's Python may be in root's home.
 """
 
 import argparse
@@ -23,11 +26,47 @@ COMPLETIONS = {"bash": "bash-completion/completions/qduino", "zsh": "zsh/site-fu
                "fish": "fish/vendor_completions.d/qduino.fish"}
 
 
+PYTHONS = ("/usr/bin/python3", "/usr/local/bin/python3", "/bin/python3")
+
+
 def copy(source, target):
     os.makedirs(os.path.dirname(target), exist_ok=True)
     temporary = target + ".new"  # a program that runs keeps its old file
     shutil.copy2(source, temporary)
+    if is_for_everybody():
+        os.chmod(temporary, 0o755 if os.stat(source).st_mode & 0o100 else 0o644)
     os.replace(temporary, target)
+
+
+def is_for_everybody():
+    return os.geteuid() == 0
+
+
+def may_be_run_by_all(program):
+    """True when all users can run it: its own mode, and those of all folders on the way, also behind links."""
+    for path in {os.path.abspath(program), os.path.realpath(program)}:
+        try:
+            if os.path.isdir(path) or os.stat(path).st_mode & 0o005 != 0o005:
+                return False
+            folder = os.path.dirname(path)
+            while True:
+                if not os.stat(folder).st_mode & 0o001:
+                    return False
+                if folder == os.path.dirname(folder):
+                    break
+                folder = os.path.dirname(folder)
+        except OSError:
+            return False
+    return True
+
+
+def python_for_users(of_the_build, others=PYTHONS):
+    """The interpreter that the installed tools run with. Exits when there is none."""
+    usable = may_be_run_by_all if is_for_everybody() else lambda path: os.access(path, os.X_OK)
+    for python in (of_the_build, *others):
+        if usable(python):
+            return python
+    sys.exit("install: no Python that all users can run is here (%s is not): install Debian's python3" % of_the_build)
 
 
 def copy_headers(home):
@@ -77,6 +116,10 @@ def write_sdk(build, home):
     sdk["metal"]["script"] = "lib/image.ld"
     sdk["metal_aarch64"] = installed_aarch64(sdk["metal_aarch64"], home)
     sdk["supervisor"] = "bin/qduino-supervisor"
+    sdk["python"] = python_for_users(sdk["python"])
+    for compiler in (sdk["cxx"], sdk["cc"]):
+        if is_for_everybody() and not may_be_run_by_all(compiler):
+            print("install: other users cannot run %s: they have to name a compiler with CXX" % compiler, file=sys.stderr)
     with open(os.path.join(home, "qduino-sdk.json"), "w", encoding="utf-8") as file:
         json.dump(sdk, file, indent=2)
 
@@ -122,6 +165,8 @@ def main():
     parser.add_argument("--remove", action="store_true")
     arguments = parser.parse_args()
     prefix = os.path.abspath(arguments.prefix)
+    if is_for_everybody():
+        os.umask(0o022)
     try:
         if arguments.remove:
             remove(prefix)
