@@ -167,12 +167,12 @@ set(QDUINO_EARLY COST 100)
 # whoever is killed.
 set(QDUINO_GUARDED ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/tests/guard/guarded.py)
 
-# qduino_test(NAME sources… LINK libraries… [LABELS …] [SERIAL] [EARLY] [APART] [OPTIMISED] [GUARDED]): a
-# GoogleTest program, which is one ctest test: to start a process for each TEST took longer than
-# most of them. SERIAL: runs alone (it takes the computer's cores, or changes its settings). EARLY:
-# it waits for most of a minute. APART: its files are not compiled together. OPTIMISED: it computes
-# for seconds. What is lock-free is always optimised: the optimiser may reorder it. GUARDED: it
-# starts real-time loops; SERIAL ones are guarded anyhow.
+# qduino_test(NAME sources… LINK libraries… [LABELS …] [SERIAL] [EARLY] [APART] [OPTIMISED]
+# [GUARDED]): a GoogleTest program, which is one ctest test: to start a process for each TEST took
+# longer than most of them. SERIAL: runs alone (it takes the computer's cores, or changes its
+# settings). EARLY: it waits for most of a minute. APART: its files are not compiled together.
+# OPTIMISED: it computes for seconds. What is lock-free is always optimised: the optimiser may
+# reorder it. GUARDED: it starts real-time loops; SERIAL ones are guarded anyhow.
 function(qduino_test name)
   cmake_parse_arguments(arg "SERIAL;EARLY;APART;OPTIMISED;GUARDED" "" "LINK;LABELS" ${ARGN})
   find_package(GTest REQUIRED)

@@ -51,6 +51,11 @@ void ServiceVcpu::enter() const {
 }
 
 void ServiceVcpu::admit_again() {
+    fit();
+    write(board::linux::monotonic_now());
+}
+
+void ServiceVcpu::fit() {
     if (vcpu_) vcpu_->take_what_fits(asked_, exactly_ ? asked_ : std::min(asked_, kServiceLeast));
 }
 
@@ -95,7 +100,7 @@ std::string ServiceVcpu::in_a_line() const {
 void ServiceVcpu::look(Instant now, bool lives) {
     if (now - written_at_ < kWriteEvery) return;
     if (vcpu_) {
-        admit_again();
+        fit();
         outside_ = lives && board::linux::members_of_group(vcpu_->group().folders()[0]).empty();
     }
     write(now);

@@ -38,7 +38,7 @@ class ServiceVcpu {
     [[nodiscard]] const std::filesystem::path& file() const { return file_; }
     /// In the service's process, before it becomes the program.
     void enter() const;
-    /// Admits it beside the loops that run by now, with what fits.
+    /// Admits it beside the loops that run by now, with what fits, and writes the file.
     void admit_again();
     /// Writes the file anew now and then. `lives`: a service runs.
     void look(Instant now, bool lives);
@@ -49,6 +49,7 @@ class ServiceVcpu {
 
   private:
     [[nodiscard]] board::TreeGuarantee guarantee() const;
+    void fit();
     void write(Instant now);
 
     std::filesystem::path file_;

@@ -85,13 +85,13 @@ void spin_entry(void* context) {
 int play_sporadic_server(BurstLog& log, BudgetCase budget, Nanoseconds length,
                          const GuaranteeFile& guarantee) {
     auto opened = LinuxBoard::open({});
-    if (!opened) return 1;
+    if (!opened) return cannot(opened.error());
     LinuxBoard& board = *opened.value();
     Spinner spinner{.log = &log, .length = length};
     board::VcpuSpec spec{{1, budget.budget, budget.period, board.core_count() - 1}};
     spec.entry = &spin_entry;
     spec.context = &spinner;
-    if (!board.start(std::span{&spec, 1})) return 1;
+    if (const auto started = board.start(std::span{&spec, 1}); !started) return cannot(started.error());
     guarantee.write(board.guarantee());
     board.request_stop();
     board.run(board.now() + length + 2s);

@@ -84,7 +84,7 @@ int play_handler(const std::string& path, Nanoseconds length, const GuaranteeFil
     LinuxConfig config;
     config.pins_path = path;
     auto opened = LinuxBoard::open(config);
-    if (!opened) return 1;
+    if (!opened) return cannot(opened.error());
     LinuxBoard& board = **opened;
     runtime::Runtime runtime{board};
     measured = &runtime;
@@ -100,7 +100,7 @@ int play_handler(const std::string& path, Nanoseconds length, const GuaranteeFil
                            [] { measured->wait_for_next_period(); },
                            __FILE__,
                            __LINE__});
-    if (!runtime.begin(table)) return 1;
+    if (const auto begun = runtime.begin(table); !begun) return cannot(begun.error());
     runtime.run(board.now() + length);
     board.request_stop();
     runtime.run(board.now() + 1s);

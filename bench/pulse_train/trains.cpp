@@ -112,14 +112,14 @@ int play_floor(SharedSamples& samples, std::optional<Nanoseconds> phase, Nanosec
     LinuxConfig config;
     config.isolate = true;
     auto opened = LinuxBoard::open(std::move(config));
-    if (!opened) return 1;
+    if (!opened) return cannot(opened.error());
     LinuxBoard& board = *opened.value();
     Floor floor{.board = &board, .samples = &samples, .phase = phase};
     board::VcpuSpec spec{{1, kTrainPeriod, kTrainPeriod, board.core_count() - 1}};
     spec.owns_core = true;
     spec.entry = &spin_floor;
     spec.context = &floor;
-    if (!board.start(std::span{&spec, 1})) return 1;
+    if (const auto started = board.start(std::span{&spec, 1}); !started) return cannot(started.error());
     guarantee.write(board.guarantee());
     board.run(board.now() + length);
     board.request_stop();

@@ -46,14 +46,14 @@ void body() {
 
 int play_qduino(Nanoseconds length, const GuaranteeFile& guarantee) {
     auto opened = LinuxBoard::open({});
-    if (!opened) return 1;
+    if (!opened) return cannot(opened.error());
     LinuxBoard& board = *opened.value();
     runtime::Runtime runtime{board};
     measured = &runtime;
     runtime::SketchTable table;
     table.loops.push_back(
         {{kLoop, kReleaseBudget, kReleasePeriod, board.core_count() - 1}, &body, __FILE__, __LINE__});
-    if (!runtime.begin(table)) return 1;
+    if (const auto begun = runtime.begin(table); !begun) return cannot(begun.error());
     guarantee.write(board.guarantee());
     const Instant end = board.now() + length;
     while (!exchange->enough.full() && board.now() < end) runtime.run(board.now() + 20ms);

@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <climits>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
@@ -28,6 +30,13 @@ void watch_signals() {
     sigemptyset(&action.sa_mask);
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
+}
+
+/// Of the calling process and what it starts: at real-time priority without a wait.
+void limit_spins(Nanoseconds longest) {
+    const auto us = static_cast<rlim_t>(longest / 1us);
+    const rlimit limit{us, us};
+    ::setrlimit(RLIMIT_RTTIME, &limit);
 }
 
 std::string how_it_ended(int status) {
@@ -59,6 +68,11 @@ std::string wait_for(pid_t child, Nanoseconds limit, const std::function<void()>
 
 }  // namespace
 
+int cannot(const Error& why) {
+    std::fprintf(stderr, "%s\n", std::string{why.message.view()}.c_str());
+    return 1;
+}
+
 bool interrupted() { return stop_asked != 0; }
 
 std::string run_child(const std::function<int()>& work, Nanoseconds limit,
@@ -72,6 +86,7 @@ std::string run_child(const std::function<int()>& work, Nanoseconds limit,
         ::signal(SIGTERM, SIG_DFL);
         ::prctl(PR_SET_PDEATHSIG, SIGTERM);
         if (::getppid() != parent) ::_exit(1);
+        limit_spins(limit + 2 * kGrace);
         ::_exit(work());
     }
     return wait_for(child, limit, meanwhile);

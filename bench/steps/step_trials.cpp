@@ -133,7 +133,7 @@ int play_on_board(const std::string& pins_path, Stage stage, const GuaranteeFile
     config.pins_path = pins_path;
     config.isolate = true;
     auto opened = LinuxBoard::open(std::move(config));
-    if (!opened) return 1;
+    if (!opened) return cannot(opened.error());
     LinuxBoard& board = *opened.value();
     stage.board = &board;
     for (int axis = 0; axis < stage.axes; ++axis) {
@@ -144,7 +144,7 @@ int play_on_board(const std::string& pins_path, Stage stage, const GuaranteeFile
     spec.owns_core = true;
     spec.entry = &play_all;
     spec.context = &stage;
-    if (!board.start(std::span{&spec, 1})) return 1;
+    if (const auto started = board.start(std::span{&spec, 1}); !started) return cannot(started.error());
     guarantee.write(board.guarantee());
     board.run(kForever);
     return 0;

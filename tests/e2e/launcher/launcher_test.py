@@ -123,7 +123,7 @@ class RealTime(Simulated):
 
     def test_a_killed_sketch_and_a_killed_machine_come_back(self):
         for name in ("printer", "virtual-machine", "qduino-supervisor"):
-            killed = self.stack.pid_of(name)
+            killed = wait_until(lambda: self.stack.pid_of(name), "the %s is up" % name)
             os.kill(killed, signal.SIGKILL)
             wait_until(lambda: self.stack.pid_of(name) not in (None, killed), "the %s was started again" % name)
             self.becomes_idle()

@@ -239,10 +239,11 @@ class KilledSketch(Case):
         self.assertGreaterEqual(was_hot, self.kills // 2, "most kills came while a heater was on")
 
 
-# Ends by itself whatever becomes of the test: after its time, by RLIMIT_RTTIME, and with its
-# parent's pipe.
+# Ends by itself whatever becomes of the test: after its time, by RLIMIT_RTTIME, with its parent,
+# and by timeout(1) on core 0.
 THIEF = """
-import os, resource, sys, time
+import ctypes, os, resource, sys, time
+ctypes.CDLL(None).prctl(1, 9)  # PR_SET_PDEATHSIG, SIGKILL
 core, priority, length_s = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
 limit_us = int(length_s * 1e6) + 300_000
 resource.setrlimit(resource.RLIMIT_RTTIME, (limit_us, limit_us))
@@ -268,7 +269,7 @@ class TakenCore(Case):
         number = self.upload(square_job(12))
         self.printer.wait_for_job(number, "printing")
         time.sleep(2)
-        thief = subprocess.Popen(["timeout", "-s", "KILL", "6", sys.executable, "-c", THIEF, "1", "85", "3"])
+        thief = subprocess.Popen(["taskset", "-c", "0", "timeout", "-s", "KILL", "6", sys.executable, "-c", THIEF, "1", "85", "3"])
         self.addCleanup(thief.wait)
         self.addCleanup(thief.kill)
         self.printer.wait_for_job(number, "failed", 30)

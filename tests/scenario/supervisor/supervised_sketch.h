@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -57,8 +58,11 @@ class SupervisedSketch {
         std::vector<char*> arguments;
         for (auto& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);
+        const pid_t test = ::getpid();
         supervisor_ = ::fork();
         if (supervisor_ == 0) {
+            ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+            if (::getppid() != test) ::_exit(126);
             ::execv(arguments[0], arguments.data());
             ::_exit(126);
         }
