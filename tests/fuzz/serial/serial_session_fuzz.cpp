@@ -71,7 +71,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     session.open();
     for (std::size_t at = 0; at < bytes.size(); at += step) {
         const auto piece = bytes.subspan(at, std::min(step, bytes.size() - at));
-        for (int copies = data[0] >= 192 ? 100 : 1; copies > 0; --copies) session.take(piece, printer.now());
+        for (int copies = data[0] >= 192 ? 30 : 1; copies > 0; --copies) session.take(piece, printer.now());
         FUZZ_EXPECT(session.held() <= apps::HeldLines::kMax);
         printer.act(static_cast<std::uint8_t>(piece[0]) ^ data[0]);
         FUZZ_EXPECT(session.take_output().size() <= SerialSession::kOutputMax);
