@@ -101,13 +101,19 @@ void write_remedy(Explanation& out, const Refusal& refusal) {
     if (core) write(out, "    core "sv, *core, '\n');
 }
 
+/// R for people: from a millisecond on to the microsecond, and up, for it is a bound.
+Nanoseconds readable(Nanoseconds response) {
+    if (response < 1ms) return response;
+    return (response + 1us - Nanoseconds{1}) / 1us * Nanoseconds{1000};
+}
+
 void write_response(Explanation& out, const LoopResponse& loop) {
     if (loop.response > kResponseLimit * loop.period) {
         write(out, "never gets its budget in time: R > "sv, kResponseLimit * loop.period);
     } else {
-        write(out, "R = "sv, loop.response);
+        write(out, loop.meets() ? "R "sv : "R = "sv, readable(loop.response));
     }
-    write(out, loop.meets() ? " <= T = "sv : " > T = "sv, loop.period);
+    write(out, loop.meets() ? " of T "sv : " > T = "sv, loop.period);
 }
 
 constexpr Words<RefusedBecause::none, RefusedBecause::no_core_fits> kReasons{

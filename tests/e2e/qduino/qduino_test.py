@@ -118,9 +118,9 @@ class Qduino(SketchCase):
         checked = self.run_qduino("check", sketch)
         self.assertIn("golden: admitted on 2 cores\n", checked.stdout)
         self.assertIn("core 0: admitted, utilisation 0.9000 > bound 0.7798: completion time decides\n"
-                      "  loop 3   R = 4 ms <= T = 10 ms\n"
-                      "  loop 1   R = 54 ms <= T = 100 ms\n"
-                      "  loop 2   R = 90 ms <= T = 100 ms\n", checked.stdout)
+                      "  loop 3   R 4 ms of T 10 ms\n"
+                      "  loop 1   R 54 ms of T 100 ms\n"
+                      "  loop 2   R 90 ms of T 100 ms\n", checked.stdout)
         # 50 and 86 where no loop may use a budget late in one period and early in the next.
         self.assertIn("A sleep within a release (delay()) is in R only if it is declared. Room for it:\n", checked.stdout)
         self.assertIn("Overheads counted: none", checked.stdout)

@@ -27,9 +27,9 @@ TEST(Explain, AnAdmittedCore) {
     const CoreLoad load = load_of({loop_of(1, 30ms, 100ms), loop_of(2, 20ms, 100ms), loop_of(3, 4ms, 10ms)});
     EXPECT_EQ(text_of(explain(admit(load))),
               "core 0: admitted, utilisation 0.9000 > bound 0.7798: completion time decides\n"
-              "  loop 3   R = 4 ms <= T = 10 ms\n"
-              "  loop 1   R = 50 ms <= T = 100 ms\n"
-              "  loop 2   R = 86 ms <= T = 100 ms\n");
+              "  loop 3   R 4 ms of T 10 ms\n"
+              "  loop 1   R 50 ms of T 100 ms\n"
+              "  loop 2   R 86 ms of T 100 ms\n");
 }
 
 TEST(Explain, ARefusalSaysWhoWhyAndWhatWouldHelp) {
@@ -67,7 +67,7 @@ TEST(Explain, AnOwnedCoreIsNotHeldAgainstTheBound) {
     ASSERT_GT(admission.utilisation_ppm, admission.bound_ppm);
     EXPECT_EQ(text_of(explain(admission)),
               "core 1: admitted, owned by loop 2: it is alone there and never throttled\n"
-              "  loop 2   R = 100 us <= T = 100 us\n");
+              "  loop 2   R 100 us of T 100 us\n");
 }
 
 TEST(Explain, AWholeMachine) {
@@ -78,9 +78,9 @@ TEST(Explain, AWholeMachine) {
     admit_all(requests, overheads, {}, *machine);
     EXPECT_EQ(text_of(explain(*machine)),
               "core 0: admitted, utilisation 0.9000 <= bound 1.0000\n"
-              "  loop 1   R = 9 ms <= T = 10 ms\n"
+              "  loop 1   R 9 ms of T 10 ms\n"
               "core 1: admitted, utilisation 0.5000 <= bound 1.0000\n"
-              "  loop 2   R = 5 ms <= T = 10 ms\n"
+              "  loop 2   R 5 ms of T 10 ms\n"
               "loop 3 (6 ms in 10 ms) is refused by every core; nearest is core 1:\n"
               "  R = 16 ms > T = 10 ms\n"
               "  who takes its 10 ms, at worst:\n"
