@@ -84,12 +84,12 @@ CommandLine::Option& CommandLine::Option::within(double least, double most) {
 }
 
 CommandLine::Option& CommandLine::Option::not_negative() {
-    of(option_).check(CLI::NonNegativeNumber);
+    of(option_).check(number_not_negative());
     return *this;
 }
 
 CommandLine::Option& CommandLine::Option::positive() {
-    of(option_).check(CLI::PositiveNumber);
+    of(option_).check(positive_number());
     return *this;
 }
 

@@ -1,6 +1,7 @@
 #include "apps/command_line/parser.h"
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <sstream>
@@ -96,6 +97,28 @@ std::string unexpected(const CLI::App& app) {
 }
 
 }  // namespace
+
+namespace {
+
+constexpr double kLargest = 1e9;
+
+CLI::Validator number_from(bool zero_is_one, const char* what) {
+    const auto wrong = [zero_is_one, what](const std::string& word) {
+        double value = 0;
+        const char* const end = word.data() + word.size();
+        const auto [read, error] = std::from_chars(word.data(), end, value);
+        const bool is_number = error == std::errc{} && read == end && value <= kLargest;
+        const bool good = is_number && (value > 0 || (zero_is_one && value == 0));
+        return good ? std::string{} : "'" + word + "' is not " + what + ", such as 2.5";
+    };
+    return {wrong, ""};
+}
+
+}  // namespace
+
+CLI::Validator positive_number() { return number_from(false, "a number above 0"); }
+
+CLI::Validator number_not_negative() { return number_from(true, "0 or a number above it"); }
 
 void fit_help(CLI::App& app, const char* program) {
     if (app.get_name().empty()) app.name(std::filesystem::path(program).filename().string());

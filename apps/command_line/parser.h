@@ -16,6 +16,12 @@ CLI::Option* add_option(CLI::App& app, const char* names, Value& value, const ch
     return app.add_option(names, value, description)->option_text(argument);
 }
 
+/// What is no number above 0 (of seconds, and so on; a thousand million at most) is refused by
+/// words.
+[[nodiscard]] CLI::Validator positive_number();
+/// The same, and 0 is one.
+[[nodiscard]] CLI::Validator number_not_negative();
+
 /// Parses. A returned value is the exit status to leave with: help was printed, or the line was
 /// wrong and the user was told.
 std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const* argv);

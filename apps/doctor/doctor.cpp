@@ -71,7 +71,7 @@ std::string report_text(const Facts& facts, const std::vector<Entry>& entries) {
         out += wrapped(entry.check->why, "      why  ");
         out += wrapped_command(entry.finding.fix, "      fix  ");
     }
-    return out + "\n" + verdict(summary(entries));
+    return out + "\n" + verdict(summary(entries), false);
 }
 
 std::string report_json(const Facts& facts, const std::vector<Entry>& entries) {

@@ -27,6 +27,8 @@
 #include "apps/picture/page.h"
 #include "apps/picture/picture_file.h"
 #include "apps/picture/strip.h"
+#include "apps/pins/pin_witness.h"
+#include "apps/terminal/colour.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "board/sim/endless_jump.h"
@@ -47,6 +49,8 @@ struct Options : apps::SketchOptions {
     std::string trace_path;
     std::string picture_path;
     apps::PictureWindow picture;
+    std::string vcd_path;               // empty: no dump of the pins
+    bool plain = false;                 // reports without the strips of blocks
     std::optional<int> cores;           // these two overrule the board file
     std::optional<std::uint64_t> seed;  //
     bool enforce_admission = true;
@@ -116,7 +120,13 @@ Result<std::string> draw_to(const std::string& path, const apps::picture::Schedu
 struct Records {
     std::unique_ptr<apps::ChromeTrace> trace;  // null: none is asked for
     apps::ScheduleTrace schedule;
+    apps::PinWitness pins{kEpoch};
 };
+
+/// In the simulator a loop takes time only where something asks for it.
+constexpr std::string_view kBarsAreEmpty =
+    "The bars of the loops are empty: in the simulator code takes no time but for spins, and what a board "
+    "file says that calls cost.";
 
 /// The run's schedule, with R against T. Its title and its remark say what it is.
 apps::picture::Schedule schedule_of(const Options& options, Records& records, const runtime::Plan& plan,
@@ -128,9 +138,18 @@ apps::picture::Schedule schedule_of(const Options& options, Records& records, co
                                              : text<std::string>("From ", from, " to ", until);
     write(schedule.remark, " of ", now - kEpoch, " of virtual time, with seed ", options.computer.seed,
           ". The longest responses are those of the whole run.");
+    if (!apps::picture::anything_ran(schedule)) write(schedule.remark, ' ', kBarsAreEmpty);
     schedule.responses = apps::responses_of(plan);
     apps::add_seen(schedule, schedule.responses);
+    records.pins.add_rows(schedule, kEpoch, !options.picture.length_s);
     return schedule;
+}
+
+/// Writes the changes of the pins, if they are asked for. Returns what to say of it.
+Result<std::string> dump_to(const Options& options, Records& records) {
+    if (options.vcd_path.empty()) return std::string{};
+    QDUINO_TRY(records.pins.write_dump(options.vcd_path));
+    return "pins: " + options.vcd_path + "\n  (open it in GTKWave or PulseView)\n";
 }
 
 int report_end(const Options& options, board::sim::SimBoard& board,
@@ -138,8 +157,13 @@ int report_end(const Options& options, board::sim::SimBoard& board,
     std::string report = apps::loop_table(loops);
     const runtime::Plan& plan = Runtime::current()->plan();
     const apps::picture::Schedule schedule = schedule_of(options, records, plan, board.now());
-    const std::string strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal());
-    if (!strip.empty()) report += "\n" + strip;
+    if (!options.plain) {
+        const std::string strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal(),
+                                                       apps::wants_colour(STDERR_FILENO));
+        if (!strip.empty()) report += "\n" + strip;
+        if (!apps::picture::anything_ran(schedule)) write(report, '\n', kBarsAreEmpty, '\n');
+    }
+    if (const std::string pins = records.pins.sentences(); !pins.empty()) report += "\n" + pins;
     char hash[20];
     std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(board.trace_hash()));
     write(report, "\n", Fixed{to_seconds(board.now() - kEpoch), 6}, " s, trace hash ", hash, "\n");
@@ -149,9 +173,12 @@ int report_end(const Options& options, board::sim::SimBoard& board,
               "\n  (open it in ui.perfetto.dev or chrome://tracing)\n");
     const Result<std::string> picture = draw_to(options.picture_path, schedule);
     if (picture) report += *picture;
+    const Result<std::string> dump = dump_to(options, records);
+    if (dump) report += *dump;
     apps::report_beside_sketch(report);
     if (!written) return fail("the trace could not be written");
     if (!picture) return fail(picture.error());
+    if (!dump) return fail(dump.error());
     const auto spins = board.spins();
     if (const std::string notes = apps::spin_notes(spins); !notes.empty()) apps::report_beside_sketch(notes);
     apps::say(apps::verdict(options.name + ": " + apps::spin_verdict(spins) +
@@ -164,6 +191,8 @@ int report_end(const Options& options, board::sim::SimBoard& board,
 int report_setup(const Options& options, board::sim::SimBoard& board, Nanoseconds after, Records& records) {
     if (records.trace && !records.trace->finish(board.now()).ok())
         return fail("the trace could not be written");
+    if (const std::string pins = records.pins.sentences(); !pins.empty()) apps::report_beside_sketch(pins);
+    if (const Result<std::string> dump = dump_to(options, records); !dump) return fail(dump.error());
     apps::say(apps::verdict(options.name + ": " + apps::setup_verdict(board.spins(), after) +
                             ". No loop of it ran."));
     return 0;
@@ -185,7 +214,12 @@ int run(const Options& options) {
     }
     apps::TwoSinks sinks(records.trace.get(), &records.schedule);
     apps::Parts parts(options.parts);
-    board::sim::SimBoard board(options.computer, parts, &sinks);
+    records.pins.forward_to(parts);
+    records.pins.rows_from(from_seconds(options.picture.from_s));
+    if (!options.vcd_path.empty()) {
+        if (const Result<void> kept = records.pins.keep_dump(); !kept) return fail(kept.error());
+    }
+    board::sim::SimBoard board(options.computer, records.pins, &sinks);
     apps::SketchCourse course;
     course.refused = apps::verdict(options.name + " is REFUSED: no loop of it ran.");
     course.runtime.enforce_admission = options.enforce_admission;
@@ -206,6 +240,7 @@ int run(const Options& options) {
         });
     };
     course.stop = [&](Runtime& runtime) {
+        records.pins.end(board.now());
         board.request_stop();
         runtime.run(board.now() + 1s);  // what has not ended by then is hung
         if (!board.stopped()) board.force_safe_states();
@@ -278,12 +313,14 @@ Result<apps::picture::Schedule> worst_schedule(const Options& options, const run
 
 /// The whole answer of --check.
 std::string verdict_text(const Options& options, const runtime::Plan& plan, const runtime::SketchTable& table,
-                         const apps::CheckedBoard& checked, const apps::picture::Schedule& schedule) {
+                         const apps::CheckedBoard& checked, const apps::picture::Schedule& schedule,
+                         bool colours) {
     if (options.json) return apps::admission_json(plan, table, checked) + "\n";
-    std::string strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal());
+    std::string strip;
+    if (!options.plain) strip = apps::picture::strip(schedule, apps::picture::signs_of_terminal(), colours);
     if (!strip.empty()) strip = "\nThe worst case, all released together:\n" + strip;
-    return apps::admission_text(plan, table, checked) + strip + "\n" +
-           apps::verdict(apps::admission_verdict(plan, checked));
+    return apps::with_outcomes(apps::admission_text(plan, table, checked), colours) + strip + "\n" +
+           apps::verdict(apps::admission_verdict(plan, checked), colours);
 }
 
 /// Admission alone: no loop runs. setup() runs where it may declare I/O VCPUs.
@@ -311,7 +348,9 @@ int check(const Options& options) {
     const Result<apps::picture::Schedule> schedule = worst_schedule(options, plan);
     if (!schedule) return fail(schedule.error());
     const Result<std::string> picture = draw_to(options.picture_path, *schedule);
-    std::fputs(verdict_text(options, plan, table, checked, *schedule).c_str(), report);
+    std::fputs(
+        verdict_text(options, plan, table, checked, *schedule, apps::wants_colour(::fileno(report))).c_str(),
+        report);
     if (std::fclose(report) != 0) return fail("the table could not be written");
     if (!picture) return fail(picture.error());
     if (!picture->empty()) std::fputs(picture->c_str(), stderr);
@@ -358,6 +397,8 @@ void add_options(apps::CommandLine& line, Options& options) {
     line.option("--length", options.picture.length_s, "It shows so many seconds")
         .called("S")
         .within(1e-6, apps::picture::kLongest);
+    line.option("--vcd", options.vcd_path, "Write what the pins did here, for GTKWave").called("FILE");
+    line.flag("--plain", options.plain, "No strips of blocks: for a screen reader");
     line.flag("!--no-admission", options.enforce_admission, "Run even what admission refuses");
     const apps::CommandLine::Option only_check =
         line.flag("--check", options.check, "Say what admission makes of it");

@@ -1,10 +1,13 @@
 #include "apps/host/sketch_main.h"
 
+#include <unistd.h>
+
 #include <cstdio>
 
 #include "apps/guarantee/guarantee_report.h"
 #include "apps/host/profile_report.h"
 #include "apps/host/sketch_report.h"
+#include "apps/terminal/colour.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
 #include "arduino/core/interrupts.h"
@@ -110,7 +113,9 @@ int run_sketch(board::Board& board, const SketchOptions& options, const SketchCo
     call_setup = {.course = &course};
     if (Result<void> begun = runtime.begin(runtime::sketch_table(), &quiet_setup); !begun)
         return refuse(runtime, begun.error(), course.refused);
-    report_beside_sketch(text<std::string>(runtime.plan().admission_table(), course.opening(), '\n'));
+    report_beside_sketch(
+        with_outcomes(text<std::string>(runtime.plan().admission_table()), wants_colour(STDERR_FILENO)) +
+        course.opening() + '\n');
     hold_sketch_output(false);
     bool reported = report_to(options.report_path, guarantee_of(runtime));
     if (call_setup.ended) course.play(runtime);

@@ -16,6 +16,10 @@ namespace {
 constexpr int kWidth = 1200;
 constexpr double kLeft = 176, kPlot = kWidth - kLeft - 84;
 constexpr double kMargin = 24;
+constexpr double kAxis = 34;  // with its labels
+constexpr double kPinRow = 26, kWave = 14;
+// So many pins get a row.
+constexpr std::size_t kPins = 24;
 constexpr double kRow = 38, kBarTop = 11, kBar = 18, kTakenRow = 24, kCoreHead = 30;
 constexpr double kResponseRow = 25, kResponseHead = 54;
 // R is drawn up to so many periods.
@@ -42,13 +46,23 @@ constexpr std::string_view kStyle =
     ".release{stroke:#444;stroke-width:1}.tip{fill:#444}.met{fill:#fff;stroke:#009e73;stroke-width:1.3}"
     ".missed{fill:none;stroke:#d55e00;stroke-width:2.4}"
     ".track{fill:#f3f3f3;stroke:#ccc}.c{fill:#0072b2}.r{fill:#a6cfe8}.over{fill:#f0b48a}"
-    ".period{stroke:#111;stroke-width:2}.seen{fill:#111;stroke:#fff;stroke-width:1}";
+    ".period{stroke:#111;stroke-width:2}.seen{fill:#111;stroke:#fff;stroke-width:1}"
+    ".hatch-page{fill:#fdf1d8}.wave{fill:none;stroke:#222;stroke-width:1.4}.high,.hatched{fill:#e3ebf2}."
+    "hatch{fill:#e69f00}"
+    "@media (prefers-color-scheme:dark){text{fill:#c9ced6}.page{fill:#14171c}.title,.head,.name{fill:#f2f4f7}"
+    ".small,.tick,.part{fill:#9aa3af}.late{fill:#ff9a4d}.grid{stroke:#262b33}.base{stroke:#4a515c}"
+    ".axis{stroke:#7d8590}.runs{fill:#1d4a68;stroke:#56b4e9}.io .runs{fill:#14493b;stroke:#2fc79c}"
+    ".left,.c{fill:#56b4e9}.io .left{fill:#2fc79c}.whole{fill:#56b4e9;stroke:#56b4e9}"
+    ".io .whole{fill:#2fc79c;stroke:#2fc79c}.waits{fill:#3a404a}.hatch-page{fill:#33270c}"
+    ".release{stroke:#aab2bd}.tip{fill:#aab2bd}.met{fill:#14171c;stroke:#2fc79c}.missed{stroke:#ff7a33}"
+    ".track{fill:#1c2027;stroke:#3a404a}.r{fill:#1d4a68}.over{fill:#7a3f14}.period{stroke:#f2f4f7}"
+    ".seen{fill:#f2f4f7;stroke:#14171c}.wave{stroke:#e3e7ec}.high,.hatched{fill:#242c36}}";
 
 constexpr std::string_view kDefinitions =
     "<pattern id=\"hatch\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
     "patternTransform=\"rotate(45)\">"
-    "<rect width=\"6\" height=\"6\" fill=\"#fdf1d8\"/><rect width=\"2.4\" height=\"6\" "
-    "fill=\"#e69f00\"/></pattern>";
+    "<rect class=\"hatch-page\" width=\"6\" height=\"6\"/><rect class=\"hatch\" width=\"2.4\" "
+    "height=\"6\"/></pattern>";
 
 constexpr Words<Doing::runs, Doing::throttled> kKinds{"runs", "waits", "throttled"};
 
@@ -123,13 +137,25 @@ Seen seen_in(const Schedule& schedule) {
     return seen;
 }
 
+/// The pins' window is the cores', so they stand on the same axis.
+bool shares_axis(const Schedule& schedule) {
+    return !schedule.cores.empty() && schedule.pins_until == schedule.until;
+}
+
+double height_of_pins(const Schedule& schedule) {
+    const auto rows = static_cast<double>(std::min(schedule.pins.size(), kPins));
+    return kCoreHead + kPinRow * rows + (schedule.pins.size() > kPins ? 18 : 0) + 8;
+}
+
 double height_of(const Schedule& schedule, std::size_t remark_lines) {
     double height = 40 + 17.0 * static_cast<double>(remark_lines) + 40;
     for (const Core& core : schedule.cores) {
         height += kCoreHead + (core.taken.empty() ? 0 : kTakenRow) +
                   kRow * static_cast<double>(core.rows.size()) + 8;
     }
-    height += 34;
+    height += kAxis;
+    if (!schedule.pins.empty()) height += height_of_pins(schedule);
+    if (!schedule.pins.empty() && !schedule.cores.empty() && !shares_axis(schedule)) height += kAxis;
     if (!schedule.responses.empty())
         height += kResponseHead + kResponseRow * static_cast<double>(schedule.responses.size()) + 16;
     return height;
@@ -155,9 +181,20 @@ class Page {
     std::string draw() {
         head();
         const double top = y_ - 4;
-        axis(top);
-        for (const Core& core : schedule_.cores) draw(core);
-        y_ += 34;
+        const bool has_pins = !schedule_.pins.empty(), one_axis = has_pins && shares_axis(schedule_);
+        if (!schedule_.cores.empty()) {
+            double bottom = y_ + (one_axis ? height_of_pins(schedule_) : 0);
+            for (const Core& core : schedule_.cores) bottom += height_of_core(core);
+            axis(schedule_, top, bottom);
+            for (const Core& core : schedule_.cores) draw(core);
+            if (one_axis) draw_pins();
+            y_ += kAxis;
+        }
+        if (has_pins && !one_axis) {
+            axis(window_of_pins(schedule_), y_, y_ + height_of_pins(schedule_));
+            draw_pins();
+            y_ += kAxis;
+        }
         if (!schedule_.responses.empty()) responses();
         return svg_.finish();
     }
@@ -171,7 +208,7 @@ class Page {
         y_ = 40;
         for (const std::string& line : remark_) svg_.words("remark", kMargin, y_ += 17, line);
         y_ += 26;
-        legend();
+        if (!schedule_.cores.empty()) legend();
         y_ += 14;
     }
 
@@ -203,7 +240,7 @@ class Page {
         release(x + 4, y_ - 11, 14, true);
         x = label(x + 8, seen.deadlines ? "release" : "wake-up");
         if (!seen.deadlines) return;
-        svg_.path("met", met(x + 10, y_ - 9));
+        svg_.path("met", met(x + 4, y_ - 8));
         x = label(x + 10, "ended in time");
         svg_.path("missed", cross(x + 4, y_ - 4));
         label(x + 8, "deadline missed");
@@ -216,13 +253,12 @@ class Page {
                kRow * static_cast<double>(core.rows.size()) + 8;
     }
 
-    void axis(double top) {
-        double bottom = y_;
-        for (const Core& core : schedule_.cores) bottom += height_of_core(core);
-        const Nanoseconds step = tick_step(schedule_.until - schedule_.from, 13);
-        for (const Instant at : ticks(schedule_.from, schedule_.until, step)) {
-            svg_.line("grid", x(at), top, x(at), bottom);
-            svg_.words("tick", x(at), bottom + 17, tick_label(at, step));
+    void axis(const Schedule& window, double top, double bottom) {
+        const Nanoseconds step = tick_step(window.until - window.from, 13);
+        for (const Instant at : ticks(window.from, window.until, step)) {
+            const double place = x(share_of(window, at, at).from);
+            svg_.line("grid", place, top, place, bottom);
+            svg_.words("tick", place, bottom + 17, tick_label(at, step));
         }
         svg_.line("axis", kLeft, bottom, kLeft + kPlot, bottom);
     }
@@ -237,6 +273,65 @@ class Page {
         y_ += 8;
         svg_.end_group();
     }
+
+    // ---- the pins -------------------------------------------------------------------------------
+
+    void draw_pins() {
+        const Schedule window = window_of_pins(schedule_);
+        svg_.words("head", kMargin, y_ + 19, "pins");
+        svg_.words("part", kLeft, y_ + 19,
+                   "what the board drives: high, low; grey as high as the duty of a PWM");
+        y_ += kCoreHead;
+        const std::size_t shown = std::min(schedule_.pins.size(), kPins);
+        for (std::size_t i = 0; i < shown; ++i) draw(schedule_.pins[i], window);
+        if (schedule_.pins.size() > shown) {
+            svg_.words("part", kLeft, y_ + 12,
+                       text<std::string>("and ", schedule_.pins.size() - shown, " more"));
+            y_ += 18;
+        }
+        y_ += 8;
+    }
+
+    void draw(const PinRow& pin, const Schedule& window) {
+        svg_.begin_group("pin", text<std::string>("data-pin=\"", escaped(pin.name), '"'),
+                         pin.name + ": " + pin.remark);
+        svg_.words("name", kLeft - 12, y_ + 15, shortened(pin.name, 20));
+        const double bottom = y_ + 4 + kWave;
+        if (pin.stretches.size() > shapes_) {
+            Row high;
+            for (const PinStretch& s : pin.stretches)
+                if (s.height > 0.5F) high.stretches.push_back({Doing::runs, s.from, s.until});
+            svg_.path("hatched", columns_of(filled(window, high, Doing::runs, kColumns), {}, y_ + 4, kWave));
+            svg_.line("wave", kLeft, bottom, kLeft + kPlot, bottom);
+        } else {
+            draw_wave(pin, window, bottom);
+        }
+        svg_.end_group();
+        y_ += kPinRow;
+    }
+
+    /// One line from level to level; what is high, or has a duty, is filled below.
+    void draw_wave(const PinRow& pin, const Schedule& window, double bottom) {
+        std::string d;
+        std::optional<Instant> end;
+        for (const PinStretch& stretch : pin.stretches) {
+            const Share at = share_of(window, stretch.from, stretch.until);
+            const double y = bottom - kWave * static_cast<double>(stretch.height);
+            const bool goes_on = end == stretch.from;
+            if (goes_on) {
+                write(d, 'V', Svg::point(y));
+            } else {
+                write(d, 'M', Svg::point(x(at.from)), ' ', Svg::point(y));
+            }
+            write(d, 'H', Svg::point(x(at.until)));
+            end = stretch.until;
+            if (stretch.height > 0)
+                svg_.rectangle("high", x(at.from), y, (at.until - at.from) * kPlot, bottom - y);
+        }
+        if (!d.empty()) svg_.path("wave", d);
+    }
+
+    // ---- the cores ------------------------------------------------------------------------------
 
     void draw_taken(const Core& core) {
         svg_.words("small", kLeft - 12, y_ + 13, "interrupts, switches");
@@ -330,7 +425,12 @@ class Page {
         for (const Release& r : row.releases) {
             if (!r.met || !r.due || *r.due <= schedule_.from || *r.due > schedule_.until) continue;
             if (!*r.met && ++drawn <= kMarks) svg_.path("missed", cross(x(*r.due), y_ + 5));
-            if (*r.met && row.releases.size() <= kHeads) svg_.path("met", met(x(*r.due), y_ + 1));
+        }
+        if (row.releases.size() > kHeads) return;
+        for (const Release& r : row.releases) {
+            if (!r.met.value_or(false) || !r.done || *r.done < schedule_.from || *r.done > schedule_.until)
+                continue;
+            svg_.path("met", met(x(*r.done), y_ + kBarTop + kBar + 1));
         }
     }
 
@@ -341,8 +441,9 @@ class Page {
                       text<std::string>('M', Svg::point(x - 3.5), ' ', Svg::point(top + 6), "l3.5-7 3.5 7z"));
     }
 
+    /// Its tip is at the instant, below the row.
     static std::string met(double x, double top) {
-        return text<std::string>('M', Svg::point(x - 10), ' ', Svg::point(top), "h6l-3 6z");
+        return text<std::string>('M', Svg::point(x), ' ', Svg::point(top), "l3 6h-6z");
     }
     static std::string cross(double x, double y) {
         return text<std::string>('M', Svg::point(x - 4), ' ', Svg::point(y - 4), "l8 8m0-8l-8 8");

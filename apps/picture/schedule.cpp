@@ -20,6 +20,23 @@ std::size_t row_count(const Schedule& schedule) {
     return count;
 }
 
+bool anything_ran(const Schedule& schedule) {
+    for (const Core& core : schedule.cores) {
+        for (const Row& row : core.rows) {
+            if (std::ranges::any_of(row.stretches, [](const Stretch& s) { return s.doing == Doing::runs; }))
+                return true;
+        }
+    }
+    return false;
+}
+
+Schedule window_of_pins(const Schedule& schedule) {
+    Schedule window;
+    window.from = schedule.from;
+    window.until = schedule.pins_until;
+    return window;
+}
+
 Nanoseconds good_length(const std::vector<sched::Vcpu>& vcpus) {
     constexpr std::int64_t kMost = 200;
     Nanoseconds longest{0}, shortest = Nanoseconds::max(), longest_owner{0};

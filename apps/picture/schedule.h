@@ -67,13 +67,33 @@ struct Response {
     std::optional<Nanoseconds> seen;   ///< the longest that was seen in a run
 };
 
+/// A stretch of a pin's time.
+struct PinStretch {
+    Instant from, until;  ///< the same: a pulse that took no time
+    float height = 0;     ///< 0: low, 1: high, between: the duty of its PWM
+};
+/// What the board drove onto a pin.
+struct PinRow {
+    std::string name;                   ///< "pin 13"
+    std::string remark;                 ///< what it did in the whole run
+    std::vector<PinStretch> stretches;  ///< in order of time; do not overlap
+};
+
 struct Schedule {
     std::string title;
     std::string remark;       ///< what the picture shows, in one sentence or two
     Instant from, until;      ///< until > from
     std::vector<Core> cores;  ///< in order of number; those with something in them
     std::vector<Response> responses;
+    std::vector<PinRow> pins;  ///< in order of number
+    /// They are shown from `from` to here: some pins change too slowly for the window of the cores.
+    Instant pins_until = from;
 };
+
+/// True when some VCPU ran for some time in the window.
+[[nodiscard]] bool anything_ran(const Schedule& schedule);
+/// The same window without what is in it: [from, pins_until).
+[[nodiscard]] Schedule window_of_pins(const Schedule& schedule);
 
 /// Puts the rows in order of priority, and what has nothing in it away.
 void put_in_order(Schedule& schedule);

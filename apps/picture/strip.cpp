@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "apps/picture/ticks.h"
+#include "apps/terminal/colour.h"
 #include "apps/terminal/human.h"
 #include "base/text.h"
 
@@ -20,14 +21,37 @@ struct Alphabet {
     std::array<std::string_view, 9> runs;  // from none to all of a column
     std::string_view waits, throttled, missed;
     std::string_view budget, response, rest, period, over;
+    std::string_view high, low, both;  // of a pin
 };
 constexpr Alphabet kBlocks{
-    {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"}, "·", "░", "!", "█", "▒", "·", "│", "!"};
+    {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"}, "·", "░", "!", "█", "▒", "·", "│", "!", "▔", "▁", "▒"};
 constexpr Alphabet kAscii{
-    {" ", "_", "_", "o", "o", "o", "O", "O", "#"}, ".", "x", "!", "#", "=", ".", "|", "!"};
+    {" ", "_", "_", "o", "o", "o", "O", "O", "#"}, ".", "x", "!", "#", "=", ".", "|", "!", "-", "_", "#"};
 
-std::string name_column(std::string_view name) {
-    return column(text<std::string>("  ", name), -kNameColumns);
+/// A sign of a line, and what it is about.
+struct Sign {
+    std::string_view sign;
+    Tone tone = Tone::plain;
+};
+
+/// `signs` behind `begin`, each stretch of one tone painted at once; without blanks at the end.
+std::string line_of(std::string begin, std::vector<Sign> signs, bool colours) {
+    while (!signs.empty() && signs.back().sign == " ") signs.pop_back();
+    for (std::size_t i = 0; i < signs.size();) {
+        std::string stretch;
+        const Tone tone = signs[i].tone;
+        for (; i < signs.size() && signs[i].tone == tone; ++i) stretch += signs[i].sign;
+        begin += painted(stretch, tone, colours);
+    }
+    begin.erase(begin.find_last_not_of(' ') + 1);
+    return begin + '\n';
+}
+
+Tone tone_of(const Row& row) { return row.is_io() ? Tone::io : Tone::loop; }
+
+std::string name_column(std::string_view name, Tone tone = Tone::plain, bool colours = false) {
+    const std::string padded = column(text<std::string>("  ", name), -kNameColumns);
+    return colours ? painted(padded, tone, colours) : padded;
 }
 
 /// Columns in which a deadline was missed.
@@ -42,23 +66,68 @@ std::vector<bool> missed_in(const Schedule& schedule, const Row& row) {
     return missed;
 }
 
-std::string row_line(const Schedule& schedule, const Row& row, const Alphabet& signs) {
+std::string row_line(const Schedule& schedule, const Row& row, const Alphabet& signs, bool colours) {
     const std::vector<double> runs = filled(schedule, row, Doing::runs, kStrip);
     const std::vector<double> throttled = filled(schedule, row, Doing::throttled, kStrip);
     const std::vector<double> waits = filled(schedule, row, Doing::waits, kStrip);
     const std::vector<bool> missed = missed_in(schedule, row);
-    std::string line = name_column(row.name);
+    std::vector<Sign> line;
     for (std::size_t i = 0; i < kStrip; ++i) {
         // Whatever ran is seen, however short.
         const auto level =
             static_cast<std::size_t>(std::clamp(runs[i] * 8 + (runs[i] > 1e-9 ? 0.999 : 0.5), 0.0, 8.0));
-        line += missed[i]                                                      ? signs.missed
-                : runs[i] >= std::max(throttled[i], waits[i]) || runs[i] > 0.5 ? signs.runs[level]
-                : throttled[i] > waits[i]                                      ? signs.throttled
-                                                                               : signs.waits;
+        if (missed[i]) {
+            line.push_back({signs.missed, Tone::bad});
+        } else if (runs[i] >= std::max(throttled[i], waits[i]) || runs[i] > 0.5) {
+            line.push_back({signs.runs[level], tone_of(row)});
+        } else if (throttled[i] > waits[i]) {
+            line.push_back({signs.throttled, Tone::throttled});
+        } else {
+            line.push_back({signs.waits});
+        }
     }
-    line.erase(line.find_last_not_of(' ') + 1);
-    return line + '\n';
+    return line_of(name_column(row.name, tone_of(row), colours), std::move(line), colours);
+}
+
+/// A column of a pin: the parts of it that are high, low, and driven at all; how often it changes.
+struct PinColumn {
+    double high = 0, driven = 0;
+    int stretches = 0;
+    bool varies = false;  // PWM
+};
+
+std::vector<PinColumn> columns_of_pin(const Schedule& window, const PinRow& pin) {
+    std::vector<PinColumn> columns(kStrip);
+    for (const PinStretch& stretch : pin.stretches) {
+        const Share part = share_of(window, stretch.from, stretch.until);
+        const double from = part.from * kStrip, until = part.until * kStrip;
+        for (auto i = static_cast<std::size_t>(from); i < columns.size(); ++i) {
+            const auto begin = static_cast<double>(i);
+            // A pulse that took no time is in the column where it stands.
+            if (begin >= until && stretch.from != stretch.until) break;
+            const double share = std::max(std::min(until, begin + 1) - std::max(from, begin), 0.0);
+            columns[i].driven += share;
+            columns[i].high += share * static_cast<double>(stretch.height);
+            ++columns[i].stretches;
+            columns[i].varies |= stretch.height > 0 && stretch.height < 1;
+            if (stretch.from == stretch.until) break;
+        }
+    }
+    return columns;
+}
+
+std::string pin_line(const Schedule& window, const PinRow& pin, const Alphabet& signs) {
+    std::vector<Sign> line;
+    for (const PinColumn& column : columns_of_pin(window, pin)) {
+        const double high = column.driven > 0 ? column.high / column.driven : 0;
+        const auto level = static_cast<std::size_t>(std::clamp(high * 8 + 0.5, 1.0, 8.0));
+        line.push_back({column.stretches == 0  ? " "
+                        : column.varies        ? signs.runs[level]
+                        : column.stretches > 2 ? signs.both
+                        : high >= 0.5          ? signs.high
+                                               : signs.low});
+    }
+    return line_of(name_column(pin.name), std::move(line), false);
 }
 
 /// Marks below the strips, each label from its mark's column on.
@@ -80,6 +149,21 @@ std::string key_line(Signs which) {
     return which == Signs::blocks
                ? "  █ runs   ░ throttled: its budget is spent   · waits   ! misses its deadline\n"
                : "  # runs   x throttled: its budget is spent   . waits   ! misses its deadline\n";
+}
+
+std::string pins_key(Signs which) {
+    return which == Signs::blocks
+               ? "  ▔ high   ▁ low   ▒ both, too quick to draw   ▄ PWM, as high as its duty\n"
+               : "  - high   _ low   # both, too quick to draw   o PWM, as high as its duty\n";
+}
+
+std::string pin_lines(const Schedule& schedule, const Alphabet& signs) {
+    const Schedule window = window_of_pins(schedule);
+    std::string out = "pins\n";
+    const std::size_t shown = std::min(schedule.pins.size(), kStripRows);
+    for (std::size_t i = 0; i < shown; ++i) out += pin_line(window, schedule.pins[i], signs);
+    if (schedule.pins.size() > shown) write(out, "  and ", schedule.pins.size() - shown, " more\n");
+    return out;
 }
 
 std::string response_line(const Response& response, const Alphabet& signs) {
@@ -116,18 +200,23 @@ Signs signs_of_terminal() {
     return Signs::ascii;
 }
 
-std::string strip(const Schedule& schedule, Signs signs) {
+std::string strip(const Schedule& schedule, Signs signs, bool colours) {
     const std::size_t rows = row_count(schedule);
-    if (rows == 0 || rows > kStripRows) return {};
+    const bool has_rows = rows > 0 && rows <= kStripRows, has_pins = !schedule.pins.empty();
     const Alphabet& alphabet = signs == Signs::blocks ? kBlocks : kAscii;
     std::string out;
     for (const Core& core : schedule.cores) {
-        if (core.rows.empty()) continue;
+        if (core.rows.empty() || !has_rows) continue;
         write(out, "core ", core.number, '\n');
-        for (const Row& row : core.rows) out += row_line(schedule, row, alphabet);
+        for (const Row& row : core.rows) out += row_line(schedule, row, alphabet, colours);
     }
-    out += axis_line(schedule) + key_line(signs);
-    if (schedule.responses.empty()) return out;
+    // One axis for both, where they have one window.
+    const bool one_axis = has_rows && has_pins && schedule.pins_until == schedule.until;
+    if (has_rows && !one_axis) out += axis_line(schedule) + key_line(signs) + (has_pins ? "\n" : "");
+    if (has_pins) out += pin_lines(schedule, alphabet) + axis_line(window_of_pins(schedule));
+    if (one_axis) out += key_line(signs);
+    if (has_pins) out += pins_key(signs);
+    if (!has_rows || schedule.responses.empty()) return out;
     out += signs == Signs::blocks ? "\nC █, R ▒, of one period T:\n" : "\nC #, R =, of one period T:\n";
     for (const Response& response : schedule.responses) out += response_line(response, alphabet);
     return out;

@@ -3,6 +3,8 @@
 //   core 0
 //     loop 3   █ █ █ █ █ █      loop 3   ████▒▒▒▒▒▒▒▒········│  R 4 ms of 10 ms
 //     loop 1   ·████░░░█
+//   pins
+//     pin 13   ▔▔▔▔▁▁▁▁▔▔▔▔▁▁▁▁
 #pragma once
 
 #include <string>
@@ -23,8 +25,9 @@ enum class Signs : std::uint8_t {
 /// Schedules with more rows have no strip: it would fill the screen, and a page of SVG shows them.
 inline constexpr std::size_t kStripRows = 12;
 
-/// Lines of at most 80 columns, each with its end. Empty for a schedule of more than kStripRows
-/// rows.
-[[nodiscard]] std::string strip(const Schedule& schedule, Signs signs);
+/// Lines of at most 80 columns, each with its end. The loops of a schedule of more than kStripRows
+/// rows are left out; of as many pins the rest is counted. Empty: there is nothing to show.
+/// `colours`: those of a terminal (apps/terminal/colour.h).
+[[nodiscard]] std::string strip(const Schedule& schedule, Signs signs, bool colours = false);
 
 }  // namespace qduino::apps::picture

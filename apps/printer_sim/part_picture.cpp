@@ -30,7 +30,10 @@ constexpr std::string_view kStyle =
     ".bad{font-size:14px;fill:#b34700;font-weight:600}.middle{text-anchor:middle;font-size:12px;fill:#666}"
     ".end{text-anchor:end}.view{fill:#f6f7f8}.bar{fill:#a6cfe8}.scale{fill:url(#scale)}"
     ".late{fill:none;stroke:#111;stroke-width:1.6}.ooze{fill:none;stroke:#a3005f;stroke-width:1.6}"
-    ".mark{font-size:12px;font-weight:600;fill:#111;stroke:#fff;stroke-width:3px;paint-order:stroke}";
+    ".mark{font-size:12px;font-weight:600;fill:#111;stroke:#fff;stroke-width:3px;paint-order:stroke}"
+    "@media (prefers-color-scheme:dark){text{fill:#c9ced6}.page{fill:#14171c}.title,.head{fill:#f2f4f7}"
+    ".small,.middle{fill:#9aa3af}.good{fill:#2fc79c}.bad{fill:#ff9a4d}.view{fill:#1c2027}.bar{fill:#2c6a8f}"
+    ".late{stroke:#f2f4f7}.ooze{stroke:#ff6fc0}.mark{fill:#f2f4f7;stroke:#14171c}}";
 
 /// "12:05" or "1:02:03".
 std::string clock(double seconds) {

@@ -41,7 +41,7 @@ CLI::App* add_sketch_command(CLI::App& app, Arguments& arguments, Command comman
 }
 
 void add_length(CLI::App& sub, Arguments& arguments, const char* description) {
-    add_option(sub, "--for", arguments.length_s, description, "S")->check(CLI::PositiveNumber);
+    add_option(sub, "--for", arguments.length_s, description, "S")->check(positive_number());
 }
 
 void add_board(CLI::App& sub, Arguments& arguments) {
@@ -72,6 +72,12 @@ void add_picture(CLI::App& sub, Arguments& arguments, const char* description) {
     add_option(sub, "--length", arguments.picture_length_s, "It shows so many (default: it suits)", "S")
         ->check(CLI::Range(1e-6, picture::kLongest))
         ->needs(picture);
+}
+
+/// What shows the pins beside a picture.
+void add_shown(CLI::App& sub, Arguments& arguments) {
+    add_option(sub, "--vcd", arguments.vcd, "Write what the pins did here, for GTKWave", "FILE");
+    sub.add_flag("--plain", arguments.plain, "No strips of blocks: for a screen reader");
 }
 
 void add_new(CLI::App& app, Arguments& arguments) {
@@ -109,6 +115,8 @@ void add_run(CLI::App& app, Arguments& arguments) {
     add_pins(*sub, arguments);
     sub->add_flag("--isolate", arguments.isolate, "Empty the cores that loops own (root)");
     sub->add_flag("--best-effort", arguments.best_effort, "Do not ask for real-time scheduling");
+    add_picture(*sub, arguments, "Draw the pins, where they are connected to nothing: .svg");
+    add_shown(*sub, arguments);
     add_report(*sub, arguments);
 }
 
@@ -120,9 +128,10 @@ void add_sim(CLI::App& app, Arguments& arguments) {
                            "Example: qduino sim blinker --for 60 --picture blinker.svg");
     add_length(*sub, arguments, "Virtual seconds (default 10)");
     add_option(*sub, "--speed", arguments.speed, "Virtual seconds per second (default: all)", "K")
-        ->check(CLI::PositiveNumber);
+        ->check(positive_number());
     add_simulated_machine(*sub, arguments);
-    add_picture(*sub, arguments, "Draw the schedule, and R against T: .svg");
+    add_picture(*sub, arguments, "Draw loops, pins, and R against T: .svg");
+    add_shown(*sub, arguments);
     add_report(*sub, arguments);
 }
 
@@ -140,6 +149,7 @@ void add_check(CLI::App& app, Arguments& arguments) {
                "Write what was assumed and derived, for tools/check_certificate.py", "FILE");
     add_simulated_machine(*sub, arguments);
     add_picture(*sub, arguments, "Draw the worst case, and R against T: .svg");
+    sub->add_flag("--plain", arguments.plain, "No strip of blocks: for a screen reader");
 }
 
 void add_trace(CLI::App& app, Arguments& arguments) {
@@ -153,7 +163,8 @@ void add_trace(CLI::App& app, Arguments& arguments) {
                            "Example: qduino trace blinker --for 2 -o blinker.json");
     add_option(*sub, "-o,--output", arguments.output, "File to write (default: NAME-trace.json)", "FILE");
     add_length(*sub, arguments, "Seconds (default 10)");
-    add_picture(*sub, arguments, "Draw the schedule as well, as .svg");
+    add_picture(*sub, arguments, "Draw loops and pins as well, as .svg");
+    add_shown(*sub, arguments);
     CLI::Option* on_linux = sub->add_flag("--linux", arguments.on_linux, "Trace a run on Linux (root)");
     add_simulated_machine(*sub, arguments);
     for (const char* simulated : {"--cores", "--seed"}) sub->get_option(simulated)->excludes(on_linux);
@@ -422,7 +433,7 @@ std::unique_ptr<CLI::App> make_parser(Arguments& arguments) {
         "Sketches with several loops, each with a budget, a period and a core.", "qduino");
     app->footer(
         "Example: qduino new blinker && cd blinker && qduino check && qduino run\n"
-        "'qduino COMMAND --help' says more. Ends with 0 when all is well, 1 on failure, 2\n"
+        "'qduino help COMMAND' says more. Ends with 0 when all is well, 1 on failure, 2\n"
         "when admission refuses the sketch, above 100 when it was called wrongly.");
     app->get_formatter()->column_width(kColumn);
     app->set_version_flag("--version", std::string("qduino ").append(version()), "Print the version");

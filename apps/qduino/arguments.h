@@ -48,6 +48,8 @@ struct Arguments {
     std::string board, pins, report;
     std::string picture;  ///< sim, check, trace: file
     std::optional<double> picture_from_s, picture_length_s;
+    std::string vcd;        ///< run, sim, trace, metal: where the pins' changes go; empty: none
+    bool plain = false;     ///< run, sim, check, trace: no strips of blocks
     std::string admission;  ///< where a run on Linux writes it; no option
     bool isolate = false, best_effort = false;
     bool on_linux = false;  ///< trace
@@ -63,7 +65,6 @@ struct Arguments {
     std::string architecture;   ///< "x86-64" or "aarch64"; empty: "x86-64"
     std::string boot;           ///< "pvh", "bios" or "uefi"; empty: "pvh"
     std::string witness;        ///< "qemu" or "bochs"; empty: "qemu"
-    std::string vcd;            ///< where the pins' changes are kept; empty: nowhere
     int mips = 20;              ///< of the machine in Bochs
     std::string record;         ///< what the witness writes at the pins; empty: kept nowhere
     std::string wire;           ///< a socket through which pins are driven from outside

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "apps/beside/beside_run.h"
+#include "apps/pins/pin_witness.h"
 #include "apps/qduino/metal_command.h"
 #include "apps/qduino/pin_record.h"
 #include "apps/terminal/message.h"
@@ -30,6 +31,9 @@ class CountedPins final : public board::NoPeripherals {
 Result<int> run_beside_linux(const Arguments& arguments, const fs::path& image, const std::string& name) {
     QDUINO_TRY_ASSIGN(const std::string bytes, posix::read_small_file(image));
     CountedPins pins;
+    PinWitness witness;
+    witness.forward_to(pins);
+    if (!arguments.vcd.empty()) QDUINO_TRY(witness.keep_dump());
     const beside_linux::BesideOptions options{.core = arguments.core.value_or(1),
                                               .silence = from_seconds(arguments.silence_ms / 1000),
                                               .words = image_words(arguments),
@@ -37,8 +41,10 @@ Result<int> run_beside_linux(const Arguments& arguments, const fs::path& image, 
     QDUINO_TRY_ASSIGN(
         const int status,
         beside_linux::run_beside({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, options,
-                                 pins));
+                                 witness));
     say(pins.table());
+    say(witness.sentences());
+    if (!arguments.vcd.empty()) QDUINO_TRY(witness.write_dump(arguments.vcd));
     say(verdict(status == 0   ? name + " ran to its end, and Linux has its core back."
                 : status == 2 ? name + " is REFUSED: no loop of it ran. Linux has its core back."
                 : status == 3 ? name + " was ENDED, for Linux was silent. It has its core back."

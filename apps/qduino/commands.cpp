@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +15,9 @@
 #include "apps/board_file/board_file.h"
 #include "apps/doctor/doctor.h"
 #include "apps/launcher/run_lock.h"
+#include "apps/picture/page.h"
 #include "apps/picture/picture_file.h"
+#include "apps/picture/strip.h"
 #include "apps/qduino/beside_command.h"
 #include "apps/qduino/board_folder.h"
 #include "apps/qduino/child_process.h"
@@ -22,6 +25,7 @@
 #include "apps/qduino/ide_recipe.h"
 #include "apps/qduino/kernel_trace.h"
 #include "apps/qduino/library_command.h"
+#include "apps/qduino/loose_pins.h"
 #include "apps/qduino/metal_command.h"
 #include "apps/qduino/monitor_command.h"
 #include "apps/qduino/profile_result.h"
@@ -32,6 +36,7 @@
 #include "apps/qduino/traced_picture.h"
 #include "apps/qduino/vcpu_command.h"
 #include "apps/qduino/words.h"
+#include "apps/terminal/colour.h"
 #include "apps/terminal/human.h"
 #include "apps/terminal/message.h"
 #include "apps/terminal/program.h"
@@ -138,6 +143,8 @@ Words options_of(const Arguments& arguments) {
     if (arguments.seed) add("--seed", *arguments.seed);
     if (!arguments.report.empty()) add("--report", arguments.report);
     if (!arguments.picture.empty()) add("--picture", arguments.picture);
+    if (!arguments.vcd.empty()) add("--vcd", arguments.vcd);
+    if (arguments.plain) words.emplace_back("--plain");
     if (arguments.picture_from_s) add("--from", Shortest{*arguments.picture_from_s});
     if (arguments.picture_length_s) add("--length", Shortest{*arguments.picture_length_s});
     if (!arguments.admission.empty()) add("--admission", arguments.admission);
@@ -182,10 +189,15 @@ bool names_real_devices(const board::linux::LinuxConfig& board) {
 /// real-time one, and is not hung for that.
 constexpr const char* kPatienceMs = "10000";
 
+/// The program behind pins that are connected to nothing.
+enum class Behind { nobody, us };
+
 /// The command that runs a sketch's program on Linux, under the supervisor where there is one. The
-/// pins are in `folder`, made here, when no others are named.
+/// pins are in `folder`, made here, when no others are named; `behind` them we serve them before it
+/// starts, or nobody.
 Result<Words> linux_command(const Arguments& arguments, const fs::path& program, const fs::path& supervisor,
-                            const board::linux::LinuxConfig& board, launcher::MemoryFolder& folder) {
+                            const board::linux::LinuxConfig& board, launcher::MemoryFolder& folder,
+                            Behind behind) {
     std::string pins = arguments.pins.empty() ? board.pins_path : arguments.pins;
     Words sketch{program.string()};
     append(sketch, options_of(arguments));
@@ -202,10 +214,11 @@ Result<Words> linux_command(const Arguments& arguments, const fs::path& program,
         std::fputs(names_real_devices(board)
                        ? "Pins that the board file does not name are connected to nothing.\n"
                        : "No pins are named: all are connected to nothing (--board names real ones,\n"
-                         "--pins those of a virtual machine).\n",
+                         "--pins those of a virtual machine).\n"
+                         "What the sketch drives is told at the end.\n",
                    stderr);
         pins = folder.file("pins");
-        command.emplace_back("--make-pins");
+        if (behind == Behind::nobody) command.emplace_back("--make-pins");
     }
     append(command, {"--pins", pins, "--"});
     append(command, sketch);
@@ -213,13 +226,83 @@ Result<Words> linux_command(const Arguments& arguments, const fs::path& program,
     return command;
 }
 
-/// Runs a built sketch on Linux to its end. Returns its exit status.
-Result<int> run_on_linux(const Arguments& arguments, const Built& built,
-                         const board::linux::LinuxConfig& board) {
+/// How the pins of a run on Linux are to be shown: here, for the sketch's program does not see
+/// them.
+struct PinsAsked {
+    std::string picture, vcd;
+    Nanoseconds from{0};
+    std::optional<Nanoseconds> length;
+    bool plain = false;
+
+    /// Takes them out of `arguments`.
+    explicit PinsAsked(Arguments& arguments)
+        : picture(std::exchange(arguments.picture, {})),
+          vcd(std::exchange(arguments.vcd, {})),
+          from(from_seconds(std::exchange(arguments.picture_from_s, {}).value_or(0))),
+          plain(std::exchange(arguments.plain, false)) {
+        if (const auto seconds = std::exchange(arguments.picture_length_s, {}))
+            length = std::max(from_seconds(*seconds), Nanoseconds{1});
+    }
+};
+
+/// A run on Linux that has ended.
+struct LinuxRun {
+    int status = 0;
+    std::unique_ptr<LoosePins> pins;  ///< null: they belong to another program, or nobody asked
+};
+
+/// Runs a built sketch on Linux to its end. With `asked` the pins that are connected to nothing are
+/// seen.
+Result<LinuxRun> run_on_linux(const Arguments& arguments, const Built& built,
+                              const board::linux::LinuxConfig& board, const PinsAsked* asked) {
+    const bool loose = arguments.pins.empty() && board.pins_path.empty() && fs::exists(built.sdk.supervisor);
+    const bool seen = asked && loose;
+    if (asked && !loose && !asked->vcd.empty())
+        return make_error(ErrorCode::invalid_argument,
+                          "--vcd is about pins that are connected to nothing: those of --pins belong to the "
+                          "program behind them, and without a supervisor there are none");
     launcher::MemoryFolder folder;
-    QDUINO_TRY_ASSIGN(const Words command,
-                      linux_command(arguments, built.programs[0], built.sdk.supervisor, board, folder));
-    return run_in_front(command);
+    QDUINO_TRY_ASSIGN(const Words command, linux_command(arguments, built.programs[0], built.sdk.supervisor,
+                                                         board, folder, seen ? Behind::us : Behind::nobody));
+    LinuxRun run;
+    if (seen) {
+        QDUINO_TRY_ASSIGN(run.pins, LoosePins::serve(folder.file("pins"), !asked->vcd.empty(), asked->from));
+    }
+    QDUINO_TRY_ASSIGN(run.status, run_in_front(command));
+    if (run.pins) run.pins->end();
+    return run;
+}
+
+/// The run's pins alone, as a picture: nobody has seen when which loop ran.
+picture::Schedule pins_of(PinWitness& pins, const std::string& sketch, const PinsAsked& asked) {
+    picture::Schedule schedule;
+    schedule.title = sketch + " on this computer: its pins";
+    schedule.remark =
+        "What the sketch drove, from its first write on. Nothing is connected to these pins. When which loop "
+        "ran: 'qduino trace --linux --picture FILE', as root.";
+    schedule.from = kEpoch + asked.from;
+    schedule.until = schedule.from + asked.length.value_or(100ms);
+    pins.add_rows(schedule, pins.origin(), !asked.length);
+    return schedule;
+}
+
+/// Says what the pins did, and writes the dump that is asked for.
+Result<void> show_pins(LoosePins& pins, const PinsAsked& asked, const picture::Schedule& schedule) {
+    std::string words;
+    const bool colours = wants_colour(STDERR_FILENO);
+    if (!asked.plain && schedule.cores.empty())
+        words = picture::strip(schedule, picture::signs_of_terminal(), colours);
+    if (!words.empty()) words += '\n';
+    words += pins.witness().empty() ? "No pin was driven.\n" : pins.witness().sentences();
+    if (const auto faults = pins.faults(); faults.lost + faults.disordered > 0)
+        write(words, faults.lost, " changes of pins were lost, ", faults.disordered,
+              " came too late: this computer was too busy to listen\n");
+    if (!asked.vcd.empty()) {
+        QDUINO_TRY(pins.witness().write_dump(asked.vcd));
+        write(words, "pins: ", asked.vcd, "\n  (open it in GTKWave or PulseView)\n");
+    }
+    say("\n" + words);
+    return {};
 }
 
 /// The result of a run. The sketch's own report has already said how its loops kept their periods.
@@ -231,13 +314,24 @@ std::string end_of(const std::string& name, int status) {
     return text<std::string>(name, " DIED of signal ", status - 128, " (", signal ? signal : "unknown", ").");
 }
 
-Result<int> run(const Arguments& arguments) {
+Result<int> run(const Arguments& given) {
+    Arguments arguments = given;
+    const PinsAsked asked{arguments};
     const ReadBoardFile read = board_of(arguments);
     if (!read.ok()) return fail(read.error);
+    if (!asked.picture.empty()) QDUINO_TRY(picture::check_picture_name(asked.picture));
     QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {BoardKind::linux}));
-    QDUINO_TRY_ASSIGN(const int status, run_on_linux(arguments, built, read.board.linux));
-    say(verdict(end_of(built.sketch.name, status)));
-    return status;
+    QDUINO_TRY_ASSIGN(const LinuxRun ended, run_on_linux(arguments, built, read.board.linux, &asked));
+    if (ended.pins && ended.status != 2) {
+        const picture::Schedule schedule = pins_of(ended.pins->witness(), built.sketch.name, asked);
+        QDUINO_TRY(show_pins(*ended.pins, asked, schedule));
+        if (!asked.picture.empty() && !schedule.pins.empty()) {
+            QDUINO_TRY(picture::write_picture(asked.picture, picture::svg_page(schedule)));
+            say("picture: " + asked.picture);
+        }
+    }
+    say(verdict(end_of(built.sketch.name, ended.status)));
+    return ended.status;
 }
 
 Result<void> write_trace(KernelTraceReader& reader, const std::string& path) {
@@ -264,9 +358,9 @@ Result<int> trace_on_linux(Arguments arguments, const std::string& output) {
     const ReadBoardFile read = board_of(arguments);
     if (!read.ok()) return fail(read.error);
     if (!arguments.length_s) arguments.length_s = kTraceSeconds;
-    const std::string picture = std::exchange(arguments.picture, {});
-    const TracedWindow window{std::exchange(arguments.picture_from_s, {}).value_or(0),
-                              std::exchange(arguments.picture_length_s, {})};
+    const TracedWindow window{arguments.picture_from_s.value_or(0), arguments.picture_length_s};
+    const PinsAsked asked{arguments};
+    const std::string& picture = asked.picture;
     launcher::MemoryFolder folder;
     if (!picture.empty()) {
         QDUINO_TRY(picture::check_picture_name(picture));
@@ -275,8 +369,8 @@ Result<int> trace_on_linux(Arguments arguments, const std::string& output) {
     }
     QDUINO_TRY_ASSIGN(const Built built, build_sketch(arguments, {BoardKind::linux}));
     QDUINO_TRY_ASSIGN(KernelTracer tracer, KernelTracer::start());
-    QDUINO_TRY_ASSIGN(const int status, run_on_linux(arguments, built, read.board.linux));
-    if (status == 2) return 2;  // refused: there was nothing to record
+    QDUINO_TRY_ASSIGN(const LinuxRun ended, run_on_linux(arguments, built, read.board.linux, &asked));
+    if (ended.status == 2) return 2;  // refused: there was nothing to record
     KernelTraceReader reader(board::linux::BudgetKeeper::signal_number(), ::getpid());
     std::optional<TracedPicture> drawing;
     if (!picture.empty()) {
@@ -285,10 +379,12 @@ Result<int> trace_on_linux(Arguments arguments, const std::string& output) {
     }
     QDUINO_TRY(tracer.stop(reader));
     QDUINO_TRY(write_trace(reader, output));
+    PinWitness* const pins = ended.pins ? &ended.pins->witness() : nullptr;
+    if (pins) QDUINO_TRY(show_pins(*ended.pins, asked, pins_of(*pins, built.sketch.name, asked)));
     if (drawing) {
-        QDUINO_TRY(drawing->write(picture));
+        QDUINO_TRY(drawing->write(picture, pins));
     }
-    return status;
+    return ended.status;
 }
 
 Result<int> trace(const Arguments& arguments) {
@@ -302,7 +398,10 @@ constexpr double kProfileSeconds = 10;
 /// Runs the program that measures, and returns its status.
 Result<int> run_profile(const Arguments& arguments, const Built& built,
                         const board::linux::LinuxConfig& board) {
-    if (!arguments.in_simulator) return run_on_linux(arguments, built, board);
+    if (!arguments.in_simulator) {
+        QDUINO_TRY_ASSIGN(const LinuxRun ended, run_on_linux(arguments, built, board, nullptr));
+        return ended.status;
+    }
     Words command{built.programs[0].string(), "--no-admission"};
     append(command, options_of(arguments));
     return run_in_front(command);
@@ -402,7 +501,8 @@ Result<int> upload_here(Arguments arguments) {
     QDUINO_TRY_ASSIGN(const std::string replaced, board.stop());
     arguments.report = board.report();
     const CommandMaker command = [&](launcher::MemoryFolder& folder) {
-        return linux_command(arguments, made.program, sdk.supervisor, read.board.linux, folder);
+        return linux_command(arguments, made.program, sdk.supervisor, read.board.linux, folder,
+                             Behind::nobody);
     };
     QDUINO_TRY_ASSIGN(const std::optional<int> ended, start_kept(board, made.name, command));
     if (ended) {

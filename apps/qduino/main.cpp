@@ -2,6 +2,7 @@
 // that they run on. Without arguments it lists its commands and returns 0: nothing went wrong.
 #include <algorithm>
 #include <cstdio>
+#include <string_view>
 
 #include "apps/command_line/parser.h"
 #include "apps/qduino/arguments.h"
@@ -23,6 +24,13 @@ int main(int argc, char** argv) {
         qduino::apps::fit_help(*parser, "qduino");
         std::fputs(parser->help().c_str(), stdout);
         return 0;
+    }
+    // 'qduino help sim' is 'qduino sim --help'.
+    if (argv[1] == std::string_view{"help"}) {
+        const char* const asked[] = {argv[0], argc > 2 ? argv[2] : "--help", "--help"};
+        if (argc > 2 && is_unknown_command(*parser, argv[2]))
+            return qduino::apps::explain_unknown_command(*parser, argv[2]);
+        return qduino::apps::parse_command_line(*parser, argc > 2 ? 3 : 2, asked).value_or(0);
     }
     if (is_unknown_command(*parser, argv[1])) return qduino::apps::explain_unknown_command(*parser, argv[1]);
     const int count = qduino::apps::take_program(*parser, arguments, argc, argv);

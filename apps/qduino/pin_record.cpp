@@ -1,8 +1,8 @@
 #include "apps/qduino/pin_record.h"
 
-#include <array>
 #include <charconv>
 
+#include "apps/pins/value_change_dump.h"
 #include "apps/terminal/human.h"
 #include "base/text.h"
 #include "board/types.h"
@@ -107,25 +107,10 @@ std::string pins_table(std::span<const PinWrite> writes) {
 }
 
 std::string value_change_dump(std::span<const PinWrite> writes) {
-    std::array<std::optional<bool>, board::kPinCount> levels;
-    for (const PinWrite& write : writes) levels[write.pin] = false;
-    std::string out = "$timescale 1 ns $end\n$scope module pins $end\n", unknown;
-    for (std::size_t pin = 0; pin < levels.size(); ++pin) {
-        if (!levels[pin]) continue;
-        write(out, "$var wire 1 p", pin, " pin", pin, " $end\n");
-        write(unknown, "xp", pin, '\n');
-        levels[pin].reset();
-    }
-    write(out, "$upscope $end\n$enddefinitions $end\n#0\n$dumpvars\n", unknown, "$end\n");
-    std::int64_t now = 0;
-    for (const PinWrite& change : writes) {
-        if (levels[change.pin] == change.high) continue;
-        levels[change.pin] = change.high;
-        if (change.ns != now) write(out, '#', change.ns, '\n');
-        now = change.ns;
-        write(out, change.high ? '1' : '0', 'p', static_cast<int>(change.pin), '\n');
-    }
-    return out;
+    ValueChangeDump dump;
+    for (const PinWrite& change : writes) dump.level(change.ns, change.pin, change.high ? '1' : '0');
+    const std::string body = dump.take_body();
+    return dump.head() + body;
 }
 
 }  // namespace qduino::apps

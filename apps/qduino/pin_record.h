@@ -55,8 +55,7 @@ class PinTally {
 /// The same of all these.
 [[nodiscard]] std::string pins_table(std::span<const PinWrite> writes);
 
-/// The changes as a value change dump (IEEE 1364-2005, 18.2), in nanoseconds. A level is unknown
-/// before its first write.
+/// The changes as a value change dump (apps/pins/value_change_dump.h).
 [[nodiscard]] std::string value_change_dump(std::span<const PinWrite> writes);
 
 }  // namespace qduino::apps

@@ -61,7 +61,10 @@ std::vector<AdmittedLoop> admitted_loops(const std::string& path) {
 }
 
 TracedPicture::TracedPicture(std::string sketch, std::vector<AdmittedLoop> loops, const TracedWindow& window)
-    : sketch_(std::move(sketch)), loops_(std::move(loops)), recorder_(recorder_for(loops_, window)) {
+    : sketch_(std::move(sketch)),
+      loops_(std::move(loops)),
+      recorder_(recorder_for(loops_, window)),
+      may_choose_(!window.length_s) {
     for (const AdmittedLoop& loop : loops_) recorder_.declare(loop, owns_core(loop, loops_));
 }
 
@@ -108,11 +111,13 @@ picture::Schedule TracedPicture::finish() {
     return schedule;
 }
 
-Result<void> TracedPicture::write(const std::string& path) {
+Result<void> TracedPicture::write(const std::string& path, const PinWitness* pins) {
     if (!start_us_)
         return make_error(ErrorCode::not_found,
                           "there is nothing to draw: the kernel saw no loop run. Not written: ", path);
-    QDUINO_TRY(picture::write_picture(path, picture::svg_page(finish())));
+    picture::Schedule schedule = finish();
+    if (pins) pins->add_rows(schedule, instant_from_ns(1000 * *start_us_), may_choose_);
+    QDUINO_TRY(picture::write_picture(path, picture::svg_page(schedule)));
     std::fputs(text<std::string>("picture: ", path, '\n').c_str(), stderr);
     return {};
 }

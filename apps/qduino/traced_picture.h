@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "apps/picture/recorder.h"
+#include "apps/pins/pin_witness.h"
 #include "base/result.h"
 
 namespace qduino::apps {
@@ -42,9 +43,9 @@ class TracedPicture {
 
     /// What was told, with R against T. It may be asked for once.
     [[nodiscard]] picture::Schedule finish();
-    /// Draws that to a file. Error: nothing was told of any loop within the window, or the file
-    /// cannot be written.
-    Result<void> write(const std::string& path);
+    /// Draws that to a file, with `pins` (null: none are known) on the same clock. Error: nothing
+    /// was told of any loop within the window, or the file cannot be written.
+    Result<void> write(const std::string& path, const PinWitness* pins);
 
   private:
     [[nodiscard]] Instant at(std::int64_t us);
@@ -52,6 +53,7 @@ class TracedPicture {
     std::string sketch_;
     std::vector<AdmittedLoop> loops_;
     picture::Recorder recorder_;
+    bool may_choose_;  // the window's length
     std::optional<std::int64_t> start_us_;
     Instant last_ = kEpoch;
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "apps/terminal/colour.h"
 #include "base/text.h"
 #include "posix/small_file.h"
 
@@ -14,13 +15,19 @@ std::string message(std::string_view words, std::string_view prefix, int descrip
     std::string out;
     while (!words.empty()) {
         const std::string_view line = words.substr(0, words.find('\n'));
-        const bool fits = !narrow || prefix.size() + line.size() <= kColumns;
+        const bool fits = !narrow || columns_of(prefix) + columns_of(line) <= kColumns;
         out += fits ? text<std::string>(prefix, line, '\n') : wrapped(line, prefix);
         words.remove_prefix(std::min(line.size() + 1, words.size()));
         prefix = {};
     }
     return out;
 }
+
+std::string verdict(const std::string& words, bool colours) {
+    return "Verdict: " + with_outcomes(words, colours) + "\n";
+}
+
+std::string verdict(const std::string& words) { return verdict(words, wants_colour(STDERR_FILENO)); }
 
 void say(std::string_view words, std::string_view prefix) {
     // A failure: nobody listens.

@@ -26,7 +26,9 @@ inline constexpr std::size_t kColumns = 80;
 [[nodiscard]] std::string message(std::string_view words, std::string_view prefix, int descriptor = 2);
 /// Writes it to standard error in one write: other writers' text comes before or after it.
 void say(std::string_view words, std::string_view prefix = "");
-/// The last line of a command: its result.
-[[nodiscard]] inline std::string verdict(const std::string& words) { return "Verdict: " + words + "\n"; }
+/// The last line of a command: its result. Its outcome is painted where `colours` are wanted.
+[[nodiscard]] std::string verdict(const std::string& words, bool colours);
+/// The same for standard error.
+[[nodiscard]] std::string verdict(const std::string& words);
 
 }  // namespace qduino::apps

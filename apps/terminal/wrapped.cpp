@@ -1,5 +1,6 @@
 #include "apps/terminal/message.h"
 
+#include "apps/terminal/colour.h"
 #include "base/text.h"
 
 namespace qduino::apps {
@@ -26,10 +27,10 @@ std::string joined(const std::vector<std::string>& words, std::string_view prefi
     std::string out, line{prefix};
     for (std::size_t i = 0; i < words.size(); ++i) {
         const bool last = i + 1 == words.size();
-        const std::size_t needed = 1 + words[i].size() + (last ? 0 : broken_end.size());
-        if (line.size() > prefix.size() && line.size() + needed > kColumns) {
+        const std::size_t needed = 1 + columns_of(words[i]) + (last ? 0 : broken_end.size());
+        if (line.size() > prefix.size() && columns_of(line) + needed > kColumns) {
             write(out, line, broken_end, '\n');
-            line.assign(prefix.size(), ' ');
+            line.assign(columns_of(prefix), ' ');
         }
         if (line.size() > prefix.size()) line += ' ';
         line += words[i];

@@ -79,7 +79,7 @@ class Pages(unittest.TestCase):
         self.assertEqual(self.complete(""), [*COMMANDS, "-h", "--help", "--version"])
         self.assertEqual(self.complete("re"), ["restore"])
         self.assertEqual(self.complete("check", "--"), ["--help", "--verbose", "--json", "--certificate", "--board", "--cores",
-                                                            "--seed", "--picture", "--from", "--length"])
+                                                            "--seed", "--picture", "--from", "--length", "--plain"])
         self.assertEqual(self.complete("build", "--only", ""), ["sim", "linux"])
         self.assertEqual(self.complete("completion", "z"), ["zsh"])
         self.assertEqual(self.complete("run", "/usr/bi"), ["/usr/bin"])

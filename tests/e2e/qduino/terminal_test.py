@@ -49,7 +49,7 @@ void loop(2, 12345us, 123456us, 0) { waitForNextPeriod(); }
 """
 
 
-def on_terminal(command, folder, environment, timeout_s=120, until=None):
+def on_terminal(command, folder, environment, timeout_s=120, until=None, colours=False):
     """(status, lines) of a program whose standard streams are a terminal of 80 columns. Ctrl-C ends it when it has printed `until`."""
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, COLUMNS, 0, 0))
@@ -73,7 +73,9 @@ def on_terminal(command, folder, environment, timeout_s=120, until=None):
             process.send_signal(signal.SIGINT)
             until = None
     os.close(master)
-    shown = re.sub(r"\x1b\[[0-9;]*[mK]", "", text.decode(errors="replace"))
+    shown = text.decode(errors="replace")
+    if not colours:
+        shown = re.sub(r"\x1b\[[0-9;]*[mK]", "", shown)
     return process.wait(), re.sub(r"\r+\n", "\n", shown).split("\n")[:-1]  # println ends with \r\n, as an Arduino's does
 
 
@@ -164,6 +166,16 @@ class Terminal(unittest.TestCase):
             self.assertLess(spoken[0], said[0])
             self.assertLess(said[0], table)
             self.assertIn("release latency", lines[said[0] + 1], "the report begins on a line of its own")
+
+    def test_outcomes_have_colours_unless_nobody_wants_them(self):
+        command = [PROGRAM, "check", "refused"]
+        shown = "\n".join(on_terminal(command, self.folder, self.environment, colours=True)[1])
+        self.assertIn("\x1b[38;5;160mREFUSED\x1b[0m", shown)
+        self.assertRegex(shown, "\x1b\\[38;5;32m  loop 1 +\x1b")
+        plain = on_terminal(command, self.folder, {**self.environment, "NO_COLOR": "1"}, colours=True)[1]
+        self.assertNotIn("\x1b", "\n".join(plain))
+        piped = subprocess.run(command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False)
+        self.assertNotIn("\x1b", piped.stdout + piped.stderr)
 
     def test_alone_it_shows_its_help(self):
         alone = self.qduino()

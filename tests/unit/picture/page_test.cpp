@@ -54,6 +54,40 @@ TEST(Page, NamesAreEscapedAndShortened) {
     EXPECT_THAT(page, HasSubstr("eth0 &lt;rx&gt; takes 1 ms at 0 ns"));
 }
 
+TEST(Page, TheTriangleStandsWhereTheReleaseEnded) {
+    Recorder recorder(kEpoch, kEpoch + 1s);
+    recorder.declare({1, 100ms, 1s, 0}, false);
+    recorder.released(0, 1, kEpoch, kEpoch + 1s);
+    recorder.does(0, 1, Doing::runs, kEpoch);
+    recorder.does(0, 1, Doing::nothing, kEpoch + 250ms);
+    recorder.ended(1, kEpoch + 250ms);
+    const std::string page = svg_page(recorder.finish(kEpoch + 1s));
+    // The axis lies from 176 to 1116: a quarter of it is at 411.
+    EXPECT_THAT(page, HasSubstr("<path class=\"met\" d=\"M411.00 "));
+}
+
+TEST(Page, PinsAreDrawnAsALogicAnalyserDoes) {
+    Schedule schedule = one_row(1);
+    schedule.pins_until = schedule.until;
+    schedule.pins = {{.name = "pin 4",
+                      .remark = "what it <did>",
+                      .stretches = {{kEpoch, kEpoch + 500ms, 0}, {kEpoch + 500ms, kEpoch + 1s, 1}}}};
+    std::string page = svg_page(schedule);
+    EXPECT_THAT(page,
+                HasSubstr("<g class=\"pin\" data-pin=\"pin 4\">\n<title>pin 4: what it &lt;did&gt;</title>"));
+    EXPECT_THAT(page, HasSubstr("H646.00V"));
+    EXPECT_THAT(page, HasSubstr("@media (prefers-color-scheme:dark)"));
+    for (int i = 0; i < 200'000; ++i) {
+        const Instant at = kEpoch + i * 5us;
+        schedule.pins[0].stretches.push_back({at, at + 2us, 1});
+    }
+    schedule.pins.resize(30, schedule.pins[0]);
+    page = svg_page(schedule);
+    EXPECT_THAT(page, HasSubstr("class=\"hatched\""));
+    EXPECT_THAT(page, HasSubstr(">and 6 more</text>"));
+    EXPECT_LT(page.size(), 2'000'000u);
+}
+
 TEST(Page, ABarSaysWhatItIs) {
     const std::string page = svg_page(one_row(1));
     EXPECT_THAT(page,

@@ -52,6 +52,34 @@ TEST(Strip, TakesAsciiWhereTheTerminalHasNothingElse) {
     EXPECT_TRUE(std::ranges::all_of(text, [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
 }
 
+TEST(Strip, ShowsPinsAsALogicAnalyserDoes) {
+    Schedule made;
+    made.from = kEpoch;
+    made.pins_until = made.until = kEpoch + 66ms;
+    made.pins = {{.name = "pin 4",
+                  .remark = "",
+                  .stretches = {{kEpoch, kEpoch + 3ms, 1}, {kEpoch + 3ms, kEpoch + 10ms, 0}}},
+                 {.name = "pin 5", .remark = "", .stretches = {{kEpoch + 2ms, kEpoch + 9ms, 0.5}}},
+                 {.name = "pin 6",
+                  .remark = "",
+                  .stretches = {{kEpoch, kEpoch + 2500us, 0},
+                                {kEpoch + 2500us, kEpoch + 2500us, 1},
+                                {kEpoch + 2500us, kEpoch + 6ms, 0}}}};
+    const std::string axis = "          |0        |10 ms    |20 ms    |30 ms    |40 ms    |50 ms    |60 ms\n";
+    EXPECT_EQ(strip(made, Signs::ascii),
+              "pins\n  pin 4   ---_______\n  pin 5     ooooooo\n  pin 6   __#___\n" + axis +
+                  "  - high   _ low   # both, too quick to draw   o PWM, as high as its duty\n");
+    for (int i = 0; i < 20; ++i) made.pins.push_back({.name = "pin 9", .remark = "", .stretches = {}});
+    EXPECT_THAT(strip(made, Signs::blocks), HasSubstr("  and 11 more\n"));
+    Schedule both = schedule();
+    both.pins = {made.pins[0]};
+    both.pins_until = both.until;
+    EXPECT_EQ(strip(both, Signs::blocks).find("|10 ms"), strip(both, Signs::blocks).rfind("|10 ms"))
+        << "one axis";
+    both.pins_until = both.until + 1s;
+    EXPECT_NE(strip(both, Signs::blocks).find("|0 "), strip(both, Signs::blocks).rfind("|0 ")) << "its own";
+}
+
 TEST(Strip, FitsATerminal) {
     for (const Instant from : {kEpoch, kEpoch + 12345678us, kEpoch + 86'399s}) {
         for (const Nanoseconds length :

@@ -123,7 +123,7 @@ TEST(TracedPicture, NothingSeenIsAnError) {
     TracedPicture picture("lamp", {}, {});
     picture.woke(0, 1, 1000, false);
     picture.taken(0, 1000, 1010, "tick");
-    const auto written = picture.write("/nonexistent/a.svg");
+    const auto written = picture.write("/nonexistent/a.svg", nullptr);
     ASSERT_FALSE(written);
     EXPECT_THAT(std::string(written.error().message.view()), HasSubstr("saw no loop run"));
 }
