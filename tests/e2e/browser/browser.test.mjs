@@ -270,6 +270,26 @@ test('the queue waits after a failure, and goes on when it is told to', async ()
   await stateIs('Printing');
 });
 
+test('a service that stands still is said, and a stop is confirmed when it goes on', async () => {
+  await until('lines that are printed', percent);
+  const printd = await stack.pidOf('printd');
+  process.kill(printd, 'SIGSTOP');
+  try {
+    await until('the silence', async () => (await at('as-of').count()) > 0);
+    assert.ok(await page.getByRole('button', { name: 'Cancel', exact: true }).isDisabled());
+    await page.getByRole('button', { name: 'Emergency stop', exact: true }).click();
+    await until('a word that it is not confirmed', async () => (await at('stop').getAttribute('data-phase')) === 'unconfirmed');
+    assert.match(await at('stop').textContent(), /NOT confirmed: cut the power/);
+  } finally {
+    process.kill(printd, 'SIGCONT');
+  }
+  await until('a confirmation', async () => (await at('stop').getAttribute('data-phase')) === 'confirmed');
+  await until('news', async () => (await at('as-of').count()) === 0);
+  await stateIs('Stopped by a fault');
+  await page.getByRole('button', { name: 'Clear fault' }).click();
+  await stateIs('Ready');
+});
+
 test('axe finds nothing on the page, light and dark', async () => {
   for (const colorScheme of ['light', 'dark']) {
     await page.emulateMedia({ colorScheme });

@@ -372,8 +372,8 @@ test('a hundred thousand jobs are listed in pages, found by name and state, and 
     assert.ok(pictures < 150, `${pictures} thumbnails were loaded`);
   }));
 
-/** What the worker has told of its drawing: {frames, segments, whole}. */
-const drawing = (at) => at('canvas').evaluate(({ dataset }) => ({ frames: Number(dataset.frames ?? 0), segments: Number(dataset.segments ?? 0), whole: dataset.whole === 'true' }));
+/** What the worker has told of its drawing: {frames, anew, segments, whole}. */
+const drawing = (at) => at('canvas').evaluate(({ dataset }) => ({ frames: Number(dataset.frames ?? 0), anew: Number(dataset.anew ?? 0), segments: Number(dataset.segments ?? 0), whole: dataset.whole === 'true' }));
 const drawnWhole = (at, segments = 1) => until(`a picture of ${segments} segments that is whole`, async () => {
   const now = await drawing(at);
   return now.whole && now.segments >= segments;
@@ -441,6 +441,9 @@ test('the part is drawn by a worker, only what is new, and nothing that nobody s
     const before = await drawing(at);
     await until('new beads', async () => (await drawing(at)).segments > before.segments + 20);
     await drawnWhole(at);
+    const later = await drawing(at);
+    assert.ok(later.frames > before.frames);
+    assert.equal(later.anew, before.anew, 'old beads were drawn again, too');
 
     // Out of sight: the print goes on, and nothing is drawn.
     await page.setViewportSize({ width: 700, height: 400 });

@@ -3,7 +3,7 @@
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { existsSync } from 'node:fs';
-import { mkdtemp, rm } from 'node:fs/promises';
+import { mkdtemp, readdir, readFile, rm } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { connect } from 'node:net';
 import { tmpdir } from 'node:os';
@@ -70,9 +70,27 @@ async function stop(child, state) {
   await rm(state, { recursive: true, force: true });
 }
 
+/** The process `name` among those that `ancestor` has started, itself or by others. */
+async function descendant(ancestor, name) {
+  const parents = new Map();
+  const found = [];
+  for (const entry of await readdir('/proc')) {
+    // pid (comm) state ppid: the name may have blanks and brackets.
+    const stat = /^\d+$/.test(entry) ? await readFile(`/proc/${entry}/stat`, 'utf8').catch(() => '') : '';
+    const [, comm, parent] = /^\d+ \((.*)\) \S (\d+)/s.exec(stat) ?? [];
+    if (comm === undefined) continue;
+    parents.set(Number(entry), Number(parent));
+    if (comm === name) found.push(Number(entry));
+  }
+  const isBelow = (pid) => pid !== undefined && (pid === ancestor || isBelow(parents.get(pid)));
+  const pid = found.find(isBelow);
+  if (pid === undefined) throw new Error(`./run has no process ${name}`);
+  return pid;
+}
+
 /**
- * {address, key, said(), ended(), stop()}: a printer in the simulator, `speed` times as fast as
- * real time.
+ * {address, key, said(), ended(), pidOf(name), stop()}: a printer in the simulator, `speed` times
+ * as fast as real time.
  */
 export async function startStack({ speed }) {
   const port = await freePort();
@@ -87,7 +105,7 @@ export async function startStack({ speed }) {
   for (;;) {
     const found = /Open\s+(http:\/\/\S+#key=(\S+))/.exec(said);
     const ended = () => child.exitCode !== null || child.signalCode !== null;
-    if (found) return { address: found[1], key: found[2], said: () => said, ended, stop: () => stop(child, state) };
+    if (found) return { address: found[1], key: found[2], said: () => said, ended, pidOf: (name) => descendant(child.pid, name), stop: () => stop(child, state) };
     if (child.exitCode !== null || Date.now() > deadline) {
       await stop(child, state);
       throw new Error(`./run gave no address:\n${said}`);

@@ -29,8 +29,6 @@ export interface ConsoleLine {
 export interface Question {
   text: string;
   verb: string;
-  /** False: what it asks about has ended meanwhile. */
-  still: (state: State) => boolean;
   answer: (yes: boolean) => void;
 }
 
@@ -237,6 +235,6 @@ export function ask(text: string, verb: string, still: (state: State) => boolean
       resolve(yes);
     };
     const forget = store.subscribe(() => store.state.question?.answer === answer && !still(store.state) && answer(false));
-    store.set({ question: { text, verb, still, answer } });
+    store.set({ question: { text, verb, answer } });
   });
 }

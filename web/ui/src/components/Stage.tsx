@@ -54,10 +54,19 @@ function boxOf(config: MachineConfig | null) {
   return { min: [x.min_mm, y.min_mm, 0], max: [x.max_mm, y.max_mm, 0] };
 }
 
+const CONFIG_WAIT_MS = 1500;
+
 /** A canvas that was given away cannot be given again: another machine gets another. */
 export function Stage({ job }: { job: Job | null }) {
-  const machine = useStore((s) => s.config?.name ?? '');
+  const machine = useStore((s) => s.config?.name ?? null);
   const [lost, setLost] = useState(0);
+  // The machine's size comes soon, or never: then a usual bed is shown.
+  const [late, setLate] = useState(false);
+  useEffect(() => {
+    const timer = setTimeout(() => setLate(true), CONFIG_WAIT_MS);
+    return () => clearTimeout(timer);
+  }, []);
+  if (machine === null && !late) return <div class="stage" />;
   return <StageOf key={`${machine} ${lost}`} job={job} lost={() => setLost((n) => n + 1)} />;
 }
 

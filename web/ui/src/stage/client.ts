@@ -3,7 +3,7 @@
 // given to a worker, the still picture that the worker sends is painted here, some thousands of
 // lines at once.
 import { paintFlat } from './flat';
-import type { FromWorker, Size, ToWorker } from './messages';
+import type { Drawn, FromWorker, Size, ToWorker } from './messages';
 import type { Box } from './orbit';
 
 const TURN = Math.PI / 600; // radians a CSS pixel
@@ -59,12 +59,17 @@ export class StageClient {
       case 'problem': return this.hears.problem(message.text, message.status);
       case 'lost': return this.hears.lost();
       case 'drawn':
-        Object.assign(this.canvas.dataset, { frames: message.frames, segments: message.segments, whole: message.whole });
+        this.tellOf(message);
         return undefined;
       case 'flat':
         if (this.context) paintFlat(this.context, message.flat, this.size().ratio, this.scheme.matches ? 'rgb(86 104 121)' : 'rgb(151 165 179)');
         return undefined;
     }
+  }
+
+  /** For whoever looks from outside, as tests do. */
+  private tellOf({ frames, anew, segments, whole }: Drawn): void {
+    Object.assign(this.canvas.dataset, { frames, anew, segments, whole });
   }
 
   private size(): Size {

@@ -40,14 +40,24 @@ export interface Flat {
   bed: Float32Array;
 }
 
+export interface Drawn {
+  /** Since the beginning; `anew` of them drew everything. */
+  frames: number;
+  anew: number;
+  /** Segments that are shown. */
+  segments: number;
+  /** Nothing is left to be drawn. */
+  whole: boolean;
+}
+
 export type FromWorker =
   /** 'flat': it has no WebGL, and draws a still picture instead. */
   | { type: 'begun'; as: 'solid' | 'flat' }
   | { type: 'loaded'; layers: number; features: number[] }
   /** Why there are no layers, or no more of them, in words; status 401: the session has ended. */
   | { type: 'problem'; text: string | null; status: number }
-  /** Frames so far, segments that are shown; whole: nothing is left to be drawn. */
-  | { type: 'drawn'; frames: number; segments: number; whole: boolean }
+  /** Told now and then. */
+  | ({ type: 'drawn' } & Drawn)
   | { type: 'flat'; flat: Flat }
   /** The graphics card has forgotten everything: the canvas is of no use any more. */
   | { type: 'lost' };

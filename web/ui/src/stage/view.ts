@@ -7,7 +7,7 @@
 //   the nozzle moves ─────────────────────────────────────────► its own canvas alone
 import type { LayerRecord } from '../layers';
 import { paintFlat, Sketch } from './flat';
-import type { Flat, Size } from './messages';
+import type { Drawn, Flat, Size } from './messages';
 import { drawNozzle, NOZZLE_MM } from './nozzle';
 import { Orbit, type Box, type Direction } from './orbit';
 import { Painter, type Colours } from './painter';
@@ -41,7 +41,7 @@ export interface Surface {
 }
 
 export interface Reports {
-  drawn(now: { frames: number; segments: number; whole: boolean }): void;
+  drawn(now: Drawn): void;
   flat(flat: Flat): void;
 }
 
@@ -71,6 +71,7 @@ export class PartView {
   private scheduled = false;
   private free_ms = 0;
   private frames = 0;
+  private drawnAnew = 0;
   readonly features = new Set<number>();
 
   constructor(private readonly surface: Surface, private readonly bed: Box, size: Size, private dark: boolean, private readonly reports: Reports) {
@@ -212,11 +213,12 @@ export class PartView {
     this.frames++;
     const took_ms = performance.now() - began_ms;
     this.free_ms = began_ms + took_ms + (this.surface.painter ? rest_ms(took_ms, moving) : FLAT_REST_MS);
-    this.reports.drawn({ frames: this.frames, segments: countOf(this.shown), whole: !this.anew && this.waiting.length === 0 });
+    this.reports.drawn({ frames: this.frames, anew: this.drawnAnew, segments: countOf(this.shown), whole: !this.anew && this.waiting.length === 0 });
   }
 
   private drawAnew(painter: Painter, matrix: Float32Array): void {
     this.anew = false;
+    this.drawnAnew++;
     this.shown = shownRanges(this.records, this.executed, this.top);
     const segments = countOf(this.shown);
     const { kind, step } = this.pace.atOnce(segments);

@@ -2,7 +2,7 @@
 // nothing to do with that, and answers a click at once however slow the drawing is.
 import type { LayerRecord } from '../layers';
 import { loadLayers } from './loader';
-import type { FromWorker, ToWorker } from './messages';
+import type { Drawn, FromWorker, ToWorker } from './messages';
 import { Painter } from './painter';
 import { bedLines, PartView } from './view';
 
@@ -12,7 +12,7 @@ const tell = (message: FromWorker): void => self.postMessage(message);
 let page = '';
 let view: PartView | null = null;
 let loading: AbortController | null = null;
-let drawings = { frames: 0, segments: 0, whole: false };
+let drawings: Drawn | null = null;
 let telling = 0;
 
 function load(job: number, into: PartView): void {
@@ -34,11 +34,11 @@ function load(job: number, into: PartView): void {
 }
 
 /** Told now and then: the newest of them. */
-function drawn(now: typeof drawings): void {
+function drawn(now: Drawn): void {
   drawings = now;
   telling ||= setTimeout(() => {
     telling = 0;
-    tell({ type: 'drawn', ...drawings });
+    tell({ type: 'drawn', ...drawings! });
   }, TOLD_MS) as unknown as number;
 }
 
