@@ -6,7 +6,7 @@ import { Name } from './Name';
 
 /**
  * The refusal of a request made at `at`. It stays until a person dismisses it or asks for the same
- * again, or until its cause is over (store.ts).
+ * again.
  */
 export function Refusal({ at }: { at: string }) {
   const text = useStore((s) => s.refusals[at]);
