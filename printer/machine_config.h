@@ -255,6 +255,9 @@ constexpr AxisConfig belt_axis(std::uint16_t pin) {
             .endstop_pin = pin};
 }
 
+/// Whose meaning G90 and G91 have for E (printer/gcode/dialect.h).
+enum class Dialect : std::uint8_t { marlin, reprap, klipper };
+
 struct MachineConfig {
     FixedString<48> name{"Printrbot Simple Metal"};
     KinematicsConfig kinematics{};
@@ -294,6 +297,8 @@ struct MachineConfig {
     Celsius minimum_extrude{170};
     Celsius minimum_extrude_floor{160};  ///< … and none below this
     Seconds idle_timeout{600};           ///< heaters that nobody uses go off after so long; 0: never
+    /// It holds for every job; none: each job says it.
+    std::optional<Dialect> dialect{};
     ParkConfig park;
     HeaterConfig hot_end{
         .kp = 22.2, .ki = 1.08, .kd = 114, .maximum = 275_celsius, .heater_pin = 17, .adc_channel = 0};

@@ -36,8 +36,25 @@ std::optional<CommandLine> AskedLines::next() {
             return command;
         }
         std::optional<CommandLine> command = file_.next();
+        if (command) heed(*command);
         if (!command || command->word.empty() || !expand(*command)) return command;
     }
+}
+
+// Words are Klipper's, but for the tools that Prusa's machines ask a person for; some codes are
+// RepRapFirmware's alone, and M862 names an MK3.
+void AskedLines::heed(const CommandLine& command) {
+    Flavour said = command.flavour;
+    if (!command.word.empty() && command.word != "TX" && command.word != "TC") said = Flavour::klipper;
+    if (command.letter == 'G' && command.number == 10 && command.has('P')) said = Flavour::reprap;
+    if (command.letter == 'M') {
+        for (const int own : {563, 566, 567, 568, 572, 584, 591, 703})
+            if (command.number == own) said = Flavour::reprap;
+        const bool old = command.tail.starts_with("MK2") || command.tail.starts_with("MK3");
+        const bool new_board = command.tail.starts_with("MK3.5") || command.tail.starts_with("MK3.9");
+        if (command.number == 862 && old && !new_board) said = Flavour::reprap;
+    }
+    flavour_ = std::max(flavour_, said);
 }
 
 bool AskedLines::expand(const CommandLine& call) {

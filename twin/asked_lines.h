@@ -31,13 +31,18 @@ class AskedLines {
     void insert(std::uint64_t behind, std::string_view line) {
         typed_.emplace_back(behind, LineReader::parse(line));
     }
+    /// Whose the file is, as far as it has been read. A line that was typed says nothing of it.
+    [[nodiscard]] Flavour flavour() const { return flavour_; }
     /// Of the line of the file that next() gave last, from 1.
     [[nodiscard]] std::uint64_t number() const { return file_.number(); }
 
   private:
     [[nodiscard]] bool expand(const CommandLine& call);
 
+    void heed(const CommandLine& command);
+
     LineReader file_;
+    Flavour flavour_ = Flavour::marlin;
     std::vector<MacroSpec> macros_;
     std::deque<CommandLine> expanded_;
     std::deque<std::pair<std::uint64_t, CommandLine>> typed_;

@@ -24,7 +24,8 @@ AskedPath::AskedPath(ByteSource& source, const Position& start, const Machine& m
       gantry_(machine),
       extruder_steps_per_mm_(machine.axes[kExtruder].steps_per_mm),
       program_(start),
-      machine_(start) {
+      machine_(start),
+      flavour_(machine.flavour) {
     filament_.programmed = filament_.peak_mm = start[kExtruder];
     filament_.diameter_mm = machine.filament_diameter_mm;
     const Position home = home_of(machine);
@@ -110,7 +111,8 @@ void AskedPath::run_g(const CommandLine& command) {
             return home(command);
         case 90:
         case 91:
-            modes_.relative = modes_.relative_e = command.number == 91;
+            modes_.relative = command.number == 91;
+            modes_.axes_rule_e = true;
             return;
         case 92:
             return rename(command);
@@ -133,6 +135,7 @@ void AskedPath::run_m(const CommandLine& command) {
         case 82:
         case 83:
             modes_.relative_e = command.number == 83;
+            modes_.axes_rule_e = false;
             return;
         case 92:
             if (command.value('E') > 0 && command.value('T') == 0)
@@ -167,6 +170,19 @@ void AskedPath::read_mm(const CommandLine& command, char letter, double& mm) con
 }
 
 // ---- filament -----------------------------------------------------------------------------------
+
+/// The numbers of E are added to where it is.
+bool AskedPath::e_counts_on() const {
+    switch (flavour_.value_or(lines_.flavour())) {
+        case Flavour::marlin:
+            return modes_.axes_rule_e ? modes_.relative : modes_.relative_e;
+        case Flavour::reprap:
+            return modes_.relative_e;
+        case Flavour::klipper:
+            break;
+    }
+    return modes_.relative_e || modes_.relative;
+}
 
 /// Of a word of E: millimetres, or while extrusion is volumetric mm³.
 double AskedPath::e_unit() const {
@@ -228,7 +244,7 @@ Position AskedPath::target(const CommandLine& command) {
     }
     if (command.has('E')) {
         const double word = command.value('E') * e_unit();
-        const double delta = modes_.relative_e ? word : word - filament_.programmed;
+        const double delta = e_counts_on() ? word : word - filament_.programmed;
         filament_.programmed += delta;
         to[kExtruder] += delta * filament_per_word();
     }
@@ -434,6 +450,7 @@ void AskedPath::restore(const CommandLine& command) {
     const Saved& then = found->second;
     modes_.relative = then.modes.relative;
     modes_.relative_e = then.modes.relative_e;
+    modes_.axes_rule_e = then.modes.axes_rule_e;
     offsets_ = then.offsets;
     offsets_.total[2] += retraction_.lifted_mm - then.lifted_mm;
     filament_.programmed = then.programmed_e;

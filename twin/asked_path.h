@@ -3,7 +3,9 @@
 //
 // Geometry alone. Feed rates, heat and everything else change when a part is made, never which
 // part. The dialect is Marlin's, with Klipper's words where slicers write them (docs/sources.md):
-// - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards.
+// - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards. That is Marlin's: in a file of
+//   RepRapFirmware's or Klipper's they leave E alone, and in Klipper E counts on in G91 all the
+//   same. A file says whose it is by its words, from there on (asked_lines.h).
 // - M221 scales every E movement from then on; the words still mean unscaled filament. M200 makes
 //   them mm³. M92 E says how many steps a millimetre of filament takes: it scales what E must do.
 // - G92 renames the present position (nothing moves; without a letter every axis is 0, and so is an
@@ -103,8 +105,9 @@ class AskedPath {
     };
     struct Modes {
         double unit_mm = 1;
-        bool relative = false;
-        bool relative_e = false;
+        bool relative = false;     ///< G91
+        bool relative_e = false;   ///< M83
+        bool axes_rule_e = false;  ///< Marlin's: a G90 or G91 came after the last M82 or M83
         Plane plane = Plane::xy;
     };
     /// SAVE_GCODE_STATE.
@@ -141,6 +144,7 @@ class AskedPath {
     void volumetric(const CommandLine& command);
     void read_mm(const CommandLine& command, char letter, double& mm) const;
     [[nodiscard]] Position target(const CommandLine& command);
+    [[nodiscard]] bool e_counts_on() const;
     [[nodiscard]] double e_unit() const;
     [[nodiscard]] double filament_per_word() const;
     void begin_waiting(const Position& to);
@@ -171,9 +175,10 @@ class AskedPath {
     Modes modes_{};
     Retraction retraction_{};
     std::map<std::string, Saved> saved_{};
-    std::uint8_t homed_ = 0;  // slides, by the job itself
-    bool over_ = false;       // M2, M30: what stands behind is not asked
-    bool ended_ = false;      // and what the end asks for has been given
+    std::optional<Flavour> flavour_;  // of every job
+    std::uint8_t homed_ = 0;          // slides, by the job itself
+    bool over_ = false;               // M2, M30: what stands behind is not asked
+    bool ended_ = false;              // and what the end asks for has been given
     AskedCurve curve_{};
     std::deque<AskedItem> given_;  // of the line in hand
 };

@@ -72,7 +72,7 @@ Word take_word(std::string_view& text, Exponents taken = Exponents::all) {
     return word;
 }
 
-/// Of the commands that the twin looks at: those in which an E may be a word.
+/// True for the commands, among those that the twin looks at, in which an E may be a word.
 bool takes_e(const CommandLine& command) {
     constexpr int kMoves[]{0, 1, 2, 3, 5, 92};
     constexpr int kSettings[]{17, 18, 84, 92, 201, 203, 205};
@@ -158,6 +158,25 @@ bool has_name(std::string_view line) {
     return code.has_number && code.number == 486;
 }
 
+/// `; gcode_flavor = klipper`, `;FLAVOR:RepRap`, `; printer_model = MK3S`: PrusaSlicer and its kin,
+/// Cura.
+Flavour flavour_of_comment(std::string_view line) {
+    skip_blanks(line);
+    if (line.empty() || line.front() != ';') return Flavour::marlin;
+    line.remove_prefix(1);
+    skip_blanks(line);
+    while (!line.empty() && (line.back() == ' ' || line.back() == '\t')) line.remove_suffix(1);
+    std::string said{line};
+    for (char& c : said) c = upper(c);
+    if (said == "GCODE_FLAVOR = KLIPPER") return Flavour::klipper;
+    if (said == "GCODE_FLAVOR = REPRAPFIRMWARE" || said == "FLAVOR:REPRAP") return Flavour::reprap;
+    const std::string_view model = std::string_view{said}.substr(0, 19);
+    const bool eight_bits = model == "PRINTER_MODEL = MK2" || model == "PRINTER_MODEL = MK3";
+    const std::string_view more = std::string_view{said}.substr(std::min<std::size_t>(said.size(), 19), 2);
+    return eight_bits && !(model.back() == '3' && (more == ".5" || more == ".9")) ? Flavour::reprap
+                                                                                  : Flavour::marlin;
+}
+
 CommandLine word_line(std::string_view line) {
     CommandLine command;
     while (!line.empty() && is_of_word(line.front())) {
@@ -229,6 +248,7 @@ std::optional<double> CommandLine::word_number(std::string_view key) const {
 
 CommandLine LineReader::parse(std::string_view line) {
     CommandLine command;
+    command.flavour = flavour_of_comment(line);
     std::string held;
     line = has_name(line) ? word_without_comment(line) : without_comments(line, held);
     if (is_numbered(line)) line = line.substr(0, line.rfind('*'));  // a check sum

@@ -4,8 +4,8 @@
 //   "N12 G1 X10.5 E-.8 ; comment*37"  →  letter G, number 1, words {X: 10.5, E: −0.8}
 //
 // Comments are RS274's: `( … )` is a blank, and a `;` in it or in quotes is none. The E behind a
-// digit is an exponent, `X4e1` is X40; where words stand without blanks (`G1X60Y40E1`) it is a word,
-// unless it is as programs write exponents (`e+3`, `e-05`).
+// digit is an exponent, `X4e1` is X40; where words stand without blanks (`G1X60Y40E1`) it is a
+// word, unless it is as programs write exponents (`e+3`, `e-05`).
 //
 // This reader is the twin's own and shares nothing with the firmware's parser: a mistake in one
 // must not hide in the other. Bounded: a line keeps its first kLineBytes bytes; the rest
@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "twin/byte_source.h"
+#include "twin/machine.h"
 
 namespace qduino::twin {
 
@@ -35,6 +36,8 @@ struct CommandLine {
     std::uint32_t present = 0;  ///< bit per letter, with or without a number
     std::uint32_t numbers = 0;  ///< likewise, with one
     std::array<double, 26> values{};
+    /// A slicer's word in a comment for the firmware that the file is for.
+    Flavour flavour = Flavour::marlin;
     std::string word{};  ///< of a command that is a word (SET_GCODE_OFFSET), in upper case
     std::string tail{};  ///< … and what follows it; of others, what stands in quotes
 

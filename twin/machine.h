@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -159,6 +160,9 @@ struct KnownBedSpec {
 };
 
 /// A word of a file, and the lines that it stands for (asked_lines.h).
+/// Whose firmware a job is written for: who says how the numbers of E count.
+enum class Flavour : std::uint8_t { marlin, reprap, klipper };
+
 struct MacroSpec {
     std::string name;  ///< upper case
     std::string text;
@@ -211,6 +215,7 @@ struct Machine {
     double smooth_s = 0.04;
     MeltSpec melt{};
     std::vector<MacroSpec> macros{};
+    std::optional<Flavour> flavour{};  ///< of every job; none: as the job says
     std::vector<KnownBedSpec> known_beds{};
     /// Plastic pushed at less than this is counted as a violation.
     double minimum_extrude_celsius = 160;

@@ -78,6 +78,15 @@ void read_axis(Section& s, AxisConfig& a) {
 /// Of a delta that somebody has moved.
 constexpr Millimetres kDeltaHangs{35};
 
+/// Without the key each job says it for itself.
+void read_dialect(Section& s, MachineConfig& m) {
+    constexpr Words<printer::Dialect::marlin, printer::Dialect::klipper> kWords{"marlin", "reprap",
+                                                                                "klipper"};
+    printer::Dialect dialect = printer::Dialect::marlin;
+    s.choice("dialect", dialect, kWords);
+    if (s.has("dialect")) m.dialect = dialect;
+}
+
 /// [kinematics]. A delta's axes get other defaults: its bed is round, its switches are at the top.
 void read_kinematics(Section& s, MachineConfig& m) {
     printer::KinematicsConfig& k = m.kinematics;
@@ -273,6 +282,7 @@ void read_machine(Section& s, MachineConfig& m) {
     m.minimum_extrude_floor = std::min(m.minimum_extrude_floor, m.minimum_extrude);
     s.number("minimum_extrude_floor_celsius", m.minimum_extrude_floor, 0, 400);
     s.number("idle_timeout_s", m.idle_timeout, 0, 86400);
+    read_dialect(s, m);
     // Of a round bed the corner is in the air.
     m.park.x = m.kinematics.type == KinematicsType::delta ? Millimetres{0} : m.axes[Axis::x].minimum;
     m.park.y = m.axes[Axis::y].maximum;

@@ -149,6 +149,7 @@ twin::Machine twin_machine(const printer::MachineConfig& config) {
     if (twin.gantry == twin::GantryType::delta)
         stand_up(twin, config.kinematics, (z.home_position - expected_place(z)).value());
     twin.known_beds = known_beds(config, twin.grid);
+    if (config.dialect) twin.flavour = static_cast<twin::Flavour>(*config.dialect);
     for (const printer::Macro& macro : config.macros)
         twin.macros.push_back({std::string{macro.name.view()}, std::string{macro.text.view()}});
     twin.filament_diameter_mm = config.filament_diameter.value();
@@ -178,6 +179,7 @@ Result<twin::Machine> read_twin_machine(const std::filesystem::path& twin_path,
     machine.melt = melt;
     // What a job asks for, its macros too, comes from where the job does.
     if (machine.macros.empty()) machine.macros = twin_machine(config).macros;
+    machine.flavour = twin_machine(config).flavour;
     machine.known_beds = known_beds(config, machine.grid);
     return machine;
 }

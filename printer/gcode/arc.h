@@ -31,7 +31,7 @@ inline constexpr double kArcToleranceMm = 0.005;
 /// 0.002.
 inline constexpr double kArcRadiusMismatchMm = 0.05;
 /// Ends that are no further apart are one point: what rounding makes of sums of relative moves and
-/// of coordinates behind a G92. Marlin's limit for a whole circle (its G2_G3.cpp, NEAR); grbl takes
+/// of coordinates behind a G92. Marlin's limit for a whole circle (its G2 and G3, NEAR); grbl takes
 /// 5e-7 radians, RS274/NGC (section 3.5.3) the same numbers as the same point.
 inline constexpr double kSamePlaceMm = 1e-6;
 inline constexpr double kArcRadiusMaxMm = 100'000;

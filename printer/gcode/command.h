@@ -53,8 +53,8 @@ class Parameters {
 inline constexpr std::size_t kCommandBytesMax = 256;
 
 struct Command {
-    /// 'G', 'M', 'T' …; 'F' or 'S' with number 0 for a speed alone (`F600`); '\0' for a command that
-    /// is a word (EXCLUDE_OBJECT_START).
+    /// 'G', 'M', 'T' …; 'F' or 'S' with number 0 for a speed alone (`F600`); '\0' for a command
+    /// that is a word (EXCLUDE_OBJECT_START).
     char letter = '\0';
     std::uint32_t number = 0;
     std::optional<std::uint16_t> subcode{};  ///< 1 in G92.1

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "printer/gcode/dialect.h"
+
 namespace qduino::printer::gcode {
 
 /// M200 L: a move that prints may not push more mm³ a second. As in Marlin a retraction may.
@@ -195,6 +197,33 @@ Result<void> Context::check_room(const Position& target) const {
 void Context::warn(std::string_view text) {
     ++warnings;
     actions.note(NoteKind::warning, text, source);
+}
+
+void Context::count_axes_on(bool relative) {
+    state.relative = relative;
+    state.axes_came_last = true;
+    if (state.dialect == Dialect::marlin) state.relative_e = relative;
+}
+
+void Context::note_e() {
+    const bool in_marlin = state.axes_came_last ? state.relative : state.said_relative_e;
+    const bool in_klipper = state.said_relative_e || state.relative;
+    const bool here = state.counts_e_on();
+    if (state.dialect == Dialect::marlin) {
+        if (here != state.said_relative_e) e_disputed[static_cast<int>(Dialect::reprap)] = source.line;
+        if (here != in_klipper) e_disputed[static_cast<int>(Dialect::klipper)] = source.line;
+    }
+    const bool is_marlins_own = state.dialect == Dialect::marlin && state.said_relative_e && !here;
+    const bool is_anothers = here != in_marlin;
+    if (said_how_e_counts || (!is_marlins_own && !is_anothers)) return;
+    said_how_e_counts = true;
+    if (is_marlins_own)
+        return warn("E is absolute here: the G90 before it has ended M83, as Marlin means it");
+    auto words = text("E stays ", here ? "relative at G90" : "absolute at G91", ", as ",
+                      name_of(state.dialect), " means it (");
+    if (dialect_line == 0) write(words, "machine file)");
+    if (dialect_line != 0) write(words, "line ", dialect_line, ')');
+    warn(words);
 }
 
 void Context::warn_unhomed(const Position& target) {

@@ -56,9 +56,12 @@ struct RetractionSettings {
 };
 
 struct ModalState {
-    double unit_mm = 1;       ///< millimetres in a unit of length: 1, or 25.4 after G20
-    bool relative = false;    ///< G91: X, Y, Z
-    bool relative_e = false;  ///< M83, or G91
+    double unit_mm = 1;            ///< millimetres in a unit of length: 1, or 25.4 after G20
+    bool relative = false;         ///< G91: X, Y, Z
+    bool relative_e = false;       ///< M83; in Marlin's dialect G91, too
+    bool said_relative_e = false;  ///< by the last M82 or M83
+    bool axes_came_last = false;   ///< a G90 or G91 came behind it
+    Dialect dialect = Dialect::marlin;
     MillimetresPerSecond feedrate{25};
     double speed_factor = 1;                      ///< M220
     double speed_factor_kept = 1;                 ///< M220 B keeps, M220 R restores
@@ -87,6 +90,8 @@ struct ModalState {
     Millimetres retracted_length;  ///< by the G10 in force
     Millimetres lifted;            ///< likewise; part of Z's offset
 
+    /// E counts on from where it is.
+    [[nodiscard]] bool counts_e_on() const { return relative_e || (relative && dialect == Dialect::klipper); }
     /// Millimetres, or mm³ while extrusion is volumetric, in a unit of E.
     [[nodiscard]] double filament_unit() const { return volumetric ? unit_mm * unit_mm * unit_mm : unit_mm; }
     /// Millimetres of filament that one of E's pushes.
@@ -123,6 +128,10 @@ struct Context {
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
     Position rejoined_at{};         ///< where the last such wait ended
     std::uint32_t warnings = 0;
+    /// The last line whose E another dialect would have read otherwise; 0: none.
+    std::uint64_t e_disputed[3] = {};  ///< by that dialect
+    std::uint64_t dialect_line = 0;    ///< that has said it; 0: none
+    bool said_how_e_counts = false;
     bool program_ended = false;  ///< M2, M30
     bool not_done = false;       ///< the machine lacks what the command in hand is for: skip it
 
@@ -159,6 +168,11 @@ struct Context {
     /// bound.
     Result<void> check_target(Position& target) const;
     void warn(std::string_view text);
+    /// G90 or G91.
+    void count_axes_on(bool relative);
+    /// A move with E is about to be made: where another dialect would count its E otherwise, that
+    /// is kept, and said once.
+    void note_e();
 
   private:
     /// Filament that is to be pushed (negative: drawn back) until it is where the program takes it

@@ -22,7 +22,7 @@ Result<Target> target_of(const ModalState& state, const Command& command) {
         if (!value) continue;
         const Millimetres length{*value * (axis == Axis::e ? state.filament_unit() : state.unit_mm)};
         if (axis == Axis::e) {
-            target.programmed_e = state.relative_e ? state.programmed_e + length : length;
+            target.programmed_e = state.counts_e_on() ? state.programmed_e + length : length;
             target.machine[axis] += (target.programmed_e - state.programmed_e) * state.filament_factor();
         } else {
             target.machine[axis] = length + (state.relative ? state.machine[axis] : state.offset[axis]);
@@ -88,9 +88,10 @@ struct Asked {
 /// Makes the curve that `ask` returns the one in hand. A head that waits comes first to where the
 /// program is; what it left out of the filament changes where the curve begins and ends.
 template <typename Ask>
-Result<void> begin(Context& context, Ask&& ask) {
+Result<void> begin(Context& context, const Command& command, Ask&& ask) {
     QDUINO_TRY_ASSIGN(Asked asked, ask());
     QDUINO_TRY(check_chords(context, asked.curve));
+    if (command.parameters.has('E')) context.note_e();
     if (context.left_at && !context.objects.skipping()) {
         Position here = context.state.machine;
         QDUINO_TRY(context.rejoin(here));
@@ -105,7 +106,7 @@ Result<void> arc(Context& context, const Command& command, ArcDirection directio
     ModalState& state = context.state;
     QDUINO_TRY(take_feedrate(state, command));
     QDUINO_TRY_ASSIGN(const auto geometry, geometry_of(state, command, direction));
-    return begin(context, [&]() -> Result<Asked> {
+    return begin(context, command, [&]() -> Result<Asked> {
         QDUINO_TRY_ASSIGN(auto target, target_of(state, command));
         QDUINO_TRY(context.check_target(target.machine));
         QDUINO_TRY_ASSIGN(const auto path, ArcPath::make(state.machine, target.machine, geometry));
@@ -142,13 +143,15 @@ Result<void> linear_move(Context& context, const Command& command) {
     QDUINO_TRY_ASSIGN(auto target, target_of(state, command));
     QDUINO_TRY(take_feedrate(state, command));
     QDUINO_TRY(context.check_target(target.machine));
+    if (command.parameters.has('E')) context.note_e();
     if (context.goes_sideways(target.machine)) QDUINO_TRY(context.rejoin(target.machine));
     const Result<void> moved = context.move_to(target.machine, state.feedrate);
     if (moved) state.programmed_e = target.programmed_e;
     return moved;
 }
 
-/// RS274's modal words: F counts from here on. S is the speed of a spindle, and nothing until an M3.
+/// RS274's modal words: F counts from here on. S is the speed of a spindle, and nothing until an
+/// M3.
 Result<void> lone_speed(Context& context, const Command& command) {
     QDUINO_TRY(take_feedrate(context.state, command));
     if (command.parameters.has('S'))
@@ -174,7 +177,7 @@ Result<void> spline(Context& context, const Command& command) {
         controls[i] = *given * state.unit_mm;
     }
     const SplineGeometry geometry{controls[0], controls[1], controls[2], controls[3]};
-    return begin(context, [&]() -> Result<Asked> {
+    return begin(context, command, [&]() -> Result<Asked> {
         QDUINO_TRY_ASSIGN(auto target, target_of(state, command));
         QDUINO_TRY(context.check_target(target.machine));
         QDUINO_TRY_ASSIGN(const auto path, SplinePath::make(state.machine, target.machine, geometry));

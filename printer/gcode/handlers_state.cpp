@@ -26,10 +26,15 @@ constexpr double kReferenceMm = 20;
 
 void inches(Context& context, const Command&) { context.state.unit_mm = kMillimetresPerInch; }
 void millimetres(Context& context, const Command&) { context.state.unit_mm = 1; }
-void absolute(Context& context, const Command&) { context.state.relative = context.state.relative_e = false; }
-void relative(Context& context, const Command&) { context.state.relative = context.state.relative_e = true; }
-void absolute_extrusion(Context& context, const Command&) { context.state.relative_e = false; }
-void relative_extrusion(Context& context, const Command&) { context.state.relative_e = true; }
+void absolute(Context& context, const Command&) { context.count_axes_on(false); }
+void relative(Context& context, const Command&) { context.count_axes_on(true); }
+void absolute_extrusion(Context& context, const Command&) {
+    context.state.relative_e = context.state.said_relative_e = context.state.axes_came_last = false;
+}
+void relative_extrusion(Context& context, const Command&) {
+    context.state.relative_e = context.state.said_relative_e = true;
+    context.state.axes_came_last = false;
+}
 
 Result<void> set_position(Context& context, const Command& command) {
     ModalState& state = context.state;

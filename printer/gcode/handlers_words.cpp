@@ -58,7 +58,7 @@ Result<Heater> heater_called(std::string_view name) {
     return make_error(ErrorCode::unsupported, "this machine has no heater ", name);
 }
 
-/// Of SAVE_GCODE_STATE and RESTORE_GCODE_STATE.
+/// SAVE_GCODE_STATE and RESTORE_GCODE_STATE name it so.
 Result<std::string_view> state_name(const Command& command) {
     QDUINO_TRY_ASSIGN(const auto name, word_name(command, "NAME", {"MOVE", "MOVE_SPEED"}));
     return name.value_or("default");
@@ -182,7 +182,10 @@ Result<void> restore_state(Context& context, const Command& command) {
     ModalState& state = context.state;
     const ModalState& then = saved->state;
     state.relative = then.relative;
-    state.relative_e = then.relative_e;
+    // As they were said: the dialect may have become another meanwhile.
+    state.said_relative_e = then.said_relative_e;
+    state.axes_came_last = then.axes_came_last;
+    state.relative_e = state.dialect == then.dialect ? then.relative_e : then.said_relative_e;
     state.feedrate = then.feedrate;
     state.speed_factor = then.speed_factor;
     state.flow_factor = then.flow_factor;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "printer/gcode/dialect.h"
 #include "printer/gcode/parser.h"
 
 namespace qduino::printer::gcode {
@@ -38,6 +39,23 @@ Interpreter::Interpreter(const MachineConfig& machine, Actions& actions)
     context_.state.machine = home_positions(machine);
     context_.state.skew = machine.skew;
     set_defaults(context_.state, machine);
+    context_.state.dialect = machine.dialect.value_or(Dialect::marlin);
+}
+
+Result<void> Interpreter::heed(const Line& line) {
+    ModalState& state = context_.state;
+    const Dialect said =
+        line.command != nullptr ? dialect_of(*line.command) : dialect_of_comment(line.comment);
+    if (said <= state.dialect || context_.config.dialect) return {};
+    state.dialect = said;
+    context_.dialect_line = line.source.line;
+    // What M82 or M83 said last counts again, whatever a G90 or G91 made of it.
+    state.relative_e = state.said_relative_e;
+    const std::uint64_t disputed = context_.e_disputed[static_cast<int>(said)];
+    if (disputed == 0) return {};
+    return make_error(ErrorCode::invalid_argument, "line ", line.source.line, ": this file is ",
+                      name_of(said), "'s, where G90 and G91 leave E alone; the E of line ", disputed,
+                      " was read as Marlin would: write M82 or M83 before that line");
 }
 
 Result<void> Interpreter::execute(const Command& command, std::size_t moves_max) {
@@ -169,7 +187,11 @@ void Interpreter::reset_modes() {
     fresh.skew = context_.state.skew;
     fresh.filament_peak = fresh.machine[Axis::e];
     set_defaults(fresh, context_.config);
+    fresh.dialect = context_.config.dialect.value_or(Dialect::marlin);
     context_.state = fresh;
+    context_.dialect_line = 0;
+    context_.said_how_e_counts = false;
+    std::ranges::fill(context_.e_disputed, 0);
     context_.curve.reset();
     context_.lines.clear();
     context_.left_at.reset();

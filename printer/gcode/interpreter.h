@@ -20,8 +20,9 @@
 //   unknown code is noted and skipped.
 //
 // Semantics follow Marlin (marlinfw.org/meta/gcode) where slicers rely on it: G90/G91 set E's mode
-// as well, M82/M83 set E's alone; G28 takes the axes it homes out of G92's offset. G92 without axes
-// zeroes all, as in Klipper. Words are Klipper's, and the macros of the machine file.
+// as well, unless the job is written for a firmware that leaves E alone (dialect.h); G28 takes the
+// axes it homes out of G92's offset. G92 without axes zeroes all, as in Klipper. Words are
+// Klipper's, and the macros of the machine file.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +32,8 @@
 #include "printer/gcode/context.h"
 
 namespace qduino::printer::gcode {
+
+struct Line;
 
 class Interpreter {
   public:
@@ -49,6 +52,11 @@ class Interpreter {
     /// Carries out a command that takes hold at once, whatever is pending. Contract: it may be typed
     /// while a job prints (may_be_typed()).
     Result<void> execute_beside(const Command& command);
+
+    /// To be called for every line of a job before it is carried out: it may say whose dialect the
+    /// job is written in (dialect.h). Error: lines before it have been read in another, and mean
+    /// something else in this one; from here on it counts all the same.
+    Result<void> heed(const Line& line);
 
     /// A curve has pieces left, or a macro lines: proceed() must empty it before the next command.
     [[nodiscard]] bool pending() const { return context_.curve.has_value() || context_.lines.active(); }

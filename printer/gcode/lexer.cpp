@@ -71,9 +71,9 @@ Result<void> take_name(std::string_view& rest, Command& command) {
 }
 
 /// `E` behind a digit begins the next word in a packed line (`G1X60Y40E1`), and an exponent in any
-/// other (`X4e1`): generators write 8.5e-05 for what is nearly 0. A line is packed when words follow
-/// one another without a blank. A sign of +, or two digits of which the first is 0, are an exponent
-/// wherever they stand: so does printf write one, and nobody a length.
+/// other (`X4e1`): generators write 8.5e-05 for what is nearly 0. A line is packed when words
+/// follow one another without a blank. A sign of +, or two digits of which the first is 0, are an
+/// exponent wherever they stand: so does printf write one, and nobody a length.
 bool is_exponent(std::string_view exponent, std::string_view code, const Command& command) {
     const bool signed_up = exponent[1] == '+';
     const bool padded = exponent.size() >= 4 && exponent[1] == '-' && exponent[2] == '0';
@@ -98,7 +98,8 @@ std::optional<double> take_value(std::string_view& rest, std::string_view code, 
     return take_scientific(rest);
 }
 
-/// One parameter of the line `code`: a letter, and what may stand behind it. `named`: A begins a name.
+/// One parameter of the line `code`: a letter, and what may stand behind it. `named`: A begins a
+/// name.
 Result<void> take_parameter(std::string_view& rest, std::string_view code, Command& command, bool named) {
     const std::string_view start = rest;
     const char letter = to_upper(rest.front());

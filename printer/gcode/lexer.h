@@ -5,13 +5,15 @@
 //
 // E is an axis, and also begins an exponent: behind a digit, with digits behind it (`X4e1`,
 // `E8.5e-05`). In a packed line, whose words stand without blanks, it is the axis there, too
-// (`G1X60Y40E1`), unless it is as printf writes exponents (`e+3`, `e-05`). command_table.h says which codes have a text for a tail. A
-// code that is not executed may have any tail; the tail is its text when it does not read as words.
+// (`G1X60Y40E1`), unless it is as printf writes exponents (`e+3`, `e-05`). command_table.h says
+// which codes have a text for a tail. A code that is not executed may have any tail; the tail is
+// its text when it does not read as words.
 //
 // F and S without a code in front of them are a command of their own, number 0: the modal words of
-// RS274 (`F600`). A word command is a line whose first two characters are letters: `EXCLUDE_OBJECT_START
-// NAME=cube`. The part behind the word is its text. Facts: RS274/NGC (NIST, Kramer et al. 2000),
-// section 3.3.2, for letter-number words; Marlin for the strings; Klipper for word commands.
+// RS274 (`F600`). A word command is a line whose first two characters are letters:
+// `EXCLUDE_OBJECT_START NAME=cube`. The part behind the word is its text. Facts: RS274/NGC (NIST,
+// Kramer et al. 2000), section 3.3.2, for letter-number words; Marlin for the strings; Klipper for
+// word commands.
 //
 // Errors: a letter twice, a malformed number, two commands on a line, a byte that is not text, a
 // quote without its end, a word of more than 32 letters.

@@ -93,8 +93,8 @@ bool is_plain(std::string_view text) {
     return plain;
 }
 
-/// Of a word command. `NAME="a;b"`: in a value in quotes a `;` is a character. A quote elsewhere hides
-/// nothing: names hold inches.
+/// A word command: `NAME="a;b"`. In a value in quotes a `;` is a character. A quote elsewhere
+/// hides nothing: names hold inches.
 std::size_t find_comment_of_word(std::string_view line) {
     bool in_quotes = false;
     for (std::size_t i = 0; i < line.size(); ++i) {

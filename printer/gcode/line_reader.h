@@ -10,8 +10,9 @@
 // are the same (a property test).
 //
 // Comments: `;` to the end of the line, and `( … )` within it (RS274/NGC, NIST, section 3.3.4). A
-// `;` within double quotes belongs to the text; of a word command, where they are around a value. In
-// the free text of M117 and its like neither quotes nor parentheses mean anything. A NUL byte anywhere: this is not a text, hence not G-code.
+// `;` within double quotes belongs to the text; of a word command, where they are around a value.
+// In the free text of M117 and its like neither quotes nor parentheses mean anything. A NUL byte
+// anywhere: this is not a text, hence not G-code.
 #pragma once
 
 #include <array>

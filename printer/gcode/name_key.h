@@ -29,14 +29,14 @@ struct NameKey {
     friend constexpr bool operator==(const NameKey&, const NameKey&) = default;
 };
 
-/// Of a name as it is written.
+/// A name as it is written.
 constexpr NameKey key_of(std::string_view name) {
     NameKey key;
     for (const char c : name) key.take(c);
     return key;
 }
 
-/// Of a name that is the same in capitals (A to Z; other letters are as they are written).
+/// A name that is the same in capitals (A to Z; other letters are as they are written).
 constexpr NameKey key_in_any_case(std::string_view name) {
     NameKey key;
     for (const char c : name) key.take(to_upper(c));

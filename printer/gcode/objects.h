@@ -6,8 +6,8 @@
 //
 // Only keys of names are kept (name_key.h), in capitals as Klipper takes them: what an object looks
 // like does not matter. The head waits where it is while lines of an object go by that is left out,
-// and then until a line goes sideways: Context::rejoin() brings it to that place. A retraction and a
-// way up between the two are done at once. Bounded; no heap.
+// and then until a line goes sideways: Context::rejoin() brings it to that place. A retraction and
+// a way up between the two are done at once. Bounded; no heap.
 #pragma once
 
 #include <algorithm>

@@ -17,9 +17,10 @@ namespace qduino::printer::gcode {
 [[nodiscard]] std::optional<std::string_view> word_value(std::string_view text, std::string_view key);
 
 /// The name behind `key=`, whole: it may hold blanks, quotes and `=`. It ends where a blank and one
-/// of the `others=` follow, the word's other keys, or with the line. Quotes around it are taken off:
-/// the first and the last character. Slicers write names in quotes, bare, and with quotes in them.
-/// None: the key is absent. Error: the command is longer than what is kept, so the name may be cut.
+/// of the `others=` follow, the word's other keys, or with the line. Quotes around it are taken
+/// off: the first and the last character. Slicers write names in quotes, bare, and with quotes in
+/// them. None: the key is absent. Error: the command is longer than what is kept, so the name may
+/// be cut.
 [[nodiscard]] Result<std::optional<std::string_view>> word_name(
     const Command& command, std::string_view key, std::initializer_list<std::string_view> others);
 

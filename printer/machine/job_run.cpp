@@ -57,6 +57,7 @@ Result<JobRun::Read> JobRun::read() {
 
 Result<void> JobRun::carry_out(const gcode::Line& line) {
     if (interpreter_.program_ended()) return {};
+    QDUINO_TRY(interpreter_.heed(line));
     if (!line.comment.empty()) {
         const gcode::Annotation annotation = gcode::parse_annotation(line.comment);
         // It is shown when its first extrusion has been made.

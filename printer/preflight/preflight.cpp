@@ -104,6 +104,9 @@ void Preflight::on_line(const gcode::Line& line) {
                 "the program has ended before this line (M2, M30): it and what follows are not carried out",
                 "Take the M2 or M30 out if they are to be.");
         said_ended_ = true;
+    } else if (const auto heeded = heed(line); !heeded) {
+        add_error(heeded.error().message,
+                  "Or write dialect = \"klipper\" (or \"reprap\", \"marlin\") into the machine file.");
     } else if (line.error) {
         add_error(line.error->message, advice_for(line.error->code, line.error->message));
     } else if (line.command != nullptr) {
@@ -115,6 +118,11 @@ void Preflight::on_line(const gcode::Line& line) {
         on_comment(line);
     }
     line_ = nullptr;
+}
+
+/// Behind the program's end only what people are shown is read.
+Result<void> Preflight::heed(const gcode::Line& line) {
+    return interpreter_.program_ended() ? Result<void>{} : interpreter_.heed(line);
 }
 
 void Preflight::on_comment(const gcode::Line& line) {

@@ -66,6 +66,7 @@ class Preflight final : private gcode::NoActions {
     void on_line(const gcode::Line& line);
     void look(std::span<const char> bytes);
     void judge_content();
+    [[nodiscard]] Result<void> heed(const gcode::Line& line);
     void on_comment(const gcode::Line& line);
     void check_homed(const gcode::Move& move);
     void check_extrusion(const gcode::Move& move);

@@ -59,6 +59,13 @@ BUILT = [
     ("the end of the program", "G1 X60 E1 F1200\nM104 S0\nM2\nG1 X90 E1\nG28\n", (60, 30, 0.3), 1),
 ]
 
+LAYER_SCRIPT = "G1 X60 E1 F1200\nG91\nG1 Z1 F300\nG1 Z-1\nG90\nG1 X90 E1 F1200\n" + END
+BUILT += [
+    ("E relative at G90, as Klipper has it", "SET_VELOCITY_LIMIT ACCEL=2000\n" + LAYER_SCRIPT, (90, 30, 20), 2),
+    ("E relative at G90, as RepRapFirmware has it", "M572 D0 S0\n" + LAYER_SCRIPT, (90, 30, 20), 2),
+    ("E absolute at G90, as Marlin has it", LAYER_SCRIPT, (90, 30, 20), 1),
+]
+
 # name, what stands behind START, the line that is refused, a word of why, a word of the cure
 REFUSED = [
     ("motors off in the middle", "G1 X60 E1 F1200\nM84\nG1 X90 E1\n" + END, 13, "motors went off", "G28"),
@@ -122,6 +129,12 @@ class Silent(unittest.TestCase):
                 done, _ = self.run_sim(content)
                 self.assertEqual(done.returncode, 2)
                 self.assertIn(words, done.stdout + done.stderr)
+
+    def test_whose_meaning_g90_has_is_remarked_with_its_line(self):
+        for sign, words in [("SET_VELOCITY_LIMIT ACCEL=2000\n", "line 17: E stays relative at G90, as Klipper means it (line 11)"),
+                            ("", "line 16: E is absolute here")]:
+            _, report = self.run_sim(START + sign + LAYER_SCRIPT)
+            self.assertTrue(any(words in remark for remark in report["remarks"]), report["remarks"])
 
     def test_the_end_of_the_program_is_remarked_where_more_stands_behind_it(self):
         _, report = self.run_sim(START + "G1 X60 E1 F1200\nM2\nM104 S0\n")

@@ -158,7 +158,8 @@ TEST(FullCircle, IsMadeWhereItsEndsAreOneByTheFilesOwnNumbers) {
     for (std::uint64_t seed = 1; seed <= 1500; ++seed) {
         const Asked asked = Generator{seed}.next();
         std::string error;
-        // A chord is shorter than its arc by r φ³/24; the ends may be a thousandth of an inch apart.
+        // A chord is shorter than its arc by r φ³/24; the ends may be a thousandth of an inch
+        // apart.
         const double tolerance = asked.length_mm * 2e-3 + 0.06;
         EXPECT_NEAR(printed_mm(asked, error), asked.length_mm, tolerance) << "seed " << seed << "\n"
                                                                           << asked.program;

@@ -16,8 +16,10 @@
 namespace qduino::printer::gcode::two_readers_test {
 namespace {
 
-MachineConfig large_machine() {
+/// `dialect`: in each of them programs mean something else.
+MachineConfig large_machine(std::optional<Dialect> dialect) {
     MachineConfig config;
+    config.dialect = dialect;
     for (const Axis axis : kToolAxes) {
         config.axes[axis].minimum = -100000_mm;
         config.axes[axis].maximum = 100000_mm;
@@ -31,6 +33,7 @@ twin::Machine same_machine(const MachineConfig& config) {
     twin::Machine machine;
     for (const Axis axis : kToolAxes)
         machine.axes[static_cast<std::size_t>(axis)].home_mm = config.axes[axis].home_position.value();
+    if (config.dialect) machine.flavour = static_cast<twin::Flavour>(*config.dialect);
     for (const Macro& macro : config.macros)
         machine.macros.push_back({std::string{macro.name.view()}, std::string{macro.text.view()}});
     return machine;
@@ -63,6 +66,14 @@ std::string random_name(RandomGcode& random) {
     static const std::string kNames[]{"b",       "B",       "b 1",       "\"b 1\"",
                                       "'b's 1'", "'b's 2'", kLong + "1", kLong + "2"};
     return kNames[random.below(std::size(kNames))];
+}
+
+std::string random_label(RandomGcode& random) {
+    return (random.chance(0.3) ? "M486 C S" : "M486 S") +
+           std::to_string(static_cast<int>(random.below(4)) - 1) +
+           (random.chance(0.3)   ? " ACup P2 U1"
+            : random.chance(0.3) ? " U1"
+                                 : "");
 }
 
 /// What is kept, and what is forgotten.
@@ -117,11 +128,7 @@ std::string random_line(RandomGcode& random, bool objects) {
         case 18:
             return "MOVE_BY X=" + random.number(-5, 5, 2) + (random.chance(0.5) ? " e=2" : "");
         case 19:
-            return (random.chance(0.3) ? "M486 C S" : "M486 S") +
-                   std::to_string(static_cast<int>(random.below(4)) - 1) +
-                   (random.chance(0.3)   ? " ACup P2 U1"
-                    : random.chance(0.3) ? " U1"
-                                         : "");
+            return random_label(random);
         case 20:
             return std::string(random.chance(0.5) ? "M486 P" : "M486 U") + std::to_string(random.below(3));
         case 21:
@@ -212,12 +219,17 @@ class TwinReader {
 };
 
 TEST(TwoReaders, AgreeAfterEveryLine) {
-    const MachineConfig config = large_machine();
     std::size_t moves = 0;
     for (std::uint64_t seed = 1; seed <= 400; ++seed) {
         RandomGcode random{seed};
-        std::vector<std::string> lines{"G28", "G1 F3000"};
-        std::string text = "G28\nG1 F3000\n";
+        // One that is said after the fact would be an error.
+        const MachineConfig config =
+            large_machine(seed % 3 == 0 ? std::optional{Dialect::marlin} : std::nullopt);
+        const std::string sign = seed % 3 == 0   ? ";"
+                                 : seed % 3 == 1 ? "; gcode_flavor = klipper"
+                                                 : "M572 D0 S0";
+        std::vector<std::string> lines{sign, "G28", "G1 F3000"};
+        std::string text = sign + "\nG28\nG1 F3000\n";
         Bench bench{config};
         (void)bench.run(text);
         Follower printer{config};

@@ -247,8 +247,8 @@ TEST(Printer, AnObjectMayBeLeftOutWhileAJobRunsOrIsPaused) {
     }
 }
 
-/// Two copies of a model whose names differ in the 99th byte. The line that leaves one out is longer
-/// than most, and the twin must be told all of it.
+/// Two copies of a model whose names differ in the 99th byte. The line that leaves one out is
+/// longer than most, and the twin must be told all of it.
 TEST(Printer, ATypedNameIsWholeForTheMachineAndForTheTwin) {
     const std::string name = "EXCLUDE_OBJECT_START NAME=" + std::string(98, 'm') + "_copy_";
     std::string text = two_objects();

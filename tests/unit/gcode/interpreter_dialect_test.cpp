@@ -354,6 +354,102 @@ TEST(Dialect, AMacroIsCarriedOutALineAtATime) {
     EXPECT_EQ(bench.recorder.moves.back().to[Axis::x].value(), 5);
 }
 
+// ---- whose meaning G90 and G91 have -------------------------------------------------------------
+
+constexpr const char* kLayerScript = "M83\nG1 X5 E1 F60\nG91\nG1 Z1\nG90\nG1 X9 E1\n";
+
+TEST(Dialect, EStaysRelativeAtG90WhereTheFileIsOfAFirmwareThatMeansItSo) {
+    check({
+        {"Marlin's",
+         kLayerScript,
+         {"print X5 E1 at 1", "travel Z1 at 1",
+          "warning line 6: E is absolute here: the G90 before it has ended M83, as Marlin means it",
+          "travel X9 at 1"}},
+        {"M83 behind the G90 leaves nothing to ask",
+         "M83\nG1 E1 F60\nG91\nG90\nM83\nG1 E1\n",
+         {"filament E1 at 1", "filament E2 at 1"}},
+        {"G91 ends with the G90 that it came with",
+         "G91\nG1 E1 F60\nG90\nG1 E3\n",
+         {"filament E1 at 1", "filament E3 at 1"}},
+    });
+    for (const char* sign :
+         {"SET_VELOCITY_LIMIT VELOCITY=99", "EXCLUDE_OBJECT_END", "; gcode_flavor = klipper"}) {
+        Bench bench;
+        (void)bench.run(std::string{sign} + "\nG28\n");
+        EXPECT_EQ(bench.run(kLayerScript),
+                  (Log{"print X5 E1 at 1", "travel Z1 at 1",
+                       "warning line 6: E stays relative at G90, as Klipper means it (line 1)",
+                       "print X9 E2 at 1"}))
+            << sign;
+    }
+    for (const char* sign : {"M572 D0 S0", "M566 X600", ";FLAVOR:RepRap", "; gcode_flavor = reprapfirmware",
+                             "M862.3 P \"MK3S\"", "; printer_model = MK3SMMU2S"}) {
+        Bench bench;
+        (void)bench.run(std::string{sign} + "\nG28\n");
+        EXPECT_EQ(bench.run(kLayerScript).back(), "print X9 E2 at 1") << sign;
+    }
+    for (const char* no_sign : {";FLAVOR:Marlin", "; gcode_flavor = marlin2", "M486 S-1", "M900 K0", "Tx",
+                                "T?", "M862.3 P \"MK3.5\"", "; printer_model = MK4S", "M862.1 P0.4"}) {
+        Bench bench;
+        (void)bench.run(std::string{no_sign} + "\nG28\n");
+        EXPECT_EQ(bench.run(kLayerScript).back(), "travel X9 at 1") << no_sign;
+    }
+}
+
+/// Cura's end code: Klipper draws 2 mm back, RepRapFirmware goes to E-2.
+TEST(Dialect, InG91EIsAsEachFirmwareHasIt) {
+    const std::string end = "G28\nM82\nG1 X5 E10 F60\nG91\nG1 E-2\nG90\nG1 X6 E9\n";
+    const auto last_two = [&](const char* sign) {
+        Bench bench;
+        const Log log = bench.run(std::string{sign} + "\n" + end);
+        return Log(log.end() - 2, log.end());
+    };
+    EXPECT_EQ(last_two(";"), (Log{"filament E8 at 1", "print X6 E9 at 1"}));
+    EXPECT_EQ(last_two("; gcode_flavor = klipper"), (Log{"filament E8 at 1", "print X6 E9 at 1"}));
+    EXPECT_EQ(last_two("M572 S0"), (Log{"filament E-2 at 1", "print X6 E9 at 1"}));
+    Bench reprap;
+    EXPECT_EQ(reprap.run("M572 S0\n" + end)[3],
+              "warning line 6: E stays absolute at G91, as RepRapFirmware means it (line 1)");
+}
+
+TEST(Dialect, TheMachineFileMaySayItOnceAndForAll) {
+    MachineConfig machine;
+    machine.dialect = Dialect::klipper;
+    Bench bench{machine};
+    (void)bench.run("G28\n");
+    EXPECT_EQ(bench.run(kLayerScript),
+              (Log{"print X5 E1 at 1", "travel Z1 at 1",
+                   "warning line 6: E stays relative at G90, as Klipper means it (machine file)",
+                   "print X9 E2 at 1"}));
+    machine.dialect = Dialect::marlin;
+    Bench marlin{machine};
+    (void)marlin.run("SET_VELOCITY_LIMIT VELOCITY=99\nG28\n");
+    EXPECT_EQ(marlin.run(kLayerScript).back(), "travel X9 at 1");
+}
+
+/// What has been read in one way cannot be read again.
+TEST(Dialect, ASignThatComesTooLateIsAnError) {
+    Bench bench;
+    (void)bench.run("G28\n");
+    const Log log = bench.run(std::string{kLayerScript} + "SET_VELOCITY_LIMIT VELOCITY=99\nG1 X10 E1\n");
+    ASSERT_GE(log.size(), 2U);
+    EXPECT_EQ(
+        log[log.size() - 2],
+        "error: line 7: this file is Klipper's, where G90 and G91 leave E alone; the E of line 6 was read as "
+        "Marlin would: write M82 or M83 before that line");
+    EXPECT_EQ(log.back(), "print X10 E2 at 1");
+    // Nothing was read that means something else.
+    EXPECT_EQ(bench.run("M83\nG1 X11 E1\n"), Log{"print X11 E3 at 1"});
+    Bench fine;
+    (void)fine.run("G28\n");
+    EXPECT_EQ(
+        fine.run("M83\nG90\nM83\nG1 X5 E1 F60\nG91\nG1 E1\nG90\nSET_VELOCITY_LIMIT VELOCITY=99\nG1 X9 E1\n")
+            .back(),
+        "print X9 E3 at 1");
+    bench.interpreter.reset_modes();
+    EXPECT_EQ(bench.interpreter.state().dialect, Dialect::marlin) << "the next job says it for itself";
+}
+
 // ---- objects ------------------------------------------------------------------------------------
 
 TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
@@ -411,8 +507,8 @@ TEST(Dialect, AnObjectThatIsLeftOutMovesNothing) {
     });
 }
 
-/// An end code may lift without going sideways. Each of these comes behind the last object, which is
-/// left out at Z0.3: the head must not stay in the part, or be dragged through it.
+/// An end code may lift without going sideways. Each of these comes behind the last object, which
+/// is left out at Z0.3: the head must not stay in the part, or be dragged through it.
 TEST(Dialect, WhatStandsBehindTheLastObjectTakesTheHeadOutOfThePart) {
     const std::string begin = "G1 X30 Y30 F6000\nG1 Z0.3 F300\nM83\n";
     struct End {

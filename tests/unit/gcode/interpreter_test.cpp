@@ -404,7 +404,7 @@ TEST(Interpreter, ToolsThatAPersonChoosesAreTheOneThatIsThere) {
     }
 }
 
-/// Whoever reads a job asks; a person's or a host's line ends nothing.
+/// The reader of a job asks for it; a person's or a host's line ends nothing.
 TEST(Interpreter, TwoAndThirtyEndTheProgram) {
     for (const char* end : {"M2", "M30", "M02 ; done"}) {
         Bench bench;

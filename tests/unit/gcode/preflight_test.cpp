@@ -317,6 +317,22 @@ TEST(Preflight, BehindTheProgramsEndNothingCounts) {
     EXPECT_EQ(read(kStart + "G1 X60 F600\nM30\n\n; comment\n").warnings_count, 0U);
 }
 
+TEST(Preflight, SaysWhoseMeaningG90Has) {
+    const std::string script = "M83\nG1 X60 E1 F600\nG91\nG1 Z1\nG90\nG1 X90 E1\n";
+    const Facts klipper = read("SET_VELOCITY_LIMIT ACCEL=500\n" + std::string{kStart} + script);
+    EXPECT_TRUE(klipper.accepted()) << first_error(klipper);
+    ASSERT_EQ(klipper.warnings_count, 1U);
+    EXPECT_EQ(klipper.warnings[0].message.view(), "E stays relative at G90, as Klipper means it (line 1)");
+    EXPECT_GT(klipper.warnings[0].line, 1U);
+    const Facts marlin = read(kStart + script);
+    ASSERT_EQ(marlin.warnings_count, 1U);
+    EXPECT_NE(marlin.warnings[0].message.view().find("E is absolute here"), std::string_view::npos);
+    const Facts late = read(kStart + script + "; gcode_flavor = klipper\n");
+    EXPECT_FALSE(late.accepted());
+    EXPECT_NE(late.errors[0].advice.view().find("machine file"), std::string_view::npos);
+    EXPECT_DOUBLE_EQ(klipper.filament.value() - marlin.filament.value(), 1);
+}
+
 TEST(Preflight, AFileForAMachineToolIsRefusedByItsLine) {
     const Facts facts = read(kStart + "G21\nG90\nS5000 M3\nF333\nG1 Z1.5\n");
     EXPECT_FALSE(facts.accepted());

@@ -201,6 +201,10 @@ class Bench {
         return recorder.log;
     }
     void operator()(const Line& line) {
+        if (const auto heeded = interpreter.heed(line); !heeded) {
+            recorder.log.push_back("error: " + std::string(heeded.error().message.view()));
+            return;
+        }
         if (line.error) recorder.log.push_back("error: " + std::string(line.error->message.view()));
         if (line.command == nullptr) return;
         if (auto done = interpreter.execute(*line.command); !done) {

@@ -110,6 +110,11 @@ TEST(MachineFile, ShapersAdvanceAndJerk) {
 }
 
 TEST(MachineFile, TheIdleTimeOutIsZeroOrLongEnoughToRead) {
+    EXPECT_EQ(parse_machine("", "m.toml")->dialect, std::nullopt);
+    EXPECT_EQ(parse_machine("dialect = \"klipper\"\n", "m.toml")->dialect, printer::Dialect::klipper);
+    EXPECT_EQ(parse_machine("dialect = \"marlin\"\n", "m.toml")->dialect, printer::Dialect::marlin);
+    EXPECT_EQ(error_of("dialect = \"repetier\"\n"),
+              "m.toml:1: 'dialect' is 'repetier'; accepted: \"marlin\", \"reprap\", \"klipper\"");
     EXPECT_EQ(parse_machine("", "m.toml")->idle_timeout, Seconds{600});
     EXPECT_EQ(parse_machine("idle_timeout_s = 0\n", "m.toml")->idle_timeout, Seconds{0});
     EXPECT_EQ(parse_machine("idle_timeout_s = 1800\n", "m.toml")->idle_timeout, Seconds{1800});

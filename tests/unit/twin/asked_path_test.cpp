@@ -146,6 +146,22 @@ TEST(AskedPath, NinetyOneSetsTheExtruderRelativeAndEightyTwoBackAgain) {
     EXPECT_DOUBLE_EQ(items[4].to[3], 2);
 }
 
+TEST(AskedPath, TheExtrudersModeIsAsTheFilesFirmwareHasIt) {
+    const auto filament = [](const std::string& text) { return items_of(text).back().to[3]; };
+    const std::string script = "M83\nG1 E5\nG91\nG1 Z1\nG90\nG1 X9 E1\n";
+    for (const char* own : {"SET_VELOCITY_LIMIT ACCEL=500", "EXCLUDE_OBJECT_END", "; gcode_flavor = klipper",
+                            "; gcode_flavor = reprapfirmware", ";FLAVOR:RepRap", "M572 S0",
+                            "M862.3 P\"MK3S\"", "; printer_model = MK3S"})
+        EXPECT_EQ(filament(std::string{own} + "\n" + script), 6) << own;
+    for (const char* marlin :
+         {"", ";FLAVOR:Marlin", "TX", "M862.3 P\"MK3.9\"", "; printer_model = MK4", "M900 K0"})
+        EXPECT_EQ(filament(std::string{marlin} + "\n" + script), 1) << marlin;
+    const std::string end = "M82\nG1 E10\nG91\nG1 E-2\n";
+    EXPECT_EQ(filament(end), 8);
+    EXPECT_EQ(filament("; gcode_flavor = klipper\n" + end), 8);
+    EXPECT_EQ(filament("M572 S0\n" + end), -2);
+}
+
 TEST(AskedPath, HomingNamesItsAxesAndForgetsTheirOffsets) {
     const auto items = items_of("G1 X10 Y10\nG92 X0 Y0\nG28 X0\nG1 X3 Y3\nG28\n");
     ASSERT_EQ(items.size(), 4u);
