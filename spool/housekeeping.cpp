@@ -56,6 +56,14 @@ Result<StoredState> Spool::load_journal() {
     }
     QDUINO_TRY_ASSIGN(OpenedJournal journal, open_journal(options_.folder, options_.opened_s));
     store_ = std::move(journal.store);
+    ballast_ = std::make_unique<Ballast>(options_.folder);
+    store_->when_full([this] {
+        const bool given = ballast_->give_up();
+        if (given) log("the disk is full: the room that was kept for this is used; uploads are refused");
+        return given;
+    });
+    const Result<UnixSeconds> newest = store_->newest_time();
+    clock_ = ClockWatch{options_.calendar_from_s, newest ? *newest : 0};
     copier_ = std::make_unique<JournalCopier>(options_.folder);
     if (!journal.repaired.empty())
         log("the job journal was damaged, and is repaired from its copy: ", journal.repaired);
@@ -110,10 +118,28 @@ Spool::~Spool() {
 
 // ---- while it runs ------------------------------------------------------------------------------
 
-void Spool::keep_house(UnixSeconds now_s) {
+std::string Spool::trouble() const {
+    if (options_.journal_in_memory) return {};
+    std::error_code ignored;
+    if (!std::filesystem::exists(options_.folder / "journal.sqlite", ignored))
+        return "the job journal has vanished from the state folder: what is taken now is not kept; restart "
+               "the service";
+    return {};
+}
+
+Result<void> Spool::check_room() const {
+    if (!ballast_ || ballast_->held()) return {};
+    return make_error(ErrorCode::unavailable,
+                      "the disk is full: delete some jobs, or other files on that disk");
+}
+
+void Spool::keep_house(Instant now, UnixSeconds now_s) {
     sweep();
+    clock_.see(now, now_s);
     retain(now_s);
     if (!copier_) return;
+    ballast_->keep(now);
+    if (!ballast_->held()) return;  // a copy would take the room that was made
     copier_->after(store_->commits());
     if (const std::string trouble = copier_->take_trouble(); !trouble.empty())
         log("the journal could not be copied, the last copy stays: ", trouble);
@@ -174,12 +200,14 @@ void Spool::retain(UnixSeconds now_s) {
         too_many > 0 ? std::min<std::size_t>(static_cast<std::size_t>(too_many), kErasedEachTick) : 0;
     UnixSeconds until_s = now_s;
     if (count == 0) {
-        if (keep.days_max == 0 || now_s - retained_s_ < kAgesEvery_s) return;
+        if (keep.days_max == 0 || !clock_.believed()) return;
+        if (std::abs(now_s - retained_s_) < kAgesEvery_s) return;
         until_s = now_s - keep.days_max * kDay_s;
         count = kErasedEachTick;
     }
     const Result<std::vector<Job>> oldest =
-        store_->oldest_ended(count, too_many > 0 ? std::numeric_limits<UnixSeconds>::max() : until_s);
+        too_many > 0 ? store_->oldest_ended(count, std::numeric_limits<UnixSeconds>::max())
+                     : store_->oldest_ended(count, until_s, clock_.first_s());
     // All others are younger.
     if (too_many <= 0 && oldest.ok() && oldest->size() < count) retained_s_ = now_s;
     if (!oldest.ok() || oldest->empty()) return;

@@ -285,7 +285,7 @@ void Spool::tick(Instant now, UnixSeconds now_s) {
         if (run_) advance_run(now, now_s);
     }
     if (replaced) attach_link();
-    keep_house(now_s);
+    keep_house(now, now_s);
 }
 
 /// Notes the place of the active run. The machine may be gone by the time the run has failed.

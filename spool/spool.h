@@ -34,7 +34,9 @@
 #include "base/time.h"
 #include "printer/link/frame.h"
 #include "spool/analyzer.h"
+#include "spool/ballast.h"
 #include "spool/blob_store.h"
+#include "spool/clock_watch.h"
 #include "spool/feeder.h"
 #include "spool/inspector.h"
 #include "spool/journal.h"
@@ -88,6 +90,8 @@ struct SpoolOptions {
     /// Reads the facts of jobs that a damaged journal has lost; null: those get none.
     Analyzer* analyzer = nullptr;
     UnixSeconds opened_s = 0;  ///< now; names what has to be set aside
+    /// Nothing is deleted by its age while the calendar is before this.
+    UnixSeconds calendar_from_s = ClockWatch::kFirst_s;
 };
 
 /// Text from the machine.
@@ -149,6 +153,10 @@ class Spool {
     [[nodiscard]] bool confirms_bed() const { return options_.confirm_bed; }
     [[nodiscard]] const BlobStore& blobs() const { return *blobs_; }
     [[nodiscard]] Store& store() { return *store_; }
+    /// Why nothing that is taken now would be kept; empty: all is well. Any thread.
+    [[nodiscard]] std::string trouble() const;
+    /// Room for an upload. Errors: unavailable (the disk is full), internal. Any thread.
+    [[nodiscard]] Result<void> check_room() const;
     /// Grows whenever the jobs or the gate change.
     [[nodiscard]] std::uint64_t revision() const { return revision_; }
 
@@ -218,7 +226,7 @@ class Spool {
     [[nodiscard]] Result<void> make_room(const std::string& sha256, std::uint64_t bytes);
     [[nodiscard]] Result<void> erase_ended(const std::vector<Job>& jobs);
     void drop_files(const Job& job);
-    void keep_house(UnixSeconds now_s);
+    void keep_house(Instant now, UnixSeconds now_s);
     void sweep();
     void sweep_blob(const std::string& name);
     void retain(UnixSeconds now_s);
@@ -243,6 +251,8 @@ class Spool {
     Inspector* inspector_;
     std::unique_ptr<BlobStore> blobs_;
     std::unique_ptr<Store> store_;
+    std::unique_ptr<Ballast> ballast_;  // null: the journal is in memory
+    ClockWatch clock_;
     std::unique_ptr<JournalCopier> copier_;      // null: nothing to copy
     std::filesystem::directory_iterator sweep_;  // through blobs/, a few entries each tick
     // Numbers from here on were not given out before this start.

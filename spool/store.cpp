@@ -138,10 +138,20 @@ bool is_wanted(SQLite::Database& database, const std::string& sha256, JobId exce
 
 struct Store::Database {
     SQLite::Database connection;
+    std::function<bool()> make_room = [] { return false; };
 
-    /// Runs `work`, and turns an exception of SQLite into an Error.
+    /// Runs `work`, and turns an exception of SQLite into an Error. Where the disk was full it is
+    /// run once more, when room can be made.
     template <typename Value, typename Work>
     Result<Value> guarded(Work&& work) {
+        Result<Value> done = attempted<Value>(work);
+        // As a full disk shows when SQLite grows its index of the log: an error of input and output.
+        const int code = sqlite3_errcode(connection.getHandle()) & 0xff;
+        if (done || (code != SQLITE_FULL && code != SQLITE_IOERR) || !make_room()) return done;
+        return attempted<Value>(work);
+    }
+    template <typename Value, typename Work>
+    Result<Value> attempted(Work& work) {
         try {
             if constexpr (std::is_void_v<std::invoke_result_t<Work>>) {
                 work();
@@ -155,13 +165,16 @@ struct Store::Database {
     }
 };
 
+void Store::when_full(std::function<bool()> make_room) { database_->make_room = std::move(make_room); }
+
 Store::Store(std::unique_ptr<Database> database) : database_(std::move(database)) {}
 Store::~Store() = default;
 
 Result<std::unique_ptr<Store>> Store::open(const std::filesystem::path& file) {
     try {
         auto database = std::make_unique<Database>(
-            Database{SQLite::Database{file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE}});
+            Database{SQLite::Database{file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE},
+                     [] { return false; }});
         SQLite::Database& connection = database->connection;
         connection.setBusyTimeout(5000);
         // A damaged file must stay as it was found, with its log: somebody may still want to look
@@ -322,11 +335,12 @@ Result<std::vector<Job>> Store::ended(const EndedQuery& query) {
     });
 }
 
-Result<std::vector<Job>> Store::oldest_ended(std::size_t limit, UnixSeconds until_s) {
+Result<std::vector<Job>> Store::oldest_ended(std::size_t limit, UnixSeconds until_s, UnixSeconds from_s) {
     return database_->guarded<std::vector<Job>>([&] {
-        return read_rows<Job>(prepared(
-            database_->connection,
-            kSelectJobs + kEndedCondition + " AND ended_s<=? ORDER BY position LIMIT ?", until_s, limit));
+        return read_rows<Job>(
+            prepared(database_->connection,
+                     kSelectJobs + kEndedCondition + " AND ended_s BETWEEN ? AND ? ORDER BY position LIMIT ?",
+                     from_s, until_s, limit));
     });
 }
 
@@ -355,9 +369,20 @@ Result<void> Store::erase_session(const std::string& token_hash) {
         [&] { execute(database_->connection, "DELETE FROM sessions WHERE token_hash=?", token_hash); });
 }
 
-Result<void> Store::erase_sessions_expired(UnixSeconds now_s) {
-    return database_->guarded<void>(
-        [&] { execute(database_->connection, "DELETE FROM sessions WHERE expires_s<=?", now_s); });
+Result<void> Store::keep_sessions(std::size_t count) {
+    return database_->guarded<void>([&] {
+        execute(database_->connection,
+                "DELETE FROM sessions WHERE token_hash NOT IN "
+                "(SELECT token_hash FROM sessions ORDER BY expires_s DESC LIMIT ?)",
+                count);
+    });
+}
+
+Result<UnixSeconds> Store::newest_time() {
+    return database_->guarded<UnixSeconds>([&] {
+        return UnixSeconds{
+            single_number(database_->connection, "SELECT max(max(created_s), max(ended_s)) FROM jobs")};
+    });
 }
 
 }  // namespace qduino::spool

@@ -13,6 +13,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -96,8 +98,9 @@ class Store {
     [[nodiscard]] Result<Job> find(JobId id);
     /// Reads no more rows than `limit`, except for a search by name or a state that is rare.
     [[nodiscard]] Result<std::vector<Job>> ended(const EndedQuery& query);
-    /// The ended jobs that ended first, oldest first; only those that ended at `until_s` or before.
-    [[nodiscard]] Result<std::vector<Job>> oldest_ended(std::size_t limit, UnixSeconds until_s);
+    /// The ended jobs that ended first, oldest first; only those that ended from `from_s` to `until_s`.
+    [[nodiscard]] Result<std::vector<Job>> oldest_ended(
+        std::size_t limit, UnixSeconds until_s, UnixSeconds from_s = std::numeric_limits<UnixSeconds>::min());
     /// True when any job has this blob; `except` does not count.
     [[nodiscard]] Result<bool> blob_wanted(const std::string& sha256, JobId except = 0);
     /// Kept up to date by commit().
@@ -109,7 +112,15 @@ class Store {
 
     [[nodiscard]] Result<void> put_session(const SessionRecord& session);
     [[nodiscard]] Result<void> erase_session(const std::string& token_hash);
-    [[nodiscard]] Result<void> erase_sessions_expired(UnixSeconds now_s);
+    /// Erases those that end first, but for `count`. Not by the calendar, which may be wrong: one
+    /// that has expired admits nobody, and harms nobody.
+    [[nodiscard]] Result<void> keep_sessions(std::size_t count);
+    /// The newest time of any job; 0: none.
+    [[nodiscard]] Result<UnixSeconds> newest_time();
+
+    /// `make_room` is called when the disk is full, on the store's thread. True: there is room now,
+    /// and what failed is done again.
+    void when_full(std::function<bool()> make_room);
 
     /// For a copy that is older than its journal was: holds everything that waits or prints, so
     /// that nothing of it prints again by itself; holds the queue with `reason`; marks the journal

@@ -100,7 +100,7 @@ SessionTable::SessionTable(std::vector<spool::SessionRecord> stored) {
 }
 
 SessionTable::Made SessionTable::make(spool::UnixSeconds now_s) {
-    std::erase_if(expires_, [&](const auto& entry) { return entry.second <= now_s; });
+    // None is forgotten by the calendar, which may have jumped: their number is bounded.
     Made made;
     made.token = random_token();
     made.record = {spool::sha256_of(made.token), now_s + kLifetime_s};

@@ -182,6 +182,8 @@ Plan Service::admit_upload(const RequestHead& head, Result<std::unique_ptr<Uploa
     if (head.content_length.value_or(0) > context_.spool.blobs().limits().size_max_bytes + kWrapping) {
         return respond(error_response(413, "out_of_range", "the file is longer than this printer accepts"));
     }
+    if (const Result<void> room = context_.spool.check_room(); !room)
+        return respond(refused_upload(room.error()));
     std::erase_if(uploads_, [](const std::weak_ptr<Upload>& each) { return each.expired(); });
     if (uploads_.size() >= options_.uploads_max) {
         Response busy = error_response(503, "unavailable", "too many uploads at once; try again");

@@ -18,8 +18,8 @@ namespace qduino::apps {
 using Capabilities = std::span<const int>;
 
 /// Keeps of the bounding set `kept` alone, and the right to become another program with more rights
-/// is gone (PR_SET_NO_NEW_PRIVS). What the process itself has stays until it becomes a program: between
-/// fork and exec. Does nothing in a process that is not root's. Error: the system's.
+/// is gone (PR_SET_NO_NEW_PRIVS). What the process itself has stays until it becomes a program:
+/// between fork and exec. Does nothing in a process that is not root's. Error: the system's.
 [[nodiscard]] Result<void> bound_capabilities(Capabilities kept);
 
 /// The same, and the process itself keeps `kept` alone. From a process with one thread.

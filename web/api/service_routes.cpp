@@ -1,8 +1,9 @@
 // What concerns the service itself: sessions, tickets, the live stream, metrics (docs/api.md, "The
 // link with the key", "Others").
 //
-// The authenticator lives on the I/O thread, the journal of sessions on the spool's: a login is
-// answered from the second, when the session is on the disk.
+// The authenticator lives on the I/O thread, the journal of sessions on the spool's. A session counts
+// from its login on, in memory. That it is on the disk too only lets it outlive the service: where
+// the disk is full or gone, its owner must still be able to come in and put that right.
 #include <array>
 
 #include "web/api/json.h"
@@ -44,13 +45,14 @@ Response begin_session(Context& context, const Call& call) {
     const std::string_view old_token = token_of(call);
     const std::string old_hash = old_token.empty() ? "" : authenticator.sessions.end(old_token);
     const SessionTable::Made made = authenticator.sessions.make(call.now_s);
-    *call.later = [made, old_hash, now_s = call.now_s, client = call.request.client](Context& later) {
+    *call.later = [made, old_hash, client = call.request.client](Context& later) {
         spool::Store& store = later.spool.store();
-        static_cast<void>(store.erase_sessions_expired(now_s));
         if (!old_hash.empty()) static_cast<void>(store.erase_session(old_hash));
         Response response = no_content();
         response.add("Set-Cookie", session_cookie(made.token, SessionTable::kLifetime_s, client));
-        return answer(store.put_session(made.record), std::move(response));
+        if (store.put_session(made.record))
+            static_cast<void>(store.keep_sessions(SessionTable::kSessionsMax));
+        return response;
     };
     return {};
 }
@@ -99,7 +101,11 @@ Response metrics(Context& context, const Call&) {
             .body = context.metrics->text(context.spool)};
 }
 
-Response health(Context&, const Call&) { return {.content_type = "text/plain", .body = "ok\n"}; }
+Response health(Context& context, const Call&) {
+    const std::string trouble = context.spool.trouble();
+    if (trouble.empty()) return {.content_type = "text/plain", .body = "ok\n"};
+    return {.status = 503, .content_type = "text/plain", .body = trouble + '\n'};
+}
 
 constexpr std::array kServiceRoutes{
     Route{Method::post, "/api/v1/session", begin_session, Thread::io, Guard::login},

@@ -209,6 +209,29 @@ TEST_F(PageTest, OldEndedJobsGoAfterTheirDays) {
     EXPECT_EQ(spool_->counts().ended(), 0);
 }
 
+TEST_F(PageTest, AClockThatIsWrongDeletesNothing) {
+    options_.retention.days_max = 2;
+    open_spool();
+    for (JobId id = 1; id <= 10; ++id) put_ended(id, "a", JobState::done);
+    run(5);
+    const auto tick_for_an_hour = [&](UnixSeconds calendar_s) {
+        for (int minute = 0; minute < 60; ++minute, now_ += 60s) spool_->tick(now_, calendar_s + 60 * minute);
+    };
+    constexpr UnixSeconds kYears_s = UnixSeconds{70} * 366 * 86400;
+    for (const UnixSeconds jump_s : {kYears_s, UnixSeconds{0}, 2 * kYears_s, -kYears_s}) {
+        tick_for_an_hour(1000 + to_ns(now_) / 1'000'000'000 + jump_s);
+        EXPECT_EQ(spool_->counts().ended(), 10) << "after a jump by " << jump_s << " s";
+    }
+    open_spool();  // with a clock that is wrong from the start
+    tick_for_an_hour(kYears_s);
+    EXPECT_EQ(spool_->counts().ended(), 10);
+    options_.calendar_from_s = 2 * kYears_s;  // and one that starts before this was written
+    open_spool();
+    now_ += std::chrono::hours{49};
+    tick_for_an_hour(1000 + to_ns(now_) / 1'000'000'000);
+    EXPECT_EQ(spool_->counts().ended(), 10);
+}
+
 class StoreLimitTest : public SpoolTest {
   protected:
     void SetUp() override {

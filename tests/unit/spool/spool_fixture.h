@@ -58,6 +58,7 @@ class SpoolTest : public ::testing::Test {
         folder_ = pattern;
         options_.folder = folder_ / "state";
         options_.limits.free_space_min_bytes = 0;
+        options_.calendar_from_s = 0;
         options_.confirm_bed = false;  // its own tests switch it on
     }
     void TearDown() override {

@@ -165,7 +165,7 @@ TEST_F(StoreTest, SessionsAndTheGateAreKept) {
     commit.gate = QueueGate{"a job failed", true};
     ASSERT_TRUE(store_->commit(commit).ok());
     reopen();
-    ASSERT_TRUE(store_->erase_sessions_expired(10).ok());
+    ASSERT_TRUE(store_->keep_sessions(1).ok());
     EXPECT_EQ(store_->sessions()->size(), 1u);
     EXPECT_EQ(load().gate.hold_reason, "a job failed");
     EXPECT_TRUE(load().gate.bed_occupied);
