@@ -161,6 +161,38 @@ def banned(path, text):
                 yield number, f"'{pattern.search(line)[0]}' here: {why}"
 
 
+# Rooms whose programs root runs beside other users. There a file is opened by posix/guarded_file.h,
+# by another function of posix/, or here, for a reason:
+OPENS_A_FILE = re.compile(r"(?<![\w.>])(?:::open|::creat|::openat|std::fopen|::fopen)\s*\(|\bstd::[io]?fstream\b")
+ROOTS_ROOMS = ("board/linux/", "apps/launcher/", "apps/link/", "apps/port/", "apps/printd/", "apps/printer/", "apps/rights/", "apps/supervisor/",
+               "apps/virtual_machine/", "apps/vcpu/")
+MAY_OPEN = {
+    "board/linux/bus_device.cpp": "a device",
+    "board/linux/gpio_pin.cpp": "a device",
+    "board/linux/overheads.cpp": "/proc",
+    "board/linux/pins_file.cpp": "a file of root in a folder of root; made with O_EXCL",
+    "board/linux/real_time_thread.cpp": "a device",
+    "board/linux/sysfs_pin.cpp": "/sys",
+    "board/linux/thread_times.cpp": "/proc",
+    "board/linux/warden_process.cpp": "/proc",
+    "apps/launcher/kept_process.cpp": "/dev/null",
+    "apps/launcher/link_giver.cpp": "its own descriptor, anew",
+    "apps/link/link_file.cpp": "with O_EXCL, or with O_NOFOLLOW as a service that has no rights",
+    "apps/printd/analyzer.cpp": "a service that has no rights",
+    "apps/printd/state_folder.cpp": "on descriptors, with O_NOFOLLOW, after the folder is closed",
+    "apps/rights/own_view.cpp": "what is to be seen, by O_PATH; new files in an empty root",
+    "apps/virtual_machine/main.cpp": "a lock of root in a folder of root",
+}
+
+
+def open_offences(path, text):
+    if not path.startswith(ROOTS_ROOMS) or path in MAY_OPEN:
+        return
+    for number, line in enumerate(strip_code(text).splitlines(), 1):
+        if OPENS_A_FILE.search(line):
+            yield number, "a file is opened here: root may be led to another one (posix/guarded_file.h; or say why not in MAY_OPEN)"
+
+
 def header_offences(path, text):
     if path.endswith(".h") and "#pragma once" not in text:
         yield 1, "header without #pragma once"
@@ -184,6 +216,7 @@ def offences(path, text):
     yield from long_functions(text)
     yield from banned(path, text)
     yield from system_offences(path, text)
+    yield from open_offences(path, text)
     yield from header_offences(path, text)
 
 
@@ -206,6 +239,8 @@ def self_test():
         ("runtime/a.cpp", '#include "board/sim/sim_board.h"\n', "concrete board"),
         ("sched/a.cpp", "auto t = std::chrono::steady_clock::now();\n", "time is a parameter"),
         ("web/a.cpp", "int r = system(name);\n", "no shell"),
+        ("apps/launcher/a.cpp", "int f = ::open(path, O_RDONLY);\n", "led to another one"),
+        ("apps/printd/a.cpp", "std::ifstream in{path};\n", "led to another one"),
         ("arduino/core/a.cpp", "#include <unistd.h>\n", "without an operating system"),
         ("board/a.h", "// a\n#pragma once\n#include <mutex>\n", "without an operating system"),
         ("runtime/a.cpp", "int f() { return errno; }\n", "without an operating system"),
@@ -215,7 +250,8 @@ def self_test():
     ]
     clean = [*offences("spool/a.cpp", '#include "printer/link/layout.h"\n#include "printer/machine_config.h"\n'),
              *offences("printer/machine/a.cpp", '#include "printer/heat/pid.h"\n#include "printer/machine/state.h"\n'),
-             *offences("board/linux/a.cpp", "#include <unistd.h>\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
+             *offences("board/linux/a.cpp", "#include <unistd.h>\nauto a = posix::open_guarded(path, O_RDONLY);\n"),
+             *offences("apps/qduino/a.cpp", "std::ifstream in{path};\n"), *offences("sched/a.cpp", "#include <cstdint>\n"),
              *offences("tests/unit/base/time_test.cpp", "namespace qduino::time_test {\n")]
     return tree_check.failed_cases(cases, clean, offences)
 

@@ -32,7 +32,13 @@ PYTHONS = ("/usr/bin/python3", "/usr/local/bin/python3", "/bin/python3")
 def copy(source, target):
     os.makedirs(os.path.dirname(target), exist_ok=True)
     temporary = target + ".new"  # a program that runs keeps its old file
-    shutil.copy2(source, temporary)
+    # Never through what has that name already: in a prefix in somebody's home it may be a link, and
+    # root would write to what that names.
+    if os.path.lexists(temporary):
+        os.unlink(temporary)
+    with open(source, "rb") as old, open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600), "wb") as new:
+        shutil.copyfileobj(old, new)
+    shutil.copystat(source, temporary, follow_symlinks=False)
     if is_for_everybody():
         os.chmod(temporary, 0o755 if os.stat(source).st_mode & 0o100 else 0o644)
     os.replace(temporary, target)
