@@ -177,7 +177,6 @@ bool AskedPath::e_counts_on() const {
         case Flavour::marlin:
             return modes_.axes_rule_e ? modes_.relative : modes_.relative_e;
         case Flavour::reprap:
-            return modes_.relative_e;
         case Flavour::klipper:
             break;
     }

@@ -206,21 +206,17 @@ void Context::count_axes_on(bool relative) {
 }
 
 void Context::note_e() {
-    const bool in_marlin = state.axes_came_last ? state.relative : state.said_relative_e;
-    const bool in_klipper = state.said_relative_e || state.relative;
+    const bool is_marlin = state.dialect == Dialect::marlin;
     const bool here = state.counts_e_on();
-    if (state.dialect == Dialect::marlin) {
-        if (here != state.said_relative_e) e_disputed[static_cast<int>(Dialect::reprap)] = source.line;
-        if (here != in_klipper) e_disputed[static_cast<int>(Dialect::klipper)] = source.line;
-    }
-    const bool is_marlins_own = state.dialect == Dialect::marlin && state.said_relative_e && !here;
-    const bool is_anothers = here != in_marlin;
-    if (said_how_e_counts || (!is_marlins_own && !is_anothers)) return;
+    const bool in_marlin = state.axes_came_last ? state.relative : state.said_relative_e;
+    const bool in_others = state.said_relative_e || state.relative;
+    if (here == in_marlin && here == in_others) return;
+    if (is_marlin) e_disputed = source.line;
+    // An M82 behind a G91 is meant as it is read.
+    if (said_how_e_counts || (is_marlin && !state.said_relative_e)) return;
     said_how_e_counts = true;
-    if (is_marlins_own)
-        return warn("E is absolute here: the G90 before it has ended M83, as Marlin means it");
-    auto words = text("E stays ", here ? "relative at G90" : "absolute at G91", ", as ",
-                      name_of(state.dialect), " means it (");
+    if (is_marlin) return warn("E is absolute here: the G90 before it has ended M83, as Marlin means it");
+    auto words = text("E stays relative at G90, as ", name_of(state.dialect), " means it (");
     if (dialect_line == 0) write(words, "machine file)");
     if (dialect_line != 0) write(words, "line ", dialect_line, ')');
     warn(words);

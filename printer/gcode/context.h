@@ -91,7 +91,7 @@ struct ModalState {
     Millimetres lifted;            ///< likewise; part of Z's offset
 
     /// E counts on from where it is.
-    [[nodiscard]] bool counts_e_on() const { return relative_e || (relative && dialect == Dialect::klipper); }
+    [[nodiscard]] bool counts_e_on() const { return relative_e || (relative && dialect != Dialect::marlin); }
     /// Millimetres, or mm³ while extrusion is volumetric, in a unit of E.
     [[nodiscard]] double filament_unit() const { return volumetric ? unit_mm * unit_mm * unit_mm : unit_mm; }
     /// Millimetres of filament that one of E's pushes.
@@ -128,9 +128,9 @@ struct Context {
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
     Position rejoined_at{};         ///< where the last such wait ended
     std::uint32_t warnings = 0;
-    /// The last line whose E another dialect would have read otherwise; 0: none.
-    std::uint64_t e_disputed[3] = {};  ///< by that dialect
-    std::uint64_t dialect_line = 0;    ///< that has said it; 0: none
+    /// The last line whose E Marlin's dialect has read and others would have read otherwise; 0: none.
+    std::uint64_t e_disputed = 0;
+    std::uint64_t dialect_line = 0;  ///< that has said it; 0: none
     bool said_how_e_counts = false;
     bool program_ended = false;  ///< M2, M30
     bool not_done = false;       ///< the machine lacks what the command in hand is for: skip it

@@ -1,9 +1,11 @@
 // Which firmware a file is written for, where that changes what it means: the mode of E.
 //
-//                                 G90 and G91 …            E counts on from where it is
-//   Marlin 2 (and what is left)   set E's mode as well     after M83 or G91, up to M82 or G90
-//   RepRapFirmware, Prusa's MK3   leave E alone            after M83, up to M82
-//   Klipper                       leave E alone            after M83, up to M82; and in G91
+//                                           G90 and G91 …      E counts on
+//   Marlin 2 (and what is left)             set E's as well    after M83 or G91, to M82 or G90
+//   Klipper, RepRapFirmware, Prusa's MK3    leave E's alone    after M83, to M82; and in G91
+//
+// RepRapFirmware and the MK3 leave E absolute in G91 behind an M82. But end codes of all firmwares
+// draw filament back by `G91`, `G1 E-1`, and files with their codes are made for others, too.
 //
 // A file says it by what only one of them understands: words (SET_VELOCITY_LIMIT, EXCLUDE_OBJECT),
 // RepRapFirmware's codes (M572), a slicer's comment (`; gcode_flavor = klipper`). It counts from

@@ -51,7 +51,7 @@ Result<void> Interpreter::heed(const Line& line) {
     context_.dialect_line = line.source.line;
     // What M82 or M83 said last counts again, whatever a G90 or G91 made of it.
     state.relative_e = state.said_relative_e;
-    const std::uint64_t disputed = context_.e_disputed[static_cast<int>(said)];
+    const std::uint64_t disputed = context_.e_disputed;
     if (disputed == 0) return {};
     return make_error(ErrorCode::invalid_argument, "line ", line.source.line, ": this file is ",
                       name_of(said), "'s, where G90 and G91 leave E alone; the E of line ", disputed,
@@ -191,7 +191,7 @@ void Interpreter::reset_modes() {
     context_.state = fresh;
     context_.dialect_line = 0;
     context_.said_how_e_counts = false;
-    std::ranges::fill(context_.e_disputed, 0);
+    context_.e_disputed = 0;
     context_.curve.reset();
     context_.lines.clear();
     context_.left_at.reset();

@@ -44,7 +44,7 @@ BUILT = [
     ("names with blanks", two_objects("Ultimate Box 1", "Ultimate Box 2") + END, (100, 30, 20), 3),
     ("quotes in quotes", two_objects("'Bob's part 1'", "'Bob's part 2'") + END, (100, 30, 20), 3),
     ("names of 25 Chinese letters", two_objects("\u76d2" * 24 + "\u4e00", "\u76d2" * 24 + "\u4e8c") + END, (100, 30, 20), 3),
-    ("an exponent of a speed", "M82\nG1 X60 E10 F1200\nG1 F1.2e+3\nG1 X30 E20\n" + END, (30, 30, 20), 20),
+    ("an exponent of a speed", "M82\nG1 X60 E10 F1200\nG1 F1.2e+3\n" + END, (60, 30, 20), 10),
     ("an exponent of a place", "G1 X4e1 Y40 F3000\n" + END, (40, 40, 20), 0),
     ("an exponent of nearly nothing", "G1 X60 E1 F1200\nG1 X60.001 Y3.0e+01 E8.5e-05\nG1 X90 E1\n" + END, (90, 30, 20), 2),
     ("words without blanks", "g1x60y40e1f1200\nG1X90Y30E1\n" + END, (90, 30, 20), 2),

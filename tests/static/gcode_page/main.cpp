@@ -34,8 +34,8 @@ A number may have an exponent (`F1.2e+3`, `E8.5e-05`): an `E` behind a digit, wi
 - `M2` and `M30` end the program: what stands behind is not carried out, which is remarked. `M30` with a name is Marlin's: delete that file.
 - A display fails no job: what makes no sense in `M73`, and what is too long in `M117`, is not shown.
 - Tools other than T0 may be switched off (`M104 S0 T1`), and not on. `G28 X U` homes X; `G28 U` alone homes nothing here.
-- `G90` and `G91` set E's mode as well, as in Marlin 2. In a file of Klipper's, RepRapFirmware's or a Prusa MK3's they leave it as `M82` or `M83` said; in Klipper's E counts on while `G91`
-  holds all the same. A file is Klipper's from its first word on (`SET_VELOCITY_LIMIT`, `EXCLUDE_OBJECT`, a macro) or from a slicer's `; gcode_flavor = klipper`; RepRapFirmware's from an `M572`,
+- `G90` and `G91` set E's mode as well, as in Marlin 2. In a file of Klipper's, RepRapFirmware's or a Prusa MK3's they leave it as `M82` or `M83` said, and E counts on while `G91`
+  holds. A file is Klipper's from its first word on (`SET_VELOCITY_LIMIT`, `EXCLUDE_OBJECT`, a macro) or from a slicer's `; gcode_flavor = klipper`; RepRapFirmware's from an `M572`,
   `M566`, `M568`, `G10 P` or `;FLAVOR:RepRap`; an MK3's from its `M862.3`. What it means is remarked where it matters, and a sign that comes after an E that it would have changed refuses the job.
   `dialect` in the [machine file](machine.md) says it for every job.
 - `G28 O` homes nothing once the job itself has homed X, Y and Z, and they have not been let go since (`M84`).

@@ -159,7 +159,7 @@ TEST(AskedPath, TheExtrudersModeIsAsTheFilesFirmwareHasIt) {
     const std::string end = "M82\nG1 E10\nG91\nG1 E-2\n";
     EXPECT_EQ(filament(end), 8);
     EXPECT_EQ(filament("; gcode_flavor = klipper\n" + end), 8);
-    EXPECT_EQ(filament("M572 S0\n" + end), -2);
+    EXPECT_EQ(filament("M572 S0\n" + end), 8);
 }
 
 TEST(AskedPath, HomingNamesItsAxesAndForgetsTheirOffsets) {
