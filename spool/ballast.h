@@ -1,6 +1,6 @@
 // Room on the disk that is kept for what must work when the disk is full: to delete a job, to hold
-// the queue, to end a print. Without it a full disk could not even be emptied, since to delete is to
-// write, too.
+// the queue, to end a print. Without it a full disk could not even be emptied, since to delete is
+// to write, too.
 //
 //   DIR/ballast   some MiB that are really taken; given up when a write finds no room
 //

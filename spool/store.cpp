@@ -145,7 +145,7 @@ struct Store::Database {
     template <typename Value, typename Work>
     Result<Value> guarded(Work&& work) {
         Result<Value> done = attempted<Value>(work);
-        // As a full disk shows when SQLite grows its index of the log: an error of input and output.
+        // A full disk shows as an error of input and output where SQLite grows its log's index.
         const int code = sqlite3_errcode(connection.getHandle()) & 0xff;
         if (done || (code != SQLITE_FULL && code != SQLITE_IOERR) || !make_room()) return done;
         return attempted<Value>(work);

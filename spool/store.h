@@ -98,7 +98,8 @@ class Store {
     [[nodiscard]] Result<Job> find(JobId id);
     /// Reads no more rows than `limit`, except for a search by name or a state that is rare.
     [[nodiscard]] Result<std::vector<Job>> ended(const EndedQuery& query);
-    /// The ended jobs that ended first, oldest first; only those that ended from `from_s` to `until_s`.
+    /// The ended jobs that ended first, oldest first; only those that ended from `from_s` to
+    /// `until_s`.
     [[nodiscard]] Result<std::vector<Job>> oldest_ended(
         std::size_t limit, UnixSeconds until_s, UnixSeconds from_s = std::numeric_limits<UnixSeconds>::min());
     /// True when any job has this blob; `except` does not count.

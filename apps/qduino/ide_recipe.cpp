@@ -97,6 +97,9 @@ Result<int> link_for_ide(const Sdk& sdk, const Words& words) {
     const ToolCommands tools = tool_commands(sdk, words[0], environment_of_this_process());
     Words objects, ldflags;
     for (const std::string& word : Words(words.begin() + 2, words.end())) {
+        if (word.starts_with('-') && !is_harmless_flag(word))
+            return make_error(ErrorCode::not_permitted, "a library asks for the linker's flag '",
+                              without_controls(word), "', which could run a program");
         if (word.starts_with('-'))
             ldflags.push_back(word);
         else if (word.ends_with(".a") && fs::exists(word))

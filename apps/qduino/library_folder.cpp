@@ -1,6 +1,7 @@
 #include "apps/qduino/library_folder.h"
 
 #include <algorithm>
+#include <cctype>
 #include <system_error>
 
 #include "apps/qduino/sdk.h"
@@ -51,9 +52,33 @@ std::map<std::string, std::string> library_properties(std::string_view text) {
         const std::string_view line = trimmed(cut(text, '\n'));
         const std::size_t equals = line.find('=');
         if (!line.starts_with('#') && equals != std::string_view::npos)
-            values[std::string(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
+            values[std::string(trimmed(line.substr(0, equals)))] =
+                without_controls(trimmed(line.substr(equals + 1)));
     }
     return values;
+}
+
+std::string without_controls(std::string_view text) {
+    std::string plain{text};
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+        const auto c = static_cast<unsigned char>(plain[i]);
+        const bool c1 =
+            c == 0xc2 && i + 1 < plain.size() && (plain[i + 1] & 0xe0) == 0x80;  // U+0080 to U+009F
+        if (c1) plain.replace(i, 2, "  ");
+        if (c < 0x20 || c == 0x7f) plain[i] = ' ';
+    }
+    return plain;
+}
+
+bool is_harmless_flag(std::string_view flag) {
+    const auto is_plain = [](std::string_view name) {
+        return !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+            return std::isalnum(c) != 0 ||
+                   std::string_view{"_+-./"}.find(static_cast<char>(c)) != std::string_view::npos;
+        });
+    };
+    if (flag == "-pthread" || flag == "-s" || flag == "-Wl,--gc-sections") return true;
+    return (flag.starts_with("-l") || flag.starts_with("-L")) && is_plain(flag.substr(2));
 }
 
 std::vector<fs::path> Library::include_folders() const {
@@ -85,7 +110,7 @@ bool Library::runs_on(std::string_view architecture) const {
 
 std::optional<Library> read_library(const fs::path& folder) {
     Library library;
-    library.name = folder.filename().string();
+    library.name = without_controls(folder.filename().string());
     library.folder = library.code = folder;
     const auto read = posix::read_small_file(folder / kProperties);
     if (!read) {

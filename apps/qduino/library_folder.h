@@ -28,6 +28,14 @@ namespace qduino::apps {
 /// it is an error.
 [[nodiscard]] std::map<std::string, std::string> library_properties(std::string_view text);
 
+/// `text` with a blank for each byte that a terminal would obey: the control characters of ASCII
+/// and of Unicode (C1). A stranger wrote it.
+[[nodiscard]] std::string without_controls(std::string_view text);
+
+/// A flag of a library for the linker that can do no more than link: -lNAME, -LFOLDER, -pthread.
+/// Others start programs (a plugin, -B), or read and write files (-o, @FILE).
+[[nodiscard]] bool is_harmless_flag(std::string_view flag);
+
 struct Library {
     std::string name;  ///< as its library.properties says; without one, the folder's
     std::filesystem::path folder;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command_line/did_you_mean.h"
+#include "apps/qduino/library_folder.h"
 #include "base/parts.h"
 #include "base/whole_number.h"
 
@@ -32,7 +33,7 @@ std::strong_ordering compare_parts(std::string_view a, std::string_view b) {
 
 std::string text_at(const Json& entry, const char* key) {
     const auto found = entry.find(key);
-    return found != entry.end() && found->is_string() ? found->get<std::string>() : "";
+    return found != entry.end() && found->is_string() ? without_controls(found->get<std::string>()) : "";
 }
 
 IndexedLibrary library_of(const Json& entry) {

@@ -24,8 +24,10 @@ std::string first_oddity(const fs::path& folder) {
     for (fs::recursive_directory_iterator entry(folder, failed);
          !failed && entry != fs::recursive_directory_iterator{}; entry.increment(failed)) {
         const fs::file_type type = entry->symlink_status(failed).type();
-        if (type != fs::file_type::regular && type != fs::file_type::directory)
-            return entry->path().filename();
+        const std::string name = entry->path().filename();
+        // A compiler shows the name on a terminal, which obeys it.
+        if (without_controls(name) != name) return without_controls(name);
+        if (type != fs::file_type::regular && type != fs::file_type::directory) return name;
     }
     return {};
 }
@@ -100,8 +102,11 @@ Result<Library> LibraryStore::accept(const Staging& staging, const std::string& 
     const fs::path made = library_within(staging.fresh());
     const std::string odd = first_oddity(made);
     if (!odd.empty())
-        return make_error(ErrorCode::invalid_argument,
-                          "a library may hold files and folders alone, no links: ", odd);
+        return make_error(
+            ErrorCode::invalid_argument,
+            "a library may hold files and folders alone, with names that can be printed, and no "
+            "links: ",
+            odd);
     std::optional<Library> library = read_library(made);
     if (!library) {
         return make_error(ErrorCode::invalid_argument,
@@ -152,7 +157,15 @@ Result<Library> LibraryStore::add_git(const std::string& url) const {
     const std::string repository = url.substr(0, hash);
     const Staging staging(folder_);
     QDUINO_TRY(staging.check(folder_));
-    Words command{"env", "GIT_TERMINAL_PROMPT=0", "git", "clone", "--quiet", "--depth", "1"};
+    // No transport that runs a command (ext::) or takes what is open here (fd::).
+    Words command{"env",
+                  "GIT_TERMINAL_PROMPT=0",
+                  "GIT_ALLOW_PROTOCOL=file:git:https:ssh",
+                  "git",
+                  "clone",
+                  "--quiet",
+                  "--depth",
+                  "1"};
     if (hash + 1 < url.size()) append(command, {"--branch=" + url.substr(hash + 1)});
     append(command, {"--", repository, staging.fresh().string()});
     QDUINO_TRY(run_tool(command, staging.file("log")));

@@ -179,7 +179,15 @@ Result<BuildStep> SketchBuild::linking(BoardKind board, const std::vector<BuildS
         step.inputs.push_back(made.output);
         objects.push_back(made.output.string());
     }
-    for (const Library& library : libraries) append(ldflags, library.ldflags);
+    for (const Library& library : libraries) {
+        for (const std::string& flag : library.ldflags) {
+            if (!is_harmless_flag(flag))
+                return make_error(ErrorCode::not_permitted, "library ", library.name,
+                                  " asks for the linker's flag '", flag,
+                                  "', which could run a program: -lNAME, -LFOLDER and -pthread are taken");
+        }
+        append(ldflags, library.ldflags);
+    }
     const Sdk::Linking& with = sdk_.linking(board);
     QDUINO_TRY_ASSIGN(step.command, link_command(tools_, with, objects, ldflags, step.output));
     for (const std::string& library : with.libraries) {

@@ -1,9 +1,9 @@
 // What concerns the service itself: sessions, tickets, the live stream, metrics (docs/api.md, "The
 // link with the key", "Others").
 //
-// The authenticator lives on the I/O thread, the journal of sessions on the spool's. A session counts
-// from its login on, in memory. That it is on the disk too only lets it outlive the service: where
-// the disk is full or gone, its owner must still be able to come in and put that right.
+// The authenticator lives on the I/O thread, the journal of sessions on the spool's. A session
+// counts from its login on, in memory. That it is on the disk too only lets it outlive the service:
+// where the disk is full or gone, its owner must still be able to come in and put that right.
 #include <array>
 
 #include "web/api/json.h"

@@ -119,6 +119,23 @@ class Libraries(SketchCase):
         self.environment["QDUINO_LIBRARIES"] = str(self.folder / "libraries")
         self.assertIn("comes without its sources", self.run_qduino("build", self.sketch("Blob"), status=1).stderr)
 
+    def test_a_librarys_flags_run_nothing(self):
+        """A linker that is given -B takes its programs from there, the library's own folder."""
+        self.library("libraries", "Evil", 1, "name=Evil\x1b[31m\nldflags=-B%s\n" % self.folder)
+        self.write("ld", "#!/bin/sh\ntouch '%s/ran'\nexec /usr/bin/ld \"$@\"\n" % self.folder)
+        (self.folder / "ld").chmod(0o755)
+        self.environment["QDUINO_LIBRARIES"] = str(self.folder / "libraries")
+        refused = self.run_qduino("build", self.sketch("Evil"), "--only", "sim", status=1)
+        self.assertFalse((self.folder / "ran").exists())
+        self.assertIn("asks for the linker's flag '-B", " ".join(refused.stderr.split()))
+        self.assertNotIn("\x1b[31m", refused.stderr)
+
+    def test_a_transport_that_runs_a_command_is_refused(self):
+        for url, name in (("ext::sh -c 'touch %s/ran' x.git" % self.folder, "ext"), ("fd::0/x.git", "fd")):
+            refused = self.run_qduino("lib", "install", url, status=1)
+            self.assertFalse((self.folder / "ran").exists(), url)
+            self.assertIn("transport '%s' not allowed" % name, " ".join(refused.stderr.split()))
+
     # ---- installed -------------------------------------------------------------------------------
 
     def installed(self):

@@ -38,6 +38,25 @@ class LibraryFolderTest : public TemporaryFolder {
     }
 };
 
+TEST(LibraryFlags, CanLinkAndDoNothingElse) {
+    for (const char* flag : {"-lm", "-lrt", "-l_under.score+1", "-Llib/x86", "-pthread"})
+        EXPECT_TRUE(is_harmless_flag(flag)) << flag;
+    for (const char* flag : {"-fplugin=./evil.so", "-B.", "-Wl,--plugin=./evil.so", "-Wl,-Map=/etc/passwd",
+                             "-o/etc/passwd", "@flags", "-specs=evil", "-wrapper", "-fuse-ld=evil", "-l",
+                             "-l:evil.so", "-L$(touch)", "evil.o", "-Xlinker"})
+        EXPECT_FALSE(is_harmless_flag(flag)) << flag;
+}
+
+TEST(LibraryText, ObeysNoTerminal) {
+    EXPECT_EQ(without_controls("a\x1b[2Jb\x07\rc\x7f"), "a [2Jb  c ");
+    EXPECT_EQ(without_controls("\xc2\x9b"
+                               "31m"),
+              "  31m")
+        << "the same as one character of C1";
+    EXPECT_EQ(without_controls("Größe, 温度"), "Größe, 温度");
+    EXPECT_EQ(library_properties("name=A\x1b]0;x\x07\n")["name"], "A ]0;x ");
+}
+
 TEST_F(LibraryFolderTest, ALibraryOf1_0HasItsFolderAndUtility) {
     for (const char* file :
          {"Old/Old.h", "Old/Old.cpp", "Old/fast.S", "Old/utility/u.c", "Old/utility/deep/no.cpp",
