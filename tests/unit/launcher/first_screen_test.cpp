@@ -135,7 +135,9 @@ TEST_F(FirstScreen, TheLogIsMadeAnewAndThatBeforeIsKept) {
 TEST_F(FirstScreen, ALogThatGrewKeepsItsEnd) {
     const auto log = RunLog::make(folder_);
     ASSERT_TRUE(log.ok());
+    ::testing::internal::CaptureStderr();  // where it is said as well
     for (int i = 0; i < 200; ++i) log->say("line " + std::to_string(i));
+    EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("run: line 199\n"));
     log->keep_small(1'000'000);
     EXPECT_THAT(text_of("run.log"), HasSubstr("line 0\n"));
     log->keep_small(2000);
