@@ -96,7 +96,7 @@ TEST(Options, WhatCannotBeReachedOrBelievedIsRefused) {
     int status = 0;
     for (const char* name : {"a b", "a.local", "-a", "a_b"})
         EXPECT_FALSE(parse({"--name", name}, status).has_value()) << name;
-    for (const char* proxy : {"proxy", "127.0.0.1:80", "10.0.0.0/8", "[::1]"})
+    for (const char* proxy : {"proxy", "127.0.0.1:80", "10.0.0.0/8"})
         EXPECT_FALSE(parse({"--trust-proxy", proxy}, status).has_value()) << proxy;
     EXPECT_FALSE(parse({"--tls-certificate", "c"}, status).has_value());
     EXPECT_FALSE(parse({"--tls-key", "k"}, status).has_value());
