@@ -12,7 +12,7 @@ TEST(PinStory, RegularPulsesHaveAPeriodAndItsDeviation) {
     PinStory story;
     story.level(kEpoch, false);
     Instant now = kEpoch;
-    for (const Nanoseconds period : {500ms, 500ms, 500ms + 3us, 500ms}) {
+    for (const Nanoseconds period : std::initializer_list<Nanoseconds>{500ms, 500ms, 500ms + 3us, 500ms}) {
         story.level(now, true);
         story.level(now + 100ms, false);
         now += period;
