@@ -20,6 +20,7 @@ if (missing) {
 const PATIENCE_MS = 120_000;
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
+const NARROW = { width: 360, height: 1200 };
 const browsers = {};
 before(async () => {
   browsers.plain = await startBrowser({ draws: false });
@@ -411,6 +412,17 @@ test('a failed print is drawn to where it came, and no further', () =>
     const whole = await settled('the whole part', part);
     assert.ok(part > whole * 0.3 && part < whole * 0.7, `${part} of ${whole} pixels are the part's`);
   }, { viewport: PHONE, draws: true }));
+/** Nothing is drawn any more, and that is told. `whole`: nothing waits to be drawn, either. */
+async function settled(page, at, whole = true) {
+  let last = null;
+  await until('a picture that stays', async () => {
+    const now = await drawing(at);
+    const same = last !== null && (now.whole || !whole) && now.frames === last.frames;
+    last = now;
+    await page.waitForTimeout(600);
+    return same;
+  });
+}
 
 /** Counts what a page asks its own thread to draw in 3D. */
 const countContexts = (page) => page.addInitScript(() => {
@@ -440,13 +452,8 @@ test('the part is drawn by a worker, only what is new, and nothing that nobody s
     // Out of sight: the print goes on, and nothing is drawn.
     await page.setViewportSize({ width: 700, height: 400 });
     await page.evaluate(() => scrollTo(0, document.documentElement.scrollHeight));
-    let still = await drawing(at);
-    await until('no more drawings', async () => {
-      const last = still;
-      await page.waitForTimeout(700);
-      still = await drawing(at);
-      return last.frames === still.frames;
-    });
+    await settled(page, at, false);
+    const still = await drawing(at);
     const { executed } = mock.printer;
     await until('a print that goes on', async () => mock.printer.executed > executed + 5000);
     assert.deepEqual(await drawing(at), still);
@@ -465,16 +472,18 @@ test('the part fills its stage in every size, and is turned, zoomed and shown ag
     };
     await drawnWhole(at);
     const first = await sees('a cube that fills the stage');
-    await page.setViewportSize(PHONE);
-    await sees('one that fills the stage of a phone');
+    await page.setViewportSize(NARROW);
+    await sees('one that fills a narrow stage');
     await page.setViewportSize(DESKTOP);
     await sees('one that fills the stage again');
     await at('canvas').focus();
     const changes = async (key) => {
+      await settled(page, at);
       const before = (await drawing(at)).frames;
       const was = await lookAt(page, at('canvas'));
       await page.keyboard.press(key);
       await until(`a picture that ${key} has changed`, async () => (await drawing(at)).frames > before && (await drawing(at)).whole);
+      await settled(page, at);
       const now = await lookAt(page, at('canvas'));
       assert.notEqual(now.warm, was.warm, `${key} changes nothing`);
       return now;
