@@ -4,7 +4,8 @@
 // Geometry alone. Feed rates, heat and everything else change when a part is made, never which
 // part. The dialect is Marlin's, with Klipper's words where slicers write them (docs/sources.md):
 // - G90/G91 set E along with X Y Z; M82/M83 set E alone afterwards. That is Marlin's: in a file of
-//   RepRapFirmware's or Klipper's they leave E's mode alone, and in G91 E counts on all the same. A file says whose it is by its words, from there on (asked_lines.h).
+//   RepRapFirmware's or Klipper's they leave E's mode alone, and in G91 E counts on all the same.
+//   A file says whose it is by its words, from there on (asked_lines.h).
 // - M221 scales every E movement from then on; the words still mean unscaled filament. M200 makes
 //   them mm³. M92 E says how many steps a millimetre of filament takes: it scales what E must do.
 // - G92 renames the present position (nothing moves; without a letter every axis is 0, and so is an

@@ -128,7 +128,8 @@ struct Context {
     Millimetres drawn_when_left{};  ///< how far the filament was drawn back there
     Position rejoined_at{};         ///< where the last such wait ended
     std::uint32_t warnings = 0;
-    /// The last line whose E Marlin's dialect has read and others would have read otherwise; 0: none.
+    /// The last line whose E Marlin's dialect has read and others would have read otherwise; 0:
+    /// none.
     std::uint64_t e_disputed = 0;
     std::uint64_t dialect_line = 0;  ///< that has said it; 0: none
     bool said_how_e_counts = false;
